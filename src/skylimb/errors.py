@@ -1,0 +1,59 @@
+"""The one family of errors that a user's mistake can raise.
+
+Every message names the thing, the value it had and what was allowed, on one line. The command line prints it and exits
+with code 2; it never shows a traceback for one of these.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+
+class SkylimbError(Exception):
+    """Base of every error that this package raises on purpose."""
+
+
+class ConfigError(SkylimbError):
+    """A configuration, preset or option that cannot be used: unknown key, wrong type, value out of range."""
+
+
+class UnknownNameError(ConfigError):
+    """A name that is not among those known: an experiment, controller, robot, key or signal."""
+
+
+class DescriptionError(SkylimbError):
+    """A robot description that is incomplete or that no physical body can have."""
+
+
+class UnreachableError(SkylimbError):
+    """A pose or reach outside of what the robot's joints allow."""
+
+
+class AllocationError(SkylimbError):
+    """An allocation matrix that cannot produce the wanted wrench."""
+
+
+class OutputError(SkylimbError):
+    """An output folder or file that exists already, or cannot be written or read."""
+
+
+def nearest(name: str, known: Iterable[str]) -> str | None:
+    """The known name most like `name`, or None when none is near."""
+    found = difflib.get_close_matches(name, list(known), n=1, cutoff=0.5)
+    return found[0] if found else None
+
+
+def unknown_name(kind: str, name: str, known: Iterable[str]) -> UnknownNameError:
+    """An error for `name`, with the nearest right name first and then all that are allowed.
+
+    Args:
+        kind: what the name should have named, for example "experiment".
+        name: what was given.
+        known: every name that would have been right.
+    """
+    known = sorted(known)
+    guess = nearest(name, known)
+    hint = f"; did you mean '{guess}'?" if guess else ""
+    listed = ", ".join(known) if len(known) <= 24 else f"{', '.join(known[:24])}, ..."
+    return UnknownNameError(f"unknown {kind} '{name}'{hint} (known: {listed})")

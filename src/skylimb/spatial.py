@@ -1,0 +1,137 @@
+"""Rotations and cross products that work on NumPy arrays and on CasADi symbols alike.
+
+Conventions: `R_AB` turns coordinates in frame B into coordinates in frame A; quaternions are (w, x, y, z); roll, pitch and
+yaw compose as R = Rz(yaw) Ry(pitch) Rx(roll); angles in radians. A function handed any CasADi argument returns a CasADi
+matrix, otherwise a NumPy array. Vectors are (3,) in NumPy and 3 x 1 in CasADi.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+Array = Any
+"""A NumPy array or a CasADi matrix (SX, MX, DM)."""
+
+_SYMBOLIC = (ca.SX, ca.MX, ca.DM)
+
+
+def is_symbolic(*values: Any) -> bool:
+    """Whether any of the values is a CasADi matrix."""
+    return any(isinstance(value, _SYMBOLIC) for value in values)
+
+
+def vector(*entries: Any) -> Array:
+    """A vector of scalars, of the kind its entries ask for."""
+    if is_symbolic(*entries):
+        return ca.vertcat(*entries)
+    return np.array([float(entry) for entry in entries])
+
+
+def matrix(rows: Sequence[Sequence[Any]]) -> Array:
+    """A matrix from rows of scalars, of the kind its entries ask for."""
+    if is_symbolic(*(entry for row in rows for entry in row)):
+        return ca.vertcat(*(ca.horzcat(*row) for row in rows))
+    return np.array([[float(entry) for entry in row] for row in rows])
+
+
+def _cos_sin(angle: Any) -> tuple[Any, Any]:
+    if is_symbolic(angle):
+        return ca.cos(angle), ca.sin(angle)
+    return np.cos(angle), np.sin(angle)
+
+
+def hat(v: Array) -> Array:
+    """The skew-symmetric matrix of a 3-vector: hat(v) @ w = v x w."""
+    return matrix([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
+
+
+def vee(S: Array) -> Array:
+    """The 3-vector of a skew-symmetric matrix, the inverse of `hat`."""
+    return vector(S[2, 1], S[0, 2], S[1, 0])
+
+
+def cross(a: Array, b: Array) -> Array:
+    """The cross product of two 3-vectors."""
+    return vector(a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+
+
+def dot(a: Array, b: Array) -> Any:
+    """The scalar product of two 3-vectors."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def rot_x(angle: Any) -> Array:
+    """Rotation about x."""
+    c, s = _cos_sin(angle)
+    return matrix([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
+
+
+def rot_y(angle: Any) -> Array:
+    """Rotation about y."""
+    c, s = _cos_sin(angle)
+    return matrix([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
+
+
+def rot_z(angle: Any) -> Array:
+    """Rotation about z."""
+    c, s = _cos_sin(angle)
+    return matrix([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+def rotation_from_rpy(roll: Any, pitch: Any, yaw: Any) -> Array:
+    """R = Rz(yaw) Ry(pitch) Rx(roll), the order that eq:target roll and pitch angle needs."""
+    return rot_z(yaw) @ rot_y(pitch) @ rot_x(roll)
+
+
+def rotation_from_axis_angle(axis: Sequence[float], angle: Any) -> Array:
+    """Rotation by `angle` about a constant unit `axis` (Rodrigues' formula)."""
+    c, s = _cos_sin(angle)
+    K = hat(np.asarray(axis, dtype=float))
+    return np.eye(3) + K * s + (K @ K) * (1.0 - c)
+
+
+def rotation_from_quaternion(q: Array) -> Array:
+    """Rotation matrix of a unit quaternion (w, x, y, z)."""
+    w, x, y, z = q[0], q[1], q[2], q[3]
+    return matrix(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def quaternion_product(a: Array, b: Array) -> Array:
+    """The quaternion a * b, both (w, x, y, z)."""
+    return vector(
+        a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
+        a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
+        a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1],
+        a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0],
+    )
+
+
+def quaternion_from_rotation(R: np.ndarray) -> np.ndarray:
+    """Unit quaternion (w, x, y, z), w >= 0, of a rotation matrix (NumPy only)."""
+    from scipy.spatial.transform import Rotation
+
+    x, y, z, w = Rotation.from_matrix(R).as_quat()
+    q = np.array([w, x, y, z])
+    return -q if w < 0 else q
+
+
+def rpy_from_rotation(R: Array) -> Array:
+    """Roll, pitch and yaw of R = Rz(yaw) Ry(pitch) Rx(roll), away from pitch = +-pi/2."""
+    atan2 = ca.atan2 if is_symbolic(R) else np.arctan2
+    horizontal = (R[2, 1] * R[2, 1] + R[2, 2] * R[2, 2]) ** 0.5
+    return vector(atan2(R[2, 1], R[2, 2]), atan2(-R[2, 0], horizontal), atan2(R[1, 0], R[0, 0]))
+
+
+def rotation_error(R: Array, R_ref: Array) -> Array:
+    """e_R of eq:error of rotation: the vee of (R_ref^T R - R^T R_ref) / 2, in the frame of R."""
+    return 0.5 * vee(R_ref.T @ R - R.T @ R_ref)
