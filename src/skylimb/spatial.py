@@ -13,30 +13,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-Array = Any
-"""A NumPy array or a CasADi matrix (SX, MX, DM)."""
-
-_SYMBOLIC = (ca.SX, ca.MX, ca.DM)
-
-
-def is_symbolic(*values: Any) -> bool:
-    """Whether any of the values is a CasADi matrix."""
-    return any(isinstance(value, _SYMBOLIC) for value in values)
-
-
-def vector(*entries: Any) -> Array:
-    """A vector of scalars, of the kind its entries ask for."""
-    if is_symbolic(*entries):
-        return ca.vertcat(*entries)
-    return np.array([float(entry) for entry in entries])
-
-
-def matrix(rows: Sequence[Sequence[Any]]) -> Array:
-    """A matrix from rows of scalars, of the kind its entries ask for."""
-    if is_symbolic(*(entry for row in rows for entry in row)):
-        return ca.vertcat(*(ca.horzcat(*row) for row in rows))
-    return np.array([[float(entry) for entry in row] for row in rows])
-
+from skylimb.symbolic import Array, arctan2, is_symbolic, matrix, vector
 
 def _cos_sin(angle: Any) -> tuple[Any, Any]:
     if is_symbolic(angle):
@@ -127,9 +104,8 @@ def quaternion_from_rotation(R: np.ndarray) -> np.ndarray:
 
 def rpy_from_rotation(R: Array) -> Array:
     """Roll, pitch and yaw of R = Rz(yaw) Ry(pitch) Rx(roll), away from pitch = +-pi/2."""
-    atan2 = ca.atan2 if is_symbolic(R) else np.arctan2
     horizontal = (R[2, 1] * R[2, 1] + R[2, 2] * R[2, 2]) ** 0.5
-    return vector(atan2(R[2, 1], R[2, 2]), atan2(-R[2, 0], horizontal), atan2(R[1, 0], R[0, 0]))
+    return vector(arctan2(R[2, 1], R[2, 2]), arctan2(-R[2, 0], horizontal), arctan2(R[1, 0], R[0, 0]))
 
 
 def rotation_error(R: Array, R_ref: Array) -> Array:

@@ -1,0 +1,1 @@
+"""Attitude laws and the target they follow."""

@@ -1,0 +1,1 @@
+"""Translation laws: one file each, picked by a preset's `[translation] law = "..."`."""

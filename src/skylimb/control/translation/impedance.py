@@ -1,0 +1,48 @@
+"""Impedance of the centre of gravity, eq:imp cmd for trans2."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from skylimb.config import require_positive
+from skylimb.control.records import LawInput
+from skylimb.estimation.momentum_observer import GRAVITY
+from skylimb.symbolic import Array
+
+
+@dataclass(frozen=True)
+class Gains:
+    """The impedance in W, per axis.
+
+    Attributes:
+        virtual_mass_ratio: M_d / m. Above one the robot feels heavier than it is, and resists disturbances.
+        normalized_stiffness: K_td / M_d, 1/s^2.
+        damping_ratio: Z_td of eq:damping rate; C_td / M_d = 2 Z_td sqrt(K_td / M_d).
+    """
+
+    virtual_mass_ratio: tuple[float, float, float]
+    normalized_stiffness: tuple[float, float, float]
+    damping_ratio: tuple[float, float, float]
+
+    def __post_init__(self) -> None:
+        for name, unit in (("virtual_mass_ratio", ""), ("normalized_stiffness", "1/s^2"), ("damping_ratio", "")):
+            for entry in getattr(self, name):
+                require_positive("translation", name, entry, unit)
+
+
+def initial_state(gains: Gains) -> tuple[()]:
+    """An impedance has no memory of its own."""
+    return ()
+
+
+def step(gains: Any, state: tuple[()], inputs: LawInput) -> tuple[tuple[()], Array]:
+    """f_cmd of eq:imp cmd for trans2, W, N, with the reference's acceleration fed forward (zero when it is not sent)."""
+    body, reference = inputs.body, inputs.reference
+    mass = body.model.mass
+    error = body.position - reference.position
+    velocity_error = body.velocity - reference.velocity
+    damping = 2.0 * gains.damping_ratio * gains.normalized_stiffness**0.5
+    feedback = (1.0 / gains.virtual_mass_ratio - 1.0) * inputs.wrench.force
+    spring = damping * velocity_error + gains.normalized_stiffness * error
+    return state, feedback + mass * (reference.acceleration - spring + GRAVITY)

@@ -1,0 +1,1 @@
+"""From measurements to what the controller believes: body state, external wrench, tare."""

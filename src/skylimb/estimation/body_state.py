@@ -1,0 +1,70 @@
+"""The centre of gravity's state from the measured body's pose and twist and the measured angles."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from skylimb.estimation.records import BodyState, Measurement
+from skylimb.robots.robot import Robot
+from skylimb.spatial import cross, rotation_from_quaternion
+from skylimb.symbolic import Array, exp, stack
+
+ANGLE_RATE_BANDWIDTH = 30.0
+"""rad/s. Passes the arm's own motion (below 0.5 Hz) and keeps the encoders' noise below that of motion capture."""
+
+
+class AngleRateState(NamedTuple):
+    """State of the filtered difference of the measured angles.
+
+    Attributes:
+        smoothed: low-pass filtered joint and vectoring angles, rad.
+        started: 0 before the first tick, 1 after it.
+    """
+
+    smoothed: Array
+    started: float | Array
+
+
+def initial_angle_rate_state(robot: Robot) -> AngleRateState:
+    """The state before the first tick."""
+    return AngleRateState(np.zeros(robot.n_joints + robot.n_vectoring), 0.0)
+
+
+def angle_rates(state: AngleRateState, angles: Array, dt: float) -> tuple[AngleRateState, Array]:
+    """Angle rates as a first-order high-pass of the angles, its pole held exactly: (angles - smoothed) * bandwidth."""
+    previous = state.smoothed * state.started + angles * (1.0 - state.started)
+    decay = exp(-ANGLE_RATE_BANDWIDTH * dt)
+    smoothed = decay * previous + (1.0 - decay) * angles
+    return AngleRateState(smoothed, 1.0), (smoothed - previous) * (1.0 / dt)
+
+
+def body_state(robot: Robot, measurement: Measurement, rates: Array) -> BodyState:
+    """Position, velocity and attitude of {C} from those of the measured body.
+
+    The velocity holds the arm's own motion: v_cog = v_B + R_WB (omega x p_BC + J_cog [q'; psi']). Without the last term a
+    reaching arm looks like a moving robot, by several cm/s at the joints' speed limit. The turning of {C} inside the body is
+    left out, as in the paper's quasi-static model.
+
+    Args:
+        robot: the controller's model; its measured link must be the root link.
+        measurement: the sensors' word.
+        rates: of the joint and vectoring angles, rad/s, (n_joints + n_vectoring,).
+    """
+    model = robot.model(measurement.joint_angles, measurement.vectoring_angles)
+    R_WB = rotation_from_quaternion(measurement.quaternion)
+    arm = model.cog_jacobian @ rates
+    velocity = measurement.velocity + R_WB @ (cross(measurement.angular_velocity, model.cog_root) + arm)
+    return BodyState(
+        position=measurement.position + R_WB @ model.cog_root,
+        velocity=velocity,
+        R_WC=R_WB @ model.R_root_C,
+        angular_velocity=model.R_root_C.T @ measurement.angular_velocity,
+        model=model,
+    )
+
+
+def measured_angles(measurement: Measurement) -> Array:
+    """Joint and vectoring angles as one vector, in the order of `cog_jacobian`'s columns."""
+    return stack(measurement.joint_angles, measurement.vectoring_angles)

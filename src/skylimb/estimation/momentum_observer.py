@@ -1,0 +1,108 @@
+"""External wrench from momentum, eq:external wrench estimation, discretised exactly.
+
+The observer is a first-order low pass of the true wrench, eq:external wrench estimation low-pass. Between two ticks the
+commanded wrench is held, so with decay a = exp(-K dt) the recursion
+
+    f[k] = a f[k-1] + (1 - a) ((h[k] - h[k-1]) / dt - u[k-1])
+
+holds without a discretisation error: h is momentum (m p' in W, I omega in C) and u what is known to act (rotor force less
+weight; rotor torque less omega x I omega). u must be built from the thrusts really commanded, after saturation: fed with the
+wish before it, the estimate is off by the difference.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from skylimb.config import require_positive
+from skylimb.estimation.records import BodyState, Wrench
+from skylimb.spatial import cross
+from skylimb.symbolic import Array, exp
+
+GRAVITY = np.array([0.0, 0.0, 9.80665])
+"""g of eq:dynamics: m (p'' + g) = f_cmd + f_ext, m/s^2, W with z up."""
+
+
+@dataclass(frozen=True)
+class ObserverGains:
+    """K_ti and K_ri of eq:external wrench estimation, 1/s, per axis."""
+
+    force: tuple[float, float, float] = (3.0, 3.0, 3.0)
+    torque: tuple[float, float, float] = (1.0, 1.0, 1.0)
+
+    def __post_init__(self) -> None:
+        for name in ("force", "torque"):
+            for entry in getattr(self, name):
+                require_positive("observer", name, entry, "1/s")
+
+
+class ObserverState(NamedTuple):
+    """Estimate and momentum of the last tick, and the known wrench that acts until the next.
+
+    Attributes:
+        force: estimated external force, W, N.
+        torque: estimated external torque, C, N m.
+        linear_momentum: m p', W, kg m/s.
+        angular_momentum: I omega, C, kg m^2/s.
+        known_force: rotor force less weight, W, N.
+        known_torque: rotor torque less omega x I omega, C, N m.
+        started: 0 before the first tick, 1 after it.
+    """
+
+    force: Array
+    torque: Array
+    linear_momentum: Array
+    angular_momentum: Array
+    known_force: Array
+    known_torque: Array
+    started: float | Array
+
+
+def initial_observer_state() -> ObserverState:
+    """The state before the first tick: no external wrench."""
+    return ObserverState(*(np.zeros(3) for _ in range(6)), started=0.0)
+
+
+def observe(gains: Any, state: ObserverState, body: BodyState, dt: float) -> tuple[ObserverState, Wrench]:
+    """One step of eq:external wrench estimation.
+
+    Args:
+        gains: K_ti, K_ri, 1/s, as arrays (`packing.numeric`) or symbols.
+        state: of the last tick, completed by `with_known_wrench`.
+        body: state of {C} now.
+        dt: time since the last tick, s.
+
+    Returns:
+        The new state (its known wrench still that of the last tick) and the estimated wrench.
+    """
+    linear = body.model.mass * body.velocity
+    angular = body.model.inertia_C @ body.angular_velocity
+    decay_f, decay_t = exp(-gains.force * dt), exp(-gains.torque * dt)
+    force_now = (linear - state.linear_momentum) * (1.0 / dt) - state.known_force
+    torque_now = (angular - state.angular_momentum) * (1.0 / dt) - state.known_torque
+    # There is no difference to take at the first tick.
+    force = decay_f * state.force + (1.0 - decay_f) * force_now * state.started
+    torque = decay_t * state.torque + (1.0 - decay_t) * torque_now * state.started
+    new = state._replace(
+        force=force, torque=torque, linear_momentum=linear, angular_momentum=angular, started=1.0
+    )
+    return new, Wrench(force, torque)
+
+
+def with_known_wrench(state: ObserverState, body: BodyState, rotor_force: Array, rotor_torque: Array) -> ObserverState:
+    """The state with the wrench that acts until the next tick.
+
+    Args:
+        state: from `observe`.
+        body: state of {C} now.
+        rotor_force: R_WC Q_t lambda of the saturated thrusts, W, N.
+        rotor_torque: Q_r lambda of the saturated thrusts, C, N m.
+    """
+    gyroscopic = cross(body.angular_velocity, body.model.inertia_C @ body.angular_velocity)
+    return state._replace(
+        known_force=rotor_force - body.model.mass * GRAVITY, known_torque=rotor_torque - gyroscopic
+    )
+

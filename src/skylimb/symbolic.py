@@ -1,0 +1,80 @@
+"""The few array operations that NumPy and CasADi spell differently.
+
+A law written with these and with plain operators runs on numbers in a test and on symbols in the compiled tick. A function
+handed any CasADi argument returns a CasADi matrix, otherwise NumPy. Vectors are (n,) in NumPy and n x 1 in CasADi.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+Array = Any
+"""A NumPy array or a CasADi matrix (SX, MX, DM)."""
+
+_SYMBOLIC = (ca.SX, ca.MX, ca.DM)
+
+
+def is_symbolic(*values: Any) -> bool:
+    """Whether any of the values is a CasADi matrix."""
+    return any(isinstance(value, _SYMBOLIC) for value in values)
+
+
+def vector(*entries: Any) -> Array:
+    """A vector of scalars, of the kind its entries ask for."""
+    if is_symbolic(*entries):
+        return ca.vertcat(*entries)
+    return np.array([float(entry) for entry in entries])
+
+
+def matrix(rows: Sequence[Sequence[Any]]) -> Array:
+    """A matrix from rows of scalars, of the kind its entries ask for."""
+    if is_symbolic(*(entry for row in rows for entry in row)):
+        return ca.vertcat(*(ca.horzcat(*row) for row in rows))
+    return np.array([[float(entry) for entry in row] for row in rows])
+
+
+def stack(*parts: Any) -> Array:
+    """Vectors and scalars one below the other, as one vector."""
+    if is_symbolic(*parts):
+        return ca.vertcat(*parts)
+    return np.concatenate([np.atleast_1d(np.asarray(part, dtype=float)) for part in parts])
+
+
+def clip(value: Any, low: Any, high: Any) -> Any:
+    """`value` held between `low` and `high`, entry by entry."""
+    if is_symbolic(value, low, high):
+        return ca.fmin(ca.fmax(value, low), high)
+    return np.clip(value, low, high)
+
+
+def exp(value: Any) -> Any:
+    """The exponential, entry by entry."""
+    return ca.exp(value) if is_symbolic(value) else np.exp(value)
+
+
+def arctan2(y: Any, x: Any) -> Any:
+    """The angle of (x, y)."""
+    return ca.atan2(y, x) if is_symbolic(y, x) else np.arctan2(y, x)
+
+
+def where(condition: Any, if_true: Any, if_false: Any) -> Any:
+    """`if_true` where the condition holds, else `if_false`; both sides are always evaluated."""
+    if is_symbolic(condition, if_true, if_false):
+        return ca.if_else(condition, if_true, if_false)
+    return np.where(condition, if_true, if_false)
+
+
+def right_inverse(A: Array) -> Array:
+    """The Moore-Penrose inverse of a wide matrix of full row rank: A^T (A A^T)^-1, or A^-1 when square.
+
+    Minor expansion keeps the symbolic form free of pivoting, so it is the same few hundred operations at every call.
+    """
+    if not is_symbolic(A):
+        return np.linalg.pinv(A)
+    if A.shape[0] == A.shape[1]:
+        return ca.inv_minor(A)
+    return A.T @ ca.inv_minor(A @ A.T)
