@@ -1,0 +1,296 @@
+"""TOML tables into frozen dataclasses and back, strictly.
+
+Every configuration of this package is a frozen dataclass with defaults, units in its docstring and its checks in
+`__post_init__`. This module carries values between those dataclasses and TOML: an unknown key, a wrong type or a value
+out of range raises a `ConfigError` that names the dotted key, the value it had, what was allowed, and the nearest right
+name. What one field's type allows is decided by `msgspec` (integers serve as floats, nothing else is converted).
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import math
+import tomllib
+import types
+import typing
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, TypeVar
+
+import msgspec
+import numpy as np
+import tomli_w
+
+from skylimb.errors import ConfigError, UnknownNameError, nearest
+
+T = TypeVar("T")
+
+
+def read_toml(path: str | Path) -> dict[str, Any]:
+    """The table in a TOML file; a `ConfigError` where it is missing, unreadable or not TOML (duplicate keys included)."""
+    path = Path(path)
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        there = [entry.name for entry in path.parent.glob("*.toml")] if path.parent.is_dir() else []
+        guess = nearest(path.name, there)
+        hint = f"; did you mean '{path.parent / guess}'?" if guess else ""
+        raise ConfigError(f"no such file: '{path}'{hint}") from None
+    except OSError as error:
+        raise ConfigError(f"cannot read '{path}': {error.strerror or error}") from error
+    except UnicodeDecodeError as error:
+        raise ConfigError(f"cannot read '{path}': it is not UTF-8 text") from error
+    except tomllib.TOMLDecodeError as error:
+        raise ConfigError(f"'{path}' is not valid TOML: {error}") from error
+
+
+def write_toml(config: Any) -> str:
+    """The TOML text of a configuration (a dataclass or a mapping), which `from_mapping` reads back to an equal one."""
+    return tomli_w.dumps(to_mapping(config))
+
+
+def from_mapping(cls: type[T], mapping: Mapping[str, Any], where: str) -> T:
+    """Build the dataclass `cls` from nested tables; keys left out take their defaults.
+
+    Args:
+        cls: a dataclass; its fields may be dataclasses, dict[str, dataclass], tuples, Literal, Optional and scalars.
+        mapping: tables as TOML gives them; NumPy scalars, arrays and tuples are welcome too.
+        where: the source for error messages, such as a file name.
+
+    Raises:
+        ConfigError: a value of the wrong type or out of range, or a required key that is missing.
+        UnknownNameError: a key that `cls` does not have.
+    """
+    try:
+        return _build(cls, to_mapping(mapping, keep_none=True), ())
+    except ConfigError as error:
+        raise type(error)(f"{where}: {error}") from None
+
+
+def to_mapping(config: Any, *, keep_none: bool = False) -> Any:
+    """Nested plain values of a configuration: tables, lists and Python scalars that TOML can hold; None is left out."""
+    if dataclasses.is_dataclass(config) and not isinstance(config, type):
+        config = {field.name: getattr(config, field.name) for field in dataclasses.fields(config)}
+    if isinstance(config, Mapping):
+        return {
+            str(key): to_mapping(value, keep_none=keep_none)
+            for key, value in config.items()
+            if keep_none or value is not None
+        }
+    if isinstance(config, (list, tuple)):
+        return [to_mapping(value, keep_none=keep_none) for value in config]
+    if isinstance(config, (np.ndarray, np.generic)):
+        return config.tolist()
+    if isinstance(config, Path):
+        return str(config)
+    return config
+
+
+def flatten(config: Any) -> dict[str, Any]:
+    """Every value of a configuration under its dotted key, for example `{"trajectory.radius": 0.3, ...}`."""
+    return {".".join(path): value for path, value in _leaves(to_mapping(config), ())}
+
+
+def with_overrides(config: T, overrides: Mapping[str, Any]) -> T:
+    """A copy of `config` with the values under some dotted keys replaced, checked like a file's.
+
+    Args:
+        config: a dataclass.
+        overrides: dotted key to value; a table as value overrides only the keys it has, None empties an optional key.
+    """
+    tables = to_mapping(config)
+    for key, value in overrides.items():
+        for path, leaf in _leaves(to_mapping({key: value}, keep_none=True), ()):
+            _put(tables, ".".join(path).split("."), leaf)
+    return from_mapping(type(config), tables, "override")
+
+
+def parse_assignment(text: str) -> tuple[str, Any]:
+    """Split `a.b=0.3` into the dotted key and its TOML value; a bare word is a string."""
+    key, equals, value = (part.strip() for part in text.partition("="))
+    if not equals or not key or not value or not all(key.split(".")):
+        raise ConfigError(
+            f"cannot read the setting '{text}': expected KEY=VALUE, for example trajectory.radius=0.25"
+        )
+    try:
+        table = tomllib.loads(f"value = {value}")
+    except tomllib.TOMLDecodeError:
+        if value[0] in "[{\"'" or "\n" in value:
+            raise ConfigError(f"cannot read the value of '{text}': '{value}' is not a TOML value") from None
+        return key, value
+    if len(table) != 1:
+        raise ConfigError(f"cannot read the setting '{text}': one KEY=VALUE at a time")
+    return key, table["value"]
+
+
+def require_positive(owner: str, name: str, value: float, unit: str = "") -> None:
+    """Raise a `ConfigError` unless `value` is finite and above zero."""
+    if not _is_finite(value) or value <= 0.0:
+        raise ConfigError(f"{_quantity(owner, name, value, unit)} must be positive and finite")
+
+
+def require_non_negative(owner: str, name: str, value: float, unit: str = "") -> None:
+    """Raise a `ConfigError` unless `value` is finite and not below zero."""
+    if not _is_finite(value) or value < 0.0:
+        raise ConfigError(f"{_quantity(owner, name, value, unit)} must be finite and not negative")
+
+
+def require_range(
+    owner: str, name: str, value: float, low: float, high: float, unit: str = "", hint: str = ""
+) -> None:
+    """Raise a `ConfigError` unless low <= value <= high; says so where another unit would explain the value.
+
+    Args:
+        owner: what the value belongs to, for example "trajectory".
+        name: its field.
+        value: the number.
+        low: smallest allowed.
+        high: largest allowed.
+        unit: SI unit, for the message and for guessing degrees, millimetres, grams or milliseconds.
+        hint: what else the message should say.
+    """
+    if _is_finite(value) and low <= value <= high:
+        return
+    message = f"{_quantity(owner, name, value, unit)} is outside of {low:g} .. {high:g}{_spaced(unit)}"
+    guess = hint or _unit_guess(value, low, high, unit)
+    raise ConfigError(f"{message}; {guess}" if guess else message)
+
+
+def require_choice(owner: str, name: str, value: Any, choices: Sequence[Any]) -> None:
+    """Raise a `ConfigError` unless `value` is one of `choices`."""
+    if value not in choices:
+        guess = nearest(value, [str(choice) for choice in choices]) if isinstance(value, str) else None
+        hint = f"; did you mean '{guess}'?" if guess else ""
+        label = f"{owner}.{name}" if owner else name
+        raise ConfigError(f"{label} = {value!r} is not one of {_listed(choices)}{hint}")
+
+
+_OTHER_UNITS = {
+    "rad": ("degrees", "deg", math.pi / 180.0),
+    "m": ("millimetres", "mm", 1e-3),
+    "kg": ("grams", "g", 1e-3),
+    "s": ("milliseconds", "ms", 1e-3),
+}
+
+
+def _unit_guess(value: float, low: float, high: float, unit: str) -> str:
+    """A question whether `value` was meant in degrees, mm, g or ms; empty where that would not be in range either."""
+    if unit not in _OTHER_UNITS or not _is_finite(value):
+        return ""
+    name, symbol, factor = _OTHER_UNITS[unit]
+    converted = value * factor
+    if not low <= converted <= high or abs(value) < 1.0:
+        return ""
+    return f"is it in {name}? {value:g} {symbol} = {converted:.4g} {unit}"
+
+
+def _is_finite(value: Any) -> bool:
+    return isinstance(value, (int, float, np.integer, np.floating)) and math.isfinite(value)
+
+
+def _spaced(unit: str) -> str:
+    return f" {unit}" if unit else ""
+
+
+def _quantity(owner: str, name: str, value: Any, unit: str) -> str:
+    shown = f"{value:g}" if isinstance(value, (int, float, np.number)) else repr(value)
+    return f"{owner}.{name} = {shown}{_spaced(unit)}"
+
+
+def _listed(choices: Sequence[Any]) -> str:
+    return ", ".join(repr(choice) for choice in choices)
+
+
+@functools.cache
+def _field_types(cls: type) -> dict[str, Any]:
+    hints = typing.get_type_hints(cls)
+    return {field.name: hints[field.name] for field in dataclasses.fields(cls) if field.init}  # type: ignore[arg-type]
+
+
+def _section(kind: Any) -> type | None:
+    """The dataclass that a field of type `X` or `X | None` holds, else None."""
+    others = [argument for argument in _union_members(kind) if argument is not type(None)]
+    alone = others[0] if len(others) == 1 else None
+    return alone if isinstance(alone, type) and dataclasses.is_dataclass(alone) else None
+
+
+def _union_members(kind: Any) -> tuple[Any, ...]:
+    is_union = typing.get_origin(kind) in (typing.Union, types.UnionType)
+    return typing.get_args(kind) if is_union else (kind,)
+
+
+def _build(cls: type[T], table: Any, path: tuple[str, ...]) -> T:
+    if not isinstance(table, dict):
+        raise ConfigError(f"{'.'.join(path) or 'this'} = {_short(table)} should be a table of keys")
+    kinds = _field_types(cls)
+    for key in table:
+        if key not in kinds:
+            raise _unknown_key((*path, key), cls)
+    values = {key: _convert(kinds[key], value, (*path, key)) for key, value in table.items()}
+    for field in dataclasses.fields(cls):  # type: ignore[arg-type]
+        required = field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING
+        if field.init and required and field.name not in values:
+            raise ConfigError(f"the key '{'.'.join((*path, field.name))}' is missing")
+    return cls(**values)
+
+
+def _convert(kind: Any, value: Any, path: tuple[str, ...]) -> Any:
+    """`value` as the type `kind`; dataclasses anywhere inside are built by `_build`, the rest by msgspec."""
+    members = _union_members(kind)
+    if value is None and type(None) in members:
+        return None
+    section = _section(kind)
+    if section is not None:
+        return _build(section, value, path)
+    origin, arguments = typing.get_origin(kind), typing.get_args(kind)
+    if origin is dict and isinstance(value, dict) and _section(arguments[1]):
+        return {key: _convert(arguments[1], entry, (*path, key)) for key, entry in value.items()}
+    if origin is tuple and isinstance(value, list) and arguments[1:] == (...,) and _section(arguments[0]):
+        return tuple(_convert(arguments[0], entry, (*path, str(i))) for i, entry in enumerate(value))
+    if origin is typing.Literal:
+        require_choice(".".join(path[:-1]), path[-1], value, arguments)
+    try:
+        return msgspec.convert(value, kind)
+    except msgspec.ValidationError as error:
+        detail = str(error).replace("`", "").replace(" - at $", " at ")
+        reason = detail[0].lower() + detail[1:]
+        raise ConfigError(f"{'.'.join(path)} = {_short(value)} has the wrong type: {reason}") from None
+
+
+def _short(value: Any) -> str:
+    text = repr(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."
+
+
+def _unknown_key(path: tuple[str, ...], cls: type) -> UnknownNameError:
+    """Names the key of that very name in a table below, else the nearest key beside it, else the nearest below."""
+    known, below = sorted(_field_types(cls)), _all_keys(cls)
+    same_name = [key for key in below if key.rpartition(".")[2] == path[-1]]
+    guess = same_name[0] if same_name else nearest(path[-1], known) or nearest(path[-1], below)
+    hint = f"; did you mean '{'.'.join((*path[:-1], guess))}'?" if guess else ""
+    return UnknownNameError(f"unknown key '{'.'.join(path)}'{hint} (known here: {', '.join(known)})")
+
+
+def _all_keys(cls: type) -> list[str]:
+    """The dotted key of every value in `cls` and in the tables inside it."""
+    keys: list[str] = []
+    for name, kind in _field_types(cls).items():
+        section = _section(kind)
+        keys += [f"{name}.{key}" for key in _all_keys(section)] if section else [name]
+    return keys
+
+
+def _leaves(table: Any, path: tuple[str, ...]) -> list[tuple[tuple[str, ...], Any]]:
+    if not isinstance(table, dict):
+        return [(path, table)]
+    return [leaf for key, value in table.items() for leaf in _leaves(value, (*path, key))]
+
+
+def _put(tables: dict[str, Any], path: list[str], value: Any) -> None:
+    for depth, key in enumerate(path[:-1]):
+        tables = tables.setdefault(key, {})
+        if not isinstance(tables, dict):
+            parent = ".".join(path[: depth + 1])
+            raise ConfigError(f"override: '{parent}' is a single value, it has no key '{path[depth + 1]}'")
+    tables[path[-1]] = value

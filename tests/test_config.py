@@ -1,0 +1,240 @@
+import math
+import tomllib
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from skylimb import config
+from skylimb.errors import ConfigError, UnknownNameError
+
+
+@dataclass(frozen=True)
+class Wall:
+    friction: float = 0.4
+    slope: float = 0.35
+
+    def __post_init__(self):
+        config.require_non_negative("wall", "friction", self.friction)
+        config.require_range("wall", "slope", self.slope, -1.5, 1.5, "rad")
+
+
+@dataclass(frozen=True)
+class Path2:
+    radius: float = 0.3
+    shape: Literal["circle", "line"] = "circle"
+    points: tuple[tuple[float, float], ...] = ()
+    start: tuple[float, float, float] = (0.0, 0.0, 1.0)
+
+
+@dataclass(frozen=True)
+class Whole:
+    seed: int = 0
+    name: str = "whole"
+    quick: bool = False
+    rate: float | None = None
+    wall: Wall = field(default_factory=Wall)
+    path: Path2 = field(default_factory=Path2)
+    extra: Wall | None = None
+    walls: dict[str, Wall] = field(default_factory=dict)
+    list_of_walls: tuple[Wall, ...] = ()
+
+
+@dataclass(frozen=True)
+class Demanding:
+    mass: float
+
+
+numbers = st.floats(-1e6, 1e6, allow_nan=False)
+walls = st.builds(Wall, friction=st.floats(0, 10), slope=st.floats(-1.5, 1.5))
+points = st.lists(st.tuples(numbers, numbers), max_size=4).map(tuple)
+paths = st.builds(Path2, radius=numbers, points=points, start=st.tuples(numbers, numbers, numbers))
+names = st.text("abcdefgh_", min_size=1, max_size=6)
+wholes = st.builds(
+    Whole,
+    seed=st.integers(-(2**53), 2**53),
+    name=st.text(st.characters(exclude_categories=["Cs"], exclude_characters="\r"), max_size=20),
+    quick=st.booleans(),
+    rate=st.none() | numbers,
+    wall=walls,
+    path=paths,
+    extra=st.none() | walls,
+    walls=st.dictionaries(names, walls, max_size=3),
+    list_of_walls=st.lists(walls, max_size=3).map(tuple),
+)
+
+
+@given(wholes)
+def test_a_configuration_survives_toml(whole):
+    assert config.from_mapping(Whole, tomllib.loads(config.write_toml(whole)), "text") == whole
+
+
+@given(wholes)
+def test_flat_keys_rebuild_the_configuration(whole):
+    flat = config.flatten(whole)
+    assert all(not isinstance(value, dict) for value in flat.values())
+    empties = Whole(walls=whole.walls, list_of_walls=whole.list_of_walls, extra=whole.extra)
+    assert config.with_overrides(empties, flat) == whole
+
+
+def test_defaults_and_integers_for_floats():
+    whole = config.from_mapping(Whole, {"wall": {"friction": 1}, "rate": 40}, "text")
+    assert whole.wall == Wall(friction=1.0)
+    assert isinstance(whole.wall.friction, float)
+    assert whole.rate == 40.0
+
+
+def test_numpy_values_are_taken_and_given_back_as_python():
+    whole = config.from_mapping(
+        Whole,
+        {"seed": np.int64(3), "path": {"start": np.arange(3.0), "points": [(1, np.float64(2))]}},
+        "text",
+    )
+    assert whole.path == Path2(start=(0.0, 1.0, 2.0), points=((1.0, 2.0),))
+    assert type(config.to_mapping({"a": np.float64(1)})["a"]) is float
+
+
+@pytest.mark.parametrize(
+    ("tables", "kind", "words"),
+    [
+        ({"wal": {}}, UnknownNameError, ["unknown key 'wal'", "did you mean 'wall'?"]),
+        ({"wall": {"fricton": 1}}, UnknownNameError, ["'wall.fricton'", "did you mean 'wall.friction'?"]),
+        ({"radius": 1}, UnknownNameError, ["unknown key 'radius'", "did you mean 'path.radius'?"]),
+        ({"extra": {"slop": 1}}, UnknownNameError, ["'extra.slop'", "did you mean 'extra.slope'?"]),
+        ({"walls": {"left": {"slop": 1}}}, UnknownNameError, ["'walls.left.slop'", "'walls.left.slope'"]),
+        ({"list_of_walls": [{}, {"slop": 1}]}, UnknownNameError, ["'list_of_walls.1.slop'"]),
+        ({"wall": {"friction": "wet"}}, ConfigError, ["wall.friction = 'wet'", "expected float, got str"]),
+        ({"wall": {"friction": True}}, ConfigError, ["wall.friction = True", "expected float, got bool"]),
+        ({"seed": 1.5}, ConfigError, ["seed = 1.5", "expected int, got float"]),
+        ({"wall": 3}, ConfigError, ["wall = 3", "table"]),
+        ({"path": {"start": [1, 2]}}, ConfigError, ["path.start = [1, 2]", "length 3"]),
+        ({"path": {"points": [[1, 2], [3, "x"]]}}, ConfigError, ["path.points", "expected float, got str"]),
+        (
+            {"path": {"shape": "cirle"}},
+            ConfigError,
+            ["path.shape = 'cirle'", "'circle'", "did you mean 'circle'?"],
+        ),
+        ({"wall": {"slope": 20}}, ConfigError, ["wall.slope = 20 rad", "degrees", "20 deg = 0.3491 rad"]),
+        ({"wall": {"friction": -1}}, ConfigError, ["wall.friction = -1", "not negative"]),
+        ({"wall": {"friction": math.nan}}, ConfigError, ["wall.friction = nan"]),
+    ],
+)
+def test_a_wrong_value_is_named_on_one_line(tables, kind, words):
+    with pytest.raises(kind) as caught:
+        config.from_mapping(Whole, tables, "some.toml")
+    message = str(caught.value)
+    assert message.startswith("some.toml: ")
+    assert "\n" not in message
+    for word in words:
+        assert word in message
+
+
+def test_a_missing_key_is_named():
+    with pytest.raises(ConfigError, match="the key 'mass' is missing"):
+        config.from_mapping(Demanding, {}, "text")
+
+
+def test_overrides_merge_and_keep_the_rest():
+    whole = Whole(wall=Wall(0.1, 0.2), extra=Wall())
+    changed = config.with_overrides(whole, {"wall": {"slope": -0.1}, "path.radius": 0.2, "extra": None})
+    assert changed == Whole(wall=Wall(0.1, -0.1), path=Path2(radius=0.2))
+    assert whole.wall.slope == 0.2
+    assert config.with_overrides(whole, {"walls.left.friction": 0.7}).walls == {"left": Wall(0.7)}
+
+
+@pytest.mark.parametrize(
+    ("key", "words"),
+    [
+        ("wall.frction", "did you mean 'wall.friction'"),
+        ("friction", "did you mean '"),
+        ("seed.x", "'seed' is a single"),
+    ],
+)
+def test_an_unknown_override_is_named(key, words):
+    with pytest.raises(ConfigError, match=words):
+        config.with_overrides(Whole(), {key: 1.0})
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("a.b=0.3", ("a.b", 0.3)),
+        (" a = -1 ", ("a", -1)),
+        ("a=circle", ("a", "circle")),
+        ("a=./my file.toml", ("a", "./my file.toml")),
+        ("a='x=y'", ("a", "x=y")),
+        ("a=true", ("a", True)),
+        ("a=[1, 2.5]", ("a", [1, 2.5])),
+        ("a=20deg", ("a", "20deg")),
+        ("a={b = 1}", ("a", {"b": 1})),
+    ],
+)
+def test_assignments(text, expected):
+    assert config.parse_assignment(text) == expected
+
+
+@given(st.one_of(st.integers(-(2**62), 2**62), st.floats(allow_nan=False), st.booleans()))
+def test_any_scalar_survives_an_assignment(value):
+    text = config.write_toml({"a": value}).strip()
+    assert config.parse_assignment(text) == ("a", value)
+
+
+@pytest.mark.parametrize("text", ["", "a", "a=", "=3", "a..b=1", "a=[1,", "a='x", "a=1\nb=2", "a={b"])
+def test_broken_assignments_are_refused(text):
+    with pytest.raises(ConfigError, match="cannot read"):
+        config.parse_assignment(text)
+
+
+def test_unreadable_files_are_named(tmp_path):
+    (tmp_path / "paper.toml").write_text("a = 1\na = 2\n")
+    (tmp_path / "bytes.toml").write_bytes(b"\xff\xfe")
+    with pytest.raises(ConfigError, match=r"no such file: .*did you mean '.*paper\.toml'"):
+        config.read_toml(tmp_path / "papr.toml")
+    with pytest.raises(ConfigError, match="not valid TOML"):
+        config.read_toml(tmp_path / "paper.toml")
+    with pytest.raises(ConfigError, match="not UTF-8"):
+        config.read_toml(tmp_path / "bytes.toml")
+    with pytest.raises(ConfigError, match="cannot read"):
+        config.read_toml(tmp_path)
+    with pytest.raises(ConfigError, match="no such file"):
+        config.read_toml(Path("nowhere") / "at" / "all.toml")
+
+
+@pytest.mark.parametrize("value", [0.0, -1.0, math.inf, math.nan, "x", None])
+def test_only_positive_numbers_pass(value):
+    with pytest.raises(ConfigError, match=r"rotor\.lag"):
+        config.require_positive("rotor", "lag", value, "s")
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "low", "high", "hint"),
+    [
+        (300, "m", 0.01, 5, "300 mm = 0.3 m"),
+        (30, "kg", 0, 1, "30 g = 0.03 kg"),
+        (10, "s", 0, 0.2, "10 ms = 0.01 s"),
+        (-90, "rad", -2, 2, "-90 deg = -1.571 rad"),
+    ],
+)
+def test_another_unit_is_guessed(value, unit, low, high, hint):
+    with pytest.raises(ConfigError, match=hint):
+        config.require_range("thing", "size", value, low, high, unit)
+    config.require_range("thing", "size", high, low, high, unit)
+
+
+def test_no_other_unit_is_guessed_where_it_explains_nothing():
+    with pytest.raises(ConfigError, match=r"0\.01 \.\. 5 m$"):
+        config.require_range("thing", "size", -3.0, 0.01, 5.0, "m")
+
+
+def test_choices():
+    config.require_choice("path", "direction", -1, (1, -1))
+    with pytest.raises(ConfigError, match=r"path\.direction = 0 is not one of 1, -1"):
+        config.require_choice("path", "direction", 0, (1, -1))
+
+
+def test_the_examples_here_cover_every_field():
+    assert {item.name for item in fields(Whole)} == set(config.to_mapping(Whole(rate=1.0, extra=Wall())))
