@@ -1,0 +1,274 @@
+"""One sliding contact in physical units, and its force read over every physics step.
+
+Stiffness is in N/m, damping in N s/m, and Coulomb friction neither creeps nor chatters. The engine's
+contact is a spring and a damper behind an impedance d in (0, 1): f = d / ((1 - d) A) (K delta + B delta'),
+with A the inverse effective mass; handed over with a minus sign, `solref` is (-K d, -B d). So f = k delta +
+c delta' needs -k (1 - d) A and -c (1 - d) A.
+
+Friction shares the normal direction's damper unless it is given its own, and on a convex cone a friction
+damper of c_f N s/m adds mu c_f v of normal force to a tip that slides at v: enough, with the stiff default,
+to throw a pen that presses with 1 N off a flat plate. Hence a separate, weak friction damper
+(`friction_rate`), at the smallest impedance, and a large ratio of friction to normal impedance
+(`impratio`), which keeps the creep in stick at F_t / `stick_damping`. `solreffriction` exists only on an
+explicit geom pair, so the pair is explicit.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import mujoco
+import numpy as np
+
+from skylimb.config import require_non_negative, require_positive, require_range
+from skylimb.errors import ConfigError, unknown_name
+from skylimb.spatial import Array, dot, is_symbolic, vector
+
+PAIR_NAME = "tip_surface"
+SENSOR_NAME = "tip_surface_force"
+_IMPEDANCE = 1e-4  # the smallest that the engine keeps (mjMINIMP)
+_STIFFNESS_RANGE = (50.0, 1e6)
+
+
+@dataclass(frozen=True)
+class ContactParameters:
+    """How the tip and a surface push on each other.
+
+    Attributes:
+        friction: Coulomb coefficient mu, 0 or more.
+        stiffness: normal stiffness k, N/m.
+        damping_ratio: zeta of the normal direction; c = 2 zeta sqrt(k m), m the tip's effective mass.
+        damping: c itself in N s/m, in place of `damping_ratio`.
+        stick_damping: c_t in N s/m; a tip that sticks under a tangential force F_t creeps at F_t / c_t.
+        friction_rate: b_f in 1/s, rate at which slip reaches the cone. Below 200 an
+            oblique bounce gains energy.
+        adhesion: force in N with which the surface can pull before it lets go.
+    """
+
+    friction: float = 0.4
+    stiffness: float = 5000.0
+    damping_ratio: float = 0.3
+    damping: float | None = None
+    stick_damping: float = 8e4
+    friction_rate: float = 200.0
+    adhesion: float = 0.0
+
+    def __post_init__(self) -> None:
+        require_non_negative("surface", "friction", self.friction)
+        require_range("surface", "stiffness", self.stiffness, *_STIFFNESS_RANGE, "N/m")
+        require_range("surface", "damping_ratio", self.damping_ratio, 0.0, 10.0)
+        if self.damping is not None:
+            require_non_negative("surface", "damping", self.damping, "N s/m")
+        require_positive("surface", "stick_damping", self.stick_damping, "N s/m")
+        require_positive("surface", "friction_rate", self.friction_rate, "1/s")
+        require_non_negative("surface", "adhesion", self.adhesion, "N")
+
+    def normal_damping(self, effective_mass: float) -> float:
+        """Damping c of the normal direction, N s/m, for a tip of this effective mass (kg)."""
+        if self.damping is not None:
+            return self.damping
+        return 2.0 * self.damping_ratio * math.sqrt(self.stiffness * effective_mass)
+
+
+def set_contact_options(spec: mujoco.MjSpec, timestep: float | None = None) -> None:
+    """Set the engine's options that this contact was verified with; `timestep` in s when it should change."""
+    option = spec.option
+    if timestep is not None:
+        option.timestep = timestep
+    option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    option.solver = mujoco.mjtSolver.mjSOL_NEWTON
+    option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    option.tolerance = 1e-10
+    option.noslip_iterations = 0
+    # A state that blew up must stay visible, not turn into the initial one.
+    option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
+
+
+def add_contact_pair(
+    spec: mujoco.MjSpec,
+    tip_geom: str,
+    surface_geom: str,
+    parameters: ContactParameters,
+    name: str = PAIR_NAME,
+) -> None:
+    """Let tip and surface collide, as an explicit pair; `tune_contact_pair` completes it once compiled."""
+    mu = parameters.friction
+    spec.add_pair(
+        name=name,
+        geomname1=surface_geom,
+        geomname2=tip_geom,
+        condim=3,
+        margin=0.0,
+        gap=0.0,
+        friction=[mu, mu, 0, 0, 0],
+    )
+
+
+def effective_mass(model: mujoco.MjModel, name: str = PAIR_NAME) -> float:
+    """Mass in kg that the pair's contact feels: the tip body's, in series with a movable surface's.
+
+    It is the engine's own average over directions in the reference configuration, which is also what it
+    divides by, so that stiffness stays in N/m in any pose.
+    """
+    pair = _pair_id(model, name)
+    bodies = model.geom_bodyid[[model.pair_geom1[pair], model.pair_geom2[pair]]]
+    inverse = float(model.body_invweight0[bodies, 0].sum())
+    if not inverse > 0.0:
+        raise ConfigError(
+            f"contact pair '{name}': neither of its two bodies can move, so no contact can form"
+        )
+    return 1.0 / inverse
+
+
+def tune_contact_pair(model: mujoco.MjModel, parameters: ContactParameters, name: str = PAIR_NAME) -> None:
+    """Write the pair's solver parameters; call again whenever masses changed (after `mj_setConst`).
+
+    `impratio` is one number for the whole model, so a model has one tuned tip. Raises `ConfigError` when
+    the time step cannot carry the stiffness or damping.
+    """
+    pair = _pair_id(model, name)
+    mass = effective_mass(model, name)
+    k, c = parameters.stiffness, parameters.normal_damping(mass)
+    _require_resolved(k, c, mass, float(model.opt.timestep))
+    d, scale = _IMPEDANCE, (1.0 - _IMPEDANCE) / mass
+    b_f = parameters.friction_rate
+    model.pair_solimp[pair] = (d, d, 1e-3, 0.5, 2.0)
+    model.pair_solref[pair] = (-k * scale, -c * scale)
+    model.pair_solreffriction[pair] = (-1.0, -b_f * d)
+    model.pair_friction[pair, :2] = parameters.friction
+    model.pair_adhesion[pair] = parameters.adhesion
+    model.opt.impratio = parameters.stick_damping * scale / (b_f * d)
+
+
+def _require_resolved(k: float, c: float, mass: float, timestep: float) -> None:
+    stiffest, strongest = 0.25 * mass / timestep**2, mass / timestep
+    where = f"for a time step of {timestep:g} s and {mass:.3g} kg at the tip"
+    if k > stiffest:
+        finer = 0.5 * math.sqrt(mass / k)
+        raise ConfigError(
+            f"surface.stiffness = {k:g} N/m is too stiff {where}: at most {stiffest:.4g} N/m, "
+            f"or a time step of {finer:.2g} s"
+        )
+    if c > strongest:
+        raise ConfigError(f"surface.damping = {c:g} N s/m is too much {where}: at most {strongest:.4g} N s/m")
+
+
+def _pair_id(model: mujoco.MjModel, name: str) -> int:
+    pair = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_PAIR, name)
+    if pair < 0:
+        raise unknown_name("contact pair", name, (model.pair(i).name for i in range(model.npair)))
+    return pair
+
+
+def add_contact_sensor(
+    spec: mujoco.MjSpec, tip_geom: str, surface_geom: str, samples: int, name: str = SENSOR_NAME
+) -> None:
+    """Record the contact's force and place at every physics step.
+
+    `samples` is the number of physics steps in a control tick: one `mj_step(model, data, nstep=samples)`
+    then leaves all of the tick in `data.history`, oldest first (`ContactReading` says where).
+    """
+    if samples < 1:
+        raise ConfigError(
+            f"contact sensor: {samples} samples are not enough: 1 or more, one for each step of a tick"
+        )
+    sensor = spec.add_sensor(
+        name=name,
+        type=mujoco.mjtSensor.mjSENS_CONTACT,
+        # The force acts on the second geom, so the surface comes first: force ON the robot.
+        objtype=mujoco.mjtObj.mjOBJ_GEOM,
+        objname=surface_geom,
+        reftype=mujoco.mjtObj.mjOBJ_GEOM,
+        refname=tip_geom,
+        nsample=samples,
+    )
+    fields = (mujoco.mjtConDataField.mjCONDATA_FOUND, mujoco.mjtConDataField.mjCONDATA_FORCE)
+    fields += (mujoco.mjtConDataField.mjCONDATA_POS,)
+    net_force = 3  # of the attribute reduce: none, mindist, maxforce, netforce
+    sensor.intprm = [sum(1 << int(field) for field in fields), net_force, 1]
+
+
+@dataclass(frozen=True)
+class ContactAverage:
+    """What the tip felt in one control tick.
+
+    Attributes:
+        force: (3,) mean force on the robot over the tick's physics steps, N, world axes; exact, so that force
+            times the tick's length is the impulse.
+        duty: fraction of the steps in which tip and surface overlapped, 0 to 1.
+        position: (3,) mean contact point over the steps in which a force acted, m, world; zero when none did.
+    """
+
+    force: Array
+    duty: Any
+    position: Array
+
+
+@dataclass(frozen=True)
+class ContactReading:
+    """Where the contact sensor's samples lie in `data.history`, one row a physics step, oldest first.
+
+    Attributes:
+        found: (n,) indices of the number of contacts; above 0 tip and surface overlap.
+        force: (n, 3) indices of the force ON THE ROBOT, N, world axes.
+        position: (n, 3) indices of the contact point, m, world; zero where no force acts (an overlap that
+            opens fast enough for its damper to cancel its spring carries none).
+        time: (n,) indices of the time at the beginning of the step, s.
+    """
+
+    found: np.ndarray
+    force: np.ndarray
+    position: np.ndarray
+    time: np.ndarray
+
+    @classmethod
+    def of(cls, model: mujoco.MjModel, name: str = SENSOR_NAME) -> ContactReading:
+        """The reading of the sensor called `name`."""
+        sensor = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SENSOR, name)
+        if sensor < 0:
+            raise unknown_name("sensor", name, (model.sensor(i).name for i in range(model.nsensor)))
+        samples, width = int(model.sensor_history[sensor, 0]), int(model.sensor_dim[sensor])
+        # The buffer: one word of the user's, a cursor, n times, then n rows of values.
+        first_time = int(model.sensor_historyadr[sensor]) + 2
+        rows = first_time + samples + width * np.arange(samples)[:, None]
+        return cls(
+            found=rows[:, 0],
+            force=rows + np.arange(1, 4),
+            position=rows + np.arange(4, 7),
+            time=first_time + np.arange(samples),
+        )
+
+    @property
+    def samples(self) -> int:
+        """Physics steps in one reading."""
+        return len(self.found)
+
+    @property
+    def span(self) -> slice:
+        """The part of `data.history` that this reading needs."""
+        return slice(int(self.time[0]), int(self.position[-1, -1]) + 1)
+
+    def average(self, history: Array) -> ContactAverage:
+        """Average the tick that one `mj_step` call of `samples` steps has left in `data.history`.
+
+        `history` is the whole buffer, as a NumPy array or as a CasADi column.
+        """
+        steps = range(self.samples)
+        forces = [vector(*(history[int(i)] for i in self.force[step])) for step in steps]
+        points = [vector(*(history[int(i)] for i in self.position[step])) for step in steps]
+        overlap = sum(_as_number(history[int(self.found[step])] > 0.0) for step in steps)
+        acting = sum(_as_number(dot(force, force) > 0.0) for force in forces)
+        # Points of forceless steps are zero, so that their sum needs no mask.
+        position = sum(points[1:], points[0]) / _at_least_one(acting)
+        return ContactAverage(sum(forces[1:], forces[0]) / self.samples, overlap / self.samples, position)
+
+
+def _as_number(condition: Any) -> Any:
+    return condition if is_symbolic(condition) else float(condition)
+
+
+def _at_least_one(count: Any) -> Any:
+    return ca.fmax(count, 1.0) if is_symbolic(count) else max(count, 1.0)
