@@ -1,0 +1,33 @@
+"""Robots: description files -> kinematics, mass properties, hovering frame and allocation matrix."""
+
+from skylimb.robots.description import (
+    Inertial,
+    Joint,
+    Link,
+    PostureFamily,
+    RobotDescription,
+    Rotor,
+    Servo,
+    Tip,
+    Visual,
+)
+from skylimb.robots.loader import list_robots, load_robot, read_description
+from skylimb.robots.model import GRAVITY, Robot, RobotState
+
+__all__ = [
+    "GRAVITY",
+    "Inertial",
+    "Joint",
+    "Link",
+    "PostureFamily",
+    "Robot",
+    "RobotDescription",
+    "RobotState",
+    "Rotor",
+    "Servo",
+    "Tip",
+    "Visual",
+    "list_robots",
+    "load_robot",
+    "read_description",
+]

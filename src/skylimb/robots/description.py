@@ -1,0 +1,201 @@
+"""What a robot is: bodies, joints, rotors, servos and the tip, as read from its files and before any computation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+
+def _zeros() -> np.ndarray:
+    return np.zeros(3)
+
+
+@dataclass(frozen=True)
+class Inertial:
+    """Mass properties of one link.
+
+    Attributes:
+        mass: kg.
+        com: (3,) centre of mass in the link frame, m.
+        inertia: (3, 3) about the centre of mass, in the link frame's axes, kg m^2.
+    """
+
+    mass: float = 0.0
+    com: np.ndarray = field(default_factory=_zeros)
+    inertia: np.ndarray = field(default_factory=lambda: np.zeros((3, 3)))
+
+
+@dataclass(frozen=True)
+class Visual:
+    """One primitive (or mesh) that draws a link.
+
+    Attributes:
+        shape: kind of geometry.
+        size: full edge lengths of a box; (radius, length) of a cylinder along z; (radius,) of a sphere; scale of a mesh. m.
+        xyz: (3,) centre in the link frame, m.
+        R: (3, 3) orientation in the link frame.
+        rgba: colour, 0 .. 1.
+        mesh: file of a mesh, else None.
+    """
+
+    shape: Literal["box", "cylinder", "sphere", "mesh"]
+    size: tuple[float, ...]
+    xyz: np.ndarray
+    R: np.ndarray
+    rgba: tuple[float, float, float, float]
+    mesh: Path | None = None
+
+
+@dataclass(frozen=True)
+class Link:
+    """A rigid link of the URDF."""
+
+    name: str
+    inertial: Inertial = field(default_factory=Inertial)
+    visuals: tuple[Visual, ...] = ()
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A joint of the URDF: the child link's frame seen from the parent link's.
+
+    Attributes:
+        xyz: (3,) origin of the child frame in the parent frame, m.
+        R: (3, 3) orientation of the child frame in the parent frame at joint angle zero.
+        axis: (3,) unit axis in the child frame.
+        lower: lower angle limit, rad (-inf when continuous).
+        upper: upper angle limit, rad (inf when continuous).
+        effort: torque limit, N m.
+        speed: speed limit, rad/s.
+        damping: viscous friction, N m s/rad.
+        friction: dry friction, N m.
+    """
+
+    name: str
+    kind: Literal["revolute", "continuous", "fixed"]
+    parent: str
+    child: str
+    xyz: np.ndarray
+    R: np.ndarray
+    axis: np.ndarray
+    lower: float
+    upper: float
+    effort: float
+    speed: float
+    damping: float
+    friction: float
+
+
+@dataclass(frozen=True)
+class Servo:
+    """A position servo: torque = stiffness * error - damping * speed, within limits.
+
+    Attributes:
+        stiffness: N m/rad.
+        damping: N m s/rad.
+        torque_limit: N m.
+        speed_limit: of the set point it follows, rad/s.
+    """
+
+    stiffness: float
+    damping: float
+    torque_limit: float
+    speed_limit: float
+
+
+@dataclass(frozen=True)
+class Rotor:
+    """A rotor and its frame {F_i}, whose z axis is the direction of thrust.
+
+    Attributes:
+        link: the link that {F_i} is fixed to.
+        xyz: (3,) origin of {F_i} in that link's frame, m.
+        R: (3, 3) orientation of {F_i} in that link's frame.
+        spin: +1 when it turns about +z, -1 about -z.
+        drag_torque_coefficient: signed kappa_i of eq:allocation for torque, m; its sign is against the spin.
+        thrust_min: least thrust, N.
+        thrust_max: greatest thrust, N.
+        lag: time constant of the thrust, s.
+    """
+
+    name: str
+    link: str
+    xyz: np.ndarray
+    R: np.ndarray
+    spin: int
+    drag_torque_coefficient: float
+    thrust_min: float
+    thrust_max: float
+    lag: float
+
+
+@dataclass(frozen=True)
+class Tip:
+    """The point that touches: centre (m, in the link's frame) and radius (m) of a small ball on a link."""
+
+    link: str
+    position: np.ndarray
+    radius: float
+
+
+@dataclass(frozen=True)
+class PostureFamily:
+    """Postures with one parameter, the shape angle: q = offset + slope * theta (eq:joint angles). Angles in rad."""
+
+    offset: np.ndarray
+    slope: np.ndarray
+    theta_min: float
+    theta_max: float
+    theta_nominal: float
+
+
+@dataclass(frozen=True)
+class RobotDescription:
+    """Everything that the files say about a robot.
+
+    Attributes:
+        name: short name.
+        summary: one line for people.
+        root: the URDF's root link; its frame is the root frame.
+        links: all links, parents before children.
+        joints: all joints, in the same order as the links they lead to.
+        rotors: in the order of the thrust vector.
+        shape_joints: joint names, in the order of the joint angles q.
+        vectoring_joints: joint names, in the order of the vectoring angles psi.
+        shape_servo: servo of every shape joint.
+        vectoring_servo: servo of every vectoring joint.
+        vectoring_start: (n_vectoring,) angles where the search for good vectoring angles begins, rad.
+        tip: the contact point.
+        posture: the one-parameter family of postures.
+        measured_link: the link whose pose and twist are measured.
+        digest: SHA-256 of the two files, hexadecimal.
+        folder: where the files are.
+    """
+
+    name: str
+    summary: str
+    root: str
+    links: tuple[Link, ...]
+    joints: tuple[Joint, ...]
+    rotors: tuple[Rotor, ...]
+    shape_joints: tuple[str, ...]
+    vectoring_joints: tuple[str, ...]
+    shape_servo: Servo
+    vectoring_servo: Servo
+    vectoring_start: np.ndarray
+    tip: Tip
+    posture: PostureFamily
+    measured_link: str
+    digest: str
+    folder: Path
+
+    def link(self, name: str) -> Link:
+        """The link of that name."""
+        return next(link for link in self.links if link.name == name)
+
+    def joint(self, name: str) -> Joint:
+        """The joint of that name."""
+        return next(joint for joint in self.joints if joint.name == name)

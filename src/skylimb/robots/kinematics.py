@@ -1,0 +1,107 @@
+"""Poses of bodies and composite mass properties as CasADi expressions, kept small.
+
+Joint axes of this class of robots are parallel. A chain of turns about parallel axes is one turn by the sum of the angles,
+so a body's orientation is written Rot(axis, angle) R_zero with a constant R_zero: one sine and cosine a body, and constant
+entries stay constant. A joint whose axis is not parallel to those above it starts a new axis, at the cost of a longer
+expression.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from skylimb.robots.bodies import Body
+from skylimb.robots.urdf import clean_rotation
+from skylimb.spatial import hat
+
+Array = Any
+"""A CasADi matrix."""
+
+Z_AXIS = np.array([0.0, 0.0, 1.0])
+
+
+@dataclass(frozen=True)
+class BodyPose:
+    """Pose of a body in the root frame: R = base Rot(axis, angle) R_zero.
+
+    Attributes:
+        xyz: 3 x 1 origin, m.
+        base: 3 x 3 turn by joints whose axes are not parallel to `axis`, None when there are none.
+        axis: (3,) constant unit vector.
+        angle: turn about it, rad.
+        R_zero: (3, 3) constant.
+        turn: 3 x 3 expression, base Rot(axis, angle).
+    """
+
+    xyz: Array
+    base: Array | None
+    axis: np.ndarray
+    angle: Any
+    R_zero: np.ndarray
+    turn: Array
+
+    def turned(self, constant: np.ndarray) -> Array:
+        """Orientation (or vector) `constant` of the body's frame, in root axes."""
+        return self.turn @ _sparse(self.R_zero @ constant)
+
+    def point(self, xyz: np.ndarray) -> Array:
+        """A point of the body's frame, in the root frame."""
+        return self.xyz + self.turned(np.asarray(xyz, dtype=float))
+
+
+def _sparse(constant: np.ndarray) -> ca.SX:
+    """A constant whose exact zeros are structural, so that no operation is spent on them."""
+    return ca.SX(ca.sparsify(ca.DM(constant)))
+
+
+def _turn(axis: np.ndarray, angle: Any) -> ca.SX:
+    """Rot(axis, angle) with its constant, cosine and sine parts apart, so that zeros of each part vanish."""
+    along = np.outer(axis, axis)
+    return _sparse(along) + _sparse(np.eye(3) - along) * ca.cos(angle) + _sparse(hat(axis)) * ca.sin(angle)
+
+
+def body_poses(bodies: Sequence[Body], angles: Mapping[str, Any]) -> list[BodyPose]:
+    """The pose of every body in the root frame.
+
+    Args:
+        bodies: parents first; the root body's frame is the root frame.
+        angles: joint name -> angle (an SX scalar), rad.
+    """
+    poses = [BodyPose(ca.SX(3, 1), None, Z_AXIS, 0.0, np.eye(3), ca.SX.eye(3))]
+    for body in bodies[1:]:
+        parent, joint = poses[body.parent], body.joint
+        assert joint is not None  # only the root has none
+        xyz = parent.xyz + parent.turned(body.xyz)
+        R_zero = clean_rotation(parent.R_zero @ body.R)
+        axis = clean_rotation(R_zero @ joint.axis)
+        along = float(np.dot(axis, parent.axis))
+        if abs(along) > 1.0 - 1e-12:
+            base, axis, angle = parent.base, parent.axis, parent.angle + round(along) * angles[joint.name]
+        else:
+            base, axis, angle = parent.turn @ _sparse(R_zero), joint.axis, angles[joint.name]
+            R_zero = np.eye(3)
+        turn = _turn(axis, angle) if base is None else base @ _turn(axis, angle)
+        poses.append(BodyPose(xyz, base, axis, angle, R_zero, turn))
+    return poses
+
+
+def composite(bodies: Sequence[Body], poses: Sequence[BodyPose]) -> tuple[Array, Array]:
+    """Centre of gravity in the root frame and inertia about it in root axes.
+
+    The sums run over second moments S = integral of x x^T dm, which add up and shift more cheaply than inertias;
+    I = trace(S) E - S at the end.
+    """
+    mass = sum(body.mass for body in bodies)
+    centres = [pose.point(body.com) for body, pose in zip(bodies, poses, strict=True)]
+    cog = sum((body.mass / mass * centre for body, centre in zip(bodies, centres, strict=True)), ca.SX(3, 1))
+    moments = ca.SX(3, 3)
+    for body, pose, centre in zip(bodies, poses, centres, strict=True):
+        own = pose.R_zero @ (0.5 * np.trace(body.inertia) * np.eye(3) - body.inertia) @ pose.R_zero.T
+        d = centre - cog
+        moments += pose.turn @ _sparse(own) @ pose.turn.T + body.mass * (d @ d.T)
+    return cog, ca.trace(moments) * ca.SX.eye(3) - moments

@@ -1,0 +1,183 @@
+"""From a robot's name or path to a checked `Robot`."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+
+from skylimb.config import from_mapping, read_toml
+from skylimb.errors import ConfigError, DescriptionError, nearest, unknown_name
+from skylimb.robots.description import Joint, Link, PostureFamily, RobotDescription, Rotor, Tip
+from skylimb.robots.flight import FlightFile, RotorSection
+from skylimb.robots.model import Robot
+from skylimb.robots.urdf import clean_rotation, read_urdf
+from skylimb.robots.validation import check_description, check_robot
+from skylimb.spatial import rotation_from_rpy
+
+FLIGHT_FILE = "flight.toml"
+_SHIPPED = Path(__file__).parent
+
+
+def list_robots() -> dict[str, str]:
+    """The robots that come with the package, each with one line about it."""
+    files = sorted(_SHIPPED.glob(f"*/{FLIGHT_FILE}"))
+    return {path.parent.name: str(read_toml(path).get("summary", "")) for path in files}
+
+
+def load_robot(name_or_path: str | Path) -> Robot:
+    """The robot of that name, or of a user's own pair of files.
+
+    Args:
+        name_or_path: a name that `list_robots` knows; or the path of a flight TOML, which names its URDF beside it; or a
+            folder with a `flight.toml`.
+
+    Raises:
+        UnknownNameError: no robot of that name comes with the package.
+        ConfigError: the flight TOML is missing, unreadable, or has an unknown key, a wrong type or a value out of range.
+        DescriptionError: the two files do not describe a robot that can exist and fly.
+        AllocationError: the rotors cannot command a thrust and three torques.
+    """
+    return _load(_flight_path(name_or_path).resolve())
+
+
+@lru_cache(maxsize=16)
+def _load_unchanged(path: Path, digest: str) -> Robot:
+    robot = Robot(_describe(path, digest))
+    check_robot(robot)
+    return robot
+
+
+def _load(path: Path) -> Robot:
+    return _load_unchanged(path, _digest(path, path.parent / _flight_file(path).urdf))
+
+
+def read_description(name_or_path: str | Path) -> RobotDescription:
+    """What the files say, checked link by link, without the model being built (see `load_robot`)."""
+    path = _flight_path(name_or_path).resolve()
+    return _describe(path, _digest(path, path.parent / _flight_file(path).urdf))
+
+
+def _flight_path(name_or_path: str | Path) -> Path:
+    path = Path(name_or_path)
+    if path.is_dir():
+        if (path / FLIGHT_FILE).is_file():
+            return path / FLIGHT_FILE
+        raise DescriptionError(f"the folder '{path}' has no {FLIGHT_FILE}")
+    is_path = path.suffix != "" or len(path.parts) > 1
+    if path.suffix.lower() in (".urdf", ".xacro", ".xml"):
+        raise ConfigError(f"'{path}' is a URDF; name the flight TOML that points to it, or its folder")
+    if is_path:
+        return path
+    if not (_SHIPPED / path / FLIGHT_FILE).is_file() or not path.name:
+        raise unknown_name("robot", str(name_or_path), list_robots())
+    return _SHIPPED / path / FLIGHT_FILE
+
+
+def _flight_file(path: Path) -> FlightFile:
+    return from_mapping(FlightFile, read_toml(path), str(path))
+
+
+def _digest(*paths: Path) -> str:
+    total = hashlib.sha256()
+    for path in paths:
+        try:
+            # The same text with other line ends is the same description.
+            total.update(path.read_bytes().replace(b"\r\n", b"\n"))
+        except FileNotFoundError:
+            guess = nearest(path.name, [other.name for other in path.parent.glob("*.urdf")])
+            hint = f"; did you mean '{guess}'?" if guess else ""
+            raise DescriptionError(f"no such file: '{path}'{hint}") from None
+        except OSError as error:
+            raise DescriptionError(f"cannot read '{path}': {error.strerror or error}") from error
+        total.update(b"\0")
+    return total.hexdigest()
+
+
+def _describe(path: Path, digest: str) -> RobotDescription:
+    flight = _flight_file(path)
+    root, links, joints = read_urdf(path.parent / flight.urdf)
+    if flight.root_link is not None:
+        root, links, joints = _cut_above(flight.root_link, root, links, joints, flight.urdf)
+    _require_known("measured_link", [flight.measured_link], [link.name for link in links])
+    _require_known("tip.link", [flight.tip.link], [link.name for link in links])
+    _require_known("rotors.link", [rotor.link for rotor in flight.rotors], [link.name for link in links])
+    moving = [joint.name for joint in joints if joint.kind != "fixed"]
+    _require_known("shape.joints", flight.shape.joints, moving)
+    _require_known("vectoring.joints", flight.vectoring.joints, moving)
+    description = RobotDescription(
+        name=flight.name,
+        summary=flight.summary,
+        root=root,
+        links=links,
+        joints=joints,
+        rotors=tuple(_rotor(section, index) for index, section in enumerate(flight.rotors)),
+        shape_joints=flight.shape.joints,
+        vectoring_joints=flight.vectoring.joints,
+        shape_servo=flight.shape.servo,
+        vectoring_servo=flight.vectoring.servo,
+        vectoring_start=np.array(flight.vectoring.start, dtype=float),
+        tip=Tip(flight.tip.link, np.array(flight.tip.position, dtype=float), flight.tip.radius),
+        posture=PostureFamily(
+            np.array(flight.posture.offset, dtype=float),
+            np.array(flight.posture.slope, dtype=float),
+            flight.posture.theta_min,
+            flight.posture.theta_max,
+            flight.posture.theta_nominal,
+        ),
+        measured_link=flight.measured_link,
+        digest=digest,
+        folder=path.parent,
+    )
+    check_description(description)
+    return description
+
+
+def _require_known(key: str, names: Iterable[str], known: Sequence[str]) -> None:
+    for name in names:
+        if name not in known:
+            kind = "moving joint" if key.endswith("joints") else "link"
+            raise unknown_name(f"{kind} in {key}", name, known)
+
+
+def _cut_above(
+    new_root: str, root: str, links: tuple[Link, ...], joints: tuple[Joint, ...], urdf: str
+) -> tuple[str, tuple[Link, ...], tuple[Joint, ...]]:
+    """The tree below `new_root`; what is cut away must be massless, so that no mass is lost."""
+    _require_known("root_link", [new_root], [link.name for link in links])
+    kept = [new_root]
+    for joint in joints:
+        if joint.parent in kept:
+            kept.append(joint.child)
+    for link in links:
+        if link.name not in kept and link.inertial.mass > 0.0:
+            raise DescriptionError(
+                f"root_link = '{new_root}' would drop link '{link.name}' ({link.inertial.mass:g} kg) of '{urdf}'; "
+                f"only massless links may stand above it (the URDF's root is '{root}')"
+            )
+    inside = tuple(joint for joint in joints if joint.parent in kept)
+    return new_root, tuple(link for link in links if link.name in kept), inside
+
+
+def _rotor(section: RotorSection, index: int) -> Rotor:
+    return Rotor(
+        name=section.name or f"rotor{index + 1}",
+        link=section.link,
+        xyz=np.array(section.xyz, dtype=float),
+        R=clean_rotation(rotation_from_rpy(*section.rpy)),
+        spin=section.spin,
+        # A rotor that turns about +z is dragged about -z, and so is the body it sits on.
+        drag_torque_coefficient=-section.spin * section.drag_torque_coefficient,
+        thrust_min=section.thrust_min,
+        thrust_max=section.thrust_max,
+        lag=section.lag,
+    )
+
+
+def with_rotors(description: RobotDescription, **changes: float) -> RobotDescription:
+    """A copy of the description with the same change to every rotor, for example `thrust_max=28.0`."""
+    return replace(description, rotors=tuple(replace(rotor, **changes) for rotor in description.rotors))

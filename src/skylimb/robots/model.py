@@ -1,0 +1,232 @@
+"""A robot's mechanics as expressions of its joint and vectoring angles, for numbers and for CasADi symbols."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import casadi as ca
+import numpy as np
+
+from skylimb.errors import AllocationError, ConfigError
+from skylimb.robots.bodies import lump
+from skylimb.robots.description import RobotDescription
+from skylimb.robots.hovering import hovering_frame
+from skylimb.robots.kinematics import BodyPose, body_poses, composite
+
+Array = Any
+"""A NumPy array or a CasADi matrix (SX, MX, DM)."""
+
+GRAVITY = 9.80665
+"""Standard gravity, m/s^2."""
+
+_CONDITION_MAX = 1e7
+
+
+class RobotState(NamedTuple):
+    """What the model says at one (q, psi). The root frame is the root link's frame; {C} is the hovering frame.
+
+    Attributes:
+        mass: total mass m, kg.
+        cog_root: (3,) centre of gravity in the root frame, m.
+        R_root_C: (3, 3) orientation of {C} seen from the root frame: a turn in roll and pitch, without yaw, after which
+            the net force of the hover thrusts lies along z of {C}.
+        inertia_C: (3, 3) composite inertia I about the centre of gravity in {C}, kg m^2.
+        allocation_C: (6, n) matrix Q of eq:allocation for wrench in {C}: force rows (-), then torque rows (m).
+        hover_thrusts: (n,) thrusts that carry m g along z of {C} without torque, N.
+        tip_C: (3,) tip in {C}, m.
+        tip_root: (3,) tip in the root frame, m.
+        tip_jacobian: (3, nq) derivative of tip_root by the joint angles, m/rad.
+        cog_jacobian: (3, nq + nv) derivative of cog_root by joint and vectoring angles, m/rad.
+        tip_heading: yaw of the tip link's x axis in the root frame, rad; {C} has the same yaw up to its small tilt.
+    """
+
+    mass: Any
+    cog_root: Array
+    R_root_C: Array
+    inertia_C: Array
+    allocation_C: Array
+    hover_thrusts: Array
+    tip_C: Array
+    tip_root: Array
+    tip_jacobian: Array
+    cog_jacobian: Array
+    tip_heading: Any
+
+
+class Robot:
+    """A multi-link aerial robot: its description, and its mechanics as functions of (q, psi).
+
+    Attributes:
+        description: what the files say.
+        name: short name.
+        mass: total mass, kg.
+        n_joints: number of shape joints, the length of q.
+        n_vectoring: number of vectoring joints, the length of psi.
+        n_rotors: number of rotors, the length of a thrust vector.
+    """
+
+    def __init__(self, description: RobotDescription) -> None:
+        self.description = description
+        self.name = description.name
+        self.n_joints = len(description.shape_joints)
+        self.n_vectoring = len(description.vectoring_joints)
+        self.n_rotors = len(description.rotors)
+        self.bodies, self.placements = lump(description)
+        self.mass = float(sum(body.mass for body in self.bodies))
+        q, psi = ca.SX.sym("q", self.n_joints), ca.SX.sym("psi", self.n_vectoring)  # pyright: ignore[reportArgumentType]
+        poses = self._poses(q, psi)
+        state = self._state(poses, q, psi)
+        self._function = ca.Function(
+            "robot", [q, psi], [ca.SX(entry) for entry in state], ["q", "psi"], state._fields
+        )
+        self._skeleton = ca.Function("skeleton", [q, psi], [self._skeleton_points(poses)])
+        self._link_poses = ca.Function(
+            "links",
+            [q, psi],
+            [ca.horzcat(*(ca.horzcat(*self._place(poses, link.name)) for link in description.links))],
+        )
+
+    def __repr__(self) -> str:
+        return f"Robot({self.name!r}, {self.mass:.4f} kg, {self.n_joints} joints, {self.n_rotors} rotors)"
+
+    def at(
+        self, joint_angles: Sequence[float] | np.ndarray, vectoring_angles: Sequence[float] | np.ndarray
+    ) -> RobotState:
+        """The model in numbers.
+
+        Args:
+            joint_angles: (nq,) q in rad; limits are not asked here, a measurement may lie a little outside.
+            vectoring_angles: (nv,) psi in rad.
+
+        Raises:
+            ConfigError: the wrong number of angles, or one that is not a finite number.
+            AllocationError: at these angles the rotors cannot carry the robot without torque.
+        """
+        q = self._angles("joint_angles", joint_angles, self.n_joints)
+        psi = self._angles("vectoring_angles", vectoring_angles, self.n_vectoring)
+        values = dict(zip(RobotState._fields, self._function(q, psi), strict=True))
+        scalars, vectors = {"mass", "tip_heading"}, {"cog_root", "hover_thrusts", "tip_C", "tip_root"}
+        state = RobotState(
+            **{
+                name: float(value)
+                if name in scalars
+                else value.full().ravel()
+                if name in vectors
+                else value.full()
+                for name, value in values.items()
+            }
+        )
+        condition = _condition(state.allocation_C)
+        if condition > _CONDITION_MAX:
+            raise AllocationError(
+                f"the allocation matrix of '{self.name}' is singular (condition {condition:.1e}) at joint angles "
+                f"{np.round(q, 4).tolist()}, vectoring angles {np.round(psi, 4).tolist()} rad"
+            )
+        return state
+
+    def model(self, joint_angles: Array, vectoring_angles: Array) -> RobotState:
+        """The model in CasADi expressions of the given symbols or expressions (SX or MX), for composing into a function.
+
+        Entries that are not used cost nothing in the function that is built. No check is made: a singular allocation
+        gives entries that are not finite.
+        """
+        return RobotState(*self._function.call([joint_angles, vectoring_angles]))
+
+    def skeleton(self, joint_angles: Any, vectoring_angles: Any) -> Array:
+        """Points along the chain from the root link to the tip, for drawing: (nq + 2, 3), root frame, m.
+
+        They are the origin of the root link, of each body behind a shape joint, and the tip.
+        """
+        points = self._skeleton(joint_angles, vectoring_angles)
+        return points.full() if isinstance(points, ca.DM) else points
+
+    def link_poses(
+        self, joint_angles: Any, vectoring_angles: Any
+    ) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+        """Position (3,) in m and orientation (3, 3) of every link's frame in the root frame, in numbers."""
+        blocks = np.split(
+            self._link_poses(joint_angles, vectoring_angles).full(), len(self.description.links), axis=1
+        )
+        return {
+            link.name: (b[:, 0], b[:, 1:]) for link, b in zip(self.description.links, blocks, strict=True)
+        }
+
+    def joint_limits(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lower and upper limits of the joint angles q, (nq,) each, rad."""
+        joints = [self.description.joint(name) for name in self.description.shape_joints]
+        return np.array([joint.lower for joint in joints]), np.array([joint.upper for joint in joints])
+
+    def _angles(self, name: str, value: Any, length: int) -> np.ndarray:
+        try:
+            angles = np.asarray(value, dtype=float)
+        except (TypeError, ValueError):
+            raise ConfigError(f"{name} = {value!r} of '{self.name}' must be {length} numbers (rad)") from None
+        if angles.shape != (length,) or not np.all(np.isfinite(angles)):
+            raise ConfigError(
+                f"{name} = {angles.tolist()} of '{self.name}' must be {length} finite numbers (rad)"
+            )
+        return angles
+
+    def _poses(self, q: Array, psi: Array) -> list[BodyPose]:
+        names = [*self.description.shape_joints, *self.description.vectoring_joints]
+        symbols = ca.vertcat(q, psi)
+        return body_poses(self.bodies, {name: symbols[index] for index, name in enumerate(names)})
+
+    def _place(
+        self, poses: Sequence[BodyPose], link: str, xyz: Array = (0.0, 0.0, 0.0)
+    ) -> tuple[Array, Array]:
+        """Position in the root frame of a point of a link, and the link's orientation."""
+        place = self.placements[link]
+        pose = poses[place.body]
+        return pose.point(place.xyz + place.R @ np.asarray(xyz, dtype=float)), pose.turned(place.R)
+
+    def _state(self, poses: Sequence[BodyPose], q: Array, psi: Array) -> RobotState:
+        cog, inertia = composite(self.bodies, poses)
+        thrust_axes, thrust_points = [], []
+        for rotor in self.description.rotors:
+            point, R = self._place(poses, rotor.link, rotor.xyz)
+            thrust_axes.append(R @ rotor.R[:, 2])
+            thrust_points.append(point - cog)
+        drag = [rotor.drag_torque_coefficient for rotor in self.description.rotors]
+        hover = hovering_frame(thrust_axes, thrust_points, drag, self.mass * GRAVITY)
+        tip, R_tip = self._place(poses, self.description.tip.link, self.description.tip.position)
+        R = hover.R_root_C
+        return RobotState(
+            mass=self.mass,
+            cog_root=cog,
+            R_root_C=R,
+            inertia_C=R.T @ inertia @ R,
+            allocation_C=hover.allocation_C,
+            hover_thrusts=hover.thrusts,
+            tip_C=R.T @ (tip - cog),
+            tip_root=tip,
+            tip_jacobian=ca.jacobian(tip, q),
+            cog_jacobian=ca.jacobian(cog, ca.vertcat(q, psi)),
+            tip_heading=self._heading(poses, R_tip),
+        )
+
+    def _heading(self, poses: Sequence[BodyPose], R_tip: Array) -> Any:
+        place = self.placements[self.description.tip.link]
+        pose = poses[place.body]
+        if abs(pose.axis[2]) < 1.0:
+            return ca.atan2(R_tip[1, 0], R_tip[0, 0])
+        # About z the angles add up, which costs no arctangent and never jumps by 2 pi.
+        x_axis = pose.R_zero @ place.R[:, 0]
+        return pose.axis[2] * pose.angle + np.arctan2(x_axis[1], x_axis[0])
+
+    def _skeleton_points(self, poses: Sequence[BodyPose]) -> Array:
+        origins = [self._place(poses, self.description.root)[0]]
+        origins += [
+            self._place(poses, self.description.joint(name).child)[0]
+            for name in self.description.shape_joints
+        ]
+        tip, _ = self._place(poses, self.description.tip.link, self.description.tip.position)
+        return ca.horzcat(*origins, tip).T
+
+
+def _condition(allocation: np.ndarray) -> float:
+    if not np.all(np.isfinite(allocation)):
+        return float("inf")
+    singular_values = np.linalg.svd(allocation[2:], compute_uv=False)
+    return float(singular_values[0] / max(singular_values[-1], 1e-300))

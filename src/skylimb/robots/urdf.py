@@ -1,0 +1,190 @@
+"""Links and joints of a URDF, read with yourdfpy; meshes are named, not loaded."""
+
+from __future__ import annotations
+
+import io
+import math
+from collections import Counter
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from skylimb.errors import DescriptionError, unknown_name
+from skylimb.robots.description import Inertial, Joint, Link, Visual
+
+_KINDS = ("revolute", "continuous", "fixed")
+_GREY = (0.6, 0.6, 0.6, 1.0)
+
+
+def read_urdf(path: Path) -> tuple[str, tuple[Link, ...], tuple[Joint, ...]]:
+    """The root link's name, all links (parents first) and all joints of a URDF.
+
+    Raises:
+        DescriptionError: the file cannot be read, is not a URDF, or its links and joints do not form one tree.
+    """
+    robot = _parse(path)
+    links = {link.name: _link(link, robot.materials, path) for link in robot.links}
+    joints = [_joint(joint, path) for joint in robot.joints]
+    _require_unique("link", [link.name for link in robot.links], path)
+    _require_unique("joint", [joint.name for joint in joints], path)
+    return _sorted_tree(links, joints, path)
+
+
+def _parse(path: Path) -> Any:
+    # yourdfpy pulls in trimesh, which `skylimb --help` should not pay for.
+    from yourdfpy import URDF
+
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise DescriptionError(f"cannot read the URDF '{path}': {error.strerror or error}") from error
+    try:
+        urdf = URDF.load(io.BytesIO(content), build_scene_graph=False, load_meshes=False)
+    except Exception as error:  # yourdfpy and lxml let many kinds through: all of them mean "not a URDF"
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise DescriptionError(f"'{path}' is not a URDF that can be read: {reason}") from error
+    return urdf.robot
+
+
+def _finite(value: Any, what: str, path: Path) -> Any:
+    if not np.all(np.isfinite(value)):
+        raise DescriptionError(f"{what} in '{path.name}' is {value}; only finite numbers are allowed")
+    return value
+
+
+def clean_rotation(R: np.ndarray) -> np.ndarray:
+    """A rotation with entries within 1e-14 of -1, 0 or 1 made exact.
+
+    sin(pi) in floating point is 1e-16, not 0, and would otherwise keep terms alive in every symbolic expression.
+    """
+    R = np.array(R, dtype=float)
+    near = np.abs(R - np.round(R)) < 1e-14
+    R[near] = np.round(R[near])
+    return R + 0.0
+
+
+def _origin(origin: np.ndarray | None, what: str, path: Path) -> tuple[np.ndarray, np.ndarray]:
+    if origin is None:
+        return np.zeros(3), np.eye(3)
+    _finite(origin, f"the origin of {what}", path)
+    return np.array(origin[:3, 3]), clean_rotation(origin[:3, :3])
+
+
+def _link(link: Any, materials: Iterable[Any], path: Path) -> Link:
+    what = f"link '{link.name}'"
+    inertial = Inertial()
+    if link.inertial is not None:
+        if link.inertial.mass is None or link.inertial.inertia is None:
+            raise DescriptionError(f"{what} in '{path.name}' has an <inertial> without <mass> or <inertia>")
+        xyz, R = _origin(link.inertial.origin, f"the inertia of {what}", path)
+        inertia = _finite(link.inertial.inertia, f"the inertia of {what}", path)
+        mass = _finite(link.inertial.mass, f"the mass of {what}", path)
+        inertial = Inertial(float(mass), xyz, R @ inertia @ R.T)
+    return Link(link.name, inertial, tuple(_visual(visual, materials, what, path) for visual in link.visuals))
+
+
+def _visual(visual: Any, materials: Iterable[Any], what: str, path: Path) -> Visual:
+    xyz, R = _origin(visual.origin, f"a visual of {what}", path)
+    rgba, geometry, mesh = _colour(visual.material, materials), visual.geometry, None
+    if geometry.box is not None:
+        shape, size = "box", tuple(float(edge) for edge in geometry.box.size)
+    elif geometry.cylinder is not None:
+        shape, size = "cylinder", (float(geometry.cylinder.radius), float(geometry.cylinder.length))
+    elif geometry.sphere is not None:
+        shape, size = "sphere", (float(geometry.sphere.radius),)
+    else:
+        shape, mesh = "mesh", path.parent / geometry.mesh.filename.split("://")[-1]
+        scale = 1.0 if geometry.mesh.scale is None else geometry.mesh.scale
+        size = tuple(float(factor) for factor in np.broadcast_to(scale, 3))
+    return Visual(shape, size, xyz, R, rgba, mesh)
+
+
+def _colour(material: Any, materials: Iterable[Any]) -> tuple[float, float, float, float]:
+    if material is None:
+        return _GREY
+    named = [other for other in materials if other.name == material.name]
+    colour = next((entry.color for entry in [material, *named] if entry.color is not None), None)
+    if colour is None or len(colour.rgba) != 4:
+        return _GREY
+    red, green, blue, alpha = (float(channel) for channel in colour.rgba)
+    return (red, green, blue, alpha)
+
+
+def _joint(joint: Any, path: Path) -> Joint:
+    what = f"joint '{joint.name}' in '{path.name}'"
+    if joint.type not in _KINDS:
+        raise DescriptionError(f"{what} is of type '{joint.type}'; allowed are {', '.join(_KINDS)}")
+    if joint.mimic is not None:
+        raise DescriptionError(f"{what} mimics '{joint.mimic.joint}'; mimic joints are not supported")
+    xyz, R = _origin(joint.origin, what, path)
+    axis = (
+        np.array([1.0, 0.0, 0.0]) if joint.axis is None else _finite(joint.axis, f"the axis of {what}", path)
+    )
+    length = float(np.linalg.norm(axis))
+    if length < 1e-9:
+        raise DescriptionError(f"{what} has the axis {axis}; it needs a direction")
+    limit, dynamics = joint.limit, joint.dynamics
+    if joint.type == "revolute" and (limit is None or limit.lower is None or limit.upper is None):
+        raise DescriptionError(
+            f"{what} is revolute without <limit lower=... upper=...>; give them or make it continuous"
+        )
+    bounded = joint.type == "revolute"
+    return Joint(
+        name=joint.name,
+        kind=joint.type,
+        parent=joint.parent,
+        child=joint.child,
+        xyz=xyz,
+        R=R,
+        axis=clean_rotation(axis / length),
+        lower=float(limit.lower) if bounded else -math.inf,
+        upper=float(limit.upper) if bounded else math.inf,
+        effort=_or(limit and limit.effort, math.inf),
+        speed=_or(limit and limit.velocity, math.inf),
+        damping=_or(dynamics and dynamics.damping, 0.0),
+        friction=_or(dynamics and dynamics.friction, 0.0),
+    )
+
+
+def _or(value: float | None, default: float) -> float:
+    return default if value is None else float(value)
+
+
+def _require_unique(kind: str, names: list[str], path: Path) -> None:
+    for name, count in Counter(names).items():
+        if count > 1:
+            raise DescriptionError(
+                f"{kind} '{name}' stands {count} times in '{path.name}'; names must be unique"
+            )
+
+
+def _sorted_tree(
+    links: dict[str, Link], joints: list[Joint], path: Path
+) -> tuple[str, tuple[Link, ...], tuple[Joint, ...]]:
+    for joint in joints:
+        for role, name in (("parent", joint.parent), ("child", joint.child)):
+            if name not in links:
+                raise unknown_name(f"{role} link of joint '{joint.name}' in '{path.name}'", name, links)
+    children = Counter(joint.child for joint in joints)
+    twice = next((name for name, count in children.items() if count > 1), None)
+    if twice is not None:
+        raise DescriptionError(
+            f"link '{twice}' in '{path.name}' is the child of {children[twice]} joints; it can have one"
+        )
+    roots = [name for name in links if name not in children]
+    if len(roots) != 1:
+        found = ", ".join(roots) or "none, the joints form a loop"
+        raise DescriptionError(
+            f"'{path.name}' needs exactly one root link (that is no joint's child); found: {found}"
+        )
+    names, ordered = [roots[0]], []
+    for name in names:
+        below = [joint for joint in joints if joint.parent == name]
+        ordered += below
+        names += [joint.child for joint in below]
+    if len(names) != len(links):
+        lost = ", ".join(sorted(set(links) - set(names)))
+        raise DescriptionError(f"links in a loop, not joined to root '{roots[0]}' of '{path.name}': {lost}")
+    return roots[0], tuple(links[name] for name in names), tuple(ordered)

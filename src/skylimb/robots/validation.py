@@ -1,0 +1,263 @@
+"""Refuse descriptions of robots that cannot exist or cannot fly, with the thing, its value and what was allowed."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Sequence
+
+import numpy as np
+
+from skylimb.errors import AllocationError, DescriptionError
+from skylimb.robots.description import Inertial, Joint, RobotDescription, Rotor, Servo
+from skylimb.robots.model import GRAVITY, Robot
+
+_GYRATION_MAX = 3.0
+"""Greatest believable radius of gyration of one link, m."""
+
+_TRIES = 500
+"""Sets of vectoring angles tried before a robot is said to be unable to hover."""
+
+_DRAG_MAX = 1.0
+"""Greatest believable drag torque per thrust, m."""
+
+
+def check_description(description: RobotDescription) -> None:
+    """Check every link, joint, rotor and number on its own.
+
+    Raises:
+        DescriptionError: the first thing that no physical robot can have.
+    """
+    for link in description.links:
+        _check_inertial(link.name, link.inertial)
+    for joint in description.joints:
+        _check_joint(joint)
+    _check_roles(description)
+    if len(description.rotors) < 4:
+        raise DescriptionError(
+            f"'{description.name}' has {len(description.rotors)} rotors; thrust and three torques need at least 4"
+        )
+    for rotor in description.rotors:
+        _check_rotor(rotor)
+    _check_unique("rotor", [rotor.name for rotor in description.rotors])
+    _check_servo("shape.servo", description.shape_servo)
+    _check_servo("vectoring.servo", description.vectoring_servo)
+    _positive("tip.radius", description.tip.radius, "m")
+    _check_root(description)
+    _check_weight(description)
+    _check_posture(description)
+
+
+def check_robot(robot: Robot) -> None:
+    """Check what only the whole model shows: bodies that move have mass, and the rotors can carry it without torque.
+
+    Raises:
+        DescriptionError: a moving body without mass.
+        AllocationError: at the nominal posture the rotors cannot command a thrust and three torques, or cannot hover.
+    """
+    for body in robot.bodies:
+        if body.mass <= 0.0:
+            raise DescriptionError(
+                f"the body of link '{body.name}' moves but has no mass; give it an <inertial>"
+            )
+        _check_inertial(body.name, Inertial(body.mass, body.com, body.inertia))
+    posture, start = robot.description.posture, robot.description.vectoring_start
+    nominal = posture.offset + posture.slope * posture.theta_nominal
+    # Golden-ratio steps spread the tries evenly and are the same every time; the first one is the start guess itself.
+    steps = np.outer(np.arange(_TRIES if robot.n_vectoring else 1), _golden_steps(robot.n_vectoring))
+    singular = 0
+    for psi in start + 2.0 * np.pi * (steps % 1.0):
+        try:
+            thrusts = robot.at(nominal, psi).hover_thrusts
+        except AllocationError:
+            singular += 1
+            continue
+        if all(
+            0.0 < thrust < rotor.thrust_max
+            for rotor, thrust in zip(robot.description.rotors, thrusts, strict=True)
+        ):
+            return
+    if singular == len(steps):
+        raise AllocationError(
+            f"the allocation matrix of '{robot.name}' is singular at its nominal posture, whatever the vectoring angles: "
+            "its rotors cannot command a thrust and three torques; look at rotor frames and spins"
+        )
+    raise AllocationError(
+        f"'{robot.name}' cannot hover at its nominal posture with thrusts between 0 and thrust_max and no torque at any of "
+        f"{len(steps)} sets of vectoring angles tried; look at rotor frames, spins and masses"
+    )
+
+
+def _golden_steps(n: int) -> np.ndarray:
+    """Steps of a low-discrepancy sequence in n dimensions: powers of 1 / the root of x^(n + 1) = x + 1."""
+    root = 2.0
+    for _ in range(60):
+        root = (1.0 + root) ** (1.0 / (n + 1))
+    return root ** -np.arange(1, n + 1)
+
+
+def _check_inertial(name: str, inertial: Inertial) -> None:
+    mass = inertial.mass
+    if mass < 0.0:
+        raise DescriptionError(f"mass of link '{name}' is {mass:g} kg; it must not be negative")
+    if not np.all(np.isfinite(inertial.inertia)) or not np.all(np.isfinite(inertial.com)):
+        raise DescriptionError(f"mass properties of link '{name}' are not finite numbers")
+    if mass == 0.0:
+        if np.any(inertial.inertia != 0.0):
+            raise DescriptionError(f"link '{name}' has inertia but its mass is 0 kg; give both or neither")
+        return
+    moments = np.linalg.eigvalsh(inertial.inertia)
+    told = ", ".join(f"{moment:.3g}" for moment in moments)
+    if moments[0] <= 0.0:
+        raise DescriptionError(
+            f"inertia of link '{name}' is not positive definite: principal moments {told} kg m^2"
+        )
+    if moments[0] + moments[1] < moments[2] * (1.0 - 1e-6):
+        raise DescriptionError(
+            f"inertia of link '{name}' is that of no body: of the principal moments {told} kg m^2 the two smaller must "
+            "add up to at least the largest (A + B >= C)"
+        )
+    gyration = math.sqrt(moments[2] / mass)
+    if gyration > _GYRATION_MAX:
+        raise DescriptionError(
+            f"inertia of link '{name}' puts its {mass:g} kg at {gyration:.3g} m from its centre (at most {_GYRATION_MAX:g} "
+            "m is believed); is it in g m^2 or kg mm^2?"
+        )
+
+
+def _check_joint(joint: Joint) -> None:
+    if joint.kind == "fixed":
+        return
+    what = f"joint '{joint.name}'"
+    for side, limit in (("lower", joint.lower), ("upper", joint.upper)):
+        if math.isnan(limit):
+            raise DescriptionError(f"{side} limit of {what} is not a number")
+        if math.isfinite(limit) and abs(limit) > 2.0 * math.pi:
+            raise DescriptionError(
+                f"{side} limit of {what} is {limit:g} rad, more than a turn; is it degrees? "
+                f"{limit:g} deg = {math.radians(limit):.4g} rad"
+            )
+    if joint.lower >= joint.upper:
+        raise DescriptionError(
+            f"{what} has lower limit {joint.lower:g} not below its upper limit {joint.upper:g} rad"
+        )
+    for key, value in (("effort", joint.effort), ("velocity", joint.speed)):
+        if not value > 0.0:
+            raise DescriptionError(f"{key} limit of {what} is {value:g}; it must be positive")
+    for key, value in (("damping", joint.damping), ("friction", joint.friction)):
+        if not value >= 0.0:
+            raise DescriptionError(f"{key} of {what} is {value:g}; it must not be negative")
+
+
+def _check_roles(description: RobotDescription) -> None:
+    roles = [*description.shape_joints, *description.vectoring_joints]
+    _check_unique("joint in shape.joints and vectoring.joints", roles)
+    for joint in description.joints:
+        if joint.kind != "fixed" and joint.name not in roles:
+            raise DescriptionError(
+                f"joint '{joint.name}' moves but is neither in shape.joints nor in vectoring.joints; name it or make it fixed"
+            )
+    expected = (
+        ("vectoring.start", len(description.vectoring_start), len(description.vectoring_joints)),
+        ("posture.offset", len(description.posture.offset), len(description.shape_joints)),
+        ("posture.slope", len(description.posture.slope), len(description.shape_joints)),
+    )
+    for key, given, wanted in expected:
+        if given != wanted:
+            raise DescriptionError(
+                f"{key} of '{description.name}' has {given} entries; one for each of {wanted} joints"
+            )
+
+
+def _check_unique(kind: str, names: Sequence[str]) -> None:
+    for name, count in Counter(names).items():
+        if count > 1:
+            raise DescriptionError(f"{kind} '{name}' is named {count} times")
+
+
+def _positive(name: str, value: float, unit: str) -> None:
+    if not (math.isfinite(value) and value > 0.0):
+        raise DescriptionError(f"{name} is {value:g} {unit}; it must be positive and finite")
+
+
+def _check_rotor(rotor: Rotor) -> None:
+    if rotor.spin not in (1, -1):
+        raise DescriptionError(f"spin of {rotor.name} is {rotor.spin}; it is 1 (about +z) or -1")
+    _positive(f"thrust_max of {rotor.name}", rotor.thrust_max, "N")
+    _positive(f"lag of {rotor.name}", rotor.lag, "s")
+    if not 0.0 <= rotor.thrust_min < rotor.thrust_max:
+        raise DescriptionError(
+            f"thrust_min of {rotor.name} is {rotor.thrust_min:g} N; allowed is 0 up to thrust_max = {rotor.thrust_max:g} N"
+        )
+    drag = -rotor.spin * rotor.drag_torque_coefficient
+    if not 0.0 <= drag <= _DRAG_MAX:
+        raise DescriptionError(
+            f"drag_torque_coefficient of {rotor.name} is {drag:g} m; give its size, 0 .. {_DRAG_MAX:g} m: the sign follows "
+            "from spin"
+        )
+
+
+def _check_servo(name: str, servo: Servo) -> None:
+    _positive(f"{name}.stiffness", servo.stiffness, "N m/rad")
+    _positive(f"{name}.torque_limit", servo.torque_limit, "N m")
+    _positive(f"{name}.speed_limit", servo.speed_limit, "rad/s")
+    if not (math.isfinite(servo.damping) and servo.damping >= 0.0):
+        raise DescriptionError(f"{name}.damping is {servo.damping:g} N m s/rad; it must not be negative")
+
+
+def _check_root(description: RobotDescription) -> None:
+    """A massless root that the robot is bolted to means a robot bolted to the ground."""
+    root = description.link(description.root)
+    if root.inertial.mass > 0.0:
+        return
+    bolted = [joint for joint in description.joints if joint.parent == root.name and joint.kind == "fixed"]
+    child = bolted[0].child if bolted else ""
+    lost = sum(description.link(joint.child).inertial.mass for joint in bolted)
+    lost += sum(
+        description.link(joint.child).inertial.mass
+        for joint in description.joints
+        if joint.parent == child and joint.kind == "fixed"
+    )
+    if bolted:
+        raise DescriptionError(
+            f"the URDF's root link '{root.name}' has no mass and link '{child}' is fixed to it: a simulator would bolt "
+            f"'{child}' to the ground and drop {lost:.3f} kg; remove '{root.name}', or say root_link = \"{child}\" in the TOML"
+        )
+    raise DescriptionError(
+        f"the URDF's root link '{root.name}' has no mass; the root must be a body of the robot"
+    )
+
+
+def _check_weight(description: RobotDescription) -> None:
+    total = sum(link.inertial.mass for link in description.links)
+    lift = sum(rotor.thrust_max for rotor in description.rotors)
+    if total * GRAVITY >= lift:
+        heaviest = max(description.links, key=lambda link: link.inertial.mass)
+        raise DescriptionError(
+            f"'{description.name}' weighs {total:g} kg ({total * GRAVITY:.4g} N) but its rotors lift at most {lift:g} N; "
+            f"is a mass in grams? The heaviest link is '{heaviest.name}' with {heaviest.inertial.mass:g} kg"
+        )
+
+
+def _check_posture(description: RobotDescription) -> None:
+    posture = description.posture
+    for key in ("theta_min", "theta_max", "theta_nominal"):
+        value = getattr(posture, key)
+        if not math.isfinite(value) or abs(value) > 2.0 * math.pi:
+            raise DescriptionError(f"posture.{key} is {value:g} rad, more than a turn; is it degrees?")
+    if (
+        not posture.theta_min <= posture.theta_nominal <= posture.theta_max
+        or posture.theta_min >= posture.theta_max
+    ):
+        raise DescriptionError(
+            f"posture.theta_nominal is {posture.theta_nominal:g} rad; allowed is theta_min = {posture.theta_min:g} .. "
+            f"theta_max = {posture.theta_max:g} rad"
+        )
+    nominal = posture.offset + posture.slope * posture.theta_nominal
+    for name, angle in zip(description.shape_joints, nominal, strict=True):
+        joint = description.joint(name)
+        if not joint.lower <= angle <= joint.upper:
+            raise DescriptionError(
+                f"posture.theta_nominal = {posture.theta_nominal:g} puts '{name}' at {angle:.4g} rad, outside of its limits "
+                f"{joint.lower:g} .. {joint.upper:g} rad"
+            )
