@@ -1,0 +1,48 @@
+"""Where a surface stands in the world, and how it turns.
+
+A surface has its own axes: w points into it along the contact axis, u and v span it. In the paper's
+placement they are the world's x, y and z. `contact_axis` swings them over by the smallest rotation (a
+ceiling has w up, u along y and v along -x), then `slope` and `pitch` tilt the surface: w = u tan(slope) at
+pitch 0, so that a positive slope recedes toward +u, and a positive pitch recedes toward +v.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from skylimb.config import require_range
+from skylimb.errors import ConfigError
+from skylimb.spatial import rot_y, rot_z, rotation_from_axis_angle
+
+
+def check_placement(
+    position: tuple[float, ...], contact_axis: tuple[float, ...], slope: float, pitch: float
+) -> None:
+    """Raise a `ConfigError` for a placement that no surface can have."""
+    for name, entry in zip(("x", "y", "z"), position, strict=True):
+        require_range("surface", f"position ({name})", entry, -100.0, 100.0, "m")
+    length = float(np.linalg.norm(contact_axis))
+    if not abs(length - 1.0) < 1e-3:
+        raise ConfigError(
+            f"surface.contact_axis = {list(contact_axis)} has length {length:.4g}: it must be a unit vector, "
+            "for example [1.0, 0.0, 0.0] for a wall or [0.0, 0.0, 1.0] for a ceiling"
+        )
+    require_range("surface", "slope", slope, -1.4, 1.4, "rad")
+    require_range("surface", "pitch", pitch, -1.4, 1.4, "rad")
+
+
+def base_rotation(contact_axis: tuple[float, ...] | np.ndarray) -> np.ndarray:
+    """(3, 3) the smallest rotation that takes the world's x to `contact_axis`."""
+    w = np.asarray(contact_axis, dtype=float)
+    w = w / np.linalg.norm(w)
+    x = np.array([1.0, 0.0, 0.0])
+    turn = np.cross(x, w)
+    sine = float(np.linalg.norm(turn))
+    if sine < 1e-12:
+        return np.eye(3) if w[0] > 0 else rot_z(np.pi)
+    return rotation_from_axis_angle((turn / sine).tolist(), float(np.arctan2(sine, w[0])))
+
+
+def surface_rotation(contact_axis: tuple[float, ...], slope: float, pitch: float) -> np.ndarray:
+    """(3, 3) R_WS, whose columns are the surface's axes w (into it), u and v in the world."""
+    return base_rotation(contact_axis) @ rot_z(-slope) @ rot_y(pitch)

@@ -1,0 +1,252 @@
+"""What every surface is: a placed shape with friction and compliance that writes itself into the physics.
+
+A shape is described once, in its own axes (w into the surface, u and v along it; see `placement`), by the
+closest point to any given one. Everything that analysis asks for follows from that here: signed distance,
+normal, projection, distance along a direction. The same numbers go into the physics, so that both see one
+geometry.
+"""
+
+from __future__ import annotations
+
+import abc
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from skylimb.config import require_positive, require_range, to_mapping
+from skylimb.simulation.contact import ContactParameters
+from skylimb.simulation.surfaces import motion as moving
+from skylimb.simulation.surfaces.placement import check_placement, surface_rotation
+from skylimb.spatial import quaternion_from_rotation
+
+BODY = "surface"
+GEOM = "surface"
+JOINT = "surface_slide"
+_SLIDE_MASS = 1e4  # kg: heavy enough that a pen does not push the surface between two writes of its state
+COLOR = (0.78, 0.72, 0.60, 1.0)
+
+
+@dataclass(frozen=True)
+class SurfaceParts:
+    """Names that a surface has in the physics model.
+
+    Attributes:
+        body: its body.
+        geom: the geom that the tip collides with.
+        joint: the slide of a moving surface, or None. The loop writes `Surface.motion` into its qpos and
+            qvel.
+    """
+
+    body: str
+    geom: str
+    joint: str | None
+
+
+@dataclass(frozen=True)
+class Surface(abc.ABC):
+    """A surface in the world: the fields that all kinds share.
+
+    Attributes:
+        kind: which surface it is.
+        position: a point of the surface, W, m: the shape's own origin (u = v = 0).
+        contact_axis: unit vector from the robot into the surface, W, before `slope` and `pitch`.
+        slope: turn about the surface's v axis, rad; positive recedes toward +u.
+        pitch: turn about its u axis, rad; positive recedes toward +v.
+        size: extent along u and v, m: what is drawn, and where a path may go. The collision geometry may be
+        larger.
+        friction: Coulomb coefficient.
+        stiffness: N/m.
+        damping_ratio: of the tip's mass on that stiffness.
+        damping: N s/m, in place of `damping_ratio`.
+        adhesion: force in N with which it can pull the tip.
+        advance_distance: m that it moves along `motion_direction`; 0 for a surface at rest.
+        advance_speed: m/s.
+        advance_start: s.
+        sway_amplitude: m of a sine along `motion_direction`.
+        sway_frequency: Hz.
+        motion_direction: unit vector, W, along which it moves; against the contact axis, onto the robot, by
+            default.
+    """
+
+    kind: str = ""
+    position: tuple[float, float, float] = (1.0, 0.0, 1.0)
+    contact_axis: tuple[float, float, float] = (1.0, 0.0, 0.0)
+    slope: float = 0.0
+    pitch: float = 0.0
+    size: tuple[float, float] = (2.0, 2.0)
+    friction: float = 0.4
+    stiffness: float = 5000.0
+    damping_ratio: float = 0.3
+    damping: float | None = None
+    adhesion: float = 0.0
+    advance_distance: float = 0.0
+    advance_speed: float = 0.02
+    advance_start: float = 0.0
+    sway_amplitude: float = 0.0
+    sway_frequency: float = 0.5
+    motion_direction: tuple[float, float, float] | None = None
+
+    def __post_init__(self) -> None:
+        check_placement(self.position, self.contact_axis, self.slope, self.pitch)
+        for extent in self.size:
+            require_range("surface", "size", extent, 0.01, 100.0, "m")
+        _ = self.contact  # its own checks
+        require_range("surface", "advance_distance", self.advance_distance, -10.0, 10.0, "m")
+        require_positive("surface", "advance_speed", self.advance_speed, "m/s")
+        require_range("surface", "advance_start", self.advance_start, -1e6, 1e6, "s")
+        require_range("surface", "sway_amplitude", self.sway_amplitude, 0.0, 1.0, "m")
+        require_range("surface", "sway_frequency", self.sway_frequency, 0.0, 50.0, "Hz")
+        if self.motion_direction is not None:
+            check_placement(self.position, self.motion_direction, 0.0, 0.0)
+
+    # What a kind of surface says about its shape, in its own axes. Points are (..., 3) arrays of (w, u, v).
+
+    @abc.abstractmethod
+    def local_closest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The surface point closest to each, and the outward unit normal (toward the robot) there."""
+
+    @abc.abstractmethod
+    def height(self, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """The surface's w at (u, v), m: how far it recedes from its flat plane; NaN where there is none."""
+
+    @abc.abstractmethod
+    def add_geometry(self, spec: mujoco.MjSpec, body: mujoco.MjsBody) -> None:
+        """Add the geom called `GEOM` that the tip collides with, and what is only looked at."""
+
+    def unroll(self, u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Lengths along the surface at (u, v), m, as a ruler laid on it reads them: u and v on a flat one."""
+        return np.asarray(u, dtype=float), np.asarray(v, dtype=float)
+
+    # What follows from it.
+
+    @property
+    def contact(self) -> ContactParameters:
+        """Friction and compliance in the form that the physics wants."""
+        return ContactParameters(
+            friction=self.friction,
+            stiffness=self.stiffness,
+            damping_ratio=self.damping_ratio,
+            damping=self.damping,
+            adhesion=self.adhesion,
+        )
+
+    @property
+    def moves(self) -> bool:
+        """Whether the surface moves."""
+        return self.advance_distance != 0.0 or self.sway_amplitude != 0.0
+
+    @cached_property
+    def R_WS(self) -> np.ndarray:
+        """(3, 3) rotation whose columns are the surface's axes w (into it), u and v in the world."""
+        return surface_rotation(self.contact_axis, self.slope, self.pitch)
+
+    @cached_property
+    def motion_axis(self) -> np.ndarray:
+        """(3,) unit vector along which the surface moves, W."""
+        if self.motion_direction is not None:
+            return np.asarray(self.motion_direction, dtype=float)
+        return -np.asarray(self.contact_axis, dtype=float)
+
+    def motion(self, t: Any) -> tuple[np.ndarray, np.ndarray]:
+        """Displacement (m) and velocity (m/s) along `motion_axis` at time `t` (s, a number or an array)."""
+        t = np.asarray(t, dtype=float)
+        x, v = moving.sway(t, self.sway_amplitude, self.sway_frequency)
+        if self.advance_distance != 0.0:
+            dx, dv = moving.advance(t, self.advance_distance, self.advance_speed, self.advance_start)
+            x, v = x + dx, v + dv
+        return x, v
+
+    def to_local(self, points: np.ndarray, time: Any = None) -> np.ndarray:
+        """World points (..., 3) in the surface's axes (w, u, v); `time` (s) takes a moving surface along."""
+        points = np.asarray(points, dtype=float) - np.asarray(self.position)
+        if time is not None and self.moves:
+            points = points - self.motion(time)[0][..., None] * self.motion_axis
+        return points @ self.R_WS
+
+    def to_world(self, local: np.ndarray, time: Any = None) -> np.ndarray:
+        """Points (..., 3) in the surface's axes, in the world; the inverse of `to_local`."""
+        points = np.asarray(local, dtype=float) @ self.R_WS.T + np.asarray(self.position)
+        if time is not None and self.moves:
+            points = points + self.motion(time)[0][..., None] * self.motion_axis
+        return points
+
+    def signed_distance(self, points: np.ndarray, time: Any = None) -> np.ndarray:
+        """Distance (...) of world points (..., 3) from the surface, m; negative where they are pressed in."""
+        local = self.to_local(points, time)
+        foot, normal = self.local_closest(local)
+        return np.sum((local - foot) * normal, axis=-1)
+
+    def normal(self, points: np.ndarray, time: Any = None) -> np.ndarray:
+        """Outward unit normal (..., 3), W, at the surface points closest to world points (..., 3)."""
+        return self.local_closest(self.to_local(points, time))[1] @ self.R_WS.T
+
+    def project(self, points: np.ndarray, time: Any = None) -> np.ndarray:
+        """The surface points (..., 3), W, closest to world points (..., 3)."""
+        return self.to_world(self.local_closest(self.to_local(points, time))[0], time)
+
+    def distance_along(
+        self, points: np.ndarray, direction: np.ndarray | None = None, time: Any = None
+    ) -> np.ndarray:
+        """Distance (...) from world points (..., 3) to the surface along a unit `direction`, m.
+
+        By default along the contact axis: positive ahead of the surface, negative behind it. NaN where the
+        surface turns away from that direction before it is met.
+        """
+        direction = np.asarray(self.contact_axis if direction is None else direction, dtype=float)
+        points = np.asarray(points, dtype=float)
+        along, gap = np.zeros(points.shape[:-1]), np.array(np.nan)
+        for _ in range(60):
+            local = self.to_local(points + along[..., None] * direction, time)
+            foot, normal = self.local_closest(local)
+            gap = np.sum((local - foot) * normal, axis=-1)
+            facing = -normal @ (self.R_WS.T @ direction)
+            # Newton's step, held to the gap's own size where the surface is nearly parallel to the direction.
+            step = gap / np.maximum(facing, 0.2)
+            along = along + step
+            if np.all(np.abs(step) < 1e-12):
+                break
+        return np.where(np.abs(gap) < 1e-9, along, np.nan)
+
+    def trace(self, points: np.ndarray, time: Any = None) -> tuple[np.ndarray, np.ndarray]:
+        """Unrolled coordinates (s, t), m, of the surface points closest to world points (..., 3)."""
+        foot = self.local_closest(self.to_local(points, time))[0]
+        return self.unroll(foot[..., 1], foot[..., 2])
+
+    def covers(self, points: np.ndarray, time: Any = None) -> np.ndarray:
+        """Whether world points (..., 3) face the part of the surface that `size` says it has."""
+        local = self.to_local(points, time)
+        half_u, half_v = 0.5 * self.size[0], 0.5 * self.size[1]
+        inside = (np.abs(local[..., 1]) <= half_u) & (np.abs(local[..., 2]) <= half_v)
+        return inside & np.isfinite(self.height(local[..., 1], local[..., 2]))
+
+    def attach(self, spec: mujoco.MjSpec) -> SurfaceParts:
+        """Write the surface into a model: a body with the geom to collide with, on a slide when it moves."""
+        body = spec.worldbody.add_body(name=BODY, pos=self.position, quat=quaternion_from_rotation(self.R_WS))
+        if self.moves:
+            body.add_joint(name=JOINT, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=self.R_WS.T @ self.motion_axis)
+            body.explicitinertial = True
+            body.mass, body.inertia, body.gravcomp = _SLIDE_MASS, [_SLIDE_MASS] * 3, 1.0
+        self.add_geometry(spec, body)
+        return SurfaceParts(BODY, GEOM, JOINT if self.moves else None)
+
+    def describe(self) -> dict[str, Any]:
+        """The surface in plain values for a record: enough to draw it and to unroll a trace on it.
+
+        Keys: kind, origin, axis_u, axis_v, normal (the flat plane's, outward), size, parameters (every
+        field), and for a
+        curved one `u`, `v` (grids, m), `height` (len(u) x len(v), m along -normal) and `unrolled_u` (length
+        along the surface at each u with v = 0).
+        """
+        w, u, v = self.R_WS.T
+        return {
+            "kind": self.kind,
+            "origin": list(map(float, self.position)),
+            "axis_u": u.tolist(),
+            "axis_v": v.tolist(),
+            "normal": (-w).tolist(),
+            "size": list(map(float, self.size)),
+            "parameters": to_mapping(self),
+        }
