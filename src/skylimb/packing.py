@@ -128,3 +128,15 @@ def numeric(record: R) -> R:
     """The same record with every leaf a float or a NumPy array, ready for arithmetic."""
     layout = Layout(record)
     return layout.unpack(layout.pack(record))
+
+
+def pack_rows(layout: Layout[R], record: R, count: int) -> np.ndarray:
+    """A table with one packed record a row, (count, layout.size), from a record whose leaves have `count` rows each."""
+    table = np.empty((count, layout.size))
+
+    def fill(path: str, leaf: Any) -> Any:
+        table[:, layout.slices[path]] = np.reshape(leaf, (count, -1))
+        return leaf
+
+    _map(record, "", fill)
+    return table

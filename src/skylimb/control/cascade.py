@@ -37,7 +37,7 @@ from skylimb.estimation.tare import TareState, initial_tare_state, tare
 from skylimb.packing import numeric
 from skylimb.planning.posture import ReachFamily, posture_family
 from skylimb.planning.vectoring import VectoringTable, vectoring_table
-from skylimb.robots.robot import Robot
+from skylimb.robots.model import Robot
 from skylimb.spatial import dot, rpy_from_rotation
 
 

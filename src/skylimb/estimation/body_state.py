@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skylimb.estimation.records import BodyState, Measurement
-from skylimb.robots.robot import Robot
+from skylimb.robots.model import Robot
 from skylimb.spatial import cross, rotation_from_quaternion
 from skylimb.symbolic import Array, exp, stack
 

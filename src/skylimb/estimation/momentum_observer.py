@@ -19,10 +19,11 @@ import numpy as np
 
 from skylimb.config import require_positive
 from skylimb.estimation.records import BodyState, Wrench
+from skylimb.robots import model as robots
 from skylimb.spatial import cross
 from skylimb.symbolic import Array, exp
 
-GRAVITY = np.array([0.0, 0.0, 9.80665])
+GRAVITY = np.array([0.0, 0.0, robots.GRAVITY])
 """g of eq:dynamics: m (p'' + g) = f_cmd + f_ext, m/s^2, W with z up."""
 
 

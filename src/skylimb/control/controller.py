@@ -1,0 +1,88 @@
+"""What a controller is to the loop, and how one is found by name or file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Protocol
+
+from skylimb.control.cascade import Cascade, build_cascade
+from skylimb.control.preset import load_module, preset_from_mapping, preset_mapping
+from skylimb.control.records import Command, Reference
+from skylimb.errors import ConfigError
+from skylimb.estimation.records import Measurement
+from skylimb.robots.model import Robot
+
+
+class Controller(Protocol):
+    """Anything that turns a measurement and a reference into a command.
+
+    The paper's cascade follows it, and so does a user's own class. `gains` and `initial_state` may be of any kind that
+    `step` understands; None will do.
+    """
+
+    @property
+    def name(self) -> str:
+        """Short name for records and figures."""
+        ...
+
+    def gains(self) -> Any:
+        """Numbers that may change in flight."""
+        ...
+
+    def initial_state(self) -> Any:
+        """What the controller remembers before the first tick."""
+        ...
+
+    def step(
+        self, gains: Any, state: Any, measurement: Measurement, reference: Reference, dt: float
+    ) -> tuple[Any, Command, Mapping[str, Any]]:
+        """One tick of `dt` seconds: the new state, the command, and signals to record under their names."""
+        ...
+
+
+def load_controller(name_or_path: str, robot: Robot, overrides: Mapping[str, Any] | None = None) -> Controller:
+    """A preset by name, a preset in a TOML file, or a user's controller in a Python file.
+
+    A Python file defines `controller(robot)`, which returns an object that follows `Controller`.
+
+    Args:
+        name_or_path: "hybrid", "my_gains.toml" or "my_controller.py".
+        robot: the model that the controller believes in.
+        overrides: dotted keys of a preset and their new values, for example {"translation.damping_ratio": [1, 1, 1]}.
+
+    Raises:
+        UnknownNameError: when there is no such preset.
+        ConfigError: when the file cannot be used, or overrides are given to a Python file.
+    """
+    if name_or_path.endswith(".py"):
+        if overrides:
+            raise ConfigError(f"controller '{name_or_path}' is a Python file; its gains cannot be set from outside")
+        return load_module(Path(name_or_path), ("controller",)).controller(robot)
+    mapping, path = preset_mapping(name_or_path)
+    for key, value in (overrides or {}).items():
+        _put(mapping, key.split("."), value)
+    return build_cascade(robot, preset_from_mapping(mapping, path))
+
+
+def resolved_preset(controller: Controller) -> dict[str, Any]:
+    """A cascade's preset as plain tables, for the record of a run; only the name for a user's own controller."""
+    from skylimb.config import to_mapping
+
+    if not isinstance(controller, Cascade):
+        return {"name": controller.name}
+    preset = controller.preset
+    tables: dict[str, Any] = {"name": preset.name, "description": preset.description, "tare": preset.tare}
+    for part in ("observer", "force_filter", "leak"):
+        tables[part] = to_mapping(getattr(preset, part))
+    for slot in ("translation", "attitude", "shape"):
+        filled = getattr(preset, slot)
+        tables[slot] = {"law": filled.name, **to_mapping(filled.gains)}
+    return tables
+
+
+def _put(mapping: dict[str, Any], path: list[str], value: Any) -> None:
+    """Write one value into nested tables; whether the key is known is checked when the preset is built."""
+    for key in path[:-1]:
+        mapping = mapping.setdefault(key, {})
+    mapping[path[-1]] = value

@@ -1,0 +1,1 @@
+"""Experiments as data, and the public calls that fly them."""

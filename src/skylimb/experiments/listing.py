@@ -1,0 +1,31 @@
+"""What ships: experiments, controllers and robots, each with its one line."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+from skylimb.experiments.experiment import EXPERIMENTS
+
+_PACKAGE = Path(__file__).parents[1]
+_PRESETS = _PACKAGE / "control" / "presets"
+_ROBOTS = _PACKAGE / "robots"
+
+
+def _descriptions(files: dict[str, Path], key: str) -> dict[str, str]:
+    return {name: str(tomllib.loads(file.read_text()).get(key, "")) for name, file in sorted(files.items())}
+
+
+def list_experiments() -> dict[str, str]:
+    """Experiments by name, with what they are."""
+    return _descriptions({file.stem: file for file in EXPERIMENTS.glob("*.toml")}, "description")
+
+
+def list_controllers() -> dict[str, str]:
+    """Controller presets by name, with what they are."""
+    return _descriptions({file.stem: file for file in _PRESETS.glob("*.toml")}, "description")
+
+
+def list_robots() -> dict[str, str]:
+    """Robots by name, with what they are."""
+    return _descriptions({file.parent.name: file for file in _ROBOTS.glob("*/flight.toml")}, "summary")

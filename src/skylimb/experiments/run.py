@@ -1,0 +1,174 @@
+"""Fly an experiment: put plant, sensors, mission and controller together and hand back a run."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from skylimb.analysis.metrics import metrics
+from skylimb.config import write_toml
+from skylimb.control.cascade import Cascade
+from skylimb.control.controller import Controller, load_controller, resolved_preset
+from skylimb.experiments.experiment import Experiment, load_experiment
+from skylimb.planning.posture import posture_family
+from skylimb.planning.vectoring import vectoring_table
+from skylimb.recording.run import Run
+from skylimb.recording.versions import versions
+from skylimb.robots.loader import load_robot
+from skylimb.robots.model import Robot
+from skylimb.simulation.drivers import fly_compiled, mission_rows
+from skylimb.simulation.flight import Flight
+from skylimb.simulation.log import flight_log
+from skylimb.simulation.mission import Mission, MissionConfig, contact_frame, plan_mission
+from skylimb.simulation.plant import Plant, build_plant, initial_data
+from skylimb.simulation.python_driver import fly_python
+from skylimb.simulation.tick import compile_tick
+
+Progress = Callable[[str, int, int], None]
+"""Called now and then with (controller, ticks flown, ticks in all)."""
+
+PAPER_CONTROLLERS = ("pid", "impedance", "admittance", "hybrid")
+
+
+def run(
+    experiment: str | Experiment = "paper",
+    controller: str | Controller = "hybrid",
+    seed: int | None = None,
+    set: Mapping[str, Any] | None = None,
+    progress: Progress | None = None,
+) -> Run:
+    """Fly one controller through one experiment.
+
+    Args:
+        experiment: a name, a TOML file, or an experiment at hand.
+        controller: a preset's name, a preset's TOML file, a Python file, or a controller at hand.
+        seed: of the sensors' noise; the experiment's own when None.
+        set: dotted keys of the experiment and new values; keys that begin with "controller." go to the preset.
+        progress: told how far the flight is.
+
+    Returns:
+        The run; a flight that is lost has status FAILED and its cause, and no scores.
+
+    Raises:
+        SkylimbError: when anything asked for cannot be flown; nothing has flown then.
+    """
+    flown, robot, controllers = _prepare(experiment, (controller,), seed, set)
+    return fly(flown, robot, controllers[0], progress)
+
+
+def compare(
+    experiment: str | Experiment = "paper",
+    controllers: Sequence[str | Controller] = PAPER_CONTROLLERS,
+    seed: int | None = None,
+    set: Mapping[str, Any] | None = None,
+    progress: Progress | None = None,
+) -> dict[str, Run]:
+    """Fly several controllers through the same experiment with the same seed.
+
+    Arguments are those of `run`.
+
+    Returns:
+        Runs by the controllers' names, in the order given.
+    """
+    flown, robot, ready = _prepare(experiment, controllers, seed, set)
+    return {controller.name: fly(flown, robot, controller, progress) for controller in ready}
+
+
+def _prepare(
+    experiment: str | Experiment,
+    controllers: Sequence[str | Controller],
+    seed: int | None,
+    set: Mapping[str, Any] | None,
+) -> tuple[Experiment, Robot, list[Controller]]:
+    """Load and check everything before anything flies."""
+    given = dict(set or {})
+    gains = {key.removeprefix("controller."): given.pop(key) for key in list(given) if key.startswith("controller.")}
+    if seed is not None:
+        given["seed"] = seed
+    if isinstance(experiment, Experiment):
+        from skylimb.experiments.experiment import experiment_with
+
+        experiment = experiment_with(experiment, given)
+    else:
+        experiment = load_experiment(experiment, given)
+    robot = load_robot(experiment.robot)
+    ready = [load_controller(item, robot, gains) if isinstance(item, str) else item for item in controllers]
+    return experiment, robot, ready
+
+
+def fly(experiment: Experiment, robot: Robot, controller: Controller, progress: Progress | None = None) -> Run:
+    """Fly a loaded controller through a loaded experiment.
+
+    Args:
+        experiment: what to fly.
+        robot: the description that plant and nominal posture are made from.
+        controller: any object that follows `Controller`; it may believe in another robot.
+        progress: told how far the flight is.
+    """
+    plant, mission = prepare_flight(experiment, robot)
+    flight = fly_mission(experiment, robot, plant, mission, controller, progress)
+    log = flight_log(plant, flight, mission)
+    config = {**experiment.to_mapping(), "controller": resolved_preset(controller)}
+    frame = mission.frame
+    log.attrs |= {
+        "robot": robot.name,
+        "experiment": experiment.name,
+        "controller": controller.name,
+        "seed": experiment.seed,
+        "status": "FAILED" if flight.cause else "OK",
+        "cause": flight.cause,
+        "config": write_toml(config),
+        "versions": json.dumps(versions()),
+        "scene": plant.scene,
+        "surface": json.dumps(plant.surface.describe()),
+        "contact_axis": json.dumps(frame.contact.tolist()),
+        "sliding_axes": json.dumps([frame.sliding_u.tolist(), frame.sliding_v.tolist()]),
+        "path_center": json.dumps([float(x) for x in experiment.surface.position]),
+    }
+    return Run(name=controller.name, controller=controller.name, log=log, metrics=metrics(log))
+
+
+def prepare_flight(experiment: Experiment, robot: Robot) -> tuple[Plant, Mission]:
+    """The plant and the mission of an experiment."""
+    dt = experiment.control_period
+    family = posture_family(robot)
+    plant = build_plant(robot, experiment.surface, experiment.plant, dt)
+    mission = plan_mission(
+        MissionConfig(experiment.phases, experiment.approach, experiment.trajectory),
+        contact_frame(experiment.contact_axis),
+        np.asarray(experiment.surface.position, dtype=float),
+        family.reach_nominal,
+        robot.description.tip.radius,
+        dt,
+    )
+    return plant, mission
+
+
+def fly_mission(
+    experiment: Experiment,
+    robot: Robot,
+    plant: Plant,
+    mission: Mission,
+    controller: Controller,
+    progress: Progress | None = None,
+) -> Flight:
+    """Fly with the driver that suits the controller."""
+    dt = experiment.control_period
+    theta = posture_family(robot).theta_nominal
+    joint_angles = np.asarray(posture_family(robot).joint_angles(theta), dtype=float)
+    vectoring_angles = np.asarray(vectoring_table(robot).angles(theta), dtype=float)
+    data = initial_data(plant, mission.reference.position[0], mission.frame.heading, joint_angles, vectoring_angles)
+    rows = mission_rows(plant, mission, experiment.sensors, experiment.seed)
+
+    def report(done: int, total: int) -> None:
+        if progress is not None:
+            progress(controller.name, done, total)
+
+    if isinstance(controller, Cascade):
+        root = np.concatenate([data.qpos[0:7], data.qvel[0:6]])
+        tick = compile_tick(controller, plant, experiment.sensors, root, dt)
+        return fly_compiled(tick, plant, data, mission, rows, report)
+    return fly_python(controller, plant, data, mission, rows, experiment.sensors, dt, report)

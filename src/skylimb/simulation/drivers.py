@@ -1,0 +1,101 @@
+"""The loop around a compiled tick: evaluated straight on MuJoCo's own memory, with nothing allocated in the loop."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from skylimb.packing import Layout, pack_rows
+from skylimb.simulation.flight import CHECK_INTERVAL, Flight, engine_warning, find_loss
+from skylimb.simulation.mission import Mission
+from skylimb.simulation.plant import Plant
+from skylimb.simulation.sensors import SensorConfig, draw_noise, frame_ages
+from skylimb.simulation.tick import CompiledTick, TickRow, row_layout
+
+Progress = Callable[[int, int], None]
+"""Called now and then with (ticks flown, ticks in all)."""
+
+
+def mission_rows(plant: Plant, mission: Mission, sensors: SensorConfig, seed: int) -> np.ndarray:
+    """One packed `TickRow` a tick: reference, age of the frame, noise drawn from `seed`."""
+    layout, count = row_layout(plant), len(mission.times)
+    description = plant.robot.description
+    rng = np.random.default_rng(seed)
+    noise = draw_noise(
+        sensors, mission.times, len(description.shape_joints), len(description.vectoring_joints), rng
+    )
+    record = TickRow(mission.reference, frame_ages(sensors, mission.times), noise)
+    return pack_rows(layout, record, count)
+
+
+def fly_compiled(
+    tick: CompiledTick,
+    plant: Plant,
+    data: mujoco.MjData,
+    mission: Mission,
+    rows: np.ndarray,
+    progress: Progress | None = None,
+) -> Flight:
+    """Fly a compiled tick from `data` to the end of the mission or the loss of the flight."""
+    step, model, substeps = mujoco.mj_step, plant.model, plant.substeps
+    count = len(rows)
+    log = np.full((count, tick.signals.size), np.nan)
+    row, signals = np.zeros(tick.rows.size), np.zeros(tick.signals.size)
+    states = (tick.state.copy(), tick.state.copy())
+    # State and next state change places at every tick, so two evaluations are bound and nothing is copied.
+    evaluations = [_bind(tick, data, states[i], states[1 - i], row, signals) for i in (0, 1)]
+    push_wall = wall_motion(plant, data, mission)
+    for start in range(0, count, CHECK_INTERVAL):
+        end = min(start + CHECK_INTERVAL, count)
+        for k in range(start, end):
+            row[:] = rows[k]
+            evaluations[k & 1][1]()
+            log[k] = signals
+            if push_wall is not None:
+                push_wall(k)
+            step(model, data, substeps)
+        lost = lost_flight(log, tick.signals, mission, start, end, data)
+        if progress is not None:
+            progress(end, count)
+        if lost is not None:
+            return Flight(log, tick.signals, lost[0] + 1, lost[1])
+    return Flight(log, tick.signals, count, "")
+
+
+def _bind(
+    tick: CompiledTick, data: mujoco.MjData, state: np.ndarray, next_state: np.ndarray, row: np.ndarray, signals: np.ndarray
+) -> tuple[Any, Callable[[], None]]:
+    """An evaluation of the tick that reads and writes these arrays' own memory; the buffer must be kept alive with it."""
+    buffer, evaluate = tick.function.buffer()
+    for index, array in enumerate((state, data.qpos, data.qvel, data.act, data.history, row, tick.gains)):
+        buffer.set_arg(index, memoryview(array))
+    for index, array in enumerate((next_state, data.ctrl, signals)):
+        buffer.set_res(index, memoryview(array))
+    return buffer, evaluate
+
+
+def wall_motion(plant: Plant, data: mujoco.MjData, mission: Mission) -> Callable[[int], None] | None:
+    """A function that puts a moving surface where it belongs at a tick; None for one that stands."""
+    if plant.wall_joint is None:
+        return None
+    position, velocity = plant.surface.motion(mission.times)
+    at, dof = plant.wall_joint
+
+    def push(k: int) -> None:
+        data.qpos[at], data.qvel[dof] = position[k], velocity[k]
+
+    return push
+
+
+def lost_flight(
+    log: np.ndarray, layout: Layout[Any], mission: Mission, start: int, end: int, data: mujoco.MjData
+) -> tuple[int, str] | None:
+    """`find_loss`, and the engine's own warnings."""
+    found = find_loss(log, layout, mission, start, end)
+    warning = engine_warning(data)
+    if found is None and warning:
+        return end - 1, f"diverged: the physics engine warned ({warning}) before t = {mission.times[end - 1]:.3f} s"
+    return found

@@ -1,0 +1,84 @@
+"""A flight as a dataset: every signal under its name, with units, frame and whether it is truth or belief."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from skylimb.errors import ConfigError
+from skylimb.simulation.flight import Flight
+from skylimb.simulation.mission import PHASES, Mission
+from skylimb.simulation.plant import Plant
+from skylimb.simulation.signals import SIGNALS, SignalInfo
+from skylimb.simulation.truth import contact_truth, flight_kinematics
+
+FORMAT_VERSION = 1
+
+
+def flight_log(plant: Plant, flight: Flight, mission: Mission) -> xr.Dataset:
+    """Assemble the log: recorded signals, the reference, and the truth that follows from the physics' state.
+
+    Raises:
+        ConfigError: when a user's controller names a signal that the loop records itself.
+    """
+    ticks, reference = flight.ticks, mission.reference
+    moved = flight_kinematics(plant, flight, mission)
+    qpos = flight.signal("configuration")
+    values: dict[str, np.ndarray] = {
+        name: flight.signal(name) for name in flight.layout.slices if name != "configuration_velocity"
+    }
+    computed = {
+        "cog_position_reference": reference.position[:ticks],
+        "cog_velocity_reference": reference.velocity[:ticks],
+        "cog_acceleration_reference": reference.acceleration[:ticks],
+        "reach_reference": reference.reach[:ticks],
+        "phase": mission.phase[:ticks].astype(np.int8),
+        "root_position": qpos[:, 0:3],
+        "root_quaternion": qpos[:, 3:7],
+        "joint_angles": qpos[:, list(plant.joint_qpos)],
+        "vectoring_angles": qpos[:, list(plant.vectoring_qpos)],
+        **moved._asdict(),
+        **contact_truth(plant, flight, mission, moved),
+    }
+    clash = sorted(values.keys() & computed.keys())
+    if clash:
+        raise ConfigError(f"controller signal '{clash[0]}' is a name that the loop records itself; choose another")
+    values |= computed
+    return xr.Dataset(
+        {name: _variable(name, array, plant) for name, array in values.items()},
+        coords=_coordinates(plant, mission.times[:ticks], values),
+        attrs={"format_version": FORMAT_VERSION},
+    )
+
+
+def _variable(name: str, array: np.ndarray, plant: Plant) -> xr.Variable:
+    info = SIGNALS.get(name, SignalInfo(_plain_dims(array, name), "", "", "signal of the controller's own", "estimate"))
+    attrs: dict[str, Any] = {
+        "units": info.units,
+        "frame": info.frame,
+        "long_name": info.long_name,
+        "kind": info.kind,
+    }
+    if name == "phase":
+        attrs |= {"flag_values": np.arange(len(PHASES), dtype=np.int8), "flag_meanings": " ".join(PHASES)}
+    return xr.Variable(("time", *info.dims), array.reshape(len(array), *array.shape[1:]), attrs)
+
+
+def _plain_dims(array: np.ndarray, name: str) -> tuple[str, ...]:
+    if array.ndim == 1:
+        return ()
+    return ("axis",) if array.shape[1:] == (3,) else tuple(f"{name}_{i}" for i in range(array.ndim - 1))
+
+
+def _coordinates(plant: Plant, times: np.ndarray, values: dict[str, np.ndarray]) -> dict[str, Any]:
+    description = plant.robot.description
+    return {
+        "time": ("time", times, {"units": "s", "long_name": "time"}),
+        "axis": ["x", "y", "z"],
+        "quaternion": ["w", "x", "y", "z"],
+        "rotor": [rotor.name for rotor in description.rotors],
+        "joint": list(description.shape_joints),
+        "vectoring": list(description.vectoring_joints),
+    }

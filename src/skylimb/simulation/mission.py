@@ -1,0 +1,186 @@
+"""The paper's flight as a table: what the controller is asked to do at every tick.
+
+Phases: hover, tare (the observer's bias is averaged), approach along the contact axis, settle in contact, slide along the
+path, retreat, hover. They follow the clock alone, so the whole table is known before take-off.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from skylimb.config import require_non_negative, require_positive, require_range
+from skylimb.control.records import Reference
+from skylimb.errors import ConfigError
+from skylimb.planning.trajectories import TrajectoryConfig, trajectory
+from skylimb.simulation.surfaces.placement import base_rotation
+
+PHASES = ("hover", "tare", "approach", "settle", "slide", "retreat", "hover_end")
+_RAMP = 0.5
+"""Time in s over which approach and retreat reach their speed."""
+
+
+@dataclass(frozen=True)
+class PhaseConfig:
+    """Lengths of the phases that wait, s; approach, slide and retreat last as long as their paths."""
+
+    hover: float = 3.0
+    tare: float = 4.0
+    settle: float = 5.0
+    hover_end: float = 3.0
+
+    def __post_init__(self) -> None:
+        for name in ("hover", "tare", "settle", "hover_end"):
+            require_non_negative("phases", name, getattr(self, name), "s")
+
+
+@dataclass(frozen=True)
+class ApproachConfig:
+    """How the robot comes to the surface and leaves it.
+
+    Attributes:
+        depth: how far beyond the surface the undisturbed tip would stand, at the middle of the path, m.
+        standoff: gap between tip and surface before the approach, at the middle of the path, m.
+        speed: of the approach, m/s.
+        retreat_speed: m/s.
+    """
+
+    depth: float = 0.18
+    standoff: float = 0.10
+    speed: float = 0.05
+    retreat_speed: float = 0.10
+
+    def __post_init__(self) -> None:
+        require_range("approach", "depth", self.depth, 0.0, 0.6, "m")
+        require_range("approach", "standoff", self.standoff, 0.0, 2.0, "m")
+        require_positive("approach", "speed", self.speed, "m/s")
+        require_positive("approach", "retreat_speed", self.retreat_speed, "m/s")
+
+
+@dataclass(frozen=True)
+class ContactFrame:
+    """Axes of the task: the contact axis into the surface, and two sliding axes; right-handed, unit vectors in W."""
+
+    contact: np.ndarray
+    sliding_u: np.ndarray
+    sliding_v: np.ndarray
+
+    @property
+    def heading(self) -> float:
+        """Heading of the contact axis about z, rad; zero when it is vertical."""
+        return float(np.arctan2(self.contact[1], self.contact[0])) if np.hypot(*self.contact[:2]) > 1e-6 else 0.0
+
+
+def contact_frame(axis: tuple[float, float, float]) -> ContactFrame:
+    """The frame of a contact axis, as a surface has it: for x, u = y and v = z, the paper's; a ceiling has u = y, v = -x.
+
+    Raises:
+        ConfigError: when the axis is no unit vector.
+    """
+    if not abs(float(np.linalg.norm(axis)) - 1.0) < 1e-3:
+        raise ConfigError(f"contact_axis = {list(axis)} must be a unit vector; the paper's is [1.0, 0.0, 0.0]")
+    return ContactFrame(*base_rotation(axis).T)
+
+
+@dataclass(frozen=True)
+class MissionConfig:
+    """What to fly: phases, approach and path."""
+
+    phases: PhaseConfig = field(default_factory=PhaseConfig)
+    approach: ApproachConfig = field(default_factory=ApproachConfig)
+    trajectory: TrajectoryConfig = field(default_factory=TrajectoryConfig)
+
+
+@dataclass(frozen=True)
+class Mission:
+    """The table of a flight.
+
+    Attributes:
+        times: of the ticks, s, (k,).
+        reference: every entry with the ticks as first dimension.
+        phase: index into `PHASES`, (k,).
+        frame: axes of the task.
+    """
+
+    times: np.ndarray
+    reference: Reference
+    phase: np.ndarray
+    frame: ContactFrame
+
+
+def plan_mission(
+    config: MissionConfig, frame: ContactFrame, center: np.ndarray, reach: float, tip_radius: float, dt: float
+) -> Mission:
+    """Lay the phases on the clock.
+
+    Args:
+        config: phases, approach and path.
+        frame: axes of the task.
+        center: middle of the path on the nominal surface, W, m, (3,).
+        reach: nominal distance from centre of gravity to tip along the contact axis (r_ref), m.
+        tip_radius: m.
+        dt: control period, s.
+    """
+    path = trajectory(config.trajectory)
+    approach = config.approach
+    travel = approach.standoff + approach.depth
+    in_time, out_time = ramp_duration(travel, approach.speed), ramp_duration(travel, approach.retreat_speed)
+    phases = config.phases
+    durations = np.array(
+        [phases.hover, phases.tare, in_time, phases.settle, path.duration, out_time, phases.hover_end]
+    )
+    ends = np.cumsum(durations)
+    count = round(float(ends[-1]) / dt) + 1
+    times = np.arange(count) * dt
+    phase = np.minimum(np.searchsorted(ends, times + 1e-9, side="right"), len(PHASES) - 1)
+
+    into, into_rate, into_bend = ramp(travel, approach.speed, times - ends[1])
+    back, back_rate, back_bend = ramp(travel, approach.retreat_speed, times - ends[4])
+    depth = -approach.standoff + into - back
+    slide_time = np.clip(times - ends[3], 0.0, path.duration)
+    sliding = (phase == PHASES.index("slide"))[:, None]
+    uv, uv_rate, uv_bend = path.sample(slide_time)
+
+    sent = config.trajectory.feedforward
+    velocity_sent, acceleration_sent = sent in ("velocity", "full"), sent == "full"
+    a, plane = frame.contact, np.stack([frame.sliding_u, frame.sliding_v])
+    home = center - a * (reach + tip_radius)
+    position = home + depth[:, None] * a + uv @ plane
+    velocity = (into_rate - back_rate)[:, None] * a + (uv_rate * sliding) @ plane
+    acceleration = (into_bend - back_bend)[:, None] * a + (uv_bend * sliding) @ plane
+    reference = Reference(
+        position=position,
+        velocity=velocity * velocity_sent,
+        acceleration=acceleration * acceleration_sent,
+        heading=np.full(count, frame.heading),
+        reach=np.full(count, reach),
+        contact_axis=np.tile(a, (count, 1)),
+        tare=(phase == PHASES.index("tare")).astype(float),
+        adapt=np.isin(phase, [PHASES.index(name) for name in ("approach", "settle", "slide")]).astype(float),
+    )
+    return Mission(times, reference, phase, frame)
+
+
+def ramp_duration(distance: float, speed: float) -> float:
+    """Time in s that `ramp` takes; a short way is gone at a lower speed."""
+    speed = min(speed, distance / _RAMP) if distance > 0.0 else speed
+    return distance / speed + _RAMP if distance > 0.0 else 0.0
+
+
+def ramp(distance: float, speed: float, t: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Way, speed and acceleration at times t: trapezoidal speed that starts at t = 0, still before and after."""
+    if distance <= 0.0:
+        return (np.zeros_like(t),) * 3
+    speed = min(speed, distance / _RAMP)
+    bend = speed / _RAMP
+    total = ramp_duration(distance, speed)
+    t = np.clip(t, 0.0, total)
+    rising, falling = t < _RAMP, t > total - _RAMP
+    left = total - t
+    way = np.where(
+        rising, 0.5 * bend * t**2, np.where(falling, distance - 0.5 * bend * left**2, speed * (t - 0.5 * _RAMP))
+    )
+    rate = np.where(rising, bend * t, np.where(falling, bend * left, speed))
+    inside = (t > 0.0) & (t < total)
+    return way, rate, np.where(rising & inside, bend, np.where(falling & inside, -bend, 0.0))

@@ -1,0 +1,229 @@
+"""The plant: robot, surface and contact as one compiled MuJoCo model.
+
+The plant is built from a robot description like the controller's model, but from its own copy: `PlantConfig` says how the
+real robot differs from what the controller believes.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from skylimb.config import require_positive, require_range
+from skylimb.errors import ConfigError
+from skylimb.robots.description import Inertial, Link, RobotDescription
+from skylimb.robots.model import Robot
+from skylimb.simulation.contact import (
+    ContactReading,
+    add_contact_pair,
+    add_contact_sensor,
+    set_contact_options,
+    tune_contact_pair,
+)
+from skylimb.simulation.robot_bodies import TIP_GEOM, add_robot
+from skylimb.simulation.surfaces import Surface
+
+
+@dataclass(frozen=True)
+class PlantConfig:
+    """How the physics is stepped, and how the real robot differs from its description.
+
+    Attributes:
+        physics_step: s; a control period must be a whole number of them.
+        thrust_scale: true over commanded thrust, all rotors.
+        rotor_scale: the same for each rotor on its own; empty for ones.
+        rotor_lag: time constant of the thrust, s; negative keeps the description's.
+        mass_scale: true over described mass and inertia, all links.
+        cog_offset: true less described centre of gravity, root link's axes, m.
+        servo_stiffness_scale: true over described stiffness of the shape servos.
+    """
+
+    physics_step: float = 0.001
+    thrust_scale: float = 1.0
+    rotor_scale: tuple[float, ...] = ()
+    rotor_lag: float = -1.0
+    mass_scale: float = 1.0
+    cog_offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    servo_stiffness_scale: float = 1.0
+
+    def __post_init__(self) -> None:
+        require_range("plant", "physics_step", self.physics_step, 1e-5, 0.01, "s")
+        require_range("plant", "thrust_scale", self.thrust_scale, 0.5, 1.5, "")
+        for entry in self.rotor_scale:
+            require_range("plant", "rotor_scale", entry, 0.0, 1.5, "")
+        require_range("plant", "rotor_lag", self.rotor_lag, -1.0, 1.0, "s")
+        require_range("plant", "mass_scale", self.mass_scale, 0.5, 2.0, "")
+        for entry in self.cog_offset:
+            require_range("plant", "cog_offset", entry, -0.2, 0.2, "m")
+        require_positive("plant", "servo_stiffness_scale", self.servo_stiffness_scale, "")
+
+
+def plant_description(description: RobotDescription, config: PlantConfig) -> RobotDescription:
+    """The description of the robot that really flies."""
+    total = sum(link.inertial.mass for link in description.links)
+
+    def scaled(link: Link) -> Link:
+        inertial = link.inertial
+        com = inertial.com
+        if link.name == description.root:
+            com = com + np.asarray(config.cog_offset) * (total / inertial.mass)
+        mass = inertial.mass * config.mass_scale
+        return dataclasses.replace(
+            link, inertial=Inertial(mass, com, inertial.inertia * config.mass_scale)
+        )
+
+    lag = config.rotor_lag
+    rotors = tuple(
+        dataclasses.replace(rotor, lag=rotor.lag if lag < 0.0 else lag) for rotor in description.rotors
+    )
+    servo = description.shape_servo
+    servo = dataclasses.replace(servo, stiffness=servo.stiffness * config.servo_stiffness_scale)
+    return dataclasses.replace(
+        description, links=tuple(map(scaled, description.links)), rotors=rotors, shape_servo=servo
+    )
+
+
+@dataclass(frozen=True)
+class Plant:
+    """A compiled scene.
+
+    Attributes:
+        robot: model of the robot that really flies.
+        surface: what it touches.
+        model: MuJoCo's model.
+        scene: the same as MJCF text, for replay and video.
+        substeps: physics steps in a control tick.
+        reading: where the contact's samples lie.
+        joint_qpos: addresses of q in qpos.
+        vectoring_qpos: addresses of psi in qpos.
+        wall_joint: address of a moving surface's slide in qpos and qvel, or None.
+    """
+
+    robot: Robot
+    surface: Surface
+    model: mujoco.MjModel
+    scene: str
+    substeps: int
+    reading: ContactReading
+    joint_qpos: tuple[int, ...]
+    vectoring_qpos: tuple[int, ...]
+    wall_joint: tuple[int, int] | None
+
+
+def build_plant(description: RobotDescription, surface: Surface, config: PlantConfig, dt: float) -> Plant:
+    """Compile the scene for control period `dt`, s.
+
+    Raises:
+        ConfigError: when `dt` is no whole number of physics steps, or a scale does not fit the rotors.
+    """
+    substeps = round(dt / config.physics_step)
+    if substeps < 1 or abs(substeps * config.physics_step - dt) > 1e-9:
+        raise ConfigError(
+            f"control period {dt:g} s is no whole number of plant.physics_step = {config.physics_step:g} s"
+        )
+    scales = np.ones(len(description.rotors)) * config.thrust_scale
+    if config.rotor_scale:
+        if len(config.rotor_scale) != len(scales):
+            raise ConfigError(
+                f"plant.rotor_scale has {len(config.rotor_scale)} entries; {description.name} has {len(scales)} rotors"
+            )
+        scales = scales * np.asarray(config.rotor_scale)
+    true = plant_description(description, config)
+
+    spec = mujoco.MjSpec()
+    spec.modelname = description.name
+    spec.compiler.degree = False
+    set_contact_options(spec, config.physics_step)
+    # Batteries, computers and the pen become part of the links that carry them: half the bodies, the same mechanics.
+    spec.compiler.fusestatic = True
+    _add_surroundings(spec)
+    add_robot(spec, true)
+    parts = surface.attach(spec)
+    add_contact_pair(spec, TIP_GEOM, parts.geom, surface.contact)
+    add_contact_sensor(spec, TIP_GEOM, parts.geom, substeps)
+    model = spec.compile()
+    tune_contact_pair(model, surface.contact)
+    model.actuator_gainprm[: len(scales), 0] = scales
+
+    def addresses(names: tuple[str, ...]) -> tuple[int, ...]:
+        return tuple(int(model.jnt_qposadr[model.joint(name).id]) for name in names)
+
+    wall = None
+    if parts.joint is not None:
+        joint = model.joint(parts.joint).id
+        wall = (int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint]))
+    return Plant(
+        robot=Robot(true),
+        surface=surface,
+        model=model,
+        scene=spec.to_xml(),
+        substeps=substeps,
+        reading=ContactReading.of(model),
+        joint_qpos=addresses(true.shape_joints),
+        vectoring_qpos=addresses(true.vectoring_joints),
+        wall_joint=wall,
+    )
+
+
+def initial_data(
+    plant: Plant, cog: np.ndarray, heading: float, joint_angles: np.ndarray, vectoring_angles: np.ndarray
+) -> mujoco.MjData:
+    """Data with the robot at rest, hovering with its centre of gravity at `cog` (W, m) and its tip link on `heading`.
+
+    Rotors already give hover thrust and servos already hold their set points, as after a take-off.
+    """
+    from skylimb.spatial import quaternion_from_rotation, rot_z
+
+    model, state = plant.model, plant.robot.at(joint_angles, vectoring_angles)
+    R_WC = rot_z(heading - state.tip_heading)
+    R_WB = R_WC @ state.R_root_C.T
+    data = mujoco.MjData(model)
+    data.qpos[0:3] = cog - R_WB @ state.cog_root
+    data.qpos[3:7] = quaternion_from_rotation(R_WB)
+    data.qpos[list(plant.joint_qpos)] = joint_angles
+    data.qpos[list(plant.vectoring_qpos)] = vectoring_angles
+    data.act[:] = np.concatenate([state.hover_thrusts, joint_angles, vectoring_angles])
+    # A servo leans on its spring to carry a joint's static load. Without friction to hide it, that is what it would settle to.
+    mujoco.mj_forward(model, data)
+    return data
+
+
+def _add_surroundings(spec: mujoco.MjSpec) -> None:
+    """Light, sky and a floor that nothing touches."""
+    visual = spec.visual
+    visual.global_.offwidth, visual.global_.offheight = 1920, 1080
+    visual.headlight.ambient = [0.45, 0.45, 0.45]
+    visual.headlight.diffuse = [0.45, 0.45, 0.45]
+    visual.headlight.specular = [0.1, 0.1, 0.1]
+    spec.add_texture(
+        name="sky",
+        type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
+        builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
+        rgb1=[0.93, 0.95, 0.97],
+        rgb2=[0.75, 0.82, 0.88],
+        width=256,
+        height=256,
+    )
+    spec.add_texture(
+        name="floor",
+        type=mujoco.mjtTexture.mjTEXTURE_2D,
+        builtin=mujoco.mjtBuiltin.mjBUILTIN_CHECKER,
+        rgb1=[0.86, 0.87, 0.88],
+        rgb2=[0.80, 0.81, 0.83],
+        width=256,
+        height=256,
+    )
+    material = spec.add_material(name="floor", texrepeat=[8.0, 8.0], texuniform=True)
+    material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "floor"
+    spec.worldbody.add_geom(
+        name="floor",
+        type=mujoco.mjtGeom.mjGEOM_PLANE,
+        size=[8.0, 8.0, 0.1],
+        material="floor",
+        contype=0,
+        conaffinity=0,
+    )
+    spec.worldbody.add_light(pos=[-1.0, -2.0, 5.0], dir=[0.3, 0.4, -1.0], diffuse=[0.5, 0.5, 0.5])

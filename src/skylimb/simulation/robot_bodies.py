@@ -1,0 +1,153 @@
+"""A robot description as bodies, joints, actuators and sites of a MuJoCo model specification."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+
+from skylimb.robots.description import Inertial, Joint, Link, RobotDescription, Servo, Visual
+from skylimb.spatial import quaternion_from_rotation
+
+TIP_GEOM = "tip"
+TIP_SITE = "tip"
+
+_GEOM = {
+    "box": mujoco.mjtGeom.mjGEOM_BOX,
+    "cylinder": mujoco.mjtGeom.mjGEOM_CYLINDER,
+    "sphere": mujoco.mjtGeom.mjGEOM_SPHERE,
+    "mesh": mujoco.mjtGeom.mjGEOM_MESH,
+}
+
+
+def add_robot(spec: mujoco.MjSpec, description: RobotDescription) -> None:
+    """Add the robot as one free body tree, with its tip; nothing but the tip can touch anything.
+
+    Link frames become body frames, so that every quantity of the description keeps its meaning. The root is free: a URDF's
+    root fixed to the world would lose that link's mass.
+    """
+    bodies = {description.root: spec.worldbody.add_body(name=description.root)}
+    bodies[description.root].add_freejoint(name="root")
+    for joint in description.joints:
+        body = bodies[joint.parent].add_body(
+            name=joint.child, pos=joint.xyz, quat=quaternion_from_rotation(joint.R)
+        )
+        bodies[joint.child] = body
+        if joint.kind != "fixed":
+            _add_joint(body, joint)
+    for link in description.links:
+        _add_inertial(bodies[link.name], link.inertial)
+        _add_visuals(spec, bodies[link.name], link)
+    tip = bodies[description.tip.link]
+    tip.add_geom(
+        name=TIP_GEOM,
+        type=mujoco.mjtGeom.mjGEOM_SPHERE,
+        size=[description.tip.radius, 0, 0],
+        pos=description.tip.position,
+        mass=0.0,
+        contype=0,
+        conaffinity=0,
+        rgba=[0.8, 0.1, 0.1, 1.0],
+    )
+    tip.add_site(name=TIP_SITE, pos=description.tip.position, size=[1e-3, 0, 0], group=4)
+    _add_actuators(spec, bodies, description)
+
+
+def _add_joint(body: mujoco.MjsBody, joint: Joint) -> None:
+    limited = np.isfinite(joint.lower) and np.isfinite(joint.upper)
+    body.add_joint(
+        name=joint.name,
+        type=mujoco.mjtJoint.mjJNT_HINGE,
+        axis=joint.axis,
+        limited=limited,
+        range=[joint.lower, joint.upper] if limited else [0.0, 0.0],
+        damping=[joint.damping, 0.0, 0.0],
+        frictionloss=joint.friction,
+    )
+
+
+def _add_inertial(body: mujoco.MjsBody, inertial: Inertial) -> None:
+    body.explicitinertial = True
+    body.mass = inertial.mass
+    body.ipos = inertial.com
+    inertia = inertial.inertia
+    body.fullinertia = [
+        inertia[0, 0], inertia[1, 1], inertia[2, 2], inertia[0, 1], inertia[0, 2], inertia[1, 2],
+    ]  # fmt: skip
+
+
+def _add_visuals(spec: mujoco.MjSpec, body: mujoco.MjsBody, link: Link) -> None:
+    for index, visual in enumerate(link.visuals):
+        size, mesh = _geom_size(spec, visual, f"{link.name}_{index}")
+        body.add_geom(
+            type=_GEOM[visual.shape],
+            size=size,
+            meshname=mesh,
+            pos=visual.xyz,
+            quat=quaternion_from_rotation(visual.R),
+            rgba=visual.rgba,
+            contype=0,
+            conaffinity=0,
+            mass=0.0,
+            group=1,
+        )
+
+
+def _geom_size(spec: mujoco.MjSpec, visual: Visual, name: str) -> tuple[list[float], str]:
+    match visual.shape:
+        case "box":
+            return [0.5 * edge for edge in visual.size], ""
+        case "cylinder":
+            return [visual.size[0], 0.5 * visual.size[1], 0.0], ""
+        case "sphere":
+            return [visual.size[0], 0.0, 0.0], ""
+        case "mesh":
+            spec.add_mesh(name=name, file=str(visual.mesh), scale=np.broadcast_to(visual.size, 3))
+            return [0.0, 0.0, 0.0], name
+
+
+def _add_actuators(spec: mujoco.MjSpec, bodies: dict[str, mujoco.MjsBody], description: RobotDescription) -> None:
+    """Actuators in the order thrusts, shape joints, vectoring joints; each has one activation.
+
+    A rotor's activation is its thrust, which follows the command with a first-order lag, exactly integrated. A servo's
+    activation is its set point, which its control drives at a rate: the ramp inside a control tick is smooth at any
+    control rate, and the speed limit is the rate's.
+    """
+    for rotor in description.rotors:
+        site = f"thrust_{rotor.name}"
+        bodies[rotor.link].add_site(
+            name=site, pos=rotor.xyz, quat=quaternion_from_rotation(rotor.R), size=[1e-3, 0, 0], group=4
+        )
+        spec.add_actuator(
+            name=rotor.name,
+            trntype=mujoco.mjtTrn.mjTRN_SITE,
+            target=site,
+            # eq:allocation for torque: the drag torque acts along the thrust.
+            gear=[0.0, 0.0, 1.0, 0.0, 0.0, rotor.drag_torque_coefficient],
+            dyntype=mujoco.mjtDyn.mjDYN_FILTEREXACT,
+            dynprm=[rotor.lag] + [0.0] * 9,
+            gaintype=mujoco.mjtGain.mjGAIN_FIXED,
+            gainprm=[1.0] + [0.0] * 9,
+            ctrllimited=True,
+            ctrlrange=[0.0, rotor.thrust_max],
+        )
+    for name in description.shape_joints:
+        _add_servo(spec, name, description.shape_servo)
+    for name in description.vectoring_joints:
+        _add_servo(spec, name, description.vectoring_servo)
+
+
+def _add_servo(spec: mujoco.MjSpec, joint: str, servo: Servo) -> None:
+    spec.add_actuator(
+        name=joint,
+        trntype=mujoco.mjtTrn.mjTRN_JOINT,
+        target=joint,
+        dyntype=mujoco.mjtDyn.mjDYN_INTEGRATOR,
+        gaintype=mujoco.mjtGain.mjGAIN_FIXED,
+        gainprm=[servo.stiffness] + [0.0] * 9,
+        biastype=mujoco.mjtBias.mjBIAS_AFFINE,
+        biasprm=[0.0, -servo.stiffness, -servo.damping] + [0.0] * 7,
+        ctrllimited=True,
+        ctrlrange=[-servo.speed_limit, servo.speed_limit],
+        forcelimited=True,
+        forcerange=[-servo.torque_limit, servo.torque_limit],
+    )

@@ -1,0 +1,162 @@
+"""Motion capture with rate, latency and noise, and joint encoders.
+
+A frame of motion capture shows the plant as it was `latency` before the frame came, and stays until the next one. Both
+follow from one number a tick, the age of what is seen: the measurement is the plant's state that long ago, interpolated in a
+short history. So the sensor is a pure function of a shift register, an age and a row of noise, the same in every driver.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from skylimb.config import require_positive, require_range
+from skylimb.estimation.records import Measurement
+from skylimb.spatial import quaternion_product
+from skylimb.symbolic import Array, clip, vector
+
+
+@dataclass(frozen=True)
+class SensorConfig:
+    """Motion capture of the robot's measured link, and encoders. Noise as standard deviations.
+
+    Attributes:
+        rate: frames a second of the motion capture, Hz; 0 for one at every control tick.
+        latency: age of a frame when it comes, s.
+        position_noise: m.
+        velocity_noise: m/s.
+        attitude_noise: rad, about each axis.
+        angular_velocity_noise: rad/s.
+        joint_noise: of the shape joints' encoders, rad.
+        vectoring_noise: of the vectoring joints' encoders, rad.
+        attitude_misalignment: constant rotation vector from the true to the measured body axes, rad.
+    """
+
+    rate: float = 100.0
+    latency: float = 0.010
+    position_noise: float = 0.001
+    velocity_noise: float = 0.005
+    attitude_noise: float = 0.001
+    angular_velocity_noise: float = 0.005
+    joint_noise: float = 0.0005
+    vectoring_noise: float = 0.0005
+    attitude_misalignment: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        require_range("sensors", "rate", self.rate, 0.0, 1e4, "Hz")
+        require_range("sensors", "latency", self.latency, 0.0, 0.2, "s")
+        for name, high, unit in (
+            ("position_noise", 0.1, "m"),
+            ("velocity_noise", 1.0, "m/s"),
+            ("attitude_noise", 0.2, "rad"),
+            ("angular_velocity_noise", 1.0, "rad/s"),
+            ("joint_noise", 0.1, "rad"),
+            ("vectoring_noise", 0.1, "rad"),
+        ):
+            require_range("sensors", name, getattr(self, name), 0.0, high, unit)
+        for entry in self.attitude_misalignment:
+            require_range("sensors", "attitude_misalignment", entry, -0.3, 0.3, "rad")
+
+
+class SensorNoise(NamedTuple):
+    """Noise of one tick, in the units of the measurement; that of a frame stays as long as the frame."""
+
+    position: Array
+    velocity: Array
+    attitude: Array
+    angular_velocity: Array
+    joint_angles: Array
+    vectoring_angles: Array
+
+
+class SensorState(NamedTuple):
+    """Root pose and twist at the last ticks, newest first, each (13,)."""
+
+    history: tuple[Array, ...]
+
+
+def history_depth(config: SensorConfig, dt: float) -> int:
+    """Ticks that the history must hold for the oldest frame ever looked at."""
+    frame = 1.0 / config.rate if config.rate > 0.0 else 0.0
+    return math.ceil((config.latency + frame) / dt + 1e-9) + 2
+
+
+def initial_sensor_state(config: SensorConfig, dt: float, root: np.ndarray) -> SensorState:
+    """A robot that has been at rest in this root state, (13,), for as long as the history goes back."""
+    require_positive("sensors", "dt", dt, "s")
+    return SensorState((np.asarray(root, dtype=float),) * history_depth(config, dt))
+
+
+def frame_numbers(config: SensorConfig, times: np.ndarray) -> np.ndarray:
+    """Number of the frame seen at each tick, (k,)."""
+    if config.rate == 0.0:
+        return np.arange(len(times))
+    return np.floor(times * config.rate + 1e-9).astype(int)
+
+
+def frame_ages(config: SensorConfig, times: np.ndarray) -> np.ndarray:
+    """Age of what is seen at each tick, s, (k,)."""
+    if config.rate == 0.0:
+        return np.full(len(times), config.latency)
+    return config.latency + np.maximum(times - frame_numbers(config, times) / config.rate, 0.0)
+
+
+def draw_noise(
+    config: SensorConfig, times: np.ndarray, n_joints: int, n_vectoring: int, rng: np.random.Generator
+) -> SensorNoise:
+    """The noise of a whole run at once, each entry (k, width); one draw a frame, one a tick for the encoders."""
+    frames = frame_numbers(config, times)
+    per_frame = rng.standard_normal((int(frames[-1]) + 1, 12))[frames] if len(times) else np.zeros((0, 12))
+    per_tick = rng.standard_normal((len(times), n_joints + n_vectoring))
+    return SensorNoise(
+        per_frame[:, 0:3] * config.position_noise,
+        per_frame[:, 3:6] * config.velocity_noise,
+        per_frame[:, 6:9] * config.attitude_noise,
+        per_frame[:, 9:12] * config.angular_velocity_noise,
+        per_tick[:, :n_joints] * config.joint_noise,
+        per_tick[:, n_joints:] * config.vectoring_noise,
+    )
+
+
+def sense(
+    config: SensorConfig,
+    state: SensorState,
+    root: Array,
+    joint_angles: Array,
+    vectoring_angles: Array,
+    age: Any,
+    noise: SensorNoise,
+    dt: float,
+) -> tuple[SensorState, Measurement]:
+    """What the sensors say at this tick.
+
+    Args:
+        config: constant errors.
+        state: history of the last tick.
+        root: true pose and twist of the measured link now, (13,); twist as (v in W, omega in the link).
+        joint_angles: true q, rad.
+        vectoring_angles: true psi, rad.
+        age: of the frame seen now, s.
+        noise: of this tick.
+        dt: control period, s.
+    """
+    rows = (root, *state.history[:-1])
+    ticks = age * (1.0 / dt)
+    # Linear interpolation without a branch: each remembered tick weighs in with a hat of one tick's width.
+    seen: Any = sum(row * clip(1.0 - abs(ticks - index), 0.0, 1.0) for index, row in enumerate(rows))
+    quaternion = seen[3:7] / (seen[3] ** 2 + seen[4] ** 2 + seen[5] ** 2 + seen[6] ** 2) ** 0.5
+    error = noise.attitude + np.asarray(config.attitude_misalignment)
+    turned = quaternion_product(quaternion, vector(1.0, 0.5 * error[0], 0.5 * error[1], 0.5 * error[2]))
+    turned = turned / (1.0 + 0.25 * (error[0] ** 2 + error[1] ** 2 + error[2] ** 2)) ** 0.5
+    measurement = Measurement(
+        position=seen[0:3] + noise.position,
+        quaternion=turned,
+        velocity=seen[7:10] + noise.velocity,
+        angular_velocity=seen[10:13] + noise.angular_velocity,
+        joint_angles=joint_angles + noise.joint_angles,
+        vectoring_angles=vectoring_angles + noise.vectoring_angles,
+    )
+    return SensorState(rows), measurement

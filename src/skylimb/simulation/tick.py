@@ -1,0 +1,167 @@
+"""One control tick as one compiled function: sensors, controller, actuators and what is recorded.
+
+    (state, plant outputs, row, gains) -> (state, controls, signals)
+
+The row holds everything that is known before the flight: reference, age of the motion capture's frame, noise. All of it is
+pure, so that a driver in any language gives the same flight; gains are inputs, so that changing one rebuilds nothing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import casadi as ca
+import mujoco
+import numpy as np
+
+from skylimb.control.cascade import Cascade
+from skylimb.control.records import Command, Reference
+from skylimb.errors import DescriptionError
+from skylimb.estimation.records import Measurement
+from skylimb.packing import Layout
+from skylimb.simulation.actuators import actuate
+from skylimb.simulation.contact import ContactReading
+from skylimb.simulation.plant import Plant
+from skylimb.simulation.sensors import SensorConfig, SensorNoise, SensorState, initial_sensor_state, sense
+
+
+class TickRow(NamedTuple):
+    """What is known of a tick before the flight."""
+
+    reference: Reference
+    age: Any
+    noise: SensorNoise
+
+
+class PlantOutputs(NamedTuple):
+    """MuJoCo's state at a tick, and the contact's samples since the last one."""
+
+    qpos: Any
+    qvel: Any
+    act: Any
+    history: Any
+
+
+def row_layout(plant: Plant) -> Layout[TickRow]:
+    """Layout of a row for this robot."""
+    description = plant.robot.description
+    z3, nq, nv = np.zeros(3), len(description.shape_joints), len(description.vectoring_joints)
+    reference = Reference(z3, z3, z3, 0.0, 0.0, z3, 0.0, 0.0)
+    return Layout(TickRow(reference, 0.0, SensorNoise(z3, z3, z3, z3, np.zeros(nq), np.zeros(nv))))
+
+
+def sense_plant(
+    plant: Plant, config: SensorConfig, state: SensorState, outputs: PlantOutputs, row: TickRow, dt: float
+) -> tuple[SensorState, Measurement]:
+    """The measurement of this tick."""
+    root = ca.vertcat(outputs.qpos[0:7], outputs.qvel[0:6])
+    joints = outputs.qpos[list(plant.joint_qpos)]
+    vectoring = outputs.qpos[list(plant.vectoring_qpos)]
+    return sense(config, state, root, joints, vectoring, row.age, row.noise, dt)
+
+
+def plant_signals(plant: Plant, outputs: PlantOutputs, measurement: Measurement, command: Command) -> dict[str, Any]:
+    """What is recorded whatever the controller: truth, measurement and command."""
+    force, duty, point = _contact_average(plant.reading, outputs.history)
+    n = len(plant.robot.description.rotors)
+    return {
+        "configuration": outputs.qpos,
+        "configuration_velocity": outputs.qvel,
+        "root_position_measured": measurement.position,
+        "root_quaternion_measured": measurement.quaternion,
+        "joint_angles_measured": measurement.joint_angles,
+        "vectoring_angles_measured": measurement.vectoring_angles,
+        "thrusts": outputs.act[:n],
+        "thrusts_command": command.thrusts,
+        "joint_angles_command": command.joint_angles,
+        "vectoring_angles_command": command.vectoring_angles,
+        "contact_force": force,
+        "contact_duty": duty,
+        "contact_point": point,
+    }
+
+
+def _contact_average(reading: ContactReading, history: Any) -> tuple[Any, Any, Any]:
+    """Mean force on the robot (W, N), fraction of steps touching, and mean touching point (W, m; zero without touch)."""
+    touching = [ca.if_else(history[int(i)] > 0.0, 1.0, 0.0) for i in reading.found]
+    count = sum(touching)
+    force = sum(history[[int(i) for i in row]] for row in reading.force) * (1.0 / reading.samples)
+    point = sum(history[[int(i) for i in row]] for row in reading.position) / ca.fmax(count, 1.0)
+    return force, count * (1.0 / reading.samples), point
+
+
+@dataclass(frozen=True)
+class CompiledTick:
+    """A cascade's tick, ready for a driver.
+
+    Attributes:
+        function: (state, qpos, qvel, act, history, row, gains) -> (state, controls, signals), all flat.
+        state: the state before the first tick, flat.
+        gains: the preset's gains, flat.
+        gains_layout: where each gain stands.
+        rows: layout of a row.
+        signals: layout of the signals.
+    """
+
+    function: ca.Function
+    state: np.ndarray
+    gains: np.ndarray
+    gains_layout: Layout[Any]
+    rows: Layout[TickRow]
+    signals: Layout[dict[str, Any]]
+
+
+def check_measured_link(plant: Plant) -> None:
+    """Raise a `DescriptionError` unless the measured link is the root, the only one whose twist the plant gives directly."""
+    description = plant.robot.description
+    if description.measured_link != description.root:
+        raise DescriptionError(
+            f"robot {description.name}: measured_link = '{description.measured_link}' must be the root link "
+            f"'{description.root}'"
+        )
+
+
+def symbolic_outputs(model: mujoco.MjModel) -> PlantOutputs:
+    """Symbols in place of the plant's outputs."""
+    sizes = (("qpos", model.nq), ("qvel", model.nv), ("act", model.na), ("history", model.nhistory))
+    return PlantOutputs(*(ca.SX.sym(name, int(size)) for name, size in sizes))
+
+
+def compile_tick(controller: Cascade, plant: Plant, sensors: SensorConfig, root: np.ndarray, dt: float) -> CompiledTick:
+    """Trace the whole tick with symbols and make one function of it.
+
+    Args:
+        controller: a cascade of laws that can be traced.
+        plant: what it flies; only addresses and limits are taken from it.
+        sensors: rate and latency give the depth of the history.
+        root: pose and twist of the measured link before take-off, (13,).
+        dt: control period, s.
+    """
+    check_measured_link(plant)
+    initial = (initial_sensor_state(sensors, dt, root), controller.initial_state())
+    gains = controller.gains()
+    states, gain_layout, rows = Layout(initial), Layout(gains), row_layout(plant)
+
+    x, row, p = (
+        ca.SX.sym(name, size) for name, size in (("state", states.size), ("row", rows.size), ("gains", gain_layout.size))
+    )
+    outputs = symbolic_outputs(plant.model)
+    sensor_state, controller_state = states.unpack(x)
+    known = rows.unpack(row)
+    sensor_state, measurement = sense_plant(plant, sensors, sensor_state, outputs, known, dt)
+    controller_state, command, inner = controller.step(
+        gain_layout.unpack(p), controller_state, measurement, known.reference, dt
+    )
+    controls = actuate(controller.robot.description, command, outputs.act, dt)
+    recorded = plant_signals(plant, outputs, measurement, command) | inner
+    signals = Layout(recorded)
+    function = ca.Function(
+        "tick",
+        [x, *outputs, row, p],
+        [ca.densify(out) for out in (states.pack((sensor_state, controller_state)), controls, signals.pack(recorded))],
+        ["state", "qpos", "qvel", "act", "history", "row", "gains"],
+        ["next_state", "controls", "signals"],
+        {"cse": True},
+    )
+    return CompiledTick(function, states.pack(initial), gain_layout.pack(gains), gain_layout, rows, signals)

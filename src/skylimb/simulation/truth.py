@@ -1,0 +1,108 @@
+"""What really happened, computed from the plant's recorded configuration after the flight.
+
+The loop records only the physics' own state. Everything that follows from it exactly (centre of gravity, tip, attitude, reach,
+slip, gap) is computed here for the whole flight at once, from the model of the robot that really flew.
+"""
+
+from __future__ import annotations
+
+import functools
+from typing import Any, NamedTuple
+
+import casadi as ca
+import numpy as np
+
+from skylimb.packing import Layout
+from skylimb.robots.model import Robot
+from skylimb.simulation.flight import Flight
+from skylimb.simulation.mission import Mission
+from skylimb.simulation.plant import Plant
+from skylimb.spatial import cross, rotation_from_quaternion, rpy_from_rotation
+
+
+class Kinematics(NamedTuple):
+    """Exact kinematics of one configuration; the contact axis is given in W.
+
+    Attributes:
+        cog_position: W, m.
+        cog_velocity: W, m/s, with the arm's own motion.
+        attitude: roll, pitch, yaw of C, rad.
+        tilt: angle between C's z axis and W's, rad.
+        tip_position: W, m.
+        tip_velocity: W, m/s.
+        reach: from the centre of gravity to the tip along the contact axis, m.
+        skeleton: points along the chain, W, m, (nodes, 3).
+    """
+
+    cog_position: Any
+    cog_velocity: Any
+    attitude: Any
+    tilt: Any
+    tip_position: Any
+    tip_velocity: Any
+    reach: Any
+    skeleton: Any
+
+
+@functools.lru_cache(maxsize=16)
+def _kinematics_function(
+    robot: Robot, joint_qpos: tuple[int, ...], vectoring_qpos: tuple[int, ...], nq: int, nv: int
+) -> tuple[ca.Function, Layout[Kinematics]]:
+    qpos, qvel, axis = ca.SX.sym("qpos", nq), ca.SX.sym("qvel", nv), ca.SX.sym("axis", 3)
+    q, psi = qpos[list(joint_qpos)], qpos[list(vectoring_qpos)]
+    # A free joint has seven positions and six velocities.
+    rates = ca.vertcat(qvel[[i - 1 for i in joint_qpos]], qvel[[i - 1 for i in vectoring_qpos]])
+    model = robot.model(q, psi)
+    R, omega = rotation_from_quaternion(qpos[3:7]), qvel[3:6]
+    cog = qpos[0:3] + R @ model.cog_root
+    cog_velocity = qvel[0:3] + R @ (cross(omega, model.cog_root) + model.cog_jacobian @ rates)
+    tip = qpos[0:3] + R @ model.tip_root
+    tip_velocity = qvel[0:3] + R @ (cross(omega, model.tip_root) + model.tip_jacobian @ rates[: len(joint_qpos)])
+    R_WC = R @ model.R_root_C
+    points = robot.skeleton(q, psi)
+    nodes = ca.horzcat(*(qpos[0:3] + R @ points[i, :].T for i in range(points.shape[0]))).T
+    tilt = ca.atan2(ca.sqrt(R_WC[0, 2] ** 2 + R_WC[1, 2] ** 2), R_WC[2, 2])
+    record = Kinematics(
+        cog, cog_velocity, rpy_from_rotation(R_WC), tilt, tip, tip_velocity, ca.dot(tip - cog, axis), nodes
+    )
+    layout = Layout(record)
+    return ca.Function("kinematics", [qpos, qvel, axis], [ca.densify(layout.pack(record))]), layout
+
+
+def flight_kinematics(plant: Plant, flight: Flight, mission: Mission) -> Kinematics:
+    """Exact kinematics at every tick of a flight; every entry has the ticks as first dimension."""
+    model = plant.model
+    function, layout = _kinematics_function(
+        plant.robot, plant.joint_qpos, plant.vectoring_qpos, int(model.nq), int(model.nv)
+    )
+    qpos, qvel = flight.signal("configuration"), flight.signal("configuration_velocity")
+    axes = mission.reference.contact_axis[: flight.ticks]
+    table = np.asarray(function.map(flight.ticks)(qpos.T, qvel.T, axes.T)).T
+
+    def column(name: str) -> np.ndarray:
+        values, shape = table[:, layout.slices[name]], layout.shapes[name]
+        return values.reshape(len(table), *shape)
+
+    return Kinematics(*(column(name) for name in Kinematics._fields))
+
+
+def contact_truth(plant: Plant, flight: Flight, mission: Mission, moved: Kinematics) -> dict[str, np.ndarray]:
+    """Normal force, torque about the centre of gravity, slip and gap at every tick, on the surface where it then is."""
+    surface, times = plant.surface, mission.times[: flight.ticks]
+    normal = surface.normal(moved.tip_position, times)
+    _, wall_speed = surface.motion(times)
+    relative = moved.tip_velocity - wall_speed[:, None] * surface.motion_axis
+    tangential = relative - np.sum(relative * normal, axis=1, keepdims=True) * normal
+    force, duty = flight.signal("contact_force"), flight.signal("contact_duty")
+    point = flight.signal("contact_point")
+    lever = np.where(duty[:, None] > 0.0, point - moved.cog_position, 0.0)
+    radius = plant.robot.description.tip.radius
+    return {
+        "contact_force_normal": np.sum(force * normal, axis=1),
+        "contact_torque": np.cross(lever, force),
+        "contact": (duty > 0.0).astype(float),
+        "slip_speed": np.where(duty > 0.0, np.linalg.norm(tangential, axis=1), 0.0),
+        "surface_gap": surface.signed_distance(moved.tip_position, times) - radius,
+    }
+
+
