@@ -1,9 +1,10 @@
 """TOML tables into frozen dataclasses and back, strictly.
 
-Every configuration of this package is a frozen dataclass with defaults, units in its docstring and its checks in
-`__post_init__`. This module carries values between those dataclasses and TOML: an unknown key, a wrong type or a value
-out of range raises a `ConfigError` that names the dotted key, the value it had, what was allowed, and the nearest right
-name. What one field's type allows is decided by `msgspec` (integers serve as floats, nothing else is converted).
+Every configuration of this package is a frozen dataclass with defaults, units in its docstring and its
+checks in `__post_init__`. This module carries values between those dataclasses and TOML: an unknown key, a
+wrong type or a value out of range raises a `ConfigError` that names the dotted key, the value it had, what
+was allowed, and the nearest right name. What one field's type allows is decided by `msgspec`: integers serve as
+floats, nothing else is converted.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ T = TypeVar("T")
 
 
 def read_toml(path: str | Path) -> dict[str, Any]:
-    """The table in a TOML file; a `ConfigError` where it is missing, unreadable or not TOML (duplicate keys included)."""
+    """The table in a TOML file; a `ConfigError` where it is missing, unreadable or not valid TOML."""
     path = Path(path)
     try:
         return tomllib.loads(path.read_text(encoding="utf-8"))
@@ -46,7 +47,7 @@ def read_toml(path: str | Path) -> dict[str, Any]:
 
 
 def write_toml(config: Any) -> str:
-    """The TOML text of a configuration (a dataclass or a mapping), which `from_mapping` reads back to an equal one."""
+    """The TOML text of a dataclass or mapping, which `from_mapping` reads back to an equal one."""
     return tomli_w.dumps(to_mapping(config))
 
 
@@ -54,7 +55,8 @@ def from_mapping(cls: type[T], mapping: Mapping[str, Any], where: str) -> T:
     """Build the dataclass `cls` from nested tables; keys left out take their defaults.
 
     Args:
-        cls: a dataclass; its fields may be dataclasses, dict[str, dataclass], tuples, Literal, Optional and scalars.
+        cls: a dataclass whose fields are scalars, Literals, tuples, dataclasses or dict[str, dataclass],
+            any of them optional.
         mapping: tables as TOML gives them; NumPy scalars, arrays and tuples are welcome too.
         where: the source for error messages, such as a file name.
 
@@ -69,7 +71,7 @@ def from_mapping(cls: type[T], mapping: Mapping[str, Any], where: str) -> T:
 
 
 def to_mapping(config: Any, *, keep_none: bool = False) -> Any:
-    """Nested plain values of a configuration: tables, lists and Python scalars that TOML can hold; None is left out."""
+    """Nested tables, lists and Python scalars of a configuration, as TOML can hold them; None is left out."""
     if dataclasses.is_dataclass(config) and not isinstance(config, type):
         config = {field.name: getattr(config, field.name) for field in dataclasses.fields(config)}
     if isinstance(config, Mapping):
@@ -97,7 +99,8 @@ def with_overrides(config: T, overrides: Mapping[str, Any]) -> T:
 
     Args:
         config: a dataclass.
-        overrides: dotted key to value; a table as value overrides only the keys it has, None empties an optional key.
+        overrides: dotted key to value; a table as value overrides only the keys it has, None empties an
+            optional key.
     """
     tables = to_mapping(config)
     for key, value in overrides.items():
@@ -175,7 +178,7 @@ _OTHER_UNITS = {
 
 
 def _unit_guess(value: float, low: float, high: float, unit: str) -> str:
-    """A question whether `value` was meant in degrees, mm, g or ms; empty where that would not be in range either."""
+    """Asks whether `value` was meant in degrees, mm, g or ms; empty where that is out of range too."""
     if unit not in _OTHER_UNITS or not _is_finite(value):
         return ""
     name, symbol, factor = _OTHER_UNITS[unit]
@@ -264,7 +267,7 @@ def _short(value: Any) -> str:
 
 
 def _unknown_key(path: tuple[str, ...], cls: type) -> UnknownNameError:
-    """Names the key of that very name in a table below, else the nearest key beside it, else the nearest below."""
+    """Names the key of this name in a table below, else the nearest beside it, else the nearest below."""
     known, below = sorted(_field_types(cls)), _all_keys(cls)
     same_name = [key for key in below if key.rpartition(".")[2] == path[-1]]
     guess = same_name[0] if same_name else nearest(path[-1], known) or nearest(path[-1], below)
