@@ -3,8 +3,8 @@
 Every configuration of this package is a frozen dataclass with defaults, units in its docstring and its
 checks in `__post_init__`. This module carries values between those dataclasses and TOML: an unknown key, a
 wrong type or a value out of range raises a `ConfigError` that names the dotted key, the value it had, what
-was allowed, and the nearest right name. What one field's type allows is decided by `msgspec`: integers serve as
-floats, nothing else is converted.
+was allowed, and the nearest right name. What one field's type allows is decided by `msgspec`: integers serve
+as floats, nothing else is converted.
 """
 
 from __future__ import annotations
