@@ -1,0 +1,1 @@
+"""Postures, vectoring angles and reference trajectories."""
