@@ -1,0 +1,269 @@
+"""Reference paths in the sliding plane: position, velocity and acceleration as functions of time.
+
+A path lives in two coordinates (u, v) about the middle of the task, m; for the paper's board u is y, v is z.
+Every path is twice continuously differentiable inside its duration and rests at its end points outside of it.
+
+All timing is made from one primitive, a rate that grows smoothly from zero to one (`_smooth_step`). A circle
+turns its phase at such a rate; a line, a lawnmower pattern or waypoints are a sum of such steps, one for every
+change of velocity: straight at constant speed between the corners, round at them, at rest at both ends.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from skylimb.config import require_choice, require_non_negative, require_range
+from skylimb.errors import ConfigError
+
+Samples = tuple[np.ndarray, np.ndarray, np.ndarray]
+"""Position (k, 2) in m, velocity in m/s, acceleration in m/s^2."""
+
+_STEEPEST = 1.875
+"""Largest slope of the smooth step over its mean slope."""
+
+
+@dataclass(frozen=True)
+class TrajectoryConfig:
+    """Which path, how large and how fast; each shape reads the fields that it names here.
+
+    Attributes:
+        shape: "hold" (rest in the middle), "circle" and "lemniscate" (figure eight), "line", "lawnmower"
+            (parallel strokes that fill an area), "waypoints".
+        radius: circle and lemniscate: half the width, m.
+        period: circle and lemniscate: time of one lap, s.
+        direction: +1 turns from u toward v (or flies the shape in the order given), -1 the other way.
+        start_angle: circle and lemniscate: phase at the start, rad; -pi/2 is the bottom of the circle and the
+            left end of the lemniscate.
+        laps: circle and lemniscate: how many.
+        ramp: circle and lemniscate: time to get up to speed, and as long to stop, s; 0 starts at full speed.
+        length: line and lawnmower: length of a stroke, m.
+        spacing: lawnmower: distance between strokes, m.
+        strokes: lawnmower: how many.
+        angle: line and lawnmower: direction of the strokes from u toward v, rad.
+        waypoints: waypoints: (u, v) of each, m; corners are rounded, the first and the last are met exactly.
+        speed: line, lawnmower and waypoints: along the straight parts, m/s.
+        acceleration: line, lawnmower and waypoints: largest, at ends and corners, m/s^2; more of it
+            makes the corners sharper.
+        duration: hold: how long, s.
+        feedforward: what the controller is told besides positions: "none", "velocity", or "full"
+            (velocity and acceleration). The paper's y errors appear only with "none": p_ref' = 0 in e_v.
+    """
+
+    shape: Literal["hold", "line", "circle", "lemniscate", "lawnmower", "waypoints"] = "circle"
+    radius: float = 0.30
+    period: float = 14.0
+    direction: int = 1
+    start_angle: float = -math.pi / 2
+    laps: float = 1.0
+    ramp: float = 0.0
+    length: float = 0.60
+    spacing: float = 0.10
+    strokes: int = 4
+    angle: float = 0.0
+    waypoints: tuple[tuple[float, float], ...] = ()
+    speed: float = 0.10
+    acceleration: float = 0.30
+    duration: float = 10.0
+    feedforward: Literal["none", "velocity", "full"] = "none"
+
+    def __post_init__(self) -> None:
+        require_choice("trajectory", "shape", self.shape, tuple(_SHAPES))
+        require_choice("trajectory", "feedforward", self.feedforward, ("none", "velocity", "full"))
+        require_choice("trajectory", "direction", self.direction, (1, -1))
+        for name, low, high, unit in _RANGES:
+            require_range("trajectory", name, getattr(self, name), low, high, unit)
+        require_non_negative("trajectory", "ramp", self.ramp, "s")
+        for u, v in self.waypoints:
+            require_range("trajectory", "waypoints", u, -10.0, 10.0, "m")
+            require_range("trajectory", "waypoints", v, -10.0, 10.0, "m")
+        if self.shape == "waypoints":
+            if len(self.waypoints) < 2:
+                raise ConfigError(
+                    f"trajectory.waypoints has {len(self.waypoints)} points; it needs at least 2"
+                )
+            for index, (here, there) in enumerate(zip(self.waypoints, self.waypoints[1:], strict=False)):
+                if math.dist(here, there) < 1e-6:
+                    raise ConfigError(
+                        f"trajectory.waypoints: point {index + 2} repeats the one before, {here}"
+                    )
+        laps_time = self.laps * self.period
+        if self.ramp > laps_time:
+            raise ConfigError(
+                f"trajectory.ramp = {self.ramp:g} s is longer than the laps take, {laps_time:g} s"
+            )
+        if self.strokes != int(self.strokes):
+            raise ConfigError(f"trajectory.strokes = {self.strokes:g} must be a whole number")
+
+
+_RANGES = (
+    ("radius", 0.01, 5.0, "m"),
+    ("period", 1.0, 3600.0, "s"),
+    ("start_angle", -2.0 * math.pi, 2.0 * math.pi, "rad"),
+    ("laps", 0.01, 1000.0, ""),
+    ("length", 0.01, 10.0, "m"),
+    ("spacing", 0.005, 5.0, "m"),
+    ("strokes", 1, 1000, ""),
+    ("angle", -2.0 * math.pi, 2.0 * math.pi, "rad"),
+    ("speed", 0.001, 5.0, "m/s"),
+    ("acceleration", 0.001, 20.0, "m/s^2"),
+    ("duration", 0.0, 36000.0, "s"),
+)
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """A path on the clock.
+
+    Attributes:
+        duration: s.
+        inside: (position, velocity, acceleration) at times within the duration.
+    """
+
+    duration: float
+    inside: Callable[[np.ndarray], Samples]
+
+    def sample(self, t: np.ndarray | float) -> Samples:
+        """The path at times t; before the start and after the end it rests at its end points.
+
+        Args:
+            t: times in s, (k,).
+
+        Returns:
+            Position (k, 2) in m, velocity in m/s and acceleration in m/s^2, in the sliding plane (u, v).
+        """
+        t = np.asarray(t, dtype=float)
+        position, velocity, acceleration = self.inside(np.clip(t, 0.0, self.duration))
+        moving = ((t >= 0.0) & (t <= self.duration))[..., None]
+        return position, velocity * moving, acceleration * moving
+
+
+def trajectory(config: TrajectoryConfig) -> Trajectory:
+    """The path that a configuration describes."""
+    return _SHAPES[config.shape](config)
+
+
+def _hold(config: TrajectoryConfig) -> Trajectory:
+    def inside(t: np.ndarray) -> Samples:
+        zero = np.zeros((*t.shape, 2))
+        return zero, zero, zero
+
+    return Trajectory(config.duration, inside)
+
+
+def _circle(config: TrajectoryConfig) -> Trajectory:
+    phase, duration = _phase(config)
+
+    def inside(t: np.ndarray) -> Samples:
+        angle, rate, bend = phase(t)
+        out = config.radius * np.concatenate([np.cos(angle), np.sin(angle)], axis=-1)
+        along = config.radius * np.concatenate([-np.sin(angle), np.cos(angle)], axis=-1)
+        return out, along * rate, along * bend - out * rate**2
+
+    return Trajectory(duration, inside)
+
+
+def _lemniscate(config: TrajectoryConfig) -> Trajectory:
+    """Gerono's figure eight, u = a sin(phase), v = a sin(phase) cos(phase): twice as wide as high."""
+    phase, duration = _phase(config)
+
+    def inside(t: np.ndarray) -> Samples:
+        angle, rate, bend = phase(t)
+        position = config.radius * np.concatenate([np.sin(angle), 0.5 * np.sin(2 * angle)], axis=-1)
+        first = config.radius * np.concatenate([np.cos(angle), np.cos(2 * angle)], axis=-1)
+        second = config.radius * np.concatenate([-np.sin(angle), -2 * np.sin(2 * angle)], axis=-1)
+        return position, first * rate, first * bend + second * rate**2
+
+    return Trajectory(duration, inside)
+
+
+def _line(config: TrajectoryConfig) -> Trajectory:
+    half = 0.5 * config.length
+    return _polyline(_turned(np.array([[-half, 0.0], [half, 0.0]]), config.angle), config)
+
+
+def _lawnmower(config: TrajectoryConfig) -> Trajectory:
+    half = 0.5 * config.length
+    levels = (np.arange(config.strokes) - 0.5 * (config.strokes - 1)) * config.spacing
+    ends = [
+        (side * half, level)
+        for i, level in enumerate(levels)
+        for side in ((-1, 1) if i % 2 == 0 else (1, -1))
+    ]
+    return _polyline(_turned(np.array(ends), config.angle), config)
+
+
+def _waypoints(config: TrajectoryConfig) -> Trajectory:
+    return _polyline(np.array(config.waypoints, dtype=float), config)
+
+
+_SHAPES: dict[str, Callable[[TrajectoryConfig], Trajectory]] = {
+    "hold": _hold,
+    "line": _line,
+    "circle": _circle,
+    "lemniscate": _lemniscate,
+    "lawnmower": _lawnmower,
+    "waypoints": _waypoints,
+}
+
+
+def _turned(points: np.ndarray, angle: float) -> np.ndarray:
+    c, s = math.cos(angle), math.sin(angle)
+    return points @ np.array([[c, s], [-s, c]])
+
+
+def _phase(config: TrajectoryConfig) -> tuple[Callable[[np.ndarray], Samples], float]:
+    """Angle, its rate and its second derivative over time, each (k, 1), and how long it takes."""
+    full_rate = config.direction * 2.0 * math.pi / config.period
+    laps_time = config.laps * config.period
+
+    def phase(t: np.ndarray) -> Samples:
+        if config.ramp == 0.0:
+            turned = config.start_angle + full_rate * t[..., None]
+            return turned, np.full_like(turned, full_rate), np.zeros_like(turned)
+        # Up to speed at 0, down again one lap time later: each ramp covers half its time's worth of angle.
+        up, down = _smooth_step(t, config.ramp), _smooth_step(t - laps_time, config.ramp)
+        angle, rate, bend = (full_rate * (a - b)[..., None] for a, b in zip(up, down, strict=True))
+        return config.start_angle + angle, rate, bend
+
+    return phase, laps_time + config.ramp
+
+
+def _polyline(corners: np.ndarray, config: TrajectoryConfig) -> Trajectory:
+    """Straight from corner to corner (n, 2) at constant speed, smooth at each corner, at rest at both ends.
+
+    Every change of velocity takes the same `blend` time, chosen so that the sharpest keeps to the allowed
+    acceleration; a side too short for that is flown more slowly, so that two changes never overlap.
+    """
+    if config.direction < 0:
+        corners = corners[::-1]
+    sides = np.diff(corners, axis=0)
+    lengths = np.linalg.norm(sides, axis=1)
+    at_rest = np.zeros((1, 2))
+    wished = np.diff(np.concatenate([at_rest, config.speed * sides / lengths[:, None], at_rest]), axis=0)
+    blend = _STEEPEST * float(np.linalg.norm(wished, axis=1).max()) / config.acceleration
+    times = np.maximum(lengths / config.speed, blend)
+    velocities = sides / times[:, None]
+    changes = np.diff(np.concatenate([at_rest, velocities, at_rest]), axis=0)
+    starts = np.concatenate([[0.0], np.cumsum(times)])
+
+    def inside(t: np.ndarray) -> Samples:
+        way, rate, bend = (part @ changes for part in _smooth_step(t[..., None] - starts, blend))
+        return corners[0] + way, rate, bend
+
+    return Trajectory(float(starts[-1]) + blend, inside)
+
+
+def _smooth_step(t: np.ndarray, width: float) -> Samples:
+    """A rate that grows from 0 at t = 0 to 1 at t = width, and its integral and derivative.
+
+    Returns:
+        The integral (t - width/2 after the step), the rate (a quintic in between) and its derivative.
+    """
+    s = np.clip(t / width, 0.0, 1.0)
+    integral = width * s**4 * (2.5 + s * (s - 3.0)) + np.maximum(t - width, 0.0)
+    return integral, s**3 * (10.0 + s * (6.0 * s - 15.0)), 30.0 / width * (s * (1.0 - s)) ** 2
