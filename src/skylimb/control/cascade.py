@@ -168,8 +168,8 @@ class Cascade:
         shape, reach = preset.shape.law.step(
             gains.shape, state.shape, inputs, (self.family.reach_min, self.family.reach_max)
         )
-        theta = self.family.shape_angle(reach)
-        command = Command(thrusts.total, self.family.joint_angles(theta), self.vectoring.angles(theta))
+        joint_angles, vectoring_angles, theta = self._posture(reach, reference)
+        command = Command(thrusts.total, joint_angles, vectoring_angles)
 
         new_state = CascadeState(
             rates, observer, tare_state, force_filter, translation, attitude, shape, leak
@@ -190,6 +190,13 @@ class Cascade:
             "reach_command": reach,
             "shape_angle_command": theta,
         }
+
+    def _posture(self, reach: Any, reference: Reference) -> tuple[Any, Any, Any]:
+        """Joint angles, vectoring angles and shape angle of a reach: the nominal posture, moved along the family."""
+        theta, nominal = self.family.shape_angle(reach), self.family.shape_angle(reference.reach)
+        joint_angles = reference.joint_angles + self.family.joint_angles(theta) - self.family.joint_angles(nominal)
+        moved = self.vectoring.angles(theta) - self.vectoring.angles(nominal)
+        return joint_angles, reference.vectoring_angles + moved, theta
 
 
 def build_cascade(robot: Robot, preset: Preset) -> Cascade:

@@ -17,6 +17,8 @@ class Reference(NamedTuple):
         acceleration: m/s^2, zero when positions alone are sent.
         heading: of the tip link about W's z, rad.
         reach: tip to centre of gravity along the tip link, m (r_ref of eq:admittance control).
+        joint_angles: nominal posture q, rad; the shape law's change of reach comes on top of it.
+        vectoring_angles: nominal psi of that posture, rad.
         contact_axis: unit vector in W pointing from the robot into the surface, (3,).
         tare: 1 while the observer's bias is averaged, else 0.
         adapt: 1 while the shape law may answer to force, else 0.
@@ -27,6 +29,8 @@ class Reference(NamedTuple):
     acceleration: Array
     heading: Any
     reach: Any
+    joint_angles: Array
+    vectoring_angles: Array
     contact_axis: Array
     tare: Any
     adapt: Any

@@ -10,7 +10,9 @@ from typing import Any
 
 from skylimb.config import from_mapping, read_toml, require_range, to_mapping
 from skylimb.errors import ConfigError, unknown_name
+from skylimb.planning.posture_path import PostureConfig
 from skylimb.planning.trajectories import TrajectoryConfig
+from skylimb.simulation.disturbance import DisturbanceConfig
 from skylimb.simulation.mission import ApproachConfig, PhaseConfig, contact_frame
 from skylimb.simulation.plant import PlantConfig
 from skylimb.simulation.sensors import SensorConfig
@@ -33,6 +35,8 @@ class Settings:
         trajectory: path in the sliding plane.
         approach: how the robot comes to the surface and leaves it.
         phases: how long it waits.
+        posture: postures to go through during the slide; none in contact.
+        disturbance: a push on the flying robot.
         sensors: what it measures.
         plant: how the real robot differs from its description.
     """
@@ -46,6 +50,8 @@ class Settings:
     trajectory: TrajectoryConfig = field(default_factory=TrajectoryConfig)
     approach: ApproachConfig = field(default_factory=ApproachConfig)
     phases: PhaseConfig = field(default_factory=PhaseConfig)
+    posture: PostureConfig = field(default_factory=PostureConfig)
+    disturbance: DisturbanceConfig = field(default_factory=DisturbanceConfig)
     sensors: SensorConfig = field(default_factory=SensorConfig)
     plant: PlantConfig = field(default_factory=PlantConfig)
 

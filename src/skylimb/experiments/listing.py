@@ -5,9 +5,8 @@ from __future__ import annotations
 import tomllib
 from pathlib import Path
 
-from skylimb.experiments.experiment import EXPERIMENTS
-
 _PACKAGE = Path(__file__).parents[1]
+_EXPERIMENTS = _PACKAGE / "experiments" / "library"
 _PRESETS = _PACKAGE / "control" / "presets"
 _ROBOTS = _PACKAGE / "robots"
 
@@ -18,7 +17,7 @@ def _descriptions(files: dict[str, Path], key: str) -> dict[str, str]:
 
 def list_experiments() -> dict[str, str]:
     """Experiments by name, with what they are."""
-    return _descriptions({file.stem: file for file in EXPERIMENTS.glob("*.toml")}, "description")
+    return _descriptions({file.stem: file for file in _EXPERIMENTS.glob("*.toml")}, "description")
 
 
 def list_controllers() -> dict[str, str]:

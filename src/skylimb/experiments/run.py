@@ -12,14 +12,13 @@ from skylimb.analysis.metrics import metrics
 from skylimb.config import write_toml
 from skylimb.control.cascade import Cascade
 from skylimb.control.controller import Controller, load_controller, resolved_preset
-from skylimb.experiments.experiment import Experiment, load_experiment
-from skylimb.planning.posture import posture_family
-from skylimb.planning.vectoring import vectoring_table
+from skylimb.experiments.experiment import Experiment, experiment_with, load_experiment
+from skylimb.experiments.posture_plan import posture_plan
 from skylimb.recording.run import Run
 from skylimb.recording.versions import versions
 from skylimb.robots.loader import load_robot
 from skylimb.robots.model import Robot
-from skylimb.simulation.drivers import fly_compiled, mission_rows
+from skylimb.simulation.drivers import fly_compiled, interventions, mission_rows
 from skylimb.simulation.flight import Flight
 from skylimb.simulation.log import flight_log
 from skylimb.simulation.mission import Mission, MissionConfig, contact_frame, plan_mission
@@ -89,8 +88,6 @@ def _prepare(
     if seed is not None:
         given["seed"] = seed
     if isinstance(experiment, Experiment):
-        from skylimb.experiments.experiment import experiment_with
-
         experiment = experiment_with(experiment, given)
     else:
         experiment = load_experiment(experiment, given)
@@ -109,7 +106,7 @@ def fly(experiment: Experiment, robot: Robot, controller: Controller, progress: 
         progress: told how far the flight is.
     """
     plant, mission = prepare_flight(experiment, robot)
-    flight = fly_mission(experiment, robot, plant, mission, controller, progress)
+    flight = fly_mission(experiment, plant, mission, controller, progress)
     log = flight_log(plant, flight, mission)
     config = {**experiment.to_mapping(), "controller": resolved_preset(controller)}
     frame = mission.frame
@@ -124,8 +121,8 @@ def fly(experiment: Experiment, robot: Robot, controller: Controller, progress: 
         "versions": json.dumps(versions()),
         "scene": plant.scene,
         "surface": json.dumps(plant.surface.describe()),
-        "contact_axis": json.dumps(frame.contact.tolist()),
-        "sliding_axes": json.dumps([frame.sliding_u.tolist(), frame.sliding_v.tolist()]),
+        "contact_axis": "x",
+        "sliding_axes": "y z",
         "path_center": json.dumps([float(x) for x in experiment.surface.position]),
     }
     return Run(name=controller.name, controller=controller.name, log=log, metrics=metrics(log))
@@ -134,14 +131,12 @@ def fly(experiment: Experiment, robot: Robot, controller: Controller, progress: 
 def prepare_flight(experiment: Experiment, robot: Robot) -> tuple[Plant, Mission]:
     """The plant and the mission of an experiment."""
     dt = experiment.control_period
-    family = posture_family(robot)
     plant = build_plant(robot, experiment.surface, experiment.plant, dt)
     mission = plan_mission(
         MissionConfig(experiment.phases, experiment.approach, experiment.trajectory),
         contact_frame(experiment.contact_axis),
         np.asarray(experiment.surface.position, dtype=float),
-        family.reach_nominal,
-        robot.description.tip.radius,
+        posture_plan(experiment.posture, robot),
         dt,
     )
     return plant, mission
@@ -149,19 +144,18 @@ def prepare_flight(experiment: Experiment, robot: Robot) -> tuple[Plant, Mission
 
 def fly_mission(
     experiment: Experiment,
-    robot: Robot,
     plant: Plant,
     mission: Mission,
     controller: Controller,
     progress: Progress | None = None,
 ) -> Flight:
     """Fly with the driver that suits the controller."""
-    dt = experiment.control_period
-    theta = posture_family(robot).theta_nominal
-    joint_angles = np.asarray(posture_family(robot).joint_angles(theta), dtype=float)
-    vectoring_angles = np.asarray(vectoring_table(robot).angles(theta), dtype=float)
-    data = initial_data(plant, mission.reference.position[0], mission.frame.heading, joint_angles, vectoring_angles)
+    dt, first = experiment.control_period, mission.reference
+    data = initial_data(
+        plant, first.position[0], first.heading[0], first.joint_angles[0], first.vectoring_angles[0]
+    )
     rows = mission_rows(plant, mission, experiment.sensors, experiment.seed)
+    outside = interventions(plant, data, mission, experiment.disturbance)
 
     def report(done: int, total: int) -> None:
         if progress is not None:
@@ -170,5 +164,5 @@ def fly_mission(
     if isinstance(controller, Cascade):
         root = np.concatenate([data.qpos[0:7], data.qvel[0:6]])
         tick = compile_tick(controller, plant, experiment.sensors, root, dt)
-        return fly_compiled(tick, plant, data, mission, rows, report)
-    return fly_python(controller, plant, data, mission, rows, experiment.sensors, dt, report)
+        return fly_compiled(tick, plant, data, mission, rows, outside, report)
+    return fly_python(controller, plant, data, mission, rows, experiment.sensors, dt, outside, report)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import mujoco
 import numpy as np
 
 from skylimb.packing import Layout, pack_rows
+from skylimb.simulation.disturbance import DisturbanceConfig, pusher
 from skylimb.simulation.flight import CHECK_INTERVAL, Flight, engine_warning, find_loss
 from skylimb.simulation.mission import Mission
 from skylimb.simulation.plant import Plant
@@ -37,6 +38,7 @@ def fly_compiled(
     data: mujoco.MjData,
     mission: Mission,
     rows: np.ndarray,
+    outside: Sequence[Callable[[int], None]] = (),
     progress: Progress | None = None,
 ) -> Flight:
     """Fly a compiled tick from `data` to the end of the mission or the loss of the flight."""
@@ -47,15 +49,14 @@ def fly_compiled(
     states = (tick.state.copy(), tick.state.copy())
     # State and next state change places at every tick, so two evaluations are bound and nothing is copied.
     evaluations = [_bind(tick, data, states[i], states[1 - i], row, signals) for i in (0, 1)]
-    push_wall = wall_motion(plant, data, mission)
     for start in range(0, count, CHECK_INTERVAL):
         end = min(start + CHECK_INTERVAL, count)
         for k in range(start, end):
             row[:] = rows[k]
             evaluations[k & 1][1]()
             log[k] = signals
-            if push_wall is not None:
-                push_wall(k)
+            for act in outside:
+                act(k)
             step(model, data, substeps)
         lost = lost_flight(log, tick.signals, mission, start, end, data)
         if progress is not None:
@@ -77,17 +78,23 @@ def _bind(
     return buffer, evaluate
 
 
-def wall_motion(plant: Plant, data: mujoco.MjData, mission: Mission) -> Callable[[int], None] | None:
-    """A function that puts a moving surface where it belongs at a tick; None for one that stands."""
-    if plant.wall_joint is None:
-        return None
-    position, velocity = plant.surface.motion(mission.times)
-    at, dof = plant.wall_joint
+def interventions(
+    plant: Plant, data: mujoco.MjData, mission: Mission, disturbance: DisturbanceConfig
+) -> list[Callable[[int], None]]:
+    """What acts on the plant from outside before the steps of a tick: a moving surface, a push; mostly nothing."""
+    found: list[Callable[[int], None]] = []
+    if plant.wall_joint is not None:
+        position, velocity = plant.surface.motion(mission.times)
+        at, dof = plant.wall_joint
 
-    def push(k: int) -> None:
-        data.qpos[at], data.qvel[dof] = position[k], velocity[k]
+        def move_wall(k: int) -> None:
+            data.qpos[at], data.qvel[dof] = position[k], velocity[k]
 
-    return push
+        found.append(move_wall)
+    push = pusher(disturbance, plant.model, data, plant.robot.description.root, mission.times)
+    if push is not None:
+        found.append(push)
+    return found
 
 
 def lost_flight(

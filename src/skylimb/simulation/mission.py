@@ -6,6 +6,7 @@ path, retreat, hover. They follow the clock alone, so the whole table is known b
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -44,8 +45,10 @@ class ApproachConfig:
         standoff: gap between tip and surface before the approach, at the middle of the path, m.
         speed: of the approach, m/s.
         retreat_speed: m/s.
+        contact: false to stay at the standoff all the while, for a free flight.
     """
 
+    contact: bool = True
     depth: float = 0.18
     standoff: float = 0.10
     speed: float = 0.05
@@ -93,6 +96,27 @@ class MissionConfig:
 
 
 @dataclass(frozen=True)
+class PosturePlan:
+    """The nominal posture over time, counted from the beginning of the slide.
+
+    Attributes:
+        reach: r_ref, m.
+        tip_radius: m.
+        duration: time that the plan takes, s; 0 for a posture that stays.
+        joint_angles: times (k,) -> q (k, nq), rad.
+        vectoring_angles: times (k,) -> psi (k, nv), rad.
+        tip_heading: q (k, nq) -> yaw of the tip link in C less that of the first posture, (k,), rad.
+    """
+
+    reach: float
+    tip_radius: float
+    duration: float
+    joint_angles: Callable[[np.ndarray], np.ndarray]
+    vectoring_angles: Callable[[np.ndarray], np.ndarray]
+    tip_heading: Callable[[np.ndarray], np.ndarray]
+
+
+@dataclass(frozen=True)
 class Mission:
     """The table of a flight.
 
@@ -110,7 +134,7 @@ class Mission:
 
 
 def plan_mission(
-    config: MissionConfig, frame: ContactFrame, center: np.ndarray, reach: float, tip_radius: float, dt: float
+    config: MissionConfig, frame: ContactFrame, center: np.ndarray, posture: PosturePlan, dt: float
 ) -> Mission:
     """Lay the phases on the clock.
 
@@ -118,18 +142,16 @@ def plan_mission(
         config: phases, approach and path.
         frame: axes of the task.
         center: middle of the path on the nominal surface, W, m, (3,).
-        reach: nominal distance from centre of gravity to tip along the contact axis (r_ref), m.
-        tip_radius: m.
+        posture: nominal posture over time.
         dt: control period, s.
     """
     path = trajectory(config.trajectory)
     approach = config.approach
-    travel = approach.standoff + approach.depth
+    travel = approach.standoff + approach.depth if approach.contact else 0.0
     in_time, out_time = ramp_duration(travel, approach.speed), ramp_duration(travel, approach.retreat_speed)
     phases = config.phases
-    durations = np.array(
-        [phases.hover, phases.tare, in_time, phases.settle, path.duration, out_time, phases.hover_end]
-    )
+    slide = max(path.duration, posture.duration)
+    durations = np.array([phases.hover, phases.tare, in_time, phases.settle, slide, out_time, phases.hover_end])
     ends = np.cumsum(durations)
     count = round(float(ends[-1]) / dt) + 1
     times = np.arange(count) * dt
@@ -145,7 +167,8 @@ def plan_mission(
     sent = config.trajectory.feedforward
     velocity_sent, acceleration_sent = sent in ("velocity", "full"), sent == "full"
     a, plane = frame.contact, np.stack([frame.sliding_u, frame.sliding_v])
-    home = center - a * (reach + tip_radius)
+    home = center - a * (posture.reach + posture.tip_radius)
+    joint_angles = posture.joint_angles(times - ends[3])
     position = home + depth[:, None] * a + uv @ plane
     velocity = (into_rate - back_rate)[:, None] * a + (uv_rate * sliding) @ plane
     acceleration = (into_bend - back_bend)[:, None] * a + (uv_bend * sliding) @ plane
@@ -153,11 +176,14 @@ def plan_mission(
         position=position,
         velocity=velocity * velocity_sent,
         acceleration=acceleration * acceleration_sent,
-        heading=np.full(count, frame.heading),
-        reach=np.full(count, reach),
+        # The robot keeps its own heading; the tip link turns with the posture.
+        heading=frame.heading + posture.tip_heading(joint_angles),
+        reach=np.full(count, posture.reach),
+        joint_angles=joint_angles,
+        vectoring_angles=posture.vectoring_angles(times - ends[3]),
         contact_axis=np.tile(a, (count, 1)),
         tare=(phase == PHASES.index("tare")).astype(float),
-        adapt=np.isin(phase, [PHASES.index(name) for name in ("approach", "settle", "slide")]).astype(float),
+        adapt=np.isin(phase, [PHASES.index(name) for name in ("approach", "settle", "slide")]) * float(approach.contact),
     )
     return Mission(times, reference, phase, frame)
 

@@ -25,6 +25,10 @@ from skylimb.simulation.contact import (
 )
 from skylimb.simulation.robot_bodies import TIP_GEOM, add_robot
 from skylimb.simulation.surfaces import Surface
+from skylimb.spatial import quaternion_from_rotation, rot_z
+
+
+_SAG_ITERATIONS = 5
 
 
 @dataclass(frozen=True)
@@ -62,7 +66,9 @@ class PlantConfig:
 
 
 def plant_description(description: RobotDescription, config: PlantConfig) -> RobotDescription:
-    """The description of the robot that really flies."""
+    """The description of the robot that really flies; the same object when the two do not differ."""
+    if dataclasses.replace(config, physics_step=0.001, thrust_scale=1.0, rotor_scale=()) == PlantConfig():
+        return description
     total = sum(link.inertial.mass for link in description.links)
 
     def scaled(link: Link) -> Link:
@@ -113,8 +119,10 @@ class Plant:
     wall_joint: tuple[int, int] | None
 
 
-def build_plant(description: RobotDescription, surface: Surface, config: PlantConfig, dt: float) -> Plant:
+def build_plant(robot: Robot, surface: Surface, config: PlantConfig, dt: float) -> Plant:
     """Compile the scene for control period `dt`, s.
+
+    `robot` is the one that is described; how the real one differs is in `config`.
 
     Raises:
         ConfigError: when `dt` is no whole number of physics steps, or a scale does not fit the rotors.
@@ -124,6 +132,7 @@ def build_plant(description: RobotDescription, surface: Surface, config: PlantCo
         raise ConfigError(
             f"control period {dt:g} s is no whole number of plant.physics_step = {config.physics_step:g} s"
         )
+    description = robot.description
     scales = np.ones(len(description.rotors)) * config.thrust_scale
     if config.rotor_scale:
         if len(config.rotor_scale) != len(scales):
@@ -156,7 +165,7 @@ def build_plant(description: RobotDescription, surface: Surface, config: PlantCo
         joint = model.joint(parts.joint).id
         wall = (int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint]))
     return Plant(
-        robot=Robot(true),
+        robot=robot if true is description else Robot(true),
         surface=surface,
         model=model,
         scene=spec.to_xml(),
@@ -173,22 +182,48 @@ def initial_data(
 ) -> mujoco.MjData:
     """Data with the robot at rest, hovering with its centre of gravity at `cog` (W, m) and its tip link on `heading`.
 
-    Rotors already give hover thrust and servos already hold their set points, as after a take-off.
+    Rotors already give hover thrust, and the joints hang as far from their set points `joint_angles` as their servos' springs
+    give under it, as after a take-off.
     """
-    from skylimb.spatial import quaternion_from_rotation, rot_z
+    data = mujoco.MjData(plant.model)
+    angles = np.asarray(joint_angles, dtype=float)
+    for _ in range(_SAG_ITERATIONS):
+        _place_at_hover(plant, data, cog, heading, angles, vectoring_angles)
+        angles = joint_angles - _static_servo_torque(plant, data) / plant.robot.description.shape_servo.stiffness
+    _place_at_hover(plant, data, cog, heading, angles, vectoring_angles)
+    n, nq = plant.robot.n_rotors, plant.robot.n_joints
+    data.act[n : n + nq] = joint_angles
+    mujoco.mj_forward(plant.model, data)
+    return data
 
-    model, state = plant.model, plant.robot.at(joint_angles, vectoring_angles)
-    R_WC = rot_z(heading - state.tip_heading)
-    R_WB = R_WC @ state.R_root_C.T
-    data = mujoco.MjData(model)
+
+def _place_at_hover(
+    plant: Plant, data: mujoco.MjData, cog: np.ndarray, heading: float, angles: np.ndarray, vectoring: np.ndarray
+) -> None:
+    """Put the robot at rest with these joint angles, under the thrusts that let it hover there."""
+    state = plant.robot.at(angles, vectoring)
+    R_WB = rot_z(heading - state.tip_heading) @ state.R_root_C.T
     data.qpos[0:3] = cog - R_WB @ state.cog_root
     data.qpos[3:7] = quaternion_from_rotation(R_WB)
-    data.qpos[list(plant.joint_qpos)] = joint_angles
-    data.qpos[list(plant.vectoring_qpos)] = vectoring_angles
-    data.act[:] = np.concatenate([state.hover_thrusts, joint_angles, vectoring_angles])
-    # A servo leans on its spring to carry a joint's static load. Without friction to hide it, that is what it would settle to.
+    data.qpos[list(plant.joint_qpos)] = angles
+    data.qpos[list(plant.vectoring_qpos)] = vectoring
+    data.act[:] = np.concatenate([state.hover_thrusts, angles, vectoring])
+
+
+def _static_servo_torque(plant: Plant, data: mujoco.MjData) -> np.ndarray:
+    """Torque that the shape servos must give to hold this posture at rest, N m."""
+    model = plant.model
     mujoco.mj_forward(model, data)
-    return data
+    rotors = np.zeros(model.nv)
+    for i in range(plant.robot.n_rotors):
+        moment = np.zeros(model.nv)
+        mujoco.mju_sparse2dense(
+            moment.reshape(1, -1), data.actuator_moment, data.moment_rownnz[i : i + 1],
+            data.moment_rowadr[i : i + 1], data.moment_colind,
+        )  # fmt: skip
+        rotors += moment * data.actuator_force[i]
+    dofs = [address - 1 for address in plant.joint_qpos]  # the free joint has one velocity less than positions
+    return (data.qfrc_bias - rotors)[dofs]
 
 
 def _add_surroundings(spec: mujoco.MjSpec) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import casadi as ca
@@ -14,7 +15,7 @@ from skylimb.errors import ConfigError
 from skylimb.estimation.records import Measurement
 from skylimb.packing import Layout
 from skylimb.simulation.actuators import actuate
-from skylimb.simulation.drivers import Progress, lost_flight, wall_motion
+from skylimb.simulation.drivers import Progress, lost_flight
 from skylimb.simulation.flight import CHECK_INTERVAL, Flight
 from skylimb.simulation.mission import Mission
 from skylimb.simulation.plant import Plant
@@ -36,6 +37,7 @@ def fly_python(
     rows: np.ndarray,
     sensors: SensorConfig,
     dt: float,
+    outside: Sequence[Callable[[int], None]] = (),
     progress: Progress | None = None,
 ) -> Flight:
     """Fly any controller from `data`; sensors, actuators and what is recorded are those of the compiled tick.
@@ -50,7 +52,6 @@ def fly_python(
     record, public = _recorder(plant, measurements)
     gains, state = controller.gains(), controller.initial_state()
     signals, inner_signals, log = public, Layout({}), np.zeros((0, 0))
-    push_wall = wall_motion(plant, data, mission)
     for start in range(0, count, CHECK_INTERVAL):
         end = min(start + CHECK_INTERVAL, count)
         for k in range(start, end):
@@ -67,8 +68,8 @@ def fly_python(
             log[k, : public.size] = _flat(record(*outputs, measured, *command))
             log[k, public.size :] = inner_signals.pack(dict(inner))
             data.ctrl[:] = actuate(plant.robot.description, command, data.act, dt)
-            if push_wall is not None:
-                push_wall(k)
+            for act in outside:
+                act(k)
             mujoco.mj_step(plant.model, data, plant.substeps)
         lost = lost_flight(log, signals, mission, start, end, data)
         if progress is not None:

@@ -47,8 +47,9 @@ def row_layout(plant: Plant) -> Layout[TickRow]:
     """Layout of a row for this robot."""
     description = plant.robot.description
     z3, nq, nv = np.zeros(3), len(description.shape_joints), len(description.vectoring_joints)
-    reference = Reference(z3, z3, z3, 0.0, 0.0, z3, 0.0, 0.0)
-    return Layout(TickRow(reference, 0.0, SensorNoise(z3, z3, z3, z3, np.zeros(nq), np.zeros(nv))))
+    q, psi = np.zeros(nq), np.zeros(nv)
+    reference = Reference(z3, z3, z3, 0.0, 0.0, q, psi, z3, 0.0, 0.0)
+    return Layout(TickRow(reference, 0.0, SensorNoise(z3, z3, z3, z3, q, psi)))
 
 
 def sense_plant(

@@ -1,0 +1,44 @@
+"""The nominal posture of a flight: the robot's own, or a path through the experiment's postures."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from skylimb.planning.posture import posture_family
+from skylimb.planning.posture_path import PostureConfig, posture_path
+from skylimb.planning.vectoring import vectoring_table
+from skylimb.planning.vectoring_path import vectoring_path
+from skylimb.robots.model import Robot
+from skylimb.simulation.mission import PosturePlan
+
+_KNOT = 0.1
+"""Time between two knots at which vectoring angles are sought, s."""
+
+
+def posture_plan(config: PostureConfig, robot: Robot) -> PosturePlan:
+    """The plan from the nominal posture through the experiment's postures, and the vectoring angles that suit each."""
+    family = posture_family(robot)
+    joint_angles = np.asarray(family.joint_angles(family.theta_nominal), dtype=float)
+    vectoring_angles = np.asarray(vectoring_table(robot).angles(family.theta_nominal), dtype=float)
+    path = posture_path(config, robot, joint_angles)
+    knots = np.append(np.arange(0.0, path.duration, _KNOT), path.duration)
+    vectoring = vectoring_angles[None, :]
+    if path.duration > 0.0:
+        vectoring = np.vstack([vectoring_angles, vectoring_path(robot, path.sample(knots[1:]), vectoring_angles)])
+    first = robot.at(joint_angles, vectoring_angles).tip_heading
+
+    def tip_heading(q: np.ndarray) -> np.ndarray:
+        if path.duration == 0.0:
+            return np.zeros(len(q))
+        return np.array([robot.at(row, vectoring_angles).tip_heading for row in q]) - first
+
+    return PosturePlan(
+        reach=float(family.reach_nominal),
+        tip_radius=robot.description.tip.radius,
+        duration=path.duration,
+        joint_angles=path.sample,
+        vectoring_angles=lambda t: np.stack(
+            [np.interp(np.clip(t, 0.0, path.duration), knots, angles) for angles in vectoring.T], axis=1
+        ),
+        tip_heading=tip_heading,
+    )

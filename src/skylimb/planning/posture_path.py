@@ -1,0 +1,88 @@
+"""A path through given postures: joints move from one to the next with quintic timing, and wait at each."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from skylimb.config import require_non_negative, require_positive
+from skylimb.errors import ConfigError, UnreachableError
+from skylimb.robots.model import Robot
+
+_PEAK = 1.875  # greatest speed of a quintic over its mean speed
+
+
+@dataclass(frozen=True)
+class PostureConfig:
+    """Postures to go through while the robot holds or follows its path.
+
+    Attributes:
+        waypoints: joint angles of each posture, rad; empty keeps the nominal posture.
+        speed: greatest joint speed on the way, rad/s.
+        hold: time at each posture, s.
+    """
+
+    waypoints: tuple[tuple[float, ...], ...] = ()
+    speed: float = 0.4
+    hold: float = 2.0
+
+    def __post_init__(self) -> None:
+        require_positive("posture", "speed", self.speed, "rad/s")
+        require_non_negative("posture", "hold", self.hold, "s")
+
+
+@dataclass(frozen=True)
+class PosturePath:
+    """Knots of the path: at `times[i]` (s) the joints are at `postures[i]` (rad)."""
+
+    times: np.ndarray
+    postures: np.ndarray
+
+    @property
+    def duration(self) -> float:
+        """Length of the path, s."""
+        return float(self.times[-1])
+
+    def sample(self, t: np.ndarray) -> np.ndarray:
+        """Joint angles at times t (k,), still before and after the path; (k, nq), rad."""
+        t = np.clip(t, 0.0, self.duration)
+        segment = np.clip(np.searchsorted(self.times, t, side="right") - 1, 0, max(len(self.times) - 2, 0))
+        if len(self.times) < 2:
+            return np.repeat(self.postures, len(t), axis=0)
+        begin, end = self.times[segment], self.times[segment + 1]
+        s = (t - begin) / (end - begin)
+        blend = s**3 * (10.0 - 15.0 * s + 6.0 * s**2)
+        return self.postures[segment] + blend[:, None] * (self.postures[segment + 1] - self.postures[segment])
+
+
+def posture_path(config: PostureConfig, robot: Robot, start: np.ndarray) -> PosturePath:
+    """The path from `start` (rad, (nq,)) through the postures.
+
+    Raises:
+        ConfigError: for a posture with the wrong number of joints, or a speed above the servos'.
+        UnreachableError: for a posture beyond the joints' limits.
+    """
+    servo = robot.description.shape_servo
+    if config.waypoints and config.speed > servo.speed_limit:
+        raise ConfigError(
+            f"posture.speed = {config.speed:g} rad/s is above {robot.name}'s joint speed of {servo.speed_limit:g} rad/s"
+        )
+    times, postures = [0.0], [np.asarray(start, dtype=float)]
+    lower, upper = robot.joint_limits()
+    for waypoint in config.waypoints:
+        target = np.asarray(waypoint, dtype=float)
+        if target.shape != (robot.n_joints,):
+            raise ConfigError(f"posture.waypoints: {list(waypoint)} has {len(target)} angles; {robot.name} has {robot.n_joints}")
+        if np.any(target < lower - 1e-9) or np.any(target > upper + 1e-9):
+            raise UnreachableError(
+                f"posture.waypoints: {list(waypoint)} rad is beyond {robot.name}'s limits {lower.tolist()} .. {upper.tolist()}"
+            )
+        way = float(np.max(np.abs(target - postures[-1])))
+        if way > 0.0:
+            times.append(times[-1] + _PEAK * way / config.speed)
+            postures.append(target)
+        if config.hold > 0.0:
+            times.append(times[-1] + config.hold)
+            postures.append(target)
+    return PosturePath(np.array(times), np.array(postures))
