@@ -1,0 +1,82 @@
+# Everything runs from a virtual environment in .venv, made on first use; nothing else on the machine changes.
+#
+#   make demo    fly the paper's experiment with its four controllers; leaves out/demo/report.html
+#   make test    the whole test suite
+#   make bench   how fast the closed loop is, and where its time goes
+#   make docs    the documentation as a site; leaves site/index.html
+#   make lint    style, types and the import rules
+#   make clean   remove what the tools left behind (.venv and out/ stay)
+#
+# Another Python (3.11 or newer): make demo PYTHON=/path/to/python
+
+find_python = for p in python3.11 python3.12 python3.13 python3 python; do \
+	  $$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' >/dev/null 2>&1 && echo $$p && break; done
+PYTHON ?= $(shell $(find_python))
+
+VENV := .venv
+BIN := $(VENV)/bin
+PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
+DEMO := out/demo
+
+.DEFAULT_GOAL := help
+.PHONY: help demo test bench docs lint format clean constraints
+.DELETE_ON_ERROR:
+
+help:
+	@sed -n '2,/^$$/s/^# \{0,1\}//p' Makefile
+
+# The demo replaces what an earlier demo left, and nothing that it didn't make.
+demo: $(VENV)/run.stamp
+	@if [ -e $(DEMO) ] && [ ! -e $(DEMO)/report.html ]; then \
+	  echo "make demo: $(DEMO) holds something else than a demo; move it away first" >&2; exit 2; fi
+	@rm -rf $(DEMO)
+	$(BIN)/skylimb compare paper --out $(DEMO)
+
+test: $(VENV)/dev.stamp
+	$(BIN)/pytest -n 2
+
+bench: $(VENV)/run.stamp
+	$(BIN)/python benchmarks/loop.py
+
+docs: $(VENV)/docs.stamp
+	$(BIN)/mkdocs build --strict --quiet
+	@echo "open site/index.html"
+
+lint: $(VENV)/dev.stamp
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/pyright --pythonpath $(BIN)/python
+	$(BIN)/lint-imports
+
+format: $(VENV)/dev.stamp
+	$(BIN)/ruff check --fix
+	$(BIN)/ruff format
+
+clean:
+	rm -rf build dist site .pytest_cache .ruff_cache .import_linter_cache .hypothesis src/*.egg-info MUJOCO_LOG.TXT
+	find src tests examples benchmarks -name __pycache__ -type d -prune -exec rm -rf {} +
+
+# Pin what a fresh environment holds now. Run it after a change of the dependencies, with the tests.
+constraints: $(VENV)/dev.stamp $(VENV)/docs.stamp
+	@{ sed -n '/^#/p' constraints.txt; $(BIN)/python -m pip freeze --exclude skylimb; } > constraints.new
+	@mv constraints.new constraints.txt
+
+$(BIN)/python:
+	@test -n "$(PYTHON)" || { echo "skylimb needs Python 3.11 or newer: make demo PYTHON=/path/to/python" >&2; exit 1; }
+	$(PYTHON) -m venv $(VENV)
+
+# The stamps say which part of pyproject.toml is installed; they are renewed when the file changes.
+$(VENV)/run.stamp: pyproject.toml constraints.txt | $(BIN)/python
+	@echo "Installing skylimb into $(VENV) (once; about a minute)"
+	@$(PIP) --editable .
+	@touch $@
+
+$(VENV)/dev.stamp: $(VENV)/run.stamp
+	@echo "Installing the test tools into $(VENV) (once)"
+	@$(PIP) --editable '.[dev]'
+	@touch $@
+
+$(VENV)/docs.stamp: $(VENV)/run.stamp
+	@echo "Installing the documentation tools into $(VENV) (once)"
+	@$(PIP) --editable '.[docs]'
+	@touch $@
