@@ -1,0 +1,113 @@
+"""The paper's figures from any set of runs.
+
+Each function takes runs by name and returns a matplotlib figure.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+from skylimb.analysis import style
+from skylimb.analysis.figures.boxes import contact_distributions, sliding_errors
+from skylimb.analysis.figures.over_time import cog_tracking, contact_direction
+from skylimb.analysis.figures.pen_traces import pen_traces
+from skylimb.analysis.figures.poses import poses
+from skylimb.recording import Run
+
+
+@dataclass(frozen=True)
+class Plate:
+    """A figure with what a reader needs to read it.
+
+    Attributes:
+        name: of its files, without the ending.
+        title: a few words.
+        caption: what is drawn, and what to look for.
+        draw: makes the figure from runs by name.
+        compares: whether it only makes sense with several runs.
+    """
+
+    name: str
+    title: str
+    caption: str
+    draw: Callable[[Mapping[str, Run]], Figure]
+    compares: bool = False
+
+
+PLATES = (
+    Plate(
+        "pen_traces",
+        "What the pen drew",
+        "The board as seen from the robot. Dashed: what a pen held still in the robot would draw if the "
+        "centre of gravity kept to its reference; on a sloped board the circle becomes an ellipse. Look "
+        "for how much of it friction takes away, and where the line breaks because the pen lost touch.",
+        pen_traces,
+    ),
+    Plate(
+        "cog_tracking",
+        "Centre of gravity along the sliding directions",
+        "Solid: the centre of gravity; dashed: its reference; yellow: the pen touches. The lag behind the "
+        "reference during contact is the work of friction, which a stiffer control of these two directions "
+        "resists.",
+        cog_tracking,
+    ),
+    Plate(
+        "sliding_errors",
+        "Error along the sliding directions",
+        "Absolute error of the centre of gravity over the sliding period. Boxes span the quartiles, the "
+        "bar and the number beside it are the median, whiskers reach from 5 to 95 %. Diamonds: medians "
+        "that the paper prints (it gives none for z).",
+        sliding_errors,
+        compares=True,
+    ),
+    Plate(
+        "contact_direction",
+        "Displacement and force along the contact direction",
+        "Above: how far the board pushed the centre of gravity from its reference. Below: the force that "
+        "the controller estimated (coloured) and the true contact force (grey, 0.2 s mean); pushed by the "
+        "board, both are negative. Yellow: the pen touches; pink: the arm has given way by more than "
+        "5 mm.",
+        contact_direction,
+    ),
+    Plate(
+        "contact_distributions",
+        "Displacement and force, distributions",
+        "The same two quantities over the sliding period, as box plots. An arm that gives way takes up "
+        "part of the board's depth, and the centre of gravity moves less.",
+        contact_distributions,
+        compares=True,
+    ),
+    Plate(
+        "poses",
+        "The robot deforms",
+        "Seen from above, at five instants of the lap. Grey: the shape at its beginning, moved to the same "
+        "centre of gravity. Under the laws that adapt, the arm folds where the board comes near and "
+        "stretches where it recedes; otherwise the shape stays.",
+        poses,
+    ),
+)
+"""Every figure, in the order in which a report shows them."""
+
+
+def write_figures(runs: Mapping[str, Run], folder: Path) -> list[Path]:
+    """Draw every figure that suits these runs into `folder`, as PNG and PDF, and return the PNG paths."""
+    folder.mkdir(parents=True, exist_ok=True)
+    wanted = [plate for plate in PLATES if len(runs) > 1 or not plate.compares]
+    return [style.save(plate.draw(runs), folder / plate.name)[0] for plate in wanted]
+
+
+__all__ = [
+    "PLATES",
+    "Plate",
+    "cog_tracking",
+    "contact_direction",
+    "contact_distributions",
+    "pen_traces",
+    "poses",
+    "sliding_errors",
+    "write_figures",
+]

@@ -1,0 +1,172 @@
+"""Distributions over the sliding period, one box a run, with the paper's medians where it prints them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from skylimb.analysis import style
+from skylimb.analysis.paper_numbers import published
+from skylimb.analysis.signals import contact_axis, in_phase, sliding_axes
+from skylimb.recording import Run
+
+WHISKERS = (5.0, 95.0)
+"""Percentiles at which the whiskers end.
+
+A flight's samples depend on each other: outliers one by one mean little.
+"""
+
+Quantity = Callable[[xr.Dataset], np.ndarray]
+
+
+@style.styled
+def sliding_errors(runs: Mapping[str, Run]) -> Figure:
+    """Box plots of the CoG's absolute errors along the two sliding axes.
+
+    Args:
+        runs: by name, any number of them; a failed flight has no box.
+
+    Returns:
+        A figure with a panel for each sliding axis.
+    """
+    first, second = _axes_of(runs, sliding_axes, ("y", "z"))
+    return _figure(
+        runs,
+        [
+            (
+                f"|{first} error| of the CoG (m)",
+                "error_y_median",
+                lambda log: _error(log, sliding_axes(log)[0]),
+            ),
+            (
+                f"|{second} error| of the CoG (m)",
+                "error_z_median",
+                lambda log: _error(log, sliding_axes(log)[1]),
+            ),
+        ],
+    )
+
+
+@style.styled
+def contact_distributions(runs: Mapping[str, Run]) -> Figure:
+    """Box plots of the CoG's absolute displacement and of the estimated force along the contact axis.
+
+    Args:
+        runs: by name, any number of them; a failed flight has no box.
+
+    Returns:
+        A figure with a panel for the displacement and one for the force.
+    """
+    axis = _axes_of(runs, contact_axis, "x")
+    return _figure(
+        runs,
+        [
+            (
+                f"|{axis} displacement| (m)",
+                "displacement_x_median",
+                lambda log: _error(log, contact_axis(log)),
+            ),
+            (f"estimated force in {axis} (N)", "estimated_force_x_median", _force),
+        ],
+    )
+
+
+def _figure(runs: Mapping[str, Run], quantities: list[tuple[str, str, Quantity]]) -> Figure:
+    wide = style.WIDTH * min(1.0, max(0.62, 0.25 * len(runs)))
+    figure = Figure(figsize=(wide, 2.7), layout="constrained")
+    axes = figure.subplots(1, len(quantities), squeeze=False)[0]
+    printed = False
+    for ax, (text, metric, quantity) in zip(axes, quantities, strict=True):
+        printed |= _panel(ax, runs, metric, quantity)
+        ax.set_ylabel(text)
+    handles: list[Any] = [
+        Patch(
+            facecolor="#DDDDDD",
+            edgecolor=style.INK,
+            linewidth=0.8,
+            label="quartiles and median; whiskers 5 to 95 %",
+        )
+    ]
+    if printed:
+        handles.append(
+            Line2D([], [], marker="D", color=style.INK, markerfacecolor="white", linestyle="", markersize=4.5,
+                   label="median in the paper")
+        )  # fmt: skip
+    style.legend_below(figure, handles)
+    return figure
+
+
+def _panel(ax: Axes, runs: Mapping[str, Run], metric: str, quantity: Quantity) -> bool:
+    """One panel; whether it shows a number of the paper's."""
+    colour = style.colours(runs)
+    printed = False
+    for place, (name, run) in enumerate(runs.items()):
+        values = (
+            np.zeros(0)
+            if run.failed
+            else quantity(run.log.isel(time=np.flatnonzero(in_phase(run.log, "slide"))))
+        )
+        if values.size:
+            _box(ax, place, values, colour[name])
+        else:
+            text = "failed" if run.failed else "no data"
+            ink = style.FAILURE if run.failed else style.TRUTH
+            middle = {"transform": ax.get_xaxis_transform(), "ha": "center", "va": "center"}
+            ax.text(place, 0.5, text, rotation=90, color=ink, **middle)
+        number = published(run.controller, metric, str(run.log.attrs.get("experiment", "")))
+        if number is not None:
+            ax.plot(
+                place - 0.38, number, "D", color=style.INK, markerfacecolor="white", markersize=4.5, zorder=5
+            )
+            printed = True
+    names = [style.label(name) for name in runs]
+    crowded = max(map(len, names), default=0) * len(names) > 34
+    ax.set_xticks(range(len(runs)), names, rotation=30 if crowded else 0, ha="right" if crowded else "center")
+    ax.set_xlim(-0.65, len(runs) - 0.35)
+    ax.tick_params(axis="x", length=0)
+    low, high = ax.get_ylim()
+    room = 0.06 * (high - low)  # for the number above the highest whisker
+    ax.set_ylim(0.0 if low + room >= 0.0 else low, high + room)
+    ax.grid(axis="y", color="#E6E6E6", linewidth=0.5)
+    return printed
+
+
+def _box(ax: Axes, place: int, values: np.ndarray, colour: str) -> None:
+    low, first, median, third, high = np.percentile(values, [WHISKERS[0], 25, 50, 75, WHISKERS[1]])
+    edge = {"color": style.INK, "linewidth": 0.8}
+    ax.bxp(
+        [{"med": median, "q1": first, "q3": third, "whislo": low, "whishi": high, "fliers": []}],
+        positions=[place],
+        widths=0.5,
+        patch_artist=True,
+        showfliers=False,
+        manage_ticks=False,
+        boxprops={"facecolor": colour, "edgecolor": style.INK, "linewidth": 0.8, "alpha": 0.75},
+        medianprops={"color": style.INK, "linewidth": 1.6},
+        whiskerprops=edge,
+        capprops=edge,
+    )
+    above = {"textcoords": "offset points", "xytext": (0, 3), "ha": "center", "fontsize": 6.5}
+    ax.annotate(f"{median:.3f}", (place, high), color=style.INK, **above)
+
+
+def _error(log: xr.Dataset, axis: str) -> np.ndarray:
+    return np.abs((log.cog_position - log.cog_position_reference).sel(axis=axis).values)
+
+
+def _force(log: xr.Dataset) -> np.ndarray:
+    if "external_force_estimate" not in log:
+        return np.zeros(0)
+    return log.external_force_estimate.sel(axis=contact_axis(log)).values
+
+
+def _axes_of(runs: Mapping[str, Run], which: Callable[[xr.Dataset], Any], otherwise: Any) -> Any:
+    """The axis names of the first run, which label the figure."""
+    return next((which(run.log) for run in runs.values()), otherwise)

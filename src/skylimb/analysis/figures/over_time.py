@@ -1,0 +1,179 @@
+"""Signals over time, one column of panels a run, with the contact shaded."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
+
+from skylimb.analysis import style
+from skylimb.analysis.signals import adapting, contact_axis, in_contact, sliding_axes, spans
+from skylimb.recording import Run
+
+BRIDGE = 0.25
+"""Seconds: shading is not interrupted by a shorter pause."""
+
+SMOOTHING = 0.2
+"""Seconds over which the true contact force is averaged before it is drawn."""
+
+DASHED = (0, (4, 2.5))
+
+
+@style.styled
+def cog_tracking(runs: Mapping[str, Run]) -> Figure:
+    """The CoG along the two sliding axes over time, with its reference dashed and the contact period shaded.
+
+    Args:
+        runs: by name, any number of them.
+
+    Returns:
+        A figure with two panels a run, one for each sliding axis; all panels of an axis share their scale.
+    """
+    figure, pairs = _grid(runs)
+    colour = style.colours(runs)
+    for which in (0, 1):
+        values = [
+            run.log[signal].sel(axis=sliding_axes(run.log)[which]).values
+            for run in runs.values()
+            for signal in ("cog_position", "cog_position_reference")
+        ]
+        span = style.limits(values)
+        for (name, run), pair in zip(runs.items(), pairs, strict=True):
+            ax, log = pair[which], run.log
+            axis = sliding_axes(log)[which]
+            style.shade(ax, _contact(log), style.CONTACT)
+            _line(
+                ax,
+                log,
+                "cog_position_reference",
+                axis,
+                color=style.REFERENCE,
+                linestyle=DASHED,
+                linewidth=0.9,
+            )
+            _line(ax, log, "cog_position", axis, color=colour[name])
+            ax.set(ylim=span)
+            _left_label(ax, f"CoG {axis} (m)")
+    style.legend_below(
+        figure,
+        [
+            Line2D([], [], color=style.INK, label="CoG"),
+            Line2D([], [], color=style.REFERENCE, linestyle=DASHED, linewidth=0.9, label="reference"),
+            style.swatch(style.CONTACT, "in contact"),
+        ],
+    )
+    return figure
+
+
+@style.styled
+def contact_direction(runs: Mapping[str, Run]) -> Figure:
+    """Displacement of the CoG and force along the contact axis over time, with contact and adaptation shaded.
+
+    Args:
+        runs: by name, any number of them.
+
+    Returns:
+        A figure with two panels a run: displacement from the reference (m) above; below, the estimated
+        external force (N) and, in grey, the true contact force averaged over 0.2 s.
+    """
+    figure, pairs = _grid(runs)
+    colour = style.colours(runs)
+    displacements = {name: _displacement(run.log) for name, run in runs.items()}
+    forces = {name: _forces(run.log) for name, run in runs.items()}
+    upper = style.limits(list(displacements.values()))
+    lower = style.limits([curve for pair in forces.values() for curve in pair if curve is not None])
+    for (name, run), (above, below) in zip(runs.items(), pairs, strict=True):
+        log, axis = run.log, contact_axis(run.log)
+        keep = style.thin(log.sizes["time"])
+        time = log.time.values[keep]
+        estimate, truth = forces[name]
+        for ax in (above, below):
+            style.shade(ax, _contact(log), style.CONTACT)
+            style.shade(ax, spans(log.time.values, adapting(log), BRIDGE), style.ADAPTATION)
+            ax.axhline(0.0, color=style.REFERENCE, linewidth=0.5)
+        above.plot(time, displacements[name][keep], color=colour[name])
+        if truth is not None:
+            below.plot(time, truth[keep], color=style.TRUTH, linewidth=0.8)
+        if estimate is not None:
+            below.plot(time, estimate[keep], color=colour[name])
+        above.set(ylim=upper)
+        below.set(ylim=lower)
+        _left_label(above, f"CoG displacement {axis} (m)")
+        _left_label(below, f"force {axis} (N)")
+    style.legend_below(
+        figure,
+        [
+            Line2D([], [], color=style.INK, label="displacement; estimated force"),
+            Line2D([], [], color=style.TRUTH, linewidth=0.8, label="true force, 0.2 s mean"),
+            style.swatch(style.CONTACT, "in contact"),
+            style.swatch(style.ADAPTATION, "arm adapting"),
+        ],
+    )
+    return figure
+
+
+def _grid(runs: Mapping[str, Run]) -> tuple[Figure, list[tuple[Axes, Axes]]]:
+    """A figure with a pair of panels, one above the other, for each run."""
+    blocks, columns = style.panels(len(runs))
+    wide = style.WIDTH * max(columns, 2) / 4
+    figure = Figure(figsize=(wide, 3.3 * blocks + 0.3), layout="constrained")
+    axes = figure.subplots(2 * blocks, columns, squeeze=False, sharex=True)
+    pairs: list[tuple[Axes, Axes]] = []
+    for index in range(blocks * columns):
+        block, column = divmod(index, columns)
+        pair = axes[2 * block, column], axes[2 * block + 1, column]
+        if index >= len(runs):
+            for ax in pair:
+                ax.set_axis_off()
+            continue
+        pairs.append(pair)
+        if column:
+            for ax in pair:
+                ax.tick_params(labelleft=False)
+        lowest = index + columns >= len(runs)
+        pair[0].tick_params(labelbottom=False)
+        pair[1].tick_params(labelbottom=lowest)
+        if lowest:
+            pair[1].set_xlabel("time (s)")
+        pair[1].xaxis.set_major_locator(MaxNLocator(5, integer=True))
+    end = max((float(run.log.time[-1]) for run in runs.values()), default=1.0)
+    for (name, run), pair in zip(runs.items(), pairs, strict=True):
+        style.title(pair[0], name, run)
+        pair[0].set(xlim=(0.0, end))
+    return figure, pairs
+
+
+def _left_label(ax: Axes, text: str) -> None:
+    if ax.get_subplotspec().is_first_col():
+        ax.set_ylabel(text)
+
+
+def _line(ax: Axes, log: xr.Dataset, signal: str, axis: str, **options: object) -> None:
+    keep = style.thin(log.sizes["time"])
+    ax.plot(log.time.values[keep], log[signal].sel(axis=axis).values[keep], **options)
+
+
+def _contact(log: xr.Dataset) -> list[tuple[float, float]]:
+    return spans(log.time.values, in_contact(log), BRIDGE)
+
+
+def _displacement(log: xr.Dataset) -> np.ndarray:
+    return (log.cog_position - log.cog_position_reference).sel(axis=contact_axis(log)).values
+
+
+def _forces(log: xr.Dataset) -> tuple[np.ndarray | None, np.ndarray | None]:
+    """Estimate and (smoothed) truth along the contact axis, each None where it was not recorded."""
+    axis = contact_axis(log)
+    estimate = log.external_force_estimate.sel(axis=axis).values if "external_force_estimate" in log else None
+    if "contact_force" not in log:
+        return estimate, None
+    time = log.time.values
+    count = max(1, round(SMOOTHING / float(np.median(np.diff(time))))) if len(time) > 1 else 1
+    window = np.ones(min(count, len(time)))
+    weight = np.convolve(np.ones(len(time)), window, "same")  # fewer samples at the ends
+    return estimate, np.convolve(log.contact_force.sel(axis=axis).values, window, "same") / weight

@@ -1,0 +1,71 @@
+"""What the pen drew on the board, one panel a run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
+
+from skylimb.analysis import style
+from skylimb.analysis.board import board_of, nominal_path, on_board, strokes
+from skylimb.recording import Run
+
+DASHED = (0, (4, 2.5))
+
+
+@style.styled
+def pen_traces(runs: Mapping[str, Run]) -> Figure:
+    """The pen's traces in the board's own coordinates, seen from the robot, with the nominal path dashed.
+
+    Args:
+        runs: by name, any number of them.
+
+    Returns:
+        A figure with one panel a run, all on the same scale. A run whose log describes no surface has the
+        sliding axes instead.
+    """
+    drawn = {name: _lines(run.log) for name, run in runs.items()}
+    everything = [line for nominal, traces in drawn.values() for line in (nominal, *traces)]
+    across = style.limits([line[:, 0] for line in everything])
+    upward = style.limits([line[:, 1] for line in everything])
+    rows, columns = style.panels(len(runs))
+    wide = style.WIDTH * max(columns, 2) / 4
+    tall = min((wide / columns - 0.4) * (upward[1] - upward[0]) / (across[1] - across[0]), 4.0)
+    figure = Figure(figsize=(wide, rows * (tall + 0.3) + 0.6), layout="constrained")
+    axes = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
+    colour = style.colours(runs)
+    for ax, (name, run) in zip(axes.flat, runs.items(), strict=False):
+        nominal, traces = drawn[name]
+        ax.plot(*nominal.T, color=style.REFERENCE, linestyle=DASHED, linewidth=0.9)
+        for trace in traces:
+            ax.plot(*trace.T, color=colour[name], linewidth=1.6)
+        if traces:
+            ax.plot(*traces[0][0], "o", color=colour[name], markersize=4.5, markeredgecolor="white")
+        style.title(ax, name, run)
+        ax.set(aspect="equal", xlim=across, ylim=upward)
+        ax.xaxis.set_major_locator(MaxNLocator(4))
+        ax.yaxis.set_major_locator(MaxNLocator(5))
+    style.label_outer(axes, len(runs), "across the board (m)", "up the board (m)")
+    style.legend_below(
+        figure,
+        [
+            Line2D([], [], color=style.REFERENCE, linestyle=DASHED, linewidth=0.9, label="nominal path"),
+            Line2D([], [], color=style.INK, linewidth=1.6, label="drawn by the pen"),
+            Line2D([], [], color=style.INK, marker="o", markersize=4.5, linestyle="", label="first touch"),
+        ],
+    )
+    return figure
+
+
+def _lines(log: xr.Dataset) -> tuple[np.ndarray, list[np.ndarray]]:
+    """The nominal path and the drawn strokes, thinned, in coordinates on the board."""
+    board = board_of(log)
+    path = nominal_path(log, board)
+    nominal = on_board(log, path[style.thin(len(path), 200)], board)
+    touched = strokes(log)
+    total = sum(len(stroke) for stroke in touched)
+    return nominal, [on_board(log, stroke[style.thin(total)], board) for stroke in touched]

@@ -1,0 +1,117 @@
+"""A strip of poses seen from above, which shows the robot deform as the board comes nearer or recedes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from skylimb.analysis import style
+from skylimb.analysis.board import board_of
+from skylimb.analysis.signals import in_phase
+from skylimb.recording import Run
+
+FRACTIONS = (0.0, 0.25, 0.5, 0.75, 1.0)
+"""The parts of the sliding period at which a pose is drawn."""
+
+SCALE = 0.5
+"""The length of the scale bar, m."""
+
+GHOST = "#C9CDD2"
+BOARD = "#8A6D3B"
+
+
+@style.styled
+def poses(runs: Mapping[str, Run]) -> Figure:
+    """The robot from above at five instants of the sliding period, a row a run.
+
+    Args:
+        runs: by name, any number of them. The instants are those of the longest sliding period; a flight that
+            ended before has fewer poses.
+
+    Returns:
+        A figure; in every panel the first pose of the row stands behind in grey, shifted to the same centre
+        of gravity, so that what is seen to differ is the shape. The line at the right is the board at the
+        pen's height.
+    """
+    period = max((_sliding_period(run.log) for run in runs.values()), default=0.0)
+    instants = {name: _instants(run.log, period) for name, run in runs.items()}
+    points = [run.log.skeleton.values[index] for name, run in runs.items() for index in instants[name]]
+    boards = [_board_line(run.log, index) for name, run in runs.items() for index in instants[name]]
+    lines = [line for line in boards if line is not None]
+    across = style.limits([part[:, 0] for part in (*points, *lines)], 0.03)
+    low, high = style.limits([part[:, 1] for part in points], 0.05)
+    upward = low - 0.2, high  # the reach is written below the robot
+    columns = len(FRACTIONS)
+    tall = (style.WIDTH - 0.3) / columns * (upward[1] - upward[0]) / (across[1] - across[0])
+    figure = Figure(figsize=(style.WIDTH, len(runs) * tall + 0.6), layout="constrained")
+    axes = figure.subplots(len(runs), columns, squeeze=False)
+    colour = style.colours(runs)
+    for row, (name, run) in zip(axes, runs.items(), strict=True):
+        for ax in row:
+            ax.set(aspect="equal", xlim=across, ylim=upward, xticks=[], yticks=[])
+            ax.spines[:].set_visible(False)
+        ink = style.FAILURE if run.failed else colour[name]
+        row[0].set_ylabel(f"{style.label(name)}{' (failed)' if run.failed else ''}", color=ink, weight="bold")
+        for ax, index in zip(row, instants[name], strict=False):
+            _pose(ax, run.log, index, instants[name][0], colour[name])
+    for ax, fraction in zip(axes[0], FRACTIONS, strict=True):
+        ax.set_title(f"t = {fraction * period:.3g} s")
+    _scale_bar(axes[0, 0], across[0], high)
+    style.legend_below(
+        figure,
+        [
+            Line2D([], [], color=style.INK, linewidth=2.6, label="links"),
+            Line2D([], [], color=GHOST, linewidth=2.6, label="shape at t = 0"),
+            Line2D([], [], color=style.INK, marker="P", markersize=5, linestyle="", label="CoG"),
+            Line2D([], [], color=BOARD, linewidth=2.0, label="board"),
+        ],
+    )
+    return figure
+
+
+def _sliding_period(log: xr.Dataset) -> float:
+    times = log.time.values[in_phase(log, "slide")]
+    return float(times[-1] - times[0]) if times.size else 0.0
+
+
+def _instants(log: xr.Dataset, period: float) -> list[int]:
+    """Samples at the wanted parts of the sliding period, as many as the flight lived to see."""
+    sliding = np.flatnonzero(in_phase(log, "slide"))
+    if not sliding.size or "skeleton" not in log:
+        return []
+    times = log.time.values[sliding]
+    wanted = times[0] + np.asarray(FRACTIONS) * period
+    seen = wanted <= times[-1] + 0.02 * period
+    return [int(sliding[np.argmin(np.abs(times - instant))]) for instant in wanted[seen]]
+
+
+def _pose(ax: Axes, log: xr.Dataset, index: int, first: int, colour: str) -> None:
+    chain, before = log.skeleton.values[index], log.skeleton.values[first]
+    cog = log.cog_position.values[[index, first]]
+    ghost = before + (cog[0] - cog[1])
+    ax.plot(ghost[:, 0], ghost[:, 1], color=GHOST, linewidth=2.6)
+    line = _board_line(log, index)
+    if line is not None:
+        ax.plot(line[:, 0], line[:, 1], color=BOARD, linewidth=2.0)
+    ax.plot(chain[:, 0], chain[:, 1], color=colour, linewidth=2.6)
+    ax.plot(chain[:-1, 0], chain[:-1, 1], "o", color="white", markeredgecolor=colour, markersize=3.6)
+    ax.plot(*cog[0, :2], "P", color=style.INK, markersize=5, markeredgecolor="white", markeredgewidth=0.5)
+    if "reach" in log:
+        text = f"reach {float(log.reach[index]):.2f} m"
+        ax.text(0.5, 0.0, text, transform=ax.transAxes, fontsize=6.5, ha="center", va="bottom")
+
+
+def _scale_bar(ax: Axes, left: float, top: float) -> None:
+    place = left + 0.45 + np.array([0.0, SCALE])
+    ax.plot(place, [top - 0.06] * 2, color=style.INK, linewidth=1.0)
+    ax.text(place.mean(), top - 0.1, f"{SCALE} m", fontsize=6.5, ha="center", va="top")
+
+
+def _board_line(log: xr.Dataset, index: int) -> np.ndarray | None:
+    board = board_of(log)
+    return None if board is None else board.line_at_height(float(log.skeleton.values[index, -1, 2]), 0.5)

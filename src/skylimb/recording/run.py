@@ -1,0 +1,167 @@
+"""One flight's record: every signal under its own name, with units and frames, and what produced it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from skylimb.errors import OutputError, unknown_name
+from skylimb.recording.files import new_file
+
+FORMAT = "skylimb run"
+FORMAT_VERSION = 1
+"""Raised when a file that this version writes could no longer be read by the one before."""
+
+LOG_FILE = "log.nc"
+"""The name of the record inside a run's folder."""
+
+_OWN_ATTRIBUTES = ("format", "name", "metrics")
+_COMPRESSION = {"zlib": True, "complevel": 4, "shuffle": True}
+
+
+@dataclass(frozen=True)
+class Run:
+    """A recorded flight, simulated or real.
+
+    Attributes:
+        name: what the run is called among others; by default its controller.
+        controller: the name of the controller that flew.
+        log: signals over `time` (s), with named axes; each variable's attributes hold `units` (SI), `frame`,
+            `long_name` and `kind` (truth, estimate, reference, command or measurement). The dataset's
+            attributes hold `status`, `cause`, `seed`, `config` (the resolved configuration as TOML),
+            `versions` (JSON) and `scene` (what a replay needs).
+        metrics: the figures of merit, see `skylimb.analysis.metrics`; empty where nobody asked for them yet.
+    """
+
+    name: str
+    controller: str
+    log: xr.Dataset
+    metrics: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def status(self) -> str:
+        """OK, or FAILED for a flight that ended before its time."""
+        return str(self.log.attrs.get("status", "OK"))
+
+    @property
+    def cause(self) -> str:
+        """Why a failed flight failed, in one line; empty for one that did not."""
+        return str(self.log.attrs.get("cause", ""))
+
+    @property
+    def failed(self) -> bool:
+        """Whether the status is anything but OK."""
+        return self.status != "OK"
+
+    @property
+    def config(self) -> str:
+        """The resolved configuration as TOML text."""
+        return str(self.log.attrs.get("config", ""))
+
+    @property
+    def versions(self) -> dict[str, str]:
+        """What produced the run, by package."""
+        return dict(json.loads(self.log.attrs.get("versions", "") or "{}"))
+
+    def signal(self, name: str) -> xr.DataArray:
+        """The signal called `name`.
+
+        Raises:
+            UnknownNameError: with the nearest name, if nothing of that name was recorded.
+        """
+        if name not in self.log.variables:
+            raise unknown_name("signal", name, [str(known) for known in self.log.data_vars])
+        return self.log[name]
+
+    def save(self, path: str | Path) -> Path:
+        """Write the run as one compressed NetCDF-4 file; numbers keep every bit.
+
+        Args:
+            path: a file that doesn't exist yet. It appears under this name only when it is complete.
+
+        Returns:
+            The path written.
+
+        Raises:
+            OutputError: if the file exists or cannot be written.
+        """
+        stored = self.log.assign_attrs(
+            format=FORMAT,
+            format_version=FORMAT_VERSION,
+            name=self.name,
+            controller=self.controller,
+            metrics=json.dumps(dict(self.metrics), allow_nan=False),
+        )
+        encoding = {
+            str(name): dict(_COMPRESSION)
+            for name, variable in stored.variables.items()
+            if variable.ndim > 0 and variable.dtype.kind in "fiub"
+        }
+        try:
+            with new_file(path) as aside:
+                stored.to_netcdf(aside, engine="h5netcdf", format="NETCDF4", encoding=encoding)
+        except OSError as error:
+            raise OutputError(f"cannot write run file '{path}': {error.strerror or error}") from error
+        return Path(path)
+
+    @classmethod
+    def load(cls, path: str | Path) -> Run:
+        """Read a run back, from its file or from the folder that holds its log.nc.
+
+        Raises:
+            OutputError: if there is no such file, or it is not a run of this format.
+        """
+        path = Path(path)
+        log = _read(path / LOG_FILE if path.is_dir() else path)
+        own = {name: log.attrs.pop(name, None) for name in _OWN_ATTRIBUTES}
+        controller = str(log.attrs.get("controller", ""))
+        return cls(
+            name=str(own["name"] or controller),
+            controller=controller,
+            log=log,
+            metrics=json.loads(own["metrics"] or "{}"),
+        )
+
+
+def _read(path: Path) -> xr.Dataset:
+    try:
+        with path.open("rb") as file:
+            file.read(1)
+    except FileNotFoundError:
+        raise OutputError(f"run file '{path}' does not exist") from None
+    except OSError as error:
+        raise OutputError(f"cannot read run file '{path}': {error.strerror or error}") from error
+    try:
+        log = xr.load_dataset(path, engine="h5netcdf")
+    except Exception as error:  # a damaged file fails in whatever layer meets the damage first
+        raise OutputError(f"'{path}' is not a readable NetCDF-4 file: {_first_line(error)}") from error
+    if log.attrs.get("format") != FORMAT:
+        raise OutputError(f"'{path}' is a NetCDF file but not a {FORMAT} (no attribute format = '{FORMAT}')")
+    version = int(log.attrs.get("format_version", 0))
+    if version > FORMAT_VERSION:
+        raise OutputError(
+            f"'{path}' has format version {version}, skylimb here reads up to {FORMAT_VERSION}: update it"
+        )
+    log.attrs = {name: _plain(value) for name, value in log.attrs.items()}
+    for variable in log.variables.values():
+        variable.attrs = {name: _plain(value) for name, value in variable.attrs.items()}
+        variable.encoding = {}
+    log.encoding = {}
+    return log
+
+
+def _plain(value: Any) -> Any:
+    """An attribute as Python has it: NetCDF hands numbers back as NumPy scalars and lists as arrays."""
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def _first_line(error: Exception) -> str:
+    return (str(error).splitlines() or [type(error).__name__])[0]
