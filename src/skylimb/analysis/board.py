@@ -102,6 +102,7 @@ def nominal_path(log: xr.Dataset, board: Board | None) -> np.ndarray:
 
 def on_board(log: xr.Dataset, points: np.ndarray, board: Board | None) -> np.ndarray:
     """Coordinates on the board of points in W, or along the sliding axes without one, shape (n, 2), m."""
+    if board is not None:
         return board.coordinates(points)
     return points[:, ["xyz".index(axis) for axis in sliding_axes(log)]]
 

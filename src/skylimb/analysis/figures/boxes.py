@@ -127,7 +127,7 @@ def _panel(ax: Axes, runs: Mapping[str, Run], metric: str, quantity: Quantity) -
             )
             printed = True
     names = [style.label(name) for name in runs]
-    crowded = max(map(len, names), default=0) * len(names) > 34
+    crowded = max(map(len, names), default=0) * len(names) > 50
     ax.set_xticks(range(len(runs)), names, rotation=30 if crowded else 0, ha="right" if crowded else "center")
     ax.set_xlim(-0.65, len(runs) - 0.35)
     ax.tick_params(axis="x", length=0)
