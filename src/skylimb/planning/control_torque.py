@@ -1,8 +1,9 @@
 """FCTmin: the torque that the rotors can give in every direction, whatever the direction.
 
-The torques that thrusts 0 <= lambda_i <= lambda_max,i can give fill a zonotope, a solid bounded by parallelograms. Each face
-is spanned by the torque directions of two rotors; the rotors on its outer side push fully, the others not at all. The
-guaranteed control torque is the distance from zero torque to the nearest face.
+The torques that thrusts 0 <= lambda_i <= lambda_max,i can give fill a zonotope, a solid bounded by
+parallelograms. Each face is spanned by the torque directions of two rotors; the rotors on its outer side push
+fully, the others not at all. The guaranteed control torque is the distance from zero torque to the nearest
+face.
 """
 
 from __future__ import annotations

@@ -22,7 +22,8 @@ class PlanarChain:
 
     Attributes:
         root: (2,) first joint in the root frame, m.
-        segments: (nq, 2) from each joint to the next and from the last to the tip, at joint angles zero, root axes, m.
+        segments: (nq, 2) from each joint to the next and from the last to the tip, at joint angles zero, root
+            axes, m.
         signs: (nq,) +1 where the joint's axis is +z of the root frame, -1 where it is -z.
         heading: of the tip link's x axis at joint angles zero, rad.
     """
@@ -51,7 +52,8 @@ def planar_chain(robot: Robot) -> PlanarChain:
     """The robot's planar chain.
 
     Raises:
-        DescriptionError: the chain has an axis that is not along z, or joints that do not lead from root to tip.
+        DescriptionError: the chain has an axis that is not along z, or joints that do not lead from root to
+            tip.
     """
     description = robot.description
     zero = robot.link_poses(np.zeros(robot.n_joints), np.zeros(robot.n_vectoring))
@@ -61,7 +63,8 @@ def planar_chain(robot: Robot) -> PlanarChain:
         body = robot.bodies[body.parent]
     if tuple(joint.name for joint in path) != description.shape_joints:
         raise DescriptionError(
-            f"planar inverse kinematics of '{robot.name}' needs shape.joints to be the joints from root to tip, in that "
+            f"planar inverse kinematics of '{robot.name}' needs shape.joints to be the joints from root to "
+            "tip, in that "
             f"order: {', '.join(joint.name for joint in path)}"
         )
     axes = [zero[joint.child][1] @ joint.axis for joint in path]
@@ -88,15 +91,15 @@ def planar_inverse_kinematics(
 ) -> np.ndarray:
     """Joint angles that put the tip at a point of the plane with the tip link's x axis at a heading.
 
-    Three joints are solved in closed form, with two solutions; longer chains numerically, for the solution closest to
-    `near`.
+    Three joints are solved in closed form, with two solutions; longer chains numerically, for the solution
+    closest to `near`.
 
     Args:
         robot: a robot whose shape joints turn about z and lead from root to tip.
         position_xy: (2,) tip in the root frame, m.
         heading: of the tip link's x axis in the root frame, rad; whole turns make no difference.
-        elbow: for three joints, bend the second one to the "left" (turn about +z) or "right"; None takes the solution
-            within the limits, and of two the one closer to `near`.
+        elbow: for three joints, bend the second one to the "left" (turn about +z) or "right"; None takes the
+            solution within the limits, and of two the one closer to `near`.
         near: (nq,) joint angles to stay close to, rad; zeros when not given.
 
     Returns:
@@ -138,7 +141,8 @@ def _closed_form(
     near_end, far_end = abs(abs(a) - abs(b)), abs(a) + abs(b)
     if not near_end - _SLACK <= abs(wrist) <= far_end + _SLACK:
         raise UnreachableError(
-            f"'{robot.name}' cannot reach {wanted}: its last joint would be {abs(wrist):.4g} m from its first, possible is "
+            f"'{robot.name}' cannot reach {wanted}: its last joint would be {abs(wrist):.4g} m from its "
+            "first, possible is "
             f"{near_end:.4g} .. {far_end:.4g} m"
         )
     cosine = (abs(wrist) ** 2 - abs(a) ** 2 - abs(b) ** 2) / (2.0 * abs(a) * abs(b))

@@ -1,7 +1,8 @@
 """The one-parameter family of postures: reach <-> shape angle theta -> joint angles (eq:joint angles).
 
-Reach r is the distance from the centre of gravity to the tip along the tip link's heading. The vectoring units shift the
-centre of gravity by under a millimetre as they turn; r takes their average over a turn, so that it depends on theta only.
+Reach r is the distance from the centre of gravity to the tip along the tip link's heading. The vectoring
+units shift the centre of gravity by under a millimetre as they turn; r takes their average over a turn, so
+that it depends on theta only.
 """
 
 from __future__ import annotations
@@ -16,12 +17,12 @@ from numpy.polynomial import chebyshev
 
 from skylimb.errors import DescriptionError, UnreachableError
 from skylimb.planning.planar import planar_inverse_kinematics
+from skylimb.planning.series import evaluate_chebyshev, fit_chebyshev, fit_circle
 from skylimb.robots import Robot
 from skylimb.symbolic import is_symbolic
 
 __all__ = ["ReachFamily", "planar_inverse_kinematics", "posture_family"]
 
-_EXACT = 1e-12
 _SLACK = 1e-9
 """A rounding error beyond the end of a range is inside of it."""
 
@@ -30,7 +31,8 @@ def posture_family(robot: Robot) -> ReachFamily:
     """The robot's family of postures, with its reach.
 
     Raises:
-        DescriptionError: no posture of the family is within the joint limits, or reach does not change one way with theta.
+        DescriptionError: no posture of the family is within the joint limits, or reach does not change one
+            way with theta.
     """
     return ReachFamily(robot)
 
@@ -38,8 +40,8 @@ def posture_family(robot: Robot) -> ReachFamily:
 class ReachFamily:
     """Postures q = offset + slope theta, and the reach each gives.
 
-    Every method takes floats, arrays and CasADi symbols. Floats out of range raise `UnreachableError`; symbols cannot raise
-    and are held inside the range instead.
+    Every method takes floats, arrays and CasADi symbols. Floats out of range raise `UnreachableError`;
+    symbols cannot raise and are held inside the range instead.
 
     Attributes:
         theta_min: least shape angle within the joint limits and the description's range, rad.
@@ -60,15 +62,16 @@ class ReachFamily:
         self.theta_nominal = posture.theta_nominal
         self.theta_min, self.theta_max, self._limits = _within_joint_limits(robot)
         geometry = _averaged_reach(robot)
-        self.coefficients = _fit_circle(geometry, *self.described)
-        self._forward = _fit(geometry, *self.described) if self.coefficients is None else None
+        self.coefficients = fit_circle(geometry, *self.described)
+        self._forward = fit_chebyshev(geometry, *self.described) if self.coefficients is None else None
         grid = np.linspace(self.theta_min, self.theta_max, 201)
         reach = np.array([self.reach(theta) for theta in grid])
         steps = np.diff(reach)
         if not (np.all(steps > 0.0) or np.all(steps < 0.0)):
             turning = grid[np.argmax(reach) if steps[0] > 0.0 else np.argmin(reach)]
             raise DescriptionError(
-                f"reach of '{robot.name}' turns back at theta = {turning:.3f} rad, so a reach does not name one posture; "
+                f"reach of '{robot.name}' turns back at theta = {turning:.3f} rad, so a reach does not name "
+                "one posture; "
                 f"narrow posture.theta_min .. theta_max ({self.theta_min:.4g} .. {self.theta_max:.4g} rad)"
             )
         self._falling = bool(steps[0] < 0.0)
@@ -77,14 +80,14 @@ class ReachFamily:
         self._inverse = None if self.coefficients is not None else self._fit_inverse(geometry)
 
     def joint_angles(self, theta: Any) -> Any:
-        """q = offset + slope theta: (nq,) rad, or (..., nq) for an array of angles; nq x 1 in CasADi."""
+        """Joint angles q = offset + slope theta: (nq,) rad, (..., nq) for an array, nq x 1 in CasADi."""
         if is_symbolic(theta):
             return ca.DM(self._offset) + ca.DM(self._slope) * _hold(theta, self.theta_min, self.theta_max)
         theta = self._checked(theta, self.theta_min, self.theta_max, self._limits)
         return self._offset + self._slope * np.asarray(theta)[..., None]
 
     def reach(self, theta: Any) -> Any:
-        """r in m at the shape angle theta, over all of the description's range (it asks no joint limits)."""
+        """Reach r in m at the shape angle theta, over the description's range whatever the joint limits."""
         low, high = self.described
         symbolic = is_symbolic(theta)
         angle = (
@@ -94,7 +97,7 @@ class ReachFamily:
         )
         if self.coefficients is None:
             assert self._forward is not None
-            return _number(_chebyshev(self._forward, low, high, angle))
+            return _number(evaluate_chebyshev(self._forward, low, high, angle))
         A, B, C = self.coefficients
         cos, sin = (ca.cos, ca.sin) if symbolic else (np.cos, np.sin)
         return _number(A + B * cos(angle) + C * sin(angle))
@@ -109,7 +112,7 @@ class ReachFamily:
         value = _hold(reach, self.reach_min, self.reach_max) if symbolic else self._checked_reach(reach)
         if self.coefficients is None:
             assert self._inverse is not None
-            return _number(_chebyshev(self._inverse, self.reach_min, self.reach_max, value))
+            return _number(evaluate_chebyshev(self._inverse, self.reach_min, self.reach_max, value))
         # r = A + D cos(theta - phi): theta is on the falling half of the cosine, or on the rising one.
         A, B, C = self.coefficients
         D, phi = math.hypot(B, C), math.atan2(C, B)
@@ -129,29 +132,31 @@ class ReachFamily:
         if self.coefficients is None:
             assert self._forward is not None
             derivative = chebyshev.chebder(self._forward) * 2.0 / (high - low)
-            return _number(_chebyshev(derivative, low, high, angle))
+            return _number(evaluate_chebyshev(derivative, low, high, angle))
         _, B, C = self.coefficients
         cos, sin = (ca.cos, ca.sin) if symbolic else (np.cos, np.sin)
         return _number(C * cos(angle) - B * sin(angle))
 
     def _fit_inverse(self, geometry: Callable[[float], float]) -> np.ndarray:
-        from scipy.optimize import brentq
+        from scipy.optimize import root_scalar
 
         low, high = self.theta_min, self.theta_max
 
         def invert(reach: float) -> float:
             if reach <= self.reach_min or reach >= self.reach_max:
                 return high if (reach <= self.reach_min) == self._falling else low
-            return float(brentq(lambda theta: geometry(theta) - reach, low, high, xtol=1e-14))
+            solution = root_scalar(lambda theta: geometry(theta) - reach, bracket=(low, high), xtol=1e-14)
+            return float(solution.root)
 
-        return _fit(invert, self.reach_min, self.reach_max)
+        return fit_chebyshev(invert, self.reach_min, self.reach_max)
 
     def _checked(self, theta: Any, low: float, high: float, limits: str) -> Any:
         value = np.asarray(theta, dtype=float)
         if not np.all((value >= low - _SLACK) & (value <= high + _SLACK)):
             odd = float(np.ravel(value[~((value >= low - _SLACK) & (value <= high + _SLACK))])[0])
             raise UnreachableError(
-                f"shape angle {odd:.4g} rad of '{self._robot_name}' is outside of {low:.4g} .. {high:.4g} rad ({limits})"
+                f"shape angle {odd:.4g} rad of '{self._robot_name}' is outside of {low:.4g} .. {high:.4g} "
+                f"rad ({limits})"
             )
         return value if value.ndim else float(value)
 
@@ -161,7 +166,8 @@ class ReachFamily:
         if not np.all(inside):
             raise UnreachableError(
                 f"reach {float(np.ravel(value[~inside])[0]):.4g} m of '{self._robot_name}' is outside of "
-                f"{self.reach_min:.4g} .. {self.reach_max:.4g} m (shape angle {self.theta_min:.4g} .. {self.theta_max:.4g} rad)"
+                f"{self.reach_min:.4g} .. {self.reach_max:.4g} m (shape angle {self.theta_min:.4g} .. "
+                f"{self.theta_max:.4g} rad)"
             )
         return value if value.ndim else float(value)
 
@@ -200,10 +206,11 @@ def _within_joint_limits(robot: Robot) -> tuple[float, float, str]:
 def _averaged_reach(robot: Robot) -> Callable[[float], float]:
     """Reach as a function of theta, averaged over the vectoring angles.
 
-    The centre of gravity is linear in the sine and cosine of each vectoring angle, so two opposite angles average a turn.
+    The centre of gravity is linear in the sine and cosine of each vectoring angle, so two opposite angles
+    average a turn.
     """
     posture = robot.description.posture
-    q, psi = ca.SX.sym("q", robot.n_joints), ca.SX.sym("psi", robot.n_vectoring)  # pyright: ignore[reportArgumentType]
+    q, psi = ca.SX.sym("q", robot.n_joints), ca.SX.sym("psi", robot.n_vectoring)
     state = robot.model(q, psi)
     d = state.tip_root - state.cog_root
     along = ca.Function(
@@ -216,38 +223,3 @@ def _averaged_reach(robot: Robot) -> Callable[[float], float]:
         return 0.5 * sum(opposite)
 
     return reach
-
-
-def _fit_circle(
-    function: Callable[[float], float], low: float, high: float
-) -> tuple[float, float, float] | None:
-    """(A, B, C) with function = A + B cos + C sin over the range, or None where that is not exact."""
-    grid = np.linspace(low, high, 33)
-    values = np.array([function(theta) for theta in grid])
-    basis = np.column_stack([np.ones_like(grid), np.cos(grid), np.sin(grid)])
-    found = np.linalg.lstsq(basis, values, rcond=None)[0]
-    if np.max(np.abs(basis @ found - values)) > _EXACT * max(1.0, np.max(np.abs(values))):
-        return None
-    # A coefficient of rounding size would cost operations at every tick for nothing.
-    A, B, C = (float(entry) if abs(entry) > _EXACT else 0.0 for entry in found)
-    return A, B, C
-
-
-def _fit(function: Callable[[float], float], low: float, high: float) -> np.ndarray:
-    """Chebyshev coefficients of a smooth function on a range, of the degree that its smoothness asks for."""
-    middle, half = 0.5 * (low + high), 0.5 * (high - low)
-    for degree in (8, 16, 32, 64):
-        x = chebyshev.chebpts1(degree + 1)
-        found = chebyshev.chebfit(x, [function(middle + half * at) for at in x], degree)
-        if np.max(np.abs(found[-2:])) < 1e-11:
-            break
-    return found
-
-
-def _chebyshev(coefficients: np.ndarray, low: float, high: float, value: Any) -> Any:
-    """A Chebyshev series on a range by Clenshaw's recurrence, on numbers or symbols."""
-    x = (2.0 * value - (low + high)) / (high - low)
-    later, last = 0.0, 0.0
-    for coefficient in coefficients[:0:-1]:
-        later, last = coefficient + 2.0 * x * later - last, later
-    return coefficients[0] + x * later - last

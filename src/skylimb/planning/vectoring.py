@@ -1,8 +1,8 @@
-"""Vectoring angles psi(theta) along the posture family, as polynomials: cheap in every tick, smooth, never flipping.
+"""Vectoring angles psi(theta) along the posture family, as smooth polynomials that never flip.
 
-The polynomials come from `vectoring_search`. It takes seconds, so its result is kept: in a file beside a robot that comes with
-the package, else in the user's cache folder. Both carry a digest of everything that the search depends on; a file for another
-robot, or one that cannot be read, is searched for anew.
+They are cheap enough for every tick. The search takes seconds, so its result is kept: in a file beside a
+robot that comes with the package, else in the user's cache folder. Both carry a digest of everything that the
+search depends on; where a file is for another robot, or cannot be read, the search runs anew.
 """
 
 from __future__ import annotations
@@ -92,7 +92,8 @@ class VectoringTable:
         inside = (value >= self.theta_min - _SLACK) & (value <= self.theta_max + _SLACK)
         if not np.all(inside):
             raise UnreachableError(
-                f"vectoring angles of '{self._robot.name}' are known for shape angles {self.theta_min:.4g} .. "
+                f"vectoring angles of '{self._robot.name}' are known for shape angles {self.theta_min:.4g} "
+                ".. "
                 f"{self.theta_max:.4g} rad, not for {float(np.ravel(value[~inside])[0]):.4g} rad"
             )
         return value
@@ -175,8 +176,10 @@ def write_table(path: Path, coefficients: np.ndarray, digest: str, robot: Robot)
         "  [" + ", ".join(f"{entry:.{_DECIMALS}f}" for entry in row) + "]" for row in coefficients
     )
     text = (
-        f"# Vectoring angles of {robot.name}, found by skylimb.planning.vectoring_search. One row a vectoring joint:\n"
-        "# Chebyshev coefficients of psi (rad) over theta from theta_min to theta_max (rad). Not to be edited by hand.\n\n"
+        f"# Vectoring angles of {robot.name}, found by skylimb.planning.vectoring_search. One row a "
+        "vectoring joint:\n"
+        "# Chebyshev coefficients of psi (rad) over theta from theta_min to theta_max (rad). Not to be "
+        "edited by hand.\n\n"
         f'digest = "{digest}"\n'
         f"theta_min = {posture.theta_min!r}\ntheta_max = {posture.theta_max!r}\n"
         f"coefficients = [\n{rows},\n]\n"
@@ -195,8 +198,9 @@ def write_table(path: Path, coefficients: np.ndarray, digest: str, robot: Robot)
 def robot_digest(robot: Robot) -> str:
     """SHA-256 over every number that the search depends on, hexadecimal.
 
-    It follows the model, not the files: another colour or lag keeps the table, another mass in memory does not. Numbers count
-    to nine decimals, so that the last bit of a sine on another machine makes no other robot.
+    It follows the model, not the files: another colour or lag keeps the table, another mass in memory does
+    not. Numbers count to nine decimals, so that the last bit of a sine on another machine makes no other
+    robot.
     """
     total = hashlib.sha256()
     for item in _relevant(robot):

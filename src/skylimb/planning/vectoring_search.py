@@ -1,13 +1,16 @@
-"""Search for vectoring angles psi(theta) along the posture family: most guaranteed control torque, no hover tilt.
+"""Search for vectoring angles psi(theta): most guaranteed control torque, no hover tilt, one smooth branch.
 
-Optimising psi anew at every theta jumps between branches (near theta = 0.3 for the paper's robot, with slopes of 8 rad/rad).
-So psi(theta) is one low-degree polynomial for each joint, and a single program finds all coefficients:
+Optimising psi anew at every theta jumps between branches (near theta = 0.3 for the paper's robot, with slopes
+of 8 rad/rad). So psi(theta) is one low-degree polynomial for each joint, and a single program finds all
+coefficients:
 
     maximise   mean over theta of FCTmin  -  SMOOTHING * mean of |dpsi/dtheta|^2
-    subject to |hover tilt| <= TILT, |dpsi_i/dtheta| <= SLOPE, thrust_min <= hover thrusts <= thrust_max  at the nodes.
+    subject to |hover tilt| <= TILT, |dpsi_i/dtheta| <= SLOPE, thrust_min <= hover thrusts <= thrust_max
+               at nodes spread over theta.
 
-The program has many local optima. It starts from the optima of single postures, first with few coefficients, and the best
-few of those are refined with all of them. Every start is fixed, so the result is always the same.
+The program has many local optima. It starts from the optima of single postures, first with few coefficients,
+and the best few of those are refined with all of them. Every start is fixed, so the result is always the
+same.
 """
 
 from __future__ import annotations
@@ -23,6 +26,7 @@ from numpy.polynomial import chebyshev
 from skylimb.errors import AllocationError
 from skylimb.planning.control_torque import face_distances
 from skylimb.robots import Robot
+from skylimb.robots.flight_check import golden_steps
 
 DEGREE = 7
 """Degree of the polynomial of each joint."""
@@ -84,7 +88,7 @@ def search_vectoring(robot: Robot) -> np.ndarray:
 
 
 def evaluate(coefficients: np.ndarray, low: float, high: float, theta: Any, order: int = 0) -> np.ndarray:
-    """The polynomials (or their derivative of some order by theta) at an array of theta: (..., n_vectoring)."""
+    """The polynomials (or a derivative by theta of some order) at an array of theta: (..., nv)."""
     x = (2.0 * np.asarray(theta, dtype=float) - (low + high)) / (high - low)
     series = chebyshev.chebder(coefficients, order, axis=1) * (2.0 / (high - low)) ** order
     return np.moveaxis(chebyshev.chebval(x, series.T), 0, -1)
@@ -95,7 +99,7 @@ def _wrap(angle: np.ndarray) -> np.ndarray:
 
 
 def _near_zero(robot: Robot, coefficients: np.ndarray) -> np.ndarray:
-    """The same path, whole turns away, so that each joint is within half a turn of zero at the nominal posture."""
+    """The same path, whole turns away: at the nominal posture each joint is within half a turn of zero."""
     posture = robot.description.posture
     nominal = evaluate(coefficients, posture.theta_min, posture.theta_max, posture.theta_nominal)
     moved = coefficients.copy()
@@ -105,8 +109,8 @@ def _near_zero(robot: Robot, coefficients: np.ndarray) -> np.ndarray:
 
 def _posture_function(robot: Robot) -> _Posture:
     family, rotors = robot.description.posture, robot.description.rotors
-    theta = ca.SX.sym("theta")  # pyright: ignore[reportArgumentType, reportCallIssue]
-    psi = ca.SX.sym("psi", robot.n_vectoring)  # pyright: ignore[reportArgumentType]
+    theta = ca.SX.sym("theta")
+    psi = ca.SX.sym("psi", robot.n_vectoring)
     state = robot.model(ca.DM(family.offset) + ca.DM(family.slope) * theta, psi)
     thrust_max = [rotor.thrust_max for rotor in rotors]
     faces = face_distances(state.allocation_C[3:, :], thrust_max, _ROUNDING)
@@ -130,17 +134,13 @@ def _solver(problem: dict[str, Any], iterations: int) -> ca.Function:
 def _starts(robot: Robot, posture: _Posture) -> list[np.ndarray]:
     """Distinct local optima of psi at single postures, best first at each."""
     family, n = robot.description.posture, robot.n_vectoring
-    psi, t, theta = ca.SX.sym("psi", n), ca.SX.sym("t"), ca.SX.sym("theta")  # pyright: ignore
+    psi, t, theta = ca.SX.sym("psi", n), ca.SX.sym("t"), ca.SX.sym("theta")
     faces, tilt, thrusts = posture.function(theta, psi)
     problem = {"x": ca.vertcat(psi, t), "p": theta, "f": -t, "g": ca.vertcat(faces - t, tilt, thrusts)}
     solver = _solver(problem, 100)
     low, high = _bounds(posture)
-    golden = 2.0
-    for _ in range(60):
-        golden = (1.0 + golden) ** (1.0 / (n + 1))
-    tries = robot.description.vectoring_start + 2.0 * np.pi * np.outer(
-        np.arange(_TRIES), golden ** -np.arange(1.0, n + 1.0)
-    )
+    steps = np.outer(np.arange(_TRIES), golden_steps(n))
+    tries = robot.description.vectoring_start + 2.0 * np.pi * steps
     found: list[np.ndarray] = []
     for angle in np.linspace(family.theta_min, family.theta_max, 4):
         optima = []
@@ -167,8 +167,8 @@ class _PathProgram:
         half = 0.5 * (high - low)
         values = chebyshev.chebvander(x, degree)
         slopes = chebyshev.chebval(x, chebyshev.chebder(np.eye(degree + 1))).T / half
-        coefficients = ca.SX.sym("c", self.n, degree + 1)  # pyright: ignore[reportArgumentType, reportCallIssue]
-        t = ca.SX.sym("t", self.nodes)  # pyright: ignore[reportArgumentType]
+        coefficients = ca.SX.sym("c", self.n, degree + 1)
+        t = ca.SX.sym("t", self.nodes)
         psi, slope = coefficients @ ca.DM(values.T), coefficients @ ca.DM(slopes.T)
         constraints, self._low, self._high = [], [], []
         at_low, at_high = _bounds(posture)
@@ -186,7 +186,7 @@ class _PathProgram:
         self._solver = _solver(problem, iterations)
 
     def solve(self, start: Sequence[float] | np.ndarray) -> tuple[float, np.ndarray] | None:
-        """Gain and coefficients (n, degree + 1) from a start (n,) or (n, fewer coefficients); None without success."""
+        """Gain and coefficients (n, degree + 1) from a start, (n,) or (n, fewer); None without success."""
         start = np.asarray(start, dtype=float).reshape(self.n, -1)
         first = np.zeros((self.n, self.degree + 1))
         first[:, : start.shape[1]] = start

@@ -1,4 +1,4 @@
-"""What a robot is: bodies, joints, rotors, servos and the tip, as read from its files and before any computation."""
+"""What a robot is: bodies, joints, rotors, servos and the tip, as its files say."""
 
 from __future__ import annotations
 
@@ -34,7 +34,8 @@ class Visual:
 
     Attributes:
         shape: kind of geometry.
-        size: full edge lengths of a box; (radius, length) of a cylinder along z; (radius,) of a sphere; scale of a mesh. m.
+        size: full edge lengths of a box; (radius, length) of a cylinder along z; (radius,) of a sphere; scale
+            of a mesh. m.
         xyz: (3,) centre in the link frame, m.
         R: (3, 3) orientation in the link frame.
         rgba: colour, 0 .. 1.
@@ -143,7 +144,7 @@ class Tip:
 
 @dataclass(frozen=True)
 class PostureFamily:
-    """Postures with one parameter, the shape angle: q = offset + slope * theta (eq:joint angles). Angles in rad."""
+    """Postures with one parameter, the shape angle: q = offset + slope * theta (eq:joint angles), in rad."""
 
     offset: np.ndarray
     slope: np.ndarray

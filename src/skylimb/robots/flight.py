@@ -17,7 +17,7 @@ class ShapeSection:
 
 @dataclass(frozen=True)
 class VectoringSection:
-    """`[vectoring]`: the joints that turn tilted rotors, in the order of psi, their servo and a start guess (rad)."""
+    """`[vectoring]`: joints that turn the rotors, in the order of psi, their servo, a start guess (rad)."""
 
     joints: tuple[str, ...]
     servo: Servo
@@ -26,7 +26,7 @@ class VectoringSection:
 
 @dataclass(frozen=True)
 class RotorSection:
-    """`[[rotors]]`: one rotor; `xyz` (m) and `rpy` (rad) place {F_i} on `link` and are zero when the link is {F_i}."""
+    """`[[rotors]]`: one rotor; `xyz` (m) and `rpy` (rad) place {F_i} on `link`; zero when that is {F_i}."""
 
     link: str
     spin: int
@@ -69,7 +69,8 @@ class FlightFile:
         measured_link: the link whose pose and twist are measured.
         rotors: in the order of the thrust vector.
         summary: one line for people.
-        root_link: when the URDF has massless links above the first real one (ROS does that), the name of the real one.
+        root_link: when the URDF has massless links above the first real one (ROS does that), the name of the
+            real one.
     """
 
     name: str

@@ -11,14 +11,15 @@ Array = Any
 """A CasADi matrix."""
 
 _TURNS = 4
-"""Turns of {C} when more than four rotors leave a choice; each leaves about a twentieth of the tilt of the one before."""
+"""Turns of {C} when more than four rotors leave a choice; each leaves about a twentieth of the tilt of the
+one before."""
 
 
 class Hovering(NamedTuple):
     """Orientation of {C} (3 x 3), allocation matrix in it (6 x n), hover thrusts (n x 1, N)."""
 
     R_root_C: Array
-    allocation_C: Array
+    allocation: Array
     thrusts: Array
 
 
@@ -27,8 +28,8 @@ def hovering_frame(
 ) -> Hovering:
     """Turn {C} by roll and pitch until the net force of the hover thrusts lies along its z axis.
 
-    Four rotors have one direction of thrusts without torque. A turn of the axes does not change it, so one turn is exact.
-    More rotors leave a choice: the least-norm thrusts, evaluated again in the turned frame.
+    Four rotors have one direction of thrusts without torque. A turn of the axes does not change it, so one
+    turn is exact. More rotors leave a choice: the least-norm thrusts, evaluated again in the turned frame.
 
     Args:
         axes: unit vectors of thrust in root axes.

@@ -1,14 +1,14 @@
 """Poses of bodies and composite mass properties as CasADi expressions, kept small.
 
-Joint axes of this class of robots are parallel. A chain of turns about parallel axes is one turn by the sum of the angles,
-so a body's orientation is written Rot(axis, angle) R_zero with a constant R_zero: one sine and cosine a body, and constant
-entries stay constant. A joint whose axis is not parallel to those above it starts a new axis, at the cost of a longer
-expression.
+Joint axes of this class of robots are parallel. A chain of turns about parallel axes is one turn by the sum
+of the angles, so a body's orientation is written Rot(axis, angle) R_zero with a constant R_zero: one sine and
+cosine a body, and constant entries stay constant. A joint whose axis is not parallel to those above it starts
+a new axis, at the cost of a longer expression.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -23,6 +23,9 @@ Array = Any
 """A CasADi matrix."""
 
 Z_AXIS = np.array([0.0, 0.0, 1.0])
+
+_NOTHING = 1e-16
+"""A second moment (kg m^2) that is a rounding error: dropped, so that no operation is spent on it."""
 
 
 @dataclass(frozen=True)
@@ -93,15 +96,50 @@ def body_poses(bodies: Sequence[Body], angles: Mapping[str, Any]) -> list[BodyPo
 def composite(bodies: Sequence[Body], poses: Sequence[BodyPose]) -> tuple[Array, Array]:
     """Centre of gravity in the root frame and inertia about it in root axes.
 
-    The sums run over second moments S = integral of x x^T dm, which add up and shift more cheaply than inertias;
-    I = trace(S) E - S at the end.
+    The sums run over second moments S = integral of x x^T dm, which add up and shift more cheaply than
+    inertias; I = trace(S) E - S at the end.
     """
     mass = sum(body.mass for body in bodies)
     centres = [pose.point(body.com) for body, pose in zip(bodies, poses, strict=True)]
     cog = sum((body.mass / mass * centre for body, centre in zip(bodies, centres, strict=True)), ca.SX(3, 1))
-    moments = ca.SX(3, 3)
+    moments = _symmetric(lambda i, j: 0)
     for body, pose, centre in zip(bodies, poses, centres, strict=True):
         own = pose.R_zero @ (0.5 * np.trace(body.inertia) * np.eye(3) - body.inertia) @ pose.R_zero.T
         d = centre - cog
-        moments += pose.turn @ _sparse(own) @ pose.turn.T + body.mass * (d @ d.T)
+        weighted = body.mass * d
+        moments += _turned_moments(pose, own) + _symmetric(lambda i, j, d=d, w=weighted: w[i] * d[j])
     return cog, ca.trace(moments) * ca.SX.eye(3) - moments
+
+
+def _symmetric(entry: Callable[[int, int], Any]) -> ca.SX:
+    """A symmetric matrix from its upper triangle, so that each entry is computed once."""
+    upper = {(i, j): entry(i, j) for i in range(3) for j in range(i, 3)}
+    return ca.vertcat(*(ca.horzcat(*(upper[min(i, j), max(i, j)] for j in range(3))) for i in range(3)))
+
+
+def _turned_moments(pose: BodyPose, own: np.ndarray) -> ca.SX:
+    """Rot S Rot^T for a constant symmetric S.
+
+    With Rot = P + c E + s K the product is a constant plus terms in the sine and cosine of the angle and of
+    its double; most entries of their constant factors are zero, and those that remain cost one product each.
+    """
+    P = np.outer(pose.axis, pose.axis)
+    E, K = np.eye(3) - P, hat(pose.axis)
+    c, s = ca.cos(pose.angle), ca.sin(pose.angle)
+    across, turned = E @ own @ E, K @ own @ K.T
+    terms = [
+        (ca.SX(1), P @ own @ P + 0.5 * (across + turned)),
+        (c, P @ own @ E + E @ own @ P),
+        (s, P @ own @ K.T + K @ own @ P),
+        (c * c - s * s, 0.5 * (across - turned)),
+        (2.0 * c * s, 0.5 * (E @ own @ K.T + K @ own @ E)),
+    ]
+    kept = [(factor, np.where(np.abs(part) < _NOTHING, 0.0, part)) for factor, part in terms]
+    total = _symmetric(lambda i, j: sum(factor * part[i, j] for factor, part in kept if part[i, j] != 0.0))
+    return total if pose.base is None else congruence(pose.base, total)
+
+
+def congruence(R: Array, S: Array) -> ca.SX:
+    """R S R^T for a symmetric S, each entry computed once."""
+    half = R @ S
+    return _symmetric(lambda i, j: sum(half[i, k] * R[j, k] for k in range(3)))

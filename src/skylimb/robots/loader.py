@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 
@@ -14,9 +13,10 @@ from skylimb.config import from_mapping, read_toml
 from skylimb.errors import ConfigError, DescriptionError, nearest, unknown_name
 from skylimb.robots.description import Joint, Link, PostureFamily, RobotDescription, Rotor, Tip
 from skylimb.robots.flight import FlightFile, RotorSection
+from skylimb.robots.flight_check import check_robot
 from skylimb.robots.model import Robot
 from skylimb.robots.urdf import clean_rotation, read_urdf
-from skylimb.robots.validation import check_description, check_robot
+from skylimb.robots.validation import check_description
 from skylimb.spatial import rotation_from_rpy
 
 FLIGHT_FILE = "flight.toml"
@@ -33,12 +33,13 @@ def load_robot(name_or_path: str | Path) -> Robot:
     """The robot of that name, or of a user's own pair of files.
 
     Args:
-        name_or_path: a name that `list_robots` knows; or the path of a flight TOML, which names its URDF beside it; or a
-            folder with a `flight.toml`.
+        name_or_path: a name that `list_robots` knows; or the path of a flight TOML, which names its URDF
+            beside it; or a folder with a `flight.toml`.
 
     Raises:
         UnknownNameError: no robot of that name comes with the package.
-        ConfigError: the flight TOML is missing, unreadable, or has an unknown key, a wrong type or a value out of range.
+        ConfigError: the flight TOML is missing, unreadable, or has an unknown key, a wrong type or a value
+            out of range.
         DescriptionError: the two files do not describe a robot that can exist and fly.
         AllocationError: the rotors cannot command a thrust and three torques.
     """
@@ -156,7 +157,8 @@ def _cut_above(
     for link in links:
         if link.name not in kept and link.inertial.mass > 0.0:
             raise DescriptionError(
-                f"root_link = '{new_root}' would drop link '{link.name}' ({link.inertial.mass:g} kg) of '{urdf}'; "
+                f"root_link = '{new_root}' would drop link '{link.name}' ({link.inertial.mass:g} kg) of "
+                f"'{urdf}'; "
                 f"only massless links may stand above it (the URDF's root is '{root}')"
             )
     inside = tuple(joint for joint in joints if joint.parent in kept)
@@ -176,8 +178,3 @@ def _rotor(section: RotorSection, index: int) -> Rotor:
         thrust_max=section.thrust_max,
         lag=section.lag,
     )
-
-
-def with_rotors(description: RobotDescription, **changes: float) -> RobotDescription:
-    """A copy of the description with the same change to every rotor, for example `thrust_max=28.0`."""
-    return replace(description, rotors=tuple(replace(rotor, **changes) for rotor in description.rotors))

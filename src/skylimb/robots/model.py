@@ -1,4 +1,4 @@
-"""A robot's mechanics as expressions of its joint and vectoring angles, for numbers and for CasADi symbols."""
+"""A robot's mechanics as functions of its joint and vectoring angles, in numbers and in CasADi symbols."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from skylimb.errors import AllocationError, ConfigError
 from skylimb.robots.bodies import lump
 from skylimb.robots.description import RobotDescription
 from skylimb.robots.hovering import hovering_frame
-from skylimb.robots.kinematics import BodyPose, body_poses, composite
+from skylimb.robots.kinematics import BodyPose, body_poses, composite, congruence
 
 Array = Any
 """A NumPy array or a CasADi matrix (SX, MX, DM)."""
@@ -24,30 +24,31 @@ _CONDITION_MAX = 1e7
 
 
 class RobotState(NamedTuple):
-    """What the model says at one (q, psi). The root frame is the root link's frame; {C} is the hovering frame.
+    """What the model says at one (q, psi); the root frame is the root link's, {C} is the hovering frame.
 
     Attributes:
         mass: total mass m, kg.
         cog_root: (3,) centre of gravity in the root frame, m.
-        R_root_C: (3, 3) orientation of {C} seen from the root frame: a turn in roll and pitch, without yaw, after which
-            the net force of the hover thrusts lies along z of {C}.
+        R_root_C: (3, 3) orientation of {C} seen from the root frame: a turn in roll and pitch, without yaw,
+            after which the net force of the hover thrusts lies along z of {C}.
         inertia_C: (3, 3) composite inertia I about the centre of gravity in {C}, kg m^2.
-        allocation_C: (6, n) matrix Q of eq:allocation for wrench in {C}: force rows (-), then torque rows (m).
+        allocation_C: (6, n) matrix Q of eq:allocation for wrench in {C}: force rows (-), torque rows (m).
         hover_thrusts: (n,) thrusts that carry m g along z of {C} without torque, N.
         tip_C: (3,) tip in {C}, m.
         tip_root: (3,) tip in the root frame, m.
         tip_jacobian: (3, nq) derivative of tip_root by the joint angles, m/rad.
         cog_jacobian: (3, nq + nv) derivative of cog_root by joint and vectoring angles, m/rad.
-        tip_heading: yaw of the tip link's x axis in the root frame, rad; {C} has the same yaw up to its small tilt.
+        tip_heading: yaw of the tip link's x axis in the root frame, rad; {C} has the same yaw up to its small
+            tilt.
     """
 
     mass: Any
     cog_root: Array
     R_root_C: Array
-    inertia_C: Array
-    allocation_C: Array
+    inertia_C: Array  # noqa: N815
+    allocation_C: Array  # noqa: N815
     hover_thrusts: Array
-    tip_C: Array
+    tip_C: Array  # noqa: N815
     tip_root: Array
     tip_jacobian: Array
     cog_jacobian: Array
@@ -74,12 +75,12 @@ class Robot:
         self.n_rotors = len(description.rotors)
         self.bodies, self.placements = lump(description)
         self.mass = float(sum(body.mass for body in self.bodies))
-        q, psi = ca.SX.sym("q", self.n_joints), ca.SX.sym("psi", self.n_vectoring)  # pyright: ignore[reportArgumentType]
+        q, psi = ca.SX.sym("q", self.n_joints), ca.SX.sym("psi", self.n_vectoring)
         poses = self._poses(q, psi)
-        state = self._state(poses, q, psi)
-        self._function = ca.Function(
-            "robot", [q, psi], [ca.SX(entry) for entry in state], ["q", "psi"], state._fields
-        )
+        # Equal subexpressions are shared once here rather than in every function that the model is composed
+        # into.
+        state = RobotState(*ca.cse([ca.SX(entry) for entry in self._state(poses, q, psi)]))
+        self._function = ca.Function("robot", [q, psi], list(state), ["q", "psi"], state._fields)
         self._skeleton = ca.Function("skeleton", [q, psi], [self._skeleton_points(poses)])
         self._link_poses = ca.Function(
             "links",
@@ -120,16 +121,17 @@ class Robot:
         condition = _condition(state.allocation_C)
         if condition > _CONDITION_MAX:
             raise AllocationError(
-                f"the allocation matrix of '{self.name}' is singular (condition {condition:.1e}) at joint angles "
+                f"the allocation matrix of '{self.name}' is singular (condition {condition:.1e}) at joint "
+                "angles "
                 f"{np.round(q, 4).tolist()}, vectoring angles {np.round(psi, 4).tolist()} rad"
             )
         return state
 
     def model(self, joint_angles: Array, vectoring_angles: Array) -> RobotState:
-        """The model in CasADi expressions of the given symbols or expressions (SX or MX), for composing into a function.
+        """The model in CasADi expressions of the given ones (SX or MX), for composing into a function.
 
-        Entries that are not used cost nothing in the function that is built. No check is made: a singular allocation
-        gives entries that are not finite.
+        Entries that are not used cost nothing in the function that is built. No check is made: a singular
+        allocation gives entries that are not finite.
         """
         return RobotState(*self._function.call([joint_angles, vectoring_angles]))
 
@@ -196,8 +198,8 @@ class Robot:
             mass=self.mass,
             cog_root=cog,
             R_root_C=R,
-            inertia_C=R.T @ inertia @ R,
-            allocation_C=hover.allocation_C,
+            inertia_C=congruence(R.T, inertia),
+            allocation_C=hover.allocation,
             hover_thrusts=hover.thrusts,
             tip_C=R.T @ (tip - cog),
             tip_root=tip,

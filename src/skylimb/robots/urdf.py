@@ -22,7 +22,8 @@ def read_urdf(path: Path) -> tuple[str, tuple[Link, ...], tuple[Joint, ...]]:
     """The root link's name, all links (parents first) and all joints of a URDF.
 
     Raises:
-        DescriptionError: the file cannot be read, is not a URDF, or its links and joints do not form one tree.
+        DescriptionError: the file cannot be read, is not a URDF, or its links and joints do not form one
+            tree.
     """
     robot = _parse(path)
     links = {link.name: _link(link, robot.materials, path) for link in robot.links}
@@ -57,7 +58,8 @@ def _finite(value: Any, what: str, path: Path) -> Any:
 def clean_rotation(R: np.ndarray) -> np.ndarray:
     """A rotation with entries within 1e-14 of -1, 0 or 1 made exact.
 
-    sin(pi) in floating point is 1e-16, not 0, and would otherwise keep terms alive in every symbolic expression.
+    sin(pi) in floating point is 1e-16, not 0, and would otherwise keep terms alive in every symbolic
+    expression.
     """
     R = np.array(R, dtype=float)
     near = np.abs(R - np.round(R)) < 1e-14

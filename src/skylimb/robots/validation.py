@@ -1,4 +1,4 @@
-"""Refuse descriptions of robots that cannot exist or cannot fly, with the thing, its value and what was allowed."""
+"""Refuse descriptions of what cannot exist, naming the thing, its value and what was allowed."""
 
 from __future__ import annotations
 
@@ -8,15 +8,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from skylimb.errors import AllocationError, DescriptionError
+from skylimb.errors import DescriptionError
 from skylimb.robots.description import Inertial, Joint, RobotDescription, Rotor, Servo
-from skylimb.robots.model import GRAVITY, Robot
+from skylimb.robots.model import GRAVITY
 
 _GYRATION_MAX = 3.0
 """Greatest believable radius of gyration of one link, m."""
-
-_TRIES = 500
-"""Sets of vectoring angles tried before a robot is said to be unable to hover."""
 
 _DRAG_MAX = 1.0
 """Greatest believable drag torque per thrust, m."""
@@ -29,13 +26,14 @@ def check_description(description: RobotDescription) -> None:
         DescriptionError: the first thing that no physical robot can have.
     """
     for link in description.links:
-        _check_inertial(link.name, link.inertial)
+        check_inertial(link.name, link.inertial)
     for joint in description.joints:
         _check_joint(joint)
     _check_roles(description)
     if len(description.rotors) < 4:
         raise DescriptionError(
-            f"'{description.name}' has {len(description.rotors)} rotors; thrust and three torques need at least 4"
+            f"'{description.name}' has {len(description.rotors)} rotors; thrust and three torques need at "
+            "least 4"
         )
     for rotor in description.rotors:
         _check_rotor(rotor)
@@ -48,55 +46,12 @@ def check_description(description: RobotDescription) -> None:
     _check_posture(description)
 
 
-def check_robot(robot: Robot) -> None:
-    """Check what only the whole model shows: bodies that move have mass, and the rotors can carry it without torque.
+def check_inertial(name: str, inertial: Inertial) -> None:
+    """Check mass and inertia of one body.
 
     Raises:
-        DescriptionError: a moving body without mass.
-        AllocationError: at the nominal posture the rotors cannot command a thrust and three torques, or cannot hover.
+        DescriptionError: a negative mass, or an inertia that no body of that mass has.
     """
-    for body in robot.bodies:
-        if body.mass <= 0.0:
-            raise DescriptionError(
-                f"the body of link '{body.name}' moves but has no mass; give it an <inertial>"
-            )
-        _check_inertial(body.name, Inertial(body.mass, body.com, body.inertia))
-    posture, start = robot.description.posture, robot.description.vectoring_start
-    nominal = posture.offset + posture.slope * posture.theta_nominal
-    # Golden-ratio steps spread the tries evenly and are the same every time; the first one is the start guess itself.
-    steps = np.outer(np.arange(_TRIES if robot.n_vectoring else 1), _golden_steps(robot.n_vectoring))
-    singular = 0
-    for psi in start + 2.0 * np.pi * (steps % 1.0):
-        try:
-            thrusts = robot.at(nominal, psi).hover_thrusts
-        except AllocationError:
-            singular += 1
-            continue
-        if all(
-            0.0 < thrust < rotor.thrust_max
-            for rotor, thrust in zip(robot.description.rotors, thrusts, strict=True)
-        ):
-            return
-    if singular == len(steps):
-        raise AllocationError(
-            f"the allocation matrix of '{robot.name}' is singular at its nominal posture, whatever the vectoring angles: "
-            "its rotors cannot command a thrust and three torques; look at rotor frames and spins"
-        )
-    raise AllocationError(
-        f"'{robot.name}' cannot hover at its nominal posture with thrusts between 0 and thrust_max and no torque at any of "
-        f"{len(steps)} sets of vectoring angles tried; look at rotor frames, spins and masses"
-    )
-
-
-def _golden_steps(n: int) -> np.ndarray:
-    """Steps of a low-discrepancy sequence in n dimensions: powers of 1 / the root of x^(n + 1) = x + 1."""
-    root = 2.0
-    for _ in range(60):
-        root = (1.0 + root) ** (1.0 / (n + 1))
-    return root ** -np.arange(1, n + 1)
-
-
-def _check_inertial(name: str, inertial: Inertial) -> None:
     mass = inertial.mass
     if mass < 0.0:
         raise DescriptionError(f"mass of link '{name}' is {mass:g} kg; it must not be negative")
@@ -114,13 +69,15 @@ def _check_inertial(name: str, inertial: Inertial) -> None:
         )
     if moments[0] + moments[1] < moments[2] * (1.0 - 1e-6):
         raise DescriptionError(
-            f"inertia of link '{name}' is that of no body: of the principal moments {told} kg m^2 the two smaller must "
+            f"inertia of link '{name}' is that of no body: of the principal moments {told} kg m^2 the two "
+            "smaller must "
             "add up to at least the largest (A + B >= C)"
         )
     gyration = math.sqrt(moments[2] / mass)
     if gyration > _GYRATION_MAX:
         raise DescriptionError(
-            f"inertia of link '{name}' puts its {mass:g} kg at {gyration:.3g} m from its centre (at most {_GYRATION_MAX:g} "
+            f"inertia of link '{name}' puts its {mass:g} kg at {gyration:.3g} m from its centre (at most "
+            f"{_GYRATION_MAX:g} "
             "m is believed); is it in g m^2 or kg mm^2?"
         )
 
@@ -155,7 +112,8 @@ def _check_roles(description: RobotDescription) -> None:
     for joint in description.joints:
         if joint.kind != "fixed" and joint.name not in roles:
             raise DescriptionError(
-                f"joint '{joint.name}' moves but is neither in shape.joints nor in vectoring.joints; name it or make it fixed"
+                f"joint '{joint.name}' moves but is neither in shape.joints nor in vectoring.joints; name it "
+                "or make it fixed"
             )
     expected = (
         ("vectoring.start", len(description.vectoring_start), len(description.vectoring_joints)),
@@ -187,12 +145,14 @@ def _check_rotor(rotor: Rotor) -> None:
     _positive(f"lag of {rotor.name}", rotor.lag, "s")
     if not 0.0 <= rotor.thrust_min < rotor.thrust_max:
         raise DescriptionError(
-            f"thrust_min of {rotor.name} is {rotor.thrust_min:g} N; allowed is 0 up to thrust_max = {rotor.thrust_max:g} N"
+            f"thrust_min of {rotor.name} is {rotor.thrust_min:g} N; allowed is 0 up to thrust_max = "
+            f"{rotor.thrust_max:g} N"
         )
     drag = -rotor.spin * rotor.drag_torque_coefficient
     if not 0.0 <= drag <= _DRAG_MAX:
         raise DescriptionError(
-            f"drag_torque_coefficient of {rotor.name} is {drag:g} m; give its size, 0 .. {_DRAG_MAX:g} m: the sign follows "
+            f"drag_torque_coefficient of {rotor.name} is {drag:g} m; give its size, 0 .. {_DRAG_MAX:g} m: "
+            "the sign follows "
             "from spin"
         )
 
@@ -220,8 +180,10 @@ def _check_root(description: RobotDescription) -> None:
     )
     if bolted:
         raise DescriptionError(
-            f"the URDF's root link '{root.name}' has no mass and link '{child}' is fixed to it: a simulator would bolt "
-            f"'{child}' to the ground and drop {lost:.3f} kg; remove '{root.name}', or say root_link = \"{child}\" in the TOML"
+            f"the URDF's root link '{root.name}' has no mass and link '{child}' is fixed to it: a simulator "
+            "would bolt "
+            f"'{child}' to the ground and drop {lost:.3f} kg; remove '{root.name}', or say root_link = "
+            f'"{child}" in the TOML'
         )
     raise DescriptionError(
         f"the URDF's root link '{root.name}' has no mass; the root must be a body of the robot"
@@ -234,7 +196,8 @@ def _check_weight(description: RobotDescription) -> None:
     if total * GRAVITY >= lift:
         heaviest = max(description.links, key=lambda link: link.inertial.mass)
         raise DescriptionError(
-            f"'{description.name}' weighs {total:g} kg ({total * GRAVITY:.4g} N) but its rotors lift at most {lift:g} N; "
+            f"'{description.name}' weighs {total:g} kg ({total * GRAVITY:.4g} N) but its rotors lift at most "
+            f"{lift:g} N; "
             f"is a mass in grams? The heaviest link is '{heaviest.name}' with {heaviest.inertial.mass:g} kg"
         )
 
@@ -250,7 +213,8 @@ def _check_posture(description: RobotDescription) -> None:
         or posture.theta_min >= posture.theta_max
     ):
         raise DescriptionError(
-            f"posture.theta_nominal is {posture.theta_nominal:g} rad; allowed is theta_min = {posture.theta_min:g} .. "
+            f"posture.theta_nominal is {posture.theta_nominal:g} rad; allowed is theta_min = "
+            f"{posture.theta_min:g} .. "
             f"theta_max = {posture.theta_max:g} rad"
         )
     nominal = posture.offset + posture.slope * posture.theta_nominal
@@ -258,6 +222,7 @@ def _check_posture(description: RobotDescription) -> None:
         joint = description.joint(name)
         if not joint.lower <= angle <= joint.upper:
             raise DescriptionError(
-                f"posture.theta_nominal = {posture.theta_nominal:g} puts '{name}' at {angle:.4g} rad, outside of its limits "
+                f"posture.theta_nominal = {posture.theta_nominal:g} puts '{name}' at {angle:.4g} rad, "
+                "outside of its limits "
                 f"{joint.lower:g} .. {joint.upper:g} rad"
             )
