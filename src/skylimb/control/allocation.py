@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 
-from skylimb.robots.model import RobotState
+from skylimb.robots.model import GRAVITY, RobotState
 from skylimb.symbolic import Array, clip, right_inverse
 
 
@@ -38,8 +38,9 @@ def allocate(
     """
     Q = model.allocation_C
     wanted = R_WC[:, 2].T @ force
-    # The thrusts that lift without turning: first column of the inverse of (Q_tz; Q_r).
-    lifting = right_inverse(Q[2:, :])[:, 0] * wanted
+    # The thrusts that lift without turning, eq:thrust translation 2, are the hover thrusts in proportion: those solve the
+    # same four rows for the weight.
+    lifting = model.hover_thrusts * (wanted / (model.mass * GRAVITY))
     rotation = right_inverse(Q[3:, :]) @ torque
     return Thrusts(clip(lifting + rotation, thrust_min, thrust_max), rotation)
 

@@ -151,8 +151,7 @@ class Cascade:
 
         translation, force = preset.translation.law.step(gains.translation, state.translation, inputs)
         force = without_leak(gains.leak, state.leak, force)
-        # The heading of {C} that puts the tip link on the wanted heading, whatever the joints' sag.
-        heading = reference.heading - body.model.tip_heading
+        heading = self._heading(body.model.tip_heading, reference)
         target, R_target = attitude_target(force, rpy[2], heading)
         attitude, torque = preset.attitude.law.step(gains.attitude, state.attitude, inputs, R_target)
 
@@ -190,6 +189,11 @@ class Cascade:
             "reach_command": reach,
             "shape_angle_command": theta,
         }
+
+    def _heading(self, tip_heading: Any, reference: Reference) -> Any:
+        """The heading of {C} that puts the tip link on its own, as the paper turns the robot with its joints, rad."""
+        nominal = self.robot.model(reference.joint_angles, reference.vectoring_angles).tip_heading
+        return reference.heading - nominal - reference.align * (tip_heading - nominal)
 
     def _posture(self, reach: Any, reference: Reference) -> tuple[Any, Any, Any]:
         """Joint angles, vectoring angles and shape angle of a reach: the nominal posture, moved along the family."""

@@ -25,12 +25,7 @@ def posture_plan(config: PostureConfig, robot: Robot) -> PosturePlan:
     vectoring = vectoring_angles[None, :]
     if path.duration > 0.0:
         vectoring = np.vstack([vectoring_angles, vectoring_path(robot, path.sample(knots[1:]), vectoring_angles)])
-    first = robot.at(joint_angles, vectoring_angles).tip_heading
-
-    def tip_heading(q: np.ndarray) -> np.ndarray:
-        if path.duration == 0.0:
-            return np.zeros(len(q))
-        return np.array([robot.at(row, vectoring_angles).tip_heading for row in q]) - first
+    headings = [robot.at(q, psi).tip_heading for q, psi in zip(path.sample(knots), vectoring, strict=True)]
 
     return PosturePlan(
         reach=float(family.reach_nominal),
@@ -40,5 +35,5 @@ def posture_plan(config: PostureConfig, robot: Robot) -> PosturePlan:
         vectoring_angles=lambda t: np.stack(
             [np.interp(np.clip(t, 0.0, path.duration), knots, angles) for angles in vectoring.T], axis=1
         ),
-        tip_heading=tip_heading,
+        tip_heading=lambda t: np.interp(np.clip(t, 0.0, path.duration), knots, headings) - headings[0],
     )

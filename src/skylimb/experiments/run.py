@@ -12,6 +12,7 @@ from skylimb.analysis.metrics import metrics
 from skylimb.config import write_toml
 from skylimb.control.cascade import Cascade
 from skylimb.control.controller import Controller, load_controller, resolved_preset
+from skylimb.control.records import Reference
 from skylimb.experiments.experiment import Experiment, experiment_with, load_experiment
 from skylimb.experiments.posture_plan import posture_plan
 from skylimb.recording.run import Run
@@ -150,10 +151,8 @@ def fly_mission(
     progress: Progress | None = None,
 ) -> Flight:
     """Fly with the driver that suits the controller."""
-    dt, first = experiment.control_period, mission.reference
-    data = initial_data(
-        plant, first.position[0], first.heading[0], first.joint_angles[0], first.vectoring_angles[0]
-    )
+    dt = experiment.control_period
+    data = initial_data(plant, Reference(*(entry[0] for entry in mission.reference)))
     rows = mission_rows(plant, mission, experiment.sensors, experiment.seed)
     outside = interventions(plant, data, mission, experiment.disturbance)
 

@@ -105,7 +105,7 @@ class PosturePlan:
         duration: time that the plan takes, s; 0 for a posture that stays.
         joint_angles: times (k,) -> q (k, nq), rad.
         vectoring_angles: times (k,) -> psi (k, nv), rad.
-        tip_heading: q (k, nq) -> yaw of the tip link in C less that of the first posture, (k,), rad.
+        tip_heading: times (k,) -> yaw of the tip link in C less that of the first posture, (k,), rad.
     """
 
     reach: float
@@ -157,10 +157,11 @@ def plan_mission(
     times = np.arange(count) * dt
     phase = np.minimum(np.searchsorted(ends, times + 1e-9, side="right"), len(PHASES) - 1)
 
+    since_slide = times - ends[3]
     into, into_rate, into_bend = ramp(travel, approach.speed, times - ends[1])
     back, back_rate, back_bend = ramp(travel, approach.retreat_speed, times - ends[4])
     depth = -approach.standoff + into - back
-    slide_time = np.clip(times - ends[3], 0.0, path.duration)
+    slide_time = np.clip(since_slide, 0.0, path.duration)
     sliding = (phase == PHASES.index("slide"))[:, None]
     uv, uv_rate, uv_bend = path.sample(slide_time)
 
@@ -168,7 +169,6 @@ def plan_mission(
     velocity_sent, acceleration_sent = sent in ("velocity", "full"), sent == "full"
     a, plane = frame.contact, np.stack([frame.sliding_u, frame.sliding_v])
     home = center - a * (posture.reach + posture.tip_radius)
-    joint_angles = posture.joint_angles(times - ends[3])
     position = home + depth[:, None] * a + uv @ plane
     velocity = (into_rate - back_rate)[:, None] * a + (uv_rate * sliding) @ plane
     acceleration = (into_bend - back_bend)[:, None] * a + (uv_bend * sliding) @ plane
@@ -177,12 +177,13 @@ def plan_mission(
         velocity=velocity * velocity_sent,
         acceleration=acceleration * acceleration_sent,
         # The robot keeps its own heading; the tip link turns with the posture.
-        heading=frame.heading + posture.tip_heading(joint_angles),
+        heading=frame.heading + posture.tip_heading(since_slide),
         reach=np.full(count, posture.reach),
-        joint_angles=joint_angles,
-        vectoring_angles=posture.vectoring_angles(times - ends[3]),
+        joint_angles=posture.joint_angles(since_slide),
+        vectoring_angles=posture.vectoring_angles(since_slide),
         contact_axis=np.tile(a, (count, 1)),
         tare=(phase == PHASES.index("tare")).astype(float),
+        align=np.full(count, float(approach.contact)),
         adapt=np.isin(phase, [PHASES.index(name) for name in ("approach", "settle", "slide")]) * float(approach.contact),
     )
     return Mission(times, reference, phase, frame)

@@ -13,6 +13,7 @@ import mujoco
 import numpy as np
 
 from skylimb.config import require_positive, require_range
+from skylimb.control.records import Reference
 from skylimb.errors import ConfigError
 from skylimb.robots.description import Inertial, Link, RobotDescription
 from skylimb.robots.model import Robot
@@ -177,37 +178,36 @@ def build_plant(robot: Robot, surface: Surface, config: PlantConfig, dt: float) 
     )
 
 
-def initial_data(
-    plant: Plant, cog: np.ndarray, heading: float, joint_angles: np.ndarray, vectoring_angles: np.ndarray
-) -> mujoco.MjData:
-    """Data with the robot at rest, hovering with its centre of gravity at `cog` (W, m) and its tip link on `heading`.
+def initial_data(plant: Plant, first: Reference) -> mujoco.MjData:
+    """Data with the robot at rest, hovering as the first row of a mission asks.
 
-    Rotors already give hover thrust, and the joints hang as far from their set points `joint_angles` as their servos' springs
-    give under it, as after a take-off.
+    Rotors already give hover thrust, and the joints hang as far from their set points as their servos' springs give under
+    it, as after a take-off.
     """
+    nominal = np.asarray(first.joint_angles, dtype=float)
     data = mujoco.MjData(plant.model)
-    angles = np.asarray(joint_angles, dtype=float)
+    angles = nominal
     for _ in range(_SAG_ITERATIONS):
-        _place_at_hover(plant, data, cog, heading, angles, vectoring_angles)
-        angles = joint_angles - _static_servo_torque(plant, data) / plant.robot.description.shape_servo.stiffness
-    _place_at_hover(plant, data, cog, heading, angles, vectoring_angles)
+        _place_at_hover(plant, data, first, angles)
+        angles = nominal - _static_servo_torque(plant, data) / plant.robot.description.shape_servo.stiffness
+    _place_at_hover(plant, data, first, angles)
     n, nq = plant.robot.n_rotors, plant.robot.n_joints
-    data.act[n : n + nq] = joint_angles
+    data.act[n : n + nq] = nominal
     mujoco.mj_forward(plant.model, data)
     return data
 
 
-def _place_at_hover(
-    plant: Plant, data: mujoco.MjData, cog: np.ndarray, heading: float, angles: np.ndarray, vectoring: np.ndarray
-) -> None:
+def _place_at_hover(plant: Plant, data: mujoco.MjData, first: Reference, angles: np.ndarray) -> None:
     """Put the robot at rest with these joint angles, under the thrusts that let it hover there."""
-    state = plant.robot.at(angles, vectoring)
-    R_WB = rot_z(heading - state.tip_heading) @ state.R_root_C.T
-    data.qpos[0:3] = cog - R_WB @ state.cog_root
+    state = plant.robot.at(angles, first.vectoring_angles)
+    nominal = plant.robot.at(first.joint_angles, first.vectoring_angles).tip_heading
+    yaw = first.heading - nominal - first.align * (state.tip_heading - nominal)
+    R_WB = rot_z(yaw) @ state.R_root_C.T
+    data.qpos[0:3] = first.position - R_WB @ state.cog_root
     data.qpos[3:7] = quaternion_from_rotation(R_WB)
     data.qpos[list(plant.joint_qpos)] = angles
-    data.qpos[list(plant.vectoring_qpos)] = vectoring
-    data.act[:] = np.concatenate([state.hover_thrusts, angles, vectoring])
+    data.qpos[list(plant.vectoring_qpos)] = first.vectoring_angles
+    data.act[:] = np.concatenate([state.hover_thrusts, angles, first.vectoring_angles])
 
 
 def _static_servo_torque(plant: Plant, data: mujoco.MjData) -> np.ndarray:

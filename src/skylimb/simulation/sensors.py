@@ -79,9 +79,12 @@ class SensorState(NamedTuple):
 
 
 def history_depth(config: SensorConfig, dt: float) -> int:
-    """Ticks that the history must hold for the oldest frame ever looked at."""
+    """Ticks that the history must hold for the oldest state ever looked at, and its older neighbour."""
     frame = 1.0 / config.rate if config.rate > 0.0 else 0.0
-    return math.ceil((config.latency + frame) / dt + 1e-9) + 2
+    # Just before a frame comes, the last one is a frame's time old, less a tick where frames and ticks keep step.
+    in_step = abs(frame / dt - round(frame / dt)) < 1e-9
+    oldest = config.latency + (max(frame - dt, 0.0) if in_step else frame)
+    return math.ceil(oldest / dt - 1e-9) + 1
 
 
 def initial_sensor_state(config: SensorConfig, dt: float, root: np.ndarray) -> SensorState:

@@ -48,7 +48,7 @@ def row_layout(plant: Plant) -> Layout[TickRow]:
     description = plant.robot.description
     z3, nq, nv = np.zeros(3), len(description.shape_joints), len(description.vectoring_joints)
     q, psi = np.zeros(nq), np.zeros(nv)
-    reference = Reference(z3, z3, z3, 0.0, 0.0, q, psi, z3, 0.0, 0.0)
+    reference = Reference(z3, z3, z3, 0.0, 0.0, q, psi, z3, 0.0, 0.0, 0.0)
     return Layout(TickRow(reference, 0.0, SensorNoise(z3, z3, z3, z3, q, psi)))
 
 
