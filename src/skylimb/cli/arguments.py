@@ -1,0 +1,68 @@
+"""From words on the command line to a verb's record of options, by tyro; every mistake on one line."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import inspect
+import io
+import re
+from typing import Any, get_type_hints
+
+import tyro
+from tyro.conf import Positional
+
+from skylimb.errors import ConfigError, unknown_name
+
+
+def parse(verb: str, kind: type, words: list[str]) -> Any:
+    """An instance of the verb's class with its options filled in.
+
+    Raises:
+        ConfigError: for an unknown option, a missing value or one of the wrong type.
+    """
+    complaint = io.StringIO()
+    try:
+        with contextlib.redirect_stderr(complaint):
+            options, unknown = _tyro(verb, kind, words)
+    except SystemExit:
+        raise ConfigError(f"{_first_sentence(complaint.getvalue())}; see skylimb {verb} --help") from None
+    if unknown:
+        flags = _flags(kind)
+        if unknown[0].startswith("-"):
+            raise unknown_name(f"option of {verb}", unknown[0].partition("=")[0], [*flags, "--help"])
+        raise ConfigError(f"'{unknown[0]}' is one argument too many; see skylimb {verb} --help")
+    return options
+
+
+def verb_help(verb: str, kind: type) -> str:
+    """What `skylimb VERB --help` prints."""
+    text = io.StringIO()
+    with contextlib.redirect_stdout(text), contextlib.suppress(SystemExit):
+        _tyro(verb, kind, ["--help"])
+    usage, _, rest = text.getvalue().rstrip().partition("\n")
+    if " [OPTIONS] EXPERIMENT" in usage:  # tyro shows it as if it were required
+        usage = usage.replace("EXPERIMENT", "[EXPERIMENT]")
+    examples = inspect.cleandoc(kind.examples).replace("\n", "\n  ")  # type: ignore[attr-defined]
+    return f"{usage}\n{rest}\n\nExamples\n  {examples}"
+
+
+def _tyro(verb: str, kind: type, words: list[str]) -> tuple[Any, list[str]]:
+    about = inspect.cleandoc(kind.__doc__ or "")
+    return tyro.cli(kind, prog=f"skylimb {verb}", description=about, args=words, return_unknown_args=True)
+
+
+def _flags(kind: type) -> list[str]:
+    hints = get_type_hints(kind, include_extras=True)
+    marks = {field.name: getattr(hints[field.name], "__metadata__", ()) for field in dataclasses.fields(kind)}
+    return [f"--{name}" for name, found in marks.items() if Positional not in found]
+
+
+def _first_sentence(text: str) -> str:
+    """What stands in the box that tyro draws around a mistake, up to its first rule, without colours."""
+    plain = re.sub(r"\x1b\[[0-9;]*m", "", text)
+    rows = [line.strip("│ ") for line in plain.splitlines() if line.startswith("│")]
+    ruled = [i for i, row in enumerate(rows) if row and not row.strip("─")]
+    sentence = " ".join(row for row in rows[: ruled[0] if ruled else None] if row)
+    missing = re.match(r"Missing from skylimb \S+: (\S+) ", sentence)
+    return f"{missing[1]} is missing" if missing else sentence.rstrip(". ") or plain.strip()

@@ -1,0 +1,77 @@
+"""Reads the arguments, runs the verb, and turns what happened into an exit code.
+
+0: done. 1: a flight failed, or a check did. 2: nothing was done, because something asked for cannot be.
+130: interrupted with Ctrl-C.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+
+from skylimb.cli.arguments import parse, verb_help
+from skylimb.cli.commands import VERBS
+from skylimb.errors import SkylimbError, unknown_name
+
+EXAMPLES = """\
+  skylimb compare                     the paper's experiment, four controllers, one report
+  skylimb run --controller pid        one flight, with its log, figures and video
+  skylimb run --set surface.friction=0.2 trajectory.direction=-1 --seed 3 --out out/slippery
+  skylimb list                        what ships
+  skylimb show paper                  everything that --set can change
+"""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line; on the arguments of the process when none are given.
+
+    Returns:
+        The exit code, see the module.
+    """
+    arguments = list(sys.argv[1:] if arguments is None else arguments)
+    try:
+        return _dispatch(arguments)
+    except SkylimbError as error:
+        return _complain(str(error), 2)
+    except KeyboardInterrupt:
+        return _complain("interrupted; what was not finished is not kept", 130)
+    except BrokenPipeError:
+        # The reader (`skylimb list | head`) has seen enough; nothing may be left for Python to flush at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+
+
+def _dispatch(arguments: list[str]) -> int:
+    verb, *rest = arguments or ["--help"]
+    if verb in ("-h", "--help", "help"):
+        print(_overview())
+        return 0
+    if verb == "--version":
+        from skylimb import __version__
+
+        print(f"skylimb {__version__}")
+        return 0
+    if verb not in VERBS:
+        kind = "option" if verb.startswith("-") else "verb"
+        raise unknown_name(kind, verb, [*VERBS, "--help", "--version"])
+    if {"-h", "--help"} & set(rest):
+        print(verb_help(verb, VERBS[verb]))
+        return 0
+    return parse(verb, VERBS[verb], rest)()
+
+
+def _overview() -> str:
+    verbs = "\n".join(f"  {name:<16}{kind.__doc__.splitlines()[0]}" for name, kind in VERBS.items())
+    return (
+        "Simulate, control, measure and fly multi-link aerial robots in contact.\n\n"
+        "usage: skylimb VERB [OPTIONS]\n\n"
+        f"Verbs\n{verbs}\n\n"
+        f"Examples\n{EXAMPLES}\n"
+        "`skylimb VERB --help` says more of each; `skylimb --version` which one this is."
+    )
+
+
+def _complain(message: str, code: int) -> int:
+    print(f"skylimb: error: {' '.join(message.split())}", file=sys.stderr)
+    return code

@@ -1,0 +1,164 @@
+"""What the verbs print: progress while there is somebody to watch, then a table and where to look."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+    from skylimb.recording.run import Run
+    from skylimb.robots.model import Robot
+
+_PIPE_WIDTH = 140
+"""Columns when the output is not a terminal, so that no table is cut."""
+
+Progress = Callable[[str, int, int], None]
+
+
+def _console(stderr: bool = False) -> Console:
+    from rich.console import Console
+
+    stream = sys.stderr if stderr else sys.stdout
+    return Console(file=stream, width=None if stream.isatty() else _PIPE_WIDTH, highlight=False)
+
+
+def _table(title: str = "", *columns: str) -> Table:
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+
+    table = Table(*columns, title=title or None, title_justify="left", title_style="bold", box=SIMPLE_HEAD)
+    table.show_header = bool(columns)
+    return table
+
+
+def names(title: str, descriptions: Mapping[str, str]) -> None:
+    """Names with their one line each."""
+    table = _table(title)
+    table.add_column(style="cyan", no_wrap=True)
+    table.add_column()
+    for name, description in descriptions.items():
+        table.add_row(name, description)
+    _console().print(table)
+
+
+def toml(text: str) -> None:
+    """A TOML text; coloured for a terminal, otherwise untouched."""
+    if not sys.stdout.isatty():
+        print(text, end="")
+        return
+    from rich.syntax import Syntax
+
+    _console().print(Syntax(text.rstrip(), "toml", background_color="default", word_wrap=True))
+
+
+def robot(robot: Robot) -> None:
+    """A robot's figures."""
+    description = robot.description
+    table = _table(robot.name)
+    table.add_column(style="cyan", no_wrap=True)
+    table.add_column()
+    table.add_row("mass", f"{robot.mass:.4f} kg in {len(robot.bodies)} moving bodies")
+    limits = {joint.name: joint for joint in description.joints}
+    for name in description.shape_joints:
+        joint = limits[name]
+        table.add_row(
+            name, f"{joint.lower:.2f} .. {joint.upper:.2f} rad, {joint.speed:g} rad/s, {joint.effort:g} N m"
+        )
+    for rotor in description.rotors:
+        spin = "+z" if rotor.spin > 0 else "-z"
+        table.add_row(rotor.name, f"{rotor.thrust_min:g} .. {rotor.thrust_max:g} N, turns about {spin}")
+    tip = ", ".join(f"{value:g}" for value in description.tip.position)
+    table.add_row("tip", f"({tip}) m on {description.tip.link}, radius {1e3 * description.tip.radius:g} mm")
+    _console().print(table)
+
+
+@contextmanager
+def flights() -> Iterator[Progress]:
+    """A bar per flight; hands out the function that flights report to."""
+    from rich.progress import BarColumn, TaskProgressColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import Progress as Bars
+
+    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn())
+    console = _console(stderr=True)
+    with Bars(*columns, console=console, disable=not console.is_terminal, transient=True) as bars:
+        tasks: dict[str, Any] = {}
+
+        def report(name: str, done: int, total: int) -> None:
+            if name not in tasks:
+                tasks[name] = bars.add_task(name, total=total)
+            bars.update(tasks[name], completed=done)
+
+        yield report
+
+
+@contextmanager
+def working(what: str) -> Iterator[None]:
+    """A sign of life during work of unknown length."""
+    console = _console(stderr=True)
+    if not console.is_terminal:
+        yield
+        return
+    with console.status(what):
+        yield
+
+
+def scores(runs: Mapping[str, Run]) -> None:
+    """The metrics of every run side by side, the paper's numbers in brackets where it prints them."""
+    from skylimb.analysis.metrics import DESCRIPTIONS, NUMERIC_KEYS
+
+    first = next(iter(runs.values()))
+    table = _table(f"{first.log.attrs.get('experiment', '')}, sliding period (in brackets: the paper's)", "")
+    for name in runs:
+        table.add_column(name, justify="right")
+    table.add_row("Status", *(_status(run) for run in runs.values()))
+    for key in NUMERIC_KEYS:
+        label, unit = DESCRIPTIONS[key]
+        table.add_row(
+            f"{label} [dim]{unit if unit != '1' else ''}[/dim]", *(_score(run, key) for run in runs.values())
+        )
+    console = _console()
+    console.print(table)
+    for name, run in runs.items():
+        if run.failed:
+            console.print(f"{name} FAILED: {run.cause}")
+
+
+def _status(run: Run) -> str:
+    return f"[red]{run.status}[/red]" if run.failed else run.status
+
+
+def _score(run: Run, key: str) -> str:
+    from skylimb.analysis.paper_numbers import published
+
+    value = run.metrics.get(key)
+    if value is None:
+        return "-"
+    known = published(run.controller, key, str(run.log.attrs.get("experiment", "")))
+    return f"{value:.3f} ({known:.3f})" if known is not None else f"{value:.3f}"
+
+
+def places(folder: Path) -> None:
+    """Where the results lie, the page to read first in front."""
+    found = [folder / name for name in ("report.html", "video.mp4", "figures") if (folder / name).exists()]
+    print("\n".join(f"  {path}" for path in found) if found else f"  {folder}")
+
+
+def verification(rows: Sequence[Any]) -> int:
+    """The table of the contact's verification; 1 when a row failed."""
+    table = _table("", "", "Theory", "Measured", "Allowed", "")
+    for row in rows:
+        table.add_row(
+            row.name,
+            str(row.expected),
+            str(row.measured),
+            str(row.tolerance),
+            "ok" if row.passed else "FAILED",
+        )
+    _console().print(table)
+    return 0 if all(row.passed for row in rows) else 1
