@@ -138,7 +138,7 @@ def _closed_form(
     a, b, c = (complex(*segment) for segment in chain.segments)
     total = heading - chain.heading
     wrist = complex(*(target - chain.root)) - c * np.exp(1j * total)
-    near_end, far_end = abs(abs(a) - abs(b)), abs(a) + abs(b)
+    near_end, far_end = round(abs(abs(a) - abs(b)), 12), abs(a) + abs(b)
     if not near_end - _SLACK <= abs(wrist) <= far_end + _SLACK:
         raise UnreachableError(
             f"'{robot.name}' cannot reach {wanted}: its last joint would be {abs(wrist):.4g} m from its "

@@ -1,8 +1,8 @@
 """The one-parameter family of postures: reach <-> shape angle theta -> joint angles (eq:joint angles).
 
 Reach r is the distance from the centre of gravity to the tip along the tip link's heading. The vectoring
-units shift the centre of gravity by under a millimetre as they turn; r takes their average over a turn, so
-that it depends on theta only.
+units shift the centre of gravity by up to 1.5 mm as they turn; r takes their average over a turn, so that it
+depends on theta only.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from skylimb.symbolic import is_symbolic
 
 __all__ = ["ReachFamily", "planar_inverse_kinematics", "posture_family"]
 
+_NEWTON_STEPS = 2
 _SLACK = 1e-9
 """A rounding error beyond the end of a range is inside of it."""
 
@@ -111,8 +112,7 @@ class ReachFamily:
         symbolic = is_symbolic(reach)
         value = _hold(reach, self.reach_min, self.reach_max) if symbolic else self._checked_reach(reach)
         if self.coefficients is None:
-            assert self._inverse is not None
-            return _number(evaluate_chebyshev(self._inverse, self.reach_min, self.reach_max, value))
+            return self._invert_series(value)
         # r = A + D cos(theta - phi): theta is on the falling half of the cosine, or on the rising one.
         A, B, C = self.coefficients
         D, phi = math.hypot(B, C), math.atan2(C, B)
@@ -136,6 +136,18 @@ class ReachFamily:
         _, B, C = self.coefficients
         cos, sin = (ca.cos, ca.sin) if symbolic else (np.cos, np.sin)
         return _number(C * cos(angle) - B * sin(angle))
+
+    def _invert_series(self, reach: Any) -> Any:
+        """The inverse polynomial, made exact by Newton steps on the forward one."""
+        assert self._forward is not None
+        assert self._inverse is not None
+        low, high = self.described
+        derivative = chebyshev.chebder(self._forward) * 2.0 / (high - low)
+        theta = evaluate_chebyshev(self._inverse, self.reach_min, self.reach_max, reach)
+        for _ in range(_NEWTON_STEPS):
+            error = evaluate_chebyshev(self._forward, low, high, theta) - reach
+            theta = theta - error / evaluate_chebyshev(derivative, low, high, theta)
+        return _number(theta)
 
     def _fit_inverse(self, geometry: Callable[[float], float]) -> np.ndarray:
         from scipy.optimize import root_scalar

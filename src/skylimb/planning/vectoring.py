@@ -101,7 +101,7 @@ class VectoringTable:
     def _along(self, theta: Any, measure: Any) -> Any:
         posture = self._robot.description.posture
         value = self._checked(theta)
-        angles = self.angles(value).reshape(-1, self._robot.n_vectoring)
+        angles = self.angles(value).reshape(value.size, self._robot.n_vectoring)
         found = [
             measure(self._robot.at(posture.offset + posture.slope * at, psi))
             for at, psi in zip(np.ravel(value), angles, strict=True)

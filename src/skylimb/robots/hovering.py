@@ -11,8 +11,8 @@ Array = Any
 """A CasADi matrix."""
 
 _TURNS = 4
-"""Turns of {C} when more than four rotors leave a choice; each leaves about a twentieth of the tilt of the
-one before."""
+"""Turns of {C} when more than four rotors leave a choice. Each leaves about a tenth of the tilt before it:
+after four, nine random postures in ten of a six-rotor robot have the net force within 2e-5 rad of z."""
 
 
 class Hovering(NamedTuple):
