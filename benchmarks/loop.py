@@ -1,0 +1,221 @@
+"""How fast the closed loop is, against a raw replay of the very same controls, and where its time goes.
+
+    make bench          (or: python benchmarks/loop.py --controller pid --repeats 20)
+
+The closed loop has everything on: sensors with noise and latency, observer, laws, allocation, actuators, the
+full record and the watch for a lost flight. The raw replay does nothing but hand recorded controls to MuJoCo.
+Both start from the same state and must end in the same bits. They take turns, and the fastest of each counts:
+what slows a flight down from outside is no property of the loop.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+import skylimb
+from skylimb.control.cascade import Cascade
+from skylimb.control.records import Reference
+from skylimb.experiments.run import prepare_flight
+from skylimb.packing import Layout
+from skylimb.simulation.drivers import fly_compiled, interventions, lost_flight, mission_rows
+from skylimb.simulation.flight import CHECK_INTERVAL, Flight
+from skylimb.simulation.mission import Mission
+from skylimb.simulation.plant import Plant, initial_data
+from skylimb.simulation.tick import CompiledTick, compile_tick
+
+RATIO_WANTED = 0.80
+TICK_WANTED = 6e-6
+
+
+@dataclass
+class Bench:
+    """One flight, ready to be repeated."""
+
+    experiment: skylimb.Experiment
+    plant: Plant
+    mission: Mission
+    tick: CompiledTick
+    rows: np.ndarray
+
+    def data(self) -> mujoco.MjData:
+        return initial_data(self.plant, Reference(*(entry[0] for entry in self.mission.reference)))
+
+    def closed_loop(self, data: mujoco.MjData, watch: Callable[[int], None] | None = None) -> Flight:
+        outside = interventions(self.plant, data, self.mission, self.experiment.disturbance)
+        return fly_compiled(
+            self.tick, self.plant, data, self.mission, self.rows, [*outside, *([watch] if watch else [])]
+        )
+
+    def replay(self, data: mujoco.MjData, controls: np.ndarray) -> None:
+        step, model, substeps, ctrl = mujoco.mj_step, self.plant.model, self.plant.substeps, data.ctrl
+        for k in range(len(controls)):
+            ctrl[:] = controls[k]
+            step(model, data, substeps)
+
+
+def prepare(experiment_name: str, controller_name: str) -> tuple[Bench, dict[str, float]]:
+    """Load and compile everything, and say how long each took, s."""
+    took: dict[str, float] = {}
+
+    def timed(name: str, work: Callable[[], object]) -> object:
+        start = time.perf_counter()
+        result = work()
+        took[name] = time.perf_counter() - start
+        return result
+
+    experiment = skylimb.load_experiment(experiment_name)
+    robot = timed("read the robot", lambda: skylimb.load_robot(experiment.robot))
+    assert isinstance(robot, skylimb.Robot)
+    controller = timed("build the controller", lambda: skylimb.load_controller(controller_name, robot))
+    if not isinstance(controller, Cascade):
+        raise SystemExit(f"{controller_name} is not one of the compiled controllers")
+    plant, mission = timed("compile the scene", lambda: prepare_flight(experiment, robot))  # type: ignore[misc]
+    data = initial_data(plant, Reference(*(entry[0] for entry in mission.reference)))
+    rows = timed(
+        "lay out mission and noise", lambda: mission_rows(plant, mission, experiment.sensors, experiment.seed)
+    )
+    root = np.concatenate([data.qpos[0:7], data.qvel[0:6]])
+    tick = timed(
+        "compile the tick",
+        lambda: compile_tick(controller, plant, experiment.sensors, root, experiment.control_period),
+    )
+    assert isinstance(tick, CompiledTick)
+    assert isinstance(rows, np.ndarray)
+    return Bench(experiment, plant, mission, tick, rows), took
+
+
+def record_controls(bench: Bench) -> tuple[np.ndarray, np.ndarray]:
+    """The controls of every tick of one flight, and the state it ends in."""
+    data, controls = bench.data(), np.zeros((len(bench.rows), bench.plant.model.nu))
+
+    def watch(k: int) -> None:
+        controls[k] = data.ctrl
+
+    flight = bench.closed_loop(data, watch)
+    if flight.cause:
+        raise SystemExit(f"the flight failed: {flight.cause}")
+    return controls, np.concatenate([data.qpos, data.qvel])
+
+
+def fastest(repeats: int, *works: Callable[[], float]) -> list[float]:
+    """The least time of each work, taken in turns."""
+    return [min(times) for times in zip(*([work() for work in works] for _ in range(repeats)), strict=True)]
+
+
+def time_parts(bench: Bench, repeats: int) -> dict[str, float]:
+    """Seconds a tick of each part of the loop, measured one by one on the flight's own numbers."""
+    count = len(bench.rows)
+    data, signals = bench.data(), np.zeros(bench.tick.signals.size)
+    row, log = np.zeros(bench.rows.shape[1]), np.full((count, len(signals)), np.nan)
+    state, next_state = bench.tick.state.copy(), bench.tick.state.copy()
+    buffer, evaluate = bench.tick.function.buffer()
+    for i, array in enumerate((state, data.qpos, data.qvel, data.act, data.history, row, bench.tick.gains)):
+        buffer.set_arg(i, array.data)  # pyright: ignore[reportCallIssue]
+    for i, array in enumerate((next_state, data.ctrl, signals)):
+        buffer.set_res(i, array.data)  # pyright: ignore[reportCallIssue]
+    row[:] = bench.rows[0]
+
+    def tick() -> float:
+        start = time.perf_counter()
+        for _ in range(count):
+            evaluate()
+        return (time.perf_counter() - start) / count
+
+    def copies() -> float:
+        start = time.perf_counter()
+        for k in range(count):
+            row[:] = bench.rows[k]
+            log[k] = signals
+        return (time.perf_counter() - start) / count
+
+    layout: Layout = bench.tick.signals
+
+    def watch() -> float:
+        start = time.perf_counter()
+        for first in range(0, count, CHECK_INTERVAL):
+            lost_flight(log, layout, bench.mission, first, min(first + CHECK_INTERVAL, count), data)
+        return (time.perf_counter() - start) / count
+
+    names = (
+        "controller tick (sensors, controller, actuators)",
+        "rows in, signals out",
+        "watch for a lost flight",
+    )
+    return dict(zip(names, fastest(repeats, tick, copies, watch), strict=True))
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
+    parser.add_argument("--experiment", default="paper")
+    parser.add_argument("--controller", default="hybrid")
+    parser.add_argument("--repeats", type=int, default=7)
+    options = parser.parse_args()
+
+    bench, took = prepare(options.experiment, options.controller)
+    controls, end = record_controls(bench)
+
+    def closed_loop() -> float:
+        data = bench.data()
+        start = time.perf_counter()
+        bench.closed_loop(data)
+        return time.perf_counter() - start
+
+    def replay() -> float:
+        data = bench.data()
+        start = time.perf_counter()
+        bench.replay(data, controls)
+        elapsed = time.perf_counter() - start
+        if not np.array_equal(np.concatenate([data.qpos, data.qvel]), end):
+            raise SystemExit("the replay did not end where the flight did: the comparison means nothing")
+        return elapsed
+
+    closed, raw = fastest(options.repeats, closed_loop, replay)
+    parts = time_parts(bench, options.repeats)
+    report(bench, options, closed, raw, parts, took)
+    ratio, tick = raw / closed, next(iter(parts.values()))
+    return 0 if ratio >= RATIO_WANTED and tick <= TICK_WANTED else 1
+
+
+def report(
+    bench: Bench, options: argparse.Namespace, closed: float, raw: float, parts: dict, took: dict
+) -> None:
+    """Print what was measured."""
+    count, substeps = len(bench.rows), bench.plant.substeps
+    flown = count * bench.experiment.control_period
+    console = Console(highlight=False)
+    console.print(
+        f"{options.experiment}, {options.controller}: {flown:.1f} s of flight in {count} ticks of "
+        f"{substeps} steps, fastest of {options.repeats}"
+    )
+    table = Table("", "us a tick", "share", box=None, pad_edge=False)
+    for column in table.columns[1:]:
+        column.justify = "right"
+    rest = closed / count - raw / count - sum(parts.values())
+    lines = {
+        f"physics ({substeps} steps of MuJoCo)": raw / count,
+        **parts,
+        "the loop, and caches cold after the physics": rest,
+    }
+    for name, seconds in lines.items():
+        table.add_row(name, f"{1e6 * seconds:.2f}", f"{100 * seconds * count / closed:.1f} %")
+    table.add_row("closed loop", f"{1e6 * closed / count:.2f}", f"{flown / closed:.0f} x real time")
+    console.print(table)
+    tick = next(iter(parts.values()))
+    console.print(f"closed loop / raw replay  {raw / closed:.3f}  (wanted: at least {RATIO_WANTED:.2f})")
+    console.print(
+        f"controller tick           {1e6 * tick:.2f} us  (wanted: at most {1e6 * TICK_WANTED:.0f} us)"
+    )
+    once = ", ".join(f"{name} {1e3 * seconds:.0f} ms" for name, seconds in took.items())
+    console.print(f"once, before the flight: {once}")
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
