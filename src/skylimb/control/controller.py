@@ -58,11 +58,23 @@ def load_controller(name_or_path: str, robot: Robot, overrides: Mapping[str, Any
     if name_or_path.endswith(".py"):
         if overrides:
             raise ConfigError(f"controller '{name_or_path}' is a Python file; its gains cannot be set from outside")
-        return load_module(Path(name_or_path), ("controller",)).controller(robot)
+        return _users_controller(Path(name_or_path), robot)
     mapping, path = preset_mapping(name_or_path)
     for key, value in (overrides or {}).items():
         _put(mapping, key.split("."), value)
     return build_cascade(robot, preset_from_mapping(mapping, path))
+
+
+def _users_controller(path: Path, robot: Robot) -> Controller:
+    make = load_module(path, ("controller",)).controller
+    try:
+        made = make(robot)
+    except Exception as error:
+        raise ConfigError(f"controller(robot) in '{path}' fails: {type(error).__name__}: {error}") from error
+    missing = [name for name in ("name", "gains", "initial_state", "step") if not hasattr(made, name)]
+    if missing:
+        raise ConfigError(f"controller(robot) in '{path}' returns an object without {', '.join(missing)}")
+    return made
 
 
 def resolved_preset(controller: Controller) -> dict[str, Any]:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import traceback
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any
 
 import casadi as ca
@@ -27,6 +29,7 @@ from skylimb.simulation.tick import (
     sense_plant,
     symbolic_outputs,
 )
+from skylimb.symbolic import is_symbolic
 
 
 def fly_python(
@@ -58,15 +61,19 @@ def fly_python(
             outputs = (data.qpos, data.qvel, data.act, data.history)
             sensor_state, measured = (_flat(value) for value in sense(sensor_state, *outputs, rows[k]))
             reference = layout.unpack(rows[k]).reference
-            state, command, inner = controller.step(gains, state, measurements.unpack(measured), reference, dt)
+            try:
+                state, command, inner = controller.step(gains, state, measurements.unpack(measured), reference, dt)
+            except Exception as error:
+                raise _failed_step(controller.name, mission.times[k], error) from error
             command = _checked(controller.name, command, plant)
+            inner = {name: _number(value) for name, value in inner.items()}
             if k == 0:
                 # Only now is it known which inner signals this controller tells of.
-                inner_signals = Layout(dict(inner))
+                inner_signals = Layout(inner)
                 signals = Layout(_zeros(public) | _zeros(inner_signals))
                 log = np.full((count, signals.size), np.nan)
             log[k, : public.size] = _flat(record(*outputs, measured, *command))
-            log[k, public.size :] = inner_signals.pack(dict(inner))
+            log[k, public.size :] = inner_signals.pack(inner)
             data.ctrl[:] = actuate(plant.robot.description, command, data.act, dt)
             for act in outside:
                 act(k)
@@ -81,6 +88,13 @@ def fly_python(
 
 def _flat(value: Any) -> np.ndarray:
     return np.asarray(value, dtype=float).ravel()
+
+
+def _number(value: Any) -> Any:
+    """A float or an array, also from CasADi's numbers, whose vectors are columns."""
+    array = np.asarray(value, dtype=float)
+    array = array.squeeze() if is_symbolic(value) else array
+    return float(array) if array.ndim == 0 else array
 
 
 def _zeros(layout: Layout[Any]) -> dict[str, Any]:
@@ -119,6 +133,13 @@ def _recorder(plant: Plant, measurements: Layout[Measurement]) -> tuple[ca.Funct
     layout = Layout(recorded)
     function = ca.Function("record", [*outputs, measured, *command], [ca.densify(layout.pack(recorded))])
     return function, layout
+
+
+def _failed_step(name: str, time: float, error: Exception) -> ConfigError:
+    """What to tell of an error in a user's own code: where it happened, in one line."""
+    last = traceback.extract_tb(error.__traceback__)[-1]
+    place = f"{Path(last.filename).name}, line {last.lineno}"
+    return ConfigError(f"controller '{name}' fails at t = {time:.3f} s: {type(error).__name__}: {error} ({place})")
 
 
 def _checked(name: str, command: Any, plant: Plant) -> Command:

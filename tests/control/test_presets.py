@@ -1,0 +1,97 @@
+import re
+from pathlib import Path
+
+import pytest
+
+import skylimb
+from skylimb.control.cascade import Cascade
+from skylimb.control.controller import load_controller
+from skylimb.errors import ConfigError, UnknownNameError
+from skylimb.robots.model import Robot
+
+
+@pytest.fixture(scope="module")
+def robot() -> Robot:
+    return skylimb.load_robot("hydrus_xi_quad")
+
+
+def test_the_presets_hold_the_papers_gains(robot: Robot) -> None:
+    hybrid = load_controller("hybrid", robot)
+    assert isinstance(hybrid, Cascade)
+    gains = hybrid.gains()
+    assert list(gains.observer.force) == [3.0, 3.0, 3.0]
+    assert list(gains.observer.torque) == [1.0, 1.0, 1.0]
+    assert list(gains.translation.virtual_mass_ratio) == [1.0, 3.0, 1.0]
+    assert list(gains.translation.normalized_stiffness) == [2.5, 2.5, 1.5]
+    assert list(gains.translation.damping_ratio) == [0.6, 0.6, 0.7]
+    assert list(gains.attitude.virtual_inertia_ratio) == [10.0, 10.0, 5.0]
+    assert list(gains.attitude.normalized_stiffness) == [40.0, 40.0, 10.0]
+    assert list(gains.attitude.damping_ratio) == [1.1, 1.1, 0.8]
+    assert (gains.shape.mass, gains.shape.damping, gains.shape.stiffness) == (40.0, 55.0, 16.0)
+    assert gains.shape.force_reference == 0.0
+    assert not hybrid.preset.leak.compensate
+
+
+@pytest.mark.parametrize(
+    ("name", "translation", "shape"),
+    [("pid", "pid", "fixed"), ("impedance", "impedance", "fixed"), ("admittance", "pid", "admittance"),
+     ("hybrid", "impedance", "admittance")],
+)  # fmt: skip
+def test_the_four_controllers_are_two_slots(robot: Robot, name: str, translation: str, shape: str) -> None:
+    controller = load_controller(name, robot)
+    assert isinstance(controller, Cascade)
+    assert (controller.preset.translation.name, controller.preset.shape.name) == (translation, shape)
+
+
+@pytest.mark.parametrize(
+    ("text", "error", "message"),
+    [
+        ("[translation]\nlaw = 'impedence'", UnknownNameError, "did you mean 'impedance'"),
+        ("[translation]\nlaw = 'pid'\nproportinal = [1,1,1]", UnknownNameError, "proportional"),
+        ("[shape]\nlaw = 'admittance'\nmass = -40.0\ndamping = 1.0\nstiffness = 1.0", ConfigError, "mass"),
+        ("[shape]\nlaw = 'admittance'\nmass = 'heavy'\ndamping = 1.0\nstiffness = 1.0", ConfigError, "mass"),
+        ("[shpae]\nlaw = 'fixed'", UnknownNameError, "did you mean 'shape'"),
+        ("[shape]\nlaw = 'missing_file.py'", ConfigError, "missing_file.py"),
+    ],
+)
+def test_a_wrong_preset_is_refused_by_name(
+    tmp_path: Path, robot: Robot, text: str, error: type[Exception], message: str
+) -> None:
+    table = re.match(r"\[(\w+)\]", text)
+    whole = (Path(skylimb.__file__).parent / "control" / "presets" / "hybrid.toml").read_text()
+    if table and f"[{table[1]}]" in whole:
+        whole = re.sub(rf"\[{table[1]}\].*?(?=\n\[|\Z)", text, whole, flags=re.S)
+    else:
+        whole += "\n" + text
+    file = tmp_path / "mine.toml"
+    file.write_text(whole)
+    with pytest.raises(error, match=message):
+        load_controller(str(file), robot)
+
+
+def test_a_users_own_law_fills_a_slot(tmp_path: Path, robot: Robot) -> None:
+    """One file, one line in the preset."""
+    (tmp_path / "halfway.py").write_text(
+        "from dataclasses import dataclass\n"
+        "@dataclass(frozen=True)\nclass Gains:\n    share: float = 0.5\n"
+        "def initial_state(gains, reach):\n    return ()\n"
+        "def step(gains, state, inputs, reach_limits):\n"
+        "    return state, inputs.reference.reach + gains.share * 0.02\n"
+    )
+    whole = (Path(skylimb.__file__).parent / "control" / "presets" / "impedance.toml").read_text()
+    file = tmp_path / "mine.toml"
+    file.write_text(whole.replace('law = "fixed"', 'law = "halfway.py"\nshare = -1.0'))
+    run = skylimb.run("push", controller=str(file))
+    assert float(run.log["reach_command"][-1] - run.log["reach_reference"][-1]) == pytest.approx(-0.02)
+
+
+def test_gains_can_be_set_from_outside(robot: Robot) -> None:
+    changed = load_controller("hybrid", robot, {"shape.stiffness": 30.0, "leak.compensate": True})
+    assert isinstance(changed, Cascade)
+    assert changed.gains().shape.stiffness == 30.0
+    assert changed.preset.leak.compensate
+
+
+def test_unknown_controller_names_the_nearest(robot: Robot) -> None:
+    with pytest.raises(UnknownNameError, match="did you mean 'hybrid'"):
+        load_controller("hybird", robot)

@@ -1,0 +1,72 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import skylimb
+from skylimb.errors import SkylimbError
+from skylimb.experiments.run import prepare_flight
+from skylimb.simulation.mission import PHASES, contact_frame, ramp, ramp_duration
+
+
+def test_the_papers_frame_is_the_worlds() -> None:
+    frame = contact_frame((1.0, 0.0, 0.0))
+    np.testing.assert_allclose([frame.contact, frame.sliding_u, frame.sliding_v], np.eye(3), atol=1e-15)
+
+
+@given(st.floats(-np.pi, np.pi), st.floats(-1.5, 1.5))
+def test_a_contact_frame_is_right_handed(yaw: float, pitch: float) -> None:
+    axis = (np.cos(pitch) * np.cos(yaw), np.cos(pitch) * np.sin(yaw), np.sin(pitch))
+    frame = contact_frame(axis)
+    R = np.column_stack([frame.contact, frame.sliding_u, frame.sliding_v])
+    np.testing.assert_allclose(R.T @ R, np.eye(3), atol=1e-9)
+    assert np.linalg.det(R) == pytest.approx(1.0)
+    np.testing.assert_allclose(frame.contact, axis, atol=1e-9)
+
+
+def test_an_axis_without_direction_is_refused() -> None:
+    with pytest.raises(SkylimbError, match="unit vector"):
+        contact_frame((0.0, 0.0, 0.0))
+
+
+@given(st.floats(0.0, 2.0), st.floats(0.1, 1.0))
+def test_a_ramp_arrives_and_its_speed_is_its_slope(distance: float, speed: float) -> None:
+    total = ramp_duration(distance, speed)
+    t = np.linspace(-0.5, total + 0.5, 8001)
+    way, rate, bend = ramp(distance, speed, t)
+    assert way[0] == 0.0
+    assert way[-1] == pytest.approx(distance)
+    assert rate.max() <= speed * (1 + 1e-9)
+    np.testing.assert_allclose(np.gradient(way, t)[2:-2], rate[2:-2], atol=2e-2 * speed + 1e-9)
+    assert np.abs(bend).max() <= speed / 0.5 * (1 + 1e-9)
+
+
+def test_the_papers_mission() -> None:
+    experiment = skylimb.load_experiment("paper")
+    _, mission = prepare_flight(experiment, skylimb.load_robot(experiment.robot))
+    reference, phase = mission.reference, mission.phase
+    assert [PHASES[i] for i in np.unique(phase)] == list(PHASES)
+    sliding = phase == PHASES.index("slide")
+    circle = reference.position[sliding][:, 1:] - [0.0, 1.2]
+    np.testing.assert_allclose(np.linalg.norm(circle, axis=1), 0.30, atol=1e-9)
+    np.testing.assert_allclose(circle[0], [0.0, -0.30], atol=1e-6)
+    assert sliding.sum() * experiment.control_period == pytest.approx(14.0, abs=0.01)
+    # Positions alone are sent, as in the paper's experiment.
+    assert np.abs(reference.velocity).max() == 0.0
+    pressed = reference.position[sliding][:, 0] + reference.reach[0] + 0.004 - 1.50
+    np.testing.assert_allclose(pressed, experiment.approach.depth, atol=1e-6)
+    steps = np.linalg.norm(np.diff(reference.position, axis=0), axis=1)
+    assert steps.max() < 0.15 * experiment.control_period
+
+
+def test_feedforward_sends_the_derivatives_of_the_positions() -> None:
+    experiment = skylimb.load_experiment("paper", set={"trajectory.feedforward": "full", "trajectory.ramp": 1.0})
+    _, mission = prepare_flight(experiment, skylimb.load_robot(experiment.robot))
+    reference, dt = mission.reference, experiment.control_period
+    velocity = np.gradient(reference.position, dt, axis=0)
+    acceleration = np.gradient(reference.velocity, dt, axis=0)
+    np.testing.assert_allclose(reference.velocity, velocity, atol=2e-3)
+    away_from_corners = np.abs(np.gradient(acceleration, dt, axis=0)).max(axis=1) < 2.0
+    np.testing.assert_allclose(
+        reference.acceleration[away_from_corners], acceleration[away_from_corners], atol=2e-2
+    )
