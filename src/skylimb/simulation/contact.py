@@ -45,7 +45,8 @@ class ContactParameters:
         stick_damping: c_t in N s/m; a tip that sticks under a tangential force F_t creeps at F_t / c_t.
         friction_rate: b_f in 1/s, rate at which slip reaches the cone. Below 200 an
             oblique bounce gains energy.
-        adhesion: force in N with which the surface can pull before it lets go.
+        adhesion: force in N with which the surface can pull before it lets go. It adds to the normal force that
+            friction acts on, but only while the contact is pressed: the engine has no friction under a net pull.
     """
 
     friction: float = 0.4
@@ -103,6 +104,8 @@ def add_contact_pair(
         condim=3,
         margin=0.0,
         gap=0.0,
+        # The engine leaves adhesion out of a model that was compiled without any.
+        adhesion=parameters.adhesion,
         friction=[mu, mu, 0, 0, 0],
     )
 
@@ -140,6 +143,8 @@ def tune_contact_pair(model: mujoco.MjModel, parameters: ContactParameters, name
     model.pair_solreffriction[pair] = (-1.0, -b_f * d)
     model.pair_friction[pair, :2] = parameters.friction
     model.pair_adhesion[pair] = parameters.adhesion
+    # A pull reaches as far as the surface's spring stretches under it.
+    model.pair_gap[pair] = parameters.adhesion / k
     model.opt.impratio = parameters.stick_damping * scale / (b_f * d)
 
 

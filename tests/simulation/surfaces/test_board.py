@@ -2,28 +2,11 @@
 
 import math
 
-import mujoco
 import numpy as np
 import pytest
 
 from skylimb.errors import ConfigError, UnknownNameError
-from skylimb.simulation.contact import add_contact_pair, set_contact_options, tune_contact_pair
 from skylimb.simulation.surfaces import Board, surface_from_mapping
-
-
-def scene(surface, radius=0.01):
-    spec = mujoco.MjSpec()
-    set_contact_options(spec, 1e-3)
-    parts = surface.attach(spec)
-    body = spec.worldbody.add_body(name="tip")
-    body.add_freejoint()
-    body.add_geom(
-        name="tip", type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[radius, 0, 0], mass=1.0, contype=0, conaffinity=0
-    )
-    add_contact_pair(spec, "tip", parts.geom, surface.contact)
-    model = spec.compile()
-    tune_contact_pair(model, surface.contact)
-    return model, mujoco.MjData(model), parts
 
 
 def test_slope_follows_the_papers_line():
@@ -57,37 +40,14 @@ def test_round_trip_of_frames_and_projection():
     np.testing.assert_allclose(feet + gaps[:, None] * board.normal(points, 2.0), points, atol=1e-12)
 
 
-@pytest.mark.parametrize(
-    "surface",
-    [
-        Board(slope=0.35),
-        Board(slope=-0.3, pitch=0.2),
-        Board(contact_axis=(0.0, 0.0, 1.0)),
-        Board(slope=0.35, pitch=-0.1, advance_distance=0.1),
-    ],
-)
-def test_physics_and_analysis_agree(surface):
-    model, data, _ = scene(surface)
-    rng = np.random.default_rng(1)
-    for _ in range(50):
-        foot = surface.to_world(np.array([0.0, *rng.uniform(-1, 1, 2)]))
-        data.qpos[-7:-4] = foot + surface.normal(foot) * rng.uniform(0.0, 0.0099)
-        mujoco.mj_forward(model, data)
-        assert data.ncon == 1
-        contact = data.contact[0]
-        sign = 1.0 if model.geom(contact.geom[1]).name == "tip" else -1.0
-        assert contact.dist == pytest.approx(surface.signed_distance(data.qpos[-7:-4]) - 0.01, abs=1e-9)
-        np.testing.assert_allclose(sign * contact.frame[:3], surface.normal(foot), atol=1e-9)
-
-
-def test_the_slide_moves_the_board_as_the_motion_says():
+def test_the_slide_moves_the_board_as_the_motion_says(scene_of):
     board = Board(slope=0.2, advance_distance=0.1, advance_speed=0.05, advance_start=0.5, sway_amplitude=0.01)
-    model, data, parts = scene(board)
-    data.joint(parts.joint).qpos = board.motion(1.7)[0]
+    scene = scene_of(board)
+    scene.data.joint(scene.parts.joint).qpos = board.motion(1.7)[0]
     foot = board.to_world(np.zeros(3), 1.7)
-    data.qpos[-7:-4] = foot + 0.005 * board.normal(foot, 1.7)
-    mujoco.mj_forward(model, data)
-    assert data.contact[0].dist == pytest.approx(-0.005, abs=1e-9)
+    [(distance, outward, _)] = scene.touch(foot + 0.002 * board.normal(foot, 1.7))
+    assert distance == pytest.approx(0.002 - scene.radius, abs=1e-9)
+    np.testing.assert_allclose(outward, board.normal(foot), atol=1e-9)
 
 
 def test_motion_is_smooth_and_ends_where_it_should():

@@ -7,10 +7,23 @@ from typing import Any
 
 from skylimb.config import from_mapping
 from skylimb.errors import ConfigError, unknown_name
+from skylimb.simulation.surfaces.ball import Sphere
 from skylimb.simulation.surfaces.board import Board
+from skylimb.simulation.surfaces.checks import require_clear, require_fits, require_path
+from skylimb.simulation.surfaces.curved import CurvedSurface
+from skylimb.simulation.surfaces.cylinder import Cylinder, Pipe
+from skylimb.simulation.surfaces.friction_map import FrictionMap, Patch
+from skylimb.simulation.surfaces.heightmap import HeightMap
+from skylimb.simulation.surfaces.meshes import MeshSurface
+from skylimb.simulation.surfaces.pair_friction import PairFriction
+from skylimb.simulation.surfaces.sine import Corrugated, SineWall
+from skylimb.simulation.surfaces.steps import Ramp, Ridge, Step
 from skylimb.simulation.surfaces.surface import Surface, SurfaceParts
 
-SURFACES: dict[str, type[Surface]] = {"board": Board}
+_KINDS: tuple[type[Surface], ...] = (
+    Board, Cylinder, Pipe, Sphere, SineWall, Corrugated, Step, Ridge, Ramp, HeightMap, MeshSurface,
+)  # fmt: skip
+SURFACES: dict[str, type[Surface]] = {str(kind.kind): kind for kind in _KINDS}
 """Every kind of surface by the name that `surface.kind` gives it."""
 
 
@@ -31,4 +44,27 @@ def surface_from_mapping(mapping: Mapping[str, Any], where: str = "surface") -> 
     return from_mapping(SURFACES[kind], mapping, where)
 
 
-__all__ = ["SURFACES", "Board", "Surface", "SurfaceParts", "surface_from_mapping"]
+__all__ = [
+    "SURFACES",
+    "Board",
+    "Corrugated",
+    "CurvedSurface",
+    "Cylinder",
+    "FrictionMap",
+    "HeightMap",
+    "MeshSurface",
+    "PairFriction",
+    "Patch",
+    "Pipe",
+    "Ramp",
+    "Ridge",
+    "SineWall",
+    "Sphere",
+    "Step",
+    "Surface",
+    "SurfaceParts",
+    "require_clear",
+    "require_fits",
+    "require_path",
+    "surface_from_mapping",
+]

@@ -7,6 +7,7 @@ from typing import Literal
 
 import mujoco
 import numpy as np
+from numpy.typing import ArrayLike
 
 from skylimb.simulation.surfaces.surface import COLOR, GEOM, Surface
 
@@ -20,7 +21,7 @@ class Board(Surface):
 
     kind: Literal["board"] = "board"
 
-    def height(self, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+    def height(self, u: ArrayLike, v: ArrayLike) -> np.ndarray:
         """Zero everywhere."""
         return np.zeros(np.broadcast(u, v).shape)
 

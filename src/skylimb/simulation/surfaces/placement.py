@@ -3,7 +3,8 @@
 A surface has its own axes: w points into it along the contact axis, u and v span it. In the paper's
 placement they are the world's x, y and z. `contact_axis` swings them over by the smallest rotation (a
 ceiling has w up, u along y and v along -x), then `slope` and `pitch` tilt the surface: w = u tan(slope) at
-pitch 0, so that a positive slope recedes toward +u, and a positive pitch recedes toward +v.
+pitch 0, so that a positive slope recedes toward +u, and a positive pitch recedes toward +v. `roll` last
+turns the shape in its own plane, for example the waves of a sine.
 """
 
 from __future__ import annotations
@@ -12,11 +13,15 @@ import numpy as np
 
 from skylimb.config import require_range
 from skylimb.errors import ConfigError
-from skylimb.spatial import rot_y, rot_z, rotation_from_axis_angle
+from skylimb.spatial import rot_x, rot_y, rot_z, rotation_from_axis_angle
 
 
 def check_placement(
-    position: tuple[float, ...], contact_axis: tuple[float, ...], slope: float, pitch: float
+    position: tuple[float, ...],
+    contact_axis: tuple[float, ...],
+    slope: float,
+    pitch: float,
+    roll: float = 0.0,
 ) -> None:
     """Raise a `ConfigError` for a placement that no surface can have."""
     for name, entry in zip(("x", "y", "z"), position, strict=True):
@@ -29,6 +34,7 @@ def check_placement(
         )
     require_range("surface", "slope", slope, -1.4, 1.4, "rad")
     require_range("surface", "pitch", pitch, -1.4, 1.4, "rad")
+    require_range("surface", "roll", roll, -3.2, 3.2, "rad")
 
 
 def base_rotation(contact_axis: tuple[float, ...] | np.ndarray) -> np.ndarray:
@@ -43,6 +49,8 @@ def base_rotation(contact_axis: tuple[float, ...] | np.ndarray) -> np.ndarray:
     return rotation_from_axis_angle((turn / sine).tolist(), float(np.arctan2(sine, w[0])))
 
 
-def surface_rotation(contact_axis: tuple[float, ...], slope: float, pitch: float) -> np.ndarray:
+def surface_rotation(
+    contact_axis: tuple[float, ...], slope: float, pitch: float, roll: float = 0.0
+) -> np.ndarray:
     """(3, 3) R_WS, whose columns are the surface's axes w (into it), u and v in the world."""
-    return base_rotation(contact_axis) @ rot_z(-slope) @ rot_y(pitch)
+    return base_rotation(contact_axis) @ rot_z(-slope) @ rot_y(pitch) @ rot_x(roll)

@@ -15,10 +15,12 @@ from typing import Any
 
 import mujoco
 import numpy as np
+from numpy.typing import ArrayLike
 
 from skylimb.config import require_positive, require_range, to_mapping
 from skylimb.simulation.contact import ContactParameters
 from skylimb.simulation.surfaces import motion as moving
+from skylimb.simulation.surfaces.friction_map import FrictionMap, static_excess
 from skylimb.simulation.surfaces.placement import check_placement, surface_rotation
 from skylimb.spatial import quaternion_from_rotation
 
@@ -55,9 +57,13 @@ class Surface(abc.ABC):
         contact_axis: unit vector from the robot into the surface, W, before `slope` and `pitch`.
         slope: turn about the surface's v axis, rad; positive recedes toward +u.
         pitch: turn about its u axis, rad; positive recedes toward +v.
+        roll: turn of the shape in its own plane, rad.
         size: extent along u and v, m: what is drawn, and where a path may go. The collision geometry may be
         larger.
         friction: Coulomb coefficient.
+        friction_map: how friction and adhesion vary over the surface; None where they do not.
+        static_ratio: friction at rest over friction in motion, 1 or more (stick-slip).
+        static_speed: slip speed over which it falls from the one to the other, m/s.
         stiffness: N/m.
         damping_ratio: of the tip's mass on that stiffness.
         damping: N s/m, in place of `damping_ratio`.
@@ -76,8 +82,12 @@ class Surface(abc.ABC):
     contact_axis: tuple[float, float, float] = (1.0, 0.0, 0.0)
     slope: float = 0.0
     pitch: float = 0.0
+    roll: float = 0.0
     size: tuple[float, float] = (2.0, 2.0)
     friction: float = 0.4
+    friction_map: FrictionMap | None = None
+    static_ratio: float = 1.0
+    static_speed: float = 0.005
     stiffness: float = 5000.0
     damping_ratio: float = 0.3
     damping: float | None = None
@@ -90,10 +100,12 @@ class Surface(abc.ABC):
     motion_direction: tuple[float, float, float] | None = None
 
     def __post_init__(self) -> None:
-        check_placement(self.position, self.contact_axis, self.slope, self.pitch)
+        check_placement(self.position, self.contact_axis, self.slope, self.pitch, self.roll)
         for extent in self.size:
             require_range("surface", "size", extent, 0.01, 100.0, "m")
         _ = self.contact  # its own checks
+        require_range("surface", "static_ratio", self.static_ratio, 1.0, 10.0)
+        require_range("surface", "static_speed", self.static_speed, 1e-4, 1.0, "m/s")
         require_range("surface", "advance_distance", self.advance_distance, -10.0, 10.0, "m")
         require_positive("surface", "advance_speed", self.advance_speed, "m/s")
         require_range("surface", "advance_start", self.advance_start, -1e6, 1e6, "s")
@@ -109,14 +121,14 @@ class Surface(abc.ABC):
         """The surface point closest to each, and the outward unit normal (toward the robot) there."""
 
     @abc.abstractmethod
-    def height(self, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+    def height(self, u: ArrayLike, v: ArrayLike) -> np.ndarray:
         """The surface's w at (u, v), m: how far it recedes from its flat plane; NaN where there is none."""
 
     @abc.abstractmethod
     def add_geometry(self, spec: mujoco.MjSpec, body: mujoco.MjsBody) -> None:
         """Add the geom called `GEOM` that the tip collides with, and what is only looked at."""
 
-    def unroll(self, u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def unroll(self, u: ArrayLike, v: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """Lengths along the surface at (u, v), m, as a ruler laid on it reads them: u and v on a flat one."""
         return np.asarray(u, dtype=float), np.asarray(v, dtype=float)
 
@@ -130,8 +142,29 @@ class Surface(abc.ABC):
             stiffness=self.stiffness,
             damping_ratio=self.damping_ratio,
             damping=self.damping,
-            adhesion=self.adhesion,
+            adhesion=max(self.adhesion, self.friction_map.most_adhesion if self.friction_map else 0.0),
         )
+
+    @property
+    def tightest_hollow(self) -> float:
+        """Smallest radius of curvature of a hollow, m, where a tip must fit; infinite if there is none."""
+        return float("inf")
+
+    @property
+    def friction_varies(self) -> bool:
+        """Whether friction depends on place or speed, so that the loop must write it (`PairFriction`)."""
+        return self.friction_map is not None or self.static_ratio != 1.0
+
+    def friction_at(
+        self, points: np.ndarray, slip: Any = 0.0, time: Any = None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Coulomb coefficient and adhesion (N) at world points (..., 3) and slip speeds (...), m/s."""
+        local = self.to_local(points, time)
+        u, v = local[..., 1], local[..., 2]
+        friction, adhesion = np.full(u.shape, self.friction), np.full(u.shape, self.adhesion)
+        if self.friction_map is not None:
+            friction, adhesion = self.friction_map.over((self.friction, self.adhesion), self.size)(u, v)
+        return friction * static_excess(np.asarray(slip), self.static_ratio, self.static_speed), adhesion
 
     @property
     def moves(self) -> bool:
@@ -141,7 +174,7 @@ class Surface(abc.ABC):
     @cached_property
     def R_WS(self) -> np.ndarray:
         """(3, 3) rotation whose columns are the surface's axes w (into it), u and v in the world."""
-        return surface_rotation(self.contact_axis, self.slope, self.pitch)
+        return surface_rotation(self.contact_axis, self.slope, self.pitch, self.roll)
 
     @cached_property
     def motion_axis(self) -> np.ndarray:

@@ -1,0 +1,147 @@
+"""A surface whose shape goes through the collision function, and is looked at as a mesh."""
+
+from __future__ import annotations
+
+import abc
+import zlib
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import ArrayLike
+
+from skylimb.errors import ConfigError
+from skylimb.simulation.surfaces.collision import install_collision
+from skylimb.simulation.surfaces.shape import MARK, Shape
+from skylimb.simulation.surfaces.surface import COLOR, GEOM, Surface
+
+_NUMERIC = "surface_shape"
+_DRAWN = 121  # points along a curved direction
+_THICKNESS = 0.02  # m, of what is looked at
+
+
+@dataclass(frozen=True)
+class CurvedSurface(Surface, abc.ABC):
+    """A surface with a `Shape`."""
+
+    @abc.abstractmethod
+    def make_shape(self) -> Shape:
+        """The shape in the surface's own axes."""
+
+    @cached_property
+    def shape(self) -> Shape:
+        """The shape, made once."""
+        return self.make_shape()
+
+    def drawn_u(self) -> np.ndarray:
+        """(n,) places along u, m, that what is looked at and recorded goes through."""
+        return np.linspace(-0.5, 0.5, _DRAWN) * self.size[0]
+
+    @property
+    def curved_along_v(self) -> bool:
+        """Whether the shape also changes along v; if not it is drawn with two points along it."""
+        return False
+
+    def height(self, u: ArrayLike, v: ArrayLike) -> np.ndarray:
+        """The shape's w at (u, v), m; NaN where there is none."""
+        return self.shape.height(u, v)
+
+    def local_closest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The shape's closest points and outward normals."""
+        return self.shape.closest(points)
+
+    def unroll(self, u: ArrayLike, v: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+        """Length along the surface at v = 0, and v."""
+        return self.shape.unrolled(np.asarray(u, dtype=float)), np.asarray(v, dtype=float)
+
+    @property
+    def tightest_hollow(self) -> float:
+        """The shape's."""
+        return self.shape.tightest_hollow
+
+    def add_geometry(self, spec: mujoco.MjSpec, body: mujoco.MjsBody) -> None:
+        """An ellipsoid that stands for the shape in the collision function, and a mesh to look at."""
+        install_collision()
+        identity, numbers = self._numbers
+        if any(numeric.name == _NUMERIC for numeric in spec.numerics):
+            raise ConfigError("a scene can hold one curved surface: it has one already")
+        spec.add_numeric(name=_NUMERIC, data=numbers)
+        body.add_geom(
+            name=GEOM,
+            type=mujoco.mjtGeom.mjGEOM_ELLIPSOID,
+            # Only its bounding sphere counts: it must hold the surface.
+            size=[self._reach] * 3,
+            userdata=[MARK, identity],
+            group=4,
+            rgba=[0.0, 0.0, 0.0, 0.0],
+            contype=0,
+            conaffinity=0,
+            mass=0.0,
+        )
+        u, v, w = self.drawn
+        add_sheet(spec, body, u, v, w)
+
+    @cached_property
+    def _numbers(self) -> tuple[float, np.ndarray]:
+        from skylimb.simulation.surfaces.collision_python import register_shape
+
+        numbers = self.shape.numbers()
+        identity = float(zlib.crc32(numbers.tobytes()))
+        register_shape(identity, self.shape)
+        return identity, np.concatenate([[MARK, identity], numbers])
+
+    @cached_property
+    def _reach(self) -> float:
+        _, _, w = self.drawn
+        deepest = max(0.5, float(np.nanmax(np.abs(w))))
+        return float(np.linalg.norm([0.5 * self.size[0], 0.5 * self.size[1], deepest])) + 0.1
+
+    @cached_property
+    def drawn(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Grids u (n,), v (m,) and height w (n, m) on them, m: what is looked at and recorded."""
+        # A hair inside of the border, where the height is sure to exist.
+        u = self.drawn_u() * (1.0 - 1e-9)
+        v = np.linspace(-0.5, 0.5, _DRAWN if self.curved_along_v else 2) * self.size[1] * (1.0 - 1e-9)
+        return u, v, self.height(u[:, None], v[None, :])
+
+    def describe(self) -> dict[str, Any]:
+        """As every surface's, with `u`, `v`, `height` and `unrolled_u`."""
+        u, v, w = self.drawn
+        return super().describe() | {
+            "u": u.round(6).tolist(),
+            "v": v.round(6).tolist(),
+            "height": w.round(6).tolist(),
+            "unrolled_u": self.unroll(u, np.zeros_like(u))[0].round(6).tolist(),
+        }
+
+
+def add_sheet(spec: mujoco.MjSpec, body: mujoco.MjsBody, u: np.ndarray, v: np.ndarray, w: np.ndarray) -> None:
+    """Add a sheet w(u, v) with a back side, only to be looked at; points without a height are left out."""
+    n, m = w.shape
+    grid_u, grid_v = np.meshgrid(u, v, indexing="ij")
+    front = np.stack([w, grid_u, grid_v], axis=-1).reshape(-1, 3)
+    there = np.isfinite(front[:, 0])
+    vertices = np.concatenate([front, front + np.array([_THICKNESS, 0.0, 0.0])])
+    corner = (np.arange(n - 1)[:, None] * m + np.arange(m - 1)).ravel()
+    cells = np.stack([corner, corner + 1, corner + m + 1, corner + m], axis=1)
+    cells = cells[there[cells].all(axis=1)]
+    faces = np.concatenate([cells[:, [0, 1, 2]], cells[:, [0, 2, 3]]])
+    faces = np.concatenate([faces, faces[:, ::-1] + n * m])
+    used, numbering = np.unique(faces, return_inverse=True)
+    spec.add_mesh(
+        name="surface_sheet",
+        uservert=vertices[used].round(5).ravel(),
+        userface=numbering.reshape(-1).astype(np.int32),
+        inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,
+    )
+    body.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_MESH,
+        meshname="surface_sheet",
+        rgba=COLOR,
+        group=1,
+        contype=0,
+        conaffinity=0,
+        mass=0.0,
+    )

@@ -1,0 +1,81 @@
+"""Round walls: a cylinder that bulges toward the robot or is hollow, and a pipe."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import mujoco
+import numpy as np
+from numpy.typing import ArrayLike
+
+from skylimb.config import require_range
+from skylimb.errors import ConfigError
+from skylimb.simulation.surfaces.curved import CurvedSurface
+from skylimb.simulation.surfaces.profile import Profile, arc
+from skylimb.simulation.surfaces.surface import COLOR, GEOM
+
+_WIDEST = math.radians(85.0)  # half of the angle that a hollow cylinder may span
+
+
+@dataclass(frozen=True)
+class Cylinder(CurvedSurface):
+    """A cylinder along v (`roll` turns it) that touches its flat plane at the origin.
+
+    Attributes:
+        radius: m.
+        concave: hollow, around the robot, instead of bulging toward it. A hollow one spans `size` along u.
+    """
+
+    kind: Literal["cylinder"] = "cylinder"
+    radius: float = 1.0
+    concave: bool = False
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require_range("surface", "radius", self.radius, 0.01, 1000.0, "m")
+        if self.concave and 0.5 * self.size[0] > self.radius * math.sin(_WIDEST):
+            widest = 2.0 * self.radius * math.sin(_WIDEST)
+            raise ConfigError(
+                f"surface.size: a hollow cylinder of {self.radius:g} m cannot be {self.size[0]:g} m wide: "
+                f"at most {widest:.3g} m"
+            )
+
+    def make_shape(self) -> Profile:
+        """One arc."""
+        half = 0.5 * self.size[1]
+        if self.concave:
+            half_angle = math.asin(0.5 * self.size[0] / self.radius)
+            return Profile((arc((0.0, -self.radius), self.radius, half_angle, (0.0, 1.0)),), half)
+        return Profile((arc((0.0, self.radius), self.radius, 0.5 * math.pi, (0.0, -1.0)),), half)
+
+    def unroll(self, u: ArrayLike, v: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+        """Arc length from the origin, and v."""
+        ratio = np.clip(np.asarray(u, dtype=float) / self.radius, -1.0, 1.0)
+        return self.radius * np.arcsin(ratio), np.asarray(v, dtype=float)
+
+    def add_geometry(self, spec: mujoco.MjSpec, body: mujoco.MjsBody) -> None:
+        """A bulging cylinder is one of the engine's own; a hollow one goes through the collision function."""
+        if self.concave:
+            super().add_geometry(spec, body)
+            return
+        common: dict[str, Any] = {
+            "type": mujoco.mjtGeom.mjGEOM_CYLINDER,
+            "pos": [self.radius, 0.0, 0.0],
+            "contype": 0,
+            "conaffinity": 0,
+            "mass": 0.0,
+        }
+        # Longer than what is drawn, so that the tip meets its round side and never its flat end.
+        body.add_geom(name=GEOM, size=[self.radius, self.size[1], 0.0], group=4, **common)
+        body.add_geom(size=[self.radius, 0.5 * self.size[1], 0.0], rgba=COLOR, group=1, **common)
+
+
+@dataclass(frozen=True)
+class Pipe(Cylinder):
+    """A pipe, touched from outside; along u by default, as pipes lie, with `roll` to turn it."""
+
+    kind: Literal["pipe"] = "pipe"  # type: ignore[assignment]
+    radius: float = 0.15
+    roll: float = 0.5 * math.pi

@@ -1,0 +1,140 @@
+"""Friction and stickiness that vary over a surface, and friction that falls when the tip starts to slide.
+
+The engine has one friction coefficient for a pair, so the loop writes it anew, at the place where the tip
+is: once a control tick is exact to the distance that the tip travels in one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from skylimb.config import require_non_negative, require_positive
+from skylimb.errors import ConfigError
+from skylimb.simulation.surfaces.tables import checked_rows, on_grid, read_values
+
+
+@dataclass(frozen=True)
+class Patch:
+    """A rectangle or a disc with a friction of its own.
+
+    Attributes:
+        center: (u, v), m.
+        size: of a rectangle along u and v, m.
+        radius: of a disc, m, in place of `size`.
+        friction: Coulomb coefficient inside.
+        adhesion: N with which it can pull the tip.
+    """
+
+    center: tuple[float, float] = (0.0, 0.0)
+    size: tuple[float, float] = (0.1, 0.1)
+    radius: float | None = None
+    friction: float = 0.4
+    adhesion: float = 0.0
+
+    def __post_init__(self) -> None:
+        for extent in self.size:
+            require_positive("patch", "size", extent, "m")
+        if self.radius is not None:
+            require_positive("patch", "radius", self.radius, "m")
+        require_non_negative("patch", "friction", self.friction)
+        require_non_negative("patch", "adhesion", self.adhesion, "N")
+
+    def distance(self, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Distance from the patch's border, m; negative inside."""
+        x, y = np.abs(u - self.center[0]), np.abs(v - self.center[1])
+        if self.radius is not None:
+            return np.hypot(x, y) - self.radius
+        x, y = x - 0.5 * self.size[0], y - 0.5 * self.size[1]
+        return np.hypot(np.maximum(x, 0.0), np.maximum(y, 0.0)) + np.minimum(np.maximum(x, y), 0.0)
+
+
+@dataclass(frozen=True)
+class FrictionMap:
+    """How friction varies over (u, v); where it says nothing, the surface's own friction holds.
+
+    Attributes:
+        patches: by name; later ones lie over earlier ones.
+        blend: width, m, over which a patch's border passes from outside to inside.
+        table: rows of coefficients over the surface's `size`, laid out like a height map (first row on top,
+            first column on the viewer's left), bilinear between them.
+        file: an image or numbers in place of `table`.
+        low: coefficient of the value 0 in `file`.
+        high: coefficient of the value 1 in `file`.
+    """
+
+    patches: dict[str, Patch] = field(default_factory=dict)
+    blend: float = 0.002
+    table: tuple[tuple[float, ...], ...] = ()
+    file: str = ""
+    low: float = 0.0
+    high: float = 1.0
+
+    def __post_init__(self) -> None:
+        require_positive("friction_map", "blend", self.blend, "m")
+        require_non_negative("friction_map", "low", self.low)
+        require_non_negative("friction_map", "high", self.high)
+        if self.table and self.file:
+            raise ConfigError("surface.friction_map: give a table or a file, not both")
+        values = self.values()
+        if values is not None and not np.all(values >= 0.0):
+            row, column = np.argwhere(~(values >= 0.0))[0]
+            raise ConfigError(
+                f"surface.friction_map: the coefficient {values[row, column]:g} in row {row + 1}, "
+                f"column {column + 1} must be a number, 0 or more"
+            )
+
+    @property
+    def most_adhesion(self) -> float:
+        """The largest adhesion of a patch, N."""
+        return max((patch.adhesion for patch in self.patches.values()), default=0.0)
+
+    def values(self) -> np.ndarray | None:
+        """The coefficients of the table or file, rows and columns as given; None without one."""
+        if self.file:
+            relative = read_values(Path(self.file), f"friction map '{self.file}'")
+            return self.low + (self.high - self.low) * relative
+        if not self.table:
+            return None
+        return checked_rows(self.table, "surface.friction_map.table")
+
+    def over(
+        self, base: tuple[float, float], size: tuple[float, float]
+    ) -> Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
+        """A function of (u, v) that gives friction and adhesion (N), from a surface's own and its size."""
+        values = self.values()
+        grid = None if values is None else on_grid(values)
+
+        def coefficients(u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            u, v = np.asarray(u, dtype=float), np.asarray(v, dtype=float)
+            friction, adhesion = np.full(u.shape, base[0]), np.full(u.shape, base[1])
+            if grid is not None:
+                friction = _bilinear(grid, u / size[0] + 0.5, v / size[1] + 0.5)
+            for patch in self.patches.values():
+                inside = np.clip(0.5 - patch.distance(u, v) / self.blend, 0.0, 1.0)
+                friction = friction + inside * (patch.friction - friction)
+                adhesion = adhesion + inside * (patch.adhesion - adhesion)
+            return friction, adhesion
+
+        return coefficients
+
+
+def _bilinear(grid: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    n, m = grid.shape
+    x, y = np.clip(x, 0.0, 1.0) * (n - 1), np.clip(y, 0.0, 1.0) * (m - 1)
+    i, j = np.minimum(x.astype(int), max(n - 2, 0)), np.minimum(y.astype(int), max(m - 2, 0))
+    p, q = x - i, y - j
+    i1, j1 = np.minimum(i + 1, n - 1), np.minimum(j + 1, m - 1)
+    top = grid[i, j] * (1 - q) + grid[i, j1] * q
+    return top * (1 - p) + (grid[i1, j] * (1 - q) + grid[i1, j1] * q) * p
+
+
+def static_excess(slip: np.ndarray, ratio: float, speed: float) -> np.ndarray:
+    """Factor (...) on the kinetic coefficient at a slip speed (m/s): `ratio` at rest, 1 far above `speed`.
+
+    It falls as a Gaussian, Stribeck's curve without its viscous part.
+    """
+    return 1.0 + (ratio - 1.0) * np.exp(-((slip / speed) ** 2))

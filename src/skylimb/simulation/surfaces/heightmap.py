@@ -1,0 +1,97 @@
+"""A height map from an image, a file of numbers, or a table in the experiment itself."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from scipy import ndimage
+
+from skylimb.config import require_range
+from skylimb.errors import ConfigError
+from skylimb.simulation.surfaces.curved import CurvedSurface
+from skylimb.simulation.surfaces.spline import Spline
+from skylimb.simulation.surfaces.tables import checked_rows, on_grid, read_values
+
+_MOST_NODES = 400_000
+
+
+@dataclass(frozen=True)
+class HeightMap(CurvedSurface):
+    """A relief on a wall, stretched over `size`, as someone who stands before the wall sees it.
+
+    The first row is the top (largest v), the first column the viewer's left: where v is up, that is the
+    largest u.
+
+    Attributes:
+        file: an image (its brightness, 0 to 1), or numbers in .npy, .csv or .txt.
+        heights: rows of numbers, in place of a file.
+        relief: how far, in m, a value of 1 stands out toward the robot. Use 1 for values in metres.
+        smoothing: standard deviation, m, of a Gaussian that is laid over the values; 0 for none.
+        resolution: pitch, m, of the grid of the smooth surface that goes through the values.
+    """
+
+    kind: Literal["heightmap"] = "heightmap"
+    file: str = ""
+    heights: tuple[tuple[float, ...], ...] = ()
+    relief: float = 0.05
+    smoothing: float = 0.0
+    resolution: float = 0.01
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require_range("surface", "relief", self.relief, -10.0, 10.0, "m")
+        require_range("surface", "smoothing", self.smoothing, 0.0, 10.0, "m")
+        require_range("surface", "resolution", self.resolution, 1e-4, 1.0, "m")
+        if bool(self.file) == bool(self.heights):
+            raise ConfigError(
+                "surface 'heightmap' needs either surface.file or surface.heights, and not both"
+            )
+        _ = self.values  # its checks
+        nodes = self.size[0] * self.size[1] / self.resolution**2
+        if nodes > _MOST_NODES:
+            finest = (self.size[0] * self.size[1] / _MOST_NODES) ** 0.5
+            raise ConfigError(
+                f"surface.resolution = {self.resolution:g} m makes {nodes:.3g} grid points of "
+                f"{self.size[0]:g} m x {self.size[1]:g} m: at least {finest:.2g} m"
+            )
+
+    @property
+    def curved_along_v(self) -> bool:
+        """True: a relief has no direction of its own."""
+        return True
+
+    @cached_property
+    def values(self) -> np.ndarray:
+        """The checked values (rows, columns) as given."""
+        name = f"height map '{self.file}'" if self.file else "surface.heights"
+        values = read_values(Path(self.file), name) if self.file else checked_rows(self.heights, name)
+        if values.ndim != 2 or min(values.shape) < 4:
+            shape = " x ".join(map(str, values.shape))
+            raise ConfigError(f"{name} has the shape {shape}: it needs rows and columns, 4 or more of each")
+        bad = np.argwhere(~np.isfinite(values))
+        if len(bad):
+            row, column = bad[0]
+            raise ConfigError(
+                f"{name} has {len(bad)} values that are not finite, "
+                f"the first in row {row + 1}, column {column + 1}"
+            )
+        return values
+
+    def make_shape(self) -> Spline:
+        """The smooth surface, shifted so that the origin lies on it."""
+        relief = self.relief * on_grid(self.values)
+        pixel = np.array(self.size) / (np.array(relief.shape) - 1)
+        if self.smoothing:
+            relief = ndimage.gaussian_filter(relief, self.smoothing / pixel, mode="nearest")
+        count = np.ceil(np.array(self.size) / self.resolution - 1e-9).astype(int) + 1
+        axes = [
+            np.clip((np.arange(n) - 0.5 * (n - 1)) * self.resolution / step + 0.5 * (cells - 1), 0, cells - 1)
+            for n, step, cells in zip(count, pixel, relief.shape, strict=True)
+        ]
+        nodes = ndimage.map_coordinates(relief, np.meshgrid(*axes, indexing="ij"), order=3, mode="mirror")
+        surface = Spline.through(-nodes, self.resolution)
+        return Spline.through(-nodes - float(surface.height(0.0, 0.0)), self.resolution)

@@ -1,0 +1,150 @@
+"""A user's mesh as a wall: its front, seen along the contact axis, as a smooth surface."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from skylimb.config import require_positive, require_range
+from skylimb.errors import ConfigError
+from skylimb.simulation.surfaces.curved import CurvedSurface
+from skylimb.simulation.surfaces.spline import Spline
+from skylimb.spatial import rotation_from_rpy
+
+_LARGEST = 50.0  # m: a wall beyond this was given in millimetres
+
+
+@dataclass(frozen=True)
+class MeshSurface(CurvedSurface):
+    """The front of a mesh: what a ray along the contact axis meets first, made smooth by a cubic B-spline.
+
+    The mesh's x axis points into the surface, y along u and z along v, after `mesh_rpy`; the middle of its
+    bounding box comes to u = v = 0. Its front must cover all of `size`, and the smooth surface must agree
+    with it to `tolerance`.
+
+    Attributes:
+        file: STL, OBJ, PLY or another format that trimesh reads.
+        scale: m per unit of the file; 0.001 for millimetres.
+        mesh_rpy: roll, pitch and yaw that turn the mesh's axes into (w, u, v), rad.
+        allow_open: whether a mesh with a border, such as a scanned sheet, is welcome.
+        resolution: pitch of the grid of the smooth surface, m.
+        tolerance: largest distance allowed between mesh and smooth surface, m.
+    """
+
+    kind: Literal["mesh"] = "mesh"
+    size: tuple[float, float] = (0.8, 0.8)
+    file: str = ""
+    scale: float = 1.0
+    mesh_rpy: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    allow_open: bool = False
+    resolution: float = 0.005
+    tolerance: float = 0.001
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require_positive("surface", "scale", self.scale)
+        for angle in self.mesh_rpy:
+            require_range("surface", "mesh_rpy", angle, -6.3, 6.3, "rad")
+        require_range("surface", "resolution", self.resolution, 1e-4, 0.1, "m")
+        require_range("surface", "tolerance", self.tolerance, 1e-6, 0.1, "m")
+        if not self.file:
+            raise ConfigError("surface 'mesh' needs surface.file, the path of an STL or OBJ file")
+        _ = self.shape  # the mesh's checks
+
+    @property
+    def curved_along_v(self) -> bool:
+        """True: a mesh has no direction of its own."""
+        return True
+
+    @cached_property
+    def triangles(self) -> np.ndarray:
+        """(n, 3, 3) corners of the checked mesh's triangles as (w, u, v), m, centred in u and v."""
+        name = f"mesh '{self.file}'"
+        mesh = _read(Path(self.file), name)
+        corners = np.asarray(mesh.triangles, dtype=float)
+        if not len(corners) or not float(mesh.area) > 0.0:
+            raise ConfigError(f"{name} is empty: it has no triangle with an area")
+        if not np.isfinite(corners).all():
+            raise ConfigError(f"{name} has corners that are not finite numbers")
+        if not (self.allow_open or mesh.is_watertight):
+            raise ConfigError(
+                f"{name} is open (it has a border or a hole): close it, "
+                "or set surface.allow_open = true for a sheet"
+            )
+        corners = self.scale * corners @ rotation_from_rpy(*self.mesh_rpy).T
+        low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
+        largest = float((high - low).max())
+        if largest > _LARGEST:
+            raise ConfigError(
+                f"{name} is {largest:.4g} m large: is it in millimetres? Then set surface.scale = "
+                f"{self.scale * 1e-3:g}"
+            )
+        return corners - [0.0, *(0.5 * (low + high))[1:]]
+
+    def make_shape(self) -> Spline:
+        """The smooth front, shifted so that the origin lies on it."""
+        name = f"mesh '{self.file}'"
+        count = np.ceil(np.array(self.size) / self.resolution - 1e-9).astype(int) + 1
+        # Twice as fine as the spline's grid, so that every other point is a check that the spline did not
+        # see.
+        u, v = ((np.arange(2 * n - 1) - (n - 1)) * 0.5 * self.resolution for n in count)
+        front = front_heights(self.triangles, u, v)
+        missing = np.argwhere(np.isnan(front))
+        if len(missing):
+            i, j = missing[len(missing) // 2]
+            box = np.ptp(self.triangles, axis=(0, 1))
+            raise ConfigError(
+                f"{name} does not cover surface.size = {self.size[0]:g} m x {self.size[1]:g} m: "
+                f"there is nothing at u = {u[i]:.3g} m, v = {v[j]:.3g} m; "
+                f"it spans {box[1]:.3g} m x {box[2]:.3g} m in all"
+            )
+        surface = Spline.through(front[::2, ::2], self.resolution)
+        h, hu, hv, *_ = surface.derivatives(*np.meshgrid(u, v, indexing="ij"))
+        error = np.abs(h - front) / np.sqrt(1.0 + hu**2 + hv**2)
+        i, j = np.unravel_index(np.argmax(error), error.shape)
+        if error[i, j] > self.tolerance:
+            raise ConfigError(
+                f"{name}: a smooth surface is off by {1e3 * error[i, j]:.3g} mm at u = {u[i]:.3g} m, "
+                f"v = {v[j]:.3g} m (surface.tolerance = {1e3 * self.tolerance:g} mm): lower "
+                f"surface.resolution = {self.resolution:g} m, or raise the tolerance to round edges"
+            )
+        return Spline.through(front[::2, ::2] - float(surface.height(0.0, 0.0)), self.resolution)
+
+
+def _read(path: Path, name: str):
+    import trimesh
+
+    if not path.is_file():
+        raise ConfigError(f"{name}: there is no such file")
+    try:
+        return trimesh.load_mesh(path)
+    except Exception as error:  # trimesh raises whatever its readers do
+        message = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise ConfigError(f"{name} cannot be read: {message}") from error
+
+
+def front_heights(triangles: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """Smallest w of triangles (n, 3, 3) of (w, u, v) over the grid u x v; NaN where there is none."""
+    heights = np.full((len(u), len(v)), np.inf)
+    slack = 1e-9 * (float(np.ptp(u)) + float(np.ptp(v)))
+    first_u = np.searchsorted(u, triangles[:, :, 1].min(axis=1) - slack)
+    last_u = np.searchsorted(u, triangles[:, :, 1].max(axis=1) + slack)
+    first_v = np.searchsorted(v, triangles[:, :, 2].min(axis=1) - slack)
+    last_v = np.searchsorted(v, triangles[:, :, 2].max(axis=1) + slack)
+    for k in np.flatnonzero((first_u < last_u) & (first_v < last_v)):
+        (w0, u0, v0), (w1, u1, v1), (w2, u2, v2) = triangles[k]
+        area = (u1 - u0) * (v2 - v0) - (u2 - u0) * (v1 - v0)
+        if abs(area) < 1e-15:
+            continue  # seen edge-on
+        here = np.ix_(range(first_u[k], last_u[k]), range(first_v[k], last_v[k]))
+        du, dv = u[first_u[k] : last_u[k], None] - u0, v[None, first_v[k] : last_v[k]] - v0
+        b1 = (du * (v2 - v0) - dv * (u2 - u0)) / area
+        b2 = (dv * (u1 - u0) - du * (v1 - v0)) / area
+        inside = (b1 >= -1e-9) & (b2 >= -1e-9) & (b1 + b2 <= 1.0 + 1e-9)
+        w = np.where(inside, w0 + b1 * (w1 - w0) + b2 * (w2 - w0), np.inf)
+        heights[here] = np.minimum(heights[here], w)
+    return np.where(np.isfinite(heights), heights, np.nan)

@@ -1,0 +1,197 @@
+"""Straight and round pieces in the (u, w) plane, drawn out along v: cylinders, steps, ridges, ramps.
+
+Each piece has an exact distance and normal, and the nearest one touches. A hollow that is narrower than the
+tip would have to touch it in two places, which the collision function cannot say: `tightest_hollow` lets
+such a pair be refused.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from skylimb.errors import ConfigError
+
+KIND = 1.0
+_STRAIGHT, _OUTWARD, _INWARD = 0.0, 1.0, 2.0
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A straight or round piece.
+
+    Attributes:
+        kind: 0 straight, 1 round and bulging toward the robot, 2 round and hollow.
+        at: (u, w) of a straight piece's start, or of an arc's centre, m.
+        direction: unit (du, dw) along a straight piece, or from the centre to the arc's middle.
+        extent: length of a straight piece, or radius of an arc, m.
+        half_angle: of an arc, rad.
+    """
+
+    kind: float
+    at: tuple[float, float]
+    direction: tuple[float, float]
+    extent: float
+    half_angle: float = 0.0
+
+    @property
+    def ends(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Its first and last point (u, w), in the order of growing u."""
+        (u, w), (du, dw) = self.at, self.direction
+        if self.kind == _STRAIGHT:
+            return (u, w), (u + self.extent * du, w + self.extent * dw)
+        c, s = math.cos(self.half_angle), math.sin(self.half_angle)
+        sides = [(u + self.extent * (c * du - q * dw), w + self.extent * (c * dw + q * du)) for q in (-s, s)]
+        first, last = sorted(sides)
+        return first, last
+
+
+def straight(start: tuple[float, float], end: tuple[float, float]) -> Piece:
+    """The straight piece between two points (u, w), u growing."""
+    du, dw = end[0] - start[0], end[1] - start[1]
+    length = math.hypot(du, dw)
+    return Piece(_STRAIGHT, start, (du / length, dw / length), length)
+
+
+def arc(centre: tuple[float, float], radius: float, half_angle: float, middle: tuple[float, float]) -> Piece:
+    """An arc around `centre`; it bulges when its middle lies toward the robot, and is hollow otherwise."""
+    kind = _OUTWARD if middle[1] < 0 else _INWARD
+    return Piece(kind, centre, middle, radius, half_angle)
+
+
+def polyline(
+    points: list[tuple[float, float]], edge_radius: float, fillet_radius: float
+) -> tuple[Piece, ...]:
+    """Pieces along points (u, w) with u growing.
+
+    Bulging corners are rounded by `edge_radius` and hollow ones by `fillet_radius` (m, 0 for a sharp corner).
+    """
+    pieces: list[Piece] = []
+    start = points[0]
+    for before, corner, after in zip(points, points[1:], points[2:], strict=False):
+        t1, t2 = straight(before, corner).direction, straight(corner, after).direction
+        turn = math.atan2(t1[0] * t2[1] - t1[1] * t2[0], t1[0] * t2[0] + t1[1] * t2[1])
+        radius = edge_radius if turn > 0 else fillet_radius
+        trim = radius * math.tan(0.5 * abs(turn))
+        room = min(math.dist(start, corner), math.dist(corner, after))
+        if trim >= room:
+            raise ConfigError(
+                f"surface: a corner at u = {corner[0]:.4g} m cannot be rounded by {radius:g} m: that takes "
+                f"{trim:.3g} m of its neighbours, which have {room:.3g} m"
+            )
+        end = (corner[0] - trim * t1[0], corner[1] - trim * t1[1])
+        pieces.append(straight(start, end))
+        pieces.append(_corner_arc(end, t1, t2, radius, turn))
+        start = (corner[0] + trim * t2[0], corner[1] + trim * t2[1])
+    pieces.append(straight(start, points[-1]))
+    return tuple(pieces)
+
+
+def _corner_arc(
+    begin: tuple[float, float], t1: tuple[float, float], t2: tuple[float, float], radius: float, turn: float
+) -> Piece:
+    n1, n2 = (t1[1], -t1[0]), (t2[1], -t2[0])
+    length = math.hypot(n1[0] + n2[0], n1[1] + n2[1])
+    middle = ((n1[0] + n2[0]) / length, (n1[1] + n2[1]) / length)
+    if turn > 0:  # w grows away from the robot, so a turn toward +w goes around a bulging corner
+        centre = (begin[0] - radius * n1[0], begin[1] - radius * n1[1])
+        return Piece(_OUTWARD, centre, middle, radius, 0.5 * abs(turn))
+    centre = (begin[0] + radius * n1[0], begin[1] + radius * n1[1])
+    return Piece(_INWARD, centre, (-middle[0], -middle[1]), radius, 0.5 * abs(turn))
+
+
+@dataclass(frozen=True)
+class Profile:
+    """A shape of pieces.
+
+    Attributes:
+        pieces: in the order of growing u.
+        half_v: half extent along v, m.
+    """
+
+    pieces: tuple[Piece, ...]
+    half_v: float
+
+    def height(self, u: ArrayLike, v: ArrayLike) -> np.ndarray:
+        """The surface's w (m) at (u, v); NaN where there is none."""
+        u, v = np.broadcast_arrays(np.asarray(u, dtype=float), np.asarray(v, dtype=float))
+        w = np.full(u.shape, np.nan)
+        for piece in self.pieces:
+            (first, _), (last, _) = piece.ends
+            here = np.isnan(w) & (u >= first - 1e-12) & (u <= last + 1e-12) & (np.abs(v) <= self.half_v)
+            offset = u[here] - piece.at[0]
+            if piece.kind == _STRAIGHT:
+                w[here] = piece.at[1] + offset * piece.direction[1] / piece.direction[0]
+            else:
+                sign = -1.0 if piece.kind == _OUTWARD else 1.0
+                w[here] = piece.at[1] + sign * np.sqrt(np.maximum(piece.extent**2 - offset**2, 0.0))
+        return w
+
+    def closest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The surface points closest to points (..., 3) of (w, u, v), and the outward unit normals there."""
+        points = np.asarray(points, dtype=float)
+        w, u = points[..., 0], points[..., 1]
+        best = np.full(u.shape, np.inf)
+        foot, normal = points.copy(), np.zeros_like(points)
+        for piece in self.pieces:
+            fu, fw, nu, nw = _foot(piece, u, w)
+            distance = np.hypot(u - fu, w - fw)
+            # Two pieces meet in one point: the one whose normal points at the given point is the right one
+            # there.
+            facing = np.abs((u - fu) * nu + (w - fw) * nw)
+            better = distance + 1e-9 * (distance - facing) < best
+            best = np.where(better, distance + 1e-9 * (distance - facing), best)
+            for k, value in enumerate((fw, fu)):
+                foot[..., k] = np.where(better, value, foot[..., k])
+            for k, value in enumerate((nw, nu)):
+                normal[..., k] = np.where(better, value, normal[..., k])
+        return foot, normal
+
+    def unrolled(self, u: ArrayLike) -> np.ndarray:
+        """Length along the surface, m, from u = 0 to each u."""
+        (low, _), (high, _) = self.pieces[0].ends[0], self.pieces[-1].ends[1]
+        grid = np.unique(np.concatenate([np.linspace(low, high, 4001), [0.0]]))
+        w = self.height(grid, np.zeros_like(grid))
+        length = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(grid), np.diff(w)))])
+        return np.interp(np.asarray(u, dtype=float), grid, length - np.interp(0.0, grid, length))
+
+    def landmarks(self) -> np.ndarray:
+        """(n,) growing u, m, of the pieces' ends and of points along the arcs, fit for drawing."""
+        ends = [end[0] for piece in self.pieces for end in piece.ends]
+        for piece in self.pieces:
+            if piece.kind != _STRAIGHT:
+                ends += np.linspace(piece.ends[0][0], piece.ends[1][0], 9)[1:-1].tolist()
+        ends = np.sort(ends)
+        return ends[np.concatenate([[True], np.diff(ends) > 1e-6])]
+
+    @property
+    def half_extent(self) -> tuple[float, float]:
+        """Half of what the surface spans along u and v, m."""
+        (low, _), (high, _) = self.pieces[0].ends[0], self.pieces[-1].ends[1]
+        return max(-low, high), self.half_v
+
+    @property
+    def tightest_hollow(self) -> float:
+        """Smallest radius of a hollow, m: 0 for a sharp hollow corner, infinite if there is no hollow."""
+        return min((piece.extent for piece in self.pieces if piece.kind == _INWARD), default=math.inf)
+
+    def numbers(self) -> np.ndarray:
+        """Kind and parameters as the collision function reads them."""
+        rows = [[p.kind, *p.at, *p.direction, p.extent, math.cos(p.half_angle), 0.0] for p in self.pieces]
+        return np.array([KIND, len(rows), self.half_v, *np.ravel(rows)])
+
+
+def _foot(piece: Piece, u: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Closest point (u, w) of a piece, its ends included, and the outward normal (nu, nw) there."""
+    (au, aw), (du, dw) = piece.at, piece.direction
+    if piece.kind == _STRAIGHT:
+        along = np.clip((u - au) * du + (w - aw) * dw, 0.0, piece.extent)
+        return au + along * du, aw + along * dw, np.full(u.shape, dw), np.full(u.shape, -du)
+    x, y = (u - au) * du + (w - aw) * dw, (w - aw) * du - (u - au) * dw
+    angle = np.clip(np.arctan2(y, x), -piece.half_angle, piece.half_angle)
+    nu, nw = np.cos(angle) * du - np.sin(angle) * dw, np.cos(angle) * dw + np.sin(angle) * du
+    sign = 1.0 if piece.kind == _OUTWARD else -1.0
+    return au + piece.extent * nu, aw + piece.extent * nw, sign * nu, sign * nw

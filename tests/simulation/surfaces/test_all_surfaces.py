@@ -1,0 +1,154 @@
+"""What holds for every surface: physics and analysis see one geometry with one touch and a smooth normal."""
+
+import json
+
+import mujoco
+import numpy as np
+import pytest
+
+from skylimb.simulation.surfaces import (
+    SURFACES,
+    Board,
+    Corrugated,
+    Cylinder,
+    HeightMap,
+    MeshSurface,
+    Pipe,
+    Ramp,
+    Ridge,
+    SineWall,
+    Sphere,
+    Step,
+    surface_from_mapping,
+)
+
+RELIEF = tuple(tuple(0.5 * np.sin(0.9 * i) * np.cos(0.7 * j) for j in range(10)) for i in range(12))
+
+
+@pytest.fixture(scope="module")
+def egg(tmp_path_factory):
+    trimesh = pytest.importorskip("trimesh")
+    mesh = trimesh.creation.icosphere(subdivisions=5, radius=0.8)
+    mesh.apply_scale([1.0, 1.2, 0.9])
+    path = tmp_path_factory.mktemp("mesh") / "egg.stl"
+    mesh.export(path)
+    return str(path)
+
+
+SHAPES = {
+    "board": lambda egg: Board(slope=0.35, pitch=-0.1),
+    "cylinder": lambda egg: Cylinder(),
+    "cylinder_moving": lambda egg: Cylinder(advance_distance=0.1, slope=0.2),
+    "cylinder_hollow": lambda egg: Cylinder(concave=True, size=(1.6, 2.0), roll=0.3),
+    "pipe": lambda egg: Pipe(),
+    "sphere": lambda egg: Sphere(),
+    "sine_gentle": lambda egg: SineWall(),
+    "sine_steep": lambda egg: SineWall(wavelength=0.8, phase=-0.5 * np.pi, roll=0.4, slope=-0.2),
+    "corrugated": lambda egg: Corrugated(),
+    "step": lambda egg: Step(),
+    "step_down": lambda egg: Step(rise=-0.01, edge_radius=0.0, offset=0.1),
+    "ridge": lambda egg: Ridge(edge_radius=0.0),
+    "ramp": lambda egg: Ramp(),
+    "ramp_moving_ceiling": lambda egg: Ramp(contact_axis=(0.0, 0.0, 1.0), sway_amplitude=0.01),
+    "heightmap": lambda egg: HeightMap(heights=RELIEF, size=(1.2, 1.0), relief=0.1, slope=0.1),
+    "mesh": lambda egg: MeshSurface(file=egg, size=(0.7, 0.7)),
+}
+
+
+@pytest.fixture(params=SHAPES, scope="module")
+def surface(request, egg):
+    return SHAPES[request.param](egg)
+
+
+def random_feet(surface, rng, count):
+    """Random surface points, W, away from the border."""
+    half = 0.45 * np.minimum(surface.size, 1.5 * getattr(surface, "radius", np.inf))
+    u, v = rng.uniform(-half, half, (count, 2)).T
+    return surface.to_world(np.stack([surface.height(u, v), u, v], axis=-1))
+
+
+def test_every_kind_is_tried(egg):
+    assert {SHAPES[name](egg).kind for name in SHAPES} == set(SURFACES)
+
+
+def test_physics_and_analysis_agree_with_one_touch(surface, scene_of, rng):
+    scene = scene_of(surface)
+    feet = random_feet(surface, rng, 60)
+    centers = feet + surface.normal(feet) * rng.uniform(0.001, 0.0039, (60, 1))
+    gaps, normals = surface.signed_distance(centers), surface.normal(centers)
+    for center, gap, normal in zip(centers, gaps, normals, strict=True):
+        found = scene.touch(center)
+        assert len(found) == 1
+        distance, outward, point = found[0]
+        assert distance == pytest.approx(gap - scene.radius, abs=1e-8)
+        np.testing.assert_allclose(outward, normal, atol=1e-6)
+        np.testing.assert_allclose(point, center - normal * 0.5 * (gap + scene.radius), atol=1e-7)
+
+
+def test_closest_point_is_the_closest_and_the_normal_its_gradient(surface, rng):
+    feet = random_feet(surface, rng, 40)
+    # Beyond a hollow's centre of curvature several points may be locally closest, so stay on this side of it.
+    most = min(0.05, 0.5 * surface.tightest_hollow)
+    points = feet + surface.normal(feet) * rng.uniform(-0.004, most, (40, 1))
+    local = surface.to_local(points)
+    foot, normal = surface.local_closest(local)
+    np.testing.assert_allclose(foot[:, 0], surface.height(foot[:, 1], foot[:, 2]), atol=1e-9)
+    np.testing.assert_allclose(np.linalg.norm(normal, axis=-1), 1.0)
+    gap = surface.signed_distance(points)
+    np.testing.assert_allclose(np.abs(gap), np.linalg.norm(local - foot, axis=-1), atol=1e-9)
+    around = foot[:, None, 1:] + rng.uniform(-0.06, 0.06, (40, 500, 2))
+    others = np.concatenate([surface.height(around[..., 0], around[..., 1])[..., None], around], axis=-1)
+    nearest = np.nanmin(np.linalg.norm(others - local[:, None], axis=-1), axis=1)
+    assert np.all(nearest >= np.abs(gap) - 1e-9)
+    step = 1e-6
+    slope = [
+        (surface.signed_distance(points + step * e) - surface.signed_distance(points - step * e)) / (2 * step)
+        for e in np.eye(3)
+    ]
+    np.testing.assert_allclose(np.stack(slope, axis=-1), surface.normal(points), atol=1e-4)
+
+
+def test_distance_along_the_contact_axis_meets_the_surface(surface, rng):
+    feet = random_feet(surface, rng, 20)
+    axis = np.array(surface.contact_axis)
+    ahead = surface.distance_along(feet - 0.05 * axis)
+    np.testing.assert_allclose(ahead, 0.05, atol=1e-7)
+
+
+def test_origin_is_on_the_surface(surface):
+    assert surface.signed_distance(np.array(surface.position)) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_what_is_looked_at_is_what_is_touched(surface, scene_of, rng):
+    scene = scene_of(surface)
+    mujoco.mj_forward(scene.model, scene.data)
+    feet = random_feet(surface, rng, 40)
+    axis = np.array(surface.contact_axis)
+    group = np.array([0, 1, 0, 0, 0, 0], dtype=np.uint8)
+    hit = np.full(1, -1, dtype=np.int32)
+    for foot in feet:
+        ahead = mujoco.mj_ray(scene.model, scene.data, foot - 0.1 * axis, axis, group, 1, -1, hit, None)
+        assert ahead == pytest.approx(0.1, abs=1e-3)
+
+
+def test_unrolled_lengths_are_lengths_along_the_surface(surface):
+    reach = 0.4 * min(surface.size[0], 1.5 * getattr(surface, "radius", np.inf))
+    u = np.linspace(-reach, reach, 4001)
+    s, _ = surface.unroll(u, np.zeros_like(u))
+    w = surface.height(u, np.zeros_like(u))
+    length = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(u), np.diff(w)))])
+    np.testing.assert_allclose(s - s[0], length, atol=2e-4)
+    assert s[2000] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_description_is_json_and_builds_the_surface_again(surface):
+    description = json.loads(json.dumps(surface.describe()))
+    assert surface_from_mapping(description["parameters"]) == surface
+    np.testing.assert_allclose(
+        np.cross(description["axis_u"], description["axis_v"]), -np.array(description["normal"]), atol=1e-12
+    )
+    if "height" in description:
+        height = np.array(description["height"], dtype=float)
+        assert height.shape == (len(description["u"]), len(description["v"]))
+        grid = np.meshgrid(description["u"], description["v"], indexing="ij")
+        np.testing.assert_allclose(height, surface.height(*grid), atol=2e-4)

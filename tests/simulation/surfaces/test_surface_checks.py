@@ -1,0 +1,52 @@
+"""What is refused before anything flies."""
+
+import numpy as np
+import pytest
+
+from skylimb.errors import ConfigError
+from skylimb.simulation.surfaces import (
+    Board,
+    Corrugated,
+    Cylinder,
+    Step,
+    require_clear,
+    require_fits,
+    require_path,
+)
+
+
+def circle(radius, center=(0.0, 1.0)):
+    t = np.linspace(0, 2 * np.pi, 50)
+    return np.stack(
+        [np.zeros_like(t), center[0] + radius * np.cos(t), center[1] + radius * np.sin(t)], axis=-1
+    )
+
+
+def test_a_tip_that_fits_and_one_that_does_not():
+    require_fits(Corrugated(), 0.004)
+    with pytest.raises(ConfigError, match=r"corrugated.*16.3 mm.*20 mm"):
+        require_fits(Corrugated(), 0.02)
+    with pytest.raises(ConfigError, match="step"):
+        require_fits(Step(fillet_radius=0.0), 0.004)
+    require_fits(Board(), 1.0)
+
+
+def test_a_surface_in_the_robot_is_refused():
+    points = np.array([[0.0, 0.0, 1.0], [0.6, 0.1, 1.0]])
+    require_clear(Board(), points, 0.1)
+    with pytest.raises(ConfigError, match=r"board.*intersects the robot.*100 mm deep.*0.600"):
+        require_clear(Board(position=(0.6, 0.0, 1.0)), points, 0.1)
+
+
+def test_a_hollow_cylinder_whose_rim_reaches_the_robot_is_refused():
+    wide = Cylinder(concave=True, size=(1.9, 2.0))
+    with pytest.raises(ConfigError, match="cylinder"):
+        require_clear(wide, np.array([[0.5, 0.85, 1.0]]), 0.05)
+
+
+def test_a_path_off_the_surface_is_refused():
+    require_path(Board(), circle(0.3))
+    with pytest.raises(ConfigError, match=r"the path leaves surface 'board'.*1 m x 1 m"):
+        require_path(Board(size=(1.0, 1.0)), circle(0.6))
+    with pytest.raises(ConfigError, match="the lap leaves surface 'cylinder'"):
+        require_path(Cylinder(radius=0.2), circle(0.3), "the lap")
