@@ -62,6 +62,19 @@ def test_the_description_says_what_the_files_say():
     assert shapes == {"box", "cylinder", "sphere"}
 
 
+def test_a_description_cannot_be_changed_by_accident():
+    d = load_robot("hydrus_xi_quad").description
+    for array in (
+        d.posture.offset,
+        d.link("link1").inertial.com,
+        d.joint("joint1").xyz,
+        d.rotors[0].R,
+        d.tip.position,
+    ):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 1.0
+
+
 def test_mujoco_reads_the_urdf_and_drops_the_mass_that_we_keep():
     robot = load_robot("hydrus_xi_quad")
     model = mujoco.MjModel.from_xml_path(str(robot.description.folder / "hydrus_xi_quad.urdf"))
@@ -164,6 +177,10 @@ URDF_FAULTS = {
         ("</robot>", f"{WORLD}</robot>"),
         ["'world'", "drop 0.648 kg", 'root_link = "link1"'],
     ),
+    "a floating base": (
+        ("</robot>", f"{WORLD.replace('fixed', 'floating')}</robot>"),
+        ["joint 'weld'", "type 'floating'", 'root_link = "link1"'],
+    ),
     "a root of dust": (
         ("</robot>", f"{DUST}</robot>"),
         ["joint 'weld' moves"],
@@ -262,6 +279,11 @@ TOML_FAULTS = {
         ["singular", "spins"],
     ),
     "not TOML": (("[tip]", "[tip"), ConfigError, ["not valid TOML"]),
+    "an unknown root": (
+        ('measured_link = "link1"', 'measured_link = "link1"\nroot_link = "link0"'),
+        UnknownNameError,
+        ["root_link", "link0", "did you mean"],
+    ),
     "a root that would drop mass": (
         ('measured_link = "link1"', 'measured_link = "link2"\nroot_link = "link2"'),
         DescriptionError,
@@ -281,9 +303,10 @@ def test_a_robot_that_cannot_hover_is_refused(spoil):
     refused(path, AllocationError, "cannot hover at its nominal posture")
 
 
-def test_a_massless_root_can_be_cut_away_by_name(spoil):
+@pytest.mark.parametrize("kind", ["fixed", "floating"])
+def test_a_massless_root_can_be_cut_away_by_name(spoil, kind):
     path = spoil(
-        urdf=("</robot>", f"{WORLD}</robot>"),
+        urdf=("</robot>", f"{WORLD.replace('fixed', kind)}</robot>"),
         toml=('measured_link = "link1"', 'measured_link = "link1"\nroot_link = "link1"'),
     )
     robot = load_robot(path)

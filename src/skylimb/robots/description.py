@@ -1,4 +1,7 @@
-"""What a robot is: bodies, joints, rotors, servos and the tip, as its files say."""
+"""What a robot is: bodies, joints, rotors, servos and the tip, as its files say.
+
+Records with arrays compare by identity: whether two robots are the same is what their digests tell.
+"""
 
 from __future__ import annotations
 
@@ -13,8 +16,19 @@ def _zeros() -> np.ndarray:
     return np.zeros(3)
 
 
-@dataclass(frozen=True)
-class Inertial:
+class _Fixed:
+    """Copies the arrays of a frozen dataclass and makes them read-only: nothing changes it by accident."""
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if isinstance(value, np.ndarray):
+                kept = np.array(value, dtype=float)
+                kept.setflags(write=False)
+                object.__setattr__(self, name, kept)
+
+
+@dataclass(frozen=True, eq=False)
+class Inertial(_Fixed):
     """Mass properties of one link.
 
     Attributes:
@@ -28,8 +42,8 @@ class Inertial:
     inertia: np.ndarray = field(default_factory=lambda: np.zeros((3, 3)))
 
 
-@dataclass(frozen=True)
-class Visual:
+@dataclass(frozen=True, eq=False)
+class Visual(_Fixed):
     """One primitive (or mesh) that draws a link.
 
     Attributes:
@@ -59,8 +73,8 @@ class Link:
     visuals: tuple[Visual, ...] = ()
 
 
-@dataclass(frozen=True)
-class Joint:
+@dataclass(frozen=True, eq=False)
+class Joint(_Fixed):
     """A joint of the URDF: the child link's frame seen from the parent link's.
 
     Attributes:
@@ -107,8 +121,8 @@ class Servo:
     speed_limit: float
 
 
-@dataclass(frozen=True)
-class Rotor:
+@dataclass(frozen=True, eq=False)
+class Rotor(_Fixed):
     """A rotor and its frame {F_i}, whose z axis is the direction of thrust.
 
     Attributes:
@@ -133,8 +147,8 @@ class Rotor:
     lag: float
 
 
-@dataclass(frozen=True)
-class Tip:
+@dataclass(frozen=True, eq=False)
+class Tip(_Fixed):
     """The point that touches: centre (m, in the link's frame) and radius (m) of a small ball on a link."""
 
     link: str
@@ -142,8 +156,8 @@ class Tip:
     radius: float
 
 
-@dataclass(frozen=True)
-class PostureFamily:
+@dataclass(frozen=True, eq=False)
+class PostureFamily(_Fixed):
     """Postures with one parameter, the shape angle: q = offset + slope * theta (eq:joint angles), in rad."""
 
     offset: np.ndarray
@@ -153,8 +167,8 @@ class PostureFamily:
     theta_nominal: float
 
 
-@dataclass(frozen=True)
-class RobotDescription:
+@dataclass(frozen=True, eq=False)
+class RobotDescription(_Fixed):
     """Everything that the files say about a robot.
 
     Attributes:

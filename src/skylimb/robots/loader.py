@@ -11,7 +11,7 @@ import numpy as np
 
 from skylimb.config import from_mapping, read_toml
 from skylimb.errors import ConfigError, DescriptionError, nearest, unknown_name
-from skylimb.robots.description import Joint, Link, PostureFamily, RobotDescription, Rotor, Tip
+from skylimb.robots.description import PostureFamily, RobotDescription, Rotor, Tip
 from skylimb.robots.flight import FlightFile, RotorSection
 from skylimb.robots.flight_check import check_robot
 from skylimb.robots.model import Robot
@@ -101,9 +101,7 @@ def _digest(*paths: Path) -> str:
 
 def _describe(path: Path, digest: str) -> RobotDescription:
     flight = _flight_file(path)
-    root, links, joints = read_urdf(path.parent / flight.urdf)
-    if flight.root_link is not None:
-        root, links, joints = _cut_above(flight.root_link, root, links, joints, flight.urdf)
+    root, links, joints = read_urdf(path.parent / flight.urdf, flight.root_link)
     _require_known("measured_link", [flight.measured_link], [link.name for link in links])
     _require_known("tip.link", [flight.tip.link], [link.name for link in links])
     _require_known("rotors.link", [rotor.link for rotor in flight.rotors], [link.name for link in links])
@@ -143,26 +141,6 @@ def _require_known(key: str, names: Iterable[str], known: Sequence[str]) -> None
         if name not in known:
             kind = "moving joint" if key.endswith("joints") else "link"
             raise unknown_name(f"{kind} in {key}", name, known)
-
-
-def _cut_above(
-    new_root: str, root: str, links: tuple[Link, ...], joints: tuple[Joint, ...], urdf: str
-) -> tuple[str, tuple[Link, ...], tuple[Joint, ...]]:
-    """The tree below `new_root`; what is cut away must be massless, so that no mass is lost."""
-    _require_known("root_link", [new_root], [link.name for link in links])
-    kept = [new_root]
-    for joint in joints:
-        if joint.parent in kept:
-            kept.append(joint.child)
-    for link in links:
-        if link.name not in kept and link.inertial.mass > 0.0:
-            raise DescriptionError(
-                f"root_link = '{new_root}' would drop link '{link.name}' ({link.inertial.mass:g} kg) of "
-                f"'{urdf}'; "
-                f"only massless links may stand above it (the URDF's root is '{root}')"
-            )
-    inside = tuple(joint for joint in joints if joint.parent in kept)
-    return new_root, tuple(link for link in links if link.name in kept), inside
 
 
 def _rotor(section: RotorSection, index: int) -> Rotor:

@@ -18,14 +18,21 @@ _KINDS = ("revolute", "continuous", "fixed")
 _GREY = (0.6, 0.6, 0.6, 1.0)
 
 
-def read_urdf(path: Path) -> tuple[str, tuple[Link, ...], tuple[Joint, ...]]:
+def read_urdf(path: Path, root_link: str | None = None) -> tuple[str, tuple[Link, ...], tuple[Joint, ...]]:
     """The root link's name, all links (parents first) and all joints of a URDF.
+
+    Args:
+        path: the file.
+        root_link: leave out what stands above this link, which must be massless; None keeps all.
 
     Raises:
         DescriptionError: the file cannot be read, is not a URDF, or its links and joints do not form one
-            tree.
+            tree; or a link with mass stands above `root_link`.
+        UnknownNameError: a joint, or `root_link`, names a link that is not there.
     """
     robot = _parse(path)
+    if root_link is not None:
+        _cut_above(root_link, robot, path)
     links = {link.name: _link(link, robot.materials, path) for link in robot.links}
     joints = [_joint(joint, path) for joint in robot.joints]
     _require_unique("link", [link.name for link in robot.links], path)
@@ -47,6 +54,27 @@ def _parse(path: Path) -> Any:
         reason = " ".join(str(error).split()) or type(error).__name__
         raise DescriptionError(f"'{path}' is not a URDF that can be read: {reason}") from error
     return urdf.robot
+
+
+def _cut_above(root_link: str, robot: Any, path: Path) -> None:
+    """Remove links and joints above `root_link`, before joints are read: those may be of any type."""
+    names = [link.name for link in robot.links]
+    if root_link not in names:
+        raise unknown_name(f"root_link in '{path.name}'", root_link, names)
+    above = {joint.child: joint.parent for joint in robot.joints}
+    cut: list[str] = []
+    at = root_link
+    while at in above and above[at] not in cut:
+        at = above[at]
+        cut.append(at)
+    for link in robot.links:
+        if link.name in cut and link.inertial is not None and (link.inertial.mass or 0.0) > 0.0:
+            raise DescriptionError(
+                f"root_link = '{root_link}' would drop link '{link.name}' ({link.inertial.mass:g} kg) of "
+                f"'{path.name}'; only massless links may stand above it"
+            )
+    robot.links = [link for link in robot.links if link.name not in cut]
+    robot.joints = [joint for joint in robot.joints if joint.child != root_link and joint.child not in cut]
 
 
 def _finite(value: Any, what: str, path: Path) -> Any:
@@ -117,7 +145,12 @@ def _colour(material: Any, materials: Iterable[Any]) -> tuple[float, float, floa
 def _joint(joint: Any, path: Path) -> Joint:
     what = f"joint '{joint.name}' in '{path.name}'"
     if joint.type not in _KINDS:
-        raise DescriptionError(f"{what} is of type '{joint.type}'; allowed are {', '.join(_KINDS)}")
+        hint = (
+            f'; the robot flies free anyway: say root_link = "{joint.child}"'
+            if joint.type == "floating"
+            else ""
+        )
+        raise DescriptionError(f"{what} is of type '{joint.type}'; allowed are {', '.join(_KINDS)}{hint}")
     if joint.mimic is not None:
         raise DescriptionError(f"{what} mimics '{joint.mimic.joint}'; mimic joints are not supported")
     xyz, R = _origin(joint.origin, what, path)
