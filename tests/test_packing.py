@@ -13,7 +13,12 @@ class Inner(NamedTuple):
     scalar: Any
 
 
-RECORD = {"inner": Inner(np.arange(3.0), np.arange(6.0).reshape(2, 3), 7.0), "gains": (1.0, 2.0), "on": True, "none": ()}
+RECORD = {
+    "inner": Inner(np.arange(3.0), np.arange(6.0).reshape(2, 3), 7.0),
+    "gains": (1.0, 2.0),
+    "on": True,
+    "none": (),
+}
 
 
 def test_round_trip_keeps_values_shapes_and_structure() -> None:

@@ -1,7 +1,7 @@
 """The one family of errors that a user's mistake can raise.
 
-Every message names the thing, the value it had and what was allowed, on one line. The command line prints it and exits
-with code 2; it never shows a traceback for one of these.
+Every message names the thing, the value it had and what was allowed, on one line. The command line prints it
+and exits with code 2; it never shows a traceback for one of these.
 """
 
 from __future__ import annotations

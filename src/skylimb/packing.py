@@ -1,7 +1,8 @@
 """Named records to flat vectors and back: how states, gains and signals cross into a compiled function.
 
-A record is a named tuple, a frozen dataclass, a dict or a plain tuple of records; its leaves are floats and arrays. Strings,
-booleans, integers and None belong to the structure: they are kept as they stand and take no room in the vector.
+A record is a named tuple, a frozen dataclass, a dict or a plain tuple of records; its leaves are floats and
+arrays. Strings, booleans, integers and None belong to the structure: they are kept as they stand and take no
+room in the vector.
 """
 
 from __future__ import annotations
@@ -20,7 +21,11 @@ R = TypeVar("R")
 
 def _is_vector(node: Any) -> bool:
     plain = isinstance(node, tuple | list) and not hasattr(node, "_fields")
-    return plain and len(node) > 0 and all(isinstance(entry, float | int) and not isinstance(entry, bool) for entry in node)
+    return (
+        plain
+        and len(node) > 0
+        and all(isinstance(entry, float | int) and not isinstance(entry, bool) for entry in node)
+    )
 
 
 def _is_leaf(node: Any) -> bool:
@@ -58,7 +63,9 @@ def _map(node: Any, path: str, on_leaf: Callable[[str, Any], Any]) -> Any:
     children = list(_children(node))
     if not children:
         return node
-    return _rebuild(node, [_map(child, f"{path}.{name}" if path else name, on_leaf) for name, child in children])
+    return _rebuild(
+        node, [_map(child, f"{path}.{name}" if path else name, on_leaf) for name, child in children]
+    )
 
 
 def _shape(leaf: Any) -> tuple[int, ...]:
@@ -98,14 +105,16 @@ class Layout(Generic[R]):
     def pack(self, record: R) -> Any:
         """The record's leaves as one flat vector: (size,) in NumPy, size x 1 in CasADi."""
         parts: dict[str, Any] = {}
-        _map(record, "", lambda path, leaf: parts.setdefault(path, leaf))
+        _map(record, "", parts.setdefault)
         if parts.keys() != self.slices.keys():
             odd = sorted(parts.keys() ^ self.slices.keys())
             raise ValueError(f"record does not fit the layout: {', '.join(odd)}")
         if is_symbolic(*parts.values()):
             flat = [_symbolic_column(part) for part in parts.values()]
             return ca.vertcat(*flat) if flat else ca.SX(0, 1)
-        return np.concatenate([np.ravel(np.asarray(part, dtype=float)) for part in parts.values()] or [np.zeros(0)])
+        return np.concatenate(
+            [np.ravel(np.asarray(part, dtype=float)) for part in parts.values()] or [np.zeros(0)]
+        )
 
     def unpack(self, flat: Any) -> R:
         """A record like the template whose leaves are the vector's entries (arrays, or symbols)."""
@@ -131,7 +140,7 @@ def numeric(record: R) -> R:
 
 
 def pack_rows(layout: Layout[R], record: R, count: int) -> np.ndarray:
-    """A table with one packed record a row, (count, layout.size), from a record whose leaves have `count` rows each."""
+    """A table of packed records, (count, layout.size), from a record whose leaves have `count` rows each."""
     table = np.empty((count, layout.size))
 
     def fill(path: str, leaf: Any) -> Any:

@@ -1,8 +1,9 @@
 """Rotations and cross products that work on NumPy arrays and on CasADi symbols alike.
 
-Conventions: `R_AB` turns coordinates in frame B into coordinates in frame A; quaternions are (w, x, y, z); roll, pitch and
-yaw compose as R = Rz(yaw) Ry(pitch) Rx(roll); angles in radians. A function handed any CasADi argument returns a CasADi
-matrix, otherwise a NumPy array. Vectors are (3,) in NumPy and 3 x 1 in CasADi.
+Conventions: `R_AB` turns coordinates in frame B into coordinates in frame A; quaternions are (w, x, y, z);
+    roll, pitch and
+yaw compose as R = Rz(yaw) Ry(pitch) Rx(roll); angles in radians. A function handed any CasADi argument
+returns a CasADi matrix, otherwise a NumPy array. Vectors are (3,) in NumPy and 3 x 1 in CasADi.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import casadi as ca
 import numpy as np
 
 from skylimb.symbolic import Array, arctan2, is_symbolic, matrix, vector
+
 
 def _cos_sin(angle: Any) -> tuple[Any, Any]:
     if is_symbolic(angle):
@@ -60,7 +62,7 @@ def rot_z(angle: Any) -> Array:
 
 
 def rotation_from_rpy(roll: Any, pitch: Any, yaw: Any) -> Array:
-    """R = Rz(yaw) Ry(pitch) Rx(roll), the order that eq:target roll and pitch angle needs."""
+    """Roll about x, then pitch about y, then yaw about z: the order of eq:target roll and pitch angle."""
     return rot_z(yaw) @ rot_y(pitch) @ rot_x(roll)
 
 

@@ -1,7 +1,8 @@
 """The few array operations that NumPy and CasADi spell differently.
 
-A law written with these and with plain operators runs on numbers in a test and on symbols in the compiled tick. A function
-handed any CasADi argument returns a CasADi matrix, otherwise NumPy. Vectors are (n,) in NumPy and n x 1 in CasADi.
+A law written with these and with plain operators runs on numbers in a test and on symbols in the compiled
+tick. A function handed any CasADi argument returns a CasADi matrix, otherwise NumPy. Vectors are (n,) in
+NumPy and n x 1 in CasADi.
 """
 
 from __future__ import annotations
@@ -71,7 +72,8 @@ def where(condition: Any, if_true: Any, if_false: Any) -> Any:
 def right_inverse(A: Array) -> Array:
     """The Moore-Penrose inverse of a wide matrix of full row rank: A^T (A A^T)^-1, or A^-1 when square.
 
-    Minor expansion keeps the symbolic form free of pivoting, so it is the same few hundred operations at every call.
+    Minor expansion keeps the symbolic form free of pivoting, so it is the same few hundred operations at
+    every call.
     """
     if not is_symbolic(A):
         return np.linalg.pinv(A)

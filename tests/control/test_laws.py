@@ -34,7 +34,15 @@ def model() -> RobotState:
 
 def inputs(model: Any, **changes: Any) -> LawInput:
     z3 = np.zeros(3)
-    values = {"position": z3, "velocity": z3, "R": np.eye(3), "omega": z3, "force": z3, "torque": z3, "contact": 0.0}
+    values = {
+        "position": z3,
+        "velocity": z3,
+        "R": np.eye(3),
+        "omega": z3,
+        "force": z3,
+        "torque": z3,
+        "contact": 0.0,
+    }
     values |= changes
     body = BodyState(values["position"], values["velocity"], values["R"], values["omega"], model)
     reference = Reference(z3, z3, z3, 0.0, 1.09, z3, np.zeros(4), np.array([1.0, 0, 0]), 0.0, 1.0, 1.0)
@@ -64,8 +72,8 @@ def test_a_ratio_of_one_feeds_nothing_back() -> None:
 
 
 def test_pid_terms_and_limits() -> None:
-    ones = (1.0, 1.0, 1.0)
-    gains = numeric(pid.Gains((2.0,) * 3, (1.0,) * 3, (3.0,) * 3, ones, (0.1,) * 3, ones, (1.5,) * 3))
+    ones, low, high = (1.0, 1.0, 1.0), (0.1, 0.1, 0.1), (1.5, 1.5, 1.5)
+    gains = numeric(pid.Gains((2.0, 2.0, 2.0), ones, (3.0, 3.0, 3.0), ones, low, ones, high))
     m = SimpleNamespace(mass=2.0)
     state = pid.initial_state(gains)
     _, command = pid.step(gains, state, inputs(m, position=np.array([-0.1, 0.0, 0.0])))
@@ -76,7 +84,9 @@ def test_pid_terms_and_limits() -> None:
     np.testing.assert_allclose(command, 2.0 * (np.array([1.1, 0, 0]) + G), atol=1e-12)
 
 
-@given(roll=st.floats(-0.5, 0.5), pitch=st.floats(-0.5, 0.5), yaw=st.floats(-3.0, 3.0), size=st.floats(1.0, 60.0))
+@given(
+    roll=st.floats(-0.5, 0.5), pitch=st.floats(-0.5, 0.5), yaw=st.floats(-3.0, 3.0), size=st.floats(1.0, 60.0)
+)
 def test_the_target_attitude_points_the_force(roll: float, pitch: float, yaw: float, size: float) -> None:
     """eq:target roll and pitch angle: at the target, the z axis of C lies along the wanted force."""
     force = size * rotation_from_rpy(roll, pitch, yaw)[:, 2]
@@ -95,7 +105,10 @@ def test_attitude_closes_to_its_own_dynamics(model: RobotState) -> None:
     inertia = model.inertia_C
     acceleration = np.linalg.solve(inertia, command + torque - np.cross(omega, inertia @ omega))
     e_R = 0.5 * np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
-    spring = gains.normalized_stiffness * e_R + 2 * gains.damping_ratio * np.sqrt(gains.normalized_stiffness) * omega
+    spring = (
+        gains.normalized_stiffness * e_R
+        + 2 * gains.damping_ratio * np.sqrt(gains.normalized_stiffness) * omega
+    )
     expected = np.linalg.solve(inertia, torque / gains.virtual_inertia_ratio) - spring
     np.testing.assert_allclose(acceleration, expected, atol=1e-9)
 
@@ -116,7 +129,7 @@ def test_admittance_follows_its_differential_equation(model: RobotState) -> None
 
 
 def test_admittance_leaves_its_limit_as_soon_as_the_force_turns(model: RobotState) -> None:
-    gains, state = admittance.Gains(40.0, 55.0, 16.0), admittance.State(1.0, 0.0)
+    gains, state, reach = admittance.Gains(40.0, 55.0, 16.0), admittance.State(1.0, 0.0), 1.0
     for _ in range(3000):
         state, reach = admittance.step(gains, state, inputs(model, contact=-5.0), (0.95, 1.15))
     assert reach == 0.95
@@ -133,8 +146,12 @@ def test_allocation_gives_the_wanted_lift_and_torque(force: Any, torque: Any) ->
     thrusts = allocate(model, R, wanted, 0.2 * torque, np.zeros(4), np.full(4, 30.0))
     _, given_torque = rotor_wrench(model, R, thrusts.total)
     np.testing.assert_allclose(given_torque, 0.2 * torque, atol=1e-9)
-    np.testing.assert_allclose((model.allocation_C @ (thrusts.total - thrusts.rotation))[2], R[:, 2] @ wanted, atol=1e-9)
-    np.testing.assert_allclose(thrusts.rotation, np.linalg.pinv(model.allocation_C[3:]) @ (0.2 * torque), atol=1e-9)
+    np.testing.assert_allclose(
+        (model.allocation_C @ (thrusts.total - thrusts.rotation))[2], R[:, 2] @ wanted, atol=1e-9
+    )
+    np.testing.assert_allclose(
+        thrusts.rotation, np.linalg.pinv(model.allocation_C[3:]) @ (0.2 * torque), atol=1e-9
+    )
 
 
 def test_allocation_keeps_within_the_limits(model: RobotState) -> None:

@@ -37,7 +37,10 @@ def shape_law(acceleration: Any) -> Any:
 
     def step(gains: Any, state: admittance.State, inputs: Any, reach_limits: tuple[float, float]) -> Any:
         push = (inputs.contact_force - gains.force_reference) * inputs.reference.adapt
-        rate = state.rate + acceleration(gains, push, inputs.reference.reach - state.reach, state.rate) * inputs.dt
+        rate = (
+            state.rate
+            + acceleration(gains, push, inputs.reference.reach - state.reach, state.rate) * inputs.dt
+        )
         reach = clip(state.reach + rate * inputs.dt, *reach_limits)
         return admittance.State(reach, rate), reach
 
@@ -68,7 +71,9 @@ def test_the_printed_admittance_reaches_into_the_board() -> None:
 
     right = skylimb.run("paper", controller="hybrid")
     wrong = skylimb.run("paper", controller=with_shape_law(shape_law(printed)))
-    in_contact = {name: run.log.where(run.log["phase"] == 3, drop=True) for name, run in (("r", right), ("w", wrong))}
+    in_contact = {
+        name: run.log.where(run.log["phase"] == 3, drop=True) for name, run in (("r", right), ("w", wrong))
+    }
     nominal = float(right.log["reach_reference"][0])
     assert float(in_contact["r"]["reach_command"].mean()) < nominal - 0.02
     assert float(in_contact["w"]["reach_command"].mean()) > nominal + 0.02
@@ -78,7 +83,7 @@ def test_the_printed_admittance_reaches_into_the_board() -> None:
 
 
 def test_the_printed_difference_equation_has_an_unstable_pole() -> None:
-    """eq:difference method1: r'' = (f - k_a (r_ref - r) + c_a r') / m_a, so the spring pushes away and the damper drives."""
+    """eq:difference method1: r'' = (f - k_a (r_ref - r) + c_a r') / m_a: spring and damper drive."""
     gains = load_controller("hybrid", skylimb.load_robot("hydrus_xi_quad")).gains().shape
     poles = np.roots([gains.mass, -gains.damping, -gains.stiffness])
     np.testing.assert_allclose(sorted(poles), [-0.25, 1.62], atol=0.01)
@@ -109,12 +114,19 @@ def test_rotational_thrusts_do_push_sideways() -> None:
 
 
 def test_an_observer_fed_with_the_wish_is_biased(monkeypatch: pytest.MonkeyPatch) -> None:
-    """f_cmd of eq:external wrench estimation must be what the rotors are told after saturation, not the wish before it."""
+    """f_cmd of eq:external wrench estimation is what the rotors are told, not the wish before saturation."""
     weak = {**HOVER_ONLY, "phases.hover": 4.0}
     robot = skylimb.load_robot("hydrus_xi_quad")
     honest = load_controller("impedance", robot)
     assert isinstance(honest, Cascade)
-    limit = float(robot.at([np.pi / 3, np.pi / 3, -np.pi / 6], honest.vectoring.angles(np.pi / 6)).hover_thrusts.max()) - 0.3
+    limit = (
+        float(
+            robot.at(
+                [np.pi / 3, np.pi / 3, -np.pi / 6], honest.vectoring.angles(np.pi / 6)
+            ).hover_thrusts.max()
+        )
+        - 0.3
+    )
 
     def clipped(model: Any, R_WC: Any, force: Any, torque: Any, low: Any, high: Any) -> Thrusts:
         return allocate(model, R_WC, force, torque, low, np.full(4, limit))

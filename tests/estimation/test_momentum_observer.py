@@ -16,8 +16,10 @@ from skylimb.robots import load_robot
 DT, WRENCH = 0.005, np.array([1.0, -2.0, 0.5])
 
 
-def estimates(gains: ObserverGains, ticks: int, force: np.ndarray, torque: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """A rigid body at rest under hover thrust and a constant external wrench from the first tick on, integrated exactly."""
+def estimates(
+    gains: ObserverGains, ticks: int, force: np.ndarray, torque: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """A rigid body under hover thrust and a constant external wrench from the first tick on, exactly."""
     robot = load_robot("hydrus_xi_quad")
     model = robot.at([np.pi / 3, np.pi / 3, -np.pi / 6], [3.0, 0.1, 3.0, 0.1])
     state, record = initial_observer_state(), numeric(gains)
@@ -28,7 +30,8 @@ def estimates(gains: ObserverGains, ticks: int, force: np.ndarray, torque: np.nd
         body = BodyState(np.zeros(3), velocity, np.eye(3), omega, model)
         state, wrench = observe(record, state, body, DT)
         found.append(np.concatenate([wrench.force, wrench.torque]))
-        # The rotors carry the weight and cancel the gyroscopic torque, so that momentum grows by the external wrench alone.
+        # The rotors carry the weight and cancel the gyroscopic torque, so that momentum grows by the external
+        # wrench alone.
         gyroscopic = np.cross(omega, model.inertia_C @ omega)
         state = with_known_wrench(state, body, np.array([0.0, 0.0, model.mass * 9.80665]), gyroscopic)
         velocity = velocity + force / model.mass * DT
@@ -39,7 +42,7 @@ def estimates(gains: ObserverGains, ticks: int, force: np.ndarray, torque: np.nd
 
 @pytest.mark.parametrize("gain", [1.0, 3.0, 10.0])
 def test_a_step_is_answered_like_a_first_order_low_pass(gain: float) -> None:
-    gains = ObserverGains((gain,) * 3, (gain,) * 3)
+    gains = ObserverGains((gain, gain, gain), (gain, gain, gain))
     force, torque = estimates(gains, 400, WRENCH, 0.1 * WRENCH)
     expected = 1.0 - np.exp(-gain * DT * np.arange(400))
     np.testing.assert_allclose(force, expected[:, None] * WRENCH, atol=1e-9)

@@ -1,4 +1,4 @@
-"""Two springs in series: a frictionless board pushes body and arm; each gives way as its own stiffness says."""
+"""Two springs in series: a board pushes body and arm, and each gives way as its own stiffness says."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""The compiled tick and the Python loop fly the same flight; a user's own controller flies in the same loop."""
+"""Both drivers fly the same flight, and a user's own controller flies in the same loop."""
 
 from pathlib import Path
 
@@ -92,7 +92,13 @@ def test_compiled_and_python_driver_agree(name: str) -> None:
     slow = fly_python(controller, plant, data, mission, rows, experiment.sensors, experiment.control_period)
     assert slow.ticks == compiled.ticks == len(rows)
     assert compiled.signal("contact_duty").max() > 0.0
-    for signal in ("configuration", "thrusts_command", "contact_force", "external_force_estimate", "reach_command"):
+    for signal in (
+        "configuration",
+        "thrusts_command",
+        "contact_force",
+        "external_force_estimate",
+        "reach_command",
+    ):
         np.testing.assert_allclose(slow.signal(signal), compiled.signal(signal), atol=1e-9, err_msg=signal)
 
 
@@ -130,7 +136,9 @@ def test_a_command_that_does_not_fit_is_refused(tmp_path: Path) -> None:
 
 def test_an_error_in_a_controller_says_where(tmp_path: Path) -> None:
     file = tmp_path / "slip.py"
-    file.write_text(OWN_CONTROLLER.replace("q, psi = reference.joint_angles", "q, psi = reference.joint_angels"))
+    file.write_text(
+        OWN_CONTROLLER.replace("q, psi = reference.joint_angles", "q, psi = reference.joint_angels")
+    )
     with pytest.raises(skylimb.SkylimbError, match=r"AttributeError.*slip\.py, line"):
         skylimb.run("paper", controller=str(file), set=SHORT)
 

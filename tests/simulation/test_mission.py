@@ -60,7 +60,9 @@ def test_the_papers_mission() -> None:
 
 
 def test_feedforward_sends_the_derivatives_of_the_positions() -> None:
-    experiment = skylimb.load_experiment("paper", set={"trajectory.feedforward": "full", "trajectory.ramp": 1.0})
+    experiment = skylimb.load_experiment(
+        "paper", set={"trajectory.feedforward": "full", "trajectory.ramp": 1.0}
+    )
     _, mission = prepare_flight(experiment, skylimb.load_robot(experiment.robot))
     reference, dt = mission.reference, experiment.control_period
     velocity = np.gradient(reference.position, dt, axis=0)

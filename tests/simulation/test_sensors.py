@@ -40,7 +40,9 @@ def test_a_measurement_is_the_past_by_the_frames_age(rate: float, latency: float
 def test_a_frame_stays_until_the_next_one() -> None:
     config = SensorConfig(rate=100.0, latency=0.010)
     times = np.arange(8) * 0.005
-    np.testing.assert_allclose(times - frame_ages(config, times), [-0.01, -0.01, 0.0, 0.0, 0.01, 0.01, 0.02, 0.02], atol=1e-12)
+    np.testing.assert_allclose(
+        times - frame_ages(config, times), [-0.01, -0.01, 0.0, 0.0, 0.01, 0.01, 0.02, 0.02], atol=1e-12
+    )
 
 
 def test_noise_has_the_asked_deviation_and_keeps_with_its_frame() -> None:
@@ -60,7 +62,9 @@ def test_misalignment_turns_the_measured_attitude() -> None:
     np.testing.assert_allclose(seen.quaternion, [np.cos(0.005), np.sin(0.005), 0.0, 0.0], atol=1e-7)
 
 
-@pytest.mark.parametrize("bad", [{"latency": 10.0}, {"rate": -1.0}, {"attitude_misalignment": (1.0, 0.0, 0.0)}])
+@pytest.mark.parametrize(
+    "bad", [{"latency": 10.0}, {"rate": -1.0}, {"attitude_misalignment": (1.0, 0.0, 0.0)}]
+)
 def test_nonsense_is_refused(bad: dict[str, float]) -> None:
     with pytest.raises(SkylimbError, match=next(iter(bad))):
         SensorConfig(**bad)  # type: ignore[arg-type]

@@ -1,1 +1,1 @@
-"""The cascade of the paper's block diagram: translation law, attitude law, thrust allocation and shape law."""
+"""The cascade of the paper's block diagram: translation, attitude and shape laws, and thrust allocation."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-
 from skylimb.robots.model import GRAVITY, RobotState
 from skylimb.symbolic import Array, clip, right_inverse
 
@@ -24,9 +23,10 @@ class Thrusts(NamedTuple):
 def allocate(
     model: RobotState, R_WC: Array, force: Array, torque: Array, thrust_min: Array, thrust_max: Array
 ) -> Thrusts:
-    """lambda = lambda_t + lambda_r, held within the limits.
+    """Lambda = lambda_t + lambda_r, held within the limits.
 
-    eq:thrust translation 2 prints m f_cmd; f_cmd is a force already, and with the mass the robot leaves in 0.6 s.
+    eq:thrust translation 2 prints m f_cmd; f_cmd is a force already, and with the mass the robot leaves in
+    0.6 s.
 
     Args:
         model: allocation matrix at the measured angles.
@@ -38,8 +38,8 @@ def allocate(
     """
     Q = model.allocation_C
     wanted = R_WC[:, 2].T @ force
-    # The thrusts that lift without turning, eq:thrust translation 2, are the hover thrusts in proportion: those solve the
-    # same four rows for the weight.
+    # The thrusts that lift without turning, eq:thrust translation 2, are the hover thrusts in proportion:
+    # those solve the same four rows for the weight.
     lifting = model.hover_thrusts * (wanted / (model.mass * GRAVITY))
     rotation = right_inverse(Q[3:, :]) @ torque
     return Thrusts(clip(lifting + rotation, thrust_min, thrust_max), rotation)
@@ -49,5 +49,3 @@ def rotor_wrench(model: RobotState, R_WC: Array, thrusts: Array) -> tuple[Array,
     """What the rotors do, eq:allocation for wrench: force in W (N) and torque in C (N m)."""
     wrench = model.allocation_C @ thrusts
     return R_WC @ wrench[0:3], wrench[3:6]
-
-

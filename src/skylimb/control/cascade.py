@@ -1,9 +1,9 @@
 """The cascade of the paper's block diagram, composed from the laws that a preset names.
 
-One `step` is the whole controller: measured angles -> model -> body state -> observer -> translation law -> attitude target
--> attitude law -> allocation -> thrusts, and beside it contact force -> shape law -> posture -> joint and vectoring commands.
-It is a pure function of records, so it runs on NumPy numbers (slowly, for a test or a debugger) and on CasADi symbols (once,
-to be compiled into the tick).
+One `step` is the whole controller: measured angles -> model -> body state -> observer -> translation law ->
+attitude target -> attitude law -> allocation -> thrusts, and beside it contact force -> shape law -> posture
+-> joint and vectoring commands. It is a pure function of records, so it runs on NumPy numbers (slowly, for a
+test or a debugger) and on CasADi symbols (once, to be compiled into the tick).
 """
 
 from __future__ import annotations
@@ -39,7 +39,6 @@ from skylimb.planning.posture import ReachFamily, posture_family
 from skylimb.planning.vectoring import VectoringTable, vectoring_table
 from skylimb.robots.model import Robot
 from skylimb.spatial import dot, rpy_from_rotation
-
 
 Signals = dict[str, Any]
 
@@ -121,7 +120,12 @@ class Cascade:
         return numeric(record)
 
     def step(
-        self, gains: CascadeGains, state: CascadeState, measurement: Measurement, reference: Reference, dt: float
+        self,
+        gains: CascadeGains,
+        state: CascadeState,
+        measurement: Measurement,
+        reference: Reference,
+        dt: float,
     ) -> tuple[CascadeState, Command, Signals]:
         """One control tick.
 
@@ -173,32 +177,38 @@ class Cascade:
         new_state = CascadeState(
             rates, observer, tare_state, force_filter, translation, attitude, shape, leak
         )
-        return new_state, command, {
-            "cog_position_estimate": body.position,
-            "cog_velocity_estimate": body.velocity,
-            "angular_velocity_estimate": body.angular_velocity,
-            "attitude_estimate": rpy,
-            "attitude_target": target,
-            "external_force_estimate": wrench.force,
-            "external_torque_estimate": wrench.torque,
-            "external_force_filtered": contact_force,
-            "external_force_bias": raw.force - wrench.force,
-            "external_torque_bias": raw.torque - wrench.torque,
-            "force_command": force,
-            "torque_command": torque,
-            "reach_command": reach,
-            "shape_angle_command": theta,
-        }
+        return (
+            new_state,
+            command,
+            {
+                "cog_position_estimate": body.position,
+                "cog_velocity_estimate": body.velocity,
+                "angular_velocity_estimate": body.angular_velocity,
+                "attitude_estimate": rpy,
+                "attitude_target": target,
+                "external_force_estimate": wrench.force,
+                "external_torque_estimate": wrench.torque,
+                "external_force_filtered": contact_force,
+                "external_force_bias": raw.force - wrench.force,
+                "external_torque_bias": raw.torque - wrench.torque,
+                "force_command": force,
+                "torque_command": torque,
+                "reach_command": reach,
+                "shape_angle_command": theta,
+            },
+        )
 
     def _heading(self, tip_heading: Any, reference: Reference) -> Any:
-        """The heading of {C} that puts the tip link on its own, as the paper turns the robot with its joints, rad."""
+        """The heading of {C}, rad, that puts the tip link on its own, as the joints turn."""
         nominal = self.robot.model(reference.joint_angles, reference.vectoring_angles).tip_heading
         return reference.heading - nominal - reference.align * (tip_heading - nominal)
 
     def _posture(self, reach: Any, reference: Reference) -> tuple[Any, Any, Any]:
-        """Joint angles, vectoring angles and shape angle of a reach: the nominal posture, moved along the family."""
+        """Joint, vectoring and shape angles of a reach: the nominal posture moved along the family."""
         theta, nominal = self.family.shape_angle(reach), self.family.shape_angle(reference.reach)
-        joint_angles = reference.joint_angles + self.family.joint_angles(theta) - self.family.joint_angles(nominal)
+        joint_angles = (
+            reference.joint_angles + self.family.joint_angles(theta) - self.family.joint_angles(nominal)
+        )
         moved = self.vectoring.angles(theta) - self.vectoring.angles(nominal)
         return joint_angles, reference.vectoring_angles + moved, theta
 
@@ -206,5 +216,3 @@ class Cascade:
 def build_cascade(robot: Robot, preset: Preset) -> Cascade:
     """A cascade with the robot's posture family and vectoring table."""
     return Cascade(robot, preset, posture_family(robot), vectoring_table(robot))
-
-

@@ -17,8 +17,8 @@ from skylimb.robots.model import Robot
 class Controller(Protocol):
     """Anything that turns a measurement and a reference into a command.
 
-    The paper's cascade follows it, and so does a user's own class. `gains` and `initial_state` may be of any kind that
-    `step` understands; None will do.
+    The paper's cascade follows it, and so does a user's own class. `gains` and `initial_state` may be of any
+    kind that `step` understands; None will do.
     """
 
     @property
@@ -41,7 +41,9 @@ class Controller(Protocol):
         ...
 
 
-def load_controller(name_or_path: str, robot: Robot, overrides: Mapping[str, Any] | None = None) -> Controller:
+def load_controller(
+    name_or_path: str, robot: Robot, overrides: Mapping[str, Any] | None = None
+) -> Controller:
     """A preset by name, a preset in a TOML file, or a user's controller in a Python file.
 
     A Python file defines `controller(robot)`, which returns an object that follows `Controller`.
@@ -49,7 +51,8 @@ def load_controller(name_or_path: str, robot: Robot, overrides: Mapping[str, Any
     Args:
         name_or_path: "hybrid", "my_gains.toml" or "my_controller.py".
         robot: the model that the controller believes in.
-        overrides: dotted keys of a preset and their new values, for example {"translation.damping_ratio": [1, 1, 1]}.
+        overrides: dotted keys of a preset and their new values, for example {"translation.damping_ratio": [1,
+            1, 1]}.
 
     Raises:
         UnknownNameError: when there is no such preset.
@@ -57,7 +60,9 @@ def load_controller(name_or_path: str, robot: Robot, overrides: Mapping[str, Any
     """
     if name_or_path.endswith(".py"):
         if overrides:
-            raise ConfigError(f"controller '{name_or_path}' is a Python file; its gains cannot be set from outside")
+            raise ConfigError(
+                f"controller '{name_or_path}' is a Python file; its gains cannot be set from outside"
+            )
         return _users_controller(Path(name_or_path), robot)
     mapping, path = preset_mapping(name_or_path)
     for key, value in (overrides or {}).items():
@@ -78,7 +83,7 @@ def _users_controller(path: Path, robot: Robot) -> Controller:
 
 
 def resolved_preset(controller: Controller) -> dict[str, Any]:
-    """A cascade's preset as plain tables, for the record of a run; only the name for a user's own controller."""
+    """A cascade's preset as plain tables, for a run's record; only the name for a user's own controller."""
     from skylimb.config import to_mapping
 
     if not isinstance(controller, Cascade):

@@ -73,7 +73,9 @@ class Preset:
 def law_names(slot: str) -> list[str]:
     """The laws that ship for a slot: the files of its folder."""
     package = importlib.import_module(f"skylimb.control.{slot}")
-    return sorted(module.name for module in pkgutil.iter_modules(package.__path__) if module.name not in _NOT_LAWS)
+    return sorted(
+        module.name for module in pkgutil.iter_modules(package.__path__) if module.name not in _NOT_LAWS
+    )
 
 
 def find_law(slot: str, name: str, folder: Path) -> ModuleType:
@@ -149,7 +151,9 @@ def preset_from_mapping(mapping: dict[str, Any], path: Path) -> Preset:
         description=_typed(mapping, "description", str, "", where),
         tare=_typed(mapping, "tare", bool, True, where),
         observer=from_mapping(ObserverGains, mapping.get("observer", {}), f"{where}: observer"),
-        force_filter=from_mapping(ContactForceFilter, mapping.get("force_filter", {}), f"{where}: force_filter"),
+        force_filter=from_mapping(
+            ContactForceFilter, mapping.get("force_filter", {}), f"{where}: force_filter"
+        ),
         leak=from_mapping(LeakCompensation, mapping.get("leak", {}), f"{where}: leak"),
         **filled,
     )
@@ -158,7 +162,9 @@ def preset_from_mapping(mapping: dict[str, Any], path: Path) -> Preset:
 def _slot(mapping: dict[str, Any], slot: str, path: Path, where: str) -> Slot:
     table = mapping.get(slot)
     if not isinstance(table, dict) or "law" not in table:
-        raise ConfigError(f'{where} needs a table [{slot}] with law = "..." (known: {", ".join(law_names(slot))})')
+        raise ConfigError(
+            f'{where} needs a table [{slot}] with law = "..." (known: {", ".join(law_names(slot))})'
+        )
     gains = dict(table)
     name = gains.pop("law")
     law = find_law(slot, str(name), path.parent)

@@ -21,7 +21,8 @@ class Reference(NamedTuple):
         vectoring_angles: nominal psi of that posture, rad.
         contact_axis: unit vector in W pointing from the robot into the surface, (3,).
         tare: 1 while the observer's bias is averaged, else 0.
-        align: 1 to turn the whole robot so that the tip link keeps its heading though the joints give way, else 0.
+        align: 1 to turn the whole robot so that the tip link keeps its heading though the joints give way,
+            else 0.
         adapt: 1 while the shape law may answer to force, else 0.
     """
 

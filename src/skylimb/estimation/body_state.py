@@ -12,7 +12,7 @@ from skylimb.spatial import cross, rotation_from_quaternion
 from skylimb.symbolic import Array, exp, stack
 
 ANGLE_RATE_BANDWIDTH = 30.0
-"""rad/s. Passes the arm's own motion (below 0.5 Hz) and keeps the encoders' noise below that of motion capture."""
+"""rad/s: passes the arm's motion (below 0.5 Hz), keeps the encoders' noise below that of motion capture."""
 
 
 class AngleRateState(NamedTuple):
@@ -33,7 +33,7 @@ def initial_angle_rate_state(robot: Robot) -> AngleRateState:
 
 
 def angle_rates(state: AngleRateState, angles: Array, dt: float) -> tuple[AngleRateState, Array]:
-    """Angle rates as a first-order high-pass of the angles, its pole held exactly: (angles - smoothed) * bandwidth."""
+    """Angle rates: the slope of the low-passed angles, the filter's pole held exactly."""
     previous = state.smoothed * state.started + angles * (1.0 - state.started)
     decay = exp(-ANGLE_RATE_BANDWIDTH * dt)
     smoothed = decay * previous + (1.0 - decay) * angles
@@ -43,9 +43,9 @@ def angle_rates(state: AngleRateState, angles: Array, dt: float) -> tuple[AngleR
 def body_state(robot: Robot, measurement: Measurement, rates: Array) -> BodyState:
     """Position, velocity and attitude of {C} from those of the measured body.
 
-    The velocity holds the arm's own motion: v_cog = v_B + R_WB (omega x p_BC + J_cog [q'; psi']). Without the last term a
-    reaching arm looks like a moving robot, by several cm/s at the joints' speed limit. The turning of {C} inside the body is
-    left out, as in the paper's quasi-static model.
+    The velocity holds the arm's own motion: v_cog = v_B + R_WB (omega x p_BC + J_cog [q'; psi']). Without the
+    last term a reaching arm looks like a moving robot, by several cm/s at the joints' speed limit. The
+    turning of {C} inside the body is left out, as in the paper's quasi-static model.
 
     Args:
         robot: the controller's model; its measured link must be the root link.

@@ -1,4 +1,4 @@
-"""The filtered contact force f_hat of eq:admittance control: a first-order low pass, its pole held exactly."""
+"""The filtered contact force f_hat of eq:admittance control: a first-order low pass, held exactly."""
 
 from __future__ import annotations
 

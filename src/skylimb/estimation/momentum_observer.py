@@ -1,13 +1,13 @@
 """External wrench from momentum, eq:external wrench estimation, discretised exactly.
 
-The observer is a first-order low pass of the true wrench, eq:external wrench estimation low-pass. Between two ticks the
-commanded wrench is held, so with decay a = exp(-K dt) the recursion
+The observer is a first-order low pass of the true wrench, eq:external wrench estimation low-pass. Between two
+ticks the commanded wrench is held, so with decay a = exp(-K dt) the recursion
 
     f[k] = a f[k-1] + (1 - a) ((h[k] - h[k-1]) / dt - u[k-1])
 
-holds without a discretisation error: h is momentum (m p' in W, I omega in C) and u what is known to act (rotor force less
-weight; rotor torque less omega x I omega). u must be built from the thrusts really commanded, after saturation: fed with the
-wish before it, the estimate is off by the difference.
+holds without a discretisation error: h is momentum (m p' in W, I omega in C) and u what is known to act
+(rotor force less weight; rotor torque less omega x I omega). u must be built from the thrusts really
+commanded, after saturation: fed with the wish before it, the estimate is off by the difference.
 """
 
 from __future__ import annotations
@@ -93,7 +93,9 @@ def observe(gains: Any, state: ObserverState, body: BodyState, dt: float) -> tup
     return new, Wrench(force, torque)
 
 
-def with_known_wrench(state: ObserverState, body: BodyState, rotor_force: Array, rotor_torque: Array) -> ObserverState:
+def with_known_wrench(
+    state: ObserverState, body: BodyState, rotor_force: Array, rotor_torque: Array
+) -> ObserverState:
     """The state with the wrench that acts until the next tick.
 
     Args:
@@ -106,4 +108,3 @@ def with_known_wrench(state: ObserverState, body: BodyState, rotor_force: Array,
     return state._replace(
         known_force=rotor_force - body.model.mass * GRAVITY, known_torque=rotor_torque - gyroscopic
     )
-

@@ -1,7 +1,7 @@
 """The records that measurements and estimates travel in.
 
-Leaves are NumPy arrays in a test and CasADi symbols in the compiled tick. W is the world frame, C the hovering frame at the
-centre of gravity, B the measured body's own frame.
+Leaves are NumPy arrays in a test and CasADi symbols in the compiled tick. W is the world frame, C the
+hovering frame at the centre of gravity, B the measured body's own frame.
 """
 
 from __future__ import annotations

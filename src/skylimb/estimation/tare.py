@@ -1,7 +1,8 @@
 """Tare: the observer's bias, averaged in free flight and taken off afterwards.
 
-One degree of attitude error reads as 0.6 N and uneven rotors as a few tenths, as large as the contact force itself. Both
-belong to the body, so the force bias is kept in the heading frame (W turned by the robot's yaw) and turns with the robot.
+One degree of attitude error reads as 0.6 N and uneven rotors as a few tenths, as large as the contact force
+itself. Both belong to the body, so the force bias is kept in the heading frame (W turned by the robot's yaw)
+and turns with the robot.
 """
 
 from __future__ import annotations
@@ -16,11 +17,11 @@ from skylimb.symbolic import Array
 
 
 class TareState(NamedTuple):
-    """Running mean of the free-flight estimate: force in the heading frame (N), torque in C (N m), ticks averaged."""
+    """Mean of the free-flight estimate: force in the heading frame (N), torque in C (N m), ticks so far."""
 
     force: Array
     torque: Array
-    count: float | Array
+    ticks: float | Array
 
 
 def initial_tare_state() -> TareState:
@@ -41,9 +42,9 @@ def tare(state: TareState, raw: Wrench, yaw: Array, collecting: Array) -> tuple[
         The new state and the tared wrench (force in W, torque in C).
     """
     R = rot_z(yaw)
-    count = state.count + collecting
+    ticks = state.ticks + collecting
     # A mean of nothing is zero: before the first collected tick the weight is zero too.
-    weight = collecting / (count + (1.0 - collecting))
+    weight = collecting / (ticks + (1.0 - collecting))
     force = state.force + (R.T @ raw.force - state.force) * weight
     torque = state.torque + (raw.torque - state.torque) * weight
-    return TareState(force, torque, count), Wrench(raw.force - R @ force, raw.torque - torque)
+    return TareState(force, torque, ticks), Wrench(raw.force - R @ force, raw.torque - torque)

@@ -127,7 +127,7 @@ def experiment_from_mapping(mapping: Mapping[str, Any], where: str) -> Experimen
 
 
 def _put(mapping: dict[str, Any], key: str, value: Any) -> None:
-    """Write one value into nested tables; whether the key is known is checked when the experiment is built."""
+    """Write one value into nested tables; building the experiment checks whether the key is known."""
     *tables, last = key.split(".")
     for name in tables:
         mapping = mapping.setdefault(name, {})
@@ -137,7 +137,7 @@ def _put(mapping: dict[str, Any], key: str, value: Any) -> None:
 
 
 def experiment_with(experiment: Experiment, changes: Mapping[str, Any]) -> Experiment:
-    """A copy of an experiment at hand with the values under some dotted keys replaced, checked like a file's."""
+    """A copy of an experiment with the values under some dotted keys replaced, checked like a file's."""
     mapping = experiment.to_mapping()
     for key, value in changes.items():
         _put(mapping, key, value)

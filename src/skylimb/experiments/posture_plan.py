@@ -16,7 +16,7 @@ _KNOT = 0.1
 
 
 def posture_plan(config: PostureConfig, robot: Robot) -> PosturePlan:
-    """The plan from the nominal posture through the experiment's postures, and the vectoring angles that suit each."""
+    """From the nominal posture through the experiment's, with the vectoring angles that suit each."""
     family = posture_family(robot)
     joint_angles = np.asarray(family.joint_angles(family.theta_nominal), dtype=float)
     vectoring_angles = np.asarray(vectoring_table(robot).angles(family.theta_nominal), dtype=float)
@@ -24,7 +24,9 @@ def posture_plan(config: PostureConfig, robot: Robot) -> PosturePlan:
     knots = np.append(np.arange(0.0, path.duration, _KNOT), path.duration)
     vectoring = vectoring_angles[None, :]
     if path.duration > 0.0:
-        vectoring = np.vstack([vectoring_angles, vectoring_path(robot, path.sample(knots[1:]), vectoring_angles)])
+        vectoring = np.vstack(
+            [vectoring_angles, vectoring_path(robot, path.sample(knots[1:]), vectoring_angles)]
+        )
     headings = [robot.at(q, psi).tip_heading for q, psi in zip(path.sample(knots), vectoring, strict=True)]
 
     return PosturePlan(

@@ -46,7 +46,8 @@ def run(
         experiment: a name, a TOML file, or an experiment at hand.
         controller: a preset's name, a preset's TOML file, a Python file, or a controller at hand.
         seed: of the sensors' noise; the experiment's own when None.
-        set: dotted keys of the experiment and new values; keys that begin with "controller." go to the preset.
+        set: dotted keys of the experiment and new values; keys that begin with "controller." go to the
+            preset.
         progress: told how far the flight is.
 
     Returns:
@@ -85,7 +86,11 @@ def _prepare(
 ) -> tuple[Experiment, Robot, list[Controller]]:
     """Load and check everything before anything flies."""
     given = dict(set or {})
-    gains = {key.removeprefix("controller."): given.pop(key) for key in list(given) if key.startswith("controller.")}
+    gains = {
+        key.removeprefix("controller."): given.pop(key)
+        for key in list(given)
+        if key.startswith("controller.")
+    }
     if seed is not None:
         given["seed"] = seed
     if isinstance(experiment, Experiment):
@@ -97,7 +102,9 @@ def _prepare(
     return experiment, robot, ready
 
 
-def fly(experiment: Experiment, robot: Robot, controller: Controller, progress: Progress | None = None) -> Run:
+def fly(
+    experiment: Experiment, robot: Robot, controller: Controller, progress: Progress | None = None
+) -> Run:
     """Fly a loaded controller through a loaded experiment.
 
     Args:
@@ -110,7 +117,6 @@ def fly(experiment: Experiment, robot: Robot, controller: Controller, progress: 
     flight = fly_mission(experiment, plant, mission, controller, progress)
     log = flight_log(plant, flight, mission)
     config = {**experiment.to_mapping(), "controller": resolved_preset(controller)}
-    frame = mission.frame
     log.attrs |= {
         "robot": robot.name,
         "experiment": experiment.name,

@@ -66,17 +66,22 @@ def posture_path(config: PostureConfig, robot: Robot, start: np.ndarray) -> Post
     servo = robot.description.shape_servo
     if config.waypoints and config.speed > servo.speed_limit:
         raise ConfigError(
-            f"posture.speed = {config.speed:g} rad/s is above {robot.name}'s joint speed of {servo.speed_limit:g} rad/s"
+            f"posture.speed = {config.speed:g} rad/s is above the joint speed of {robot.name}, "
+            f"{servo.speed_limit:g} rad/s"
         )
     times, postures = [0.0], [np.asarray(start, dtype=float)]
     lower, upper = robot.joint_limits()
     for waypoint in config.waypoints:
         target = np.asarray(waypoint, dtype=float)
         if target.shape != (robot.n_joints,):
-            raise ConfigError(f"posture.waypoints: {list(waypoint)} has {len(target)} angles; {robot.name} has {robot.n_joints}")
+            raise ConfigError(
+                f"posture.waypoints: {list(waypoint)} has {len(target)} angles; {robot.name} has "
+                f"{robot.n_joints} joints"
+            )
         if np.any(target < lower - 1e-9) or np.any(target > upper + 1e-9):
             raise UnreachableError(
-                f"posture.waypoints: {list(waypoint)} rad is beyond {robot.name}'s limits {lower.tolist()} .. {upper.tolist()}"
+                f"posture.waypoints: {list(waypoint)} rad is beyond the limits of {robot.name}, "
+                f"{lower.tolist()} .. {upper.tolist()} rad"
             )
         way = float(np.max(np.abs(target - postures[-1])))
         if way > 0.0:

@@ -1,8 +1,8 @@
 """Vectoring angles along any path of postures, knot by knot from where they are.
 
-At every knot the guaranteed control torque is maximised again, without hover tilt and within a small step of the angles before,
-as the laboratory's own planner does in flight. It cannot see a singular posture coming: use the table of the posture family
-(`planning.vectoring`) where that family is all that is flown.
+At every knot the guaranteed control torque is maximised again, without hover tilt and within a small step of
+the angles before, as the laboratory's own planner does in flight. It cannot see a singular posture coming:
+use the table of the posture family (`planning.vectoring`) where that family is all that is flown.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _ROUNDING = 1e-4
 
 
 def vectoring_path(robot: Robot, postures: np.ndarray, start: np.ndarray) -> np.ndarray:
-    """Vectoring angles (k, nv) in rad for joint angles `postures` (k, nq) in rad, beginning near `start` (nv,).
+    """Vectoring angles (k, nv) for joint angles `postures` (k, nq), beginning near `start` (nv,), all rad.
 
     Raises:
         AllocationError: no vectoring angles within a step of the last hover without tilt at some posture.
@@ -62,8 +62,8 @@ def vectoring_path(robot: Robot, postures: np.ndarray, start: np.ndarray) -> np.
         )
         if not solver.stats()["success"]:
             raise AllocationError(
-                f"no vectoring angles within {STEP:g} rad of {np.round(now, 3).tolist()} let {robot.name} hover level at "
-                f"joint angles {np.round(posture, 3).tolist()} rad"
+                f"no vectoring angles within {STEP:g} rad of {np.round(now, 3).tolist()} let {robot.name} "
+                f"hover level at joint angles {np.round(posture, 3).tolist()} rad"
             )
         values = solution["x"].full().ravel()
         now, torque = values[:nv], float(values[nv])

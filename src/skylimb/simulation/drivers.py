@@ -1,4 +1,4 @@
-"""The loop around a compiled tick: evaluated straight on MuJoCo's own memory, with nothing allocated in the loop."""
+"""The loop around a compiled tick, evaluated straight on MuJoCo's own memory with nothing allocated."""
 
 from __future__ import annotations
 
@@ -67,21 +67,28 @@ def fly_compiled(
 
 
 def _bind(
-    tick: CompiledTick, data: mujoco.MjData, state: np.ndarray, next_state: np.ndarray, row: np.ndarray, signals: np.ndarray
+    tick: CompiledTick,
+    data: mujoco.MjData,
+    state: np.ndarray,
+    next_state: np.ndarray,
+    row: np.ndarray,
+    signals: np.ndarray,
 ) -> tuple[Any, Callable[[], None]]:
-    """An evaluation of the tick that reads and writes these arrays' own memory; the buffer must be kept alive with it."""
+    """An evaluation on these arrays' own memory, and the buffer that must be kept alive with it."""
     buffer, evaluate = tick.function.buffer()
-    for index, array in enumerate((state, data.qpos, data.qvel, data.act, data.history, row, tick.gains)):
-        buffer.set_arg(index, memoryview(array))
-    for index, array in enumerate((next_state, data.ctrl, signals)):
-        buffer.set_res(index, memoryview(array))
+    arguments: tuple[Any, ...] = (state, data.qpos, data.qvel, data.act, data.history, row, tick.gains)
+    results: tuple[Any, ...] = (next_state, data.ctrl, signals)
+    for index, array in enumerate(arguments):
+        buffer.set_arg(index, memoryview(array))  # pyright: ignore[reportCallIssue]
+    for index, array in enumerate(results):
+        buffer.set_res(index, memoryview(array))  # pyright: ignore[reportCallIssue]
     return buffer, evaluate
 
 
 def interventions(
     plant: Plant, data: mujoco.MjData, mission: Mission, disturbance: DisturbanceConfig
 ) -> list[Callable[[int], None]]:
-    """What acts on the plant from outside before the steps of a tick: a moving surface, a push; mostly nothing."""
+    """What acts on the plant from outside before a tick's steps: a moving surface, a push, or nothing."""
     found: list[Callable[[int], None]] = []
     if plant.wall_joint is not None:
         position, velocity = plant.surface.motion(mission.times)
@@ -104,5 +111,8 @@ def lost_flight(
     found = find_loss(log, layout, mission, start, end)
     warning = engine_warning(data)
     if found is None and warning:
-        return end - 1, f"diverged: the physics engine warned ({warning}) before t = {mission.times[end - 1]:.3f} s"
+        return (
+            end - 1,
+            f"diverged: the physics engine warned ({warning}) before t = {mission.times[end - 1]:.3f} s",
+        )
     return found

@@ -45,7 +45,8 @@ def find_loss(
 ) -> tuple[int, str] | None:
     """The first tick of first..last-1 at which the flight is lost, and why; None while it is not.
 
-    Lost is: a number that is not finite, a tilt above 1 rad, a root more than 2 m from the reference, a root on the floor.
+    Lost is: a number that is not finite, a tilt above 1 rad, a root more than 2 m from the reference, a root
+    on the floor.
     """
     rows = signals[first:last]
     qpos = rows[:, layout.slices["configuration"]]
@@ -69,7 +70,13 @@ def find_loss(
 
 def _own_signals(layout: Layout[dict[str, object]]) -> np.ndarray:
     """Columns that every driver fills; a user's controller may leave its inner signals open."""
-    names = ("configuration", "configuration_velocity", "thrusts_command", "joint_angles_command", "contact_force")
+    names = (
+        "configuration",
+        "configuration_velocity",
+        "thrusts_command",
+        "joint_angles_command",
+        "contact_force",
+    )
     return np.concatenate([np.arange(layout.size)[layout.slices[name]] for name in names])
 
 

@@ -44,7 +44,9 @@ def flight_log(plant: Plant, flight: Flight, mission: Mission) -> xr.Dataset:
     }
     clash = sorted(values.keys() & computed.keys())
     if clash:
-        raise ConfigError(f"controller signal '{clash[0]}' is a name that the loop records itself; choose another")
+        raise ConfigError(
+            f"controller signal '{clash[0]}' is a name that the loop records itself; choose another"
+        )
     values |= computed
     return xr.Dataset(
         {name: _variable(name, array, plant) for name, array in values.items()},
@@ -54,7 +56,9 @@ def flight_log(plant: Plant, flight: Flight, mission: Mission) -> xr.Dataset:
 
 
 def _variable(name: str, array: np.ndarray, plant: Plant) -> xr.Variable:
-    info = SIGNALS.get(name, SignalInfo(_plain_dims(array, name), "", "", "signal of the controller's own", "estimate"))
+    info = SIGNALS.get(
+        name, SignalInfo(_plain_dims(array, name), "", "", "signal of the controller's own", "estimate")
+    )
     attrs: dict[str, Any] = {
         "units": info.units,
         "frame": info.frame,

@@ -1,6 +1,7 @@
 """The paper's flight as a table: what the controller is asked to do at every tick.
 
-Phases: hover, tare (the observer's bias is averaged), approach along the contact axis, settle in contact, slide along the
+Phases: hover, tare (the observer's bias is averaged), approach along the contact axis, settle in contact,
+    slide along the
 path, retreat, hover. They follow the clock alone, so the whole table is known before take-off.
 """
 
@@ -63,7 +64,7 @@ class ApproachConfig:
 
 @dataclass(frozen=True)
 class ContactFrame:
-    """Axes of the task: the contact axis into the surface, and two sliding axes; right-handed, unit vectors in W."""
+    """Axes of the task, right-handed unit vectors in W: the contact axis and two sliding axes."""
 
     contact: np.ndarray
     sliding_u: np.ndarray
@@ -72,17 +73,23 @@ class ContactFrame:
     @property
     def heading(self) -> float:
         """Heading of the contact axis about z, rad; zero when it is vertical."""
-        return float(np.arctan2(self.contact[1], self.contact[0])) if np.hypot(*self.contact[:2]) > 1e-6 else 0.0
+        return (
+            float(np.arctan2(self.contact[1], self.contact[0])) if np.hypot(*self.contact[:2]) > 1e-6 else 0.0
+        )
 
 
 def contact_frame(axis: tuple[float, float, float]) -> ContactFrame:
-    """The frame of a contact axis, as a surface has it: for x, u = y and v = z, the paper's; a ceiling has u = y, v = -x.
+    """The frame of a contact axis, as a surface has it.
+
+    For x it is the paper's, u = y and v = z; a ceiling has u = y and v = -x.
 
     Raises:
         ConfigError: when the axis is no unit vector.
     """
     if not abs(float(np.linalg.norm(axis)) - 1.0) < 1e-3:
-        raise ConfigError(f"contact_axis = {list(axis)} must be a unit vector; the paper's is [1.0, 0.0, 0.0]")
+        raise ConfigError(
+            f"contact_axis = {list(axis)} must be a unit vector; the paper's is [1.0, 0.0, 0.0]"
+        )
     return ContactFrame(*base_rotation(axis).T)
 
 
@@ -151,7 +158,9 @@ def plan_mission(
     in_time, out_time = ramp_duration(travel, approach.speed), ramp_duration(travel, approach.retreat_speed)
     phases = config.phases
     slide = max(path.duration, posture.duration)
-    durations = np.array([phases.hover, phases.tare, in_time, phases.settle, slide, out_time, phases.hover_end])
+    durations = np.array(
+        [phases.hover, phases.tare, in_time, phases.settle, slide, out_time, phases.hover_end]
+    )
     ends = np.cumsum(durations)
     count = round(float(ends[-1]) / dt) + 1
     times = np.arange(count) * dt
@@ -184,7 +193,8 @@ def plan_mission(
         contact_axis=np.tile(a, (count, 1)),
         tare=(phase == PHASES.index("tare")).astype(float),
         align=np.full(count, float(approach.contact)),
-        adapt=np.isin(phase, [PHASES.index(name) for name in ("approach", "settle", "slide")]) * float(approach.contact),
+        adapt=np.isin(phase, [PHASES.index(name) for name in ("approach", "settle", "slide")])
+        * float(approach.contact),
     )
     return Mission(times, reference, phase, frame)
 
@@ -196,9 +206,9 @@ def ramp_duration(distance: float, speed: float) -> float:
 
 
 def ramp(distance: float, speed: float, t: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Way, speed and acceleration at times t: trapezoidal speed that starts at t = 0, still before and after."""
+    """Way, speed and acceleration at times t: a trapezoid of speed from t = 0, still before and after."""
     if distance <= 0.0:
-        return (np.zeros_like(t),) * 3
+        return np.zeros_like(t), np.zeros_like(t), np.zeros_like(t)
     speed = min(speed, distance / _RAMP)
     bend = speed / _RAMP
     total = ramp_duration(distance, speed)
@@ -206,7 +216,9 @@ def ramp(distance: float, speed: float, t: np.ndarray) -> tuple[np.ndarray, np.n
     rising, falling = t < _RAMP, t > total - _RAMP
     left = total - t
     way = np.where(
-        rising, 0.5 * bend * t**2, np.where(falling, distance - 0.5 * bend * left**2, speed * (t - 0.5 * _RAMP))
+        rising,
+        0.5 * bend * t**2,
+        np.where(falling, distance - 0.5 * bend * left**2, speed * (t - 0.5 * _RAMP)),
     )
     rate = np.where(rising, bend * t, np.where(falling, bend * left, speed))
     inside = (t > 0.0) & (t < total)

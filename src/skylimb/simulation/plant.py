@@ -1,7 +1,7 @@
 """The plant: robot, surface and contact as one compiled MuJoCo model.
 
-The plant is built from a robot description like the controller's model, but from its own copy: `PlantConfig` says how the
-real robot differs from what the controller believes.
+The plant is built from a robot description like the controller's model, but from its own copy: `PlantConfig`
+says how the real robot differs from what the controller believes.
 """
 
 from __future__ import annotations
@@ -27,7 +27,6 @@ from skylimb.simulation.contact import (
 from skylimb.simulation.robot_bodies import TIP_GEOM, add_robot
 from skylimb.simulation.surfaces import Surface
 from skylimb.spatial import quaternion_from_rotation, rot_z
-
 
 _SAG_ITERATIONS = 5
 
@@ -78,9 +77,7 @@ def plant_description(description: RobotDescription, config: PlantConfig) -> Rob
         if link.name == description.root:
             com = com + np.asarray(config.cog_offset) * (total / inertial.mass)
         mass = inertial.mass * config.mass_scale
-        return dataclasses.replace(
-            link, inertial=Inertial(mass, com, inertial.inertia * config.mass_scale)
-        )
+        return dataclasses.replace(link, inertial=Inertial(mass, com, inertial.inertia * config.mass_scale))
 
     lag = config.rotor_lag
     rotors = tuple(
@@ -138,7 +135,8 @@ def build_plant(robot: Robot, surface: Surface, config: PlantConfig, dt: float) 
     if config.rotor_scale:
         if len(config.rotor_scale) != len(scales):
             raise ConfigError(
-                f"plant.rotor_scale has {len(config.rotor_scale)} entries; {description.name} has {len(scales)} rotors"
+                f"plant.rotor_scale has {len(config.rotor_scale)} entries; {description.name} has "
+                f"{len(scales)} rotors"
             )
         scales = scales * np.asarray(config.rotor_scale)
     true = plant_description(description, config)
@@ -147,7 +145,8 @@ def build_plant(robot: Robot, surface: Surface, config: PlantConfig, dt: float) 
     spec.modelname = description.name
     spec.compiler.degree = False
     set_contact_options(spec, config.physics_step)
-    # Batteries, computers and the pen become part of the links that carry them: half the bodies, the same mechanics.
+    # Batteries, computers and the pen become part of the links that carry them: half the bodies, the same
+    # mechanics.
     spec.compiler.fusestatic = True
     _add_surroundings(spec)
     add_robot(spec, true)
@@ -181,8 +180,8 @@ def build_plant(robot: Robot, surface: Surface, config: PlantConfig, dt: float) 
 def initial_data(plant: Plant, first: Reference) -> mujoco.MjData:
     """Data with the robot at rest, hovering as the first row of a mission asks.
 
-    Rotors already give hover thrust, and the joints hang as far from their set points as their servos' springs give under
-    it, as after a take-off.
+    Rotors already give hover thrust, and the joints hang as far from their set points as their servos'
+    springs give under it, as after a take-off.
     """
     nominal = np.asarray(first.joint_angles, dtype=float)
     data = mujoco.MjData(plant.model)
@@ -222,7 +221,9 @@ def _static_servo_torque(plant: Plant, data: mujoco.MjData) -> np.ndarray:
             data.moment_rowadr[i : i + 1], data.moment_colind,
         )  # fmt: skip
         rotors += moment * data.actuator_force[i]
-    dofs = [address - 1 for address in plant.joint_qpos]  # the free joint has one velocity less than positions
+    dofs = [
+        address - 1 for address in plant.joint_qpos
+    ]  # the free joint has one velocity less than positions
     return (data.qfrc_bias - rotors)[dofs]
 
 

@@ -1,4 +1,4 @@
-"""The loop around a controller that is any Python object: slower than the compiled tick, and first class otherwise."""
+"""The loop around a controller that is any Python object: slower than the compiled tick, else its equal."""
 
 from __future__ import annotations
 
@@ -62,7 +62,9 @@ def fly_python(
             sensor_state, measured = (_flat(value) for value in sense(sensor_state, *outputs, rows[k]))
             reference = layout.unpack(rows[k]).reference
             try:
-                state, command, inner = controller.step(gains, state, measurements.unpack(measured), reference, dt)
+                state, command, inner = controller.step(
+                    gains, state, measurements.unpack(measured), reference, dt
+                )
             except Exception as error:
                 raise _failed_step(controller.name, mission.times[k], error) from error
             command = _checked(controller.name, command, plant)
@@ -114,7 +116,11 @@ def _sensors(
     """The sensors alone as a function, and their state before the first tick."""
     initial = initial_sensor_state(config, dt, np.concatenate([data.qpos[0:7], data.qvel[0:6]]))
     states, rows = Layout(initial), row_layout(plant)
-    x, row, outputs = ca.SX.sym("state", states.size), ca.SX.sym("row", rows.size), symbolic_outputs(plant.model)
+    x, row, outputs = (
+        ca.SX.sym("state", states.size),
+        ca.SX.sym("row", rows.size),
+        symbolic_outputs(plant.model),
+    )
     state, measurement = sense_plant(plant, config, states.unpack(x), outputs, rows.unpack(row), dt)
     packed = Layout(measurement).pack(measurement)
     return ca.Function("sense", [x, *outputs, row], [states.pack(state), packed]), states.pack(initial)
@@ -139,7 +145,9 @@ def _failed_step(name: str, time: float, error: Exception) -> ConfigError:
     """What to tell of an error in a user's own code: where it happened, in one line."""
     last = traceback.extract_tb(error.__traceback__)[-1]
     place = f"{Path(last.filename).name}, line {last.lineno}"
-    return ConfigError(f"controller '{name}' fails at t = {time:.3f} s: {type(error).__name__}: {error} ({place})")
+    return ConfigError(
+        f"controller '{name}' fails at t = {time:.3f} s: {type(error).__name__}: {error} ({place})"
+    )
 
 
 def _checked(name: str, command: Any, plant: Plant) -> Command:
@@ -153,6 +161,8 @@ def _checked(name: str, command: Any, plant: Plant) -> Command:
     for field, length in wanted.items():
         value = _flat(getattr(command, field, np.zeros(0)))
         if len(value) != length:
-            raise ConfigError(f"controller '{name}' gave {len(value)} {field}; {description.name} takes {length}")
+            raise ConfigError(
+                f"controller '{name}' gave {len(value)} {field}; {description.name} takes {length}"
+            )
         values.append(value)
     return Command(*values)

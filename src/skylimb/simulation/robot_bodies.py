@@ -22,8 +22,8 @@ _GEOM = {
 def add_robot(spec: mujoco.MjSpec, description: RobotDescription) -> None:
     """Add the robot as one free body tree, with its tip; nothing but the tip can touch anything.
 
-    Link frames become body frames, so that every quantity of the description keeps its meaning. The root is free: a URDF's
-    root fixed to the world would lose that link's mass.
+    Link frames become body frames, so that every quantity of the description keeps its meaning. The root is
+    free: a URDF's root fixed to the world would lose that link's mass.
     """
     bodies = {description.root: spec.worldbody.add_body(name=description.root)}
     bodies[description.root].add_freejoint(name="root")
@@ -105,12 +105,14 @@ def _geom_size(spec: mujoco.MjSpec, visual: Visual, name: str) -> tuple[list[flo
             return [0.0, 0.0, 0.0], name
 
 
-def _add_actuators(spec: mujoco.MjSpec, bodies: dict[str, mujoco.MjsBody], description: RobotDescription) -> None:
+def _add_actuators(
+    spec: mujoco.MjSpec, bodies: dict[str, mujoco.MjsBody], description: RobotDescription
+) -> None:
     """Actuators in the order thrusts, shape joints, vectoring joints; each has one activation.
 
-    A rotor's activation is its thrust, which follows the command with a first-order lag, exactly integrated. A servo's
-    activation is its set point, which its control drives at a rate: the ramp inside a control tick is smooth at any
-    control rate, and the speed limit is the rate's.
+    A rotor's activation is its thrust, which follows the command with a first-order lag, exactly integrated.
+    A servo's activation is its set point, which its control drives at a rate: the ramp inside a control tick
+    is smooth at any control rate, and the speed limit is the rate's.
     """
     for rotor in description.rotors:
         site = f"thrust_{rotor.name}"

@@ -1,8 +1,9 @@
 """Motion capture with rate, latency and noise, and joint encoders.
 
-A frame of motion capture shows the plant as it was `latency` before the frame came, and stays until the next one. Both
-follow from one number a tick, the age of what is seen: the measurement is the plant's state that long ago, interpolated in a
-short history. So the sensor is a pure function of a shift register, an age and a row of noise, the same in every driver.
+A frame of motion capture shows the plant as it was `latency` before the frame came, and stays until the next
+one. Both follow from one number a tick, the age of what is seen: the measurement is the plant's state that
+long ago, interpolated in a short history. So the sensor is a pure function of a shift register, an age and a
+row of noise, the same in every driver.
 """
 
 from __future__ import annotations
@@ -81,7 +82,8 @@ class SensorState(NamedTuple):
 def history_depth(config: SensorConfig, dt: float) -> int:
     """Ticks that the history must hold for the oldest state ever looked at, and its older neighbour."""
     frame = 1.0 / config.rate if config.rate > 0.0 else 0.0
-    # Just before a frame comes, the last one is a frame's time old, less a tick where frames and ticks keep step.
+    # Just before a frame comes, the last one is a frame's time old, less a tick where frames and ticks keep
+    # step.
     in_step = abs(frame / dt - round(frame / dt)) < 1e-9
     oldest = config.latency + (max(frame - dt, 0.0) if in_step else frame)
     return math.ceil(oldest / dt - 1e-9) + 1
@@ -110,7 +112,7 @@ def frame_ages(config: SensorConfig, times: np.ndarray) -> np.ndarray:
 def draw_noise(
     config: SensorConfig, times: np.ndarray, n_joints: int, n_vectoring: int, rng: np.random.Generator
 ) -> SensorNoise:
-    """The noise of a whole run at once, each entry (k, width); one draw a frame, one a tick for the encoders."""
+    """The noise of a whole run, each entry (k, width): a draw a frame, and one a tick for the encoders."""
     frames = frame_numbers(config, times)
     per_frame = rng.standard_normal((int(frames[-1]) + 1, 12))[frames] if len(times) else np.zeros((0, 12))
     per_tick = rng.standard_normal((len(times), n_joints + n_vectoring))

@@ -1,4 +1,4 @@
-"""Every signal that a run records: dimensions besides time, unit, frame, meaning, and whether it is truth or belief."""
+"""Every signal that a run records: dimensions, unit, frame, meaning, and whether it is truth or belief."""
 
 from __future__ import annotations
 
@@ -31,33 +31,61 @@ _QUATERNION, _ROTOR, _JOINT, _VECTORING = ("quaternion",), ("rotor",), ("joint",
 SIGNALS: dict[str, SignalInfo] = {
     "cog_position": SignalInfo(_AXIS, "m", "W", "centre of gravity", "truth"),
     "cog_velocity": SignalInfo(_AXIS, "m/s", "W", "velocity of the centre of gravity", "truth"),
-    "cog_position_estimate": SignalInfo(_AXIS, "m", "W", "centre of gravity, as the controller knows it", "estimate"),
-    "cog_velocity_estimate": SignalInfo(_AXIS, "m/s", "W", "its velocity, as the controller knows it", "estimate"),
+    "cog_position_estimate": SignalInfo(
+        _AXIS, "m", "W", "centre of gravity, as the controller knows it", "estimate"
+    ),
+    "cog_velocity_estimate": SignalInfo(
+        _AXIS, "m/s", "W", "its velocity, as the controller knows it", "estimate"
+    ),
     "cog_position_reference": SignalInfo(_AXIS, "m", "W", "reference of the centre of gravity", "reference"),
     "cog_velocity_reference": SignalInfo(_AXIS, "m/s", "W", "reference velocity that was sent", "reference"),
-    "cog_acceleration_reference": SignalInfo(_AXIS, "m/s^2", "W", "reference acceleration that was sent", "reference"),
+    "cog_acceleration_reference": SignalInfo(
+        _AXIS, "m/s^2", "W", "reference acceleration that was sent", "reference"
+    ),
     "attitude": SignalInfo(_AXIS, "rad", "W", "roll, pitch, yaw of the hovering frame", "truth"),
-    "attitude_estimate": SignalInfo(_AXIS, "rad", "W", "roll, pitch, yaw, as the controller knows them", "estimate"),
+    "attitude_estimate": SignalInfo(
+        _AXIS, "rad", "W", "roll, pitch, yaw, as the controller knows them", "estimate"
+    ),
     "attitude_target": SignalInfo(_AXIS, "rad", "W", "target roll, pitch, yaw", "command"),
     "angular_velocity_estimate": SignalInfo(_AXIS, "rad/s", "C", "angular velocity", "estimate"),
-    "tilt": SignalInfo(_SCALAR, "rad", "W", "angle between the hovering frame's z axis and the vertical", "truth"),
+    "tilt": SignalInfo(
+        _SCALAR, "rad", "W", "angle between the hovering frame's z axis and the vertical", "truth"
+    ),
     "root_position": SignalInfo(_AXIS, "m", "W", "origin of the root link", "truth"),
     "root_quaternion": SignalInfo(_QUATERNION, "", "W", "attitude of the root link", "truth"),
     "root_position_measured": SignalInfo(_AXIS, "m", "W", "origin of the root link, measured", "measurement"),
-    "root_quaternion_measured": SignalInfo(_QUATERNION, "", "W", "attitude of the root link, measured", "measurement"),
+    "root_quaternion_measured": SignalInfo(
+        _QUATERNION, "", "W", "attitude of the root link, measured", "measurement"
+    ),
     "external_force_estimate": SignalInfo(_AXIS, "N", "W", "external force, estimated and tared", "estimate"),
-    "external_torque_estimate": SignalInfo(_AXIS, "N m", "C", "external torque, estimated and tared", "estimate"),
-    "external_force_filtered": SignalInfo(_SCALAR, "N", "W", "filtered force along the contact axis", "estimate"),
+    "external_torque_estimate": SignalInfo(
+        _AXIS, "N m", "C", "external torque, estimated and tared", "estimate"
+    ),
+    "external_force_filtered": SignalInfo(
+        _SCALAR, "N", "W", "filtered force along the contact axis", "estimate"
+    ),
     "external_force_bias": SignalInfo(_AXIS, "N", "W", "bias of the force estimate taken off", "estimate"),
-    "external_torque_bias": SignalInfo(_AXIS, "N m", "C", "bias of the torque estimate taken off", "estimate"),
-    "contact_force": SignalInfo(_AXIS, "N", "W", "contact force on the robot, mean since the last tick", "truth"),
+    "external_torque_bias": SignalInfo(
+        _AXIS, "N m", "C", "bias of the torque estimate taken off", "estimate"
+    ),
+    "contact_force": SignalInfo(
+        _AXIS, "N", "W", "contact force on the robot, mean since the last tick", "truth"
+    ),
     "contact_force_normal": SignalInfo(_SCALAR, "N", "W", "its part along the surface's normal", "truth"),
     "contact_torque": SignalInfo(_AXIS, "N m", "W", "its torque about the centre of gravity", "truth"),
     "contact": SignalInfo(_SCALAR, "", "", "1 when the tip touched since the last tick", "truth"),
-    "contact_duty": SignalInfo(_SCALAR, "", "", "fraction of physics steps touching since the last tick", "truth"),
-    "contact_point": SignalInfo(_AXIS, "m", "W", "mean touching point since the last tick; zero without", "truth"),
-    "slip_speed": SignalInfo(_SCALAR, "m/s", "W", "speed of the tip along the surface while touching", "truth"),
-    "surface_gap": SignalInfo(_SCALAR, "m", "", "gap between tip and surface; negative when pressed in", "truth"),
+    "contact_duty": SignalInfo(
+        _SCALAR, "", "", "fraction of physics steps touching since the last tick", "truth"
+    ),
+    "contact_point": SignalInfo(
+        _AXIS, "m", "W", "mean touching point since the last tick; zero without", "truth"
+    ),
+    "slip_speed": SignalInfo(
+        _SCALAR, "m/s", "W", "speed of the tip along the surface while touching", "truth"
+    ),
+    "surface_gap": SignalInfo(
+        _SCALAR, "m", "", "gap between tip and surface; negative when pressed in", "truth"
+    ),
     "tip_position": SignalInfo(_AXIS, "m", "W", "tip", "truth"),
     "tip_velocity": SignalInfo(_AXIS, "m/s", "W", "velocity of the tip", "truth"),
     "reach": SignalInfo(_SCALAR, "m", "", "centre of gravity to tip along the contact axis", "truth"),
@@ -68,13 +96,19 @@ SIGNALS: dict[str, SignalInfo] = {
     "joint_angles_measured": SignalInfo(_JOINT, "rad", "root", "shape joints, measured", "measurement"),
     "joint_angles_command": SignalInfo(_JOINT, "rad", "root", "shape joints, commanded", "command"),
     "vectoring_angles": SignalInfo(_VECTORING, "rad", "root", "vectoring joints", "truth"),
-    "vectoring_angles_measured": SignalInfo(_VECTORING, "rad", "root", "vectoring joints, measured", "measurement"),
-    "vectoring_angles_command": SignalInfo(_VECTORING, "rad", "root", "vectoring joints, commanded", "command"),
+    "vectoring_angles_measured": SignalInfo(
+        _VECTORING, "rad", "root", "vectoring joints, measured", "measurement"
+    ),
+    "vectoring_angles_command": SignalInfo(
+        _VECTORING, "rad", "root", "vectoring joints, commanded", "command"
+    ),
     "thrusts": SignalInfo(_ROTOR, "N", "", "rotor thrusts", "truth"),
     "thrusts_command": SignalInfo(_ROTOR, "N", "", "rotor thrusts, commanded", "command"),
     "force_command": SignalInfo(_AXIS, "N", "W", "wanted force", "command"),
     "torque_command": SignalInfo(_AXIS, "N m", "C", "wanted torque", "command"),
     "phase": SignalInfo(_SCALAR, "", "", "phase of the mission", "reference"),
-    "configuration": SignalInfo(("configuration",), "", "W", "positions of the scene's joints, for replay", "truth"),
+    "configuration": SignalInfo(
+        ("configuration",), "", "W", "positions of the scene's joints, for replay", "truth"
+    ),
     "skeleton": SignalInfo(("node", "axis"), "m", "W", "points along the chain, root to tip", "truth"),
 }

@@ -2,8 +2,9 @@
 
     (state, plant outputs, row, gains) -> (state, controls, signals)
 
-The row holds everything that is known before the flight: reference, age of the motion capture's frame, noise. All of it is
-pure, so that a driver in any language gives the same flight; gains are inputs, so that changing one rebuilds nothing.
+The row holds everything that is known before the flight: reference, age of the motion capture's frame, noise.
+All of it is pure, so that a driver in any language gives the same flight; gains are inputs, so that changing
+one rebuilds nothing.
 """
 
 from __future__ import annotations
@@ -62,7 +63,9 @@ def sense_plant(
     return sense(config, state, root, joints, vectoring, row.age, row.noise, dt)
 
 
-def plant_signals(plant: Plant, outputs: PlantOutputs, measurement: Measurement, command: Command) -> dict[str, Any]:
+def plant_signals(
+    plant: Plant, outputs: PlantOutputs, measurement: Measurement, command: Command
+) -> dict[str, Any]:
     """What is recorded whatever the controller: truth, measurement and command."""
     force, duty, point = _contact_average(plant.reading, outputs.history)
     n = len(plant.robot.description.rotors)
@@ -84,7 +87,7 @@ def plant_signals(plant: Plant, outputs: PlantOutputs, measurement: Measurement,
 
 
 def _contact_average(reading: ContactReading, history: Any) -> tuple[Any, Any, Any]:
-    """Mean force on the robot (W, N), fraction of steps touching, and mean touching point (W, m; zero without touch)."""
+    """Mean force on the robot (W, N), fraction of steps touching, mean touching point (W, m)."""
     touching = [ca.if_else(history[int(i)] > 0.0, 1.0, 0.0) for i in reading.found]
     count = sum(touching)
     force = sum(history[[int(i) for i in row]] for row in reading.force) * (1.0 / reading.samples)
@@ -114,7 +117,7 @@ class CompiledTick:
 
 
 def check_measured_link(plant: Plant) -> None:
-    """Raise a `DescriptionError` unless the measured link is the root, the only one whose twist the plant gives directly."""
+    """Raise a `DescriptionError` unless the measured link is the root, whose twist the plant gives."""
     description = plant.robot.description
     if description.measured_link != description.root:
         raise DescriptionError(
@@ -129,7 +132,9 @@ def symbolic_outputs(model: mujoco.MjModel) -> PlantOutputs:
     return PlantOutputs(*(ca.SX.sym(name, int(size)) for name, size in sizes))
 
 
-def compile_tick(controller: Cascade, plant: Plant, sensors: SensorConfig, root: np.ndarray, dt: float) -> CompiledTick:
+def compile_tick(
+    controller: Cascade, plant: Plant, sensors: SensorConfig, root: np.ndarray, dt: float
+) -> CompiledTick:
     """Trace the whole tick with symbols and make one function of it.
 
     Args:
@@ -145,7 +150,8 @@ def compile_tick(controller: Cascade, plant: Plant, sensors: SensorConfig, root:
     states, gain_layout, rows = Layout(initial), Layout(gains), row_layout(plant)
 
     x, row, p = (
-        ca.SX.sym(name, size) for name, size in (("state", states.size), ("row", rows.size), ("gains", gain_layout.size))
+        ca.SX.sym(name, size)
+        for name, size in (("state", states.size), ("row", rows.size), ("gains", gain_layout.size))
     )
     outputs = symbolic_outputs(plant.model)
     sensor_state, controller_state = states.unpack(x)
@@ -160,7 +166,10 @@ def compile_tick(controller: Cascade, plant: Plant, sensors: SensorConfig, root:
     function = ca.Function(
         "tick",
         [x, *outputs, row, p],
-        [ca.densify(out) for out in (states.pack((sensor_state, controller_state)), controls, signals.pack(recorded))],
+        [
+            ca.densify(out)
+            for out in (states.pack((sensor_state, controller_state)), controls, signals.pack(recorded))
+        ],
         ["state", "qpos", "qvel", "act", "history", "row", "gains"],
         ["next_state", "controls", "signals"],
         {"cse": True},

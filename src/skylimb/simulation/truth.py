@@ -1,7 +1,8 @@
 """What really happened, computed from the plant's recorded configuration after the flight.
 
-The loop records only the physics' own state. Everything that follows from it exactly (centre of gravity, tip, attitude, reach,
-slip, gap) is computed here for the whole flight at once, from the model of the robot that really flew.
+The loop records only the physics' own state. Everything that follows from it exactly (centre of gravity, tip,
+attitude, reach, slip, gap) is computed here for the whole flight at once, from the model of the robot that
+really flew.
 """
 
 from __future__ import annotations
@@ -57,7 +58,9 @@ def _kinematics_function(
     cog = qpos[0:3] + R @ model.cog_root
     cog_velocity = qvel[0:3] + R @ (cross(omega, model.cog_root) + model.cog_jacobian @ rates)
     tip = qpos[0:3] + R @ model.tip_root
-    tip_velocity = qvel[0:3] + R @ (cross(omega, model.tip_root) + model.tip_jacobian @ rates[: len(joint_qpos)])
+    tip_velocity = qvel[0:3] + R @ (
+        cross(omega, model.tip_root) + model.tip_jacobian @ rates[: len(joint_qpos)]
+    )
     R_WC = R @ model.R_root_C
     points = robot.skeleton(q, psi)
     nodes = ca.horzcat(*(qpos[0:3] + R @ points[i, :].T for i in range(points.shape[0]))).T
@@ -87,7 +90,7 @@ def flight_kinematics(plant: Plant, flight: Flight, mission: Mission) -> Kinemat
 
 
 def contact_truth(plant: Plant, flight: Flight, mission: Mission, moved: Kinematics) -> dict[str, np.ndarray]:
-    """Normal force, torque about the centre of gravity, slip and gap at every tick, on the surface where it then is."""
+    """Normal force, torque about the centre of gravity, slip and gap, on the surface where it then is."""
     surface, times = plant.surface, mission.times[: flight.ticks]
     normal = surface.normal(moved.tip_position, times)
     _, wall_speed = surface.motion(times)
@@ -104,5 +107,3 @@ def contact_truth(plant: Plant, flight: Flight, mission: Mission, moved: Kinemat
         "slip_speed": np.where(duty > 0.0, np.linalg.norm(tangential, axis=1), 0.0),
         "surface_gap": surface.signed_distance(moved.tip_position, times) - radius,
     }
-
-

@@ -26,7 +26,11 @@ class Gains:
     damping_ratio: tuple[float, float, float]
 
     def __post_init__(self) -> None:
-        for name, unit in (("virtual_inertia_ratio", ""), ("normalized_stiffness", "1/s^2"), ("damping_ratio", "")):
+        for name, unit in (
+            ("virtual_inertia_ratio", ""),
+            ("normalized_stiffness", "1/s^2"),
+            ("damping_ratio", ""),
+        ):
             for entry in getattr(self, name):
                 require_positive("attitude", name, entry, unit)
 

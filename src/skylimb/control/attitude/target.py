@@ -11,7 +11,8 @@ from skylimb.symbolic import Array, arctan2, vector
 def attitude_target(force: Array, yaw: Any, yaw_reference: Any) -> tuple[Array, Array]:
     """Target roll and pitch from the wanted force, and R_C,ref = Rz Ry Rx.
 
-    eq:imp cmd for trans turns the force into the frame of the present heading; the paper's atan^-1(a, b) is atan2(a, b).
+    eq:imp cmd for trans turns the force into the frame of the present heading; the paper's atan^-1(a, b) is
+    atan2(a, b).
 
     Args:
         force: f_cmd in W, N.

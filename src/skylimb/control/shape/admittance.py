@@ -2,8 +2,8 @@
 
     m_a (r'' - r_ref'') + c_a (r' - r_ref') + k_a (r - r_ref) = f_hat - f_ref,    f_hat < 0 when pushed back,
 
-so that the arm draws back when pushed. As printed, the left side has the opposite sign and the arm would reach into the
-surface (docs/errata.md).
+so that the arm draws back when pushed. As printed, the left side has the opposite sign and the arm would
+reach into the surface (docs/errata.md).
 """
 
 from __future__ import annotations
@@ -51,10 +51,10 @@ def initial_state(gains: Gains, reach: float) -> State:
 
 
 def step(gains: Any, state: State, inputs: LawInput, reach_limits: tuple[float, float]) -> tuple[State, Any]:
-    """eq:difference method1 (right signs) and eq:difference method2: rate first, then reach, one control period on.
+    """eq:difference method1 (right signs) and eq:difference method2: rate first, then reach.
 
-    Outside of the adapting phases the force is not listened to and the spring alone brings the arm back. At the end of its
-    travel the arm stops, so that it leaves the limit as soon as the force turns.
+    Outside of the adapting phases the force is not listened to and the spring alone brings the arm back. At
+    the end of its travel the arm stops, so that it leaves the limit as soon as the force turns.
     """
     dt = inputs.dt
     push = (inputs.contact_force - gains.force_reference) * inputs.reference.adapt

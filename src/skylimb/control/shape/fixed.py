@@ -18,6 +18,8 @@ def initial_state(gains: Gains, reach: float) -> tuple[()]:
     return ()
 
 
-def step(gains: Any, state: tuple[()], inputs: LawInput, reach_limits: tuple[float, float]) -> tuple[tuple[()], Any]:
+def step(
+    gains: Any, state: tuple[()], inputs: LawInput, reach_limits: tuple[float, float]
+) -> tuple[tuple[()], Any]:
     """The reference's reach, m."""
     return state, inputs.reference.reach

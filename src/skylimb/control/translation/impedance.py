@@ -26,7 +26,11 @@ class Gains:
     damping_ratio: tuple[float, float, float]
 
     def __post_init__(self) -> None:
-        for name, unit in (("virtual_mass_ratio", ""), ("normalized_stiffness", "1/s^2"), ("damping_ratio", "")):
+        for name, unit in (
+            ("virtual_mass_ratio", ""),
+            ("normalized_stiffness", "1/s^2"),
+            ("damping_ratio", ""),
+        ):
             for entry in getattr(self, name):
                 require_positive("translation", name, entry, unit)
 
@@ -37,7 +41,7 @@ def initial_state(gains: Gains) -> tuple[()]:
 
 
 def step(gains: Any, state: tuple[()], inputs: LawInput) -> tuple[tuple[()], Array]:
-    """f_cmd of eq:imp cmd for trans2, W, N, with the reference's acceleration fed forward (zero when it is not sent)."""
+    """f_cmd of eq:imp cmd for trans2, W, N, plus the reference's acceleration (zero when it is not sent)."""
     body, reference = inputs.body, inputs.reference
     mass = body.model.mass
     error = body.position - reference.position
