@@ -12,8 +12,8 @@ from skylimb.analysis.metrics import metrics
 from skylimb.config import write_toml
 from skylimb.control.cascade import Cascade
 from skylimb.control.controller import Controller, load_controller, resolved_preset
-from skylimb.control.records import Reference
 from skylimb.experiments.experiment import Experiment, experiment_with, load_experiment
+from skylimb.experiments.flyable import first_row, require_flyable
 from skylimb.experiments.posture_plan import posture_plan
 from skylimb.recording.run import Run
 from skylimb.recording.versions import versions
@@ -136,7 +136,11 @@ def fly(
 
 
 def prepare_flight(experiment: Experiment, robot: Robot) -> tuple[Plant, Mission]:
-    """The plant and the mission of an experiment."""
+    """The plant and the mission of an experiment, checked against each other.
+
+    Raises:
+        ConfigError: when the robot would start inside the surface, its tip does not fit it, or the path leaves it.
+    """
     dt = experiment.control_period
     plant = build_plant(robot, experiment.surface, experiment.plant, dt)
     mission = plan_mission(
@@ -146,6 +150,7 @@ def prepare_flight(experiment: Experiment, robot: Robot) -> tuple[Plant, Mission
         posture_plan(experiment.posture, robot),
         dt,
     )
+    require_flyable(plant, mission)
     return plant, mission
 
 
@@ -158,7 +163,7 @@ def fly_mission(
 ) -> Flight:
     """Fly with the driver that suits the controller."""
     dt = experiment.control_period
-    data = initial_data(plant, Reference(*(entry[0] for entry in mission.reference)))
+    data = initial_data(plant, first_row(mission))
     rows = mission_rows(plant, mission, experiment.sensors, experiment.seed)
     outside = interventions(plant, data, mission, experiment.disturbance)
 

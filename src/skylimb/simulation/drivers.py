@@ -13,7 +13,9 @@ from skylimb.simulation.disturbance import DisturbanceConfig, pusher
 from skylimb.simulation.flight import CHECK_INTERVAL, Flight, engine_warning, find_loss
 from skylimb.simulation.mission import Mission
 from skylimb.simulation.plant import Plant
+from skylimb.simulation.robot_bodies import TIP_SITE
 from skylimb.simulation.sensors import SensorConfig, draw_noise, frame_ages
+from skylimb.simulation.surfaces import PairFriction
 from skylimb.simulation.tick import CompiledTick, TickRow, row_layout
 
 Progress = Callable[[int, int], None]
@@ -98,10 +100,26 @@ def interventions(
             data.qpos[at], data.qvel[dof] = position[k], velocity[k]
 
         found.append(move_wall)
+    if plant.surface.friction_varies:
+        found.append(_friction_writer(plant, data, mission))
     push = pusher(disturbance, plant.model, data, plant.robot.description.root, mission.times)
     if push is not None:
         found.append(push)
     return found
+
+
+def _friction_writer(plant: Plant, data: mujoco.MjData, mission: Mission) -> Callable[[int], None]:
+    """Writes the friction of the place and the slip speed that the tip has at a tick."""
+    model, friction = plant.model, PairFriction(plant.model, plant.surface)
+    site = model.site(TIP_SITE).id
+    position, velocity = data.site_xpos[site], np.zeros(6)
+    displacement, wall_speed = plant.surface.motion(mission.times)
+
+    def write(k: int) -> None:
+        mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_SITE, site, velocity, 0)
+        friction.update(position, velocity[3:], float(displacement[k]), float(wall_speed[k]))
+
+    return write
 
 
 def lost_flight(
