@@ -133,6 +133,11 @@ def test_a_wrong_value_is_named_on_one_line(tables, kind, words):
         assert word in message
 
 
+def test_a_part_of_a_table_is_named_in_full():
+    with pytest.raises(UnknownNameError, match=r"unknown key 'surface\.slop'; did you mean 'surface\.slope'"):
+        config.from_mapping(Wall, {"slop": 1}, "text", at="surface")
+
+
 def test_a_missing_key_is_named():
     with pytest.raises(ConfigError, match="the key 'mass' is missing"):
         config.from_mapping(Demanding, {}, "text")

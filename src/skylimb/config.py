@@ -51,7 +51,7 @@ def write_toml(config: Any) -> str:
     return tomli_w.dumps(to_mapping(config))
 
 
-def from_mapping(cls: type[T], mapping: Mapping[str, Any], where: str) -> T:
+def from_mapping(cls: type[T], mapping: Mapping[str, Any], where: str, at: str = "") -> T:
     """Build the dataclass `cls` from nested tables; keys left out take their defaults.
 
     Args:
@@ -59,13 +59,14 @@ def from_mapping(cls: type[T], mapping: Mapping[str, Any], where: str) -> T:
             any of them optional.
         mapping: tables as TOML gives them; NumPy scalars, arrays and tuples are welcome too.
         where: the source for error messages, such as a file name.
+        at: dotted key of `mapping` itself, where it is a part of a larger table.
 
     Raises:
         ConfigError: a value of the wrong type or out of range, or a required key that is missing.
         UnknownNameError: a key that `cls` does not have.
     """
     try:
-        return _build(cls, to_mapping(mapping, keep_none=True), ())
+        return _build(cls, to_mapping(mapping, keep_none=True), tuple(filter(None, at.split("."))))
     except ConfigError as error:
         raise type(error)(f"{where}: {error}") from None
 

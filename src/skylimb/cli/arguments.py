@@ -59,10 +59,15 @@ def _flags(kind: type) -> list[str]:
 
 
 def _first_sentence(text: str) -> str:
-    """What stands in the box that tyro draws around a mistake, up to its first rule, without colours."""
+    """What tyro says of a mistake, without the box around it, the option's help and the colours.
+
+    Its box is a title, the mistake, a rule, and advice; where the terminal cannot draw boxes there is another
+    rule below the title.
+    """
     plain = re.sub(r"\x1b\[[0-9;]*m", "", text)
-    rows = [line.strip("│ ") for line in plain.splitlines() if line.startswith("│")]
-    ruled = [i for i, row in enumerate(rows) if row and not row.strip("─")]
-    sentence = " ".join(row for row in rows[: ruled[0] if ruled else None] if row)
+    rows = [line.strip("│ ") for line in plain.splitlines() if line.strip() and line[0] not in "╭╰"]
+    sections = "\n".join("" if not row.strip("─-") else row for row in rows).split("\n\n")
+    section = sections[0] if "╭" in plain or len(sections) == 1 else sections[1]
+    sentence = " ".join(section.split())
     missing = re.match(r"Missing from skylimb \S+: (\S+) ", sentence)
-    return f"{missing[1]} is missing" if missing else sentence.rstrip(". ") or plain.strip()
+    return f"{missing[1]} is missing" if missing else sentence.rstrip(". ")

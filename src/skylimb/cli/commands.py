@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
@@ -134,8 +134,8 @@ class Run:
         with output.flights() as progress:
             run = skylimb.run(self.experiment, self.controller, seed=seed, set=settings, progress=progress)
         with output.working("drawing figures and video" if self.video else "drawing figures"):
-            write_run(run, folder, video=self.video)
-        return _summary({run.name: run}, folder)
+            written = write_run(run, folder, video=self.video)
+        return _summary({run.name: run}, folder, written.warnings)
 
 
 @dataclass(frozen=True)
@@ -177,8 +177,8 @@ class Compare:
         with output.working(
             "drawing figures, videos and report" if self.video else "drawing figures and report"
         ):
-            write_comparison(runs, folder, video=self.video)
-        return _summary(runs, folder)
+            written = write_comparison(runs, folder, video=self.video)
+        return _summary(runs, folder, written.warnings)
 
 
 @dataclass(frozen=True)
@@ -304,7 +304,7 @@ def _new_folder(given: str, usual: str) -> Path:
     raise OutputError(f"out/ holds thousands of folders called '{usual}'; name one with --out")
 
 
-def _summary(runs: Mapping[str, RunRecord], folder: Path) -> int:
+def _summary(runs: Mapping[str, RunRecord], folder: Path, warnings: Sequence[str] = ()) -> int:
     output.scores(runs)
-    output.places(folder)
+    output.places(folder, warnings)
     return 1 if any(run.failed for run in runs.values()) else 0

@@ -6,6 +6,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import sys
 from collections.abc import Sequence
@@ -30,6 +31,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         The exit code, see the module.
     """
     arguments = list(sys.argv[1:] if arguments is None else arguments)
+    # What a warning says is printed with the results, not in between.
+    logging.getLogger("skylimb").addHandler(logging.NullHandler())
     try:
         return _dispatch(arguments)
     except SkylimbError as error:

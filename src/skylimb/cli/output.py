@@ -143,8 +143,10 @@ def _score(run: Run, key: str) -> str:
     return f"{value:.3f} ({known:.3f})" if known is not None else f"{value:.3f}"
 
 
-def places(folder: Path) -> None:
-    """Where the results lie, the page to read first in front."""
+def places(folder: Path, warnings: Sequence[str] = ()) -> None:
+    """What could not be made, and where the results lie, the page to read first in front."""
+    for warning in warnings:
+        print(f"note: {warning}")
     found = [folder / name for name in ("report.html", "video.mp4", "figures") if (folder / name).exists()]
     print("\n".join(f"  {path}" for path in found) if found else f"  {folder}")
 

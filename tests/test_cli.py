@@ -1,0 +1,241 @@
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from skylimb import __version__
+from skylimb.cli import main
+from skylimb.cli.commands import VERBS
+
+SHORT = [
+    "phases.hover=0.5",
+    "phases.tare=1.0",
+    "phases.settle=1.0",
+    "phases.hover_end=0.5",
+    "approach.speed=0.2",
+    "approach.retreat_speed=0.4",
+    "trajectory.period=4.0",
+    "trajectory.radius=0.1",
+]
+
+
+def call(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> tuple[int, str, str]:
+    code = main(arguments)
+    out, err = capsys.readouterr()
+    return code, out, err
+
+
+@pytest.fixture(scope="module")
+def flown(tmp_path_factory: pytest.TempPathFactory) -> tuple[int, Path]:
+    folder = tmp_path_factory.mktemp("run") / "flight"
+    code = main(["run", "--set", *SHORT, "--seed", "5", "--no-video", "--out", str(folder)])
+    return code, folder
+
+
+@pytest.fixture(scope="module")
+def compared(tmp_path_factory: pytest.TempPathFactory) -> tuple[int, Path]:
+    folder = tmp_path_factory.mktemp("compare") / "both"
+    words = ["--controllers", "pid", "hybrid", "--set", *SHORT, "--no-video", "--out", str(folder)]
+    return main(["compare", "paper", *words]), folder
+
+
+def test_run_leaves_what_it_promises(flown: tuple[int, Path]) -> None:
+    code, folder = flown
+    assert code == 0
+    assert {path.name for path in folder.iterdir()} >= {"log.nc", "metrics.json", "config.toml", "figures"}
+    assert any((folder / "figures").iterdir())
+    metrics = json.loads((folder / "metrics.json").read_text())
+    assert metrics["status"] == "OK"
+    config = (folder / "config.toml").read_text()
+    assert "seed = 5" in config
+    assert "period = 4.0" in config
+
+
+def test_compare_leaves_what_it_promises(compared: tuple[int, Path]) -> None:
+    code, folder = compared
+    assert code == 0
+    assert {path.name for path in folder.iterdir()} >= {"pid", "hybrid", "metrics.csv", "report.html"}
+    for name in ("pid", "hybrid"):
+        assert (folder / name / "log.nc").is_file()
+    assert "http://" not in (folder / "report.html").read_text()  # self-contained
+
+
+def test_the_summary_shows_both_controllers_and_the_papers_numbers(
+    compared: tuple[int, Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    code, out, _ = call(["report", str(compared[1])], capsys)
+    assert code == 0
+    assert "hybrid" in out
+    assert "(0.083)" in out
+    assert "report.html" in out
+
+
+def test_view_without_a_display_names_what_to_open(
+    compared: tuple[int, Path], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "platform", "linux")
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    code, out, _ = call(["view", str(compared[1])], capsys)
+    assert code == 0
+    assert "No display" in out
+    assert "report.html" in out
+
+
+def test_a_lost_flight_is_kept_and_exits_with_1(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = tmp_path / "lost"
+    falling = ["plant.thrust_scale=0.5", "approach.contact=false"]
+    code, out, err = call(["run", "--set", *SHORT, *falling, "--no-video", "--out", str(folder)], capsys)
+    assert code == 1
+    assert "FAILED" in out
+    assert err == ""
+    metrics = json.loads((folder / "metrics.json").read_text())
+    assert metrics["status"] == "FAILED"
+    assert metrics["cause"]
+    assert metrics["error_y_median"] is None
+
+
+def test_an_interrupted_flight_leaves_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    stopping = tmp_path / "stopping.py"
+    stopping.write_text(
+        "class Stopping:\n"
+        "    name = 'stopping'\n"
+        "    def gains(self): return None\n"
+        "    def initial_state(self): return None\n"
+        "    def step(self, *arguments): raise KeyboardInterrupt\n"
+        "def controller(robot): return Stopping()\n"
+    )
+    code, _, err = call(["run", "--controller", str(stopping), "--out", str(tmp_path / "out")], capsys)
+    assert code == 130
+    assert err.startswith("skylimb: error: interrupted")
+    assert [
+        path.name for path in tmp_path.iterdir() if path.suffix != ".py" and path.name != "__pycache__"
+    ] == []
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        (["rum"], "unknown verb 'rum'; did you mean 'run'?"),
+        (["--versoin"], "did you mean '--version'?"),
+        (["run", "papr"], "did you mean 'paper'?"),
+        (["run", "nowhere.toml"], "no such file: 'nowhere.toml'"),
+        (["run", "--controller", "hybird"], "did you mean 'hybrid'?"),
+        (["run", "--controller", "nowhere.py"], "nowhere.py"),
+        (["run", "--sed", "3"], "did you mean '--seed'?"),
+        (["run", "--seed"], "--seed"),
+        (["run", "--seed", "three"], "--seed = 'three' is not a whole number"),
+        (["run", "--seed", "-1"], "seed = -1"),
+        (["run", "--set", "surface.frction=1"], "friction'?"),
+        (["run", "--set", "surface.friction"], "expected KEY=VALUE"),
+        (["run", "--set", "surface.friction=wet"], "friction = 'wet'"),
+        (["run", "--set", "surface.slope=20"], "degrees"),
+        (["run", "--set", "trajectory.radius=300"], "300 mm = 0.3 m"),
+        (["run", "--set", "seed=1", "seed=2"], "twice"),
+        (["run", "--set", "controller.translation.stifness=1"], "controller"),
+        (["run", "paper", "free_flight"], "one argument too many"),
+        (["compare", "--controllers"], "names no controller"),
+        (["compare", "--controllers", "pid", "pod"], "did you mean 'pid'?"),
+        (["show"], "NAME is missing"),
+        (["show", "papr"], "did you mean 'paper'?"),
+        (["report", "nowhere"], "'nowhere' does not exist"),
+        (["view", "nowhere"], "'nowhere' does not exist"),
+        (["view", "nowhere", "--speed", "0"], "--speed = 0 must be positive"),
+        (["view", "nowhere", "--speed", "fast"], "--speed"),
+    ],
+)
+def test_a_mistake_is_one_line_and_writes_nothing(
+    words: list[str],
+    expected: str,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    code, out, err = call(words, capsys)
+    assert code == 2
+    assert out == ""
+    assert err.startswith("skylimb: error: ")
+    assert err.count("\n") == 1
+    assert expected in err
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("verb", ["run", "compare", "verify-contact"])
+def test_nothing_is_overwritten(verb: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    mine = tmp_path / "mine.txt"
+    mine.write_text("mine")
+    for there in (tmp_path, mine, mine / "below"):
+        code, _, err = call([verb, "--out", str(there)], capsys)
+        assert code == 2
+        assert str(there) in err
+    assert mine.read_text() == "mine"
+    assert list(tmp_path.iterdir()) == [mine]
+
+
+def test_list_names_everything_with_a_line(capsys: pytest.CaptureFixture[str]) -> None:
+    code, out, _ = call(["list"], capsys)
+    assert code == 0
+    for name in ("paper", "pid", "impedance", "admittance", "hybrid", "hydrus_xi_quad"):
+        (line,) = [line for line in out.splitlines() if line.split()[:1] == [name]]
+        assert len(line.split()) > 3
+
+
+def test_show_prints_an_experiment_that_can_be_flown(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from skylimb import load_experiment
+
+    code, out, _ = call(["show", "paper"], capsys)
+    assert code == 0
+    (tmp_path / "mine.toml").write_text(out)
+    mine, paper = load_experiment(str(tmp_path / "mine.toml")), load_experiment("paper")
+    assert mine == paper
+
+
+@pytest.mark.parametrize(("name", "words"), [("hybrid", "stiffness = 16.0"), ("hydrus_xi_quad", "4.12")])
+def test_show_prints_controllers_and_robots(
+    name: str, words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    code, out, _ = call(["show", name], capsys)
+    assert code == 0
+    assert words in out
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_every_verb_explains_itself(verb: str, capsys: pytest.CaptureFixture[str]) -> None:
+    code, out, _ = call([verb, "--help"], capsys)
+    assert code == 0
+    assert out.startswith(f"usage: skylimb {verb}")
+    assert f"Examples\n  skylimb {verb}" in out
+
+
+@pytest.mark.parametrize("words", [[], ["-h"], ["--help"], ["help"]])
+def test_the_overview_names_every_verb(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    code, out, _ = call(words, capsys)
+    assert code == 0
+    for verb in VERBS:
+        assert f"  {verb} " in out
+
+
+def test_the_version(capsys: pytest.CaptureFixture[str]) -> None:
+    assert call(["--version"], capsys) == (0, f"skylimb {__version__}\n", "")
+
+
+def test_help_loads_nothing_heavy() -> None:
+    program = (
+        "import sys; from skylimb.cli import main; main(['--help']); main(['run', '--help'])\n"
+        "heavy = {'casadi', 'mujoco', 'xarray', 'matplotlib', 'scipy', 'trimesh', 'av', 'numpy', 'rich'}\n"
+        "sys.exit(', '.join(sorted(heavy & set(sys.modules))) or 0)"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+def test_it_runs_as_a_module() -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "skylimb", "--version"], capture_output=True, text=True, check=True
+    )
+    assert done.stdout == f"skylimb {__version__}\n"
