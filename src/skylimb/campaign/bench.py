@@ -1,0 +1,135 @@
+"""What a worker does: (campaign, job) -> row and, where the policy wants it, the flight's log.
+
+A worker keeps nothing between flights but what can be made anew: the robot, the controllers with their compiled
+equations. Any worker on any machine gives the same row for the same job.
+"""
+
+from __future__ import annotations
+
+import tempfile
+import threading
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from skylimb.campaign.frozen import Campaign, campaign_from_mapping
+from skylimb.campaign.rows import FAILED, REFUSED, Row, make_row
+from skylimb.control.controller import Controller
+from skylimb.errors import ConfigError, SkylimbError
+from skylimb.experiments.run import fly_mission, prepare_flight, recorded
+from skylimb.recording.run import Run
+from skylimb.recording.versions import versions
+from skylimb.robots.loader import load_robot
+
+# A process flies one flight at a time, also where a cluster's worker has several threads.
+_ONE_AT_A_TIME = threading.Lock()
+
+
+class Job(NamedTuple):
+    """One flight to fly.
+
+    Attributes:
+        flight: index in the campaign.
+        gains: changes to the controller beyond those of the draw, dotted key and value.
+        log: whether to hand back the log: "never", "failed" or "always".
+    """
+
+    flight: int
+    gains: tuple[tuple[str, Any], ...] = ()
+    log: str = "never"
+
+
+class Flown(NamedTuple):
+    """What came of a job.
+
+    Attributes:
+        row: of the table.
+        log: the NetCDF file's bytes, or None.
+    """
+
+    row: Row
+    log: bytes | None
+
+
+def fly_jobs(campaign: Mapping[str, Any], jobs: Sequence[Job]) -> list[Flown]:
+    """Fly jobs of a campaign one after the other.
+
+    Args:
+        campaign: as `Campaign.to_mapping` gives it; plain values that travel to any process.
+        jobs: what to fly.
+
+    Raises:
+        ConfigError: when this process has other versions than the campaign was begun with.
+    """
+    with _ONE_AT_A_TIME:
+        bench = _bench(_Hashable(campaign))
+        return [bench.fly(job) for job in jobs]
+
+
+class Bench:
+    """A campaign's robot and controllers, loaded once."""
+
+    def __init__(self, campaign: Campaign) -> None:
+        here = versions()
+        for name, version in campaign.versions.items():
+            if here.get(name) != version:
+                raise ConfigError(
+                    f"this worker has {name} {here.get(name)}, the campaign was begun with {version}; the rows "
+                    "would not be the same"
+                )
+        self._campaign = campaign
+        self._controller = lru_cache(maxsize=64)(self._load)
+
+    def fly(self, job: Job) -> Flown:
+        """The row of one flight, and its log if it is wanted."""
+        campaign = self._campaign
+        index, name = campaign.split(job.flight)
+        drawn = campaign.draw(index)
+        try:
+            experiment = campaign.experiment_of(drawn)
+            robot = load_robot(experiment.robot)
+            gains = {**drawn.gains, **dict(job.gains)}
+            controller = self._controller(name, experiment.robot, tuple(sorted(gains.items(), key=str)))
+            plant, mission = prepare_flight(experiment, robot)
+        except SkylimbError as error:
+            return Flown(make_row(campaign, job.flight, REFUSED, _line(error), {}), None)
+        try:
+            flight = fly_mission(experiment, plant, mission, controller)
+            run = recorded(experiment, robot, controller, plant, mission, flight)
+        except SkylimbError as error:
+            return Flown(make_row(campaign, job.flight, FAILED, _line(error), {}), None)
+        row = make_row(campaign, job.flight, run.status, run.cause, run.metrics)
+        wanted = job.log == "always" or (job.log == "failed" and run.failed)
+        return Flown(row, _bytes(run) if wanted else None)
+
+    def _load(self, name: str, robot: str, gains: tuple[tuple[str, Any], ...]) -> Controller:
+        return self._campaign.load(name, load_robot(robot), dict(gains))
+
+
+class _Hashable(dict[str, Any]):
+    """Tables with an identity that `lru_cache` can use; they are not changed once they are made."""
+
+    def __init__(self, tables: Mapping[str, Any]) -> None:
+        super().__init__(tables)
+        self._text = repr(tables)
+
+    def __hash__(self) -> int:  # type: ignore[override]
+        return hash(self._text)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Hashable) and self._text == other._text
+
+
+@lru_cache(maxsize=4)
+def _bench(tables: _Hashable) -> Bench:
+    return Bench(campaign_from_mapping(tables, "the campaign"))
+
+
+def _bytes(run: Run) -> bytes:
+    with tempfile.TemporaryDirectory(prefix="skylimb-log-") as folder:
+        return run.save(Path(folder) / "log.nc").read_bytes()
+
+
+def _line(error: Exception) -> str:
+    return " ".join(str(error).split())
