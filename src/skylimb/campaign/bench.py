@@ -6,6 +6,7 @@ equations. Any worker on any machine gives the same row for the same job.
 
 from __future__ import annotations
 
+import json
 import tempfile
 import threading
 from collections.abc import Mapping, Sequence
@@ -90,21 +91,24 @@ class Bench:
             experiment = campaign.experiment_of(drawn)
             robot = load_robot(experiment.robot)
             gains = {**drawn.gains, **dict(job.gains)}
-            controller = self._controller(name, experiment.robot, tuple(sorted(gains.items(), key=str)))
+            controller = self._controller(name, experiment.robot, json.dumps(gains, sort_keys=True))
             plant, mission = prepare_flight(experiment, robot)
         except SkylimbError as error:
             return Flown(make_row(campaign, job.flight, REFUSED, _line(error), {}), None)
         try:
             flight = fly_mission(experiment, plant, mission, controller)
             run = recorded(experiment, robot, controller, plant, mission, flight)
-        except SkylimbError as error:
-            return Flown(make_row(campaign, job.flight, FAILED, _line(error), {}), None)
+        except (OSError, MemoryError):
+            raise  # says something of this machine, nothing of the flight
+        except Exception as error:  # one odd flight must not end a night of them; its row says what happened
+            cause = _line(error) if isinstance(error, SkylimbError) else f"{type(error).__name__}: {_line(error)}"
+            return Flown(make_row(campaign, job.flight, FAILED, cause, {}), None)
         row = make_row(campaign, job.flight, run.status, run.cause, run.metrics)
         wanted = job.log == "always" or (job.log == "failed" and run.failed)
         return Flown(row, _bytes(run) if wanted else None)
 
-    def _load(self, name: str, robot: str, gains: tuple[tuple[str, Any], ...]) -> Controller:
-        return self._campaign.load(name, load_robot(robot), dict(gains))
+    def _load(self, name: str, robot: str, gains: str) -> Controller:
+        return self._campaign.load(name, load_robot(robot), json.loads(gains))
 
 
 class _Hashable(dict[str, Any]):

@@ -79,7 +79,8 @@ def _block(sampling: str, seed: int, dimensions: int, block: int) -> np.ndarray:
         return np.random.default_rng([seed, 0, block]).random((_BLOCK, dimensions))
     kind = qmc.Sobol if sampling == "sobol" else qmc.Halton
     sequence = kind(dimensions, scramble=True, rng=np.random.default_rng(seed))
-    sequence.fast_forward(block * _BLOCK)
+    if block:
+        sequence.fast_forward(block * _BLOCK)
     return sequence.random(_BLOCK)
 
 

@@ -18,6 +18,17 @@ FROZEN = "frozen"
 
 MOST_DRAWS = 1_000_000
 
+GOALS = {
+    "error_y_median": 1.0,
+    "error_z_median": 1.0,
+    "displacement_x_median": 1.0,
+    "contact_force_normal_std": 1.0,
+    "contact_force_normal_peak": 1.0,
+    "contact_fraction": -1.0,
+    "tilt_max": 1.0,
+}
+"""Metrics that say which flight is better: 1 where small is good, -1 where large is."""
+
 
 @dataclass(frozen=True)
 class Bound:
@@ -77,8 +88,8 @@ class Search:
     spread: float = 0.2
 
     def __post_init__(self) -> None:
-        if self.objective not in NUMERIC_KEYS:
-            raise unknown_name("tune.objective", self.objective, NUMERIC_KEYS)
+        if self.objective not in GOALS:
+            raise unknown_name("tune.objective", self.objective, GOALS)
         if not self.gains:
             raise ConfigError("tune.gains names no gain")
         for name, (low, high) in self.gains.items():
@@ -100,6 +111,7 @@ class _Plain:
     seed: int = 0
     sampling: Literal["sobol", "halton", "random"] = "sobol"
     logs: str = "failures"
+    score: str = "error_y_median"
     set: dict[str, Any] = field(default_factory=dict)
     success: dict[str, Bound] = field(default_factory=dict)
     stop: StopRule | None = None
@@ -111,6 +123,8 @@ class _Plain:
         require_range("", "draws", self.draws, 0, MOST_DRAWS)
         require_range("", "seed", self.seed, 0, 2**32 - 1)
         log_limit(self.logs)
+        if self.score not in GOALS:
+            raise unknown_name("score", self.score, GOALS)
         for name in self.success:
             if name not in NUMERIC_KEYS:
                 raise unknown_name("metric of success", name, NUMERIC_KEYS)
@@ -127,6 +141,7 @@ class CampaignSpec(_Plain):
         seed: of the draws and of the flights' noise.
         sampling: how the points are laid: two low-discrepancy sequences, or independently.
         logs: which flights keep their log: none, failures, worst K, all.
+        score: metric that says which of two finished flights is the worse.
         set: dotted keys that are changed for all draws.
         success: metric -> what it must keep; a lost flight is never a success.
         stop: when to stop before `draws`.
