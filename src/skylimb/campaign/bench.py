@@ -1,7 +1,7 @@
 """What a worker does: (campaign, job) -> row and, where the policy wants it, the flight's log.
 
-A worker keeps nothing between flights but what can be made anew: the robot, the controllers with their compiled
-equations. Any worker on any machine gives the same row for the same job.
+A worker keeps nothing between flights but what can be made anew: the robot, the controllers with their
+compiled equations. Any worker on any machine gives the same row for the same job.
 """
 
 from __future__ import annotations
@@ -76,8 +76,8 @@ class Bench:
         for name, version in campaign.versions.items():
             if here.get(name) != version:
                 raise ConfigError(
-                    f"this worker has {name} {here.get(name)}, the campaign was begun with {version}; the rows "
-                    "would not be the same"
+                    f"this worker has {name} {here.get(name)}, the campaign was begun with {version}; "
+                    "the rows would not be the same"
                 )
         self._campaign = campaign
         self._controller = lru_cache(maxsize=64)(self._load)
@@ -101,7 +101,9 @@ class Bench:
         except (OSError, MemoryError):
             raise  # says something of this machine, nothing of the flight
         except Exception as error:  # one odd flight must not end a night of them; its row says what happened
-            cause = _line(error) if isinstance(error, SkylimbError) else f"{type(error).__name__}: {_line(error)}"
+            cause = (
+                _line(error) if isinstance(error, SkylimbError) else f"{type(error).__name__}: {_line(error)}"
+            )
             return Flown(make_row(campaign, job.flight, FAILED, cause, {}), None)
         row = make_row(campaign, job.flight, run.status, run.cause, run.metrics)
         wanted = job.log == "always" or (job.log == "failed" and run.failed)

@@ -77,7 +77,9 @@ def fly_missing(
     for draws in looks(campaign):
         # Rows of later draws, flown before a kill under the same rule, do not stand in the way of a look.
         missing = [f for f in range(campaign.flight(draws, 0)) if f not in store.rows]
-        if not _fly(campaign, store, engine, [Job(f, log=log_flag(campaign)) for f in missing], report, stop, batch):
+        if not _fly(
+            campaign, store, engine, [Job(f, log=log_flag(campaign)) for f in missing], report, stop, batch
+        ):
             return None
         if enough(campaign, store.rows, draws):
             return draws
@@ -137,8 +139,8 @@ def _keep(store: Store, event: Done) -> list[Row]:
             fresh.append(item)
         elif known != item.row:
             raise OutputError(
-                f"flight {known['flight']} gave another result when it was flown again ({known['checksum'][:8]}, now "
-                f"{item.row['checksum'][:8]}); it depends on something outside of its configuration"
+                f"flight {known['flight']} gave another result when it was flown again "
+                f"({known['checksum'][:8]}, now {item.row['checksum'][:8]}); it depends on something outside of its configuration"
             )
         elif item.log is not None:
             store.keep_log(item.row, item.log)

@@ -181,10 +181,12 @@ def distribution(key: str, table: Mapping[str, Any]) -> Distribution:
         raise ConfigError(f"vary.'{key}': size = {size!r} must be a whole number, 1 .. 64")
     if kind == "normal":
         if not second > 0.0:
-            raise ConfigError(f"vary.'{key}': normal = [mean, deviation] needs a positive deviation, not {second:g}")
-        low, high = _ordered(key, "within", *_pair(key, "within", table["within"])) if "within" in table else (
-            -np.inf, np.inf,
-        )  # fmt: skip
+            raise ConfigError(
+                f"vary.'{key}': normal = [mean, deviation] needs a positive deviation, not {second:g}"
+            )
+        low, high = -np.inf, np.inf
+        if "within" in table:
+            low, high = _ordered(key, "within", *_pair(key, "within", table["within"]))
         return Normal(size, first, second, low, high)
     low, high = _ordered(key, kind, first, second)
     if kind == "log_uniform" and not low > 0.0:
@@ -203,7 +205,8 @@ def is_distribution(table: Any) -> bool:
 
 def _pair(key: str, name: str, value: Any) -> tuple[float, float]:
     numbers = isinstance(value, list) and all(
-        isinstance(entry, int | float) and not isinstance(entry, bool) and np.isfinite(entry) for entry in value
+        isinstance(entry, int | float) and not isinstance(entry, bool) and np.isfinite(entry)
+        for entry in value
     )
     if not numbers or len(value) != 2:
         raise ConfigError(f"vary.'{key}': {name} = {value!r} must be two finite numbers")

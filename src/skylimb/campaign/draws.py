@@ -94,10 +94,8 @@ def put(mapping: dict[str, Any], key: str, value: Any) -> None:
     node: Any = mapping
     for depth, name in enumerate(path):
         here = ".".join(path[: depth + 1])
-        if isinstance(node, list):
-            node = node[_entry(node, name, key, here)]
-        else:
-            node = node.setdefault(name, {})
+        inside = isinstance(node, list)
+        node = node[_entry(node, name, key, here)] if inside else node.setdefault(name, {})
         if not isinstance(node, dict | list):
             raise ConfigError(f"key '{key}' goes into '{here}', which is a single value")
     if isinstance(node, list):
@@ -108,7 +106,9 @@ def put(mapping: dict[str, Any], key: str, value: Any) -> None:
 
 def _entry(values: list[Any], name: str, key: str, here: str) -> int:
     if not name.isdigit() or int(name) >= len(values):
-        known = f"0 .. {len(values) - 1}" if values else "none, it is empty: vary the whole list, with size = N"
+        known = (
+            f"0 .. {len(values) - 1}" if values else "none, it is empty: vary the whole list, with size = N"
+        )
         raise ConfigError(f"key '{key}': '{here}' is a list without an entry '{name}' (entries: {known})")
     return int(name)
 

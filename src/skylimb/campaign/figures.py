@@ -10,8 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from scipy.stats import spearmanr
+from scipy.stats import rankdata
 
 from skylimb.analysis import style
 from skylimb.analysis.metrics import DESCRIPTIONS
@@ -24,6 +23,25 @@ _CURVE_BINS = 8
 _CELLS = 7
 _CLEAR_WIN = 0.6
 """Share of a cell's draws that a controller must win for the cell to have its colour."""
+
+
+_PROFILES = (
+    "Share of all draws in which a controller was at least as good as the value below. A lost flight is never "
+    "good enough: a curve that ends below 1 has lost the rest. Higher and further left is better (for the time in "
+    "contact, which is drawn negative, too)."
+)
+_TRENDS = (
+    "{} over the parameters that matter most: every flight, and the median along the parameter. Crosses at the "
+    "top are lost flights."
+)
+_FAILURES = (
+    "Every flight at its place: dots succeeded, crosses did not. The shade is the share of failures among the "
+    "nearest draws."
+)
+_WINNERS = (
+    "The controller with the best {} in at least {:.0%} of a cell's draws; grey cells have no clear winner. A lost "
+    "flight wins nothing."
+)
 
 
 class Plate(NamedTuple):
@@ -39,34 +57,21 @@ def plates(scores: Scores, score: str) -> list[Plate]:
     """Every picture that the flights allow for."""
     if len(scores.draws) < 2 or score not in scores.metrics:
         return []
-    made = [_plate(
-        "profiles", "How good, how often",
-        "Share of all draws in which a controller was at least as good as the value below. A lost flight is never good "
-        "enough: a curve that ends below 1 has lost the rest. Higher and further left is better (for the time in "
-        "contact, which is drawn negative, too).", profiles(scores),
-    )]  # fmt: skip
+    label = DESCRIPTIONS[score][0]
+    made = [_plate("profiles", "How good, how often", _PROFILES, profiles(scores))]
     numeric = [name for name, values in scores.parameters.items() if values.dtype.kind in "fi"]
-    shown = [name for name in tellers(scores, score) if name in numeric and len(set(scores.parameters[name])) > 1]
+    shown = [
+        name for name in tellers(scores, score) if name in numeric and len(set(scores.parameters[name])) > 1
+    ]
     if shown:
-        made.append(_plate(
-            "trends", "What it depends on",
-            f"{DESCRIPTIONS[score][0]} over the parameters that matter most: every flight, and the median along the "
-            "parameter. Crosses at the top are lost flights.", trends(scores, score, shown[:_MOST_PARAMETERS]),
-        ))  # fmt: skip
+        figure = trends(scores, score, shown[:_MOST_PARAMETERS])
+        made.append(_plate("trends", "What it depends on", _TRENDS.format(label), figure))
     if len(shown) > 1:
-        first, second = shown[:2]
-        made.append(_plate(
-            "failures", "Where each controller fails",
-            "Every flight at its place: dots succeeded, crosses did not. The shade is the share of failures among the "
-            "nearest draws.", failure_map(scores, first, second),
-        ))  # fmt: skip
-        if len(scores.controllers) > 1:
-            made.append(_plate(
-                "winners", "Who wins where",
-                f"The controller with the best {DESCRIPTIONS[score][0].lower()} in at least {_CLEAR_WIN:.0%} of a "
-                "cell's draws; grey cells have no clear winner. A lost flight wins nothing.",
-                winner_map(scores, score, first, second),
-            ))  # fmt: skip
+        figure = failure_map(scores, shown[0], shown[1])
+        made.append(_plate("failures", "Where each controller fails", _FAILURES, figure))
+    if len(shown) > 1 and len(scores.controllers) > 1:
+        figure = winner_map(scores, score, shown[0], shown[1])
+        made.append(_plate("winners", "Who wins where", _WINNERS.format(label.lower(), _CLEAR_WIN), figure))
     return made
 
 
@@ -91,7 +96,11 @@ def _rank_correlation(first: np.ndarray, second: np.ndarray) -> float:
     if np.ptp(second) == 0.0:
         return 0.0
     middle = np.abs(first - np.median(first))
-    return max(abs(float(spearmanr(x, second).statistic)) for x in (first, middle) if np.ptp(x) > 0.0)
+    return max(abs(_spearman(x, second)) for x in (first, middle) if np.ptp(x) > 0.0)
+
+
+def _spearman(first: np.ndarray, second: np.ndarray) -> float:
+    return float(np.corrcoef(rankdata(first), rankdata(second))[0, 1])
 
 
 @style.styled
@@ -114,7 +123,9 @@ def profiles(scores: Scores) -> Figure:
         ax.set_xlabel(_broken(f"{label} ({unit})" if unit != "1" else label))
         ax.set_ylim(0.0, 1.02)
     axes[0, 0].set_ylabel("share of draws")
-    style.legend_below(figure, [style.swatch(colours[name], style.label(name)) for name in scores.controllers])
+    style.legend_below(
+        figure, [style.swatch(colours[name], style.label(name)) for name in scores.controllers]
+    )
     return figure
 
 
@@ -130,12 +141,17 @@ def trends(scores: Scores, score: str, parameters: list[str]) -> Figure:
         for index, name in enumerate(scores.controllers):
             there = scores.finished[:, index]
             ax.scatter(x[there], values[there, index], s=4, color=colours[name], alpha=0.35, linewidths=0)
-            ax.scatter(x[~there], np.full((~there).sum(), top), s=12, marker="x", color=colours[name], linewidths=0.8)
+            ax.scatter(
+                x[~there], np.full((~there).sum(), top), s=12, marker="x", color=colours[name], linewidths=0.8
+            )
             ax.plot(*_running_median(x[there], values[there, index]), color=colours[name])
-        ax.set_xlabel(parameter)
+        ax.set_xlabel(parameter.replace(".", ".\n", 1))
+        ax.locator_params(axis="x", nbins=4)
         ax.set_ylim(bottom, top + 0.03 * (top - bottom))
     axes[0].set_ylabel(_broken("{} ({})".format(*DESCRIPTIONS[score])))
-    style.legend_below(figure, [style.swatch(colours[name], style.label(name)) for name in scores.controllers])
+    style.legend_below(
+        figure, [style.swatch(colours[name], style.label(name)) for name in scores.controllers]
+    )
     return figure
 
 
@@ -151,10 +167,12 @@ def failure_map(scores: Scores, first: str, second: str) -> Figure:
     for index, name in enumerate(scores.controllers):
         ax, failed = axes.flat[index], ~scores.success[:, index]
         edges_x, edges_y, share = _failure_share(x, y, failed)
-        image = ax.pcolormesh(edges_x, edges_y, share, cmap="Reds", vmin=0.0, vmax=1.0, alpha=0.75, linewidth=0)
+        image = ax.pcolormesh(
+            edges_x, edges_y, share, cmap="Reds", vmin=0.0, vmax=1.0, alpha=0.75, linewidth=0
+        )
         ax.scatter(x[~failed], y[~failed], s=3, color=style.TRUTH, linewidths=0)
         ax.scatter(x[failed], y[failed], s=10, marker="x", color=style.FAILURE, linewidths=0.8)
-        ax.set_title(f"{style.label(name)}: {failed.sum()} of {len(failed)} failed")
+        ax.set_title(f"{style.label(name)}\n{failed.sum()} of {len(failed)} failed")
     style.label_outer(axes, count, first, second)
     bar = figure.colorbar(image, ax=axes, shrink=0.8, pad=0.01)
     bar.set_label("share of failures")
@@ -173,16 +191,22 @@ def winner_map(scores: Scores, score: str, first: str, second: str) -> Figure:
     for low, high in pairwise(edges_x):
         for below, above in pairwise(edges_y):
             inside = best[(x >= low) & (x <= high) & (y >= below) & (y <= above)]
-            _cell(ax, (low, below, high - low, above - below), inside, [colours[n] for n in scores.controllers])
+            _cell(
+                ax, (low, below, high - low, above - below), inside, [colours[n] for n in scores.controllers]
+            )
     ax.set_xlim(edges_x[0], edges_x[-1])
     ax.set_ylim(edges_y[0], edges_y[-1])
     ax.set_xlabel(first)
     ax.set_ylabel(second)
-    style.legend_below(figure, [style.swatch(colours[name], style.label(name)) for name in scores.controllers])
+    style.legend_below(
+        figure, [style.swatch(colours[name], style.label(name)) for name in scores.controllers]
+    )
     return figure
 
 
-def _cell(ax: Axes, place: tuple[float, float, float, float], winners: np.ndarray, colours: list[str]) -> None:
+def _cell(
+    ax: Axes, place: tuple[float, float, float, float], winners: np.ndarray, colours: list[str]
+) -> None:
     from matplotlib.patches import Rectangle
 
     if not len(winners):
@@ -190,7 +214,9 @@ def _cell(ax: Axes, place: tuple[float, float, float, float], winners: np.ndarra
     wins = [int(np.sum(winners == index)) for index in range(len(colours))]
     clear = max(wins) >= _CLEAR_WIN * len(winners)
     colour = colours[int(np.argmax(wins))] if clear else "#C8CCD2"
-    ax.add_patch(Rectangle(place[:2], *place[2:], facecolor=colour, alpha=0.8, edgecolor="white", linewidth=0.8))
+    ax.add_patch(
+        Rectangle(place[:2], *place[2:], facecolor=colour, alpha=0.8, edgecolor="white", linewidth=0.8)
+    )
     middle = (place[0] + place[2] / 2.0, place[1] + place[3] / 2.0)
     ax.text(*middle, str(len(winners)), ha="center", va="center", fontsize=6, color="white")
 
@@ -204,14 +230,21 @@ def _edges(values: np.ndarray) -> np.ndarray:
     return np.linspace(values.min(), values.max(), _CELLS + 1)
 
 
-def _failure_share(x: np.ndarray, y: np.ndarray, failed: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Share of failures among the draws nearest to each cell of a fine mesh."""
-    pads = [0.04 * (np.ptp(values) or 1.0) for values in (x, y)]
-    edges = [np.linspace(v.min() - pad, v.max() + pad, 41) for v, pad in zip((x, y), pads, strict=True)]
-    middles = [(edge[1:] + edge[:-1]) / 2.0 for edge in edges]
-    across, up = np.meshgrid(*middles)
-    scale_x, scale_y = (np.ptp(values) or 1.0 for values in (x, y))
-    distance = ((across[..., None] - x) / scale_x) ** 2 + ((up[..., None] - y) / scale_y) ** 2
+def _failure_share(
+    x: np.ndarray, y: np.ndarray, failed: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Share of failures among the draws nearest to each cell of a fine mesh.
+
+    Values of a grid are no neighbours of each other: along one, only draws of the same value are near.
+    """
+    edges, scales = [], []
+    for values in (x, y):
+        gridded = len(np.unique(values)) <= _CELLS
+        pad = 0.04 * np.ptp(values)
+        edges.append(_edges(values) if gridded else np.linspace(values.min() - pad, values.max() + pad, 41))
+        scales.append(1e-6 if gridded else np.ptp(values))
+    across, up = np.meshgrid(*((edge[1:] + edge[:-1]) / 2.0 for edge in edges))
+    distance = ((across[..., None] - x) / scales[0]) ** 2 + ((up[..., None] - y) / scales[1]) ** 2
     near = min(max(5, len(x) // 20), len(x))
     nearest = np.argpartition(distance, near - 1, axis=-1)[..., :near]
     return edges[0], edges[1], failed[nearest].mean(axis=-1)

@@ -1,4 +1,4 @@
-"""A campaign with everything that its flights depend on resolved: what is sent to workers and kept in the folder.
+"""A campaign with all that its flights depend on resolved: what goes to workers and stays in the folder.
 
 Files are read once, when a campaign begins. What they said stays in the folder's spec.toml, so that a resumed
 campaign can tell whether an experiment, a preset, a user's code or a version has changed in the meantime.
@@ -16,8 +16,8 @@ from typing import Any
 from skylimb.campaign.draws import Draw, changed, draw
 from skylimb.campaign.spec import FROZEN, CampaignSpec, spec_from_mapping
 from skylimb.config import flatten
-from skylimb.control.controller import Controller, load_controller
 from skylimb.control.cascade import build_cascade
+from skylimb.control.controller import Controller, load_controller
 from skylimb.control.preset import preset_from_mapping, preset_mapping
 from skylimb.errors import ConfigError
 from skylimb.experiments.experiment import Experiment, experiment_from_mapping, experiment_tables
@@ -119,7 +119,7 @@ def freeze(spec: CampaignSpec, driver: str = "python") -> Campaign:
     _no_controller_keys(spec)
     for key in (*spec.set, *spec.vary):
         _fill_list(tables, resolved, key)
-    tables = changed(tables, {key: value for key, value in spec.set.items()})
+    tables = changed(tables, spec.set)
     robot = load_robot(experiment_from_mapping(tables, "set").robot)
     controllers = {Path(name).stem: _controller(name) for name in spec.controllers}
     if len(controllers) < len(spec.controllers):
@@ -165,7 +165,8 @@ def _no_controller_keys(spec: CampaignSpec) -> None:
     for key in spec.set:
         if key.startswith("controller."):
             raise ConfigError(
-                f"set.'{key}': gains are fixed in a preset's own file; vary.'{key}' = {{ choice = [...] }} varies them"
+                f"set.'{key}': gains are fixed in a preset's own file; "
+                f"vary.'{key}' = {{ choice = [...] }} varies them"
             )
 
 
@@ -193,7 +194,10 @@ def _controller(name: str) -> dict[str, Any]:
         for slot, table in mapping.items()
         if isinstance(table, dict) and str(table.get("law", "")).endswith(".py")
     }
-    entry: dict[str, Any] = {"path": path.as_posix() if name.endswith(".toml") else f"{name}.toml", "preset": mapping}
+    entry: dict[str, Any] = {
+        "path": path.as_posix() if name.endswith(".toml") else f"{name}.toml",
+        "preset": mapping,
+    }
     return {**entry, "code": laws} if laws else entry
 
 

@@ -1,8 +1,8 @@
 """The journal of a campaign in flight: a line a flight, each whole or recognisably not.
 
 A line is written by one call and pushed to the disk before the next flight is handed out, so that a kill or a
-power cut can tear the last line and no other. Deaths of workers are journalled as well: they count on when the
-campaign is resumed.
+power cut can tear the last line and no other. Deaths of workers are journalled as well: they count on when
+the campaign is resumed.
 """
 
 from __future__ import annotations

@@ -28,7 +28,7 @@ def wanted_logs(campaign: Campaign, rows: Mapping[int, Row]) -> list[int]:
 
 
 def worst(campaign: Campaign, rows: Iterable[Row], count: int) -> list[Row]:
-    """The worst flights, the worst first: losses, then those that were no success, then by the spec's `score`."""
+    """The worst flights first: losses, then those that were no success, then by the spec's `score`."""
 
     def order(row: Row) -> tuple[int, float, int]:
         if row["status"] in LOST:

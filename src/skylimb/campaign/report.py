@@ -49,7 +49,7 @@ def render_report(campaign: Campaign, rows: Mapping[int, Row], summary: Summary,
     template = environment.from_string(TEMPLATE.read_text(encoding="utf-8"))
     scores, names = summary.scores, summary.scores.controllers
     return template.render(
-        title=f"{campaign.experiment['name']}: {len(names)} controller{'s' * (len(names) > 1)}, {len(scores.draws)} draws",
+        title=_title(campaign, len(scores.draws)),
         description=str(campaign.experiment.get("description", "")).rstrip("."),
         flights=len(rows),
         draws=len(scores.draws),
@@ -60,15 +60,17 @@ def render_report(campaign: Campaign, rows: Mapping[int, Row], summary: Summary,
         refused=list(scores.refused.items())[:_MOST_LISTED],
         refused_count=len(scores.refused),
         controllers=[(style.label(name), _colour(name)) for name in names],
-        rates=[_rate(summary.rates[name], summary.ranks.get("success", [0] * len(names))[i]) for i, name in enumerate(names)],
+        rates=_rates(summary),
         table=[_row(key, summary) for key in summary.medians],
         verdicts=_verdicts(summary),
         pairs=_pairs(summary),
         regions=[(style.label(name), _region(summary, name)) for name in names],
         plates=plates(scores, campaign.spec.score),
         score=DESCRIPTIONS[campaign.spec.score][0],
-        worst=[(row, _cause(row, campaign), command(campaign, row), log_name(row) if row["flight"] in kept else "")
-               for row in summary.worst],
+        worst=[
+            (row, _cause(row, campaign), command(campaign, row), log_name(row) * (row["flight"] in kept))
+            for row in summary.worst
+        ],
         success=[(DESCRIPTIONS[key][0], bound) for key, bound in campaign.spec.success.items()],
         varied=[(key, json.dumps(entry.to_mapping())) for key, entry in campaign.spec.vary.items()],
         spec=write_toml(campaign.spec.to_mapping()),
@@ -86,7 +88,15 @@ def command(campaign: Campaign, row: Row) -> str:
         whole = key.rpartition(".")[0] if key.rpartition(".")[2].isdigit() else key
         changes[whole] = _at(experiment, whole) if not key.startswith("controller.") else value
     controller = next(name for name in campaign.spec.controllers if Path(name).stem == row["controller"])
-    words = ["skylimb", "run", campaign.spec.experiment, "--controller", controller, "--seed", str(row["seed"])]
+    words = [
+        "skylimb",
+        "run",
+        campaign.spec.experiment,
+        "--controller",
+        controller,
+        "--seed",
+        str(row["seed"]),
+    ]
     if changes:
         words.append("--set")
         words += [_quoted(f"{key}={json.dumps(value)}") for key, value in changes.items()]
@@ -104,8 +114,18 @@ def _quoted(word: str) -> str:
     return f"'{word}'" if any(mark in word for mark in ' []{}"$*') else word
 
 
+def _title(campaign: Campaign, draws: int) -> str:
+    count = len(campaign.names)
+    return f"{campaign.experiment['name']}: {count} controller{'s' * (count > 1)}, {draws} draws"
+
+
+def _rates(summary: Summary) -> list[Cell]:
+    ranks = summary.ranks.get("success", [0] * len(summary.rates))
+    return [_rate(rate, place) for rate, place in zip(summary.rates.values(), ranks, strict=True)]
+
+
 def _rate(rate: Rate, rank: int) -> Cell:
-    if rate.count == 0:
+    if rate.draws == 0:
         return Cell("–")
     return Cell(f"{100.0 * rate.rate:.1f} %", f"{100.0 * rate.low:.1f} .. {100.0 * rate.high:.1f}", rank)
 
@@ -164,14 +184,14 @@ def _signed(value: float) -> str:
 
 def _region(summary: Summary, name: str) -> str:
     rate, region = summary.rates[name], summary.regions[name]
-    if rate.successes == rate.count:
+    if rate.successes == rate.draws:
         return "no failure"
     if region is None:
-        return f"{rate.count - rate.successes} of {rate.count} fail; no parameter tells where"
+        return f"{rate.draws - rate.successes} of {rate.draws} fail; no parameter tells where"
     conditions = " and ".join(str(condition) for condition in region.conditions)
     return (
-        f"{region.failed} of {region.count} fail where {conditions}; elsewhere {region.failed_outside} of "
-        f"{region.count_outside}"
+        f"{region.failed} of {region.draws} fail where {conditions}; elsewhere {region.failed_outside} of "
+        f"{region.draws_outside}"
     )
 
 

@@ -1,4 +1,4 @@
-"""A flight's row: what is kept of it in the table, with a checksum that tells a damaged row from a good one."""
+"""A flight's row in the table, with a checksum that tells a damaged row from a good one."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ _SIMPLE = {int, float, bool, str}
 def parameters(campaign: Campaign, drawn: Draw) -> Row:
     """Columns of what was drawn: one a number, `key.0`, `key.1` for the entries of a list.
 
-    A column holds one kind of value in every row: whole numbers only where all that can be drawn are whole, and
-    JSON text where the values are of several kinds.
+    A column holds one kind of value in every row: whole numbers only where all that can be drawn are whole,
+    and JSON text where the values are of several kinds.
     """
     columns: Row = {}
     for key, value in drawn.values.items():
@@ -78,7 +78,9 @@ def make_row(campaign: Campaign, flight: int, status: str, cause: str, scores: M
 
 def versions_text(campaign: Campaign) -> str:
     """What computed a row, on one line."""
-    return ", ".join(f"{name} {value}" for name, value in {**campaign.versions, "driver": campaign.driver}.items())
+    return ", ".join(
+        f"{name} {value}" for name, value in {**campaign.versions, "driver": campaign.driver}.items()
+    )
 
 
 def checksum(row: Mapping[str, Any]) -> str:

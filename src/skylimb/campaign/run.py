@@ -8,7 +8,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from skylimb.campaign.coordinator import Progress, Report, StopSign, fly_logs, fly_missing, watching_interrupts
+from skylimb.campaign.coordinator import (
+    Progress,
+    Report,
+    StopSign,
+    fly_logs,
+    fly_missing,
+    watching_interrupts,
+)
 from skylimb.campaign.engines import Engine
 from skylimb.campaign.engines.inline import InlineEngine
 from skylimb.campaign.engines.local import LocalEngine
@@ -83,8 +90,8 @@ def run_campaign(
 
     Raises:
         ConfigError: when the spec cannot be flown; nothing has been written then.
-        OutputError: when the folder cannot be used; nothing in it has been touched then. Or when the disk is full;
-            what was flown before is kept.
+        OutputError: when the folder cannot be used; nothing in it has been touched then. Or when the disk
+            is full; what was flown before is kept.
     """
     if scheduler and slurm:
         raise ConfigError("scheduler and slurm exclude each other: choose one")
@@ -148,6 +155,13 @@ def _engine(tables: Mapping[str, Any], workers: int | None, scheduler: str, slur
         from skylimb.campaign.engines.cluster import connect, on_slurm
 
         return connect(tables, scheduler) if scheduler else on_slurm(tables, slurm, workers or 4, {})
+    return local_engine(tables, workers)
+
+
+def local_engine(tables: Mapping[str, Any], workers: int | None) -> Engine:
+    """An engine on this machine: all cores by default, this process alone for 0."""
+    if workers is not None and not 0 <= workers <= MOST_WORKERS:
+        raise ConfigError(f"workers = {workers} must be 0 .. {MOST_WORKERS}")
     if workers == 0:
         return InlineEngine(tables)
     return LocalEngine(tables, workers or cores())

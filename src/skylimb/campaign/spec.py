@@ -47,8 +47,9 @@ class StopRule:
     """When a campaign has flown enough.
 
     Attributes:
-        until: "success", or a metric; its widest 95 % interval is looked at: of a controller's success rate, or
-            of the median paired difference between two controllers (of the median, where there is only one).
+        until: "success", or a metric; its widest 95 % interval is looked at: of a controller's success
+            rate, or of the median paired difference between two controllers (of the median, where there is
+            only one).
         width: the interval is narrow enough at this width, in the metric's unit.
         every: draws between two looks.
         at_least: draws before the first look.
@@ -183,7 +184,9 @@ def log_limit(policy: str) -> int | None:
         return None
     match = re.fullmatch(r"worst (\d{1,6})", policy)
     if match is None or int(match[1]) == 0:
-        raise ConfigError(f"logs = '{policy}' must be none, failures, all, or worst K with a number, as 'worst 10'")
+        raise ConfigError(
+            f"logs = '{policy}' must be none, failures, all, or worst K with a number, as 'worst 10'"
+        )
     return int(match[1])
 
 
@@ -264,5 +267,7 @@ def _distributions(table: Mapping[str, Any], path: str) -> list[tuple[str, dict[
             else:
                 found += _distributions(value, dotted)
         else:
-            raise ConfigError(f"vary.'{dotted}' = {value!r} must be a table such as {{ uniform = [0.1, 0.8] }}")
+            raise ConfigError(
+                f"vary.'{dotted}' = {value!r} must be a table such as {{ uniform = [0.1, 0.8] }}"
+            )
     return found

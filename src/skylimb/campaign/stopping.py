@@ -1,4 +1,4 @@
-"""Whether a campaign has flown enough: a function of the finished draws, so the same at any number of workers."""
+"""Whether a campaign has flown enough: a function of the finished draws, whoever flew them."""
 
 from __future__ import annotations
 

@@ -153,8 +153,8 @@ def open_store(folder: Path, campaign: Campaign, resume: bool) -> Store:
         resume: whether the folder may be there already.
 
     Raises:
-        OutputError: when the folder is there and should not be, is no campaign's, is in use, or was begun with
-            something else; the message shows the difference, and nothing is touched.
+        OutputError: when the folder is there and should not be, is no campaign's, is in use, or was begun
+            with something else; the message shows the difference, and nothing is touched.
     """
     if folder.exists():
         if not resume:
@@ -175,8 +175,8 @@ def require_same(folder: Path, campaign: Campaign) -> None:
     if changes:
         more = f"; and {len(changes) - 8} more" if len(changes) > 8 else ""
         raise OutputError(
-            f"'{folder}' was begun with another campaign: {'; '.join(changes[:8])}{more}. Nothing was touched; "
-            "choose another folder, or take the change back"
+            f"'{folder}' was begun with another campaign: {'; '.join(changes[:8])}{more}. "
+            "Nothing was touched; choose another folder, or take the change back"
         )
 
 
@@ -240,7 +240,11 @@ def _full_disk(folder: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        what = "the disk is full" if error.errno in (errno.ENOSPC, errno.EDQUOT) else (error.strerror or str(error))
+        what = (
+            "the disk is full"
+            if error.errno in (errno.ENOSPC, errno.EDQUOT)
+            else (error.strerror or str(error))
+        )
         raise OutputError(
             f"cannot write to '{folder}': {what}; what was flown is kept there, and --resume goes on"
         ) from error

@@ -32,7 +32,9 @@ def _column(values: list[Any]) -> pa.Array:
         return pa.nulls(len(values), pa.float64())
     if len(kinds) > 1:
         raise TypeError(f"a column holds {sorted(kind.__name__ for kind in kinds)}")
-    return pa.array(values, {int: pa.int64(), float: pa.float64(), bool: pa.bool_(), str: pa.string()}[kinds.pop()])
+    return pa.array(
+        values, {int: pa.int64(), float: pa.float64(), bool: pa.bool_(), str: pa.string()}[kinds.pop()]
+    )
 
 
 def write_table(rows: dict[int, Row], path: Path) -> None:

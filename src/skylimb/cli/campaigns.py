@@ -19,19 +19,28 @@ if TYPE_CHECKING:
 INTERRUPTED = 130
 
 Spec = Annotated[Positional[str], arg(metavar="SPEC", help="The campaign's TOML file.")]
-Out = Annotated[str, arg(metavar="DIR", help="The campaign's folder; by default one below out/ named after SPEC.",
-                         help_behavior_hint="")]  # fmt: skip
+Out = Annotated[
+    str,
+    arg(
+        metavar="DIR",
+        help="The campaign's folder; by default one below out/ named after SPEC.",
+        help_behavior_hint="",
+    ),
+]
 Workers = Annotated[
     str,
     arg(
         metavar="N",
-        help="Processes on this machine (0: fly in this one), or jobs on SLURM; by default one a core, or 4 jobs.",
+        help="Processes on this machine (0: only this one), or jobs on SLURM; by default one a core, or 4.",
         help_behavior_hint="",
     ),
 ]
 Resume = Annotated[bool, arg(help="Go on with a folder that is there; what it holds is not flown again.")]
 Scheduler = Annotated[
-    str, arg(metavar="ADDRESS", help="Fly on a Dask scheduler, such as tcp://10.0.0.1:8786.", help_behavior_hint="")
+    str,
+    arg(
+        metavar="ADDRESS", help="Fly on a Dask scheduler, such as tcp://10.0.0.1:8786.", help_behavior_hint=""
+    ),
 ]
 Slurm = Annotated[str, arg(metavar="QUEUE", help="Fly on a SLURM queue.", help_behavior_hint="")]
 
@@ -40,8 +49,8 @@ Slurm = Annotated[str, arg(metavar="QUEUE", help="Fly on a SLURM queue.", help_b
 class Campaign:
     """Fly many draws of an experiment with several controllers, and say who wins where.
 
-    Leaves spec.toml, flights.parquet, summary.json, report.html and logs/. Ctrl-C finishes what flies and keeps it;
-    --resume goes on, also after a crash. The exit code is 130 when it was interrupted.
+    Leaves spec.toml, flights.parquet, summary.json, report.html and logs/. Ctrl-C finishes what flies and
+    keeps it; --resume goes on, also after a crash. The exit code is 130 when it was interrupted.
     """
 
     examples: ClassVar[str] = """
@@ -105,16 +114,19 @@ class CampaignReport:
         with output.working("working out the report"):
             outcome = report_campaign(self.folder)
         if outcome.damaged:
-            print(f"note: {outcome.damaged} rows are damaged and left out; `skylimb campaign --resume` flies them again")
+            print(
+                f"note: {outcome.damaged} rows are damaged and left out; "
+                "`skylimb campaign --resume` flies them again"
+            )
         return _summary(outcome)
 
 
 @dataclass(frozen=True)
 class Tune:
-    """Search a controller's gains over a campaign's draws, and judge them on draws that the search has not seen.
+    """Search gains over a campaign's draws, and judge them on draws that the search has not seen.
 
-    Leaves a preset for each controller, ready for --controller, with verdict.json and trials.csv. Needs the extra
-    `tune`.
+    Leaves a preset for each controller, ready for --controller, with verdict.json and trials.csv. Needs the
+    extra `tune`.
     """
 
     examples: ClassVar[str] = """
@@ -156,7 +168,7 @@ def _summary(outcome: Outcome) -> int:
     summary = outcome.summary
     if summary is not None:
         rates = {
-            name: (f"{100 * rate.rate:.1f} % ({100 * rate.low:.1f} .. {100 * rate.high:.1f})", rate.count)
+            name: (f"{100 * rate.rate:.1f} % ({100 * rate.low:.1f} .. {100 * rate.high:.1f})", rate.draws)
             for name, rate in summary.rates.items()
         }
         output.campaign(outcome.campaign.spec.experiment, rates, summary.medians, summary.ranks)
@@ -165,7 +177,9 @@ def _summary(outcome: Outcome) -> int:
         if len(summary.lost) > 5:
             print(f"and {len(summary.lost) - 5} more lost flights")
         if summary.scores.refused:
-            print(f"{len(summary.scores.refused)} draws that nobody can fly are left out; the report names them")
+            print(
+                f"{len(summary.scores.refused)} draws that nobody can fly are left out; the report names them"
+            )
     output.places(outcome.folder)
     return 0
 

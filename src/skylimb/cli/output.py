@@ -99,7 +99,7 @@ def flights() -> Iterator[Progress]:
 
 @contextmanager
 def campaign_bar() -> Iterator[Callable[[int, int, float, int, bool], None]]:
-    """A bar for many flights; hands out what to call with (done, total, flights a second, failures, stopping)."""
+    """A bar for many flights; hands out what to call with (done, total, rate in 1/s, failures, stopping)."""
     from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
     from rich.progress import Progress as Bars
 

@@ -1,6 +1,7 @@
 """Flies on a cluster: on Dask workers that run already, or on ones that SLURM starts.
 
-Workers need the same skylimb installed (they check) and no shared disk: rows and logs come back over the wire.
+Workers need the same skylimb installed (they check) and no shared disk: rows and logs come back over the
+wire.
 """
 
 from __future__ import annotations
@@ -40,7 +41,8 @@ class ClusterEngine:
     @property
     def free(self) -> int:
         """See `Engine`."""
-        threads = sum(self._client.nthreads().values())
+        workers: Any = self._client.nthreads()
+        threads = sum(workers.values())
         return max(_AHEAD * threads, 1) - len(self._flying)
 
     @property
@@ -60,12 +62,12 @@ class ClusterEngine:
         from distributed.scheduler import KilledWorker
 
         try:
-            finished = wait(list(self._flying), timeout, "FIRST_COMPLETED").done
+            waited: Any = wait(list(self._flying), timeout, "FIRST_COMPLETED")
         except TimeoutError:
             self._require_scheduler()
             return []
         events: list[Done | Died] = []
-        for future in finished:
+        for future in waited.done:
             jobs = self._flying.pop(future)
             if future.status in ("cancelled", "lost"):
                 raise WorkerError("the connection to the cluster's scheduler is lost")
@@ -101,15 +103,17 @@ def connect(tables: Mapping[str, Any], address: str) -> ClusterEngine:
         raise WorkerError(f"no Dask scheduler answers at '{address}': {_line(error)}") from error
 
 
-def on_slurm(tables: Mapping[str, Any], queue: str, workers: int, options: Mapping[str, Any]) -> ClusterEngine:
+def on_slurm(
+    tables: Mapping[str, Any], queue: str, workers: int, options: Mapping[str, Any]
+) -> ClusterEngine:
     """An engine on jobs of a SLURM queue, one worker a job; the scheduler runs in this process.
 
     Args:
         tables: the campaign.
         queue: SLURM's partition.
         workers: how many jobs to ask for.
-        options: of `dask_jobqueue.SLURMCluster`, such as walltime or account; its own configuration file, where
-            there is one, gives the rest.
+        options: of `dask_jobqueue.SLURMCluster`, such as walltime or account; its own configuration file,
+            where there is one, gives the rest.
 
     Raises:
         WorkerError: when SLURM's commands are not there, or dask-jobqueue is not installed.
@@ -119,9 +123,9 @@ def on_slurm(tables: Mapping[str, Any], queue: str, workers: int, options: Mappi
     distributed, jobqueue = _imported("distributed"), _imported("dask_jobqueue")
     if shutil.which("sbatch") is None:
         raise WorkerError("SLURM's 'sbatch' is not on this machine's PATH; start on a login node")
-    import dask
+    from dask import config
 
-    dask.config.set({"distributed.scheduler.allowed-failures": _DEATHS})
+    config.set({"distributed.scheduler.allowed-failures": _DEATHS})
     settings = {"cores": 1, "processes": 1, "memory": "2GB", "walltime": "04:00:00", **options}
     cluster = jobqueue.SLURMCluster(queue=queue, **settings)
     cluster.scale(jobs=workers)

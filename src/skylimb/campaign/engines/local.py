@@ -1,8 +1,8 @@
 """Flies on this machine's cores, a process each.
 
-Every worker is a pool of its own with one process in it, so that the death of a process breaks one pool and names
-the jobs it had in hand. A worker is warmed up first: it takes jobs only when its imports are done, and a death
-before that is charged to nobody.
+Every worker is a pool of its own with one process in it, so that the death of a process breaks one pool and
+names the jobs it had in hand. A worker is warmed up first: it takes jobs only when its imports are done,
+and a death before that is charged to nobody.
 """
 
 from __future__ import annotations
@@ -70,7 +70,8 @@ class LocalEngine:
 
     def wait(self, timeout: float) -> list[Done | Died]:
         """See `Engine`."""
-        finished, _ = wait([*self._flying, *self._warming], timeout, FIRST_COMPLETED)
+        pending: list[Future[Any]] = [*self._flying, *self._warming]
+        finished, _ = wait(pending, timeout, FIRST_COMPLETED)
         events: list[Done | Died] = []
         for future in finished:
             if future in self._warming:
@@ -109,8 +110,8 @@ class LocalEngine:
             self._stillborn += 1
             if self._stillborn >= _STILLBORN:
                 raise WorkerError(
-                    f"{_STILLBORN} worker processes in a row died while starting; a script that starts a campaign "
-                    'needs `if __name__ == "__main__":` around the call'
+                    f"{_STILLBORN} worker processes in a row died while starting; a script that starts a "
+                    'campaign needs `if __name__ == "__main__":` around the call'
                 ) from None
             self._replace(pool)
         else:

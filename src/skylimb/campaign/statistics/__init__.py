@@ -1,7 +1,7 @@
 """What a table of flights says: rates, paired differences, ranks with ties, and where controllers fail.
 
-A loss counts as a loss. In every comparison a lost flight stands behind any flight that finished, and two lost
-ones are equal; none is ever left out.
+A loss counts as a loss. In every comparison a lost flight stands behind any flight that finished, and two
+lost ones are equal; none is ever left out.
 """
 
 from skylimb.campaign.statistics.intervals import LEVEL, Rate, bootstrap_rows, success_rate

@@ -21,7 +21,7 @@ class Rate(NamedTuple):
     """A success rate and its Clopper-Pearson interval."""
 
     successes: int
-    count: int
+    draws: int
     rate: float
     low: float
     high: float

@@ -54,7 +54,9 @@ def compare_paired(first: np.ndarray, second: np.ndarray, rows: np.ndarray, leve
     difference[unequal] = first[unequal] - second[unequal]
     low, high = bootstrap_interval(lambda values: np.median(values, axis=-1), difference, rows, level)
     sign = -np.sign(difference)
-    dominance_low, dominance_high = bootstrap_interval(lambda values: np.mean(values, axis=-1), sign, rows, level)
+    dominance_low, dominance_high = bootstrap_interval(
+        lambda values: np.mean(values, axis=-1), sign, rows, level
+    )
     both = difference[np.isfinite(first) & np.isfinite(second)]
     spread = float(np.std(both, ddof=1)) if len(both) > 1 else 0.0
     return Paired(

@@ -13,9 +13,9 @@ from skylimb.campaign.statistics.paired import compare_paired
 def rank(badness: np.ndarray, rows: np.ndarray, level: float = LEVEL) -> list[int]:
     """Ranks of the controllers, from 1; equal ranks are ties.
 
-    One controller beats another where the interval of their dominance excludes zero. The intervals are widened
-    for the number of pairs (Bonferroni), so that with `level` no controller beats an equal one. A rank is one more
-    than the number of controllers that beat it.
+    One controller beats another where the interval of their dominance excludes zero. The intervals are
+    widened for the number of pairs (Bonferroni), so that with `level` no controller beats an equal one. A
+    rank is one more than the number of controllers that beat it.
 
     Args:
         badness: (n, controllers), smaller is better, a loss is infinite.

@@ -6,12 +6,16 @@ from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.stats import fisher_exact
 
 _FEWEST = 5
 """Draws that a region holds at least: fewer make a rule of every outlier."""
 
-_LEAST_GAIN = 0.02
-"""Bits a draw that a rule must explain to be worth saying."""
+_CHANCE = 1e-3
+"""A condition that a shuffle of the failures would give as often as this (Fisher's exact test) is not told.
+
+It is small because many conditions are tried.
+"""
 
 _FEW_VALUES = 6
 """A parameter with at most so many values is told by its values, not by a threshold."""
@@ -41,23 +45,23 @@ class Region(NamedTuple):
     Attributes:
         conditions: all of them hold in it.
         failed: failures in it.
-        count: draws in it.
+        draws: draws in it.
         failed_outside: failures elsewhere.
-        count_outside: draws elsewhere.
+        draws_outside: draws elsewhere.
     """
 
     conditions: tuple[Condition, ...]
     failed: int
-    count: int
+    draws: int
     failed_outside: int
-    count_outside: int
+    draws_outside: int
 
 
 def failure_region(parameters: Mapping[str, np.ndarray], failed: np.ndarray) -> Region | None:
     """The region of at most two conditions that tells failures from successes best.
 
-    Best is the gain of information about failing (bits a draw). The first condition is the best alone, the second
-    the best within it.
+    Best is the gain of information about failing. The first condition is the best alone, the second the
+    best within the region of the first; neither is told where chance could have made it.
 
     Args:
         parameters: name -> what was drawn, (n,).
@@ -68,19 +72,22 @@ def failure_region(parameters: Mapping[str, np.ndarray], failed: np.ndarray) -> 
     """
     inside = np.ones(len(failed), dtype=bool)
     chosen: list[Condition] = []
-    reached = 0.0
     for _ in range(2):
-        best, gain = _best_condition(parameters, failed, inside)
-        if best is None or gain < reached + _LEAST_GAIN:
+        there = {name: values[inside] for name, values in parameters.items()}
+        best, _ = _best_condition(there, failed[inside])
+        if best is None or not _beyond_chance(failed[inside], best.holds(there[best.parameter])):
             break
         inside &= best.holds(parameters[best.parameter])
         chosen.append(best)
-        reached = gain
     if not chosen:
         return None
     outside = ~inside
     return Region(
-        tuple(chosen), int(failed[inside].sum()), int(inside.sum()), int(failed[outside].sum()), int(outside.sum())
+        tuple(chosen),
+        int(failed[inside].sum()),
+        int(inside.sum()),
+        int(failed[outside].sum()),
+        int(outside.sum()),
     )
 
 
@@ -91,28 +98,36 @@ def telling_parameters(parameters: Mapping[str, np.ndarray], failed: np.ndarray)
         parameters: name -> what was drawn, (n,).
         failed: (n, controllers).
     """
-    gains = {}
-    for name, values in parameters.items():
-        every = np.ones(len(values), dtype=bool)
-        found = [_best_condition({name: values}, column, every)[1] for column in failed.T]
-        gains[name] = sum(found)
+    gains = {
+        name: sum(_best_condition({name: values}, column)[1] for column in failed.T)
+        for name, values in parameters.items()
+    }
     return sorted(gains, key=lambda name: -gains[name])
 
 
 def _best_condition(
-    parameters: Mapping[str, np.ndarray], failed: np.ndarray, within: np.ndarray
+    parameters: Mapping[str, np.ndarray], failed: np.ndarray
 ) -> tuple[Condition | None, float]:
+    """The condition that tells most about failing, and how many bits a draw it tells."""
     best, most = None, 0.0
     for name, values in parameters.items():
         for condition in _conditions(name, values):
-            inside = within & condition.holds(values)
-            if inside.sum() < _FEWEST or (within & ~inside).sum() < _FEWEST:
+            inside = condition.holds(values)
+            if not _FEWEST <= inside.sum() <= len(failed) - _FEWEST:
                 continue
-            share, elsewhere = failed[inside].mean(), failed[~inside].mean()
             gain = _information(failed, inside)
-            if share > elsewhere and gain > most + 1e-12:
+            if failed[inside].mean() > failed[~inside].mean() and gain > most + 1e-12:
                 best, most = condition, gain
     return best, most
+
+
+def _beyond_chance(failed: np.ndarray, inside: np.ndarray) -> bool:
+    table = [
+        [np.sum(failed & inside), np.sum(~failed & inside)],
+        [np.sum(failed & ~inside), np.sum(~failed & ~inside)],
+    ]
+    result: Any = fisher_exact(np.array(table), "greater")
+    return float(result.pvalue) <= _CHANCE
 
 
 def _conditions(name: str, values: np.ndarray) -> Iterator[Condition]:

@@ -13,6 +13,7 @@ from skylimb.campaign.frozen import Campaign
 from skylimb.campaign.rows import OK, REFUSED, Row, parameter_names
 from skylimb.campaign.spec import GOALS
 
+
 @dataclass(frozen=True)
 class Scores:
     """The flights of all draws that every controller has flown.
@@ -36,7 +37,7 @@ class Scores:
     refused: dict[int, str]
 
     def badness(self, name: str) -> np.ndarray:
-        """What is compared, (n, controllers): a metric by its goal, infinite for a loss; or "success", 0 or 1."""
+        """What is compared, (n, controllers): a metric by its goal, infinite for a loss; "success" is 0."""
         if name == "success":
             return 1.0 - self.success
         values = GOALS.get(name, 1.0) * self.metrics[name]
@@ -62,7 +63,9 @@ def scores_of(campaign: Campaign, rows: Mapping[int, Row], draws: int | None = N
     return Scores(
         campaign.names,
         np.array([group[0]["draw"] for group in flown], dtype=int),
-        np.array([[is_success(campaign, row) for row in group] for group in flown], dtype=bool).reshape(-1, count),
+        np.array([[is_success(campaign, row) for row in group] for group in flown], dtype=bool).reshape(
+            -1, count
+        ),
         np.array([[row["status"] == OK for row in group] for group in flown], dtype=bool).reshape(-1, count),
         {key: values for key, values in metrics.items() if np.isfinite(values).any()},
         {name: np.array([group[0][name] for group in flown]) for name in parameter_names(campaign)},
