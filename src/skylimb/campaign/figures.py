@@ -27,20 +27,20 @@ _CLEAR_WIN = 0.6
 
 _PROFILES = (
     "Share of all draws in which a controller was at least as good as the value below. A lost flight is never "
-    "good enough: a curve that ends below 1 has lost the rest. Higher and further left is better (for the time in "
-    "contact, which is drawn negative, too)."
+    "good enough: a curve that ends below 1 has lost the rest. Higher and further left is better (for the time "
+    "in contact, which is drawn negative, too)."
 )
 _TRENDS = (
-    "{} over the parameters that matter most: every flight, and the median along the parameter. Crosses at the "
-    "top are lost flights."
+    "{} over the parameters that matter most: every flight, and the median along the parameter. Crosses at "
+    "the top are lost flights."
 )
 _FAILURES = (
-    "Every flight at its place: dots succeeded, crosses did not. The shade is the share of failures among the "
-    "nearest draws."
+    "Every flight at its place: dots succeeded, crosses did not. The shade is the share of failures among "
+    "the nearest draws."
 )
 _WINNERS = (
-    "The controller with the best {} in at least {:.0%} of a cell's draws; grey cells have no clear winner. A lost "
-    "flight wins nothing."
+    "The controller with the best {} in at least {:.0%} of a cell's draws; grey cells have no clear winner. "
+    "A lost flight wins nothing."
 )
 
 
