@@ -15,8 +15,9 @@ distributed = pytest.importorskip("distributed")
 SpecWriter = Callable[..., Path]
 
 SBATCH = """#!/bin/sh
-# Stands for SLURM: runs the job at once, in the background, on this machine.
-script=$1
+# Stands for SLURM: keeps a copy of the job's script, as SLURM does, and runs it at once on this machine.
+script=$(mktemp "$SLURM_STAND_IN/job.XXXXXX")
+cp "$1" "$script"
 sh "$script" >"$script.out" 2>&1 &
 echo "Submitted batch job $!"
 """
@@ -25,7 +26,7 @@ echo "Submitted batch job $!"
 @pytest.fixture(scope="module")
 def cluster() -> Iterator[Any]:
     with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=50
+        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=":0", silence_logs=50
     ) as started:
         yield started
 
@@ -61,7 +62,7 @@ def test_a_worker_of_the_cluster_may_die(cluster: Any, write_spec: SpecWriter, t
 
 
 def test_a_scheduler_that_does_not_answer_is_named(write_spec: SpecWriter, tmp_path: Path) -> None:
-    with pytest.raises(SkylimbError, match="no Dask scheduler answers at 'tcp://127.0.0.1:9'"):
+    with pytest.raises(SkylimbError, match=r"no Dask scheduler answers at 'tcp://127\.0\.0\.1:9'"):
         run_campaign(write_spec(draws=1), tmp_path / "out", scheduler="tcp://127.0.0.1:9")
 
 

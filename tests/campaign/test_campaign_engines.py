@@ -114,7 +114,7 @@ def test_workers_end_with_a_killed_coordinator(write_spec: SpecWriter, tmp_path:
     assert len(orphans) == 2
     process.kill()
     process.communicate()
-    gone, alive = psutil.wait_procs(orphans, timeout=20)
+    _, alive = psutil.wait_procs(orphans, timeout=20)
     assert not alive
 
 
@@ -156,7 +156,7 @@ def check_chaos(spec: Path, home: Path, kills: int, every: float, coordinators: 
     if any(row["status"] == "QUARANTINED" for row in rows.values()):
         run_campaign(spec, home / "chaos", workers=0, resume=True)
     assert table(home / "chaos") == table(home / "serial")
-    assert not [path for path in (home / "chaos").rglob(".*")]
+    assert not list((home / "chaos").rglob(".*"))
 
 
 def test_nothing_is_lost_and_nothing_counts_twice_in_chaos(write_spec: SpecWriter, tmp_path: Path) -> None:
@@ -177,8 +177,10 @@ def test_workers_of_another_version_are_refused(write_spec: SpecWriter) -> None:
         fly_jobs(tables, ())
 
 
-@pytest.mark.parametrize(("words", "message"), [({"workers": -1}, "workers = -1"),
-                                                ({"scheduler": "tcp://x:1", "slurm": "q"}, "exclude")])  # fmt: skip
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [({"workers": -1}, "workers = -1"), ({"scheduler": "tcp://x:1", "slurm": "q"}, "exclude")],
+)
 def test_an_engine_that_cannot_be_is_refused(
     words: dict[str, object], message: str, write_spec: SpecWriter, tmp_path: Path
 ) -> None:

@@ -266,7 +266,7 @@ def test_the_stopping_rule_ends_a_campaign_early(write_spec: SpecWriter, tmp_pat
 
 
 def test_a_full_disk_stops_cleanly_and_goes_on(write_spec: SpecWriter, tmp_path: Path) -> None:
-    """The system lets no file grow beyond a limit: what was written before is kept, and the rest flies later."""
+    """No file may grow beyond a limit: what was written before is kept, and the rest flies later."""
     spec, folder = write_spec(draws=6), tmp_path / "out"
     script = (
         "import resource, sys; from skylimb.cli import main; "
@@ -313,3 +313,18 @@ class Hover:
 def controller(robot):
     return Hover(robot)
 """
+
+
+def test_the_verbs_print_a_table_and_where_the_report_is(
+    flown: tuple[Path, Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    _, folder = flown
+    assert main(["campaign", "report", str(folder)]) == 0
+    out = capsys.readouterr().out
+    assert "Success rate" in out
+    assert str(folder / "report.html") in out
+    for words in (["campaign", "--help"], ["campaign", "report", "--help"], ["tune", "--help"]):
+        assert main(words) == 0
+        assert "Examples" in capsys.readouterr().out
+    assert main(["campaign", "spec.toml", "--workers", "many"]) == 2
+    assert "--workers = 'many'" in capsys.readouterr().err

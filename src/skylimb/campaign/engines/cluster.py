@@ -135,7 +135,8 @@ def on_slurm(
     settings = {"cores": 1, "processes": 1, "memory": "2GB", "walltime": "04:00:00", **options}
     settings.setdefault("scheduler_options", {"dashboard_address": ":0"})
     cluster = jobqueue.SLURMCluster(queue=queue, **settings)
-    cluster.scale(jobs=workers)
+    # A job that ends, by its time limit for one, is replaced.
+    cluster.adapt(minimum_jobs=workers, maximum_jobs=workers)
     return ClusterEngine(tables, distributed.Client(cluster, set_as_default=False), cluster)
 
 
