@@ -43,7 +43,7 @@ DESCRIPTIONS = {
     "contact_force_normal_mean": ("Mean normal contact force (truth)", "N"),
     "contact_force_normal_std": ("Standard deviation of the normal force (truth)", "N"),
     "contact_force_normal_peak": ("Peak of the 10 ms mean of the normal force (truth)", "N"),
-    "contact_fraction": ("Time in contact (truth)", "1"),
+    "contact_fraction": ("Fraction of the time in contact (truth)", "1"),
     "tilt_max": ("Largest tilt", "rad"),
 }
 """What each number is, and its unit."""

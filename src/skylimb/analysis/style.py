@@ -18,6 +18,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
+from skylimb.analysis.fonts import families
 from skylimb.recording import Run
 
 Parameters = ParamSpec("Parameters")
@@ -43,7 +44,6 @@ LABELS = {"pid": "PID", "impedance": "Impedance", "admittance": "Admittance", "h
 
 RC: dict[str, Any] = {
     "font.family": "sans-serif",
-    "font.sans-serif": ["DejaVu Sans"],
     "font.size": 8,
     "axes.titlesize": 8.5,
     "axes.titleweight": "bold",
@@ -83,6 +83,7 @@ def styled(function: Callable[Parameters, Result]) -> Callable[Parameters, Resul
         with matplotlib.rc_context():
             matplotlib.rcdefaults()
             matplotlib.rcParams.update(RC)
+            matplotlib.rcParams["font.sans-serif"] = families()
             return function(*args, **kwargs)
 
     return inner
@@ -173,9 +174,8 @@ def save(figure: Figure, stem: Path) -> tuple[Path, Path]:
 
     The layout is solved once and both files take it, so they look alike and the second costs little.
     """
-    figure.draw_without_rendering()
-    figure.set_layout_engine("none")
     picture, document = stem.with_suffix(".png"), stem.with_suffix(".pdf")
     figure.savefig(picture, dpi=DPI, pil_kwargs={"compress_level": 4})
+    figure.set_layout_engine(None)
     figure.savefig(document, metadata={"CreationDate": None})
     return picture, document

@@ -59,7 +59,7 @@ PLATES = (
         "sliding_errors",
         "Error along the sliding directions",
         "Absolute error of the centre of gravity over the sliding period. Boxes span the quartiles, the "
-        "bar and the number beside it are the median, whiskers reach from 5 to 95 %. Diamonds: medians "
+        "bar and the number above are the median, whiskers reach from 5 to 95 %. Diamonds: medians "
         "that the paper prints (it gives none for z).",
         sliding_errors,
         compares=True,
@@ -69,8 +69,8 @@ PLATES = (
         "Displacement and force along the contact direction",
         "Above: how far the board pushed the centre of gravity from its reference. Below: the force that "
         "the controller estimated (coloured) and the true contact force (grey, 0.2 s mean); pushed by the "
-        "board, both are negative. Yellow: the pen touches; pink: the arm has given way by more than "
-        "5 mm.",
+        "board, both are negative. Yellow: the pen touches; pink: it touches and the arm has given way by "
+        "more than 5 mm.",
         contact_direction,
     ),
     Plate(
@@ -84,7 +84,7 @@ PLATES = (
     Plate(
         "poses",
         "The robot deforms",
-        "Seen from above, at five instants of the lap. Grey: the shape at its beginning, moved to the same "
+        "Seen from above, at five instants of the lap. Grey: the shape before the contact, moved to the same "
         "centre of gravity. Under the laws that adapt, the arm folds where the board comes near and "
         "stretches where it recedes; otherwise the shape stays.",
         poses,

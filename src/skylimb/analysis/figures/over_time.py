@@ -94,24 +94,24 @@ def contact_direction(runs: Mapping[str, Run]) -> Figure:
         estimate, truth = forces[name]
         for ax in (above, below):
             style.shade(ax, _contact(log), style.CONTACT)
-            style.shade(ax, spans(log.time.values, adapting(log), BRIDGE), style.ADAPTATION)
+            style.shade(ax, spans(log.time.values, adapting(log) & in_contact(log), BRIDGE), style.ADAPTATION)
             ax.axhline(0.0, color=style.REFERENCE, linewidth=0.5)
         above.plot(time, displacements[name][keep], color=colour[name])
         if truth is not None:
             below.plot(time, truth[keep], color=style.TRUTH, linewidth=0.8)
         if estimate is not None:
-            below.plot(time, estimate[keep], color=colour[name])
+            below.plot(time, estimate[keep], color=colour[name], linewidth=0.9)
         above.set(ylim=upper)
         below.set(ylim=lower)
-        _left_label(above, f"CoG displacement {axis} (m)")
+        _left_label(above, f"displacement {axis} (m)")
         _left_label(below, f"force {axis} (N)")
     style.legend_below(
         figure,
         [
-            Line2D([], [], color=style.INK, label="displacement; estimated force"),
+            Line2D([], [], color=style.INK, label="displacement, estimated force"),
             Line2D([], [], color=style.TRUTH, linewidth=0.8, label="true force, 0.2 s mean"),
             style.swatch(style.CONTACT, "in contact"),
-            style.swatch(style.ADAPTATION, "arm adapting"),
+            style.swatch(style.ADAPTATION, "in contact, arm adapting"),
         ],
     )
     return figure
