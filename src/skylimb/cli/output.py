@@ -102,6 +102,7 @@ def working(what: str) -> Iterator[None]:
     """A sign of life during work of unknown length."""
     console = _console(stderr=True)
     if not console.is_terminal:
+        print(f"{what} ...", file=sys.stderr)
         yield
         return
     with console.status(what):
@@ -111,17 +112,17 @@ def working(what: str) -> Iterator[None]:
 def scores(runs: Mapping[str, Run]) -> None:
     """The metrics of every run side by side, the paper's numbers in brackets where it prints them."""
     from skylimb.analysis.metrics import DESCRIPTIONS, NUMERIC_KEYS
+    from skylimb.analysis.paper_numbers import EXPERIMENT
 
-    first = next(iter(runs.values()))
-    table = _table(f"{first.log.attrs.get('experiment', '')}, sliding period (in brackets: the paper's)", "")
+    experiment = next(iter(runs.values())).log.attrs.get("experiment", "")
+    brackets = ", in brackets the paper's numbers" if experiment == EXPERIMENT else ""
+    table = _table(f"{experiment}: sliding period{brackets}", "", "")
     for name in runs:
         table.add_column(name, justify="right")
-    table.add_row("Status", *(_status(run) for run in runs.values()))
+    table.add_row("Status", "", *(_status(run) for run in runs.values()))
     for key in NUMERIC_KEYS:
         label, unit = DESCRIPTIONS[key]
-        table.add_row(
-            f"{label} [dim]{unit if unit != '1' else ''}[/dim]", *(_score(run, key) for run in runs.values())
-        )
+        table.add_row(label, unit.removeprefix("1"), *(_score(run, key) for run in runs.values()))
     console = _console()
     console.print(table)
     for name, run in runs.items():
@@ -147,8 +148,9 @@ def places(folder: Path, warnings: Sequence[str] = ()) -> None:
     """What could not be made, and where the results lie, the page to read first in front."""
     for warning in warnings:
         print(f"note: {warning}")
-    found = [folder / name for name in ("report.html", "video.mp4", "figures") if (folder / name).exists()]
-    print("\n".join(f"  {path}" for path in found) if found else f"  {folder}")
+    for pattern in ("report.html", "video.mp4", "*/video.mp4", "figures"):
+        if any(folder.glob(pattern)):
+            print(f"  {folder / pattern}")
 
 
 def verification(rows: Sequence[Any]) -> int:
