@@ -139,7 +139,7 @@ def prepare_flight(experiment: Experiment, robot: Robot) -> tuple[Plant, Mission
     """The plant and the mission of an experiment, checked against each other.
 
     Raises:
-        ConfigError: when the robot would start inside the surface, its tip does not fit it, or the path leaves it.
+        ConfigError: when the robot would start inside the surface, its tip does not fit, or the path leaves it.
     """
     dt = experiment.control_period
     plant = build_plant(robot, experiment.surface, experiment.plant, dt)
