@@ -240,3 +240,25 @@ def test_it_runs_as_a_module() -> None:
         [sys.executable, "-m", "skylimb", "--version"], capture_output=True, text=True, check=True
     )
     assert done.stdout == f"skylimb {__version__}\n"
+
+
+def test_the_contact_is_verified_and_a_failed_claim_exits_with_1(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from skylimb.verification import statics, suite
+    from skylimb.verification.row import Evidence, Row
+
+    monkeypatch.setattr(suite, "ROWS", (statics.adhesion,))
+    code, out, _ = call(["verify-contact", "--out", str(tmp_path / "contact")], capsys)
+    assert code == 0
+    assert "1 of 1 claims hold" in out
+    assert (tmp_path / "contact" / "contact.html").is_file()
+
+    def wrong() -> Evidence:
+        return Evidence(Row("wrong", "Two is one.", 2.0, 1.0, 0.5, "-"), lambda axes: None)
+
+    monkeypatch.setattr(suite, "ROWS", (statics.adhesion, wrong))
+    code, out, _ = call(["verify-contact"], capsys)
+    assert code == 1
+    assert "1 of 2 claims hold" in out
+    assert "FAILS" in out

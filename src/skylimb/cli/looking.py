@@ -141,6 +141,9 @@ class VerifyContact:
         folder = new_folder(self.out, "") if self.out else None
         from skylimb.verification import verify_contact
 
-        with output.working("running the test rigs"):
-            rows = verify_contact(folder)
-        return output.verification(rows)
+        with output.claims() as progress:
+            rows = verify_contact(folder, progress)
+        code = output.verification(rows)
+        if folder:
+            output.places(folder)
+        return code

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
     from skylimb.recording.run import Run
     from skylimb.robots.model import Robot
+    from skylimb.verification import Row
 
 _PIPE_WIDTH = 140
 """Columns when the output is not a terminal, so that no table is cut."""
@@ -98,6 +99,13 @@ def flights() -> Iterator[Progress]:
 
 
 @contextmanager
+def claims() -> Iterator[Callable[[int, int, str], None]]:
+    """One bar for the claims of the contact's verification; hands out the function that they report to."""
+    with flights() as report:
+        yield lambda done, total, name: report("verifying", done, total)
+
+
+@contextmanager
 def working(what: str) -> Iterator[None]:
     """A sign of life during work of unknown length."""
     console = _console(stderr=True)
@@ -148,21 +156,26 @@ def places(folder: Path, warnings: Sequence[str] = ()) -> None:
     """What could not be made, and where the results lie, the page to read first in front."""
     for warning in warnings:
         print(f"note: {warning}")
-    for pattern in ("report.html", "video.mp4", "*/video.mp4", "figures"):
+    for pattern in ("report.html", "contact.html", "video.mp4", "*/video.mp4", "figures"):
         if any(folder.glob(pattern)):
             print(f"  {folder / pattern}")
 
 
-def verification(rows: Sequence[Any]) -> int:
-    """The table of the contact's verification; 1 when a row failed."""
-    table = _table("", "", "Theory", "Measured", "Allowed", "")
+def verification(rows: Sequence[Row]) -> int:
+    """The table of the contact's verification; 1 when a claim fails."""
+    table = _table("", "Claim", "Measured", "Theory", "Tolerance", "Cases", "")
     for row in rows:
+        bound = {"below": "at most ", "above": "at least "}.get(row.bound, "")
+        verdict = "holds" if row.passed else "[red]FAILS[/red]"
         table.add_row(
-            row.name,
-            str(row.expected),
-            str(row.measured),
-            str(row.tolerance),
-            "ok" if row.passed else "FAILED",
+            row.claim,
+            f"{row.measured:.5g} {row.unit}",
+            f"{bound}{row.theory:.5g}",
+            f"{row.tolerance:g}",
+            str(row.cases),
+            verdict,
         )
-    _console().print(table)
+    console = _console()
+    console.print(table)
+    console.print(f"{sum(row.passed for row in rows)} of {len(rows)} claims hold")
     return 0 if all(row.passed for row in rows) else 1
