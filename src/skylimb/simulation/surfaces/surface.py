@@ -261,7 +261,8 @@ class Surface(abc.ABC):
         if self.moves:
             body.add_joint(name=JOINT, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=self.R_WS.T @ self.motion_axis)
             body.explicitinertial = True
-            body.mass, body.inertia, body.gravcomp = _SLIDE_MASS, [_SLIDE_MASS] * 3, 1.0
+            body.mass, body.inertia, body.ipos = _SLIDE_MASS, [_SLIDE_MASS] * 3, [0.0, 0.0, 0.0]
+            body.gravcomp = 1.0
         self.add_geometry(spec, body)
         return SurfaceParts(BODY, GEOM, JOINT if self.moves else None)
 
