@@ -14,8 +14,8 @@ from matplotlib.figure import Figure
 from skylimb.analysis import style
 from skylimb.analysis.figures.boxes import contact_distributions, sliding_errors
 from skylimb.analysis.figures.over_time import cog_tracking, contact_direction
-from skylimb.analysis.figures.pen_traces import pen_traces
-from skylimb.analysis.figures.poses import poses
+from skylimb.analysis.figures.pose_strip import poses
+from skylimb.analysis.figures.traces import pen_traces
 from skylimb.recording import Run
 
 
@@ -50,9 +50,9 @@ PLATES = (
     Plate(
         "cog_tracking",
         "Centre of gravity along the sliding directions",
-        "Solid: the centre of gravity; dashed: its reference; yellow: the pen touches. The lag behind the "
-        "reference during contact is the work of friction, which a stiffer control of these two directions "
-        "resists.",
+        "Solid: the centre of gravity; dashed: its reference; yellow: the pen touches. The solid line trails "
+        "the dashed one because of friction and, where the reference is sent as positions alone, for want of "
+        "its velocity. Impedance control resists the former.",
         cog_tracking,
     ),
     Plate(

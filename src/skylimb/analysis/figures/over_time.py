@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -58,7 +59,8 @@ def cog_tracking(runs: Mapping[str, Run]) -> Figure:
             )
             _line(ax, log, "cog_position", axis, color=colour[name])
             ax.set(ylim=span)
-            _left_label(ax, f"CoG {axis} (m)")
+    first, second = next((sliding_axes(run.log) for run in runs.values()), ("y", "z"))
+    _label_rows(pairs, f"CoG {first} (m)", f"CoG {second} (m)")
     style.legend_below(
         figure,
         [
@@ -103,8 +105,8 @@ def contact_direction(runs: Mapping[str, Run]) -> Figure:
             below.plot(time, estimate[keep], color=colour[name], linewidth=0.9)
         above.set(ylim=upper)
         below.set(ylim=lower)
-        _left_label(above, f"displacement {axis} (m)")
-        _left_label(below, f"force {axis} (N)")
+    axis = next((contact_axis(run.log) for run in runs.values()), "x")
+    _label_rows(pairs, f"displacement {axis} (m)", f"force {axis} (N)")
     style.legend_below(
         figure,
         [
@@ -120,7 +122,7 @@ def contact_direction(runs: Mapping[str, Run]) -> Figure:
 def _grid(runs: Mapping[str, Run]) -> tuple[Figure, list[tuple[Axes, Axes]]]:
     """A figure with a pair of panels, one above the other, for each run."""
     blocks, columns = style.panels(len(runs))
-    wide = style.WIDTH * max(columns, 2) / 4
+    wide = style.WIDTH * max(columns, 3) / 4
     figure = Figure(figsize=(wide, 3.3 * blocks + 0.3), layout="constrained")
     axes = figure.subplots(2 * blocks, columns, squeeze=False, sharex=True)
     pairs: list[tuple[Axes, Axes]] = []
@@ -148,12 +150,15 @@ def _grid(runs: Mapping[str, Run]) -> tuple[Figure, list[tuple[Axes, Axes]]]:
     return figure, pairs
 
 
-def _left_label(ax: Axes, text: str) -> None:
-    if ax.get_subplotspec().is_first_col():
-        ax.set_ylabel(text)
+def _label_rows(pairs: list[tuple[Axes, Axes]], upper: str, lower: str) -> None:
+    """Say beside the first column what the two rows of panels show."""
+    columns = style.panels(len(pairs))[1]
+    for above, below in pairs[::columns]:
+        above.set_ylabel(upper)
+        below.set_ylabel(lower)
 
 
-def _line(ax: Axes, log: xr.Dataset, signal: str, axis: str, **options: object) -> None:
+def _line(ax: Axes, log: xr.Dataset, signal: str, axis: str, **options: Any) -> None:
     keep = style.thin(log.sizes["time"])
     ax.plot(log.time.values[keep], log[signal].sel(axis=axis).values[keep], **options)
 
