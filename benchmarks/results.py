@@ -1,8 +1,8 @@
-"""Measure what docs/results.md says, and write it around the words of results_page.md.
+"""Measure what docs/results.md and docs/contact.md say, and write them around the words in pages/.
 
-    python benchmarks/results.py          (some minutes; writes docs/results.md and docs/images/)
+    python benchmarks/results.py          (about ten minutes; writes docs/*.md and docs/images/)
 
-Every number of that page comes from here, so that it can be made again after a change.
+Every number of those pages comes from here, so that they can be made again after a change.
 """
 
 from __future__ import annotations
@@ -20,8 +20,10 @@ import skylimb
 from skylimb.analysis import write_comparison
 from skylimb.analysis.metrics import DESCRIPTIONS, NUMERIC_KEYS
 from skylimb.analysis.paper_numbers import published
+from skylimb.verification import Row, verify_contact
 
-DOCS = Path(__file__).parents[1] / "docs"
+HERE = Path(__file__).parent
+DOCS = HERE.parent / "docs"
 CONTROLLERS = ("pid", "impedance", "admittance", "hybrid")
 SEEDS = 20
 
@@ -104,6 +106,51 @@ def _ratio(runs: Mapping[str, skylimb.Run]) -> str:
     return "-" if None in ours else f"{ours[0] / ours[1]:.2f}"
 
 
+def surfaces_table() -> list[str]:
+    """Who flies which of the ready experiments with contact, and why somebody does not."""
+    lines = ["| experiment | " + " | ".join(CONTROLLERS) + " |", "|---|" + "---|" * len(CONTROLLERS)]
+    for name in skylimb.list_experiments():
+        if not skylimb.load_experiment(name).approach.contact:
+            continue
+        cells = [_told(run) for run in skylimb.compare(name).values()]
+        lines.append(f"| `{name}` | " + " | ".join(cells) + " |")
+    return lines
+
+
+def _told(run: skylimb.Run) -> str:
+    if run.failed:
+        return f"**{run.status}**: {run.cause}"
+    metrics = run.metrics
+    errors = f"{1e3 * metrics['error_y_median']:.0f} / {1e3 * metrics['error_z_median']:.0f} mm"
+    return (
+        f"{errors}, {metrics['contact_force_normal_mean']:.2f} N, {metrics['contact_fraction']:.0%} in touch"
+    )
+
+
+def contact_page() -> tuple[list[str], list[str]]:
+    """The claims of the contact's verification as a table, and their figures, copied to docs/images/contact."""
+    images = DOCS / "images" / "contact"
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = Path(temporary) / "contact"
+        rows = verify_contact(folder)
+        images.mkdir(parents=True, exist_ok=True)
+        for row in rows:
+            if row.figure:
+                shutil.copy(folder / row.figure, images / row.figure)
+    table = ["| claim | measured | theory | tolerance | cases | |", "|---|---|---|---|---|---|"]
+    table += [_claim(row) for row in rows]
+    figures = [f"![{row.claim}](images/contact/{row.figure})" for row in rows if row.figure]
+    return table, figures
+
+
+def _claim(row: Row) -> str:
+    bound = {"below": "at most ", "above": "at least "}.get(row.bound, "")
+    verdict = "holds" if row.passed else "**fails**"
+    measured = f"{row.measured:.5g} {row.unit}".removesuffix(" -")
+    cells = (row.claim, measured, f"{bound}{row.theory:.5g}", f"{row.tolerance:g}", str(row.cases), verdict)
+    return f"| {' | '.join(cells)} |"
+
+
 def images() -> None:
     """The demo's figures and a picture out of its video, for the documentation."""
     import av
@@ -112,7 +159,7 @@ def images() -> None:
         folder = Path(temporary) / "demo"
         write_comparison(skylimb.compare("paper"), folder)
         (DOCS / "images").mkdir(exist_ok=True)
-        for name in ("pen_traces", "contact_direction", "poses", "sliding_errors", "contact_distributions"):
+        for name in ("pen_traces", "contact_direction", "poses"):
             shutil.copy(folder / "figures" / f"{name}.png", DOCS / "images" / f"{name}.png")
         with av.open(str(folder / "hybrid" / "video.mp4")) as film:
             wanted = int(0.68 * film.streams.video[0].frames)
@@ -122,13 +169,25 @@ def images() -> None:
                     break
 
 
+def write_page(name: str, places: Mapping[str, list[str]]) -> None:
+    """The page `name`, its words from the file beside this, with every place filled."""
+    page = (HERE / "pages" / name).read_text(encoding="utf-8")
+    for place, lines in places.items():
+        page = page.replace(place, "\n".join(lines))
+    (DOCS / name).write_text(page, encoding="utf-8")
+
+
 def main() -> None:
-    page = (Path(__file__).parent / "results_page.md").read_text(encoding="utf-8")
-    page = page.replace("VERSION", skylimb.__version__)
-    page = page.replace("OPEN_VALUES_TABLE", "\n".join(open_values_table()))
-    page = page.replace("SEEDS_TABLE", "\n".join(seeds_table()))
+    table, figures = contact_page()
+    version = [skylimb.__version__]
+    write_page("contact.md", {"VERSION": version, "CLAIMS": table, "FIGURES": figures})
+    tables = {
+        "OPEN_VALUES_TABLE": open_values_table(),
+        "SEEDS_TABLE": seeds_table(),
+        "SURFACES_TABLE": surfaces_table(),
+    }
     images()
-    (DOCS / "results.md").write_text(page, encoding="utf-8")
+    write_page("results.md", {"VERSION": version, **tables})
 
 
 if __name__ == "__main__":
