@@ -58,7 +58,7 @@ def load_model(scene: str, size: tuple[int, int]) -> mujoco.MjModel:
 
 def place_camera(log: xr.Dataset, board: Board | None) -> mujoco.MjvCamera:
     """A camera that sees the drawn side of the surface and the whole robot."""
-    axis = (np.array(["x", "y", "z"]) == contact_axis(log)).astype(float)
+    axis = contact_axis(log).vector
     heading = float(np.degrees(np.arctan2(axis[1], axis[0])))
     # Stand on the side toward which the surface turns its face.
     side = np.cross(axis, board.normal)[2] if board is not None else 0.0

@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from skylimb.analysis import style
-from skylimb.analysis.signals import adapting, contact_axis, in_contact, sliding_axes, spans
+from skylimb.analysis.signals import Direction, adapting, contact_axis, in_contact, sliding_axes, spans
 from skylimb.recording import Run
 
 BRIDGE = 0.25
@@ -39,7 +39,7 @@ def cog_tracking(runs: Mapping[str, Run]) -> Figure:
     colour = style.colours(runs)
     for which in (0, 1):
         values = [
-            run.log[signal].sel(axis=sliding_axes(run.log)[which]).values
+            sliding_axes(run.log)[which].along(run.log[signal].values)
             for run in runs.values()
             for signal in ("cog_position", "cog_position_reference")
         ]
@@ -158,9 +158,9 @@ def _label_rows(pairs: list[tuple[Axes, Axes]], upper: str, lower: str) -> None:
         below.set_ylabel(lower)
 
 
-def _line(ax: Axes, log: xr.Dataset, signal: str, axis: str, **options: Any) -> None:
+def _line(ax: Axes, log: xr.Dataset, signal: str, axis: Direction, **options: Any) -> None:
     keep = style.thin(log.sizes["time"])
-    ax.plot(log.time.values[keep], log[signal].sel(axis=axis).values[keep], **options)
+    ax.plot(log.time.values[keep], axis.along(log[signal].values[keep]), **options)
 
 
 def _contact(log: xr.Dataset) -> list[tuple[float, float]]:
@@ -168,17 +168,17 @@ def _contact(log: xr.Dataset) -> list[tuple[float, float]]:
 
 
 def _displacement(log: xr.Dataset) -> np.ndarray:
-    return (log.cog_position - log.cog_position_reference).sel(axis=contact_axis(log)).values
+    return contact_axis(log).along(log.cog_position.values - log.cog_position_reference.values)
 
 
 def _forces(log: xr.Dataset) -> tuple[np.ndarray | None, np.ndarray | None]:
     """Estimate and (smoothed) truth along the contact axis, each None where it was not recorded."""
     axis = contact_axis(log)
-    estimate = log.external_force_estimate.sel(axis=axis).values if "external_force_estimate" in log else None
+    estimate = axis.along(log.external_force_estimate.values) if "external_force_estimate" in log else None
     if "contact_force" not in log:
         return estimate, None
     time = log.time.values
     count = max(1, round(SMOOTHING / float(np.median(np.diff(time))))) if len(time) > 1 else 1
     window = np.ones(min(count, len(time)))
     weight = np.convolve(np.ones(len(time)), window, "same")  # fewer samples at the ends
-    return estimate, np.convolve(log.contact_force.sel(axis=axis).values, window, "same") / weight
+    return estimate, np.convolve(axis.along(log.contact_force.values), window, "same") / weight
