@@ -128,7 +128,7 @@ def _told(run: skylimb.Run) -> str:
 
 
 def contact_page() -> tuple[list[str], list[str]]:
-    """The claims of the contact's verification as a table, and their figures, copied to docs/images/contact."""
+    """The claims about the contact as a table, and their figures, copied to docs/images/contact."""
     images = DOCS / "images" / "contact"
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary) / "contact"
