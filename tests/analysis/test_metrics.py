@@ -102,8 +102,18 @@ def test_the_axes_come_from_the_log(make_log):
     scores = metrics(log)
     assert scores["displacement_x_median"] == pytest.approx(0.02, abs=1e-12)
     assert scores["error_y_median"] == pytest.approx(0.10, abs=1e-12)
-    text = metrics(log.assign_attrs(sliding_axes="x y"))
-    assert text == scores
+    assert metrics(log.assign_attrs(sliding_axes="x y")) == scores
+    vectors = {"contact_axis": [0.0, 0.0, 1.0], "sliding_axes": [1.0, 0.0, 0.0, 0.0, 1.0, 0.0]}
+    assert metrics(log.assign_attrs(vectors)) == scores
+
+
+def test_errors_are_measured_along_oblique_axes(make_log):
+    c, s = np.cos(0.3), np.sin(0.3)
+    turned = {"contact_axis": [c, s, 0.0], "sliding_axes": [-s, c, 0.0, 0.0, 0.0, 1.0]}
+    scores = metrics(make_log(error=(0.10 * c, 0.10 * s, -0.02)).assign_attrs(turned))
+    assert scores["displacement_x_median"] == pytest.approx(0.10, abs=1e-12)
+    assert scores["error_y_median"] == pytest.approx(0.0, abs=1e-12)
+    assert scores["error_z_median"] == pytest.approx(0.02, abs=1e-12)
 
 
 def test_moving_mean_of_a_ramp_is_its_middle():
