@@ -6,7 +6,9 @@ import itertools
 import re
 import shlex
 import subprocess
+import sys
 import tomllib
+from importlib.metadata import packages_distributions
 from pathlib import Path
 
 import pytest
@@ -148,16 +150,45 @@ def test_versions_agree() -> None:
     assert f"## {version}" in (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
 
 
+def imported_packages(folder: Path) -> set[str]:
+    """Top-level names that the code in a folder imports."""
+    names = set()
+    for path in folder.rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Import):
+                names |= {alias.name.partition(".")[0] for alias in node.names}
+            elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+                names.add(node.module.partition(".")[0])
+    return names
+
+
+def canonical(requirement: str) -> str:
+    return re.sub(r"[-_.]+", "-", re.split(r"[\[<>=~ ]", requirement)[0]).lower()
+
+
+def test_dependencies_are_what_is_imported() -> None:
+    declared = {canonical(requirement) for requirement in PROJECT["project"]["dependencies"]}
+    foreign = imported_packages(ROOT / "src") - set(sys.stdlib_module_names) - {"skylimb"}
+    providers = packages_distributions()
+    for name in foreign:
+        assert {canonical(provider) for provider in providers[name]} & declared, f"{name} is not declared"
+    # xarray writes NetCDF through h5netcdf, and that through h5py; neither is imported by name.
+    provided = {canonical(provider) for name in foreign for provider in providers[name]} | {
+        "h5netcdf",
+        "h5py",
+    }
+    assert declared <= provided, f"declared but not imported: {sorted(declared - provided)}"
+
+
 def test_every_dependency_is_pinned() -> None:
     lines = (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines()
     pins = [line for line in lines if line and not line.startswith("#")]
     assert all(re.fullmatch(r"[\w.\-]+==[\w.]+", line) for line in pins)
-    pinned = {re.sub(r"[-_.]+", "-", line.partition("==")[0]).lower() for line in pins}
+    pinned = {canonical(line) for line in pins}
     project = PROJECT["project"]
     wanted = [*project["dependencies"], *itertools.chain(*project["optional-dependencies"].values())]
     for requirement in wanted:
-        name = re.split(r"[\[<>=~ ]", requirement)[0]
-        assert re.sub(r"[-_.]+", "-", name).lower() in pinned, requirement
+        assert canonical(requirement) in pinned, requirement
 
 
 def test_files_beside_the_code_are_packaged() -> None:
