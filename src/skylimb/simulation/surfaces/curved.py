@@ -88,11 +88,11 @@ class CurvedSurface(Surface, abc.ABC):
 
     @cached_property
     def _numbers(self) -> tuple[float, np.ndarray]:
-        from skylimb.simulation.surfaces.collision_python import register_shape
+        from skylimb.simulation.surfaces.collision_python import register_numbers
 
         numbers = self.shape.numbers()
         identity = float(zlib.crc32(numbers.tobytes()))
-        register_shape(identity, self.shape)
+        register_numbers(identity, numbers)
         return identity, np.concatenate([[MARK, identity], numbers])
 
     @cached_property
