@@ -1,5 +1,6 @@
 """Every figure draws any number of runs, failed ones among them, and shows what it says."""
 
+import json
 import subprocess
 import sys
 
@@ -67,6 +68,29 @@ def test_only_figures_that_compare_need_several_runs(make_run, tmp_path):
     }
     write_figures({"a": run, "b": run}, tmp_path / "two")
     assert {path.stem for path in (tmp_path / "two").iterdir()} == FILES
+
+
+def test_a_flight_that_touched_nothing_has_no_pen_trace(make_run, tmp_path):
+    run = make_run(slide=2.0)
+    free = Run("free", "hybrid", run.log.assign(contact=0 * run.log.contact), {})
+    write_figures({"free": free}, tmp_path / "free")
+    names = {path.stem for path in (tmp_path / "free").iterdir()}
+    assert names == {"cog_tracking", "contact_direction", "poses"}
+    write_figures({"free": free, "run": run}, tmp_path / "both")
+    assert {path.stem for path in (tmp_path / "both").iterdir()} == FILES
+
+
+def test_a_ceiling_is_no_line_when_seen_from_above(make_run):
+    run = make_run(slide=2.0)
+
+    def boards(run):
+        figure = pose_strip.poses({"a": run})
+        return sum(line.get_color() == pose_strip.BOARD for ax in figure.axes for line in ax.lines)
+
+    assert boards(run) == 5
+    down = json.loads(run.log.attrs["surface"]) | {"axis_v": [1.0, 0.0, 0.0], "normal": [0.0, 0.0, -1.0]}
+    over = Run("a", "hybrid", run.log.assign_attrs(surface=json.dumps(down)), {})
+    assert boards(over) == 0
 
 
 def test_files_are_sharp_and_embed_their_fonts(make_run, tmp_path):

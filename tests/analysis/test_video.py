@@ -124,7 +124,7 @@ def test_a_flight_becomes_a_film(make_run, tmp_path):
 def test_without_a_renderer_it_says_so(make_run, tmp_path, monkeypatch, fresh_probe):
     monkeypatch.setattr(video, "_film", lambda: ["false"])
     assert find_renderer() is None
-    with pytest.raises(OutputError, match="no off-screen renderer works here"):
+    with pytest.raises(OutputError, match=r"no off-screen renderer works here \(tried MUJOCO_GL = "):
         write_video(make_run(slide=1.0), tmp_path / "x.mp4")
     assert list(tmp_path.iterdir()) == []
 
