@@ -127,7 +127,9 @@ def experiment_from_mapping(mapping: Mapping[str, Any], where: str) -> Experimen
     values = {f.name: getattr(settings, f.name) for f in dataclasses.fields(Settings)}
     # The surface faces the robot along the experiment's contact axis unless it is told otherwise.
     surface = {"contact_axis": list(settings.contact_axis), **surface}
-    return Experiment(**values, surface=surface_from_mapping(surface, where), controller=controller)
+    return Experiment(
+        **values, surface=surface_from_mapping(surface, f"{where}: surface"), controller=controller
+    )
 
 
 def _table(tables: dict[str, Any], name: str, where: str) -> dict[str, Any]:
