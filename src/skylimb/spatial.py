@@ -1,9 +1,8 @@
 """Rotations and cross products that work on NumPy arrays and on CasADi symbols alike.
 
 Conventions: `R_AB` turns coordinates in frame B into coordinates in frame A; quaternions are (w, x, y, z);
-    roll, pitch and
-yaw compose as R = Rz(yaw) Ry(pitch) Rx(roll); angles in radians. A function handed any CasADi argument
-returns a CasADi matrix, otherwise a NumPy array. Vectors are (3,) in NumPy and 3 x 1 in CasADi.
+roll, pitch and yaw compose as R = Rz(yaw) Ry(pitch) Rx(roll); angles in radians. A function handed any CasADi
+argument returns a CasADi matrix, otherwise a NumPy array. Vectors are (3,) in NumPy and 3 x 1 in CasADi.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ def _cos_sin(angle: Any) -> tuple[Any, Any]:
 
 
 def hat(v: Array) -> Array:
-    """The skew-symmetric matrix of a 3-vector: hat(v) @ w = v x w."""
+    """The skew-symmetric matrix of a 3-vector; its product with w is the cross product of v and w."""
     return matrix([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
 
 

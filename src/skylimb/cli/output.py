@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
     from skylimb.recording.run import Run
     from skylimb.robots.model import Robot
+    from skylimb.verification import Row
 
 _PIPE_WIDTH = 140
 """Columns when the output is not a terminal, so that no table is cut."""
@@ -98,6 +99,89 @@ def flights() -> Iterator[Progress]:
 
 
 @contextmanager
+def claims() -> Iterator[Callable[[int, int, str], None]]:
+    """One bar for the claims of the contact's verification; hands out the function that they report to."""
+    with flights() as report:
+        yield lambda done, total, name: report("verifying", done, total)
+
+
+@contextmanager
+def working(what: str) -> Iterator[None]:
+    """A sign of life during work of unknown length."""
+    console = _console(stderr=True)
+    if not console.is_terminal:
+        print(f"{what} ...", file=sys.stderr)
+        yield
+        return
+    with console.status(what):
+        yield
+
+
+def scores(runs: Mapping[str, Run]) -> None:
+    """The metrics of every run side by side, the paper's numbers in brackets where it prints them."""
+    from skylimb.analysis.metrics import DESCRIPTIONS, NUMERIC_KEYS
+    from skylimb.analysis.paper_numbers import EXPERIMENT
+
+    experiment = next(iter(runs.values())).log.attrs.get("experiment", "")
+    brackets = ", in brackets the paper's numbers" if experiment == EXPERIMENT else ""
+    table = _table(f"{experiment}: sliding period{brackets}", "", "")
+    for name in runs:
+        table.add_column(name, justify="right")
+    table.add_row("Status", "", *(_status(run) for run in runs.values()))
+    for key in NUMERIC_KEYS:
+        label, unit = DESCRIPTIONS[key]
+        table.add_row(label, unit.removeprefix("1"), *(_score(run, key) for run in runs.values()))
+    console = _console()
+    console.print(table)
+    for name, run in runs.items():
+        if run.failed:
+            console.print(f"{name} FAILED: {run.cause}")
+
+
+def _status(run: Run) -> str:
+    return f"[red]{run.status}[/red]" if run.failed else run.status
+
+
+def _score(run: Run, key: str) -> str:
+    from skylimb.analysis.paper_numbers import published
+
+    value = run.metrics.get(key)
+    if value is None:
+        return "-"
+    known = published(run.controller, key, str(run.log.attrs.get("experiment", "")))
+    return f"{value:.3f} ({known:.3f})" if known is not None else f"{value:.3f}"
+
+
+def places(folder: Path, warnings: Sequence[str] = ()) -> None:
+    """What could not be made, and where the results lie, the page to read first in front."""
+    for warning in warnings:
+        print(f"note: {warning}")
+    for pattern in ("report.html", "contact.html", "video.mp4", "*/video.mp4", "figures"):
+        if any(folder.glob(pattern)):
+            print(f"  {folder / pattern}")
+
+
+def verification(rows: Sequence[Row]) -> int:
+    """The table of the contact's verification; 1 when a claim fails."""
+    table = _table("", "Claim", "Measured", "Theory", "Tolerance", "Cases", "")
+    for row in rows:
+        bound = {"below": "at most ", "above": "at least "}.get(row.bound, "")
+        verdict = "holds" if row.passed else "[red]FAILS[/red]"
+        table.add_row(
+            row.claim,
+            f"{row.measured:.5g} {row.unit}",
+            f"{bound}{row.theory:.5g}",
+            f"{row.tolerance:g}",
+            str(row.cases),
+            verdict,
+        )
+    console = _console()
+    console.print(table)
+    console.print(f"{sum(row.passed for row in rows)} of {len(rows)} claims hold")
+    return 0 if all(row.passed for row in rows) else 1
+
+
+@contextmanager
 def campaign_bar() -> Iterator[Callable[[int, int, float, int, bool], None]]:
     """A bar for many flights; hands out what to call with (done, total, rate in 1/s, failures, stopping)."""
     from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
@@ -151,72 +235,3 @@ def campaign(
             *(ranked(text, key, i) for i, text in enumerate(cells)),
         )
     _console().print(table)
-
-
-@contextmanager
-def working(what: str) -> Iterator[None]:
-    """A sign of life during work of unknown length."""
-    console = _console(stderr=True)
-    if not console.is_terminal:
-        yield
-        return
-    with console.status(what):
-        yield
-
-
-def scores(runs: Mapping[str, Run]) -> None:
-    """The metrics of every run side by side, the paper's numbers in brackets where it prints them."""
-    from skylimb.analysis.metrics import DESCRIPTIONS, NUMERIC_KEYS
-
-    first = next(iter(runs.values()))
-    table = _table(f"{first.log.attrs.get('experiment', '')}, sliding period (in brackets: the paper's)", "")
-    for name in runs:
-        table.add_column(name, justify="right")
-    table.add_row("Status", *(_status(run) for run in runs.values()))
-    for key in NUMERIC_KEYS:
-        label, unit = DESCRIPTIONS[key]
-        table.add_row(
-            f"{label} [dim]{unit if unit != '1' else ''}[/dim]", *(_score(run, key) for run in runs.values())
-        )
-    console = _console()
-    console.print(table)
-    for name, run in runs.items():
-        if run.failed:
-            console.print(f"{name} FAILED: {run.cause}")
-
-
-def _status(run: Run) -> str:
-    return f"[red]{run.status}[/red]" if run.failed else run.status
-
-
-def _score(run: Run, key: str) -> str:
-    from skylimb.analysis.paper_numbers import published
-
-    value = run.metrics.get(key)
-    if value is None:
-        return "-"
-    known = published(run.controller, key, str(run.log.attrs.get("experiment", "")))
-    return f"{value:.3f} ({known:.3f})" if known is not None else f"{value:.3f}"
-
-
-def places(folder: Path, warnings: Sequence[str] = ()) -> None:
-    """What could not be made, and where the results lie, the page to read first in front."""
-    for warning in warnings:
-        print(f"note: {warning}")
-    found = [folder / name for name in ("report.html", "video.mp4", "figures") if (folder / name).exists()]
-    print("\n".join(f"  {path}" for path in found) if found else f"  {folder}")
-
-
-def verification(rows: Sequence[Any]) -> int:
-    """The table of the contact's verification; 1 when a row failed."""
-    table = _table("", "", "Theory", "Measured", "Allowed", "")
-    for row in rows:
-        table.add_row(
-            row.name,
-            str(row.expected),
-            str(row.measured),
-            str(row.tolerance),
-            "ok" if row.passed else "FAILED",
-        )
-    _console().print(table)
-    return 0 if all(row.passed for row in rows) else 1
