@@ -28,6 +28,9 @@ from skylimb.simulation.robot_bodies import TIP_GEOM, add_robot
 from skylimb.simulation.surfaces import Surface
 from skylimb.spatial import quaternion_from_rotation, rot_z
 
+USER_WORDS = 2
+"""Numbers in `data.userdata` that a driver may use."""
+
 _SAG_ITERATIONS = 5
 
 
@@ -145,6 +148,8 @@ def build_plant(robot: Robot, surface: Surface, config: PlantConfig, dt: float) 
     spec.modelname = description.name
     spec.compiler.degree = False
     set_contact_options(spec, config.physics_step)
+    # Where the native driver finds what belongs to a flight; zero means that nothing does.
+    spec.nuserdata = USER_WORDS
     # Batteries, computers and the pen become part of the links that carry them: half the bodies, the same
     # mechanics.
     spec.compiler.fusestatic = True
