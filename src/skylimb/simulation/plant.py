@@ -100,8 +100,8 @@ class Plant:
     Attributes:
         robot: model of the robot that really flies.
         surface: what it touches.
-        model: MuJoCo's model.
-        scene: the same as MJCF text, for replay and video.
+        model: MuJoCo's model, without what is only looked at.
+        scene: the same as MJCF text, with it, for replay and video.
         substeps: physics steps in a control tick.
         reading: where the contact's samples lie.
         joint_qpos: addresses of q in qpos.
@@ -158,6 +158,10 @@ def build_plant(robot: Robot, surface: Surface, config: PlantConfig, dt: float) 
     parts = surface.attach(spec)
     add_contact_pair(spec, TIP_GEOM, parts.geom, surface.contact)
     add_contact_sensor(spec, TIP_GEOM, parts.geom, substeps)
+    spec.compile()
+    scene = spec.to_xml()
+    # What is only looked at stays in the scene: without it a step is a tenth faster, and the same to the bit.
+    spec.compiler.discardvisual = True
     model = spec.compile()
     tune_contact_pair(model, surface.contact)
     model.actuator_gainprm[: len(scales), 0] = scales
@@ -173,7 +177,7 @@ def build_plant(robot: Robot, surface: Surface, config: PlantConfig, dt: float) 
         robot=robot if true is description else Robot(true),
         surface=surface,
         model=model,
-        scene=spec.to_xml(),
+        scene=scene,
         substeps=substeps,
         reading=ContactReading.of(model),
         joint_qpos=addresses(true.shape_joints),
