@@ -137,15 +137,14 @@ def nominal_path(log: xr.Dataset, board: Board | None) -> np.ndarray:
     path = log.cog_position_reference.values[in_phase(log, "slide")] + offset
     if board is None:
         return path
-    direction = (np.array(["x", "y", "z"]) == contact_axis(log)).astype(float)
-    return board.project(path, direction)
+    return board.project(path, contact_axis(log).vector)
 
 
 def on_board(log: xr.Dataset, points: np.ndarray, board: Board | None) -> np.ndarray:
     """Coordinates on the board of points in W, or along the sliding axes without one, shape (n, 2), m."""
     if board is not None:
         return board.coordinates(points)
-    return points[:, ["xyz".index(axis) for axis in sliding_axes(log)]]
+    return np.stack([axis.along(points) for axis in sliding_axes(log)], axis=1)
 
 
 def _relief(surface: dict[str, Any]) -> Relief | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -50,8 +50,13 @@ def check_claims(runs: Mapping[str, Run]) -> list[Claim]:
     found: list[Claim] = []
     for needs, judge in _CLAIMS:
         if all(name in flown for name in needs):
-            found.append(judge(flown))
+            claim = judge(flown)
+            found.append(replace(claim, paper=_true_minus(claim.paper), ours=_true_minus(claim.ours)))
     return found
+
+
+def _true_minus(text: str) -> str:
+    return text.replace("-", "\u2212")
 
 
 def _metric(flown: Mapping[str, Run], controller: str, key: str) -> float:
@@ -115,7 +120,7 @@ def _narrower_force(flown: Mapping[str, Run]) -> Claim:
 
 
 def _force_spread(run: Run) -> float:
-    force = run.log.external_force_estimate.sel(axis=contact_axis(run.log)).values[in_phase(run.log, "slide")]
+    force = contact_axis(run.log).along(run.log.external_force_estimate.values[in_phase(run.log, "slide")])
     return float(np.subtract(*np.percentile(force, [75, 25]))) if force.size else float("nan")
 
 

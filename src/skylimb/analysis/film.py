@@ -14,6 +14,7 @@ from pathlib import Path
 import av
 import mujoco
 import numpy as np
+from av.error import FFmpegError
 from PIL import ImageColor
 
 from skylimb.analysis import scene, style
@@ -112,7 +113,7 @@ def main(arguments: list[str] | None = None) -> int:
         size = asked.size[0], asked.size[1]
         total = len(frame_samples(run.log.time.values, asked.fps, asked.speed))
         encode(_reported(pictures(run, size, asked.fps, asked.speed), total), asked.film, size, asked.fps)
-    except (OutputError, ValueError, KeyError, av.FFmpegError, mujoco.FatalError) as error:
+    except (OutputError, ValueError, KeyError, FFmpegError, mujoco.FatalError) as error:
         print(f"{type(error).__name__}: {error}", file=sys.stderr)
         return 1
     return 0

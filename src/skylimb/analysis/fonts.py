@@ -41,7 +41,7 @@ def families() -> list[str]:
         cutter.subset(font)
         for record in font["name"].names:
             if record.nameID in _FAMILY_NAME_IDS:
-                record.string = FAMILY
+                record.string = FAMILY.encode(record.getEncoding())
         font.save(folder / source)
         font_manager.fontManager.addfont(folder / source)
     return [FAMILY, FULL_FAMILY]

@@ -41,7 +41,7 @@ class Overlay:
         self._readings: list[tuple[str, np.ndarray, str]] = []
         axis = contact_axis(log)
         if {"cog_position", "cog_position_reference"} <= set(log.variables):
-            away = (log.cog_position - log.cog_position_reference).sel(axis=axis).values
+            away = axis.along(log.cog_position.values - log.cog_position_reference.values)
             self._readings.append((f"CoG displacement {axis}", 1000 * away, "{:+.0f} mm"))
         if "reach" in log:
             self._readings.append(("reach", log.reach.values, "{:.3f} m"))

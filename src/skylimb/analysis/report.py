@@ -144,7 +144,8 @@ def _facts(config: Mapping[str, Any]) -> list[tuple[str, str]]:
         for part in key.split("."):
             value = value.get(part) if isinstance(value, Mapping) else None
         if value is not None:
-            shown = f"{value:.4g}" if isinstance(value, int | float) else str(value)
+            signed = "+" if key.endswith("direction") else ""
+            shown = f"{value:{signed}.4g}" if isinstance(value, int | float) else str(value)
             degrees = f" ({math.degrees(value):.3g}°)" if unit == "rad" and value else ""
             facts.append((text, f"{shown} {unit}".strip() + degrees))
     return facts

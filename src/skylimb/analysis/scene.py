@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from skylimb.analysis.board import Board, nominal_path, strokes
-from skylimb.analysis.signals import contact_axis, in_phase
+from skylimb.analysis.signals import in_phase
 
 SPACING = 0.008
 """Metres between the points of a drawn line."""
@@ -58,16 +58,15 @@ def load_model(scene: str, size: tuple[int, int]) -> mujoco.MjModel:
 
 def place_camera(log: xr.Dataset, board: Board | None) -> mujoco.MjvCamera:
     """A camera that sees the drawn side of the surface and the whole robot."""
-    axis = (np.array(["x", "y", "z"]) == contact_axis(log)).astype(float)
-    heading = float(np.degrees(np.arctan2(axis[1], axis[0])))
-    # Stand on the side toward which the surface turns its face.
-    side = np.cross(axis, board.normal)[2] if board is not None else 0.0
+    cog, tip = (np.median(log[name].values, axis=0) for name in ("cog_position", "tip_position"))
+    ahead = (tip - cog) * [1.0, 1.0, 0.0]
+    normal = board.normal if board is not None else np.zeros(3)
     camera = mujoco.MjvCamera()
-    camera.lookat[:] = 0.45 * log.cog_position.values.mean(axis=0) + 0.55 * log.tip_position.values.mean(
-        axis=0
-    )
-    camera.azimuth = heading + (-48.0 if side >= 0 else 48.0)
-    camera.elevation = -25.0
+    camera.lookat[:] = 0.45 * cog + 0.55 * tip
+    # Stand on the side toward which the surface turns its face, and under it if that is downward.
+    turn = -48.0 if np.cross(ahead, normal)[2] >= 0 else 48.0
+    camera.azimuth = float(np.degrees(np.arctan2(ahead[1], ahead[0]))) + turn
+    camera.elevation = 20.0 if normal[2] < -0.5 else -25.0
     camera.distance = 3.1
     return camera
 

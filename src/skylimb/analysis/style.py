@@ -42,7 +42,7 @@ FAILURE = "#B00020"
 
 LABELS = {"pid": "PID", "impedance": "Impedance", "admittance": "Admittance", "hybrid": "Hybrid"}
 
-RC: dict[str, Any] = {
+RC: dict[Any, Any] = {
     "font.family": "sans-serif",
     "font.size": 8,
     "axes.titlesize": 8.5,
@@ -137,10 +137,11 @@ def swatch(colour: str, text: str) -> Patch:
 
 
 def legend_below(figure: Figure, handles: Sequence[Any]) -> None:
-    """One legend for the whole figure, in a row under the panels."""
-    figure.legend(
-        handles=list(handles), loc="outside lower center", ncols=min(len(handles), 6), handlelength=1.8
-    )
+    """One legend for the whole figure under the panels, in as few rows as its width allows."""
+    widest = max(len(str(handle.get_label())) for handle in handles)
+    fitting = int(figure.get_figwidth() / (0.5 + 0.058 * widest))  # inches for the sign and for a letter
+    columns = max(1, min(fitting, len(handles)))
+    figure.legend(handles=list(handles), loc="outside lower center", ncols=columns, handlelength=1.8)
 
 
 def label_outer(axes: np.ndarray, used: int, below: str, beside: str) -> None:

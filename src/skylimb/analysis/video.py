@@ -14,7 +14,6 @@ from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 
-import skylimb
 from skylimb.errors import OutputError
 from skylimb.recording import LOG_FILE, Run, new_file
 
@@ -36,11 +35,7 @@ def find_renderer() -> str | None:
     What the environment asks for is taken at its word; otherwise egl, osmesa and then a window system are
     tried, each in a process of its own.
     """
-    asked = os.environ.get("MUJOCO_GL", "")
-    candidates = (
-        (asked,) if asked else ("egl", "osmesa", "glfw") if sys.platform.startswith("linux") else ("glfw",)
-    )
-    for name in candidates:
+    for name in _candidates():
         try:
             probe = subprocess.run(
                 [*_film(), "--probe"],
@@ -54,6 +49,13 @@ def find_renderer() -> str | None:
         if probe.returncode == 0:
             return name
     return None
+
+
+def _candidates() -> tuple[str, ...]:
+    asked = os.environ.get("MUJOCO_GL", "")
+    if asked:
+        return (asked,)
+    return ("egl", "osmesa", "glfw") if sys.platform.startswith("linux") else ("glfw",)
 
 
 def write_video(
@@ -93,8 +95,9 @@ def write_video(
         )
     renderer = find_renderer()
     if renderer is None:
+        tried = ", ".join(_candidates())
         raise OutputError(
-            f"no video of '{run.name}': no off-screen renderer works here (tried MUJOCO_GL = egl, osmesa)"
+            f"no video of '{run.name}': no off-screen renderer works here (tried MUJOCO_GL = {tried})"
         )
     with tempfile.TemporaryDirectory() as folder, new_file(path) as aside:
         log = run.save(Path(folder) / LOG_FILE)
@@ -130,6 +133,6 @@ def _film() -> list[str]:
 
 def _environment(renderer: str) -> dict[str, str]:
     """The child's environment: how to draw, and where this package lies however it was found here."""
-    home = str(Path(skylimb.__file__).parents[1])
+    home = str(Path(__file__).parents[2])
     path = os.pathsep.join(part for part in (home, os.environ.get("PYTHONPATH", "")) if part)
     return {**os.environ, "MUJOCO_GL": renderer, "PYTHONPATH": path}

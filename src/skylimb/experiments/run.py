@@ -116,6 +116,7 @@ def fly(
     plant, mission = prepare_flight(experiment, robot)
     flight = fly_mission(experiment, plant, mission, controller, progress)
     log = flight_log(plant, flight, mission)
+    frame = mission.frame
     config = {**experiment.to_mapping(), "controller": resolved_preset(controller)}
     log.attrs |= {
         "robot": robot.name,
@@ -128,8 +129,8 @@ def fly(
         "versions": json.dumps(versions()),
         "scene": plant.scene,
         "surface": json.dumps(plant.surface.describe()),
-        "contact_axis": "x",
-        "sliding_axes": "y z",
+        "contact_axis": frame.contact.tolist(),
+        "sliding_axes": [*frame.sliding_u.tolist(), *frame.sliding_v.tolist()],
         "path_center": json.dumps([float(x) for x in experiment.surface.position]),
     }
     return Run(name=controller.name, controller=controller.name, log=log, metrics=metrics(log))

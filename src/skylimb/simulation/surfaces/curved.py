@@ -19,6 +19,9 @@ from skylimb.simulation.surfaces.surface import COLOR, GEOM, Surface
 
 _NUMERIC = "surface_shape"
 _DRAWN = 121  # points along a curved direction
+FAR = 30.0
+"""How far, in m, the contact goes on beyond what is looked at, so that no edge is met from behind."""
+
 _THICKNESS = 0.02  # m, of what is looked at
 
 
@@ -71,8 +74,8 @@ class CurvedSurface(Surface, abc.ABC):
         body.add_geom(
             name=GEOM,
             type=mujoco.mjtGeom.mjGEOM_ELLIPSOID,
-            # Only its bounding sphere counts: it must hold the surface.
-            size=[self._reach] * 3,
+            # Only its bounding sphere counts.
+            size=[FAR] * 3,
             userdata=[MARK, identity],
             group=4,
             rgba=[0.0, 0.0, 0.0, 0.0],
@@ -85,18 +88,12 @@ class CurvedSurface(Surface, abc.ABC):
 
     @cached_property
     def _numbers(self) -> tuple[float, np.ndarray]:
-        from skylimb.simulation.surfaces.collision_python import register_shape
+        from skylimb.simulation.surfaces.collision_python import register_numbers
 
         numbers = self.shape.numbers()
         identity = float(zlib.crc32(numbers.tobytes()))
-        register_shape(identity, self.shape)
+        register_numbers(identity, numbers)
         return identity, np.concatenate([[MARK, identity], numbers])
-
-    @cached_property
-    def _reach(self) -> float:
-        _, _, w = self.drawn
-        deepest = max(0.5, float(np.nanmax(np.abs(w))))
-        return float(np.linalg.norm([0.5 * self.size[0], 0.5 * self.size[1], deepest])) + 0.1
 
     @cached_property
     def drawn(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

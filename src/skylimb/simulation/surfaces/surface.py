@@ -28,6 +28,7 @@ BODY = "surface"
 GEOM = "surface"
 JOINT = "surface_slide"
 _SLIDE_MASS = 1e4  # kg: heavy enough that a pen does not push the surface between two writes of its state
+_VIEW = 3.5  # m, the scene that a viewer should frame
 COLOR = (0.78, 0.72, 0.60, 1.0)
 
 
@@ -264,6 +265,8 @@ class Surface(abc.ABC):
             body.mass, body.inertia, body.ipos = _SLIDE_MASS, [_SLIDE_MASS] * 3, [0.0, 0.0, 0.0]
             body.gravcomp = 1.0
         self.add_geometry(spec, body)
+        # Collision geometry without end must not set the scale of what is looked at.
+        spec.stat.extent, spec.stat.center = _VIEW, self.position
         return SurfaceParts(BODY, GEOM, JOINT if self.moves else None)
 
     def describe(self) -> dict[str, Any]:

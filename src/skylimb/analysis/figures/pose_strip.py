@@ -21,6 +21,9 @@ FRACTIONS = (0.0, 0.25, 0.5, 0.75, 1.0)
 SCALE = 0.5
 """The length of the scale bar, m."""
 
+LEVEL = 0.7
+"""A surface whose normal has a vertical part above this is more floor than wall."""
+
 GHOST = "#C9CDD2"
 BOARD = "#8A6D3B"
 
@@ -113,5 +116,8 @@ def _scale_bar(ax: Axes, left: float, top: float) -> None:
 
 
 def _board_line(log: xr.Dataset, index: int) -> np.ndarray | None:
+    """The surface's cut at the height of the tip, or None for one that is seen from above as an area."""
     board = board_of(log)
-    return None if board is None else board.cut(float(log.skeleton.values[index, -1, 2]))
+    if board is None or abs(board.normal[2]) > LEVEL:
+        return None
+    return board.cut(float(log.skeleton.values[index, -1, 2]))
