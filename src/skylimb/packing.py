@@ -140,7 +140,7 @@ def numeric(record: R) -> R:
 
 
 def structure(record: Any) -> str:
-    """What a record is besides its numbers: kinds, names, shapes, and the values that are kept as they stand."""
+    """What a record is besides its numbers: kinds, names, shapes and the values that are kept as they are."""
     return repr((type(record), _map(record, "", lambda path, leaf: (path, _shape(leaf)))))
 
 

@@ -15,7 +15,8 @@ from skylimb.errors import ConfigError
 class ExportC:
     """Write a controller as C for a flight computer: no allocation, nothing needed but libm.
 
-    Leaves the controller's function, its header, a test vector and an example that holds the one against the other.
+    Leaves the controller's function, its header, a test vector and an example that holds the one against the
+    other.
     """
 
     examples: ClassVar[str] = """
@@ -39,5 +40,6 @@ class ExportC:
         controller = skylimb.load_controller(self.controller, skylimb.load_robot(self.robot))
         for path in export_c(controller, folder, 1.0 / self.rate):
             print(f"  {path}")
-        print(f"try it: cd {folder} && cc main.c controller.c controller_function.c -o example -lm && ./example")
+        build = "cc main.c controller.c controller_function.c -o example -lm"
+        print(f"try it: cd {folder} && {build} && ./example")
         return 0

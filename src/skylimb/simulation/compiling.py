@@ -1,4 +1,4 @@
-"""C code compiled once with the machine's compiler, into the user's cache, by the digest of what it is made of."""
+"""C code compiled once, with the machine's compiler, into the user's cache under its digest."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ FLAGS = ("-O2", "-ffp-contract=off", "-shared", "-fPIC")
 
 
 def built_library(folder: str, stem: str, source: str) -> Path:
-    """Path of the shared library made of a C source, built where the cache has none for this machine and engine.
+    """Path of the shared library made of a C source; built where the cache has none for this machine.
 
     Args:
         folder: below the user's cache.
@@ -79,7 +79,7 @@ def compile_c(sources: Sequence[Path], output: Path, flags: Sequence[str]) -> No
 
 
 def compilers() -> list[list[str]]:
-    """Commands of the C compilers on this machine; the one that the environment variable CC names comes first."""
+    """Commands of this machine's C compilers, first the one that the environment variable CC names."""
     wanted = os.environ.get("CC", "").split()
     found = [wanted] if wanted else []
     found += [[path] for name in ("cc", "gcc", "clang") if (path := shutil.which(name))]

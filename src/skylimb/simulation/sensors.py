@@ -114,7 +114,8 @@ def draw_noise(
 ) -> SensorNoise:
     """The errors of a whole run, each entry (k, width): a draw a frame, and one a tick for the encoders.
 
-    The constant misalignment is among them, so that nothing of the configuration but its times is part of `sense`.
+    The constant misalignment is among them, so that `sense` itself depends on no number of the
+    configuration.
     """
     frames = frame_numbers(config, times)
     per_frame = rng.standard_normal((int(frames[-1]) + 1, 12))[frames] if len(times) else np.zeros((0, 12))

@@ -151,8 +151,8 @@ def compile_tick(
 ) -> CompiledTick:
     """Trace the whole tick with symbols and make one function of it.
 
-    A tick of the same structure is traced once in a process: gains, seeds, noise and the plant's own numbers are
-    data, so that thousands of flights that differ in those share a function.
+    A tick of the same structure is traced once in a process: gains, seeds, noise and the plant's own numbers
+    are data, so that thousands of flights that differ in those share a function.
 
     Args:
         controller: a cascade of laws that can be traced.

@@ -1,4 +1,4 @@
-"""The native driver: compiled ticks flown by the engine's own threads, and the same C for a flight computer."""
+"""The native driver: ticks as machine code on the engine's own threads, and C for a flight computer."""
 
 from skylimb.simulation.native.export import export_c
 from skylimb.simulation.native.fly import NativeJob, fly_native

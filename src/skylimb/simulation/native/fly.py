@@ -5,7 +5,7 @@ from __future__ import annotations
 import ctypes
 import warnings
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import mujoco
 import numpy as np
@@ -48,7 +48,7 @@ class NativeJob:
     data: mujoco.MjData
     mission: Mission
     rows: np.ndarray
-    disturbance: DisturbanceConfig = DisturbanceConfig()
+    disturbance: DisturbanceConfig = field(default_factory=DisturbanceConfig)
 
     @property
     def compiled(self) -> CompiledTick:
@@ -59,9 +59,10 @@ class NativeJob:
 def fly_native(jobs: Sequence[NativeJob], threads: int = 1, progress: Progress | None = None) -> list[Flight]:
     """Make every flight; the results are those of `fly_compiled`, to the bit at any number of threads.
 
-    Flights whose scenes and ticks have the same structure fly together; friction, masses, rotors, surfaces' places,
-    gains, seeds and lengths may differ. Memory grows by the rows and the log of every job: some 10 MB for one of the
-    paper's, so hand over a few dozen at a time. Without a C compiler the Python driver flies, one after the other.
+    Flights whose scenes have the same structure fly together; friction, masses, rotors, surfaces' places,
+    controllers, gains, seeds and lengths may differ. Memory grows by the rows and the log of every job: some
+    10 MB for one of the paper's, so hand over a few dozen at a time. Without a C compiler the Python driver
+    flies, one after the other.
 
     Args:
         jobs: in any order and mixture.
@@ -72,7 +73,7 @@ def fly_native(jobs: Sequence[NativeJob], threads: int = 1, progress: Progress |
     flights: list[Flight | None] = [None] * len(jobs)
     reason = unavailable()
     if reason:
-        warnings.warn(f"flying with the Python driver, several times slower: {reason}", UserWarning, stacklevel=2)
+        warnings.warn(f"flying one by one, with the Python driver: {reason}", UserWarning, stacklevel=2)
     groups: dict[tuple[int, ...], list[int]] = {}
     for index, job in enumerate(jobs):
         model = job.plant.model
@@ -155,4 +156,5 @@ def _finish(flight: Aloft) -> Flight:
         lost = engine_loss(flight.mission, warned, flight.record.warnings)
     if lost is None and flown < flight.count:
         raise RuntimeError(f"the flight stopped at tick {flown} without being lost")
-    return Flight(flight.log, flight.layout, flight.count if lost is None else lost[0] + 1, lost[1] if lost else "")
+    tick, cause = lost or (flight.count - 1, "")
+    return Flight(flight.log, flight.layout, tick + 1, cause)

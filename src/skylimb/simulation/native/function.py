@@ -1,4 +1,4 @@
-"""A compiled tick as machine code: CasADi writes it as C, the machine's compiler builds it, the cache keeps it."""
+"""A compiled tick as machine code: written as C by CasADi, built once, kept in the cache."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def compile_native(tick: CompiledTick, plant: Plant) -> NativeTick:
     """
     if plant.model.nuserdata < USER_WORDS:
         raise ConfigError(
-            f"the native driver needs {USER_WORDS} words of userdata in the scene; it has {plant.model.nuserdata}"
+            f"the native driver needs {USER_WORDS} words of userdata; the scene has {plant.model.nuserdata}"
         )
     # The function is kept with its library, so that no other one can get its hash.
     key = hash(tick.function)

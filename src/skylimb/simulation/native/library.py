@@ -75,7 +75,7 @@ _previous: object = None
 
 @contextlib.contextmanager
 def control_callback() -> Iterator[None]:
-    """Keep the callback installed; whatever was installed before is called for data that carries no flight."""
+    """Keep the callback installed; the one that was there before serves data that carries no flight."""
     global _users, _previous  # noqa: PLW0603 - the engine has one callback for the whole process
     library = callback_library()
     with _lock:

@@ -36,7 +36,8 @@ class FlightRecord(ctypes.Structure):
     _fields_ = (
         ("tick", _Pointer),
         ("count", _Word), ("substeps", _Word), ("n_row", _Word), ("n_signals", _Word), ("interval", _Word),
-        ("rows", _Pointer), ("log", _Pointer), ("state", _Pointer * 2), ("gains", _Pointer), ("work", _Pointer),
+        ("rows", _Pointer), ("log", _Pointer), ("state", _Pointer * 2), ("gains", _Pointer),
+        ("work", _Pointer),
         ("position", _Pointer), ("watched", _Pointer), ("n_watched", _Word), ("limits", _Number * 3),
         ("done", _Word), ("stopped", _Word), ("fresh", _Word), ("closed", _Word),
         ("warned", _Word), ("warnings", _Word * _WARNINGS),

@@ -13,7 +13,13 @@ from skylimb.control.controller import Controller
 from skylimb.errors import ConfigError
 from skylimb.packing import Layout
 from skylimb.recording.files import new_folder
-from skylimb.simulation.native.export.step import NAME, ControllerStep, Vector, controller_step, example_vector
+from skylimb.simulation.native.export.step import (
+    NAME,
+    ControllerStep,
+    Vector,
+    controller_step,
+    example_vector,
+)
 from skylimb.simulation.native.function import c_source
 
 _TEMPLATES = Path(__file__).parent
@@ -24,9 +30,10 @@ TOLERANCE = 1e-12
 def export_c(controller: Controller, folder: str | Path, control_period: float = 0.005) -> list[Path]:
     """Write a controller as C99 that allocates nothing and needs only libm.
 
-    Left in the folder: `controller_function.c` (CasADi's own text of the cascade), `controller.c` and `controller.h`
-    (its gains, first state, the place of every named number, and one function to call), `test_vector.h` (inputs of
-    some ticks and what they must give) and `main.c`, an example that holds the code against the vector.
+    Left in the folder: `controller_function.c` (CasADi's own text of the cascade), `controller.c` and
+    `controller.h` (its gains, first state, the place of every named number, and one function to call),
+    `test_vector.h` (inputs of some ticks and what they must give) and `main.c`, an example that holds the
+    code against the vector.
 
     Args:
         controller: a cascade; a user's own Python class cannot be exported.
