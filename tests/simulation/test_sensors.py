@@ -56,9 +56,7 @@ def test_noise_has_the_asked_deviation_and_keeps_with_its_frame() -> None:
 
 
 def test_misalignment_turns_the_measured_attitude() -> None:
-    config = SensorConfig(
-        rate=0.0, latency=0.0, attitude_noise=0.0, attitude_misalignment=(0.01, 0.0, 0.0)
-    )
+    config = SensorConfig(rate=0.0, latency=0.0, attitude_noise=0.0, attitude_misalignment=(0.01, 0.0, 0.0))
     state = initial_sensor_state(config, 0.005, root_at(0.0))
     errors = draw_noise(config, np.zeros(1), 3, 4, np.random.default_rng(0))
     row = SensorNoise(*(entry[0] for entry in errors))

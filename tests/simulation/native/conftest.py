@@ -30,12 +30,14 @@ SHORT = {
     "trajectory.period": 1.5,
 }
 
-needs_compiler = pytest.mark.skipif(not native_available(), reason="no C compiler on this machine")
 
-MakeJob = Callable[..., NativeJob]
+@pytest.fixture(scope="session", autouse=True)
+def _compiler() -> None:
+    if not native_available():
+        pytest.skip("no C compiler on this machine")
 
 
-def make_job(
+def _make_job(
     experiment: str = "paper", controller: str = "hybrid", set: dict[str, Any] | None = None, seed: int = 0
 ) -> NativeJob:
     """A flight of a shipped experiment with some of its values changed."""
@@ -52,9 +54,19 @@ def make_job(
     return NativeJob(tick, plant, data, mission, rows, flown.disturbance)
 
 
-def fly_slowly(job: NativeJob) -> Flight:
+def _fly_slowly(job: NativeJob) -> Flight:
     """The Python driver on the same job, whose own data stays as it is."""
     data = mujoco.MjData(job.plant.model)
     mujoco.mj_copyData(data, job.plant.model, job.data)
     outside = interventions(job.plant, data, job.mission, job.disturbance)
     return fly_compiled(job.compiled, job.plant, data, job.mission, job.rows, outside)
+
+
+@pytest.fixture(scope="session")
+def make_job() -> Callable[..., NativeJob]:
+    return _make_job
+
+
+@pytest.fixture(scope="session")
+def fly_slowly() -> Callable[[NativeJob], Flight]:
+    return _fly_slowly
