@@ -18,7 +18,10 @@ import platformdirs
 
 from skylimb.errors import CompileError
 
-FLAGS = ("-O2", "-ffp-contract=off", "-shared", "-fPIC")
+# The engine's own binaries ask for AVX on these machines; with it, code is a seventh shorter.
+_WIDE = ("-mavx",) if platform.machine().lower() in ("x86_64", "amd64") else ()
+
+FLAGS = ("-O2", "-ffp-contract=off", "-fno-math-errno", *_WIDE, "-shared", "-fPIC")
 """No fused multiply-add and no reordering, so that every machine computes the same numbers."""
 
 

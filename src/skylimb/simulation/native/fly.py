@@ -27,7 +27,8 @@ CHUNK = 10 * CHECK_INTERVAL
 Progress = Callable[[int, int], None]
 """Called now and then with (ticks flown, ticks in all), over all flights."""
 
-_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
+_STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
+_USERDATA = int(mujoco.mjtState.mjSTATE_USERDATA)
 
 
 @dataclass(frozen=True)
@@ -105,11 +106,13 @@ def _fly_group(jobs: Sequence[NativeJob], threads: int, report: Callable[[int], 
     flights = [_begin(job) for job in jobs]
     substeps, first = jobs[0].plant.substeps, jobs[0].plant.model
     batch = Batch(first, len(jobs), min(threads, len(jobs)))
+    # A state's parts stand in the order of their bits.
+    words = mujoco.mj_stateSize(first, _STATE & (_USERDATA - 1))
     batch.set_models([flight.model for flight in flights])
     for index, (job, flight) in enumerate(zip(jobs, flights, strict=True)):
         mujoco.mj_getState(job.plant.model, job.data, batch.state[index], _STATE)
         # An address has fewer bits than a float's 53, so that it crosses unharmed.
-        batch.userdata[index] = (float(ctypes.addressof(flight.record)), MARK)
+        batch.state[index, words : words + 2] = (float(ctypes.addressof(flight.record)), MARK)
     ids = [index for index, flight in enumerate(flights) if flight.count > 0]
     with control_callback():
         while ids:

@@ -81,7 +81,8 @@ def control_callback() -> Iterator[None]:
     with _lock:
         if _users == 0:
             _previous = mujoco.get_mjcb_control()
-            library.skylimb_set_engine(ctypes.byref(_functions()))
+            engine = _Engine(*_functions(), ctypes.c_void_p.in_dll(_engine(), "mjcb_control").value)
+            library.skylimb_set_engine(ctypes.byref(engine))
             mujoco.set_mjcb_control(_CONTROL(("skylimb_control", library)))
         _users += 1
     try:
@@ -94,16 +95,13 @@ def control_callback() -> Iterator[None]:
                 _previous = None
 
 
-def _functions() -> _Engine:
-    engine = ctypes.CDLL(str(engine_library()))
+@functools.cache
+def _engine() -> ctypes.CDLL:
+    return ctypes.CDLL(str(engine_library()))
 
-    def address(name: str) -> int | None:
-        return ctypes.cast(getattr(engine, name), ctypes.c_void_p).value
 
-    return _Engine(
-        address("mj_fwdPosition"),
-        address("mj_fwdVelocity"),
-        address("mj_applyFT"),
-        address("mj_objectVelocity"),
-        ctypes.c_void_p.in_dll(engine, "mjcb_control").value,
-    )
+@functools.cache
+def _functions() -> tuple[int | None, ...]:
+    """Addresses of the engine's functions, in the order of `Engine`."""
+    names = ("mj_fwdPosition", "mj_fwdVelocity", "mj_applyFT", "mj_objectVelocity")
+    return tuple(ctypes.cast(getattr(_engine(), name), ctypes.c_void_p).value for name in names)
