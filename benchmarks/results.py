@@ -72,6 +72,7 @@ def seeds_table() -> list[str]:
             text = f"{np.median(values):.3f} ({min(values):.3f} .. {max(values):.3f})"
             printed = published(name, key)
             cells.append(text if printed is None else f"{text} *{printed:.3f}*")
+        label = label.replace("|", "\\|")
         lines.append(f"| {label}{'' if unit == '1' else f', {unit}'} | " + " | ".join(cells) + " |")
     return lines
 
@@ -91,7 +92,7 @@ def open_values_table() -> list[str]:
                 for key, digits in (("error_y_median", 3), ("displacement_x_median", 3))
             ]
             lines.append(
-                f"| {title} {label} | {columns[0]} | {columns[1]} | {_ratio(runs)} "
+                f"| {f'{title} {label}'.strip()} | {columns[0]} | {columns[1]} | {_ratio(runs)} "
                 f"| {_row(runs, 'estimated_force_x_median', 2)} | {_row(runs, 'contact_fraction', 2)} |"
             )
     return lines
@@ -108,11 +109,13 @@ def _ratio(runs: Mapping[str, skylimb.Run]) -> str:
 
 def surfaces_table() -> list[str]:
     """Who flies which of the ready experiments with contact, and why somebody does not."""
-    lines = ["| experiment | " + " | ".join(CONTROLLERS) + " |", "|---|" + "---|" * len(CONTROLLERS)]
+    titles = ["experiment", *CONTROLLERS, "hybrid, leak compensated"]
+    lines = ["| " + " | ".join(titles) + " |", "|---" * len(titles) + "|"]
     for name in skylimb.list_experiments():
         if not skylimb.load_experiment(name).approach.contact:
             continue
-        cells = [_told(run) for run in skylimb.compare(name).values()]
+        runs = [*skylimb.compare(name).values(), skylimb.run(name, set={"controller.leak.compensate": True})]
+        cells = [_told(run) for run in runs]
         lines.append(f"| `{name}` | " + " | ".join(cells) + " |")
     return lines
 

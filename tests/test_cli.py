@@ -2,12 +2,15 @@ import json
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 
 from skylimb import __version__
 from skylimb.cli import main
 from skylimb.cli.commands import VERBS
+from skylimb.recording import Run
 
 SHORT = [
     "phases.hover=0.5",
@@ -82,6 +85,50 @@ def test_view_without_a_display_names_what_to_open(
     assert code == 0
     assert "No display" in out
     assert "report.html" in out
+
+
+class FakeWindow:
+    """Stands in for the viewer's window: counts the pictures, and is closed after some of them."""
+
+    def __init__(self, data: Any) -> None:
+        self.data, self.seen = data, []
+
+    def __enter__(self) -> "FakeWindow":
+        return self
+
+    def __exit__(self, *reason: object) -> None:
+        pass
+
+    def is_running(self) -> bool:
+        return len(self.seen) < 5
+
+    def sync(self) -> None:
+        self.seen.append(self.data.qpos.copy())
+
+
+def test_view_with_a_display_plays_the_recorded_configurations(
+    flown: tuple[int, Path], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import mujoco.viewer
+
+    windows: list[FakeWindow] = []
+
+    def launch(model: Any, data: Any, **options: Any) -> FakeWindow:
+        windows.append(FakeWindow(data))
+        return windows[-1]
+
+    monkeypatch.setattr(mujoco.viewer, "launch_passive", launch)
+    monkeypatch.setattr(sys, "platform", "linux")
+    monkeypatch.setenv("DISPLAY", ":0")
+    code, out, _ = call(["view", str(flown[1]), "--speed", "20"], capsys)
+    assert code == 0
+    assert "20 times the real speed" in out
+    recorded = Run.load(flown[1]).log["configuration"].values
+    (window,) = windows
+    rows = [int(np.flatnonzero((recorded == seen).all(axis=1))[0]) for seen in window.seen]
+    assert len(rows) == 5
+    assert rows == sorted(rows)
+    assert rows[-1] > 0
 
 
 def test_a_lost_flight_is_kept_and_exits_with_1(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

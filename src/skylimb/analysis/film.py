@@ -101,7 +101,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("log", nargs="?", type=Path)
     parser.add_argument("film", nargs="?", type=Path)
     parser.add_argument("--size", nargs=2, type=int, default=(1280, 720))
-    parser.add_argument("--fps", type=int, default=24)
+    parser.add_argument("--fps", type=int, default=20)
     parser.add_argument("--speed", type=float, default=2.0)
     asked = parser.parse_args(arguments)
     if asked.probe:

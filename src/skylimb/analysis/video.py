@@ -18,7 +18,7 @@ from skylimb.errors import OutputError
 from skylimb.recording import LOG_FILE, Run, new_file
 
 SIZE = (1280, 720)
-FPS = 24
+FPS = 20
 SPEED = 2.0
 """Seconds of flight in a second of film."""
 

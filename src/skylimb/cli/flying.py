@@ -38,13 +38,20 @@ class Run:
         skylimb run --controller hybrid
         skylimb run paper --set surface.friction=0.2 trajectory.direction=-1 --out out/slippery
         skylimb run mine.toml --controller my_controller.py --seed 4 --no-video
+        skylimb run out/slippery/config.toml        the same flight again
         skylimb run --set 'controller.translation.normalized_stiffness=[4, 4, 2]'
     """
 
     experiment: Experiment = "paper"
     controller: Annotated[
-        str, arg(metavar="NAME", help="A controller's name, its TOML file, or a Python file.")
-    ] = "hybrid"
+        str,
+        arg(
+            metavar="NAME",
+            help="A controller's name, its TOML file, or a Python file; by default the one in the "
+            "experiment's file, else hybrid.",
+            help_behavior_hint="",
+        ),
+    ] = ""
     seed: Seed = ""
     set: Assignments = ()
     out: Out = ""
@@ -53,12 +60,16 @@ class Run:
     def __call__(self) -> int:
         """Fly, record, draw."""
         settings, seed = settings_of(self.set), whole_number("--seed", self.seed)
-        folder = new_folder(self.out, f"{stem(self.experiment)}-{stem(self.controller)}")
+        folder = new_folder(
+            self.out, "-".join(stem(name) for name in (self.experiment, self.controller) if name)
+        )
         import skylimb
         from skylimb.analysis import write_run
 
         with output.flights() as progress:
-            run = skylimb.run(self.experiment, self.controller, seed=seed, set=settings, progress=progress)
+            run = skylimb.run(
+                self.experiment, self.controller or None, seed=seed, set=settings, progress=progress
+            )
         with output.working(
             "drawing figures and video (a minute without a graphics card)"
             if self.video

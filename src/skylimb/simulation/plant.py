@@ -193,10 +193,8 @@ def initial_data(plant: Plant, first: Reference) -> mujoco.MjData:
     springs give under it, as after a take-off.
     """
     description = plant.robot.description
-    servos = [description.shape_servo] * plant.robot.n_joints + [
-        description.vectoring_servo
-    ] * plant.robot.n_vectoring
-    stiffness = np.array([servo.stiffness for servo in servos])
+    shape, vectoring = description.shape_servo.stiffness, description.vectoring_servo.stiffness
+    stiffness = np.repeat([shape, vectoring], [plant.robot.n_joints, plant.robot.n_vectoring])
     set_points = np.concatenate([first.joint_angles, first.vectoring_angles])
     data = mujoco.MjData(plant.model)
     angles = set_points
@@ -210,7 +208,7 @@ def initial_data(plant: Plant, first: Reference) -> mujoco.MjData:
 
 
 def _place_at_hover(plant: Plant, data: mujoco.MjData, first: Reference, angles: np.ndarray) -> None:
-    """Put the robot at rest with these servo angles (q, then psi), under the thrusts that let it hover there."""
+    """Put the robot at rest with these servo angles (q, then psi), under its hover thrusts there."""
     joint_angles, vectoring_angles = np.split(angles, [plant.robot.n_joints])
     state = plant.robot.at(joint_angles, vectoring_angles)
     nominal = plant.robot.at(first.joint_angles, first.vectoring_angles).tip_heading
@@ -226,8 +224,8 @@ def _static_servo_torque(plant: Plant, data: mujoco.MjData) -> np.ndarray:
     """Torque that each servo (q, then psi) must give to hold this posture at rest under its rotors, N m."""
     model = plant.model
     mujoco.mj_forward(model, data)
-    # Each servo is at its set point and gives nothing, so what acts on the joints is the rotors' alone. The free joint has
-    # one velocity less than positions.
+    # Each servo is at its set point and gives nothing, so what acts on the joints is the rotors' alone. The
+    # free joint has one velocity less than positions.
     dofs = [address - 1 for address in plant.joint_qpos + plant.vectoring_qpos]
     return (data.qfrc_bias - data.qfrc_actuator)[dofs]
 

@@ -18,7 +18,7 @@ from skylimb.simulation.surfaces.shape import MARK, Shape
 from skylimb.simulation.surfaces.surface import COLOR, GEOM, Surface
 
 _NUMERIC = "surface_shape"
-_DRAWN = 121  # points along a curved direction
+_DRAWN, _DRAWN_BOTH = 121, 81  # points along u; along u and v where the shape changes along both
 FAR = 30.0
 """How far, in m, the contact goes on beyond what is looked at, so that no edge is met from behind."""
 
@@ -40,7 +40,7 @@ class CurvedSurface(Surface, abc.ABC):
 
     def drawn_u(self) -> np.ndarray:
         """(n,) places along u, m, that what is looked at and recorded goes through."""
-        return np.linspace(-0.5, 0.5, _DRAWN) * self.size[0]
+        return np.linspace(-0.5, 0.5, _DRAWN_BOTH if self.curved_along_v else _DRAWN) * self.size[0]
 
     @property
     def curved_along_v(self) -> bool:
@@ -100,7 +100,7 @@ class CurvedSurface(Surface, abc.ABC):
         """Grids u (n,), v (m,) and height w (n, m) on them, m: what is looked at and recorded."""
         # A hair inside of the border, where the height is sure to exist.
         u = self.drawn_u() * (1.0 - 1e-9)
-        v = np.linspace(-0.5, 0.5, _DRAWN if self.curved_along_v else 2) * self.size[1] * (1.0 - 1e-9)
+        v = np.linspace(-0.5, 0.5, _DRAWN_BOTH if self.curved_along_v else 2) * self.size[1] * (1.0 - 1e-9)
         return u, v, self.height(u[:, None], v[None, :])
 
     def describe(self) -> dict[str, Any]:
