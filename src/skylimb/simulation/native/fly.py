@@ -21,7 +21,7 @@ from skylimb.simulation.native.record import MARK, Aloft, begin_flight
 from skylimb.simulation.plant import Plant
 from skylimb.simulation.tick import CompiledTick
 
-CHUNK = 10 * CHECK_INTERVAL
+CHUNK = 20 * CHECK_INTERVAL
 """Ticks after which lost flights are taken out, and Ctrl-C is heard."""
 
 Progress = Callable[[int, int], None]
