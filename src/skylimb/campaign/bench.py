@@ -10,7 +10,8 @@ import dataclasses
 import json
 import tempfile
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -81,7 +82,7 @@ def fly_jobs(campaign: Mapping[str, Any], jobs: Sequence[Job]) -> list[Flown]:
     Raises:
         ConfigError: when this process has other versions than the campaign was begun with.
     """
-    with _ONE_AT_A_TIME:
+    with _ONE_AT_A_TIME, _quiet_engine():
         bench = _bench(_Hashable(campaign))
         return bench.fly(jobs)
 
@@ -207,6 +208,21 @@ class _Hashable(dict[str, Any]):
 @lru_cache(maxsize=4)
 def _bench(tables: _Hashable) -> Bench:
     return Bench(campaign_from_mapping(tables, "the campaign"))
+
+
+@contextmanager
+def _quiet_engine() -> Iterator[None]:
+    """Keep the physics' warnings off the terminal and out of the folder: a row says what became of a flight."""
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(_ignore)
+    try:
+        yield
+    finally:
+        mujoco.set_mju_user_warning(before)
+
+
+def _ignore(message: str) -> None:
+    """Say nothing."""
 
 
 def _bytes(run: Run) -> bytes:
