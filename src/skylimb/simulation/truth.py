@@ -83,8 +83,8 @@ def _over_ticks(function: ca.Function, *columns: np.ndarray) -> np.ndarray:
         return table
     buffer, evaluate = function.map(count).buffer()
     for index, argument in enumerate(arguments):
-        buffer.set_arg(index, memoryview(argument))  # pyright: ignore[reportCallIssue]
-    buffer.set_res(0, memoryview(table))  # pyright: ignore[reportCallIssue]
+        buffer.set_arg(index, argument.data)  # pyright: ignore[reportCallIssue]
+    buffer.set_res(0, table.data)  # pyright: ignore[reportCallIssue]
     evaluate()
     return table
 
