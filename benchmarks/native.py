@@ -32,13 +32,12 @@ from skylimb.simulation.drivers import fly_compiled, interventions, mission_rows
 from skylimb.simulation.log import flight_log
 from skylimb.simulation.native import NativeJob, compile_native, fly_native, unavailable
 from skylimb.simulation.plant import initial_data
-from skylimb.simulation.tick import TickCache
+from skylimb.simulation.tick import compile_tick
 
 RATIO_WANTED = 0.95
 MINUTES_WANTED, FLIGHTS_WANTED = 2.5, 1000
 SCALING_WANTED = 1.85
 MEMORY_WANTED = 400.0  # MB
-TICKS = TickCache()
 _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 
 
@@ -50,7 +49,7 @@ def prepare(experiment: skylimb.Experiment, robot: skylimb.Robot, controller: st
     plant, mission = prepare_flight(experiment, robot)
     data = initial_data(plant, first_row(mission))
     root = np.concatenate([data.qpos[0:7], data.qvel[0:6]])
-    tick = TICKS.compile(cascade, plant, experiment.sensors, root, experiment.control_period)
+    tick = compile_tick(cascade, plant, experiment.sensors, root, experiment.control_period)
     rows = mission_rows(plant, mission, experiment.sensors, experiment.seed)
     return NativeJob(compile_native(tick, plant), plant, data, mission, rows, experiment.disturbance)
 

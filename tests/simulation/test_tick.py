@@ -1,4 +1,4 @@
-"""A tick cache shares what has the same structure, and nothing else."""
+"""Ticks of the same structure are traced once; anything else is traced on its own."""
 
 import dataclasses
 from types import SimpleNamespace
@@ -13,12 +13,10 @@ from skylimb.control.translation import pid
 from skylimb.experiments.flyable import first_row
 from skylimb.experiments.run import prepare_flight
 from skylimb.simulation.plant import initial_data
-from skylimb.simulation.tick import CompiledTick, TickCache, compile_tick
+from skylimb.simulation.tick import CompiledTick, compile_tick, forget_ticks
 
 
-def compiled(
-    cache: TickCache | None, set: dict[str, Any] | None = None, name: str = "pid", law: Any = None
-) -> CompiledTick:
+def compiled(set: dict[str, Any] | None = None, name: str = "pid", law: Any = None) -> CompiledTick:
     experiment = skylimb.load_experiment("paper", set)
     robot = skylimb.load_robot(experiment.robot)
     cascade = skylimb.load_controller(name, robot)
@@ -29,8 +27,7 @@ def compiled(
     plant, mission = prepare_flight(experiment, robot)
     data = initial_data(plant, first_row(mission))
     root = np.concatenate([data.qpos[0:7], data.qvel[0:6]])
-    compile = compile_tick if cache is None else cache.compile
-    return compile(cascade, plant, experiment.sensors, root, experiment.control_period)
+    return compile_tick(cascade, plant, experiment.sensors, root, experiment.control_period)
 
 
 @pytest.mark.parametrize(
@@ -44,38 +41,32 @@ def compiled(
     ],
 )
 def test_another_structure_is_another_function(change: dict[str, Any]) -> None:
-    cache = TickCache()
-    assert compiled(cache, change).function is not compiled(cache).function
+    assert compiled(change).function is not compiled().function
 
 
 def test_another_law_is_another_function() -> None:
-    cache = TickCache()
-    own = SimpleNamespace(Gains=pid.Gains, initial_state=pid.initial_state, step=pid.step)
-    functions = {id(compiled(cache, law=law).function) for law in (pid, own)}
-    assert len(functions) == 2
-    assert compiled(cache, name="hybrid").function is not compiled(cache).function
+    own = SimpleNamespace(
+        Gains=pid.Gains, initial_state=pid.initial_state, step=lambda *inputs: pid.step(*inputs)
+    )
+    assert compiled(law=own).function is not compiled(law=pid).function
+    assert compiled(name="hybrid").function is not compiled().function
 
 
 def test_numbers_share_a_function_and_keep_to_their_flight() -> None:
-    cache = TickCache()
-    one = compiled(cache)
-    other = compiled(
-        cache, {"surface.slope": 0.1, "plant.mass_scale": 1.1, "sensors.attitude_misalignment": [0.01, 0, 0]}
-    )
+    changes = {
+        "surface.slope": 0.1,
+        "plant.mass_scale": 1.1,
+        "sensors.attitude_misalignment": [0.01, 0.0, 0.0],
+        "sensors.position_noise": 0.002,
+    }
+    one, other = compiled(), compiled(changes)
     assert other.function is one.function
-    fresh = compiled(None, {"surface.slope": 0.1, "plant.mass_scale": 1.1})
+    assert not np.array_equal(other.state, one.state)
+    forget_ticks()
+    fresh = compiled(changes)
     assert fresh.function is not one.function
     np.testing.assert_array_equal(other.state, fresh.state)
     np.testing.assert_array_equal(other.gains, fresh.gains)
-    assert not np.array_equal(other.state, one.state)
     values = [np.random.default_rng(1).normal(size=one.function.size1_in(i)) for i in range(7)]
     for shared, alone in zip(one.function(*values), fresh.function(*values), strict=True):
         np.testing.assert_array_equal(np.asarray(shared), np.asarray(alone))
-
-
-def test_a_cache_keeps_no_more_than_it_may() -> None:
-    cache = TickCache(most=1)
-    first = compiled(cache).function
-    assert compiled(cache).function is first
-    compiled(cache, name="hybrid")
-    assert compiled(cache).function is not first

@@ -142,10 +142,22 @@ class _Traced(NamedTuple):
     signals: Layout[dict[str, Any]]
 
 
+_traced: OrderedDict[tuple[Any, ...], _Traced] = OrderedDict()
+_MOST_TRACED = 64
+
+
+def forget_ticks() -> None:
+    """Trace every tick anew from now on, as after a change of code in a running process."""
+    _traced.clear()
+
+
 def compile_tick(
     controller: Cascade, plant: Plant, sensors: SensorConfig, root: np.ndarray, dt: float
 ) -> CompiledTick:
     """Trace the whole tick with symbols and make one function of it.
+
+    A tick of the same structure is traced once in a process: gains, seeds, noise and the plant's own numbers
+    are data, so that thousands of flights that differ in those share a function.
 
     Args:
         controller: a cascade of laws that can be traced.
@@ -154,54 +166,35 @@ def compile_tick(
         root: pose and twist of the measured link before take-off, (13,).
         dt: control period, s.
     """
-    return TickCache().compile(controller, plant, sensors, root, dt)
-
-
-class TickCache:
-    """Ticks traced once for each structure: for many flights, in which no law's code changes.
-
-    Gains, seeds, noise and the plant's own numbers are data, so that flights that differ in those alone share
-    a function.
-    """
-
-    def __init__(self, most: int = 64) -> None:
-        """Keep the `most` structures that were met last."""
-        self._most = most
-        self._known: OrderedDict[tuple[Any, ...], tuple[_Traced, Cascade]] = OrderedDict()
-
-    def compile(
-        self, controller: Cascade, plant: Plant, sensors: SensorConfig, root: np.ndarray, dt: float
-    ) -> CompiledTick:
-        """As `compile_tick`."""
-        check_measured_link(plant)
-        initial = (initial_sensor_state(sensors, dt, root), controller.initial_state())
-        gains = controller.gains()
-        key = _structure(controller, plant, initial, gains, dt)
-        if key not in self._known:
-            # The controller stays with the function, so that no other object takes an identity of its parts.
-            self._known[key] = _trace(controller, plant, initial, gains, dt), controller
-            while len(self._known) > self._most:
-                self._known.popitem(last=False)
-        self._known.move_to_end(key)
-        traced = self._known[key][0]
-        return CompiledTick(
-            traced.function,
-            Layout(initial).pack(initial),
-            traced.gains_layout.pack(gains),
-            traced.gains_layout,
-            traced.rows,
-            traced.signals,
-        )
+    check_measured_link(plant)
+    initial = (initial_sensor_state(sensors, dt, root), controller.initial_state())
+    gains = controller.gains()
+    key = _structure(controller, plant, initial, gains, dt)
+    traced = _traced.get(key)
+    if traced is None:
+        traced = _traced[key] = _trace(controller, plant, initial, gains, dt)
+        while len(_traced) > _MOST_TRACED:
+            _traced.popitem(last=False)
+    return CompiledTick(
+        traced.function,
+        Layout(initial).pack(initial),
+        traced.gains_layout.pack(gains),
+        traced.gains_layout,
+        traced.rows,
+        traced.signals,
+    )
 
 
 def _structure(controller: Cascade, plant: Plant, initial: Any, gains: Any, dt: float) -> tuple[Any, ...]:
     """Everything that ends up in a traced function rather than in its arguments."""
     preset, family, table, model = controller.preset, controller.family, controller.vectoring, plant.model
     reading = plant.reading
-    parts = (controller.robot, preset.translation.law, preset.attitude.law, preset.shape.law)
+    # Functions are compared by identity, so that a law that was loaded anew is traced anew.
+    laws = tuple(slot.law.step for slot in (preset.translation, preset.attitude, preset.shape))
     return (
         type(controller),
-        tuple(map(id, parts)),
+        controller.robot,
+        laws,
         preset.tare,
         structure(gains),
         structure(initial),

@@ -15,7 +15,7 @@ from skylimb.simulation.drivers import fly_compiled, interventions, mission_rows
 from skylimb.simulation.flight import Flight
 from skylimb.simulation.native import NativeJob, native_available
 from skylimb.simulation.plant import initial_data
-from skylimb.simulation.tick import TickCache
+from skylimb.simulation.tick import compile_tick
 
 SHORT = {
     "phases.hover": 0.4,
@@ -29,8 +29,6 @@ SHORT = {
     "trajectory.radius": 0.05,
     "trajectory.period": 1.5,
 }
-
-TICKS = TickCache()
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -51,7 +49,7 @@ def _make_job(
     plant, mission = prepare_flight(flown, robot)
     data = initial_data(plant, first_row(mission))
     root = np.concatenate([data.qpos[0:7], data.qvel[0:6]])
-    tick = TICKS.compile(cascade, plant, flown.sensors, root, flown.control_period)
+    tick = compile_tick(cascade, plant, flown.sensors, root, flown.control_period)
     rows = mission_rows(plant, mission, flown.sensors, flown.seed)
     return NativeJob(tick, plant, data, mission, rows, flown.disturbance)
 
