@@ -1,6 +1,7 @@
 """Ticks of the same structure are traced once; anything else is traced on its own."""
 
 import dataclasses
+import functools
 from types import SimpleNamespace
 from typing import Any
 
@@ -45,9 +46,7 @@ def test_another_structure_is_another_function(change: dict[str, Any]) -> None:
 
 
 def test_another_law_is_another_function() -> None:
-    own = SimpleNamespace(
-        Gains=pid.Gains, initial_state=pid.initial_state, step=lambda *inputs: pid.step(*inputs)
-    )
+    own = SimpleNamespace(Gains=pid.Gains, initial_state=pid.initial_state, step=functools.partial(pid.step))
     assert compiled(law=own).function is not compiled(law=pid).function
     assert compiled(name="hybrid").function is not compiled().function
 
