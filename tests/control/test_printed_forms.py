@@ -3,6 +3,7 @@
 See docs/errata.md. Each printed form lives here and nowhere else.
 """
 
+from collections.abc import Iterator
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
@@ -18,10 +19,19 @@ from skylimb.control.controller import load_controller
 from skylimb.control.preset import Slot
 from skylimb.control.shape import admittance
 from skylimb.planning.vectoring import vectoring_table
+from skylimb.simulation.tick import forget_ticks
 from skylimb.symbolic import clip
 
 HOVER_ONLY = {"phases.hover": 2.0, "phases.tare": 0.5, "phases.settle": 0.0, "phases.hover_end": 0.0,
               "approach.contact": False, "trajectory.shape": "hold", "trajectory.duration": 1.0}  # fmt: skip
+
+
+@pytest.fixture(autouse=True)
+def _trace_anew() -> Iterator[None]:
+    """Code is exchanged under the tick here, so no tick that was traced before or after may be used."""
+    forget_ticks()
+    yield
+    forget_ticks()
 
 
 def with_shape_law(law: Any) -> Cascade:
@@ -148,6 +158,7 @@ def test_an_observer_fed_with_the_wish_is_biased(monkeypatch: pytest.MonkeyPatch
 
     monkeypatch.setattr(cascade_module, "allocate", remember)
     monkeypatch.setattr(cascade_module, "rotor_wrench", wished_wrench)
+    forget_ticks()
     biased = skylimb.run("push", controller="impedance", set=weak)
 
     def bias(run: skylimb.Run) -> float:
