@@ -12,8 +12,11 @@ import sys
 from collections.abc import Sequence
 
 from skylimb.cli.arguments import parse, verb_help
-from skylimb.cli.commands import VERBS
+from skylimb.cli.campaigns import VERBS as CAMPAIGN_VERBS
+from skylimb.cli.commands import VERBS as FLIGHT_VERBS
 from skylimb.errors import SkylimbError, unknown_name
+
+VERBS = {**FLIGHT_VERBS, **CAMPAIGN_VERBS}
 
 EXAMPLES = """\
   skylimb compare                     the paper's experiment, four controllers, one report
@@ -55,6 +58,8 @@ def _dispatch(arguments: list[str]) -> int:
 
         print(f"skylimb {__version__}")
         return 0
+    if rest and f"{verb} {rest[0]}" in VERBS:
+        verb, rest = f"{verb} {rest[0]}", rest[1:]
     if verb not in VERBS:
         kind = "option" if verb.startswith("-") else "verb"
         raise unknown_name(kind, verb, [*VERBS, "--help", "--version"])

@@ -103,16 +103,26 @@ def load_experiment(name_or_path: str, set: Mapping[str, Any] | None = None) -> 
         UnknownNameError: when there is no such experiment or key.
         ConfigError: when a value has the wrong type or is out of range.
     """
+    mapping = experiment_tables(name_or_path)
+    for key, value in (set or {}).items():
+        put(mapping, key, value)
+    return experiment_from_mapping(mapping, f"experiment {Path(name_or_path).stem}")
+
+
+def experiment_tables(name_or_path: str) -> dict[str, Any]:
+    """The tables of an experiment's file as they stand in it, and its name; defaults are not filled in.
+
+    Raises:
+        UnknownNameError: when there is no such experiment.
+        ConfigError: when the file cannot be read.
+    """
     if str(name_or_path).endswith(".toml"):
         path = Path(name_or_path)
     elif name_or_path in experiment_names():
         path = EXPERIMENTS / f"{name_or_path}.toml"
     else:
         raise unknown_name("experiment", str(name_or_path), experiment_names())
-    mapping = {"name": path.stem, **read_toml(path)}
-    for key, value in (set or {}).items():
-        put(mapping, key, value)
-    return experiment_from_mapping(mapping, f"experiment {path.stem}")
+    return {"name": path.stem, **read_toml(path)}
 
 
 def experiment_from_mapping(mapping: Mapping[str, Any], where: str) -> Experiment:

@@ -144,6 +144,18 @@ def fly(
     """
     plant, mission = prepare_flight(experiment, robot)
     flight = fly_mission(experiment, plant, mission, controller, progress)
+    return recorded(experiment, robot, controller, plant, mission, flight)
+
+
+def recorded(
+    experiment: Experiment,
+    robot: Robot,
+    controller: Controller,
+    plant: Plant,
+    mission: Mission,
+    flight: Flight,
+) -> Run:
+    """A flight as a run: its log with everything that produced it, and its scores."""
     log = flight_log(plant, flight, mission)
     frame = mission.frame
     config = {**experiment.to_mapping(), "controller": resolved_preset(controller)}

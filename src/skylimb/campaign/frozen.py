@@ -1,0 +1,228 @@
+"""A campaign with all that its flights depend on resolved: what goes to workers and stays in the folder.
+
+Files are read once, when a campaign begins. What they said stays in the folder's spec.toml, so that a resumed
+campaign can tell whether an experiment, a preset, a user's code or a version has changed in the meantime.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from skylimb.campaign.draws import Draw, changed, draw
+from skylimb.campaign.spec import FROZEN, CampaignSpec, spec_from_mapping
+from skylimb.config import flatten
+from skylimb.control.controller import Controller, controller_from_tables, load_controller
+from skylimb.control.preset import preset_mapping
+from skylimb.errors import ConfigError
+from skylimb.experiments.experiment import Experiment, experiment_from_mapping, experiment_tables
+from skylimb.recording.versions import versions
+from skylimb.robots.loader import load_robot
+from skylimb.robots.model import Robot
+
+FORMAT_VERSION = 1
+"""Of a campaign's folder."""
+
+PYTHON, NATIVE = "python", "native"
+"""The drivers: see `skylimb.simulation`. They agree to 1e-9, not to the bit, so a campaign keeps to one."""
+
+CHECKED_DRAWS = 20_000
+"""Draws that are checked before take-off; later ones are checked when they are flown."""
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """A campaign ready to fly.
+
+    Attributes:
+        spec: what the user asked for.
+        experiment: tables of the experiment, with the spec's `set` in them.
+        controllers: by name, the file it came from and its preset's tables, or the digest of the user's code.
+        robot: digest of the robot's files.
+        versions: of everything that computes.
+        driver: which driver flies, "python" or "native".
+    """
+
+    spec: CampaignSpec
+    experiment: dict[str, Any]
+    controllers: dict[str, dict[str, Any]]
+    robot: str
+    versions: dict[str, str]
+    driver: str = PYTHON
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The controllers' names, in the spec's order."""
+        return tuple(self.controllers)
+
+    def flight(self, draw: int, controller: int) -> int:
+        """Index of a flight: draw by draw, controller by controller."""
+        return draw * len(self.controllers) + controller
+
+    def split(self, flight: int) -> tuple[int, str]:
+        """Draw and controller of a flight."""
+        number, controller = divmod(flight, len(self.controllers))
+        return number, self.names[controller]
+
+    def draw(self, index: int) -> Draw:
+        """A draw; see `skylimb.campaign.draws`."""
+        return draw(self.spec, index)
+
+    def experiment_of(self, drawn: Draw) -> Experiment:
+        """The experiment of a draw, checked.
+
+        Raises:
+            ConfigError: naming the draw and what is wrong with it.
+        """
+        changes = {key: value for key, value in drawn.values.items() if not key.startswith("controller.")}
+        return self._experiment({**changes, "seed": drawn.seed}, f"draw {drawn.index}")
+
+    def _experiment(self, changes: Mapping[str, Any], where: str) -> Experiment:
+        return experiment_from_mapping(changed(self.experiment, changes), where)
+
+    def load(self, name: str, robot: Robot, gains: Mapping[str, Any] | None = None) -> Controller:
+        """A controller of the campaign, some of its gains replaced."""
+        entry = self.controllers[name]
+        path = Path(entry["path"])
+        if "preset" not in entry:
+            return load_controller(str(path), robot, gains)
+        return controller_from_tables(changed(entry["preset"], gains or {}), path, robot)
+
+    def to_mapping(self) -> dict[str, Any]:
+        """What the folder's spec.toml holds: the spec, and a table with all that was resolved."""
+        frozen = {
+            "format": FORMAT_VERSION,
+            "driver": self.driver,
+            "robot": self.robot,
+            "versions": self.versions,
+            "experiment": self.experiment,
+            "controllers": self.controllers,
+        }
+        return {**self.spec.to_mapping(), FROZEN: frozen}
+
+    @property
+    def digest(self) -> str:
+        """Of everything above."""
+        return hashlib.sha256(json.dumps(self.to_mapping(), sort_keys=True).encode()).hexdigest()
+
+
+def freeze(spec: CampaignSpec, driver: str = PYTHON) -> Campaign:
+    """Resolve a spec and check it: every key, every range, every draw and every controller.
+
+    Args:
+        spec: what the user asked for.
+        driver: `PYTHON` or `NATIVE`.
+
+    Raises:
+        SkylimbError: naming what cannot be flown; nothing has been written then.
+    """
+    tables = experiment_tables(spec.experiment)
+    resolved = experiment_from_mapping(tables, f"experiment {tables['name']}").to_mapping()
+    _no_controller_keys(spec)
+    for key in (*spec.set, *spec.vary):
+        _fill_list(tables, resolved, key)
+    tables = changed(tables, spec.set)
+    robot = load_robot(experiment_from_mapping(tables, "set").robot)
+    controllers = {Path(name).stem: _controller(name) for name in spec.controllers}
+    if len(controllers) < len(spec.controllers):
+        raise ConfigError(f"controllers = {list(spec.controllers)!r}: two of them have the same name")
+    campaign = Campaign(spec, tables, controllers, robot.description.digest, versions(), driver)
+    _check_ranges(campaign)
+    for index in range(min(spec.draws, CHECKED_DRAWS)):
+        campaign.experiment_of(campaign.draw(index))
+    for name in campaign.names:
+        for index in _gain_draws(spec):
+            campaign.load(name, robot, campaign.draw(index).gains)
+    return campaign
+
+
+def campaign_from_mapping(mapping: Mapping[str, Any], where: str) -> Campaign:
+    """A campaign from what `Campaign.to_mapping` wrote; nothing is looked up again."""
+    frozen = mapping.get(FROZEN)
+    if not isinstance(frozen, dict) or "format" not in frozen:
+        raise ConfigError(f"{where} was not written by a campaign (it has no table [{FROZEN}])")
+    if frozen["format"] != FORMAT_VERSION:
+        raise ConfigError(f"{where} has folder format {frozen['format']}; this skylimb has {FORMAT_VERSION}")
+    names = ("experiment", "controllers", "robot", "versions", "driver")
+    return Campaign(spec_from_mapping(mapping, where), **{name: frozen[name] for name in names})
+
+
+def differences(begun: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
+    """What differs between two campaigns' tables, a line each: `draws: 100 -> 200`."""
+    before, after = flatten(begun), flatten(now)
+    keys = [*before, *(key for key in after if key not in before)]
+    return [
+        f"{key}: {_shown(before.get(key))} -> {_shown(after.get(key))}"
+        for key in keys
+        if before.get(key) != after.get(key)
+    ]
+
+
+def _shown(value: Any) -> str:
+    text = "nothing" if value is None else repr(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."
+
+
+def _no_controller_keys(spec: CampaignSpec) -> None:
+    for key in spec.set:
+        if key.startswith("controller."):
+            raise ConfigError(
+                f"set.'{key}': gains are fixed in a preset's own file; "
+                f"vary.'{key}' = {{ choice = [...] }} varies them"
+            )
+
+
+def _fill_list(tables: dict[str, Any], resolved: Mapping[str, Any], key: str) -> None:
+    """Put a list that only the defaults have into the tables, where a key picks one of its entries."""
+    *path, last = key.split(".")
+    if not last.isdigit():
+        return
+    node: Any = resolved
+    for name in path:
+        node = node.get(name) if isinstance(node, Mapping) else None
+    have: Any = tables
+    for name in path:
+        have = have.get(name) if isinstance(have, Mapping) else None
+    if isinstance(node, list) and have is None:
+        tables |= changed(tables, {".".join(path): node})
+
+
+def _controller(name: str) -> dict[str, Any]:
+    if name.endswith(".py"):
+        return {"path": name, "code": _file_digest(Path(name))}
+    mapping, path = preset_mapping(name)
+    laws = {
+        slot: _file_digest(path.parent / str(table["law"]))
+        for slot, table in mapping.items()
+        if isinstance(table, dict) and str(table.get("law", "")).endswith(".py")
+    }
+    entry: dict[str, Any] = {
+        "path": path.as_posix() if name.endswith(".toml") else f"{name}.toml",
+        "preset": mapping,
+    }
+    return {**entry, "code": laws} if laws else entry
+
+
+def _file_digest(path: Path) -> str:
+    try:
+        return hashlib.sha256(path.read_bytes()).hexdigest()
+    except OSError as error:
+        raise ConfigError(f"cannot read '{path}': {error.strerror or error}") from error
+
+
+def _check_ranges(campaign: Campaign) -> None:
+    """Every end of every distribution on its own, so that the message names the key."""
+    for key, entry in campaign.spec.vary.items():
+        if key.startswith("controller."):
+            continue
+        for value in entry.extremes():
+            campaign._experiment({key: value}, f"vary.'{key}'")
+
+
+def _gain_draws(spec: CampaignSpec) -> range:
+    varied = any(key.startswith("controller.") for key in spec.vary)
+    return range(min(spec.draws, 64) if varied else 1)

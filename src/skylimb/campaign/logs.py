@@ -1,0 +1,40 @@
+"""Which flights keep their log, and which flights are the worst."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+from skylimb.campaign.frozen import Campaign
+from skylimb.campaign.rows import FAILED, LOST, OK, REFUSED, Row
+from skylimb.campaign.spec import GOALS, log_limit
+from skylimb.campaign.statistics import is_success
+
+
+def log_flag(campaign: Campaign) -> str:
+    """What a job is told about its log: the worst are known only when all have flown."""
+    return {"failures": "failed", "all": "always"}.get(campaign.spec.logs, "never")
+
+
+def wanted_logs(campaign: Campaign, rows: Mapping[int, Row]) -> list[int]:
+    """Flights that keep their log by the policy."""
+    policy, flown = campaign.spec.logs, [row for row in rows.values() if row["status"] in (OK, FAILED)]
+    if policy == "none":
+        return []
+    if policy == "failures":
+        return sorted(row["flight"] for row in flown if row["status"] == FAILED)
+    if policy == "all":
+        return sorted(row["flight"] for row in flown)
+    return sorted(row["flight"] for row in worst(campaign, flown, log_limit(policy) or 0))
+
+
+def worst(campaign: Campaign, rows: Iterable[Row], count: int) -> list[Row]:
+    """The worst flights first: losses, then those that were no success, then by the spec's `score`."""
+
+    def order(row: Row) -> tuple[int, float, int]:
+        if row["status"] in LOST:
+            return 0, 0.0, row["flight"]
+        value = row[campaign.spec.score]
+        bad = float("-inf") if value is None else -GOALS.get(campaign.spec.score, 1.0) * value
+        return (2 if is_success(campaign, row) else 1), bad, row["flight"]
+
+    return sorted((row for row in rows if row["status"] != REFUSED), key=order)[:count]

@@ -1,0 +1,205 @@
+"""A campaign's report: one HTML page with its pictures inside, made from the table alone."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import jinja2
+import numpy as np
+
+from skylimb.analysis import style
+from skylimb.analysis.metrics import DESCRIPTIONS
+from skylimb.campaign.draws import changed
+from skylimb.campaign.figures import plates
+from skylimb.campaign.frozen import Campaign
+from skylimb.campaign.rows import QUARANTINED, Row
+from skylimb.campaign.spec import GOALS
+from skylimb.campaign.statistics import Paired, Rate
+from skylimb.campaign.store import log_name
+from skylimb.campaign.summary import Summary
+from skylimb.config import write_toml
+
+TEMPLATE = Path(__file__).with_name("report_template.html")
+
+_MOST_LISTED = 20
+
+
+class Cell(NamedTuple):
+    """A number with its small print and its rank."""
+
+    value: str
+    interval: str = ""
+    rank: int = 0
+
+
+def render_report(campaign: Campaign, rows: Mapping[int, Row], summary: Summary, kept: set[int]) -> str:
+    """The page.
+
+    Args:
+        campaign: what was flown.
+        rows: by flight.
+        summary: of these rows.
+        kept: flights whose log lies in the folder.
+    """
+    environment = jinja2.Environment(
+        autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined
+    )
+    template = environment.from_string(TEMPLATE.read_text(encoding="utf-8"))
+    scores, names = summary.scores, summary.scores.controllers
+    return template.render(
+        title=_title(campaign, len(scores.draws)),
+        description=str(campaign.experiment.get("description", "")).rstrip("."),
+        flights=len(rows),
+        draws=len(scores.draws),
+        expected=campaign.flight(campaign.spec.draws, 0),
+        stopped_early=campaign.spec.stop is not None,
+        lost=len(summary.lost),
+        quarantined=[row for row in summary.lost if row["status"] == QUARANTINED],
+        refused=list(scores.refused.items())[:_MOST_LISTED],
+        refused_count=len(scores.refused),
+        controllers=[(style.label(name), _colour(name)) for name in names],
+        rates=_rates(summary),
+        table=[_row(key, summary) for key in summary.medians],
+        verdicts=_verdicts(summary),
+        pairs=_pairs(summary),
+        regions=[(style.label(name), _region(summary, name)) for name in names],
+        plates=plates(scores, campaign.spec.score),
+        score=DESCRIPTIONS[campaign.spec.score][0],
+        worst=[
+            (row, _cause(row, campaign), command(campaign, row), log_name(row) * (row["flight"] in kept))
+            for row in summary.worst
+        ],
+        success=[(DESCRIPTIONS[key][0], bound) for key, bound in campaign.spec.success.items()],
+        varied=[(key, json.dumps(entry.to_mapping())) for key, entry in campaign.spec.vary.items()],
+        spec=write_toml(campaign.spec.to_mapping()),
+        versions={**campaign.versions, "driver": campaign.driver},
+    )  # fmt: skip
+
+
+def command(campaign: Campaign, row: Row) -> str:
+    """The command that flies a row's flight again, bit for bit."""
+    drawn = campaign.draw(row["draw"])
+    preset = changed(campaign.controllers[row["controller"]].get("preset", {}), drawn.gains)
+    tables = {**campaign.experiment_of(drawn).to_mapping(), "controller": preset}
+    changes: dict[str, Any] = {}
+    for key in (*campaign.spec.set, *drawn.values):
+        # An entry of a list is set through its whole list.
+        whole = key.rpartition(".")[0] if key.rpartition(".")[2].isdigit() else key
+        changes[whole] = _at(tables, whole)
+    controller = next(name for name in campaign.spec.controllers if Path(name).stem == row["controller"])
+    words = [
+        "skylimb",
+        "run",
+        campaign.spec.experiment,
+        "--controller",
+        controller,
+        "--seed",
+        str(row["seed"]),
+    ]
+    if changes:
+        words += ["--set", *(f"{key}={json.dumps(value)}" for key, value in changes.items())]
+    return shlex.join(words)
+
+
+def _at(tables: Mapping[str, Any], key: str) -> Any:
+    node: Any = tables
+    for part in key.split("."):
+        node = node[part]
+    return node
+
+
+def _title(campaign: Campaign, draws: int) -> str:
+    count = len(campaign.names)
+    return f"{campaign.experiment['name']}: {count} controller{'s' * (count > 1)}, {draws} draws"
+
+
+def _rates(summary: Summary) -> list[Cell]:
+    ranks = summary.ranks.get("success", [0] * len(summary.rates))
+    return [_rate(rate, place) for rate, place in zip(summary.rates.values(), ranks, strict=True)]
+
+
+def _rate(rate: Rate, rank: int) -> Cell:
+    if rate.draws == 0:
+        return Cell("–")
+    return Cell(f"{100.0 * rate.rate:.1f} %", f"{100.0 * rate.low:.1f} .. {100.0 * rate.high:.1f}", rank)
+
+
+def _row(key: str, summary: Summary) -> tuple[str, str, list[Cell]]:
+    text, unit = DESCRIPTIONS[key]
+    ranks = summary.ranks.get(key, [0] * len(summary.medians[key]))
+    cells = [
+        Cell(_number(middle), f"{_number(low)} .. {_number(high)}", place)
+        for (middle, low, high), place in zip(summary.medians[key], ranks, strict=True)
+    ]
+    return text, "" if unit == "1" else unit, cells
+
+
+def _number(value: float) -> str:
+    return f"{value:.3f}" if np.isfinite(value) else "lost"
+
+
+def _verdicts(summary: Summary) -> list[str]:
+    """Who is first, in words, for each thing that is ranked; silent where nobody is told from anybody."""
+    names = summary.scores.controllers
+    said = []
+    for key, ranks in summary.ranks.items():
+        first = [style.label(name) for name, place in zip(names, ranks, strict=True) if place == 1]
+        what = "finishing" if key == "success" else DESCRIPTIONS[key][0].lower().removesuffix(" (truth)")
+        if len(first) < len(names):
+            verb = "are level and lead" if len(first) > 1 else "leads"
+            said.append(f"{_listed(first)} {verb} in {what}")
+    return said
+
+
+def _listed(words: list[str]) -> str:
+    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
+
+
+def _pairs(summary: Summary) -> list[tuple[str, str, str, Paired, str, str]]:
+    lines = []
+    for key, pairs in summary.paired.items():
+        goal = GOALS.get(key, 1.0)
+        for (first, second), pair in pairs.items():
+            label = "Failures" if key == "success" else DESCRIPTIONS[key][0]
+            low, high = (pair.low, pair.high) if goal > 0.0 else (-pair.high, -pair.low)
+            difference = f"{_signed(goal * pair.median)} ({_signed(low)} .. {_signed(high)})"
+            winner = ""
+            if pair.dominance_low > 0.0 or pair.dominance_high < 0.0:
+                winner = style.label(first if pair.dominance_low > 0.0 else second)
+            lines.append((label, style.label(first), style.label(second), pair, difference, winner))
+    return lines
+
+
+def _signed(value: float) -> str:
+    if np.isfinite(value):
+        return f"{value:+.4f}"
+    return "all lost" if value > 0 else "-all lost"
+
+
+def _region(summary: Summary, name: str) -> str:
+    rate, region = summary.rates[name], summary.regions[name]
+    if rate.successes == rate.draws:
+        return "no failure"
+    if region is None:
+        return f"{rate.draws - rate.successes} of {rate.draws} fail; no parameter tells where"
+    conditions = " and ".join(str(condition) for condition in region.conditions)
+    return (
+        f"{region.failed} of {region.draws} fail where {conditions}; elsewhere {region.failed_outside} of "
+        f"{region.draws_outside}"
+    )
+
+
+def _cause(row: Row, campaign: Campaign) -> str:
+    if row["cause"]:
+        return row["cause"]
+    text, unit = DESCRIPTIONS[campaign.spec.score]
+    value = row[campaign.spec.score]
+    return "" if value is None else f"{text.lower()} {value:.3f} {unit if unit != '1' else ''}".strip()
+
+
+def _colour(name: str) -> str:
+    return style.CONTROLLER_COLOURS.get(name, style.OTHER_COLOURS[0])

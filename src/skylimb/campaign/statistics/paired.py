@@ -1,0 +1,67 @@
+"""Two controllers over the same draws."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from skylimb.campaign.statistics.intervals import LEVEL, bootstrap_interval, median
+
+
+class Paired(NamedTuple):
+    """The first controller against the second, draw by draw.
+
+    Attributes:
+        median: of the differences first less second; infinite where losses decide it.
+        low: end of its bootstrap interval.
+        high: end of its bootstrap interval.
+        wins: draws in which the first is better.
+        ties: draws in which they are equal; both lost is equal.
+        defeats: draws in which the second is better.
+        dominance: (wins - defeats) / draws, from -1 to 1: an effect size that losses enter as they are.
+        dominance_low: end of its bootstrap interval.
+        dominance_high: end of its bootstrap interval.
+        standardized: mean over standard deviation of the differences, over the draws that both finished; NaN
+            where there are fewer than two or they are all equal.
+        both_finished: how many draws that is.
+    """
+
+    median: float
+    low: float
+    high: float
+    wins: int
+    ties: int
+    defeats: int
+    dominance: float
+    dominance_low: float
+    dominance_high: float
+    standardized: float
+    both_finished: int
+
+
+def compare_paired(first: np.ndarray, second: np.ndarray, rows: np.ndarray, level: float = LEVEL) -> Paired:
+    """Compare two controllers' badness (smaller is better, a loss is infinite) over paired draws.
+
+    Args:
+        first: (n,).
+        second: (n,).
+        rows: as `bootstrap_rows` gives them for n.
+        level: of the intervals.
+    """
+    difference = np.zeros(len(first))
+    unequal = first != second
+    difference[unequal] = first[unequal] - second[unequal]
+    low, high = bootstrap_interval(lambda values: np.median(values, axis=-1), difference, rows, level)
+    sign = -np.sign(difference)
+    dominance_low, dominance_high = bootstrap_interval(
+        lambda values: np.mean(values, axis=-1), sign, rows, level
+    )
+    both = difference[np.isfinite(first) & np.isfinite(second)]
+    spread = float(np.std(both, ddof=1)) if len(both) > 1 else 0.0
+    return Paired(
+        median(difference), low, high,
+        int(np.sum(sign > 0)), int(np.sum(sign == 0)), int(np.sum(sign < 0)),
+        float(np.mean(sign)), dominance_low, dominance_high,
+        float(np.mean(both)) / spread if spread > 0.0 else float("nan"), len(both),
+    )  # fmt: skip

@@ -1,0 +1,151 @@
+"""A campaign's numbers in one place: what summary.json holds and the report prints."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+
+from skylimb.campaign.frozen import FORMAT_VERSION, Campaign
+from skylimb.campaign.logs import worst
+from skylimb.campaign.rows import FAILED, LOST, QUARANTINED, Row
+from skylimb.campaign.spec import GOALS
+from skylimb.campaign.statistics import (
+    LEVEL,
+    Paired,
+    Rate,
+    Region,
+    Scores,
+    bootstrap_rows,
+    compare_paired,
+    failure_region,
+    rank,
+    scores_of,
+    success_rate,
+)
+from skylimb.campaign.statistics.intervals import bootstrap_interval, median
+
+WORST = 10
+
+
+@dataclass(frozen=True)
+class Summary:
+    """What a campaign says.
+
+    Attributes:
+        scores: the flights as arrays.
+        rates: success rate of each controller.
+        medians: metric -> (median, low, high) of each controller; losses count as infinitely bad.
+        paired: metric or "success" -> (first, second) -> their comparison.
+        ranks: metric or "success" -> rank of each controller.
+        regions: where each controller fails, or None.
+        worst: rows of the worst flights.
+        lost: rows of all lost flights.
+    """
+
+    scores: Scores
+    rates: dict[str, Rate]
+    medians: dict[str, list[tuple[float, float, float]]]
+    paired: dict[str, dict[tuple[str, str], Paired]]
+    ranks: dict[str, list[int]]
+    regions: dict[str, Region | None]
+    worst: list[Row]
+    lost: list[Row]
+
+
+def summarize(campaign: Campaign, rows: Mapping[int, Row]) -> Summary:
+    """Work out everything that the report shows, from the table alone."""
+    scores = scores_of(campaign, rows)
+    names, count = scores.controllers, len(scores.draws)
+    resampled = bootstrap_rows(max(count, 1), campaign.spec.seed)
+    compared = ["success", *(key for key in GOALS if key in scores.metrics)] if count else []
+    badness = {key: scores.badness(key) for key in compared}
+    return Summary(
+        scores=scores,
+        rates={name: success_rate(int(scores.success[:, i].sum()), count) for i, name in enumerate(names)},
+        medians={key: _medians(scores, key, resampled) for key in scores.metrics} if count else {},
+        paired={
+            key: {
+                (names[a], names[b]): compare_paired(values[:, a], values[:, b], resampled)
+                for a, b in combinations(range(len(names)), 2)
+            }
+            for key, values in badness.items()
+        },
+        ranks={key: rank(values, resampled) for key, values in badness.items()},
+        regions={
+            name: failure_region(scores.parameters, ~scores.success[:, i]) if count else None
+            for i, name in enumerate(names)
+        },
+        worst=worst(campaign, rows.values(), WORST),
+        lost=[rows[flight] for flight in sorted(rows) if rows[flight]["status"] in LOST],
+    )
+
+
+def _medians(scores: Scores, key: str, resampled: np.ndarray) -> list[tuple[float, float, float]]:
+    """Medians with their intervals; a loss enters as the bad end of the metric."""
+    goal = GOALS.get(key, 1.0)
+    found = []
+    for column in scores.badness(key).T:
+        low, high = bootstrap_interval(lambda values: np.median(values, axis=-1), column, resampled)
+        low, high = (low, high) if goal > 0.0 else (-high, -low)
+        found.append((goal * median(column), low, high))
+    return found
+
+
+def summary_json(campaign: Campaign, rows: Mapping[int, Row], summary: Summary) -> str:
+    """The summary as JSON text; infinite numbers are the strings "inf" and "-inf"."""
+    scores = summary.scores
+    names = scores.controllers
+    content = {
+        "format": FORMAT_VERSION,
+        "experiment": campaign.spec.experiment,
+        "draws": len(scores.draws) + len(scores.refused),
+        "flights": len(rows),
+        "interval_level": LEVEL,
+        "controllers": {
+            name: {
+                "success": summary.rates[name]._asdict(),
+                "lost": sum(row["controller"] == name and row["status"] == FAILED for row in rows.values()),
+                "quarantined": sum(
+                    row["controller"] == name and row["status"] == QUARANTINED for row in rows.values()
+                ),
+                "median": {
+                    key: dict(zip(("median", "low", "high"), values[i], strict=True))
+                    for key, values in summary.medians.items()
+                },
+                "rank": {key: ranks[i] for key, ranks in summary.ranks.items()},
+                "fails_where": _region(summary.regions[name]),
+            }
+            for i, name in enumerate(names)
+        },
+        "paired": {
+            key: [{"first": a, "second": b, **pair._asdict()} for (a, b), pair in pairs.items()]
+            for key, pairs in summary.paired.items()
+        },
+        "worst_flights": [row["flight"] for row in summary.worst],
+        "quarantined_flights": [row["flight"] for row in summary.lost if row["status"] == QUARANTINED],
+        "refused_draws": {str(index): cause for index, cause in scores.refused.items()},
+        "versions": {**campaign.versions, "driver": campaign.driver},
+    }
+    return json.dumps(_plain(content), indent=2, allow_nan=False) + "\n"
+
+
+def _region(region: Region | None) -> dict[str, Any] | None:
+    if region is None:
+        return None
+    return {**region._asdict(), "conditions": [str(condition) for condition in region.conditions]}
+
+
+def _plain(node: Any) -> Any:
+    if isinstance(node, dict):
+        return {key: _plain(value) for key, value in node.items()}
+    if isinstance(node, list | tuple):
+        return [_plain(value) for value in node]
+    if isinstance(node, float | np.floating) and not math.isfinite(node):
+        return None if math.isnan(node) else ("inf" if node > 0 else "-inf")
+    return node.item() if isinstance(node, np.generic) else node

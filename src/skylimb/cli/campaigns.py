@@ -1,0 +1,196 @@
+"""The verbs for many flights: campaign, campaign report and tune."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+
+from tyro.conf import Positional, arg
+
+from skylimb.cli import output
+from skylimb.errors import ConfigError
+
+if TYPE_CHECKING:
+    from skylimb.campaign import Outcome, Progress
+
+INTERRUPTED = 130
+
+Spec = Annotated[Positional[str], arg(metavar="SPEC", help="The campaign's TOML file.")]
+Out = Annotated[
+    str,
+    arg(
+        metavar="DIR",
+        help="The campaign's folder; by default one below out/ named after SPEC.",
+        help_behavior_hint="",
+    ),
+]
+Workers = Annotated[
+    str,
+    arg(
+        metavar="N",
+        help="Processes on this machine (0: only this one), or jobs on SLURM; by default one a core, or 4.",
+        help_behavior_hint="",
+    ),
+]
+Resume = Annotated[bool, arg(help="Go on with a folder that is there; what it holds is not flown again.")]
+Scheduler = Annotated[
+    str,
+    arg(
+        metavar="ADDRESS", help="Fly on a Dask scheduler, such as tcp://10.0.0.1:8786.", help_behavior_hint=""
+    ),
+]
+Slurm = Annotated[str, arg(metavar="QUEUE", help="Fly on a SLURM queue.", help_behavior_hint="")]
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """Fly many draws of an experiment with several controllers, and say who wins where.
+
+    Leaves spec.toml, flights.parquet, summary.json, report.html and logs/. Ctrl-C finishes what flies and
+    keeps it; --resume goes on, also after a crash. The exit code is 130 when it was interrupted.
+    """
+
+    examples: ClassVar[str] = """
+        skylimb campaign examples/campaign.toml --out out/friction
+        skylimb campaign examples/campaign.toml --out out/friction --resume
+        skylimb campaign mine.toml --out out/mine --scheduler tcp://10.0.0.1:8786
+        skylimb campaign report out/friction
+    """
+
+    spec: Spec
+    out: Out = ""
+    workers: Workers = ""
+    resume: Resume = False
+    scheduler: Scheduler = ""
+    slurm: Slurm = ""
+
+    def __call__(self) -> int:
+        """Fly, or go on flying."""
+        workers, folder = _workers(self.workers), self.out or f"out/{Path(self.spec).stem}"
+        from skylimb.campaign import run_campaign
+
+        with _progress() as report:
+            outcome = run_campaign(
+                self.spec,
+                folder,
+                workers=workers,
+                resume=self.resume,
+                scheduler=self.scheduler,
+                slurm=self.slurm,
+                progress=report,
+            )
+        if outcome.damaged:
+            print(f"note: {outcome.damaged} damaged rows were found and flown again")
+        if not outcome.complete:
+            kept, total = len(outcome.rows), outcome.campaign.flight(outcome.campaign.spec.draws, 0)
+            print(f"interrupted: {kept} of {total} flights are kept in {folder}; to go on:")
+            print(f"  {self._again(folder)}")
+            return INTERRUPTED
+        return _summary(outcome)
+
+    def _again(self, folder: str) -> str:
+        words = ["skylimb campaign", self.spec, "--out", folder, "--resume"]
+        for option in ("workers", "scheduler", "slurm"):
+            value = getattr(self, option)
+            words += [f"--{option}", value] if value else []
+        return " ".join(words)
+
+
+@dataclass(frozen=True)
+class CampaignReport:
+    """Work out a campaign's summary and report anew from its table, also while it flies."""
+
+    examples: ClassVar[str] = "skylimb campaign report out/friction"
+
+    folder: Annotated[Positional[str], arg(metavar="DIR", help="A campaign's folder.")]
+
+    def __call__(self) -> int:
+        """Write both."""
+        from skylimb.campaign import report_campaign
+
+        with output.working("working out the report"):
+            outcome = report_campaign(self.folder)
+        if outcome.damaged:
+            print(
+                f"note: {outcome.damaged} rows are damaged and left out; "
+                "`skylimb campaign --resume` flies them again"
+            )
+        return _summary(outcome)
+
+
+@dataclass(frozen=True)
+class Tune:
+    """Search gains over a campaign's draws, and judge them on draws that the search has not seen.
+
+    Leaves a preset for each controller, ready for --controller, with verdict.json and trials.csv. Needs the
+    extra `tune`.
+    """
+
+    examples: ClassVar[str] = """
+        skylimb tune examples/tune.toml --out out/tuned
+        skylimb run --controller out/tuned/hybrid.toml
+    """
+
+    spec: Spec
+    out: Annotated[str, arg(metavar="DIR", help="New folder for the results; by default one below out/.",
+                            help_behavior_hint="")] = ""  # fmt: skip
+    workers: Workers = ""
+
+    def __call__(self) -> int:
+        """Search, then judge."""
+        workers, folder = _workers(self.workers), self.out or f"out/{Path(self.spec).stem}"
+        from skylimb.campaign import tune
+
+        with _progress() as report:
+            outcome = tune(self.spec, folder, workers=workers, progress=report)
+        for line in outcome.lines():
+            print(line)
+        output.places(Path(folder))
+        return 0
+
+
+VERBS: dict[str, Any] = {"campaign": Campaign, "campaign report": CampaignReport, "tune": Tune}
+
+
+def _workers(text: str) -> int | None:
+    if not text:
+        return None
+    if not text.isdigit():
+        raise ConfigError(f"--workers = '{text}' is not a whole number")
+    return int(text)
+
+
+def _summary(outcome: Outcome) -> int:
+    """The success rates and ranks, a line a controller, and where the report is."""
+    summary = outcome.summary
+    if summary is not None:
+        rates = {
+            name: (f"{100 * rate.rate:.1f} % ({100 * rate.low:.1f} .. {100 * rate.high:.1f})", rate.draws)
+            for name, rate in summary.rates.items()
+        }
+        output.campaign(outcome.campaign.spec.experiment, rates, summary.medians, summary.ranks)
+        for row in summary.lost[:5]:
+            print(f"flight {row['flight']} ({row['controller']}) {row['status']}: {row['cause']}")
+        if len(summary.lost) > 5:
+            print(f"and {len(summary.lost) - 5} more lost flights")
+        if summary.scores.refused:
+            print(
+                f"{len(summary.scores.refused)} draws that nobody can fly are left out; the report names them"
+            )
+    output.places(outcome.folder)
+    return 0
+
+
+@contextmanager
+def _progress() -> Iterator[Any]:
+    """A bar with rate, time left and failures so far."""
+    with output.campaign_bar() as show:
+
+        def report(progress: Progress) -> None:
+            rate = progress.flown / progress.seconds if progress.seconds > 0.0 else 0.0
+            show(progress.done, progress.total, rate, progress.failures, progress.stopping)
+
+        yield report
