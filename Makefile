@@ -39,7 +39,7 @@ bench: $(VENV)/run.stamp
 	$(BIN)/python benchmarks/loop.py
 
 docs: $(VENV)/docs.stamp
-	$(BIN)/mkdocs build --strict --quiet
+	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
 	@echo "open site/index.html"
 
 lint: $(VENV)/dev.stamp

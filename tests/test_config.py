@@ -111,7 +111,8 @@ def test_numpy_values_are_taken_and_given_back_as_python():
         ({"wall": {"friction": True}}, ConfigError, ["wall.friction = True", "expected float, got bool"]),
         ({"seed": 1.5}, ConfigError, ["seed = 1.5", "expected int, got float"]),
         ({"wall": 3}, ConfigError, ["wall = 3", "table"]),
-        ({"path": {"start": [1, 2]}}, ConfigError, ["path.start = [1, 2]", "length 3"]),
+        ({"path": {"start": [1, 2]}}, ConfigError, ["path.start = [1, 2]", "a list of length 3"]),
+        ({"walls": [{"slope": 1}]}, ConfigError, ["walls = [", "expected a table, got a list"]),
         ({"path": {"points": [[1, 2], [3, "x"]]}}, ConfigError, ["path.points", "expected float, got str"]),
         (
             {"path": {"shape": "cirle"}},

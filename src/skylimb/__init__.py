@@ -19,10 +19,10 @@ if TYPE_CHECKING:
     from skylimb.errors import SkylimbError
     from skylimb.estimation.records import Measurement
     from skylimb.experiments.experiment import Experiment, load_experiment
-    from skylimb.experiments.listing import list_controllers, list_experiments, list_robots
+    from skylimb.experiments.listing import list_controllers, list_experiments
     from skylimb.experiments.run import compare, run
     from skylimb.recording.run import Run
-    from skylimb.robots.loader import load_robot
+    from skylimb.robots.loader import list_robots, load_robot
     from skylimb.robots.model import Robot
 
 __version__ = "0.1.0"
@@ -39,7 +39,7 @@ _HOME = {
     "compare": "skylimb.experiments.run",
     "list_controllers": "skylimb.experiments.listing",
     "list_experiments": "skylimb.experiments.listing",
-    "list_robots": "skylimb.experiments.listing",
+    "list_robots": "skylimb.robots.loader",
     "load_controller": "skylimb.control.controller",
     "load_experiment": "skylimb.experiments.experiment",
     "load_robot": "skylimb.robots.loader",

@@ -258,6 +258,7 @@ def _convert(kind: Any, value: Any, path: tuple[str, ...]) -> Any:
         return msgspec.convert(value, kind)
     except msgspec.ValidationError as error:
         detail = str(error).replace("`", "").replace(" - at $", " at ")
+        detail = detail.replace("object", "a table").replace("array", "a list")  # TOML's words for JSON's
         reason = detail[0].lower() + detail[1:]
         raise ConfigError(f"{'.'.join(path)} = {_short(value)} has the wrong type: {reason}") from None
 

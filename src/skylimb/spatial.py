@@ -24,7 +24,7 @@ def _cos_sin(angle: Any) -> tuple[Any, Any]:
 
 
 def hat(v: Array) -> Array:
-    """The skew-symmetric matrix of a 3-vector: hat(v) @ w = v x w."""
+    """The skew-symmetric matrix of a 3-vector; its product with w is the cross product of v and w."""
     return matrix([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
 
 

@@ -62,9 +62,9 @@ def synthetic_log(
     lengths = np.array([0.6, 0.6, 0.6, 0.65])
     steps = np.stack([np.cos(heading), np.sin(heading), 0 * heading], axis=2) * lengths[:, None]
     chain = np.concatenate([np.zeros((len(time), 1, 3)), np.cumsum(steps, axis=1)], axis=1)
-    tip_offset = np.array([1.1, 0.0, 0.0])
-    skeleton = chain - chain[:, -1:, :] + (cog + tip_offset)[:, None, :]
-    tip = cog + tip_offset
+    across = CENTRE[0] + np.tan(SLOPE) * cog[:, 1]
+    tip = np.stack([across, cog[:, 1], cog[:, 2]], axis=1)
+    skeleton = chain - chain[:, -1:, :] + tip[:, None, :]
     force = touching[:, None] * np.array([-1.0, 0.2, 0.1]) * np.ones_like(cog)
     normal = np.where(touching, 1.0, 0.0)
     root_quaternion = np.stack(
@@ -149,17 +149,17 @@ def synthetic_run(controller="hybrid", name=None, **options) -> Run:
     return Run(name=name or controller, controller=controller, log=log, metrics=metrics(log))
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def make_log():
     return synthetic_log
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def make_run():
     return synthetic_run
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def four_runs():
     """The paper's comparison, with one flight that was lost half way."""
     names = ("pid", "impedance", "admittance", "hybrid")

@@ -1,5 +1,7 @@
 """What the paper's experiment must show, on one seed here and on twenty in the slow test."""
 
+from pathlib import Path
+
 import mujoco
 import numpy as np
 import pytest
@@ -80,7 +82,9 @@ def test_every_documented_signal_is_recorded(runs: dict[str, skylimb.Run]) -> No
     log = runs["hybrid"].log
     for name in names:
         assert {"units", "frame", "long_name", "kind"} <= log[name].attrs.keys()
-    assert all(np.isfinite(log[name].values).all() for name in log.data_vars)
+    touching = log["contact"].values > 0
+    assert np.isfinite(log["contact_trace"].values[touching]).all()
+    assert all(np.isfinite(log[name].values).all() for name in log.data_vars if name != "contact_trace")
 
 
 def test_truth_agrees_with_the_physics(runs: dict[str, skylimb.Run]) -> None:
@@ -111,3 +115,13 @@ def test_velocities_are_the_derivatives_of_positions(runs: dict[str, skylimb.Run
         slope = np.gradient(log[f"{name}_position"].values, time, axis=0)
         difference = slope - log[f"{name}_velocity"].values
         assert np.sqrt(np.mean(difference[2:-2] ** 2)) < 2e-3
+
+
+def test_a_runs_own_configuration_flies_it_again(tmp_path: Path) -> None:
+    changes = {"surface.friction": 0.2, "controller.shape.stiffness": 25.0, "trajectory.duration": 1.0}
+    first = skylimb.run("paper", controller="hybrid", seed=3, set={**changes, "trajectory.shape": "hold"})
+    file = tmp_path / "config.toml"
+    file.write_text(first.config)
+    again = skylimb.run(str(file))
+    assert again.controller == "hybrid"
+    np.testing.assert_array_equal(again.log["configuration"].values, first.log["configuration"].values)

@@ -34,6 +34,7 @@ def cache(tmp_path, monkeypatch):
     """An empty cache folder and an empty memory."""
     monkeypatch.setattr("platformdirs.user_cache_path", lambda name: tmp_path / name)
     monkeypatch.setattr(vectoring, "_known", {})
+    monkeypatch.setattr(vectoring, "SHIPPED", tmp_path / "no_robots")
     return tmp_path / "skylimb" / "vectoring"
 
 

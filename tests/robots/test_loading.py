@@ -159,6 +159,10 @@ URDF_FAULTS = {
         ('lower="-1.57" upper="1.57"', 'lower="-90" upper="90"'),
         ["lower limit of joint 'joint1' is -90 rad", "is it degrees? -90 deg = -1.571 rad"],
     ),
+    "degrees of a tilt": (
+        ('xyz="0 0 0.05091" rpy="0 0.34906585 0"', 'xyz="0 0 0.05091" rpy="0 20 0"'),
+        ['<joint name="rotor1_tilt">', "[0.0, 20.0, 0.0] rad", "is it degrees?"],
+    ),
     "limits crossed": (('lower="-1.57" upper="1.57"', 'lower="1.57" upper="-1.57"'), ["joint1", "not below"]),
     "no effort": (('effort="3.3"', 'effort="0"'), ["effort limit of joint 'joint1' is 0"]),
     "negative damping": (('damping="0.8"', 'damping="-0.8"'), ["damping of joint", "-0.8"]),
@@ -236,6 +240,11 @@ TOML_FAULTS = {
     ),
     "unknown key": (("lag = 0.05", "lagg = 0.05"), UnknownNameError, ["lagg", "lag"]),
     "wrong type": (("spin = -1", 'spin = "left"'), ConfigError, ["spin", "left"]),
+    "degrees of a rotor": (
+        ('link = "rotor1"', 'link = "gimbal1"\nxyz = [0.0, 0.0, 0.05]\nrpy = [0.0, 20.0, 0.0]'),
+        ConfigError,
+        ["rotors.0", "20"],
+    ),
     "spin of two": (("spin = -1", "spin = -2"), DescriptionError, ["spin of rotor2 is -2"]),
     "thrust limits crossed": (
         ("thrust_max = 30.0", "thrust_max = 0.5"),

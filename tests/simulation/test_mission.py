@@ -7,6 +7,7 @@ import skylimb
 from skylimb.errors import SkylimbError
 from skylimb.experiments.run import prepare_flight
 from skylimb.simulation.mission import PHASES, contact_frame, ramp, ramp_duration
+from skylimb.spatial import rot_z
 
 
 def test_the_papers_frame_is_the_worlds() -> None:
@@ -47,14 +48,17 @@ def test_the_papers_mission() -> None:
     reference, phase = mission.reference, mission.phase
     assert [PHASES[i] for i in np.unique(phase)] == list(PHASES)
     sliding = phase == PHASES.index("slide")
-    circle = reference.position[sliding][:, 1:] - [0.0, 1.2]
+    circle = (mission.tip_path[sliding] - [1.5, 0.0, 1.2])[:, 1:]
     np.testing.assert_allclose(np.linalg.norm(circle, axis=1), 0.30, atol=1e-9)
     np.testing.assert_allclose(circle[0], [0.0, -0.30], atol=1e-6)
     assert sliding.sum() * experiment.control_period == pytest.approx(14.0, abs=0.01)
     # Positions alone are sent, as in the paper's experiment.
     assert np.abs(reference.velocity).max() == 0.0
-    pressed = reference.position[sliding][:, 0] + reference.reach[0] + 0.004 - 1.50
-    np.testing.assert_allclose(pressed, experiment.approach.depth, atol=1e-6)
+    robot = skylimb.load_robot(experiment.robot)
+    state = robot.at(reference.joint_angles[0], reference.vectoring_angles[0])
+    tip = reference.position[sliding] + rot_z(reference.heading[0] - state.tip_heading) @ state.tip_C
+    np.testing.assert_allclose(tip[:, 1:], mission.tip_path[sliding][:, 1:], atol=1e-9)
+    np.testing.assert_allclose(tip[:, 0] + 0.004 - 1.50, experiment.approach.depth, atol=1e-9)
     steps = np.linalg.norm(np.diff(reference.position, axis=0), axis=1)
     assert steps.max() < 0.15 * experiment.control_period
 

@@ -3,109 +3,154 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import xarray as xr
+from scipy.interpolate import RegularGridInterpolator
 
 from skylimb.analysis.signals import contact_axis, in_contact, in_phase, sliding_axes, spans, surface_of
 
 
 @dataclass(frozen=True)
-class Board:
-    """A frame on the surface, as one sees it from the side on which the robot flies.
+class Relief:
+    """How a curved surface departs from its flat plane.
 
     Attributes:
-        origin: a point of the surface in W, m.
-        right: unit vector in W, to the right as seen from the robot.
-        up: unit vector in W, upward along the surface.
-        normal: unit vector in W, out of the surface toward the robot.
+        u: coordinates along the surface's u axis, m, shape (nu,).
+        v: coordinates along its v axis, m, shape (nv,).
+        height: how far it recedes from the plane, m, shape (nu, nv); NaN where there is no surface.
+        unrolled_u: length along the surface from u = 0, m, shape (nu,).
+    """
+
+    u: np.ndarray
+    v: np.ndarray
+    height: np.ndarray
+    unrolled_u: np.ndarray
+
+    def at(self, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """The height at (u, v), m; beyond the grid, that at its edge."""
+        within = np.stack([np.clip(u, self.u[0], self.u[-1]), np.clip(v, self.v[0], self.v[-1])], axis=-1)
+        return RegularGridInterpolator((self.u, self.v), self.height)(within)
+
+
+@dataclass(frozen=True)
+class Board:
+    """A surface's frame, and which way round one sees it from the robot.
+
+    Attributes:
+        origin: a point of the surface's flat plane in W, m.
+        axis_u: unit vector across the surface, W.
+        axis_v: unit vector up the surface, W.
+        normal: unit vector out of the plane toward the robot, W.
+        mirrored: whether u runs to the left for a viewer on the robot's side.
+        relief: the shape of a curved surface.
     """
 
     origin: np.ndarray
-    right: np.ndarray
-    up: np.ndarray
+    axis_u: np.ndarray
+    axis_v: np.ndarray
     normal: np.ndarray
+    mirrored: bool
+    relief: Relief | None = None
 
     def coordinates(self, points: np.ndarray) -> np.ndarray:
-        """Points in W, shape (n, 3), as coordinates (right, up) on the board, shape (n, 2), m."""
-        offset = points - self.origin
-        return np.stack([offset @ self.right, offset @ self.up], axis=1)
+        """Where points lie on the surface as the robot sees it: to the right, and up.
+
+        Args:
+            points: in W, m, shape (n, 3).
+
+        Returns:
+            Shape (n, 2), m. A curved surface is unrolled: lengths are those along it.
+        """
+        u, v = (points - self.origin) @ self.axis_u, (points - self.origin) @ self.axis_v
+        if self.relief is not None:
+            u = np.interp(u, self.relief.u, self.relief.unrolled_u)
+        return np.stack([-u if self.mirrored else u, v], axis=1)
 
     def project(self, points: np.ndarray, direction: np.ndarray) -> np.ndarray:
-        """Points in W moved along `direction` onto the board's plane: shape (n, 3)."""
-        distance = (self.origin - points) @ self.normal / (direction @ self.normal)
-        return points + distance[:, None] * direction
+        """Points in W, shape (n, 3), moved along `direction` onto the surface."""
+        into = -float(direction @ self.normal)
+        if abs(into) < 1e-9:
+            return points
+        for _ in range(1 if self.relief is None else 40):  # a gentle relief: each round shrinks the miss
+            offset = points - self.origin
+            depth = np.zeros(len(points))
+            if self.relief is not None:
+                depth = self.relief.at(offset @ self.axis_u, offset @ self.axis_v)
+            points = points + ((depth + offset @ self.normal) / into)[:, None] * direction
+        return points
 
-    def line_at_height(self, height: float, half_width: float) -> np.ndarray:
-        """The board's cut with the horizontal plane z = height: two end points, shape (2, 3), m."""
-        along = np.cross(self.normal, [0.0, 0.0, 1.0])
-        along /= np.linalg.norm(along)
-        slope = self.up[2]
-        start = self.origin + self.up * ((height - self.origin[2]) / slope if abs(slope) > 1e-6 else 0.0)
-        return np.stack([start - half_width * along, start + half_width * along])
+    def cut(self, height: float, half_width: float = 0.5, count: int = 41) -> np.ndarray:
+        """The surface's cut with the horizontal plane z = `height` (m): W, m, shape (count, 3)."""
+        u = np.linspace(-half_width, half_width, count)
+        v = np.full(count, height - self.origin[2])
+        if abs(self.axis_v[2]) > 1e-6:
+            v = (v - u * self.axis_u[2]) / self.axis_v[2]
+        points = self.origin + u[:, None] * self.axis_u + v[:, None] * self.axis_v
+        if self.relief is not None:
+            points = points - self.relief.at(u, v)[:, None] * self.normal
+        return points
 
 
 def board_of(log: xr.Dataset) -> Board | None:
-    """The board that the log describes as seen from the robot, or None where it describes none."""
+    """The surface that the log describes, or None where it describes none."""
     surface = surface_of(log)
     if surface is None:
         return None
-    origin, right, up, normal = (
+    origin, axis_u, axis_v, normal = (
         np.asarray(surface[key], dtype=float) for key in ("origin", "axis_u", "axis_v", "normal")
     )
-    if (viewer := _viewer(log)) is not None and (viewer - origin) @ normal < 0:
-        normal = -normal
-    if up[2] < 0:
-        up = -up
     # Seen from the front, right x up points at the viewer.
-    if np.cross(right, up) @ normal < 0:
-        right = -right
-    return Board(origin, right, up, normal)
+    return Board(
+        origin, axis_u, axis_v, normal, bool(np.cross(axis_u, axis_v) @ normal < 0), _relief(surface)
+    )
 
 
-def strokes(log: xr.Dataset, bridge: float = 0.05) -> list[np.ndarray]:
-    """The stretches of the tip's path (W, m) in which it touched the surface, each of shape (n, 3).
+def strokes(log: xr.Dataset, bridge: float = 0.05) -> list[slice]:
+    """The stretches of samples in which the tip touched the surface.
 
     Args:
         log: a run's log.
         bridge: seconds; a shorter loss of touch doesn't break the line.
     """
-    time, tip = log.time.values, log.tip_position.values
-    found = []
-    for begin, end in spans(time, in_contact(log), bridge):
-        inside = (time >= begin) & (time <= end)
-        if np.count_nonzero(inside) > 1:
-            found.append(tip[inside])
-    return found
+    time = log.time.values
+    found = [np.searchsorted(time, span) for span in spans(time, in_contact(log), bridge)]
+    return [slice(int(first), int(last) + 1) for first, last in found if last > first]
 
 
 def nominal_path(log: xr.Dataset, board: Board | None) -> np.ndarray:
     """The line that a pen held still in the robot would draw if the CoG kept to its reference.
 
-    In W, m, shape (n, 3). The pen's place beside the CoG is taken from free flight before the contact, and
-    the path is carried along the contact axis onto the board. On a board that slopes, a circle of the CoG
-    becomes an ellipse.
+    The pen's place beside the CoG is taken from free flight before the contact, and the path is carried along
+    the contact axis onto the board. On a board that slopes, a circle of the CoG becomes an ellipse.
+
+    Returns:
+        W, m, shape (n, 3), one point a sample of the sliding period.
     """
-    sliding = in_phase(log, "slide")
     free = in_phase(log, "hover") | in_phase(log, "tare")
     if not free.any():
         free = ~in_contact(log)
     offset = np.zeros(3)
     if free.any():
         offset = np.median(log.tip_position.values[free] - log.cog_position.values[free], axis=0)
-    path = log.cog_position_reference.values[sliding] + offset
+    path = log.cog_position_reference.values[in_phase(log, "slide")] + offset
     if board is None:
         return path
-    direction = (np.array(["x", "y", "z"]) == contact_axis(log)).astype(float)
-    return board.project(path, direction)
+    return board.project(path, contact_axis(log).vector)
 
 
 def on_board(log: xr.Dataset, points: np.ndarray, board: Board | None) -> np.ndarray:
     """Coordinates on the board of points in W, or along the sliding axes without one, shape (n, 2), m."""
     if board is not None:
         return board.coordinates(points)
-    return points[:, ["xyz".index(axis) for axis in sliding_axes(log)]]
+    return np.stack([axis.along(points) for axis in sliding_axes(log)], axis=1)
 
 
-def _viewer(log: xr.Dataset) -> np.ndarray | None:
-    return log.cog_position.values[0] if "cog_position" in log and log.sizes["time"] else None
+def _relief(surface: dict[str, Any]) -> Relief | None:
+    if not {"u", "v", "height", "unrolled_u"} <= set(surface):
+        return None
+    u, v, height, unrolled = (
+        np.asarray(surface[key], dtype=float) for key in ("u", "v", "height", "unrolled_u")
+    )
+    return Relief(u, v, height, unrolled)

@@ -43,7 +43,7 @@ DESCRIPTIONS = {
     "contact_force_normal_mean": ("Mean normal contact force (truth)", "N"),
     "contact_force_normal_std": ("Standard deviation of the normal force (truth)", "N"),
     "contact_force_normal_peak": ("Peak of the 10 ms mean of the normal force (truth)", "N"),
-    "contact_fraction": ("Time in contact (truth)", "1"),
+    "contact_fraction": ("Fraction of the time in contact (truth)", "1"),
     "tilt_max": ("Largest tilt", "rad"),
 }
 """What each number is, and its unit."""
@@ -76,12 +76,14 @@ def _scores(slide: xr.Dataset) -> dict[str, float]:
     contact = contact_axis(slide)
     scores: dict[str, float] = {}
     if {"cog_position", "cog_position_reference"} <= set(slide.variables):
-        distance = abs(slide.cog_position - slide.cog_position_reference)
-        scores["error_y_median"] = float(np.median(distance.sel(axis=first)))
-        scores["error_z_median"] = float(np.median(distance.sel(axis=second)))
-        scores["displacement_x_median"] = float(np.median(distance.sel(axis=contact)))
+        away = slide.cog_position.values - slide.cog_position_reference.values
+        scores["error_y_median"] = float(np.median(np.abs(first.along(away))))
+        scores["error_z_median"] = float(np.median(np.abs(second.along(away))))
+        scores["displacement_x_median"] = float(np.median(np.abs(contact.along(away))))
     if "external_force_estimate" in slide:
-        scores["estimated_force_x_median"] = float(np.median(slide.external_force_estimate.sel(axis=contact)))
+        scores["estimated_force_x_median"] = float(
+            np.median(contact.along(slide.external_force_estimate.values))
+        )
     if "contact_force_normal" in slide:
         force = slide.contact_force_normal.values
         scores["contact_force_normal_mean"] = float(np.mean(force))

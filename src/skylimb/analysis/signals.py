@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -41,16 +41,51 @@ def in_phase(log: xr.Dataset, name: str) -> np.ndarray:
     return np.asarray(log.phase.values == known[name])
 
 
-def contact_axis(log: xr.Dataset) -> str:
-    """The axis along which the robot pushes; x where the log doesn't say."""
-    return str(log.attrs.get("contact_axis", "x"))
+class Direction(NamedTuple):
+    """A direction of the task: how it is called in a figure, and the unit vector in W, shape (3,)."""
+
+    name: str
+    vector: np.ndarray
+
+    def along(self, values: Any) -> np.ndarray:
+        """The part of vectors in W, shape (..., 3), along the direction."""
+        return np.asarray(values) @ self.vector
+
+    def __str__(self) -> str:
+        return self.name
 
 
-def sliding_axes(log: xr.Dataset) -> tuple[str, str]:
-    """The two axes along which the tip slides; y and z where the log doesn't say."""
+def contact_axis(log: xr.Dataset) -> Direction:
+    """The direction in which the robot pushes; x where the log doesn't say.
+
+    The attribute `contact_axis` holds a letter or the three components of a vector in W.
+    """
+    return _direction(log.attrs.get("contact_axis", "x"), "n")
+
+
+def sliding_axes(log: xr.Dataset) -> tuple[Direction, Direction]:
+    """The two directions in which the tip slides; y and z where the log doesn't say.
+
+    The attribute `sliding_axes` holds two letters or the components of one vector and then of the other.
+    """
     axes = log.attrs.get("sliding_axes", ("y", "z"))
-    first, second = axes.replace(",", " ").split() if isinstance(axes, str) else axes
-    return str(first), str(second)
+    if isinstance(axes, str):
+        axes = axes.replace(",", " ").split()
+    first, second = np.reshape(axes, (2, -1)).tolist()
+    return _direction(first, "u"), _direction(second, "v")
+
+
+def _direction(axis: Any, otherwise: str) -> Direction:
+    """A direction from a letter or a vector; one that is no axis of W is called `otherwise`."""
+    entries = np.ravel(axis).tolist()
+    letters = ("x", "y", "z")
+    if len(entries) == 1 and entries[0] in letters:
+        return Direction(str(entries[0]), np.eye(3)[letters.index(entries[0])])
+    vector = np.array(entries, dtype=float)
+    along = int(np.argmax(np.abs(vector)))
+    if abs(vector[along]) < 1.0 - 1e-9:
+        return Direction(otherwise, vector)
+    return Direction(letters[along] if vector[along] > 0.0 else f"-{letters[along]}", vector)
 
 
 def in_contact(log: xr.Dataset) -> np.ndarray:

@@ -18,6 +18,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
+from skylimb.analysis.fonts import families
 from skylimb.recording import Run
 
 Parameters = ParamSpec("Parameters")
@@ -41,9 +42,8 @@ FAILURE = "#B00020"
 
 LABELS = {"pid": "PID", "impedance": "Impedance", "admittance": "Admittance", "hybrid": "Hybrid"}
 
-RC: dict[str, Any] = {
+RC: dict[Any, Any] = {
     "font.family": "sans-serif",
-    "font.sans-serif": ["DejaVu Sans"],
     "font.size": 8,
     "axes.titlesize": 8.5,
     "axes.titleweight": "bold",
@@ -83,6 +83,7 @@ def styled(function: Callable[Parameters, Result]) -> Callable[Parameters, Resul
         with matplotlib.rc_context():
             matplotlib.rcdefaults()
             matplotlib.rcParams.update(RC)
+            matplotlib.rcParams["font.sans-serif"] = families()
             return function(*args, **kwargs)
 
     return inner
@@ -136,10 +137,11 @@ def swatch(colour: str, text: str) -> Patch:
 
 
 def legend_below(figure: Figure, handles: Sequence[Any]) -> None:
-    """One legend for the whole figure, in a row under the panels."""
-    figure.legend(
-        handles=list(handles), loc="outside lower center", ncols=min(len(handles), 6), handlelength=1.8
-    )
+    """One legend for the whole figure under the panels, in as few rows as its width allows."""
+    widest = max(len(str(handle.get_label())) for handle in handles)
+    fitting = int(figure.get_figwidth() / (0.5 + 0.058 * widest))  # inches for the sign and for a letter
+    columns = max(1, min(fitting, len(handles)))
+    figure.legend(handles=list(handles), loc="outside lower center", ncols=columns, handlelength=1.8)
 
 
 def label_outer(axes: np.ndarray, used: int, below: str, beside: str) -> None:
@@ -173,9 +175,8 @@ def save(figure: Figure, stem: Path) -> tuple[Path, Path]:
 
     The layout is solved once and both files take it, so they look alike and the second costs little.
     """
-    figure.draw_without_rendering()
-    figure.set_layout_engine("none")
     picture, document = stem.with_suffix(".png"), stem.with_suffix(".pdf")
     figure.savefig(picture, dpi=DPI, pil_kwargs={"compress_level": 4})
+    figure.set_layout_engine(None)
     figure.savefig(document, metadata={"CreationDate": None})
     return picture, document

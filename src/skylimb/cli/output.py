@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
     from skylimb.recording.run import Run
     from skylimb.robots.model import Robot
+    from skylimb.verification import Row
 
 _PIPE_WIDTH = 140
 """Columns when the output is not a terminal, so that no table is cut."""
@@ -154,10 +155,18 @@ def campaign(
 
 
 @contextmanager
+def claims() -> Iterator[Callable[[int, int, str], None]]:
+    """One bar for the claims of the contact's verification; hands out the function that they report to."""
+    with flights() as report:
+        yield lambda done, total, name: report("verifying", done, total)
+
+
+@contextmanager
 def working(what: str) -> Iterator[None]:
     """A sign of life during work of unknown length."""
     console = _console(stderr=True)
     if not console.is_terminal:
+        print(f"{what} ...", file=sys.stderr)
         yield
         return
     with console.status(what):
@@ -167,17 +176,17 @@ def working(what: str) -> Iterator[None]:
 def scores(runs: Mapping[str, Run]) -> None:
     """The metrics of every run side by side, the paper's numbers in brackets where it prints them."""
     from skylimb.analysis.metrics import DESCRIPTIONS, NUMERIC_KEYS
+    from skylimb.analysis.paper_numbers import EXPERIMENT
 
-    first = next(iter(runs.values()))
-    table = _table(f"{first.log.attrs.get('experiment', '')}, sliding period (in brackets: the paper's)", "")
+    experiment = next(iter(runs.values())).log.attrs.get("experiment", "")
+    brackets = ", in brackets the paper's numbers" if experiment == EXPERIMENT else ""
+    table = _table(f"{experiment}: sliding period{brackets}", "", "")
     for name in runs:
         table.add_column(name, justify="right")
-    table.add_row("Status", *(_status(run) for run in runs.values()))
+    table.add_row("Status", "", *(_status(run) for run in runs.values()))
     for key in NUMERIC_KEYS:
         label, unit = DESCRIPTIONS[key]
-        table.add_row(
-            f"{label} [dim]{unit if unit != '1' else ''}[/dim]", *(_score(run, key) for run in runs.values())
-        )
+        table.add_row(label, unit.removeprefix("1"), *(_score(run, key) for run in runs.values()))
     console = _console()
     console.print(table)
     for name, run in runs.items():
@@ -203,20 +212,26 @@ def places(folder: Path, warnings: Sequence[str] = ()) -> None:
     """What could not be made, and where the results lie, the page to read first in front."""
     for warning in warnings:
         print(f"note: {warning}")
-    found = [folder / name for name in ("report.html", "video.mp4", "figures") if (folder / name).exists()]
-    print("\n".join(f"  {path}" for path in found) if found else f"  {folder}")
+    for pattern in ("report.html", "contact.html", "video.mp4", "*/video.mp4", "figures"):
+        if any(folder.glob(pattern)):
+            print(f"  {folder / pattern}")
 
 
-def verification(rows: Sequence[Any]) -> int:
-    """The table of the contact's verification; 1 when a row failed."""
-    table = _table("", "", "Theory", "Measured", "Allowed", "")
+def verification(rows: Sequence[Row]) -> int:
+    """The table of the contact's verification; 1 when a claim fails."""
+    table = _table("", "Claim", "Measured", "Theory", "Tolerance", "Cases", "")
     for row in rows:
+        bound = {"below": "at most ", "above": "at least "}.get(row.bound, "")
+        verdict = "holds" if row.passed else "[red]FAILS[/red]"
         table.add_row(
-            row.name,
-            str(row.expected),
-            str(row.measured),
-            str(row.tolerance),
-            "ok" if row.passed else "FAILED",
+            row.claim,
+            f"{row.measured:.5g} {row.unit}",
+            f"{bound}{row.theory:.5g}",
+            f"{row.tolerance:g}",
+            str(row.cases),
+            verdict,
         )
-    _console().print(table)
+    console = _console()
+    console.print(table)
+    console.print(f"{sum(row.passed for row in rows)} of {len(rows)} claims hold")
     return 0 if all(row.passed for row in rows) else 1

@@ -43,9 +43,10 @@ def replay(runs: Mapping[str, Run], folder: Path, speed: float) -> None:
 
 
 def _has_display() -> bool:
-    return sys.platform in ("darwin", "win32") or bool(
-        os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
-    )
+    """Whether a window can be opened; on macOS MuJoCo's viewer asks for a launcher of its own."""
+    if sys.platform == "darwin":
+        return False
+    return sys.platform == "win32" or bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
 
 
 def _show(name: str, run: Run, speed: float) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Protocol
@@ -64,7 +65,14 @@ def load_controller(
                 f"controller '{name_or_path}' is a Python file; its gains cannot be set from outside"
             )
         return _users_controller(Path(name_or_path), robot)
-    mapping, path = preset_mapping(name_or_path)
+    return controller_from_tables(*preset_mapping(name_or_path), robot, overrides)
+
+
+def controller_from_tables(
+    tables: Mapping[str, Any], path: Path, robot: Robot, overrides: Mapping[str, Any] | None = None
+) -> Cascade:
+    """A cascade from a preset's tables; `path` is their file, which a law given by path is sought beside."""
+    mapping = copy.deepcopy(dict(tables))
     for key, value in (overrides or {}).items():
         _put(mapping, key.split("."), value)
     return build_cascade(robot, preset_from_mapping(mapping, path))

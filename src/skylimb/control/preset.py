@@ -140,14 +140,15 @@ def preset_from_mapping(mapping: dict[str, Any], path: Path) -> Preset:
     Raises:
         ConfigError: naming the key that is unknown, missing or of the wrong kind.
     """
-    where = f"controller {path.stem}"
-    allowed = {"description", "tare", "observer", "force_filter", "leak", *_SLOTS}
+    name = _typed(mapping, "name", str, path.stem, f"controller {path.stem}")
+    where = f"controller {name}"
+    allowed = {"name", "description", "tare", "observer", "force_filter", "leak", *_SLOTS}
     for key in mapping:
         if key not in allowed:
             raise unknown_name(f"key of {where}", key, allowed)
     filled = {slot: _slot(mapping, slot, path, where) for slot in _SLOTS}
     return Preset(
-        name=path.stem,
+        name=name,
         description=_typed(mapping, "description", str, "", where),
         tare=_typed(mapping, "tare", bool, True, where),
         observer=from_mapping(ObserverGains, mapping.get("observer", {}), f"{where}: observer"),

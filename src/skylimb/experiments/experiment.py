@@ -67,9 +67,12 @@ class Experiment(Settings):
 
     Attributes:
         surface: what is touched.
+        controller: tables of a preset to fly where nobody names another, as a run's own config.toml has them;
+            empty for none.
     """
 
     surface: Surface = field(default_factory=lambda: surface_from_mapping({}))
+    controller: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def control_period(self) -> float:
@@ -78,7 +81,10 @@ class Experiment(Settings):
 
     def to_mapping(self) -> dict[str, Any]:
         """The experiment as nested plain values, as in its file."""
-        return to_mapping(self)
+        mapping = to_mapping(self)
+        if not self.controller:
+            del mapping["controller"]
+        return mapping
 
 
 def experiment_names() -> list[str]:
@@ -122,9 +128,7 @@ def experiment_tables(name_or_path: str) -> dict[str, Any]:
 def experiment_from_mapping(mapping: Mapping[str, Any], where: str) -> Experiment:
     """An experiment from nested tables, every key checked."""
     tables = dict(mapping)
-    surface = tables.pop("surface", {})
-    if not isinstance(surface, dict):
-        raise ConfigError(f"{where}: surface = {surface!r} should be a table")
+    surface, controller = _table(tables, "surface", where), _table(tables, "controller", where)
     known = {f.name for f in dataclasses.fields(Experiment)}
     for key in tables:
         if key not in known:
@@ -133,7 +137,16 @@ def experiment_from_mapping(mapping: Mapping[str, Any], where: str) -> Experimen
     values = {f.name: getattr(settings, f.name) for f in dataclasses.fields(Settings)}
     # The surface faces the robot along the experiment's contact axis unless it is told otherwise.
     surface = {"contact_axis": list(settings.contact_axis), **surface}
-    return Experiment(**values, surface=surface_from_mapping(surface, where))
+    return Experiment(
+        **values, surface=surface_from_mapping(surface, f"{where}: surface"), controller=controller
+    )
+
+
+def _table(tables: dict[str, Any], name: str, where: str) -> dict[str, Any]:
+    table = tables.pop(name, {})
+    if not isinstance(table, dict):
+        raise ConfigError(f"{where}: {name} = {table!r} should be a table")
+    return table
 
 
 def _put(mapping: dict[str, Any], key: str, value: Any) -> None:

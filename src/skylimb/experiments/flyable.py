@@ -26,10 +26,8 @@ def require_flyable(plant: Plant, mission: Mission) -> None:
     points = np.vstack([bodies, data.site(TIP_SITE).xpos])
     require_clear(surface, points, tip.radius, plant.robot.name)
     sliding = mission.phase == PHASES.index("slide")
-    if np.any(mission.reference.adapt[sliding] > 0.0):
-        reference = mission.reference
-        reach = reference.reach[sliding, None] + tip.radius
-        require_path(surface, reference.position[sliding] + reach * reference.contact_axis[sliding])
+    if mission.contact:
+        require_path(surface, mission.tip_path[sliding])
 
 
 def _body_names(model: mujoco.MjModel) -> list[str]:

@@ -1,4 +1,4 @@
-"""What ships: experiments, controllers and robots, each with its one line."""
+"""What ships: experiments and controllers, each with its one line."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from pathlib import Path
 _PACKAGE = Path(__file__).parents[1]
 _EXPERIMENTS = _PACKAGE / "experiments" / "library"
 _PRESETS = _PACKAGE / "control" / "presets"
-_ROBOTS = _PACKAGE / "robots"
 
 
 def _descriptions(files: dict[str, Path], key: str) -> dict[str, str]:
@@ -23,8 +22,3 @@ def list_experiments() -> dict[str, str]:
 def list_controllers() -> dict[str, str]:
     """Controller presets by name, with what they are."""
     return _descriptions({file.stem: file for file in _PRESETS.glob("*.toml")}, "description")
-
-
-def list_robots() -> dict[str, str]:
-    """Robots by name, with what they are."""
-    return _descriptions({file.parent.name: file for file in _ROBOTS.glob("*/flight.toml")}, "summary")

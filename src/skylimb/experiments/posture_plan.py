@@ -10,6 +10,7 @@ from skylimb.planning.vectoring import vectoring_table
 from skylimb.planning.vectoring_path import vectoring_path
 from skylimb.robots.model import Robot
 from skylimb.simulation.mission import PosturePlan
+from skylimb.spatial import rot_z
 
 _KNOT = 0.1
 """Time between two knots at which vectoring angles are sought, s."""
@@ -27,10 +28,12 @@ def posture_plan(config: PostureConfig, robot: Robot) -> PosturePlan:
         vectoring = np.vstack(
             [vectoring_angles, vectoring_path(robot, path.sample(knots[1:]), vectoring_angles)]
         )
+    nominal = robot.at(joint_angles, vectoring_angles)
     headings = [robot.at(q, psi).tip_heading for q, psi in zip(path.sample(knots), vectoring, strict=True)]
 
     return PosturePlan(
         reach=float(family.reach_nominal),
+        tip=rot_z(-nominal.tip_heading) @ nominal.tip_C,
         tip_radius=robot.description.tip.radius,
         duration=path.duration,
         joint_angles=path.sample,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,13 @@ import numpy as np
 from skylimb.analysis.metrics import metrics
 from skylimb.config import write_toml
 from skylimb.control.cascade import Cascade
-from skylimb.control.controller import Controller, load_controller, resolved_preset
+from skylimb.control.controller import (
+    Controller,
+    controller_from_tables,
+    load_controller,
+    resolved_preset,
+)
+from skylimb.errors import ConfigError
 from skylimb.experiments.experiment import Experiment, experiment_with, load_experiment
 from skylimb.experiments.flyable import first_row, require_flyable
 from skylimb.experiments.posture_plan import posture_plan
@@ -30,12 +37,13 @@ from skylimb.simulation.tick import compile_tick
 Progress = Callable[[str, int, int], None]
 """Called now and then with (controller, ticks flown, ticks in all)."""
 
+DEFAULT_CONTROLLER = "hybrid"
 PAPER_CONTROLLERS = ("pid", "impedance", "admittance", "hybrid")
 
 
 def run(
     experiment: str | Experiment = "paper",
-    controller: str | Controller = "hybrid",
+    controller: str | Controller | None = None,
     seed: int | None = None,
     set: Mapping[str, Any] | None = None,
     progress: Progress | None = None,
@@ -44,7 +52,8 @@ def run(
 
     Args:
         experiment: a name, a TOML file, or an experiment at hand.
-        controller: a preset's name, a preset's TOML file, a Python file, or a controller at hand.
+        controller: a preset's name, a preset's TOML file, a Python file, or a controller at hand; when None,
+            the one that the experiment's file brings along (as a run's config.toml does), else "hybrid".
         seed: of the sensors' noise; the experiment's own when None.
         set: dotted keys of the experiment and new values; keys that begin with "controller." go to the
             preset.
@@ -80,7 +89,7 @@ def compare(
 
 def _prepare(
     experiment: str | Experiment,
-    controllers: Sequence[str | Controller],
+    controllers: Sequence[str | Controller | None],
     seed: int | None,
     set: Mapping[str, Any] | None,
 ) -> tuple[Experiment, Robot, list[Controller]]:
@@ -98,8 +107,23 @@ def _prepare(
     else:
         experiment = load_experiment(experiment, given)
     robot = load_robot(experiment.robot)
-    ready = [load_controller(item, robot, gains) if isinstance(item, str) else item for item in controllers]
-    return experiment, robot, ready
+    return experiment, robot, [_controller(item, experiment, robot, gains) for item in controllers]
+
+
+def _controller(
+    given: str | Controller | None, experiment: Experiment, robot: Robot, gains: Mapping[str, Any]
+) -> Controller:
+    if given is None and experiment.controller:
+        # A user's own Python controller leaves only its name behind.
+        if set(experiment.controller) == {"name"}:
+            raise ConfigError(
+                f"experiment {experiment.name} was flown by '{experiment.controller['name']}', a Python "
+                "controller that its file does not hold; name it with --controller"
+            )
+        return controller_from_tables(experiment.controller, Path("config.toml"), robot, gains)
+    if given is None or isinstance(given, str):
+        return load_controller(given or DEFAULT_CONTROLLER, robot, gains)
+    return given
 
 
 def fly(
@@ -128,6 +152,7 @@ def recorded(
 ) -> Run:
     """A flight as a run: its log with everything that produced it, and its scores."""
     log = flight_log(plant, flight, mission)
+    frame = mission.frame
     config = {**experiment.to_mapping(), "controller": resolved_preset(controller)}
     log.attrs |= {
         "robot": robot.name,
@@ -140,8 +165,8 @@ def recorded(
         "versions": json.dumps(versions()),
         "scene": plant.scene,
         "surface": json.dumps(plant.surface.describe()),
-        "contact_axis": "x",
-        "sliding_axes": "y z",
+        "contact_axis": frame.contact.tolist(),
+        "sliding_axes": [*frame.sliding_u.tolist(), *frame.sliding_v.tolist()],
         "path_center": json.dumps([float(x) for x in experiment.surface.position]),
     }
     return Run(name=controller.name, controller=controller.name, log=log, metrics=metrics(log))
@@ -151,7 +176,8 @@ def prepare_flight(experiment: Experiment, robot: Robot) -> tuple[Plant, Mission
     """The plant and the mission of an experiment, checked against each other.
 
     Raises:
-        ConfigError: when the robot would start inside the surface, its tip does not fit it, or the path leaves it.
+        ConfigError: when the robot would start inside the surface, its tip does not fit, or the path leaves
+            it.
     """
     dt = experiment.control_period
     plant = build_plant(robot, experiment.surface, experiment.plant, dt)

@@ -193,7 +193,7 @@ def _violation(solutions: Sequence[np.ndarray], robot: Robot) -> str:
 def _numeric(
     robot: Robot, chain: PlanarChain, target: np.ndarray, heading: float, close: np.ndarray, wanted: str
 ) -> np.ndarray:
-    from scipy.optimize import minimize
+    from scipy.optimize import least_squares, minimize
 
     lower, upper = robot.joint_limits()
     lower, upper = np.maximum(lower, -np.pi), np.minimum(upper, np.pi)
@@ -202,25 +202,41 @@ def _numeric(
         tip, angle = chain.forward(q)
         return np.array([*(tip - target), (angle - heading + np.pi) % (2.0 * np.pi) - np.pi])
 
-    # Bends to either side, besides the wish itself: a straight chain is a saddle that no descent leaves.
-    bends = [sign * size * np.ones(robot.n_joints) for size in (0.3, 0.9) for sign in (1.0, -1.0)]
-    alternating = [sign * 0.6 * (-1.0) ** np.arange(robot.n_joints) for sign in (1.0, -1.0)]
-    found: list[np.ndarray] = []
-    for start in [close, *bends, *alternating]:
-        solution = minimize(
-            lambda q: float(np.sum((q - close) ** 2)),
+    def distance(q: np.ndarray) -> float:
+        return float(np.sum((q - close) ** 2))
+
+    def onto_target(start: np.ndarray) -> np.ndarray | None:
+        # Active bounds are handled exactly, so that a solution at its limits is found as well.
+        solution = least_squares(
+            error,
             np.clip(start, lower, upper),
+            jac=chain.jacobian,  # pyright: ignore[reportArgumentType]
+            bounds=(lower, upper),
+            method="dogbox",
+            xtol=1e-15,
+            ftol=1e-15,
+            gtol=1e-15,
+        )
+        return solution.x if np.max(np.abs(error(solution.x))) < _TOLERANCE else None
+
+    def nearer(start: np.ndarray) -> np.ndarray | None:
+        solution = minimize(
+            distance,
+            start,
             jac=lambda q: 2.0 * (q - close),
             bounds=list(zip(lower, upper, strict=True)),
             constraints={"type": "eq", "fun": error, "jac": chain.jacobian},
             method="SLSQP",
-            options={"maxiter": 200, "ftol": 1e-14},
+            options={"maxiter": 100, "ftol": 1e-14},
         )
-        q = np.clip(solution.x, lower, upper)
-        for _ in range(3):
-            q = np.clip(q - np.linalg.pinv(chain.jacobian(q)) @ error(q), lower, upper)
-        if np.max(np.abs(error(q))) < _TOLERANCE:
-            found.append(q)
-    if not found:
+        return onto_target(solution.x)
+
+    # Bends to either side, besides the wish itself: a straight chain is a saddle that no descent leaves.
+    bends = [sign * size * np.ones(robot.n_joints) for size in (0.3, 0.9) for sign in (1.0, -1.0)]
+    alternating = [sign * 0.6 * (-1.0) ** np.arange(robot.n_joints) for sign in (1.0, -1.0)]
+    on_target = [q for start in [close, *bends, *alternating] if (q := onto_target(start)) is not None]
+    if not on_target:
         raise UnreachableError(f"'{robot.name}' finds no joint angles within its limits for {wanted}")
-    return min(found, key=lambda q: float(np.sum((q - close) ** 2)))
+    closest = min(on_target, key=distance)
+    improved = [q for start in (close, closest) if (q := nearer(np.clip(start, lower, upper))) is not None]
+    return min([*on_target, *improved], key=distance)

@@ -4,7 +4,7 @@ A path lives in two coordinates (u, v) about the middle of the task, m; for the 
 Every path is twice continuously differentiable inside its duration and rests at its end points outside of it.
 
 All timing is made from one primitive, a rate that grows smoothly from zero to one (`_smooth_step`). A circle
-turns its phase at such a rate; a line, a lawnmower pattern or waypoints are a sum of such steps, one for every
+turns its phase at such a rate; a line, a lawnmower pattern or waypoints are a sum of such steps, one a
 change of velocity: straight at constant speed between the corners, round at them, at rest at both ends.
 """
 

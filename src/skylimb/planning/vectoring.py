@@ -23,7 +23,7 @@ from skylimb.errors import UnreachableError
 from skylimb.planning import vectoring_search
 from skylimb.planning.control_torque import guaranteed_control_torque
 from skylimb.planning.vectoring_search import evaluate, search_vectoring
-from skylimb.robots import Robot
+from skylimb.robots import SHIPPED, Robot
 from skylimb.symbolic import is_symbolic
 
 __all__ = ["VectoringTable", "guaranteed_control_torque", "robot_digest", "vectoring_table"]
@@ -129,7 +129,9 @@ def vectoring_table(robot: Robot, *, cache: bool = True) -> VectoringTable:
 
 def _stored(robot: Robot, digest: str) -> np.ndarray:
     cached = _cache_file(digest)
-    for path in (robot.description.folder / TABLE_FILE, cached):
+    # A robot that differs from a shipped one only where the table does not look finds that one's table.
+    shipped = sorted(SHIPPED.glob(f"*/{TABLE_FILE}"))
+    for path in (robot.description.folder / TABLE_FILE, *shipped, cached):
         coefficients = _read(path, digest, robot.n_vectoring)
         if coefficients is not None:
             return coefficients

@@ -17,7 +17,7 @@ from skylimb.errors import OutputError
 
 
 def require_new(path: str | Path) -> Path:
-    """Check that `path` can be created, without creating anything.
+    """Check that `path` can be created, and leave nothing behind.
 
     Args:
         path: a file or folder that is going to be written; missing parents are fine, they are made later.
@@ -41,8 +41,12 @@ def require_new(path: str | Path) -> Path:
         raise OutputError(f"cannot look at output '{path}': {error.strerror or error}") from error
     if not parent.is_dir():
         raise OutputError(f"cannot create '{path}': '{parent}' is a file, not a folder")
-    if not os.access(parent, os.W_OK | os.X_OK):
-        raise OutputError(f"cannot create '{path}': no permission to write in '{parent}'")
+    # A folder that is made and removed again is the only sure sign: permissions say little of a read-only
+    # file system.
+    try:
+        os.rmdir(tempfile.mkdtemp(prefix=".skylimb.", dir=parent))
+    except OSError as error:
+        raise OutputError(f"cannot create '{path}' in '{parent}': {error.strerror or error}") from error
     return path
 
 

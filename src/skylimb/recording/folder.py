@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 from pathlib import Path
 
 from skylimb.errors import OutputError
@@ -40,5 +41,5 @@ def _listed(table: Path) -> list[str]:
     """The first column of a comparison's table: its runs in the order they were asked for."""
     if not table.is_file():
         return []
-    lines = table.read_text(encoding="utf-8").splitlines()[1:]
-    return [line.split(",", 1)[0] for line in lines]
+    with table.open(encoding="utf-8", newline="") as file:
+        return [row[0] for row in csv.reader(file) if row][1:]

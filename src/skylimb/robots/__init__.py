@@ -11,11 +11,12 @@ from skylimb.robots.description import (
     Tip,
     Visual,
 )
-from skylimb.robots.loader import list_robots, load_robot, read_description
+from skylimb.robots.loader import SHIPPED, list_robots, load_robot, read_description
 from skylimb.robots.model import GRAVITY, Robot, RobotState
 
 __all__ = [
     "GRAVITY",
+    "SHIPPED",
     "Inertial",
     "Joint",
     "Link",

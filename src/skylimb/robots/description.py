@@ -149,11 +149,15 @@ class Rotor(_Fixed):
 
 @dataclass(frozen=True, eq=False)
 class Tip(_Fixed):
-    """The point that touches: centre (m, in the link's frame) and radius (m) of a small ball on a link."""
+    """The point that touches: centre (m, in the link's frame) and radius (m) of a small ball on a link.
+
+    `stem` (m, same frame) is where a drawn stick that carries it begins, or None.
+    """
 
     link: str
     position: np.ndarray
     radius: float
+    stem: np.ndarray | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -41,11 +41,15 @@ class RotorSection:
 
 @dataclass(frozen=True)
 class TipSection:
-    """`[tip]`: centre (m, in the link's frame) and radius (m) of the ball that touches."""
+    """`[tip]`: centre (m, in the link's frame) and radius (m) of the ball that touches.
+
+    `stem` (m, same frame) is where a stick that carries it begins; it is drawn, and weighs nothing.
+    """
 
     link: str
     position: tuple[float, float, float]
     radius: float
+    stem: tuple[float, float, float] | None = None
 
 
 @dataclass(frozen=True)

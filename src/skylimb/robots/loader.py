@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from collections.abc import Iterable, Sequence
 from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 
-from skylimb.config import from_mapping, read_toml
+from skylimb.config import from_mapping, read_toml, require_range
 from skylimb.errors import ConfigError, DescriptionError, nearest, unknown_name
 from skylimb.robots.description import PostureFamily, RobotDescription, Rotor, Tip
 from skylimb.robots.flight import FlightFile, RotorSection
@@ -20,12 +21,13 @@ from skylimb.robots.validation import check_description
 from skylimb.spatial import rotation_from_rpy
 
 FLIGHT_FILE = "flight.toml"
-_SHIPPED = Path(__file__).parent
+SHIPPED = Path(__file__).parent
+"""Folder with a folder for each robot that comes with the package."""
 
 
 def list_robots() -> dict[str, str]:
     """The robots that come with the package, each with one line about it."""
-    files = sorted(_SHIPPED.glob(f"*/{FLIGHT_FILE}"))
+    files = sorted(SHIPPED.glob(f"*/{FLIGHT_FILE}"))
     return {path.parent.name: str(read_toml(path).get("summary", "")) for path in files}
 
 
@@ -74,9 +76,9 @@ def _flight_path(name_or_path: str | Path) -> Path:
         raise ConfigError(f"'{path}' is a URDF; name the flight TOML that points to it, or its folder")
     if is_path:
         return path
-    if not (_SHIPPED / path / FLIGHT_FILE).is_file() or not path.name:
+    if not (SHIPPED / path / FLIGHT_FILE).is_file() or not path.name:
         raise unknown_name("robot", str(name_or_path), list_robots())
-    return _SHIPPED / path / FLIGHT_FILE
+    return SHIPPED / path / FLIGHT_FILE
 
 
 def _flight_file(path: Path) -> FlightFile:
@@ -120,7 +122,12 @@ def _describe(path: Path, digest: str) -> RobotDescription:
         shape_servo=flight.shape.servo,
         vectoring_servo=flight.vectoring.servo,
         vectoring_start=np.array(flight.vectoring.start, dtype=float),
-        tip=Tip(flight.tip.link, np.array(flight.tip.position, dtype=float), flight.tip.radius),
+        tip=Tip(
+            flight.tip.link,
+            np.array(flight.tip.position, dtype=float),
+            flight.tip.radius,
+            None if flight.tip.stem is None else np.array(flight.tip.stem, dtype=float),
+        ),
         posture=PostureFamily(
             np.array(flight.posture.offset, dtype=float),
             np.array(flight.posture.slope, dtype=float),
@@ -144,6 +151,8 @@ def _require_known(key: str, names: Iterable[str], known: Sequence[str]) -> None
 
 
 def _rotor(section: RotorSection, index: int) -> Rotor:
+    for angle in section.rpy:
+        require_range(f"rotors.{index}", "rpy", angle, -2.0 * math.pi, 2.0 * math.pi, "rad")
     return Rotor(
         name=section.name or f"rotor{index + 1}",
         link=section.link,

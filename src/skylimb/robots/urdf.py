@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 
@@ -53,7 +54,20 @@ def _parse(path: Path) -> Any:
     except Exception as error:  # yourdfpy and lxml let many kinds through: all of them mean "not a URDF"
         reason = " ".join(str(error).split()) or type(error).__name__
         raise DescriptionError(f"'{path}' is not a URDF that can be read: {reason}") from error
+    _refuse_degrees(content, path)
     return urdf.robot
+
+
+def _refuse_degrees(content: bytes, path: Path) -> None:
+    """Refuse angles of more than a turn, which become plausible rotation matrices once they are read."""
+    for owner in ElementTree.fromstring(content).iter():
+        for origin in owner.findall("origin"):
+            angles = [float(angle) for angle in origin.get("rpy", "0 0 0").split()]
+            if any(abs(angle) > 2.0 * math.pi for angle in angles):
+                tag = f'<{owner.tag} name="{owner.get("name", "")}">'
+                raise DescriptionError(
+                    f"rpy of {tag} in '{path.name}' is {angles} rad, more than a turn; is it degrees?"
+                )
 
 
 def _cut_above(root_link: str, robot: Any, path: Path) -> None:

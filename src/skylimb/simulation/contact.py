@@ -45,8 +45,9 @@ class ContactParameters:
         stick_damping: c_t in N s/m; a tip that sticks under a tangential force F_t creeps at F_t / c_t.
         friction_rate: b_f in 1/s, rate at which slip reaches the cone. Below 200 an
             oblique bounce gains energy.
-        adhesion: force in N with which the surface can pull before it lets go. It adds to the normal force that
-            friction acts on, but only while the contact is pressed: the engine has no friction under a net pull.
+        adhesion: force in N with which the surface can pull before it lets go. It adds to the normal force
+            that friction acts on, but only while the contact is pressed: the engine has no friction under
+            a net pull.
     """
 
     friction: float = 0.4

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any
 
 import numpy as np
@@ -13,8 +14,6 @@ from skylimb.simulation.mission import PHASES, Mission
 from skylimb.simulation.plant import Plant
 from skylimb.simulation.signals import SIGNALS, SignalInfo
 from skylimb.simulation.truth import contact_truth, flight_kinematics
-
-FORMAT_VERSION = 1
 
 
 def flight_log(plant: Plant, flight: Flight, mission: Mission) -> xr.Dataset:
@@ -29,6 +28,7 @@ def flight_log(plant: Plant, flight: Flight, mission: Mission) -> xr.Dataset:
     values: dict[str, np.ndarray] = {
         name: flight.signal(name) for name in flight.layout.slices if name != "configuration_velocity"
     }
+    contact, losses = contact_truth(plant, flight, mission, moved)
     computed = {
         "cog_position_reference": reference.position[:ticks],
         "cog_velocity_reference": reference.velocity[:ticks],
@@ -40,7 +40,7 @@ def flight_log(plant: Plant, flight: Flight, mission: Mission) -> xr.Dataset:
         "joint_angles": qpos[:, list(plant.joint_qpos)],
         "vectoring_angles": qpos[:, list(plant.vectoring_qpos)],
         **moved._asdict(),
-        **contact_truth(plant, flight, mission, moved),
+        **contact,
     }
     clash = sorted(values.keys() & computed.keys())
     if clash:
@@ -51,7 +51,7 @@ def flight_log(plant: Plant, flight: Flight, mission: Mission) -> xr.Dataset:
     return xr.Dataset(
         {name: _variable(name, array, plant) for name, array in values.items()},
         coords=_coordinates(plant, mission.times[:ticks], values),
-        attrs={"format_version": FORMAT_VERSION},
+        attrs={"contact_losses": json.dumps([[loss.start, loss.duration] for loss in losses])},
     )
 
 
@@ -82,6 +82,7 @@ def _coordinates(plant: Plant, times: np.ndarray, values: dict[str, np.ndarray])
         "time": ("time", times, {"units": "s", "long_name": "time"}),
         "axis": ["x", "y", "z"],
         "quaternion": ["w", "x", "y", "z"],
+        "unrolled": ["u", "v"],
         "rotor": [rotor.name for rotor in description.rotors],
         "joint": list(description.shape_joints),
         "vectoring": list(description.vectoring_joints),

@@ -17,10 +17,13 @@ from skylimb.control.records import Reference
 from skylimb.errors import ConfigError
 from skylimb.planning.trajectories import TrajectoryConfig, trajectory
 from skylimb.simulation.surfaces.placement import base_rotation
+from skylimb.spatial import rot_z
 
 PHASES = ("hover", "tare", "approach", "settle", "slide", "retreat", "hover_end")
 _RAMP = 0.5
 """Time in s over which approach and retreat reach their speed."""
+_LEVEL = 0.5
+"""Level part of a contact axis above which the arm can reach along it."""
 
 
 @dataclass(frozen=True)
@@ -108,6 +111,7 @@ class PosturePlan:
 
     Attributes:
         reach: r_ref, m.
+        tip: from the centre of gravity to the tip in the level robot whose tip link points along x, m, (3,).
         tip_radius: m.
         duration: time that the plan takes, s; 0 for a posture that stays.
         joint_angles: times (k,) -> q (k, nq), rad.
@@ -116,6 +120,7 @@ class PosturePlan:
     """
 
     reach: float
+    tip: np.ndarray
     tip_radius: float
     duration: float
     joint_angles: Callable[[np.ndarray], np.ndarray]
@@ -132,12 +137,16 @@ class Mission:
         reference: every entry with the ticks as first dimension.
         phase: index into `PHASES`, (k,).
         frame: axes of the task.
+        tip_path: where the undisturbed tip would go on the nominal surface, W, m, (k, 3).
+        contact: whether the mission touches anything.
     """
 
     times: np.ndarray
     reference: Reference
     phase: np.ndarray
     frame: ContactFrame
+    tip_path: np.ndarray
+    contact: bool
 
 
 def plan_mission(
@@ -174,10 +183,13 @@ def plan_mission(
     sliding = (phase == PHASES.index("slide"))[:, None]
     uv, uv_rate, uv_bend = path.sample(slide_time)
 
+    # The arm moves in the plane of the joints: it can give way to a wall, not to a floor or a ceiling.
+    arm_reaches = float(np.hypot(*frame.contact[:2])) > _LEVEL
     sent = config.trajectory.feedforward
     velocity_sent, acceleration_sent = sent in ("velocity", "full"), sent == "full"
     a, plane = frame.contact, np.stack([frame.sliding_u, frame.sliding_v])
-    home = center - a * (posture.reach + posture.tip_radius)
+    # Where the centre of gravity is when the tip's ball just touches the middle of the path.
+    home = center - a * posture.tip_radius - rot_z(frame.heading) @ posture.tip
     position = home + depth[:, None] * a + uv @ plane
     velocity = (into_rate - back_rate)[:, None] * a + (uv_rate * sliding) @ plane
     acceleration = (into_bend - back_bend)[:, None] * a + (uv_bend * sliding) @ plane
@@ -192,11 +204,11 @@ def plan_mission(
         vectoring_angles=posture.vectoring_angles(since_slide),
         contact_axis=np.tile(a, (count, 1)),
         tare=(phase == PHASES.index("tare")).astype(float),
-        align=np.full(count, float(approach.contact)),
+        align=np.full(count, float(approach.contact and arm_reaches)),
         adapt=np.isin(phase, [PHASES.index(name) for name in ("approach", "settle", "slide")])
-        * float(approach.contact),
+        * float(approach.contact and arm_reaches),
     )
-    return Mission(times, reference, phase, frame)
+    return Mission(times, reference, phase, frame, center + uv @ plane, approach.contact)
 
 
 def ramp_duration(distance: float, speed: float) -> float:

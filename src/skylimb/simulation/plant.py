@@ -183,48 +183,42 @@ def initial_data(plant: Plant, first: Reference) -> mujoco.MjData:
     Rotors already give hover thrust, and the joints hang as far from their set points as their servos'
     springs give under it, as after a take-off.
     """
-    nominal = np.asarray(first.joint_angles, dtype=float)
+    description = plant.robot.description
+    shape, vectoring = description.shape_servo.stiffness, description.vectoring_servo.stiffness
+    stiffness = np.repeat([shape, vectoring], [plant.robot.n_joints, plant.robot.n_vectoring])
+    set_points = np.concatenate([first.joint_angles, first.vectoring_angles])
     data = mujoco.MjData(plant.model)
-    angles = nominal
+    angles = set_points
     for _ in range(_SAG_ITERATIONS):
         _place_at_hover(plant, data, first, angles)
-        angles = nominal - _static_servo_torque(plant, data) / plant.robot.description.shape_servo.stiffness
+        angles = set_points - _static_servo_torque(plant, data) / stiffness
     _place_at_hover(plant, data, first, angles)
-    n, nq = plant.robot.n_rotors, plant.robot.n_joints
-    data.act[n : n + nq] = nominal
+    data.act[plant.robot.n_rotors :] = set_points
     mujoco.mj_forward(plant.model, data)
     return data
 
 
 def _place_at_hover(plant: Plant, data: mujoco.MjData, first: Reference, angles: np.ndarray) -> None:
-    """Put the robot at rest with these joint angles, under the thrusts that let it hover there."""
-    state = plant.robot.at(angles, first.vectoring_angles)
+    """Put the robot at rest with these servo angles (q, then psi), under its hover thrusts there."""
+    joint_angles, vectoring_angles = np.split(angles, [plant.robot.n_joints])
+    state = plant.robot.at(joint_angles, vectoring_angles)
     nominal = plant.robot.at(first.joint_angles, first.vectoring_angles).tip_heading
     yaw = first.heading - nominal - first.align * (state.tip_heading - nominal)
     R_WB = rot_z(yaw) @ state.R_root_C.T
     data.qpos[0:3] = first.position - R_WB @ state.cog_root
     data.qpos[3:7] = quaternion_from_rotation(R_WB)
-    data.qpos[list(plant.joint_qpos)] = angles
-    data.qpos[list(plant.vectoring_qpos)] = first.vectoring_angles
-    data.act[:] = np.concatenate([state.hover_thrusts, angles, first.vectoring_angles])
+    data.qpos[list(plant.joint_qpos + plant.vectoring_qpos)] = angles
+    data.act[:] = np.concatenate([state.hover_thrusts, angles])
 
 
 def _static_servo_torque(plant: Plant, data: mujoco.MjData) -> np.ndarray:
-    """Torque that the shape servos must give to hold this posture at rest, N m."""
+    """Torque that each servo (q, then psi) must give to hold this posture at rest under its rotors, N m."""
     model = plant.model
     mujoco.mj_forward(model, data)
-    rotors = np.zeros(model.nv)
-    for i in range(plant.robot.n_rotors):
-        moment = np.zeros(model.nv)
-        mujoco.mju_sparse2dense(
-            moment.reshape(1, -1), data.actuator_moment, data.moment_rownnz[i : i + 1],
-            data.moment_rowadr[i : i + 1], data.moment_colind,
-        )  # fmt: skip
-        rotors += moment * data.actuator_force[i]
-    dofs = [
-        address - 1 for address in plant.joint_qpos
-    ]  # the free joint has one velocity less than positions
-    return (data.qfrc_bias - rotors)[dofs]
+    # Each servo is at its set point and gives nothing, so what acts on the joints is the rotors' alone. The
+    # free joint has one velocity less than positions.
+    dofs = [address - 1 for address in plant.joint_qpos + plant.vectoring_qpos]
+    return (data.qfrc_bias - data.qfrc_actuator)[dofs]
 
 
 def _add_surroundings(spec: mujoco.MjSpec) -> None:

@@ -49,6 +49,17 @@ def add_robot(spec: mujoco.MjSpec, description: RobotDescription) -> None:
         rgba=[0.8, 0.1, 0.1, 1.0],
     )
     tip.add_site(name=TIP_SITE, pos=description.tip.position, size=[1e-3, 0, 0], group=4)
+    if description.tip.stem is not None:
+        tip.add_geom(
+            type=mujoco.mjtGeom.mjGEOM_CAPSULE,
+            fromto=[*description.tip.stem, *description.tip.position],
+            size=[description.tip.radius, 0, 0],
+            mass=0.0,
+            contype=0,
+            conaffinity=0,
+            rgba=[0.25, 0.25, 0.27, 1.0],
+            group=1,
+        )
     _add_actuators(spec, bodies, description)
 
 

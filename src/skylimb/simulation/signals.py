@@ -72,6 +72,12 @@ SIGNALS: dict[str, SignalInfo] = {
         _AXIS, "N", "W", "contact force on the robot, mean since the last tick", "truth"
     ),
     "contact_force_normal": SignalInfo(_SCALAR, "N", "W", "its part along the surface's normal", "truth"),
+    "contact_force_tangential": SignalInfo(_AXIS, "N", "W", "the rest of it, along the surface", "truth"),
+    "contact_normal": SignalInfo(_AXIS, "", "W", "outward normal of the surface nearest to the tip", "truth"),
+    "contact_trace": SignalInfo(
+        ("unrolled",), "m", "", "touch on the unrolled surface; NaN without", "truth"
+    ),
+    "friction_work": SignalInfo(_SCALAR, "J", "", "energy that friction has taken so far", "truth"),
     "contact_torque": SignalInfo(_AXIS, "N m", "W", "its torque about the centre of gravity", "truth"),
     "contact": SignalInfo(_SCALAR, "", "", "1 when the tip touched since the last tick", "truth"),
     "contact_duty": SignalInfo(
@@ -107,8 +113,6 @@ SIGNALS: dict[str, SignalInfo] = {
     "force_command": SignalInfo(_AXIS, "N", "W", "wanted force", "command"),
     "torque_command": SignalInfo(_AXIS, "N m", "C", "wanted torque", "command"),
     "phase": SignalInfo(_SCALAR, "", "", "phase of the mission", "reference"),
-    "configuration": SignalInfo(
-        ("configuration",), "", "W", "positions of the scene's joints, for replay", "truth"
-    ),
+    "configuration": SignalInfo(("qpos",), "", "W", "positions of the scene's joints, for replay", "truth"),
     "skeleton": SignalInfo(("node", "axis"), "m", "W", "points along the chain, root to tip", "truth"),
 }

@@ -18,6 +18,7 @@ from skylimb.robots.model import Robot
 from skylimb.simulation.flight import Flight
 from skylimb.simulation.mission import Mission
 from skylimb.simulation.plant import Plant
+from skylimb.simulation.surfaces.contact_record import ContactLoss, record_contact
 from skylimb.spatial import cross, rotation_from_quaternion, rpy_from_rotation
 
 
@@ -89,21 +90,35 @@ def flight_kinematics(plant: Plant, flight: Flight, mission: Mission) -> Kinemat
     return Kinematics(*(column(name) for name in Kinematics._fields))
 
 
-def contact_truth(plant: Plant, flight: Flight, mission: Mission, moved: Kinematics) -> dict[str, np.ndarray]:
-    """Normal force, torque about the centre of gravity, slip and gap, on the surface where it then is."""
+def contact_truth(
+    plant: Plant, flight: Flight, mission: Mission, moved: Kinematics
+) -> tuple[dict[str, np.ndarray], tuple[ContactLoss, ...]]:
+    """What the contact was at every tick, on the surface where it then is, and every time it was lost.
+
+    A logged force is the mean since the tick before, so a tick's slip, work and trace are those of the tick
+    that ends there.
+    """
     surface, times = plant.surface, mission.times[: flight.ticks]
-    normal = surface.normal(moved.tip_position, times)
-    _, wall_speed = surface.motion(times)
-    relative = moved.tip_velocity - wall_speed[:, None] * surface.motion_axis
-    tangential = relative - np.sum(relative * normal, axis=1, keepdims=True) * normal
     force, duty = flight.signal("contact_force"), flight.signal("contact_duty")
+    record = record_contact(
+        surface, times[:-1], force[1:], duty[1:], moved.tip_position[:-1], moved.tip_velocity[:-1]
+    )
     point = flight.signal("contact_point")
     lever = np.where(duty[:, None] > 0.0, point - moved.cog_position, 0.0)
     radius = plant.robot.description.tip.radius
     return {
-        "contact_force_normal": np.sum(force * normal, axis=1),
+        "contact_normal": surface.normal(moved.tip_position, times),
+        "contact_force_normal": _from_second_tick(record.normal_force, 0.0),
+        "contact_force_tangential": _from_second_tick(record.tangential_force, 0.0),
         "contact_torque": np.cross(lever, force),
         "contact": (duty > 0.0).astype(float),
-        "slip_speed": np.where(duty > 0.0, np.linalg.norm(tangential, axis=1), 0.0),
+        "contact_trace": _from_second_tick(record.trace, np.nan),
+        "friction_work": _from_second_tick(record.friction_work, 0.0),
+        "slip_speed": _from_second_tick(np.linalg.norm(record.slip_velocity, axis=1), 0.0),
         "surface_gap": surface.signed_distance(moved.tip_position, times) - radius,
-    }
+    }, record.losses
+
+
+def _from_second_tick(values: np.ndarray, first: float) -> np.ndarray:
+    """Values of the ticks after the first, with one for the first, at which nothing has passed yet."""
+    return np.concatenate([np.full((1, *values.shape[1:]), first), values])

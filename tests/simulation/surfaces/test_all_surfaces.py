@@ -85,6 +85,17 @@ def test_physics_and_analysis_agree_with_one_touch(surface, scene_of, rng):
         np.testing.assert_allclose(point, center - normal * 0.5 * (gap + scene.radius), atol=1e-7)
 
 
+def test_contact_goes_on_beyond_what_is_drawn(surface, scene_of, rng):
+    scene = scene_of(surface)
+    side, far = rng.choice([-1.0, 1.0], (2, 20)), rng.uniform(1.02, 1.5, (2, 20))
+    u, v = 0.5 * np.array(surface.size)[:, None] * side * far
+    w = surface.height(u, v)
+    for foot in surface.to_world(np.stack([w, u, v], axis=-1)[np.isfinite(w)]):
+        [(distance, outward, _)] = scene.touch(foot + 0.003 * surface.normal(foot))
+        assert distance == pytest.approx(0.003 - scene.radius, abs=1e-7)
+        np.testing.assert_allclose(outward, surface.normal(foot), atol=1e-6)
+
+
 def test_closest_point_is_the_closest_and_the_normal_its_gradient(surface, rng):
     feet = random_feet(surface, rng, 40)
     # Beyond a hollow's centre of curvature several points may be locally closest, so stay on this side of it.

@@ -59,6 +59,7 @@ def test_without_a_compiler_the_python_form_serves_and_says_so(tmp_path):
     code = "from skylimb.simulation.surfaces.collision import install_collision; print(install_collision())"
     env = {
         **os.environ,
+        "SKYLIMB_COLLISION": "compiled",
         "XDG_CACHE_HOME": str(tmp_path),
         "HOME": str(tmp_path),
         "PATH": "",

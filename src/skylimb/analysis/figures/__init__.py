@@ -14,8 +14,9 @@ from matplotlib.figure import Figure
 from skylimb.analysis import style
 from skylimb.analysis.figures.boxes import contact_distributions, sliding_errors
 from skylimb.analysis.figures.over_time import cog_tracking, contact_direction
-from skylimb.analysis.figures.pen_traces import pen_traces
-from skylimb.analysis.figures.poses import poses
+from skylimb.analysis.figures.pose_strip import poses
+from skylimb.analysis.figures.traces import pen_traces
+from skylimb.analysis.signals import in_contact
 from skylimb.recording import Run
 
 
@@ -29,6 +30,7 @@ class Plate:
         caption: what is drawn, and what to look for.
         draw: makes the figure from runs by name.
         compares: whether it only makes sense with several runs.
+        touches: whether it only makes sense where something was touched.
     """
 
     name: str
@@ -36,6 +38,12 @@ class Plate:
     caption: str
     draw: Callable[[Mapping[str, Run]], Figure]
     compares: bool = False
+    touches: bool = False
+
+    def suits(self, runs: Mapping[str, Run]) -> bool:
+        """Whether these runs have something to show in it."""
+        touched = any(in_contact(run.log).any() for run in runs.values())
+        return (len(runs) > 1 or not self.compares) and (touched or not self.touches)
 
 
 PLATES = (
@@ -46,20 +54,21 @@ PLATES = (
         "centre of gravity kept to its reference; on a sloped board the circle becomes an ellipse. Look "
         "for how much of it friction takes away, and where the line breaks because the pen lost touch.",
         pen_traces,
+        touches=True,
     ),
     Plate(
         "cog_tracking",
         "Centre of gravity along the sliding directions",
-        "Solid: the centre of gravity; dashed: its reference; yellow: the pen touches. The lag behind the "
-        "reference during contact is the work of friction, which a stiffer control of these two directions "
-        "resists.",
+        "Solid: the centre of gravity; dashed: its reference; yellow: the pen touches. The solid line trails "
+        "the dashed one because of friction and, where the reference is sent as positions alone, for want of "
+        "its velocity. Impedance control resists the former.",
         cog_tracking,
     ),
     Plate(
         "sliding_errors",
         "Error along the sliding directions",
         "Absolute error of the centre of gravity over the sliding period. Boxes span the quartiles, the "
-        "bar and the number beside it are the median, whiskers reach from 5 to 95 %. Diamonds: medians "
+        "bar and the number above are the median, whiskers reach from 5 to 95 %. Diamonds: medians "
         "that the paper prints (it gives none for z).",
         sliding_errors,
         compares=True,
@@ -69,8 +78,8 @@ PLATES = (
         "Displacement and force along the contact direction",
         "Above: how far the board pushed the centre of gravity from its reference. Below: the force that "
         "the controller estimated (coloured) and the true contact force (grey, 0.2 s mean); pushed by the "
-        "board, both are negative. Yellow: the pen touches; pink: the arm has given way by more than "
-        "5 mm.",
+        "board, both are negative. Yellow: the pen touches; pink: it touches and the arm has given way by "
+        "more than 5 mm.",
         contact_direction,
     ),
     Plate(
@@ -84,7 +93,7 @@ PLATES = (
     Plate(
         "poses",
         "The robot deforms",
-        "Seen from above, at five instants of the lap. Grey: the shape at its beginning, moved to the same "
+        "Seen from above, at five instants of the lap. Grey: the shape before the contact, moved to the same "
         "centre of gravity. Under the laws that adapt, the arm folds where the board comes near and "
         "stretches where it recedes; otherwise the shape stays.",
         poses,
@@ -96,7 +105,7 @@ PLATES = (
 def write_figures(runs: Mapping[str, Run], folder: Path) -> list[Path]:
     """Draw every figure that suits these runs into `folder`, as PNG and PDF, and return the PNG paths."""
     folder.mkdir(parents=True, exist_ok=True)
-    wanted = [plate for plate in PLATES if len(runs) > 1 or not plate.compares]
+    wanted = [plate for plate in PLATES if plate.suits(runs)]
     return [style.save(plate.draw(runs), folder / plate.name)[0] for plate in wanted]
 
 

@@ -14,7 +14,7 @@ from matplotlib.patches import Patch
 
 from skylimb.analysis import style
 from skylimb.analysis.paper_numbers import published
-from skylimb.analysis.signals import contact_axis, in_phase, sliding_axes
+from skylimb.analysis.signals import Direction, contact_axis, in_phase, sliding_axes
 from skylimb.recording import Run
 
 WHISKERS = (5.0, 95.0)
@@ -157,14 +157,14 @@ def _box(ax: Axes, place: int, values: np.ndarray, colour: str) -> None:
     ax.annotate(f"{median:.3f}", (place, high), color=style.INK, **above)
 
 
-def _error(log: xr.Dataset, axis: str) -> np.ndarray:
-    return np.abs((log.cog_position - log.cog_position_reference).sel(axis=axis).values)
+def _error(log: xr.Dataset, axis: Direction) -> np.ndarray:
+    return np.abs(axis.along(log.cog_position.values - log.cog_position_reference.values))
 
 
 def _force(log: xr.Dataset) -> np.ndarray:
     if "external_force_estimate" not in log:
         return np.zeros(0)
-    return log.external_force_estimate.sel(axis=contact_axis(log)).values
+    return contact_axis(log).along(log.external_force_estimate.values)
 
 
 def _axes_of(runs: Mapping[str, Run], which: Callable[[xr.Dataset], Any], otherwise: Any) -> Any:

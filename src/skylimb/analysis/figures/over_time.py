@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -12,7 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from skylimb.analysis import style
-from skylimb.analysis.signals import adapting, contact_axis, in_contact, sliding_axes, spans
+from skylimb.analysis.signals import Direction, adapting, contact_axis, in_contact, sliding_axes, spans
 from skylimb.recording import Run
 
 BRIDGE = 0.25
@@ -38,7 +39,7 @@ def cog_tracking(runs: Mapping[str, Run]) -> Figure:
     colour = style.colours(runs)
     for which in (0, 1):
         values = [
-            run.log[signal].sel(axis=sliding_axes(run.log)[which]).values
+            sliding_axes(run.log)[which].along(run.log[signal].values)
             for run in runs.values()
             for signal in ("cog_position", "cog_position_reference")
         ]
@@ -58,7 +59,8 @@ def cog_tracking(runs: Mapping[str, Run]) -> Figure:
             )
             _line(ax, log, "cog_position", axis, color=colour[name])
             ax.set(ylim=span)
-            _left_label(ax, f"CoG {axis} (m)")
+    first, second = next((sliding_axes(run.log) for run in runs.values()), ("y", "z"))
+    _label_rows(pairs, f"CoG {first} (m)", f"CoG {second} (m)")
     style.legend_below(
         figure,
         [
@@ -94,24 +96,24 @@ def contact_direction(runs: Mapping[str, Run]) -> Figure:
         estimate, truth = forces[name]
         for ax in (above, below):
             style.shade(ax, _contact(log), style.CONTACT)
-            style.shade(ax, spans(log.time.values, adapting(log), BRIDGE), style.ADAPTATION)
+            style.shade(ax, spans(log.time.values, adapting(log) & in_contact(log), BRIDGE), style.ADAPTATION)
             ax.axhline(0.0, color=style.REFERENCE, linewidth=0.5)
         above.plot(time, displacements[name][keep], color=colour[name])
         if truth is not None:
             below.plot(time, truth[keep], color=style.TRUTH, linewidth=0.8)
         if estimate is not None:
-            below.plot(time, estimate[keep], color=colour[name])
+            below.plot(time, estimate[keep], color=colour[name], linewidth=0.9)
         above.set(ylim=upper)
         below.set(ylim=lower)
-        _left_label(above, f"CoG displacement {axis} (m)")
-        _left_label(below, f"force {axis} (N)")
+    axis = next((contact_axis(run.log) for run in runs.values()), "x")
+    _label_rows(pairs, f"displacement {axis} (m)", f"force {axis} (N)")
     style.legend_below(
         figure,
         [
-            Line2D([], [], color=style.INK, label="displacement; estimated force"),
+            Line2D([], [], color=style.INK, label="displacement, estimated force"),
             Line2D([], [], color=style.TRUTH, linewidth=0.8, label="true force, 0.2 s mean"),
             style.swatch(style.CONTACT, "in contact"),
-            style.swatch(style.ADAPTATION, "arm adapting"),
+            style.swatch(style.ADAPTATION, "in contact, arm adapting"),
         ],
     )
     return figure
@@ -120,7 +122,7 @@ def contact_direction(runs: Mapping[str, Run]) -> Figure:
 def _grid(runs: Mapping[str, Run]) -> tuple[Figure, list[tuple[Axes, Axes]]]:
     """A figure with a pair of panels, one above the other, for each run."""
     blocks, columns = style.panels(len(runs))
-    wide = style.WIDTH * max(columns, 2) / 4
+    wide = style.WIDTH * max(columns, 3) / 4
     figure = Figure(figsize=(wide, 3.3 * blocks + 0.3), layout="constrained")
     axes = figure.subplots(2 * blocks, columns, squeeze=False, sharex=True)
     pairs: list[tuple[Axes, Axes]] = []
@@ -148,14 +150,17 @@ def _grid(runs: Mapping[str, Run]) -> tuple[Figure, list[tuple[Axes, Axes]]]:
     return figure, pairs
 
 
-def _left_label(ax: Axes, text: str) -> None:
-    if ax.get_subplotspec().is_first_col():
-        ax.set_ylabel(text)
+def _label_rows(pairs: list[tuple[Axes, Axes]], upper: str, lower: str) -> None:
+    """Say beside the first column what the two rows of panels show."""
+    columns = style.panels(len(pairs))[1]
+    for above, below in pairs[::columns]:
+        above.set_ylabel(upper)
+        below.set_ylabel(lower)
 
 
-def _line(ax: Axes, log: xr.Dataset, signal: str, axis: str, **options: object) -> None:
+def _line(ax: Axes, log: xr.Dataset, signal: str, axis: Direction, **options: Any) -> None:
     keep = style.thin(log.sizes["time"])
-    ax.plot(log.time.values[keep], log[signal].sel(axis=axis).values[keep], **options)
+    ax.plot(log.time.values[keep], axis.along(log[signal].values[keep]), **options)
 
 
 def _contact(log: xr.Dataset) -> list[tuple[float, float]]:
@@ -163,17 +168,17 @@ def _contact(log: xr.Dataset) -> list[tuple[float, float]]:
 
 
 def _displacement(log: xr.Dataset) -> np.ndarray:
-    return (log.cog_position - log.cog_position_reference).sel(axis=contact_axis(log)).values
+    return contact_axis(log).along(log.cog_position.values - log.cog_position_reference.values)
 
 
 def _forces(log: xr.Dataset) -> tuple[np.ndarray | None, np.ndarray | None]:
     """Estimate and (smoothed) truth along the contact axis, each None where it was not recorded."""
     axis = contact_axis(log)
-    estimate = log.external_force_estimate.sel(axis=axis).values if "external_force_estimate" in log else None
+    estimate = axis.along(log.external_force_estimate.values) if "external_force_estimate" in log else None
     if "contact_force" not in log:
         return estimate, None
     time = log.time.values
     count = max(1, round(SMOOTHING / float(np.median(np.diff(time))))) if len(time) > 1 else 1
     window = np.ones(min(count, len(time)))
     weight = np.convolve(np.ones(len(time)), window, "same")  # fewer samples at the ends
-    return estimate, np.convolve(log.contact_force.sel(axis=axis).values, window, "same") / weight
+    return estimate, np.convolve(axis.along(log.contact_force.values), window, "same") / weight

@@ -10,6 +10,7 @@ from skylimb.errors import ConfigError, unknown_name
 from skylimb.simulation.surfaces.ball import Sphere
 from skylimb.simulation.surfaces.board import Board
 from skylimb.simulation.surfaces.checks import require_clear, require_fits, require_path
+from skylimb.simulation.surfaces.contact_record import ContactLoss, ContactRecord, record_contact
 from skylimb.simulation.surfaces.curved import CurvedSurface
 from skylimb.simulation.surfaces.cylinder import Cylinder, Pipe
 from skylimb.simulation.surfaces.friction_map import FrictionMap, Patch
@@ -47,6 +48,8 @@ def surface_from_mapping(mapping: Mapping[str, Any], where: str = "surface") -> 
 __all__ = [
     "SURFACES",
     "Board",
+    "ContactLoss",
+    "ContactRecord",
     "Corrugated",
     "CurvedSurface",
     "Cylinder",
@@ -63,6 +66,7 @@ __all__ = [
     "Step",
     "Surface",
     "SurfaceParts",
+    "record_contact",
     "require_clear",
     "require_fits",
     "require_path",

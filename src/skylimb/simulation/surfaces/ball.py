@@ -62,8 +62,8 @@ class Sphere(Surface):
         body.add_geom(name=GEOM, group=1, rgba=COLOR, **common)
 
     def describe(self) -> dict[str, Any]:
-        """As every surface's, with `u`, `v`, `height` and `unrolled_u` of the front half."""
-        half = 0.5 * min(*self.size, 1.99 * self.radius)
+        """As every surface's, with `u`, `v`, `height` and `unrolled_u` of a square on its front."""
+        half = min(0.5 * self.size[0], 0.5 * self.size[1], 0.7 * self.radius)
         u = np.linspace(-half, half, 61)
         return super().describe() | {
             "u": u.round(6).tolist(),

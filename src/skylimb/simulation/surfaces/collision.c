@@ -5,10 +5,10 @@
    here has state of its own, so that copies of a model on many threads collide alike.
 
    Axes of the surface: w into it, u and v along it. Numbers: MARK, identity, kind, then
-     profile (1): n, half_v, and n pieces of 8: kind (0 straight, 1 round outward, 2 round inward), u, w (start, or
+     profile (1): n, and n pieces of 8: kind (0 straight, 1 round outward, 2 round inward), u, w (start, or
                   centre), du, dw (unit tangent, or the unit direction to the arc's middle), length or radius, cosine of
                   the arc's half angle, unused;
-     wave (2):    amplitude, wave number, phase, offset, half_u, half_v;
+     wave (2):    amplitude, wave number, phase, offset;
      spline (3):  nu, nv, u0, v0, pitch, then nu x nv coefficients of a cubic B-spline, v running fastest.
    The same geometry stands in Python in profile.py, wave.py and spline.py, which also explain it. */
 
@@ -67,9 +67,8 @@ static int piece_distance(const mjtNum* piece, mjtNum u, mjtNum w, mjtNum normal
 
 static int touch_profile(const mjtNum* numbers, const mjtNum p[3], Touch* touch) {
   int n = (int)numbers[0];
-  const mjtNum* pieces = numbers + 2;
+  const mjtNum* pieces = numbers + 1;
   touch->distance = 1e9;
-  if (fabs(p[2]) > numbers[1]) return 0;
   for (int i = 0; i < n; i++) {
     mjtNum normal[2], distance;
     if (!piece_distance(pieces + 8 * i, p[1], p[0], normal, &distance)) continue;
@@ -86,16 +85,15 @@ static int touch_profile(const mjtNum* numbers, const mjtNum p[3], Touch* touch)
 
 /* ---- graphs w = h(u, v): h and its first and second derivatives in out[6] ---- */
 
-static int wave(const mjtNum* numbers, mjtNum u, mjtNum v, mjtNum out[6]) {
+static void wave(const mjtNum* numbers, mjtNum u, mjtNum v, mjtNum out[6]) {
   mjtNum amplitude = numbers[0], k = numbers[1], angle = k * u + numbers[2];
-  if (fabs(u) > numbers[4] || fabs(v) > numbers[5]) return 0;
   mjtNum s = sin(angle), c = cos(angle);
   out[0] = amplitude * s + numbers[3];
   out[1] = amplitude * k * c;
   out[2] = 0;
   out[3] = -amplitude * k * k * s;
   out[4] = out[5] = 0;
-  return 1;
+  (void)v;
 }
 
 static void cubic(mjtNum t, mjtNum b[4], mjtNum db[4], mjtNum ddb[4]) {
@@ -114,11 +112,15 @@ static void cubic(mjtNum t, mjtNum b[4], mjtNum db[4], mjtNum ddb[4]) {
   ddb[3] = t;
 }
 
-static int spline(const mjtNum* numbers, mjtNum u, mjtNum v, mjtNum out[6]) {
+static mjtNum clipped(mjtNum x, mjtNum low, mjtNum high) { return x < low ? low : x > high ? high : x; }
+
+static void spline(const mjtNum* numbers, mjtNum u, mjtNum v, mjtNum out[6]) {
   int nu = (int)numbers[0], nv = (int)numbers[1];
   mjtNum pitch = numbers[4], x = (u - numbers[2]) / pitch, y = (v - numbers[3]) / pitch;
-  int i = (int)floor(x), j = (int)floor(y);
-  if (i < 1 || j < 1 || i > nu - 3 || j > nv - 3) return 0;
+  mjtNum beyond_u = x - clipped(x, 1, nu - 2), beyond_v = y - clipped(y, 1, nv - 2);
+  x -= beyond_u;
+  y -= beyond_v;
+  int i = (int)clipped(floor(x), 1, nu - 3), j = (int)clipped(floor(y), 1, nv - 3);
   const mjtNum* first = numbers + 5 + (i - 1) * nv + (j - 1);
   mjtNum bu[3][4], bv[3][4];
   cubic(x - i, bu[0], bu[1], bu[2]);
@@ -136,18 +138,24 @@ static int spline(const mjtNum* numbers, mjtNum u, mjtNum v, mjtNum out[6]) {
     out[4] += bu[1][a] * row[1];
     out[5] += bu[0][a] * row[2];
   }
+  if (beyond_u != 0 || beyond_v != 0) { /* beyond the grid the surface goes on with the border's slope */
+    out[0] += out[1] * beyond_u + out[2] * beyond_v + out[4] * beyond_u * beyond_v;
+    out[1] += out[4] * beyond_v;
+    out[2] += out[4] * beyond_u;
+    if (beyond_u != 0) out[3] = 0;
+    if (beyond_v != 0) out[5] = 0;
+  }
   out[1] /= pitch;
   out[2] /= pitch;
   out[3] /= pitch * pitch;
   out[4] /= pitch * pitch;
   out[5] /= pitch * pitch;
-  return 1;
 }
 
 static int touch_graph(int kind, const mjtNum* numbers, const mjtNum p[3], mjtNum reach, Touch* touch) {
   mjtNum u = p[1], v = p[2], h[6];
-  int (*graph)(const mjtNum*, mjtNum, mjtNum, mjtNum*) = kind == 2 ? wave : spline;
-  if (!graph(numbers, u, v, h)) return 0;
+  void (*graph)(const mjtNum*, mjtNum, mjtNum, mjtNum*) = kind == 2 ? wave : spline;
+  graph(numbers, u, v, h);
   /* Nothing steeper than a slope of 10 can be within reach from this high above. */
   if (h[0] - p[0] > 10 * reach) return 0;
   for (int k = 0; k < 20; k++) {
@@ -164,7 +172,7 @@ static int touch_graph(int kind, const mjtNum* numbers, const mjtNum p[3], mjtNu
     mjtNum su = (C * gu - B * gv) / det, sv = (A * gv - B * gu) / det;
     u -= su;
     v -= sv;
-    if (!graph(numbers, u, v, h)) return 0;
+    graph(numbers, u, v, h);
     if (su * su + sv * sv < 1e-20) break;
   }
   mjtNum *n = touch->normal, scale = 1 / sqrt(1 + h[1] * h[1] + h[2] * h[2]);

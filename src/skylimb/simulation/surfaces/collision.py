@@ -44,7 +44,7 @@ def install_collision() -> str:
         except (OSError, RuntimeError) as error:
             warnings.warn(
                 f"no compiled collision function for curved surfaces, using a slower one: {error}",
-                RuntimeWarning,
+                UserWarning,
                 stacklevel=2,
             )
         else:

@@ -7,12 +7,14 @@ once, by looking for known values in the memory of a small model.
 from __future__ import annotations
 
 import ctypes
+from collections.abc import Sequence
 from typing import Any
 
 import mujoco
 import numpy as np
 
-from skylimb.simulation.surfaces.shape import MARK, Shape
+from skylimb.simulation.surfaces.collision_scalar import touch
+from skylimb.simulation.surfaces.shape import MARK
 
 _SIGNATURE = ctypes.CFUNCTYPE(
     ctypes.c_int,
@@ -24,53 +26,50 @@ _SIGNATURE = ctypes.CFUNCTYPE(
     ctypes.c_double,
 )
 _WORDS = 1 << 17  # how far to look into a structure; the engine's data is some 160 kB
-_NUMBERS_PER_CONTACT = 10  # distance, position, normal, tangent
 _MAX_DEPTH = 0.05  # m, as in collision.c
 
-_shapes: dict[float, Shape] = {}
+_surfaces: dict[float, list[float]] = {}
+_callbacks: list[Any] = []
 
 
-def register_shape(identity: float, shape: Shape) -> None:
-    """Let the Python collision function find the shape that a model's data calls `identity`."""
-    _shapes[identity] = shape
+def register_numbers(identity: float, numbers: Sequence[float] | np.ndarray) -> None:
+    """Let the Python collision function find the surface that a model's data calls `identity`."""
+    _surfaces[identity] = [float(number) for number in numbers]
 
 
 def collision_callback(engines_own: int | None) -> Any:
-    """The function for the engine's table; keep a reference to it as long as the engine may call it."""
+    """The function for the engine's table; it is kept for as long as the process lives."""
     own = _SIGNATURE(engines_own) if engines_own else None
     fields = _Fields()
 
-    def collide(model: int, data: int, contacts: Any, sphere: int, surface: int, margin: float) -> int:
+    def collide(model: int, data: int, contact: Any, sphere: int, surface: int, margin: float) -> int:
         identity = fields.identity(model, surface)
         if identity is None:
-            return own(model, data, contacts, sphere, surface, margin) if own else 0
-        shape = _shapes[identity]
-        x = fields.vector(data, fields.xpos, 3 * sphere, 3)
-        origin = fields.vector(data, fields.xpos, 3 * surface, 3)
-        R = fields.vector(data, fields.xmat, 9 * surface, 9).reshape(3, 3)
-        radius = fields.vector(model, fields.size, 3 * sphere, 1)[0]
-        local = R.T @ (x - origin)
-        if not np.isfinite(shape.height(local[1], local[2])):
+            return own(model, data, contact, sphere, surface, margin) if own else 0
+        places, turns = fields.array(data, fields.xpos), fields.array(data, fields.xmat)
+        radius = fields.array(model, fields.size)[3 * sphere]
+        x, y, z = places[3 * sphere : 3 * sphere + 3]
+        ox, oy, oz = places[3 * surface : 3 * surface + 3]
+        R = turns[9 * surface : 9 * surface + 9]
+        dx, dy, dz = x - ox, y - oy, z - oz
+        w, u, v = (R[i] * dx + R[3 + i] * dy + R[6 + i] * dz for i in range(3))
+        reach = radius + margin
+        distance, nw, nu, nv = touch(_surfaces[identity], w, u, v, reach)
+        if distance > reach or distance < -_MAX_DEPTH:
             return 0
-        foot, normal = shape.closest(local)
-        distance = float((local - foot) @ normal)
-        if distance > radius + margin or distance < -_MAX_DEPTH:
-            return 0
-        outward = R @ normal
         gap = distance - radius
-        contacts[0] = gap
-        for i in range(3):
-            contacts[1 + i] = x[i] - outward[i] * (distance - 0.5 * gap)
-            contacts[4 + i] = -outward[i]
-            contacts[7 + i] = 0.0
+        contact[0] = gap
+        back = distance - 0.5 * gap
+        for i, place in enumerate((x, y, z)):
+            outward = R[3 * i] * nw + R[3 * i + 1] * nu + R[3 * i + 2] * nv
+            contact[1 + i] = place - outward * back
+            contact[4 + i] = -outward
+            contact[7 + i] = 0.0
         return 1
 
     callback = _SIGNATURE(collide)
-    _keep.append(callback)
+    _callbacks.append(callback)
     return callback
-
-
-_keep: list[Any] = []
 
 
 class _Fields:
@@ -88,18 +87,21 @@ class _Fields:
         # second.
         self.users = next(i for i in range(_WORDS) if words[0][i] == 13 and words[1][i] == 17)
 
-    def vector(self, structure: int, offset: int, first: int, count: int) -> np.ndarray:
-        """`count` numbers from `first` on, of the array that a structure points to."""
-        array = ctypes.cast(structure, ctypes.POINTER(ctypes.POINTER(ctypes.c_double)))[offset]
-        return np.array(array[first : first + count])
+    def array(self, structure: int, offset: int) -> Any:
+        """The array of numbers that a structure points to, to be indexed at one's own risk."""
+        return ctypes.cast(structure, _POINTERS)[offset]
 
     def identity(self, model: int, geom: int) -> float | None:
         """The identity of the surface that a geom stands for, or None for a geom that is none of ours."""
-        users = ctypes.cast(model, ctypes.POINTER(ctypes.c_int64))[self.users]
+        users = ctypes.cast(model, _INTEGERS)[self.users]
         if users < 2:
             return None
-        mark, identity = self.vector(model, self.user, users * geom, 2)
-        return float(identity) if mark == MARK else None
+        mark, identity = self.array(model, self.user)[users * geom : users * geom + 2]
+        return identity if mark == MARK else None
+
+
+_POINTERS = ctypes.POINTER(ctypes.POINTER(ctypes.c_double))
+_INTEGERS = ctypes.POINTER(ctypes.c_int64)
 
 
 def _probe(users: int) -> tuple[mujoco.MjModel, mujoco.MjData]:

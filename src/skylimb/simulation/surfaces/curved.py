@@ -18,7 +18,10 @@ from skylimb.simulation.surfaces.shape import MARK, Shape
 from skylimb.simulation.surfaces.surface import COLOR, GEOM, Surface
 
 _NUMERIC = "surface_shape"
-_DRAWN = 121  # points along a curved direction
+_DRAWN, _DRAWN_BOTH = 121, 81  # points along u; along u and v where the shape changes along both
+FAR = 30.0
+"""How far, in m, the contact goes on beyond what is looked at, so that no edge is met from behind."""
+
 _THICKNESS = 0.02  # m, of what is looked at
 
 
@@ -37,7 +40,7 @@ class CurvedSurface(Surface, abc.ABC):
 
     def drawn_u(self) -> np.ndarray:
         """(n,) places along u, m, that what is looked at and recorded goes through."""
-        return np.linspace(-0.5, 0.5, _DRAWN) * self.size[0]
+        return np.linspace(-0.5, 0.5, _DRAWN_BOTH if self.curved_along_v else _DRAWN) * self.size[0]
 
     @property
     def curved_along_v(self) -> bool:
@@ -71,8 +74,8 @@ class CurvedSurface(Surface, abc.ABC):
         body.add_geom(
             name=GEOM,
             type=mujoco.mjtGeom.mjGEOM_ELLIPSOID,
-            # Only its bounding sphere counts: it must hold the surface.
-            size=[self._reach] * 3,
+            # Only its bounding sphere counts.
+            size=[FAR] * 3,
             userdata=[MARK, identity],
             group=4,
             rgba=[0.0, 0.0, 0.0, 0.0],
@@ -85,25 +88,19 @@ class CurvedSurface(Surface, abc.ABC):
 
     @cached_property
     def _numbers(self) -> tuple[float, np.ndarray]:
-        from skylimb.simulation.surfaces.collision_python import register_shape
+        from skylimb.simulation.surfaces.collision_python import register_numbers
 
         numbers = self.shape.numbers()
         identity = float(zlib.crc32(numbers.tobytes()))
-        register_shape(identity, self.shape)
+        register_numbers(identity, numbers)
         return identity, np.concatenate([[MARK, identity], numbers])
-
-    @cached_property
-    def _reach(self) -> float:
-        _, _, w = self.drawn
-        deepest = max(0.5, float(np.nanmax(np.abs(w))))
-        return float(np.linalg.norm([0.5 * self.size[0], 0.5 * self.size[1], deepest])) + 0.1
 
     @cached_property
     def drawn(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Grids u (n,), v (m,) and height w (n, m) on them, m: what is looked at and recorded."""
         # A hair inside of the border, where the height is sure to exist.
         u = self.drawn_u() * (1.0 - 1e-9)
-        v = np.linspace(-0.5, 0.5, _DRAWN if self.curved_along_v else 2) * self.size[1] * (1.0 - 1e-9)
+        v = np.linspace(-0.5, 0.5, _DRAWN_BOTH if self.curved_along_v else 2) * self.size[1] * (1.0 - 1e-9)
         return u, v, self.height(u[:, None], v[None, :])
 
     def describe(self) -> dict[str, Any]:

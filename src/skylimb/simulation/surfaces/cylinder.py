@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike
 
 from skylimb.config import require_range
 from skylimb.errors import ConfigError
-from skylimb.simulation.surfaces.curved import CurvedSurface
-from skylimb.simulation.surfaces.profile import Profile, arc
+from skylimb.simulation.surfaces.curved import FAR, CurvedSurface
+from skylimb.simulation.surfaces.profile import Profile, arc, corner_arc, straight
 from skylimb.simulation.surfaces.surface import COLOR, GEOM
 
 _WIDEST = math.radians(85.0)  # half of the angle that a hollow cylinder may span
@@ -43,12 +43,26 @@ class Cylinder(CurvedSurface):
             )
 
     def make_shape(self) -> Profile:
-        """One arc."""
-        half = 0.5 * self.size[1]
-        if self.concave:
-            half_angle = math.asin(0.5 * self.size[0] / self.radius)
-            return Profile((arc((0.0, -self.radius), self.radius, half_angle, (0.0, 1.0)),), half)
-        return Profile((arc((0.0, self.radius), self.radius, 0.5 * math.pi, (0.0, -1.0)),), half)
+        """One arc; a hollow one ends in rims from which the wall goes on flat."""
+        if not self.concave:
+            return Profile((arc((0.0, self.radius), self.radius, 0.5 * math.pi, (0.0, -1.0)),))
+        half_angle = math.asin(0.5 * self.size[0] / self.radius)
+        s, c = math.sin(half_angle), math.cos(half_angle)
+        left, right = ((side * self.radius * s, self.radius * (c - 1.0)) for side in (-1.0, 1.0))
+        return Profile(
+            (
+                straight((-FAR, left[1]), left),
+                corner_arc(left, (1.0, 0.0), (c, s), 0.0, half_angle),
+                arc((0.0, -self.radius), self.radius, half_angle, (0.0, 1.0)),
+                corner_arc(right, (c, -s), (1.0, 0.0), 0.0, half_angle),
+                straight(right, (FAR, right[1])),
+            )
+        )
+
+    def drawn_u(self) -> np.ndarray:
+        """As far around as the surface still faces the robot."""
+        half = min(0.5 * self.size[0], self.radius * math.sin(_WIDEST))
+        return np.linspace(-half, half, 121)
 
     def unroll(self, u: ArrayLike, v: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """Arc length from the origin, and v."""

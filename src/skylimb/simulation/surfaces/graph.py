@@ -15,11 +15,7 @@ class Graph(abc.ABC):
 
     @abc.abstractmethod
     def derivatives(self, u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, ...]:
-        """h, h_u, h_v, h_uu, h_uv, h_vv at (u, v); continued smoothly outside of the surface's extent."""
-
-    @abc.abstractmethod
-    def inside(self, u: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Whether the surface exists at (u, v)."""
+        """h, h_u, h_v, h_uu, h_uv, h_vv at any (u, v); smooth beyond the surface's extent as well."""
 
     @property
     @abc.abstractmethod
@@ -27,9 +23,9 @@ class Graph(abc.ABC):
         """Half of what the surface spans along u and v, m."""
 
     def height(self, u: ArrayLike, v: ArrayLike) -> np.ndarray:
-        """The surface's w (m) at (u, v); NaN where there is none."""
+        """The surface's w (m) at (u, v)."""
         u, v = np.broadcast_arrays(np.asarray(u, dtype=float), np.asarray(v, dtype=float))
-        return np.where(self.inside(u, v), self.derivatives(u, v)[0], np.nan)
+        return self.derivatives(u, v)[0]
 
     def closest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The surface points closest to points (..., 3) of (w, u, v), and the outward unit normals there.

@@ -84,15 +84,16 @@ def polyline(
             )
         end = (corner[0] - trim * t1[0], corner[1] - trim * t1[1])
         pieces.append(straight(start, end))
-        pieces.append(_corner_arc(end, t1, t2, radius, turn))
+        pieces.append(corner_arc(end, t1, t2, radius, turn))
         start = (corner[0] + trim * t2[0], corner[1] + trim * t2[1])
     pieces.append(straight(start, points[-1]))
     return tuple(pieces)
 
 
-def _corner_arc(
+def corner_arc(
     begin: tuple[float, float], t1: tuple[float, float], t2: tuple[float, float], radius: float, turn: float
 ) -> Piece:
+    """The arc from `begin`, along `t1`, until it runs along `t2`, `turn` (rad) later; its radius may be 0."""
     n1, n2 = (t1[1], -t1[0]), (t2[1], -t2[0])
     length = math.hypot(n1[0] + n2[0], n1[1] + n2[1])
     middle = ((n1[0] + n2[0]) / length, (n1[1] + n2[1]) / length)
@@ -105,15 +106,13 @@ def _corner_arc(
 
 @dataclass(frozen=True)
 class Profile:
-    """A shape of pieces.
+    """A shape of pieces, without end along v.
 
     Attributes:
         pieces: in the order of growing u.
-        half_v: half extent along v, m.
     """
 
     pieces: tuple[Piece, ...]
-    half_v: float
 
     def height(self, u: ArrayLike, v: ArrayLike) -> np.ndarray:
         """The surface's w (m) at (u, v); NaN where there is none."""
@@ -121,7 +120,7 @@ class Profile:
         w = np.full(u.shape, np.nan)
         for piece in self.pieces:
             (first, _), (last, _) = piece.ends
-            here = np.isnan(w) & (u >= first - 1e-12) & (u <= last + 1e-12) & (np.abs(v) <= self.half_v)
+            here = np.isnan(w) & (u >= first - 1e-12) & (u <= last + 1e-12)
             offset = u[here] - piece.at[0]
             if piece.kind == _STRAIGHT:
                 w[here] = piece.at[1] + offset * piece.direction[1] / piece.direction[0]
@@ -152,11 +151,22 @@ class Profile:
 
     def unrolled(self, u: ArrayLike) -> np.ndarray:
         """Length along the surface, m, from u = 0 to each u."""
-        (low, _), (high, _) = self.pieces[0].ends[0], self.pieces[-1].ends[1]
-        grid = np.unique(np.concatenate([np.linspace(low, high, 4001), [0.0]]))
-        w = self.height(grid, np.zeros_like(grid))
-        length = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(grid), np.diff(w)))])
-        return np.interp(np.asarray(u, dtype=float), grid, length - np.interp(0.0, grid, length))
+        return self._length(np.asarray(u, dtype=float)) - self._length(np.zeros(()))
+
+    def _length(self, u: np.ndarray) -> np.ndarray:
+        """Length from the first end to each u."""
+        total = np.zeros(u.shape)
+        for piece in self.pieces:
+            (first, _), (last, _) = piece.ends
+            until = np.clip(u, first, last)
+            if piece.kind == _STRAIGHT:
+                total += (until - first) / piece.direction[0]
+            elif piece.extent > 0.0:
+                angles = [
+                    np.arcsin(np.clip((x - piece.at[0]) / piece.extent, -1.0, 1.0)) for x in (until, first)
+                ]
+                total += piece.extent * (angles[0] - angles[1])
+        return total
 
     def landmarks(self) -> np.ndarray:
         """(n,) growing u, m, of the pieces' ends and of points along the arcs, fit for drawing."""
@@ -168,12 +178,6 @@ class Profile:
         return ends[np.concatenate([[True], np.diff(ends) > 1e-6])]
 
     @property
-    def half_extent(self) -> tuple[float, float]:
-        """Half of what the surface spans along u and v, m."""
-        (low, _), (high, _) = self.pieces[0].ends[0], self.pieces[-1].ends[1]
-        return max(-low, high), self.half_v
-
-    @property
     def tightest_hollow(self) -> float:
         """Smallest radius of a hollow, m: 0 for a sharp hollow corner, infinite if there is no hollow."""
         return min((piece.extent for piece in self.pieces if piece.kind == _INWARD), default=math.inf)
@@ -181,7 +185,7 @@ class Profile:
     def numbers(self) -> np.ndarray:
         """Kind and parameters as the collision function reads them."""
         rows = [[p.kind, *p.at, *p.direction, p.extent, math.cos(p.half_angle), 0.0] for p in self.pieces]
-        return np.array([KIND, len(rows), self.half_v, *np.ravel(rows)])
+        return np.array([KIND, len(rows), *np.ravel(rows)])
 
 
 def _foot(piece: Piece, u: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, ...]:

@@ -51,15 +51,19 @@ class Spline(Graph):
         nu, nv = self.coefficients.shape
         return 0.5 * (nu - 3) * self.pitch, 0.5 * (nv - 3) * self.pitch
 
-    def inside(self, u: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Whether (u, v) is on the grid."""
-        half_u, half_v = self.half_extent
-        return (np.abs(u) <= half_u) & (np.abs(v) <= half_v)
-
     def derivatives(self, u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, ...]:
-        """h, h_u, h_v, h_uu, h_uv, h_vv at (u, v); the border's cell goes on outside."""
+        """h, h_u, h_v, h_uu, h_uv, h_vv at (u, v); beyond the grid the border's slope goes on."""
+        half_u, half_v = self.half_extent
+        inner_u, inner_v = np.clip(u, -half_u, half_u), np.clip(v, -half_v, half_v)
+        h, hu, hv, huu, huv, hvv = self._inside(inner_u, inner_v)
+        du, dv = u - inner_u, v - inner_v
+        h = h + hu * du + hv * dv + huv * du * dv
+        return h, hu + huv * dv, hv + huv * du, huu * (du == 0.0), huv, hvv * (dv == 0.0)
+
+    def _inside(self, u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, ...]:
         nu, nv = self.coefficients.shape
         x, y = (np.asarray(u) - self.u0) / self.pitch, (np.asarray(v) - self.v0) / self.pitch
+        # The last grid line belongs to the cell before it.
         i = np.clip(np.floor(x).astype(int), 1, nu - 3)
         j = np.clip(np.floor(y).astype(int), 1, nv - 3)
         bu, bv = _basis(x - i), _basis(y - j)

@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 
 from skylimb.config import require_range
-from skylimb.simulation.surfaces.curved import CurvedSurface
+from skylimb.simulation.surfaces.curved import FAR, CurvedSurface
 from skylimb.simulation.surfaces.profile import Profile, polyline
 
 
@@ -43,7 +43,9 @@ class FacedSurface(CurvedSurface, abc.ABC):
 
     def drawn_u(self) -> np.ndarray:
         """Through every edge."""
-        return self.profile.landmarks()
+        half = 0.5 * self.size[0]
+        inner = self.profile.landmarks()
+        return np.concatenate([[-half], inner[np.abs(inner) < half], [half]])
 
     @property
     def profile(self) -> Profile:
@@ -54,14 +56,12 @@ class FacedSurface(CurvedSurface, abc.ABC):
 
     def make_shape(self) -> Profile:
         """Straight faces and round edges, with the origin on the surface."""
-        half = 0.5 * self.size[0]
         inner = [(u + self.offset, w) for u, w in self.corners]
-        points = [(-half, inner[0][1]), *inner, (half, inner[-1][1])]
-        half_v = 0.5 * self.size[1]
-        raw = Profile(polyline(points, self.edge_radius, self.fillet_radius), half_v)
+        points = [(-FAR, inner[0][1]), *inner, (FAR, inner[-1][1])]
+        raw = Profile(polyline(points, self.edge_radius, self.fillet_radius))
         shift = float(raw.height(0.0, 0.0))
         points = [(u, w - shift) for u, w in points]
-        return Profile(polyline(points, self.edge_radius, self.fillet_radius), half_v)
+        return Profile(polyline(points, self.edge_radius, self.fillet_radius))
 
 
 @dataclass(frozen=True)

@@ -28,6 +28,7 @@ BODY = "surface"
 GEOM = "surface"
 JOINT = "surface_slide"
 _SLIDE_MASS = 1e4  # kg: heavy enough that a pen does not push the surface between two writes of its state
+_VIEW = 3.5  # m, the scene that a viewer should frame
 COLOR = (0.78, 0.72, 0.60, 1.0)
 
 
@@ -261,8 +262,11 @@ class Surface(abc.ABC):
         if self.moves:
             body.add_joint(name=JOINT, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=self.R_WS.T @ self.motion_axis)
             body.explicitinertial = True
-            body.mass, body.inertia, body.gravcomp = _SLIDE_MASS, [_SLIDE_MASS] * 3, 1.0
+            body.mass, body.inertia, body.ipos = _SLIDE_MASS, [_SLIDE_MASS] * 3, [0.0, 0.0, 0.0]
+            body.gravcomp = 1.0
         self.add_geometry(spec, body)
+        # Collision geometry without end must not set the scale of what is looked at.
+        spec.stat.extent, spec.stat.center = _VIEW, self.position
         return SurfaceParts(BODY, GEOM, JOINT if self.moves else None)
 
     def describe(self) -> dict[str, Any]:

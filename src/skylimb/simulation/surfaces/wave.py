@@ -19,8 +19,8 @@ class Wave(Graph):
         amplitude: a, m.
         wavelength: 2 pi / k, m.
         phase: rad.
-        half_u: half extent along u, m.
-        half_v: half extent along v, m.
+        half_u: half of what is looked at along u, m; the wave itself has no end.
+        half_v: the same along v, m.
     """
 
     amplitude: float
@@ -47,10 +47,6 @@ class Wave(Graph):
         zero = np.zeros_like(s)
         return a * s - a * np.sin(self.phase), a * k * c, zero, -a * k * k * s, zero, zero
 
-    def inside(self, u: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Whether (u, v) is within the extent."""
-        return (np.abs(u) <= self.half_u) & (np.abs(v) <= self.half_v)
-
     @property
     def tightest_hollow(self) -> float:
         """The radius of curvature at a trough, 1 / (a k^2), m."""
@@ -59,6 +55,4 @@ class Wave(Graph):
     def numbers(self) -> np.ndarray:
         """Kind and parameters as the collision function reads them."""
         offset = -self.amplitude * np.sin(self.phase)
-        return np.array(
-            [KIND, self.amplitude, self.wave_number, self.phase, offset, self.half_u, self.half_v]
-        )
+        return np.array([KIND, self.amplitude, self.wave_number, self.phase, offset])

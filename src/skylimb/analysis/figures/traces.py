@@ -35,7 +35,7 @@ def pen_traces(runs: Mapping[str, Run]) -> Figure:
     rows, columns = style.panels(len(runs))
     wide = style.WIDTH * max(columns, 2) / 4
     tall = min((wide / columns - 0.4) * (upward[1] - upward[0]) / (across[1] - across[0]), 4.0)
-    figure = Figure(figsize=(wide, rows * (tall + 0.3) + 0.6), layout="constrained")
+    figure = Figure(figsize=(wide, rows * (tall + 0.33) + 0.68), layout="compressed")
     axes = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
     colour = style.colours(runs)
     for ax, (name, run) in zip(axes.flat, runs.items(), strict=False):
@@ -66,6 +66,6 @@ def _lines(log: xr.Dataset) -> tuple[np.ndarray, list[np.ndarray]]:
     board = board_of(log)
     path = nominal_path(log, board)
     nominal = on_board(log, path[style.thin(len(path), 200)], board)
-    touched = strokes(log)
-    total = sum(len(stroke) for stroke in touched)
-    return nominal, [on_board(log, stroke[style.thin(total)], board) for stroke in touched]
+    touched = [log.tip_position.values[stroke] for stroke in strokes(log)]
+    total = sum(len(points) for points in touched)
+    return nominal, [on_board(log, points[style.thin(total)], board) for points in touched]

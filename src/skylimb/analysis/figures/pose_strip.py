@@ -21,6 +21,9 @@ FRACTIONS = (0.0, 0.25, 0.5, 0.75, 1.0)
 SCALE = 0.5
 """The length of the scale bar, m."""
 
+LEVEL = 0.7
+"""A surface whose normal has a vertical part above this is more floor than wall."""
+
 GHOST = "#C9CDD2"
 BOARD = "#8A6D3B"
 
@@ -34,9 +37,9 @@ def poses(runs: Mapping[str, Run]) -> Figure:
             ended before has fewer poses.
 
     Returns:
-        A figure; in every panel the first pose of the row stands behind in grey, shifted to the same centre
-        of gravity, so that what is seen to differ is the shape. The line at the right is the board at the
-        pen's height.
+        A figure; in every panel the shape before the contact stands behind in grey, shifted to the same
+        centre of gravity, so that what is seen to differ is the shape. The line at the right is the board at
+        the pen's height.
     """
     period = max((_sliding_period(run.log) for run in runs.values()), default=0.0)
     instants = {name: _instants(run.log, period) for name, run in runs.items()}
@@ -58,7 +61,7 @@ def poses(runs: Mapping[str, Run]) -> Figure:
         ink = style.FAILURE if run.failed else colour[name]
         row[0].set_ylabel(f"{style.label(name)}{' (failed)' if run.failed else ''}", color=ink, weight="bold")
         for ax, index in zip(row, instants[name], strict=False):
-            _pose(ax, run.log, index, instants[name][0], colour[name])
+            _pose(ax, run.log, index, colour[name])
     for ax, fraction in zip(axes[0], FRACTIONS, strict=True):
         ax.set_title(f"t = {fraction * period:.3g} s")
     _scale_bar(axes[0, 0], across[0], high)
@@ -66,7 +69,7 @@ def poses(runs: Mapping[str, Run]) -> Figure:
         figure,
         [
             Line2D([], [], color=style.INK, linewidth=2.6, label="links"),
-            Line2D([], [], color=GHOST, linewidth=2.6, label="shape at t = 0"),
+            Line2D([], [], color=GHOST, linewidth=2.6, label="shape before contact"),
             Line2D([], [], color=style.INK, marker="P", markersize=5, linestyle="", label="CoG"),
             Line2D([], [], color=BOARD, linewidth=2.0, label="board"),
         ],
@@ -90,9 +93,9 @@ def _instants(log: xr.Dataset, period: float) -> list[int]:
     return [int(sliding[np.argmin(np.abs(times - instant))]) for instant in wanted[seen]]
 
 
-def _pose(ax: Axes, log: xr.Dataset, index: int, first: int, colour: str) -> None:
-    chain, before = log.skeleton.values[index], log.skeleton.values[first]
-    cog = log.cog_position.values[[index, first]]
+def _pose(ax: Axes, log: xr.Dataset, index: int, colour: str) -> None:
+    chain, before = log.skeleton.values[index], log.skeleton.values[0]
+    cog = log.cog_position.values[[index, 0]]
     ghost = before + (cog[0] - cog[1])
     ax.plot(ghost[:, 0], ghost[:, 1], color=GHOST, linewidth=2.6)
     line = _board_line(log, index)
@@ -113,5 +116,8 @@ def _scale_bar(ax: Axes, left: float, top: float) -> None:
 
 
 def _board_line(log: xr.Dataset, index: int) -> np.ndarray | None:
+    """The surface's cut at the height of the tip, or None for one that is seen from above as an area."""
     board = board_of(log)
-    return None if board is None else board.line_at_height(float(log.skeleton.values[index, -1, 2]), 0.5)
+    if board is None or abs(board.normal[2]) > LEVEL:
+        return None
+    return board.cut(float(log.skeleton.values[index, -1, 2]))

@@ -1,0 +1,197 @@
+"""Measure what docs/results.md and docs/contact.md say, and write them around the words in pages/.
+
+    python benchmarks/results.py          (about ten minutes; writes docs/*.md and docs/images/)
+
+Every number of those pages comes from here, so that they can be made again after a change.
+"""
+
+from __future__ import annotations
+
+import math
+import shutil
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import skylimb
+from skylimb.analysis import write_comparison
+from skylimb.analysis.metrics import DESCRIPTIONS, NUMERIC_KEYS
+from skylimb.analysis.paper_numbers import published
+from skylimb.verification import Row, verify_contact
+
+HERE = Path(__file__).parent
+DOCS = HERE.parent / "docs"
+CONTROLLERS = ("pid", "impedance", "admittance", "hybrid")
+SEEDS = 20
+
+OPEN_VALUES: dict[str, list[tuple[str, dict[str, Any]]]] = {
+    "as it is": [("", {})],
+    "friction": [("0.2", {"surface.friction": 0.2}), ("0.6", {"surface.friction": 0.6})],
+    "depth of the press": [("0.12 m", {"approach.depth": 0.12}), ("0.20 m", {"approach.depth": 0.20})],
+    "slope": [("14 degrees", {"surface.slope": math.radians(14.0)})],
+    "direction of the lap": [("-1", {"trajectory.direction": -1})],
+    "what the reference sends": [("velocity and acceleration too", {"trajectory.feedforward": "full"})],
+    "latency": [("30 ms", {"sensors.latency": 0.030}), ("50 ms", {"sensors.latency": 0.050})],
+    "rate of control": [("40 Hz", {"controller_rate": 40.0})],
+    "low pass of the contact force": [
+        ("0.5 Hz", {"controller.force_filter.cutoff": 0.5}),
+        ("10 Hz", {"controller.force_filter.cutoff": 10.0}),
+    ],
+    "rotor lag": [("20 ms", {"plant.rotor_lag": 0.02}), ("100 ms", {"plant.rotor_lag": 0.1})],
+    "thrust": [("2 % less", {"plant.thrust_scale": 0.98})],
+    "stiffness of pen and board": [("1000 N/m", {"surface.stiffness": 1000.0})],
+    "attitude misaligned about y": [
+        ("+1 degree", {"sensors.attitude_misalignment": [0.0, math.radians(1.0), 0.0]}),
+        ("-1 degree", {"sensors.attitude_misalignment": [0.0, -math.radians(1.0), 0.0]}),
+    ],
+    "leak": [("compensated", {"controller.leak.compensate": True})],
+}
+"""Values that the paper does not print, each with what else it could be."""
+
+
+def seeds_table() -> list[str]:
+    """All metrics of the four controllers: median and range over the seeds, the paper's numbers below."""
+    runs = [skylimb.compare("paper", seed=seed) for seed in range(SEEDS)]
+    lost = sum(run.failed for flown in runs for run in flown.values())
+    flights = SEEDS * len(CONTROLLERS)
+    lines = [
+        f"Median over {SEEDS} seeds of the sensors' noise, smallest and largest in brackets; the paper's",
+        f"number, where it prints one, in *italics*. {flights - lost} of {flights} flights finished.",
+        "",
+        "| | " + " | ".join(CONTROLLERS) + " |",
+        "|---|" + "---|" * len(CONTROLLERS),
+    ]
+    for key in NUMERIC_KEYS:
+        label, unit = DESCRIPTIONS[key]
+        cells = []
+        for name in CONTROLLERS:
+            values = [flown[name].metrics[key] for flown in runs if not flown[name].failed]
+            text = f"{np.median(values):.3f} ({min(values):.3f} .. {max(values):.3f})"
+            printed = published(name, key)
+            cells.append(text if printed is None else f"{text} *{printed:.3f}*")
+        label = label.replace("|", "\\|")
+        lines.append(f"| {label}{'' if unit == '1' else f', {unit}'} | " + " | ".join(cells) + " |")
+    return lines
+
+
+def open_values_table() -> list[str]:
+    """What else the open values could be, and what that does."""
+    lines = [
+        "| value | y error: PID / impedance / admittance / hybrid (m) | x displacement (m) "
+        "| hybrid over impedance | estimated force (N) | time in touch |",
+        "|---|---|---|---|---|---|",
+    ]
+    for title, others in OPEN_VALUES.items():
+        for label, settings in others:
+            runs = skylimb.compare("paper", set=settings)
+            columns = [
+                _row(runs, key, digits)
+                for key, digits in (("error_y_median", 3), ("displacement_x_median", 3))
+            ]
+            lines.append(
+                f"| {f'{title} {label}'.strip()} | {columns[0]} | {columns[1]} | {_ratio(runs)} "
+                f"| {_row(runs, 'estimated_force_x_median', 2)} | {_row(runs, 'contact_fraction', 2)} |"
+            )
+    return lines
+
+
+def _row(runs: Mapping[str, skylimb.Run], key: str, digits: int) -> str:
+    return " / ".join("lost" if run.failed else f"{run.metrics[key]:.{digits}f}" for run in runs.values())
+
+
+def _ratio(runs: Mapping[str, skylimb.Run]) -> str:
+    ours = [runs[name].metrics["displacement_x_median"] for name in ("hybrid", "impedance")]
+    return "-" if None in ours else f"{ours[0] / ours[1]:.2f}"
+
+
+def surfaces_table() -> list[str]:
+    """Who flies which of the ready experiments with contact, and why somebody does not."""
+    titles = ["experiment", *CONTROLLERS, "hybrid, leak compensated"]
+    lines = ["| " + " | ".join(titles) + " |", "|---" * len(titles) + "|"]
+    for name in skylimb.list_experiments():
+        if not skylimb.load_experiment(name).approach.contact:
+            continue
+        runs = [*skylimb.compare(name).values(), skylimb.run(name, set={"controller.leak.compensate": True})]
+        cells = [_told(run) for run in runs]
+        lines.append(f"| `{name}` | " + " | ".join(cells) + " |")
+    return lines
+
+
+def _told(run: skylimb.Run) -> str:
+    if run.failed:
+        return f"**{run.status}**: {run.cause}"
+    metrics = run.metrics
+    errors = f"{1e3 * metrics['error_y_median']:.0f} / {1e3 * metrics['error_z_median']:.0f} mm"
+    return (
+        f"{errors}, {metrics['contact_force_normal_mean']:.2f} N, {metrics['contact_fraction']:.0%} in touch"
+    )
+
+
+def contact_page() -> tuple[list[str], list[str]]:
+    """The claims about the contact as a table, and their figures, copied to docs/images/contact."""
+    images = DOCS / "images" / "contact"
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = Path(temporary) / "contact"
+        rows = verify_contact(folder)
+        images.mkdir(parents=True, exist_ok=True)
+        for row in rows:
+            if row.figure:
+                shutil.copy(folder / row.figure, images / row.figure)
+    table = ["| claim | measured | theory | tolerance | cases | |", "|---|---|---|---|---|---|"]
+    table += [_claim(row) for row in rows]
+    figures = [f"![{row.claim}](images/contact/{row.figure})" for row in rows if row.figure]
+    return table, figures
+
+
+def _claim(row: Row) -> str:
+    bound = {"below": "at most ", "above": "at least "}.get(row.bound, "")
+    verdict = "holds" if row.passed else "**fails**"
+    measured = f"{row.measured:.5g} {row.unit}".removesuffix(" -")
+    cells = (row.claim, measured, f"{bound}{row.theory:.5g}", f"{row.tolerance:g}", str(row.cases), verdict)
+    return f"| {' | '.join(cells)} |"
+
+
+def images() -> None:
+    """The demo's figures and a picture out of its video, for the documentation."""
+    import av
+
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = Path(temporary) / "demo"
+        write_comparison(skylimb.compare("paper"), folder)
+        (DOCS / "images").mkdir(exist_ok=True)
+        for name in ("pen_traces", "contact_direction", "poses"):
+            shutil.copy(folder / "figures" / f"{name}.png", DOCS / "images" / f"{name}.png")
+        with av.open(str(folder / "hybrid" / "video.mp4")) as film:
+            wanted = int(0.68 * film.streams.video[0].frames)
+            for index, frame in enumerate(film.decode(video=0)):
+                if index == wanted:
+                    frame.to_image().save(DOCS / "images" / "hybrid.jpg", quality=82)
+                    break
+
+
+def write_page(name: str, places: Mapping[str, list[str]]) -> None:
+    """The page `name`, its words from the file beside this, with every place filled."""
+    page = (HERE / "pages" / name).read_text(encoding="utf-8")
+    for place, lines in places.items():
+        page = page.replace(place, "\n".join(lines))
+    (DOCS / name).write_text(page, encoding="utf-8")
+
+
+def main() -> None:
+    table, figures = contact_page()
+    version = [skylimb.__version__]
+    write_page("contact.md", {"VERSION": version, "CLAIMS": table, "FIGURES": figures})
+    tables = {
+        "OPEN_VALUES_TABLE": open_values_table(),
+        "SEEDS_TABLE": seeds_table(),
+        "SURFACES_TABLE": surfaces_table(),
+    }
+    images()
+    write_page("results.md", {"VERSION": version, **tables})
+
+
+if __name__ == "__main__":
+    main()

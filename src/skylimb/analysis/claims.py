@@ -1,0 +1,144 @@
+"""What the paper claims of its four controllers, held against a set of runs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from skylimb.analysis.paper_numbers import EXPERIMENT, PUBLISHED
+from skylimb.analysis.signals import contact_axis, in_phase
+from skylimb.recording import Run
+
+
+@dataclass(frozen=True)
+class Claim:
+    """A statement of the paper's with its numbers and ours.
+
+    Attributes:
+        text: the statement.
+        paper: what the paper prints for it.
+        ours: the same from the runs.
+        holds: whether it is true of the runs.
+    """
+
+    text: str
+    paper: str
+    ours: str
+    holds: bool
+
+
+Judge = Callable[[Mapping[str, Run]], Claim]
+
+
+def check_claims(runs: Mapping[str, Run]) -> list[Claim]:
+    """Check the claims that these runs allow to check.
+
+    A claim needs finished flights of the paper's experiment by the controllers it names.
+
+    Args:
+        runs: by name; of two runs with the same controller the first counts.
+
+    Returns:
+        The claims that could be judged, in the paper's order.
+    """
+    flown: dict[str, Run] = {}
+    for run in runs.values():
+        if not run.failed and run.log.attrs.get("experiment") == EXPERIMENT:
+            flown.setdefault(run.controller, run)
+    found: list[Claim] = []
+    for needs, judge in _CLAIMS:
+        if all(name in flown for name in needs):
+            claim = judge(flown)
+            found.append(replace(claim, paper=_true_minus(claim.paper), ours=_true_minus(claim.ours)))
+    return found
+
+
+def _true_minus(text: str) -> str:
+    return text.replace("-", "\u2212")
+
+
+def _metric(flown: Mapping[str, Run], controller: str, key: str) -> float:
+    value = flown[controller].metrics.get(key)
+    return float("nan") if value is None else float(value)
+
+
+def _friction(flown: Mapping[str, Run]) -> Claim:
+    key = "error_y_median"
+    ours = {name: _metric(flown, name, key) for name in ("impedance", "hybrid", "pid")}
+    printed = {name: PUBLISHED[name].error_y_median for name in ours}
+    return Claim(
+        "Impedance control along the sliding directions resists friction: under impedance and hybrid the "
+        "error in y is smaller than under PID.",
+        " and ".join(f"{printed[name]:.3f}" for name in ("impedance", "hybrid"))
+        + f" against {printed['pid']:.3f} m",
+        " and ".join(f"{ours[name]:.3f}" for name in ("impedance", "hybrid"))
+        + f" against {ours['pid']:.3f} m",
+        max(ours["impedance"], ours["hybrid"]) < ours["pid"],
+    )
+
+
+def _ratio(adaptive: str, stiff: str, text: str) -> Judge:
+    def judge(flown: Mapping[str, Run]) -> Claim:
+        ours = [_metric(flown, name, "displacement_x_median") for name in (adaptive, stiff)]
+        printed = [PUBLISHED[name].displacement_x_median for name in (adaptive, stiff)]
+        ratio = ours[0] / ours[1] if ours[1] else float("nan")
+        return Claim(
+            text,
+            f"{printed[0]:.3f} / {printed[1]:.3f} m = {printed[0] / printed[1]:.2f}",
+            f"{ours[0]:.3f} / {ours[1]:.3f} m = {ratio:.2f}",
+            ratio < 1,
+        )
+
+    return judge
+
+
+def _smallest_force(flown: Mapping[str, Run]) -> Claim:
+    ours = {name: _metric(flown, name, "estimated_force_x_median") for name in PUBLISHED}
+    others = ", ".join(f"{ours[name]:.2f}" for name in PUBLISHED if name != "hybrid")
+    printed = ", ".join(
+        f"{PUBLISHED[name].estimated_force_x_median:.2f}" for name in PUBLISHED if name != "hybrid"
+    )
+    return Claim(
+        "The hybrid controller meets the smallest force of the four (median estimate in x).",
+        f"{PUBLISHED['hybrid'].estimated_force_x_median:.2f} against {printed} N",
+        f"{ours['hybrid']:.2f} against {others} N",
+        all(abs(ours["hybrid"]) < abs(ours[name]) for name in ours if name != "hybrid"),
+    )
+
+
+def _narrower_force(flown: Mapping[str, Run]) -> Claim:
+    spread = {name: _force_spread(flown[name]) for name in ("pid", "admittance", "hybrid")}
+    return Claim(
+        "An adapting arm narrows the distribution of the estimated force (distance between its quartiles) "
+        "compared with PID.",
+        "shown in a box plot, no number",
+        f"{spread['admittance']:.2f} and {spread['hybrid']:.2f} against {spread['pid']:.2f} N",
+        max(spread["admittance"], spread["hybrid"]) < spread["pid"],
+    )
+
+
+def _force_spread(run: Run) -> float:
+    force = contact_axis(run.log).along(run.log.external_force_estimate.values[in_phase(run.log, "slide")])
+    return float(np.subtract(*np.percentile(force, [75, 25]))) if force.size else float("nan")
+
+
+_CLAIMS: tuple[tuple[tuple[str, ...], Judge], ...] = (
+    (("pid", "impedance", "hybrid"), _friction),
+    (
+        ("hybrid", "impedance"),
+        _ratio(
+            "hybrid",
+            "impedance",
+            "Adapting the arm takes up part of the board's depth: the CoG is displaced less under hybrid "
+            "than under impedance. Springs in series, k_a / (k_a + m K_x), with the paper's gains: 0.61.",
+        ),
+    ),
+    (
+        ("admittance", "pid"),
+        _ratio("admittance", "pid", "Likewise the CoG is displaced less under admittance than under PID."),
+    ),
+    (tuple(PUBLISHED), _smallest_force),
+    (("pid", "admittance", "hybrid"), _narrower_force),
+)

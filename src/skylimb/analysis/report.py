@@ -1,0 +1,176 @@
+"""A report that one can read, send and keep: one HTML file with its pictures and videos inside."""
+
+from __future__ import annotations
+
+import base64
+import math
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import jinja2
+
+from skylimb.analysis import style
+from skylimb.analysis.claims import check_claims
+from skylimb.analysis.figures import PLATES
+from skylimb.analysis.metrics import DESCRIPTIONS, NUMERIC_KEYS
+from skylimb.analysis.paper_numbers import EXPERIMENT, SOURCE, published
+from skylimb.recording import Run
+
+TEMPLATE = Path(__file__).with_name("report_template.html")
+
+EMBED_BYTES = 12_000_000
+"""Videos are put into the page up to this size together; larger ones are linked."""
+
+FACTS = (
+    ("trajectory.shape", "Path", ""),
+    ("trajectory.radius", "Radius", "m"),
+    ("trajectory.period", "Period", "s"),
+    ("trajectory.direction", "Direction", ""),
+    ("surface.kind", "Surface", ""),
+    ("surface.slope", "Slope", "rad"),
+    ("surface.friction", "Friction", ""),
+    ("approach.depth", "Press depth", "m"),
+    ("sensors.latency", "Sensor latency", "s"),
+    ("controller_rate", "Controller rate", "Hz"),
+)
+"""Keys of the configuration that a reader wants to know first, what to call them, and their units."""
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A number of ours, and the paper's where it prints one."""
+
+    ours: str
+    paper: str = ""
+
+
+@dataclass(frozen=True)
+class Film:
+    """A video: what it shows, and where its bytes are (in the page, or a file beside it)."""
+
+    name: str
+    source: str
+
+
+def render_report(runs: Mapping[str, Run], folder: Path) -> str:
+    """Put the report together from runs and from the figures and videos that already lie in `folder`.
+
+    Args:
+        runs: by name.
+        folder: holds figures/NAME.png for each figure, and video.mp4 or one in a subfolder for each run.
+
+    Returns:
+        HTML.
+    """
+    first = next(iter(runs.values()))
+    config = _config(first)
+    environment = jinja2.Environment(
+        autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined
+    )
+    template = environment.from_string(TEMPLATE.read_text(encoding="utf-8"))
+    claims = check_claims(runs)
+    return template.render(
+        title=_title(runs),
+        description=str(config.get("description", "")),
+        robot=str(first.log.attrs.get("robot", "")),
+        experiment=str(first.log.attrs.get("experiment", "")),
+        seed=first.log.attrs.get("seed"),
+        facts=_facts(config),
+        columns=[(style.label(name), style.colours(runs)[name], run.failed) for name, run in runs.items()],
+        rows=_rows(runs),
+        failures=[
+            (style.label(name), run.cause or "no cause was recorded")
+            for name, run in runs.items()
+            if run.failed
+        ],
+        finished=sum(not run.failed for run in runs.values()),
+        total=len(runs),
+        compared=any(cell.paper for _, _, cells in _rows(runs) for cell in cells),
+        claims=claims,
+        held=sum(claim.holds for claim in claims),
+        source=SOURCE,
+        plates=[
+            (plate, _inline(folder / "figures" / f"{plate.name}.png", "image/png"))
+            for plate in PLATES
+            if (folder / "figures" / f"{plate.name}.png").is_file()
+        ],
+        films=_films(runs, folder),
+        command=_command(runs),
+        configs=[(style.label(name), run.config) for name, run in runs.items()],
+        versions=first.versions,
+    )
+
+
+def _title(runs: Mapping[str, Run]) -> str:
+    first = next(iter(runs.values()))
+    experiment = str(first.log.attrs.get("experiment", "")) or "flight"
+    who = style.label(first.name) if len(runs) == 1 else f"{len(runs)} controllers compared"
+    return f"{experiment[:1].upper()}{experiment[1:]}: {who}"
+
+
+def _rows(runs: Mapping[str, Run]) -> list[tuple[str, str, list[Cell]]]:
+    """Lines of the table: what, its unit, and a cell for each run."""
+    rows = []
+    for key in NUMERIC_KEYS:
+        text, unit = DESCRIPTIONS[key]
+        cells = []
+        for run in runs.values():
+            value = run.metrics.get(key)
+            number = published(run.controller, key, str(run.log.attrs.get("experiment", "")))
+            cells.append(Cell(_printed(value) or "–", _printed(number)))
+        rows.append((text, "" if unit == "1" else unit, cells))
+    return rows
+
+
+def _printed(number: float | None) -> str:
+    """Three places and a true minus sign; nothing for no number."""
+    return "" if number is None else f"{number:.3f}".replace("-", "\u2212")
+
+
+def _config(run: Run) -> dict[str, Any]:
+    try:
+        return tomllib.loads(run.config)
+    except tomllib.TOMLDecodeError:  # a foreign log may describe itself in other words
+        return {}
+
+
+def _facts(config: Mapping[str, Any]) -> list[tuple[str, str]]:
+    facts = []
+    for key, text, unit in FACTS:
+        value: Any = config
+        for part in key.split("."):
+            value = value.get(part) if isinstance(value, Mapping) else None
+        if value is not None:
+            signed = "+" if key.endswith("direction") else ""
+            shown = f"{value:{signed}.4g}" if isinstance(value, int | float) else str(value)
+            degrees = f" ({math.degrees(value):.3g}°)" if unit == "rad" and value else ""
+            facts.append((text, f"{shown} {unit}".strip() + degrees))
+    return facts
+
+
+def _command(runs: Mapping[str, Run]) -> str:
+    first = next(iter(runs.values()))
+    experiment, seed = first.log.attrs.get("experiment", EXPERIMENT), first.log.attrs.get("seed", 0)
+    controllers = " ".join(run.controller for run in runs.values())
+    if len(runs) == 1:
+        return f"skylimb run {experiment} --controller {controllers} --seed {seed}"
+    return f"skylimb compare {experiment} --controllers {controllers} --seed {seed}"
+
+
+def _films(runs: Mapping[str, Run], folder: Path) -> list[Film]:
+    places = {name: folder / name / "video.mp4" for name in runs}
+    if len(runs) == 1:
+        places = {name: path if path.is_file() else folder / "video.mp4" for name, path in places.items()}
+    there = {name: path for name, path in places.items() if path.is_file()}
+    embed = sum(path.stat().st_size for path in there.values()) <= EMBED_BYTES
+    return [
+        Film(style.label(name), _inline(path, "video/mp4") if embed else path.relative_to(folder).as_posix())
+        for name, path in there.items()
+    ]
+
+
+def _inline(path: Path, kind: str) -> str:
+    return f"data:{kind};base64,{base64.b64encode(path.read_bytes()).decode('ascii')}"

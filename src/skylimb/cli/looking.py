@@ -1,0 +1,149 @@
+"""The verbs that look at what there is: `list`, `show`, `report`, `view` and `verify-contact`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, ClassVar
+
+from tyro.conf import Positional, arg
+
+from skylimb.cli import output
+from skylimb.cli.options import Folder, new_folder
+from skylimb.errors import ConfigError, unknown_name
+
+
+@dataclass(frozen=True)
+class List:
+    """List the experiments, controllers and robots that ship."""
+
+    examples: ClassVar[str] = "skylimb list"
+
+    def __call__(self) -> int:
+        """Print the three lists."""
+        import skylimb
+
+        output.names("Experiments", skylimb.list_experiments())
+        output.names("Controllers", skylimb.list_controllers())
+        output.names("Robots", skylimb.list_robots())
+        return 0
+
+
+@dataclass(frozen=True)
+class Show:
+    """Show an experiment, a controller or a robot in full.
+
+    For an experiment that is every key that --set can change, with its value.
+    """
+
+    examples: ClassVar[str] = """
+        skylimb show paper
+        skylimb show hybrid
+        skylimb show hydrus_xi_quad
+        skylimb show paper > mine.toml      a start for an experiment of your own
+    """
+
+    name: Annotated[
+        Positional[str], arg(metavar="NAME", help="As `skylimb list` has it, or an experiment file.")
+    ]
+
+    def __call__(self) -> int:
+        """Print it."""
+        import skylimb
+        from skylimb.config import write_toml
+        from skylimb.control.preset import preset_mapping
+
+        experiments, controllers, robots = (
+            skylimb.list_experiments(),
+            skylimb.list_controllers(),
+            skylimb.list_robots(),
+        )
+        if self.name in experiments or self.name.endswith(".toml"):
+            output.toml(write_toml(skylimb.load_experiment(self.name).to_mapping()))
+        elif self.name in controllers:
+            output.toml(preset_mapping(self.name)[1].read_text(encoding="utf-8"))
+        elif self.name in robots:
+            output.robot(skylimb.load_robot(self.name))
+        else:
+            known = [*experiments, *controllers, *robots]
+            raise unknown_name("experiment, controller or robot", self.name, known)
+        return 0
+
+
+@dataclass(frozen=True)
+class Report:
+    """Write a folder's report and figures anew, from its logs alone."""
+
+    examples: ClassVar[str] = "skylimb report out/demo"
+
+    folder: Folder
+
+    def __call__(self) -> int:
+        """Draw again."""
+        from skylimb.analysis import write_report
+        from skylimb.recording import load_runs
+
+        runs = load_runs(self.folder)
+        with output.working("drawing figures and report"):
+            write_report(runs, self.folder)
+        output.scores(runs)
+        output.places(Path(self.folder))
+        return 0
+
+
+@dataclass(frozen=True)
+class View:
+    """Watch a flight again in MuJoCo's viewer; without a display, say which files to open."""
+
+    examples: ClassVar[str] = """
+        skylimb view out/demo/hybrid
+        skylimb view out/demo --speed 0.5
+    """
+
+    folder: Folder
+    speed: Annotated[float, arg(metavar="X", help="Times the real speed.")] = 1.0
+
+    def __call__(self) -> int:
+        """Play."""
+        from skylimb.cli.viewer import replay
+        from skylimb.recording import load_runs
+
+        if not self.speed > 0.0:
+            raise ConfigError(f"--speed = {self.speed:g} must be positive")
+        replay(load_runs(self.folder), Path(self.folder), self.speed)
+        return 0
+
+
+@dataclass(frozen=True)
+class VerifyContact:
+    """Hold the simulated contact against theory, row by row.
+
+    Each row is a small test rig and the figure that mechanics predicts for it. The exit code is 1 when a row
+    fails.
+    """
+
+    examples: ClassVar[str] = """
+        skylimb verify-contact
+        skylimb verify-contact --out out/contact
+    """
+
+    out: Annotated[
+        str,
+        arg(
+            metavar="DIR",
+            help="New folder for the table and its figures; by default none.",
+            help_behavior_hint="",
+        ),
+    ] = ""
+
+    def __call__(self) -> int:
+        """Run every rig."""
+        folder = new_folder(self.out, "") if self.out else None
+        from skylimb.verification import verify_contact
+
+        with output.claims() as progress:
+            rows = verify_contact(folder, progress)
+        code = output.verification(rows)
+        if folder:
+            output.places(folder)
+        return code

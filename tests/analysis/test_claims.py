@@ -1,0 +1,66 @@
+"""The paper's numbers and claims, held against runs."""
+
+import pytest
+
+from skylimb.analysis.claims import check_claims
+from skylimb.analysis.paper_numbers import PUBLISHED, published
+from skylimb.recording import Run
+
+NAMES = ("pid", "impedance", "admittance", "hybrid")
+
+
+def with_scores(make_log, **scores):
+    """Runs that score what the paper printed, unless said otherwise."""
+    runs = {}
+    for name in NAMES:
+        numbers = dict(vars(PUBLISHED[name])) | scores.get(name, {})
+        runs[name] = Run(name, name, make_log(name, slide=1.0), numbers)
+    return runs
+
+
+def test_the_papers_numbers():
+    assert [published(name, "error_y_median") for name in NAMES] == [0.134, 0.079, 0.105, 0.083]
+    assert [published(name, "displacement_x_median") for name in NAMES] == [0.133, 0.137, 0.088, 0.084]
+    assert [published(name, "estimated_force_x_median") for name in NAMES] == [-1.190, -0.453, -0.712, -0.328]
+    assert published("pid", "error_z_median") is None
+    assert published("mine", "error_y_median") is None
+    assert published("pid", "error_y_median", "another experiment") is None
+
+
+def test_the_paper_agrees_with_itself(make_log):
+    claims = check_claims(with_scores(make_log))
+    assert len(claims) == 5
+    assert all(claim.holds for claim in claims[:4])
+    assert claims[1].paper.endswith("0.61")
+    assert claims[1].ours.endswith("0.61")
+    assert claims[2].paper.endswith("0.66")
+
+
+@pytest.mark.parametrize(
+    ("which", "scores"),
+    [
+        (0, {"hybrid": {"error_y_median": 0.2}}),
+        (1, {"hybrid": {"displacement_x_median": 0.14}}),
+        (2, {"admittance": {"displacement_x_median": 0.14}}),
+        (3, {"hybrid": {"estimated_force_x_median": -0.5}}),
+    ],
+)
+def test_a_claim_that_does_not_hold_is_not_said_to(make_log, which, scores):
+    assert not check_claims(with_scores(make_log, **scores))[which].holds
+
+
+def test_the_spread_of_the_force_is_measured(make_log):
+    runs = with_scores(make_log)
+    runs["pid"].log.external_force_estimate[::2, 0] = -3.0
+    assert check_claims(runs)[4].holds
+    runs["hybrid"].log.external_force_estimate[::2, 0] = -5.0
+    assert not check_claims(runs)[4].holds
+
+
+def test_claims_need_finished_flights_of_the_papers_experiment(make_log):
+    runs = with_scores(make_log)
+    runs["pid"] = Run("pid", "pid", make_log("pid", status="FAILED", cause="x", slide=1.0), {})
+    assert len(check_claims(runs)) == 1  # only hybrid against impedance is left
+    for run in runs.values():
+        run.log.attrs["experiment"] = "mine"
+    assert check_claims(runs) == []

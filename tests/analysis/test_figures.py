@@ -1,0 +1,192 @@
+"""Every figure draws any number of runs, failed ones among them, and shows what it says."""
+
+import json
+import subprocess
+import sys
+
+import matplotlib
+import numpy as np
+import pytest
+from matplotlib.colors import to_hex
+from PIL import Image
+
+from skylimb.analysis import style, write_figures
+from skylimb.analysis.figures import PLATES, boxes, over_time, pose_strip, traces
+from skylimb.analysis.style import CONTROLLER_COLOURS, colours
+from skylimb.recording import Run
+
+FILES = {plate.name for plate in PLATES}
+
+
+def used(figure):
+    return [ax for ax in figure.axes if ax.axison]
+
+
+def height(line):
+    return float(np.asarray(line.get_ydata())[0])
+
+
+def texts(figure):
+    figure.draw_without_rendering()
+    found = [ax.get_title() for ax in figure.axes] + [
+        text.get_text() for ax in figure.axes for text in ax.texts
+    ]
+    labels = [tick.get_text() for ax in figure.axes for tick in ax.get_xticklabels()]
+    return found + labels
+
+
+@pytest.mark.parametrize("count", [1, 3, 6])
+@pytest.mark.parametrize("plate", PLATES, ids=lambda plate: plate.name)
+def test_every_figure_draws_any_number_of_runs(make_run, plate, count, tmp_path):
+    runs = {f"flight {i}": make_run("hybrid", f"flight {i}", slide=2.0, dt=0.02) for i in range(count)}
+    for path in style.save(plate.draw(runs), tmp_path / plate.name):
+        assert path.stat().st_size > 3000
+
+
+@pytest.mark.parametrize("plate", PLATES, ids=lambda plate: plate.name)
+def test_a_failed_flight_is_named_as_one(four_runs, plate):
+    words = " ".join(texts(plate.draw(four_runs))) + " ".join(
+        ax.get_ylabel() for ax in plate.draw(four_runs).axes
+    )
+    assert "failed" in words
+
+
+@pytest.mark.parametrize("plate", PLATES, ids=lambda plate: plate.name)
+def test_a_flight_lost_before_it_touched_is_drawn_too(make_log, plate, tmp_path):
+    log = make_log(status="FAILED", cause="fell").isel(time=slice(0, 150))
+    runs = {"pid": Run("pid", "pid", log, {}), "hybrid": Run("hybrid", "hybrid", log, {})}
+    for path in style.save(plate.draw(runs), tmp_path / plate.name):
+        assert path.exists()
+
+
+def test_only_figures_that_compare_need_several_runs(make_run, tmp_path):
+    run = make_run(slide=2.0)
+    write_figures({"a": run}, tmp_path / "one")
+    names = {path.name for path in (tmp_path / "one").iterdir()}
+    assert names == {
+        f"{plate.name}.{kind}" for plate in PLATES if not plate.compares for kind in ("png", "pdf")
+    }
+    write_figures({"a": run, "b": run}, tmp_path / "two")
+    assert {path.stem for path in (tmp_path / "two").iterdir()} == FILES
+
+
+def test_a_flight_that_touched_nothing_has_no_pen_trace(make_run, tmp_path):
+    run = make_run(slide=2.0)
+    free = Run("free", "hybrid", run.log.assign(contact=0 * run.log.contact), {})
+    write_figures({"free": free}, tmp_path / "free")
+    names = {path.stem for path in (tmp_path / "free").iterdir()}
+    assert names == {"cog_tracking", "contact_direction", "poses"}
+    write_figures({"free": free, "run": run}, tmp_path / "both")
+    assert {path.stem for path in (tmp_path / "both").iterdir()} == FILES
+
+
+def test_a_ceiling_is_no_line_when_seen_from_above(make_run):
+    run = make_run(slide=2.0)
+
+    def boards(run):
+        figure = pose_strip.poses({"a": run})
+        return sum(line.get_color() == pose_strip.BOARD for ax in figure.axes for line in ax.lines)
+
+    assert boards(run) == 5
+    down = json.loads(run.log.attrs["surface"]) | {"axis_v": [1.0, 0.0, 0.0], "normal": [0.0, 0.0, -1.0]}
+    over = Run("a", "hybrid", run.log.assign_attrs(surface=json.dumps(down)), {})
+    assert boards(over) == 0
+
+
+def test_files_are_sharp_and_embed_their_fonts(make_run, tmp_path):
+    picture, document = style.save(over_time.cog_tracking({"a": make_run(slide=2.0)}), tmp_path / "x")
+    with Image.open(picture) as image:
+        assert round(image.info["dpi"][0]) == style.DPI
+        assert image.width == pytest.approx(style.DPI * 0.75 * style.WIDTH, abs=2)
+    content = document.read_bytes()
+    assert b"/FontFile2" in content
+    assert b"/Type3" not in content
+
+
+def test_a_picture_does_not_depend_on_when_it_is_drawn(make_run, tmp_path):
+    runs = {"a": make_run(slide=2.0)}
+    first = [path.read_bytes() for path in style.save(pose_strip.poses(runs), tmp_path / "x")]
+    assert first[0] == style.save(pose_strip.poses(runs), tmp_path / "y")[0].read_bytes()
+
+
+def test_pen_traces_show_what_was_drawn(make_run):
+    run = make_run(error=(0.0, 0.05, 0.0))
+    (ax,) = used(traces.pen_traces({"hybrid": run}))
+    nominal, trace, first = ax.lines
+    drawn = np.array(trace.get_data()).T
+    meant = np.array(nominal.get_data()).T
+    # +y is to the left for the robot; the pen is pushed 50 mm there, and tilted onto the board's plane.
+    assert np.mean(drawn[:, 0]) - np.mean(meant[:, 0]) == pytest.approx(
+        -0.05 / np.cos(np.radians(20)), abs=0.02
+    )
+    assert np.ptp(drawn[:, 1]) == pytest.approx(0.6, abs=0.01)
+    assert np.array(first.get_data()).ravel() == pytest.approx(drawn[0])
+    assert to_hex(trace.get_color()).upper() == CONTROLLER_COLOURS["hybrid"].upper()
+
+
+def test_contact_is_shaded_where_there_is_contact(make_run):
+    run = make_run(slide=4.0)
+    figure = over_time.cog_tracking({"hybrid": run})
+    touching = run.log.time.values[run.log.contact.values > 0]
+    for ax in used(figure):
+        (shade,) = ax.patches
+        box = shade.get_path().transformed(shade.get_patch_transform()).get_extents()
+        assert (box.x0, box.x1) == pytest.approx((touching[0], touching[-1]))
+
+
+def test_adaptation_is_shaded_only_where_the_arm_adapts(make_run):
+    colour = style.ADAPTATION.lower()
+
+    def shaded(run):
+        figure = over_time.contact_direction({"a": run})
+        return any(to_hex(patch.get_facecolor()) == colour for ax in used(figure) for patch in ax.patches)
+
+    assert shaded(make_run("hybrid"))
+    assert not shaded(make_run("impedance"))
+
+
+def test_boxes_stand_at_the_scores_and_the_papers_medians_beside_them(four_runs):
+    figure = boxes.sliding_errors(four_runs)
+    left, right = used(figure)
+    heights = {round(height(line), 6) for line in left.lines if line.get_linewidth() == 1.6}
+    scores = {round(run.metrics["error_y_median"], 6) for run in four_runs.values() if not run.failed}
+    assert heights == scores
+    diamonds = [height(line) for line in left.lines if line.get_marker() == "D"]
+    assert diamonds == [0.134, 0.079, 0.105, 0.083]
+    assert not [line for line in right.lines if line.get_marker() == "D"]  # the paper prints no z
+
+
+def test_the_papers_medians_only_stand_beside_the_papers_experiment(make_run):
+    run = make_run("pid")
+    run.log.attrs["experiment"] = "mine"
+    left, _ = used(boxes.sliding_errors({"pid": run, "other": run}))
+    assert not [line for line in left.lines if line.get_marker() == "D"]
+
+
+def test_poses_come_at_quarters_of_the_lap(make_run):
+    run = make_run("hybrid", slide=6.0)
+    figure = pose_strip.poses({"hybrid": run})
+    titles = [float(ax.get_title().removeprefix("t = ").removesuffix(" s")) for ax in figure.axes]
+    assert titles == pytest.approx([0.0, 1.5, 3.0, 4.5, 6.0], abs=0.02)
+    shown = [next(text.get_text() for text in ax.texts if "reach" in text.get_text()) for ax in figure.axes]
+    reach = run.log.reach.values[run.log.phase.values == 4]
+    assert shown == [f"reach {reach[round(f * (len(reach) - 1))]:.2f} m" for f in pose_strip.FRACTIONS]
+
+
+def test_each_run_has_a_colour_of_its_own(make_run):
+    names = ("pid", "impedance", "admittance", "hybrid")
+    runs = {name: make_run(name, slide=1.0, dt=0.02) for name in names}
+    assert colours(runs) == CONTROLLER_COLOURS
+    same = {f"hybrid {i}": Run(f"hybrid {i}", "hybrid", runs["hybrid"].log, {}) for i in range(6)}
+    assert len(set(colours(same).values())) == 6
+
+
+def test_the_callers_settings_are_left_alone(make_run):
+    before = dict(matplotlib.rcParams)
+    pose_strip.poses({"a": make_run(slide=1.0)})
+    assert dict(matplotlib.rcParams) == before
+
+
+def test_drawing_needs_no_pyplot():
+    code = "import sys, skylimb.analysis.figures; sys.exit('matplotlib.pyplot' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

@@ -1,0 +1,42 @@
+"""Phases, axes and stretches of time."""
+
+import numpy as np
+import pytest
+
+from skylimb.analysis.signals import adapting, in_contact, in_phase, phase_names, spans, surface_of
+from skylimb.errors import UnknownNameError
+
+
+def test_phases(make_log):
+    log = make_log(slide=6.0)
+    assert list(phase_names(log)) == ["hover", "tare", "approach", "settle", "slide", "retreat", "hover_end"]
+    assert in_phase(log, "slide").sum() == 1200
+    with pytest.raises(UnknownNameError, match="did you mean 'slide'"):
+        in_phase(log, "slides")
+    assert not in_phase(log.drop_vars("phase"), "slide").any()
+
+
+def test_spans():
+    time = np.arange(10.0)
+    mask = np.array([1, 1, 0, 0, 1, 0, 1, 1, 1, 0], dtype=bool)
+    assert spans(time, mask) == [(0.0, 1.0), (4.0, 4.0), (6.0, 8.0)]
+    assert spans(time, mask, bridge=2.0) == [(0.0, 1.0), (4.0, 8.0)]
+    assert spans(time, ~mask & False) == []
+    assert spans(time, mask | True) == [(0.0, 9.0)]
+
+
+def test_contact_and_adaptation(make_log):
+    log = make_log("hybrid")
+    assert in_contact(log).sum() == (log.contact == 1).sum()
+    assert adapting(log).any()
+    assert not adapting(make_log("pid")).any()
+    bare = log.drop_vars(["contact", "reach_command"])
+    assert not in_contact(bare).any()
+    assert not adapting(bare).any()
+
+
+def test_a_log_without_a_surface_has_none(make_log):
+    log = make_log()
+    assert (surface_of(log) or {})["kind"] == "board"
+    assert surface_of(log.assign_attrs(surface="")) is None
+    assert surface_of(log.assign_attrs(surface='{"kind": "air"}')) is None

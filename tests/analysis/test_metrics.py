@@ -1,0 +1,122 @@
+"""Metrics against signals whose scores are known beforehand."""
+
+import json
+
+import numpy as np
+import pytest
+
+from skylimb.analysis import metrics
+from skylimb.analysis.metrics import DESCRIPTIONS, NUMERIC_KEYS, moving_mean
+
+
+def sliding(log):
+    return log.phase.values == 4
+
+
+def test_exactly_the_promised_keys(make_log):
+    assert tuple(metrics(make_log())) == ("status", *NUMERIC_KEYS)
+    assert set(DESCRIPTIONS) == set(NUMERIC_KEYS)
+
+
+def test_known_signals_give_known_scores(make_log):
+    scores = metrics(make_log(error=(-0.10, 0.05, -0.02)))
+    assert scores["status"] == "OK"
+    assert scores["error_y_median"] == pytest.approx(0.05, abs=1e-12)
+    assert scores["error_z_median"] == pytest.approx(0.02, abs=1e-12)
+    assert scores["displacement_x_median"] == pytest.approx(0.10, abs=1e-12)
+    assert scores["estimated_force_x_median"] == pytest.approx(-1.0)
+    assert scores["contact_force_normal_mean"] == pytest.approx(1.0)
+    assert scores["contact_force_normal_std"] == pytest.approx(0.0, abs=1e-12)
+    assert scores["contact_force_normal_peak"] == pytest.approx(1.0)
+    assert scores["contact_fraction"] == 1.0
+    assert scores["tilt_max"] == pytest.approx(0.01)
+
+
+def test_only_the_sliding_period_counts(make_log):
+    log = make_log()
+    before = metrics(log)
+    outside = ~sliding(log)
+    for name in ("cog_position", "external_force_estimate", "contact_force_normal", "contact_duty", "tilt"):
+        log[name][outside] = 99.0
+    assert metrics(log) == before
+
+
+def test_medians_of_absolute_errors_and_signed_force(make_log):
+    log = make_log(error=(0.0, 0.0, 0.0))
+    slide = np.flatnonzero(sliding(log))
+    sign = np.where(np.arange(len(slide)) % 2 == 0, 1.0, -1.0)
+    log.cog_position[slide, 1] += 0.07 * sign
+    log.external_force_estimate[slide, 0] = np.linspace(-3.0, 1.0, len(slide))
+    scores = metrics(log)
+    assert scores["error_y_median"] == pytest.approx(0.07)
+    assert scores["estimated_force_x_median"] == pytest.approx(-1.0)
+
+
+def test_mean_std_and_fraction_of_a_bouncing_contact(make_log):
+    log = make_log()
+    slide = np.flatnonzero(sliding(log))
+    on = np.arange(len(slide)) % 4 == 0
+    log.contact_force_normal[slide] = 2.0 * on
+    log.contact_duty[slide] = 0.5 * on
+    scores = metrics(log)
+    assert scores["contact_force_normal_mean"] == pytest.approx(0.5, rel=1e-3)
+    assert scores["contact_force_normal_std"] == pytest.approx(np.sqrt(0.25 * 0.75) * 2.0, rel=1e-3)
+    assert scores["contact_fraction"] == pytest.approx(0.125, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("dt", "expected"), [(0.001, 1.0), (0.002, 2.0), (0.005, 5.0), (0.010, 10.0), (0.020, 10.0)]
+)
+def test_peak_is_that_of_a_10_ms_mean(make_log, dt, expected):
+    log = make_log(dt=dt)
+    log.contact_force_normal[:] = 0.0
+    log.contact_force_normal[np.flatnonzero(sliding(log))[100]] = 10.0
+    assert metrics(log)["contact_force_normal_peak"] == pytest.approx(expected)
+
+
+def test_the_flag_stands_in_for_the_duty(make_log):
+    log = make_log().drop_vars("contact_duty")
+    slide = np.flatnonzero(sliding(log))
+    log.contact[slide[: len(slide) // 2]] = 0
+    assert metrics(log)["contact_fraction"] == pytest.approx(0.5, abs=1e-3)
+
+
+def test_a_failed_flight_is_not_scored(make_log):
+    scores = metrics(make_log(status="FAILED", cause="tilt above 1 rad"))
+    assert scores == {"status": "FAILED", "cause": "tilt above 1 rad", **dict.fromkeys(NUMERIC_KEYS)}
+    assert "NaN" not in json.dumps(scores, allow_nan=False)
+
+
+def test_without_a_sliding_period_or_a_signal_there_is_no_number(make_log):
+    log = make_log()
+    hover = metrics(log.isel(time=slice(0, 100)))
+    assert hover == {"status": "OK", **dict.fromkeys(NUMERIC_KEYS)}
+    real = metrics(log.drop_vars(["contact_force_normal", "contact", "contact_duty"]))
+    assert real["contact_force_normal_mean"] is None
+    assert real["contact_fraction"] is None
+    assert real["error_y_median"] is not None
+
+
+def test_the_axes_come_from_the_log(make_log):
+    log = make_log(error=(0.10, 0.05, -0.02)).assign_attrs(contact_axis="z", sliding_axes=["x", "y"])
+    scores = metrics(log)
+    assert scores["displacement_x_median"] == pytest.approx(0.02, abs=1e-12)
+    assert scores["error_y_median"] == pytest.approx(0.10, abs=1e-12)
+    assert metrics(log.assign_attrs(sliding_axes="x y")) == scores
+    vectors = {"contact_axis": [0.0, 0.0, 1.0], "sliding_axes": [1.0, 0.0, 0.0, 0.0, 1.0, 0.0]}
+    assert metrics(log.assign_attrs(vectors)) == scores
+
+
+def test_errors_are_measured_along_oblique_axes(make_log):
+    c, s = np.cos(0.3), np.sin(0.3)
+    turned = {"contact_axis": [c, s, 0.0], "sliding_axes": [-s, c, 0.0, 0.0, 0.0, 1.0]}
+    scores = metrics(make_log(error=(0.10 * c, 0.10 * s, -0.02)).assign_attrs(turned))
+    assert scores["displacement_x_median"] == pytest.approx(0.10, abs=1e-12)
+    assert scores["error_y_median"] == pytest.approx(0.0, abs=1e-12)
+    assert scores["error_z_median"] == pytest.approx(0.02, abs=1e-12)
+
+
+def test_moving_mean_of_a_ramp_is_its_middle():
+    time = 0.001 * np.arange(50)
+    np.testing.assert_allclose(moving_mean(time, time, 0.010), time[:41] + 0.0045)
+    np.testing.assert_allclose(moving_mean(time, time, 1.0), [time.mean()])

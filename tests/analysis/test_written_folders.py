@@ -1,0 +1,198 @@
+"""What a run and a comparison leave on disk, and that it is all or nothing."""
+
+import base64
+import csv
+import json
+import re
+import shutil
+from html.parser import HTMLParser
+
+import pytest
+import xarray as xr
+
+from skylimb.analysis import load_runs, output, style, write_comparison, write_report, write_run
+from skylimb.analysis.metrics import NUMERIC_KEYS
+from skylimb.errors import OutputError
+from skylimb.recording import Run
+
+
+@pytest.fixture(autouse=True, scope="module")
+def coarse_pictures():
+    """What stands in the pictures is tested elsewhere; here they only have to be there."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(style, "DPI", 40)
+        yield
+
+
+@pytest.fixture(scope="module")
+def comparison(four_runs, tmp_path_factory):
+    """The folder of a comparison, to be looked at; who changes it takes a copy."""
+    return write_comparison(four_runs, tmp_path_factory.mktemp("comparison") / "out", video=False).folder
+
+
+class Page(HTMLParser):
+    """Collects a page's pictures, links and text, and checks that its elements are closed in order."""
+
+    EMPTY = frozenset({"meta", "img", "link", "br"})
+
+    def __init__(self, text):
+        super().__init__()
+        self.open, self.found, self.text = [], [], ""
+        self.feed(text)
+        assert self.open == []
+
+    def handle_starttag(self, tag, attrs):
+        self.found.append((tag, dict(attrs)))
+        if tag not in self.EMPTY:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        self.text += data
+
+    def all(self, tag):
+        return [attrs for name, attrs in self.found if name == tag]
+
+
+def test_a_run_leaves_its_files(make_run, tmp_path):
+    run = make_run(slide=2.0)
+    written = write_run(run, tmp_path / "out", video=False)
+    assert written.folder == tmp_path / "out"
+    assert written.warnings == ()
+    names = {path.name for path in (tmp_path / "out").iterdir()}
+    assert names == {"log.nc", "metrics.json", "config.toml", "figures"}
+    assert json.loads((tmp_path / "out/metrics.json").read_text()) == run.metrics
+    assert (tmp_path / "out/config.toml").read_text() == run.config
+    xr.testing.assert_identical(load_runs(tmp_path / "out")["hybrid"].log, Run.load(tmp_path / "out").log)
+
+
+def test_a_comparison_leaves_its_files(four_runs, comparison):
+    names = {path.name for path in (comparison).iterdir()}
+    assert names == {*four_runs, "metrics.csv", "report.html", "figures"}
+    with (comparison / "metrics.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [row["run"] for row in rows] == list(four_runs)
+    assert list(rows[0]) == ["run", "controller", "status", "cause", *NUMERIC_KEYS]
+    for row, run in zip(rows, four_runs.values(), strict=True):
+        assert row["status"] == run.status
+        assert row["cause"] == run.cause
+        for key in NUMERIC_KEYS:
+            assert (float(row[key]) if row[key] else None) == run.metrics[key]
+    assert list(load_runs(comparison)) == list(four_runs)
+    failed = json.loads((comparison / "admittance/metrics.json").read_text())
+    assert failed["status"] == "FAILED"
+    assert failed["cause"]
+    assert failed["tilt_max"] is None
+
+
+def test_the_report_is_one_file_that_says_it_all(comparison):
+    page = Page((comparison / "report.html").read_text(encoding="utf-8"))
+    pictures = page.all("img")
+    assert len(pictures) == 6
+    for picture in pictures:
+        assert len(picture["alt"]) > 40
+        kind, data = picture["src"].split(",")
+        assert kind == "data:image/png;base64"
+        assert base64.b64decode(data)[1:4] == b"PNG"
+    assert page.all("link") + page.all("script") == []
+    for link in page.all("a"):
+        assert (comparison / link["href"]).is_file()
+    assert "Z. Luo" in page.text
+    for words in ("tilt above 1 rad at t = 5.00 s", "3 of 4 flights finished", "paper 0.134", "seed 3"):
+        assert words in page.text
+    assert "skylimb compare paper --controllers pid impedance admittance hybrid --seed 3" in page.text
+    assert "nan" not in re.sub(r"[^a-z ]", " ", page.text.lower()).split()
+
+
+def test_words_of_the_users_are_not_taken_for_markup(make_log, tmp_path):
+    log = make_log(status="FAILED", cause="<b>1 & 2</b>", slide=1.0)
+    runs = {"a<i>b".replace("<i>", "-"): Run("a-b", "<script>x</script>", log, {})}
+    write_comparison(runs, tmp_path / "out", video=False)
+    text = (tmp_path / "out/report.html").read_text()
+    assert "<script>" not in text
+    assert "&lt;b&gt;1 &amp; 2&lt;/b&gt;" in text
+
+
+@pytest.mark.parametrize("write", [write_run, write_comparison])
+def test_an_existing_folder_is_refused_before_anything_is_drawn(make_run, tmp_path, monkeypatch, write):
+    run = make_run(slide=1.0)
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out/mine").write_text("mine")
+    monkeypatch.setattr(output, "write_figures", lambda *_: pytest.fail("must not draw"))
+    with pytest.raises(OutputError, match="exists already"):
+        write(run if write is write_run else {"a": run}, tmp_path / "out", video=False)
+    assert [path.name for path in tmp_path.rglob("*")] == ["out", "mine"]
+
+
+def test_an_error_on_the_way_leaves_nothing(make_run, tmp_path, monkeypatch):
+    def fail(*_):
+        raise RuntimeError("disk on fire")
+
+    monkeypatch.setattr(output, "render_report", fail)
+    with pytest.raises(RuntimeError, match="disk on fire"):
+        write_comparison({"a": make_run(slide=1.0)}, tmp_path / "deep" / "out", video=False)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", ["../up", "figures", ".hidden", "a/b", ""])
+def test_names_that_cannot_be_folders_are_refused(make_run, tmp_path, name):
+    with pytest.raises(OutputError, match="cannot be the name of a folder"):
+        write_comparison({name: make_run(slide=1.0)}, tmp_path / "out", video=False)
+    with pytest.raises(OutputError, match="at least one run"):
+        write_comparison({}, tmp_path / "out", video=False)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_video_that_cannot_be_drawn_is_a_warning(make_run, tmp_path, monkeypatch, caplog):
+    def fail(*_):
+        raise OutputError("no video of 'hybrid': no off-screen renderer works here")
+
+    monkeypatch.setattr(output, "write_video", fail)
+    written = write_run(make_run(slide=1.0), tmp_path / "out")
+    assert written.warnings == ("no video of 'hybrid': no off-screen renderer works here",)
+    assert "no off-screen renderer" in caplog.text
+    assert (tmp_path / "out/log.nc").is_file()
+    assert not (tmp_path / "out/video.mp4").exists()
+
+
+def test_a_report_can_be_made_anew_from_the_logs_alone(comparison, tmp_path):
+    folder = shutil.copytree(comparison, tmp_path / "out")
+    whole = {path.relative_to(folder) for path in folder.rglob("*")}
+    kept = (folder / "pid/log.nc").read_bytes()
+    wanted = (folder / "metrics.csv").read_text()
+    for path in [
+        *folder.rglob("*.png"),
+        *folder.rglob("*.pdf"),
+        folder / "report.html",
+        folder / "pid/metrics.json",
+    ]:
+        path.unlink()
+    (folder / "metrics.csv").write_text("run\npid\nimpedance\nadmittance\nhybrid\n")
+    (folder / "pid" / "video.mp4").write_bytes(b"film")
+    assert write_report(load_runs(folder), folder) == folder / "report.html"
+    (folder / "pid" / "video.mp4").unlink()
+    assert {path.relative_to(folder) for path in folder.rglob("*")} == whole
+    assert (folder / "metrics.csv").read_text() == wanted
+    assert (folder / "pid/log.nc").read_bytes() == kept
+    page = Page((folder / "report.html").read_text())
+    assert base64.b64decode(page.all("video")[0]["src"].split(",")[1]) == b"film"
+
+
+def test_a_single_run_can_have_a_report_as_well(make_run, tmp_path):
+    folder = write_run(make_run(slide=2.0), tmp_path / "out", video=False).folder
+    write_report(load_runs(folder), folder)
+    page = Page((folder / "report.html").read_text())
+    assert len(page.all("img")) == 4
+    assert "skylimb run paper --controller hybrid --seed 3" in page.text
+    with pytest.raises(OutputError, match="does not exist"):
+        write_report({}, tmp_path / "nowhere")
+
+
+def test_large_videos_are_linked_and_not_put_into_the_page(make_run, tmp_path, monkeypatch):
+    monkeypatch.setattr("skylimb.analysis.report.EMBED_BYTES", 3)
+    folder = write_comparison({"a": make_run(slide=1.0)}, tmp_path / "out", video=False).folder
+    (folder / "a/video.mp4").write_bytes(b"film")
+    write_report(load_runs(folder), folder)
+    assert Page((folder / "report.html").read_text()).all("video")[0]["src"] == "a/video.mp4"

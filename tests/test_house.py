@@ -1,0 +1,223 @@
+"""The documents, the import rules and the files around the code."""
+
+import ast
+import importlib
+import itertools
+import re
+import shlex
+import subprocess
+import sys
+import tomllib
+from importlib.metadata import packages_distributions
+from pathlib import Path
+
+import pytest
+
+import skylimb
+from skylimb.cli.arguments import parse
+from skylimb.cli.commands import VERBS
+
+ROOT = Path(__file__).parents[1]
+DOCUMENTS = sorted([ROOT / "README.md", ROOT / "CHANGELOG.md", *(ROOT / "docs").glob("*.md")])
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+
+documents = pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
+
+
+def blocks(text: str, language: str) -> list[str]:
+    return re.findall(rf"^```{language}\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
+
+
+def without_code(text: str) -> str:
+    return re.sub(r"^```.*?^```", "", text, flags=re.DOTALL | re.MULTILINE)
+
+
+def anchors(document: Path) -> set[str]:
+    titles = re.findall(r"^#+ (.*)$", without_code(document.read_text(encoding="utf-8")), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in titles}
+
+
+def tracked_files() -> list[Path]:
+    listed = subprocess.run(
+        ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    if listed.returncode != 0:
+        pytest.skip("not a git checkout")
+    return [path for name in listed.stdout.split("\0") if name and (path := ROOT / name).is_file()]
+
+
+def test_the_import_rules_are_kept() -> None:
+    from importlinter.cli import EXIT_STATUS_SUCCESS, lint_imports
+
+    assert lint_imports(config_filename=str(ROOT / "pyproject.toml"), no_cache=True) == EXIT_STATUS_SUCCESS
+
+
+@documents
+def test_links_lead_somewhere(document: Path) -> None:
+    text = without_code(document.read_text(encoding="utf-8"))
+    for target in re.findall(r"\]\(([^)\s]+)\)", text):
+        if target.startswith(("https://", "http://")):
+            continue
+        path, _, anchor = target.partition("#")
+        found = (document.parent / path).resolve() if path else document
+        assert found.exists(), f"{document.name} links to {target}"
+        assert not anchor or anchor in anchors(found), f"{document.name} links to {target}"
+
+
+@documents
+def test_commands_in_the_documents_can_be_typed(document: Path) -> None:
+    made = re.findall(r"^(\w+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
+    lines = "".join(blocks(document.read_text(encoding="utf-8"), "console")).splitlines()
+    for line in lines:
+        program, *words = shlex.split(line)
+        if program == "make":
+            assert set(words) <= set(made), line
+        elif program == "skylimb":
+            verb, *rest = words
+            assert parse(verb, VERBS[verb], rest), line
+        else:
+            assert program in {".", "python"}, line
+
+
+@documents
+def test_files_that_the_documents_name_exist(document: Path) -> None:
+    text = document.read_text(encoding="utf-8")
+    named = re.findall(r"`((?:src|tests|examples|benchmarks|docs)/[\w./-]+)`", text)
+    for name in named:
+        assert (ROOT / name).exists(), f"{document.name} names {name}"
+
+
+def test_python_in_the_documents_runs() -> None:
+    for document in DOCUMENTS:
+        for code in blocks(document.read_text(encoding="utf-8"), "python"):
+            if code.startswith("import skylimb"):
+                exec(compile(code, str(document), "exec"), {})
+
+
+def test_files_in_the_guide_are_what_they_say(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    guide = (ROOT / "docs" / "extending.md").read_text(encoding="utf-8")
+    written = re.findall(r"^```\w+\n# file: (\S+)\n(.*?)^```", guide, re.DOTALL | re.MULTILINE)
+    for name, text in written:
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    robot = skylimb.load_robot("hydrus_xi_quad")
+    for name in ("slow_line.toml", "pillar.toml", "mine.toml"):
+        assert skylimb.load_experiment(name).description
+    for name in ("firm.toml", "springy.toml"):
+        assert skylimb.load_controller(name, robot).name == name.removesuffix(".toml")
+    assert {name for name, _ in written} == {path.name for path in tmp_path.glob("*.*")}
+
+
+def test_the_paper_map_names_what_there_is() -> None:
+    text = (ROOT / "docs" / "paper_map.md").read_text(encoding="utf-8")
+    functions = re.findall(r"`(skylimb\.[\w.]+)`", text)
+    tests = re.findall(r"`(tests/[\w./]+)::(\w+)`", text)
+    assert len(functions) > 20
+    assert len(tests) > 20
+    for name in functions:
+        found, parts = None, name.split(".")
+        for cut in range(len(parts), 0, -1):
+            try:
+                found = importlib.import_module(".".join(parts[:cut]))
+            except ModuleNotFoundError:
+                continue
+            for attribute in parts[cut:]:
+                found = getattr(found, attribute)
+            break
+        assert found is not None, name
+    for path, name in tests:
+        tree = ast.parse((ROOT / path).read_text(encoding="utf-8"))
+        assert name in {node.name for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)}, name
+
+
+def test_every_label_in_the_code_is_on_the_paper_map() -> None:
+    text = (ROOT / "docs" / "paper_map.md").read_text(encoding="utf-8").replace("*", "")
+    labels = sorted(re.findall(r"eq:[\w \-]+\w", text), key=len, reverse=True)
+    for path in (ROOT / "src").rglob("*.py"):
+        flat = " ".join(path.read_text(encoding="utf-8").split())
+        for at in [match.start() for match in re.finditer(r"eq:", flat)]:
+            assert flat[at:].startswith(tuple(labels)), f"{path}: {flat[at : at + 50]}"
+
+
+def test_versions_agree() -> None:
+    version = PROJECT["project"]["version"]
+    assert version == skylimb.__version__
+    assert f"version: {version}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    assert f"## {version}" in (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+
+
+def imported_packages(folder: Path) -> set[str]:
+    """Top-level names that the code in a folder imports."""
+    names = set()
+    for path in folder.rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Import):
+                names |= {alias.name.partition(".")[0] for alias in node.names}
+            elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+                names.add(node.module.partition(".")[0])
+    return names
+
+
+def canonical(requirement: str) -> str:
+    return re.sub(r"[-_.]+", "-", re.split(r"[\[<>=~ ]", requirement)[0]).lower()
+
+
+def test_dependencies_are_what_is_imported() -> None:
+    declared = {canonical(requirement) for requirement in PROJECT["project"]["dependencies"]}
+    foreign = imported_packages(ROOT / "src") - set(sys.stdlib_module_names) - {"skylimb"}
+    providers = packages_distributions()
+    for name in foreign:
+        assert {canonical(provider) for provider in providers[name]} & declared, f"{name} is not declared"
+    # xarray writes NetCDF through h5netcdf, and that through h5py; neither is imported by name.
+    provided = {canonical(provider) for name in foreign for provider in providers[name]} | {
+        "h5netcdf",
+        "h5py",
+    }
+    assert declared <= provided, f"declared but not imported: {sorted(declared - provided)}"
+
+
+def test_every_dependency_is_pinned() -> None:
+    lines = (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines()
+    pins = [line for line in lines if line and not line.startswith("#")]
+    assert all(re.fullmatch(r"[\w.\-]+==[\w.]+", line) for line in pins)
+    pinned = {canonical(line) for line in pins}
+    project = PROJECT["project"]
+    wanted = [*project["dependencies"], *itertools.chain(*project["optional-dependencies"].values())]
+    for requirement in wanted:
+        assert canonical(requirement) in pinned, requirement
+
+
+def test_files_beside_the_code_are_packaged() -> None:
+    patterns = PROJECT["tool"]["setuptools"]["package-data"]["skylimb"]
+    package = ROOT / "src" / "skylimb"
+    packaged = {path for pattern in patterns for path in package.glob(pattern)}
+    beside = {
+        path
+        for path in tracked_files()
+        if path.is_relative_to(package) and path.suffix != ".py" and path.name != "py.typed"
+    }
+    assert beside <= packaged
+
+
+def test_nothing_tells_of_the_machine_it_was_made_on() -> None:
+    leaks = [
+        r"(?<![\w.])/(?:root|home|work|opt|mnt|tmp|Users)/\w",
+        r"[A-Z]:\\\\?Users",
+        r"(?i)extra-index-url|find-links|trusted-host|pypi\.org|pythonhosted",
+        r"(?i)(?:api|secret|access)[_-]?(?:key|token)\s*[=:]",
+        r"BEGIN (?:RSA |OPENSSH )?PRIVATE KEY",
+    ]
+    for path in tracked_files():
+        if path == Path(__file__):
+            continue
+        try:
+            text = path.read_text(encoding="utf-8")
+        except UnicodeDecodeError:
+            continue
+        for leak in leaks:
+            found = re.search(leak, text)
+            assert found is None, f"{path.relative_to(ROOT)}: {found[0] if found else ''}"
