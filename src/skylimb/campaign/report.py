@@ -11,6 +11,7 @@ import jinja2
 import numpy as np
 
 from skylimb.analysis import style
+from skylimb.analysis.measures import describe
 from skylimb.analysis.metrics import DESCRIPTIONS
 from skylimb.campaign.figures import plates
 from skylimb.campaign.frozen import Campaign
@@ -83,7 +84,12 @@ def command(campaign: Campaign, row: Row) -> str:
     drawn = campaign.draw(row["draw"])
     experiment = campaign.experiment_of(drawn).to_mapping()
     changes: dict[str, Any] = {}
+    others = {f"controller.{key}" for key in drawn.gains} - {
+        f"controller.{key}" for key in campaign.gains_of(drawn, row["controller"])
+    }
     for key, value in {**campaign.spec.set, **drawn.values}.items():
+        if key in others:
+            continue
         # An entry of a list is set through its whole list.
         whole = key.rpartition(".")[0] if key.rpartition(".")[2].isdigit() else key
         changes[whole] = _at(experiment, whole) if not key.startswith("controller.") else value
@@ -131,7 +137,7 @@ def _rate(rate: Rate, rank: int) -> Cell:
 
 
 def _row(key: str, summary: Summary) -> tuple[str, str, list[Cell]]:
-    text, unit = DESCRIPTIONS[key]
+    text, unit = describe(key)
     ranks = summary.ranks.get(key, [0] * len(summary.medians[key]))
     cells = [
         Cell(_number(middle), f"{_number(low)} .. {_number(high)}", place)

@@ -134,7 +134,7 @@ def campaign(
     ranks: Mapping[str, Sequence[int]],
 ) -> None:
     """Success rates and medians of a campaign's controllers, each with its rank among them."""
-    from skylimb.analysis.metrics import DESCRIPTIONS
+    from skylimb.analysis.measures import describe
 
     table = _table(f"{experiment}, medians over all draws (in brackets: rank; equal ranks are ties)", "")
     for name in rates:
@@ -145,7 +145,7 @@ def campaign(
 
     table.add_row("Success rate", *(ranked(text, "success", i) for i, (text, _) in enumerate(rates.values())))
     for key, values in medians.items():
-        label, unit = DESCRIPTIONS[key]
+        label, unit = describe(key)
         cells = (f"{value:.3f}" if abs(value) < 1e200 else "lost" for value, _, _ in values)
         table.add_row(
             f"{label} [dim]{unit if unit != '1' else ''}[/dim]",
