@@ -154,6 +154,19 @@ def campaign(
     _console().print(table)
 
 
+def reproduction(numbers: Sequence[Sequence[str]], claims: Sequence[Sequence[str]]) -> None:
+    """The paper's numbers beside an ensemble's, and in how many draws each claim holds."""
+    console = _console()
+    table = _table("", "Number", "Controller", "Paper", "Ensemble: median (5 to 95 %)", "Paper's percentile")
+    for row in numbers:
+        table.add_row(*row)
+    console.print(table)
+    table = _table("", "Claim", "Holds in (95 % interval)", "Without loss")
+    for row in claims:
+        table.add_row(*row)
+    console.print(table)
+
+
 @contextmanager
 def claims() -> Iterator[Callable[[int, int, str], None]]:
     """One bar for the claims of the contact's verification; hands out the function that they report to."""

@@ -1,0 +1,82 @@
+"""The paper's equations as they are printed, where those cannot fly; see docs/errata.md.
+
+They are here to be shown and tested, and nowhere else: everything that flies has the corrected forms.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from skylimb.control import cascade as cascade_module
+from skylimb.control.allocation import Thrusts, allocate
+from skylimb.control.cascade import Cascade
+from skylimb.control.controller import load_controller
+from skylimb.control.preset import Slot
+from skylimb.control.shape import admittance
+from skylimb.planning.vectoring import vectoring_table
+from skylimb.robots.model import Robot
+from skylimb.symbolic import clip
+
+Acceleration = Callable[[Any, Any, Any, Any], Any]
+"""(gains, push f - f_ref, extension r_ref - r, rate r') -> r''."""
+
+
+def admittance_as_printed(gains: Any, push: Any, extension: Any, rate: Any) -> Any:
+    """eq:admittance control, m_a (r_ref'' - r'') + c_a (r_ref' - r') + k_a (r_ref - r) = f, solved for r''."""
+    return (gains.stiffness * extension - gains.damping * rate - push) / gains.mass
+
+
+def difference_as_printed(gains: Any, push: Any, extension: Any, rate: Any) -> Any:
+    """eq:difference method1, r'' = (f - k_a (r_ref - r) + c_a r') / m_a: spring and damper drive."""
+    return (push - gains.stiffness * extension + gains.damping * rate) / gains.mass
+
+
+def hybrid_with(acceleration: Acceleration, robot: Robot) -> Cascade:
+    """The hybrid preset with another equation for its arm."""
+
+    def step(gains: Any, state: admittance.State, inputs: Any, reach_limits: tuple[float, float]) -> Any:
+        push = (inputs.contact_force - gains.force_reference) * inputs.reference.adapt
+        extension = inputs.reference.reach - state.reach
+        rate = state.rate + acceleration(gains, push, extension, state.rate) * inputs.dt
+        reach = clip(state.reach + rate * inputs.dt, *reach_limits)
+        return admittance.State(reach, rate), reach
+
+    controller = load_controller("hybrid", robot)
+    if not isinstance(controller, Cascade):
+        raise TypeError("the hybrid preset is no cascade")
+    law: Any = SimpleNamespace(Gains=admittance.Gains, initial_state=admittance.initial_state, step=step)
+    slot = Slot("printed", law, controller.preset.shape.gains)
+    return replace(controller, preset=replace(controller.preset, shape=slot))
+
+
+@contextmanager
+def allocation_as_printed() -> Iterator[None]:
+    """eq:thrust translation 2 within the block: thrusts are allocated for m f_cmd."""
+
+    def printed(model: Any, R_WC: Any, force: Any, torque: Any, low: Any, high: Any) -> Thrusts:
+        return allocate(model, R_WC, force * model.mass, torque, low, high)
+
+    kept = cascade_module.allocate
+    cascade_module.allocate = printed
+    try:
+        yield
+    finally:
+        cascade_module.allocate = kept
+
+
+def leak_matrix(robot: Robot, theta: float) -> np.ndarray:
+    """Q_t pinv(Q_r), (3, 3): side force in C of a torque in C, N per N m; eq:thrust rotation 1 takes it to be 0.
+
+    Args:
+        robot: which.
+        theta: configuration angle of the paper's family of postures, rad.
+    """
+    posture = [np.pi / 2 - theta, 2 * theta, -theta]
+    Q = robot.at(posture, vectoring_table(robot).angles(theta)).allocation_C
+    return Q[:3] @ np.linalg.pinv(Q[3:])
