@@ -127,7 +127,7 @@ SETS = {
             "reach_span": ("Span of the arm's reach (5 to 95 % of the time)", "m"),
             "trace_distance": ("Median distance of the pen's trace from the desired circle", "m"),
             "trace_size": ("Width and height of the pen's trace over those of the desired circle", "1"),
-            "trace_distortion": ("Departure of the pen's trace from its own best circle, over its radius", "1"),
+            "trace_distortion": ("Departure of the pen's trace from its best circle, over the radius", "1"),
             "slip_variation": ("Standard deviation of the pen's speed over its mean", "1"),
         },
         paper_measures,

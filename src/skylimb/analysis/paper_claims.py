@@ -8,12 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 
 Values = Mapping[str, Mapping[str, float]]
 """Controller -> metric or measure -> number."""
 
 NEARLY_A_CIRCLE = 0.10
-"""Departure from its own best circle, over its radius, up to which a trace passes for nearly circular; ours."""
+"""Departure from its best circle, over the radius, up to which a trace passes for nearly circular; ours."""
 
 SIMILAR = 0.10
 """Relative difference up to which two displacements pass for similar; ours (the paper's differ by 3 %)."""
@@ -65,7 +66,7 @@ def _ordered(key: str, names: tuple[str, ...]) -> Callable[[Values], bool]:
 
     def holds(values: Values) -> bool:
         column = [abs(values[name][key]) for name in names]
-        return all(low < high for low, high in zip(column, column[1:], strict=False))
+        return all(low < high for low, high in pairwise(column))
 
     return holds
 
@@ -121,7 +122,7 @@ CLAIMS: dict[str, PaperClaim] = {
         PaperClaim(
             "arm adapts",
             "traces",
-            "Under the hybrid the arm deforms with the board; its reach moves more than that of the stiff arm.",
+            "Under the hybrid the arm deforms with the board: its reach moves more than a stiff arm's.",
             "reach_h > reach_i",
             (IMPEDANCE, HYBRID),
             ("reach_span",),
@@ -130,8 +131,8 @@ CLAIMS: dict[str, PaperClaim] = {
         PaperClaim(
             "impedance resists friction",
             "sliding",
-            "Impedance-based control follows more accurately than PID when sliding under friction: impedance and "
-            "hybrid have smaller y errors.",
+            "Impedance-based control follows more accurately than PID when sliding under friction: impedance "
+            "and hybrid have smaller y errors.",
             "max(y_i, y_h) < y_p",
             (PID, IMPEDANCE, HYBRID),
             (ERROR,),
@@ -242,7 +243,7 @@ CLAIMS: dict[str, PaperClaim] = {
         PaperClaim(
             "hybrid wins at once",
             "discussion",
-            "The hybrid has a smaller y error, a smaller displacement and a smaller force than PID, all at once.",
+            "The hybrid has a smaller y error, a smaller displacement and a smaller force than PID at once.",
             "y_h < y_p and x_h < x_p and |f_h| < |f_p|",
             (PID, HYBRID),
             (ERROR, DISPLACEMENT, FORCE),

@@ -40,7 +40,9 @@ class Reproduce:
     ] = ""
     out: Annotated[
         str,
-        arg(metavar="DIR", help="Folder for the results; by default out/reproduction.", help_behavior_hint=""),
+        arg(
+            metavar="DIR", help="Folder for the results; by default out/reproduction.", help_behavior_hint=""
+        ),
     ] = "out/reproduction"
     workers: Annotated[
         str,

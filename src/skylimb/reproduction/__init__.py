@@ -1,4 +1,4 @@
-"""The paper held against an ensemble: its open values drawn from a declared prior, its claims judged by count.
+"""The paper held against an ensemble: open values drawn from a declared prior, claims judged by count.
 
     from skylimb.reproduction import reproduce
 

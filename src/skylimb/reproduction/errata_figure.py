@@ -64,7 +64,7 @@ def errata_figure(runs: Mapping[str, Run]) -> Figure:
     Args:
         runs: of `fly_errata`.
     """
-    figure = Figure((style.WIDTH, 4.6), layout="constrained")
+    figure = Figure((style.WIDTH, 4.8), layout="constrained")
     axes = figure.subplots(2, 2)
     _lift(axes[0, 0], runs)
     _arm(axes[0, 1], runs)
@@ -79,7 +79,10 @@ def _lift(ax: Axes, runs: Mapping[str, Run]) -> None:
         ("lift as printed", WRONG, "m f_cmd, as printed"),
     ):
         log = runs[name].log
-        time, height = log.time.values, log.cog_position.values[:, 2] - log.cog_position_reference.values[:, 2]
+        time, height = (
+            log.time.values,
+            log.cog_position.values[:, 2] - log.cog_position_reference.values[:, 2],
+        )
         shown = time <= _PENDING
         ax.plot(time[shown], height[shown], color=colour, label=text)
         if runs[name].failed:
@@ -102,7 +105,8 @@ def _arm(ax: Axes, runs: Mapping[str, Run]) -> None:
             ax.plot(log.time.values[-1], 1e3 * moved[-1], "x", color=style.FAILURE, markersize=6)
     ax.axvline(_begin(runs["arm"], "slide"), color=style.TRUTH, linewidth=0.7)
     ax.set(title="the arm's admittance", xlabel="time (s)", ylabel="commanded extension (mm)")
-    ax.legend()
+    ax.set_ylim(-95.0, 150.0)  # room for the legend above
+    ax.legend(loc="upper right")
 
 
 def _begin(run: Run, phase: str) -> float:
@@ -112,7 +116,9 @@ def _begin(run: Run, phase: str) -> float:
 def _leak(ax: Axes) -> None:
     leak = leak_matrix(load_robot("hydrus_xi_quad"), np.pi / 6)
     for index, (axis, colour) in enumerate(zip("xyz", (RIGHT, OTHER, WRONG), strict=True)):
-        ax.bar(np.arange(3) + 0.25 * (index - 1), leak[index], width=0.22, color=colour, label=f"force in {axis}")
+        ax.bar(
+            np.arange(3) + 0.25 * (index - 1), leak[index], width=0.22, color=colour, label=f"force in {axis}"
+        )
     ax.axhline(0.0, color=style.INK, linewidth=1.2)
     ax.text(0.02, 0.04, "printed: zero", transform=ax.transAxes, fontsize=7)
     ax.set_xticks(range(3), ["1 N m of roll", "of pitch", "of yaw"])
@@ -134,6 +140,8 @@ def _follow(ax: Axes, runs: Mapping[str, Run]) -> None:
     ):
         log = runs[name].log
         sliding = in_phase(log, "slide")
-        ax.plot(log.time.values[sliding] - start, log.cog_position.values[sliding, 1], color=colour, label=text)
+        ax.plot(
+            log.time.values[sliding] - start, log.cog_position.values[sliding, 1], color=colour, label=text
+        )
     ax.set(title="eq:error of rotation (impedance)", xlabel="time of the slide (s)", ylabel="CoG in y (m)")
     ax.legend()

@@ -12,7 +12,7 @@ from skylimb.analysis import style
 from skylimb.analysis.measures import describe
 from skylimb.campaign.frozen import Campaign
 from skylimb.campaign.rows import OK, Row
-from skylimb.reproduction.result import BESIDE, HIGH, LOW, NUMBERS, SPLIT_BY, Judged, Number, Result
+from skylimb.reproduction.result import BESIDE, HIGH, LOW, NUMBERS, READINGS, Judged, Number, Result
 
 _SHORT = {
     "error_y_median": "|y error|",
@@ -20,8 +20,11 @@ _SHORT = {
     "estimated_force_x_median": "force",
     "error_z_median": "|z error|",
 }
-_CLEAR_ABOVE = 0.3
-"""Rank correlation from which its number is printed; chance alone stays below 0.25 in 300 cells of 200 draws."""
+_SHOWN_ABOVE, _CLEAR_ABOVE = 0.2, 0.3
+"""Rank correlations from which an unknown has its row, and a cell its number.
+
+Over 200 draws chance alone has a standard deviation of 0.07.
+"""
 
 
 @style.styled
@@ -38,7 +41,7 @@ def numbers_figure(campaign: Campaign, rows: Mapping[int, Row], result: Result) 
                 points = [
                     row[key]
                     for row in rows.values()
-                    if row["controller"] == name and row["status"] == OK and row.get(SPLIT_BY, "none") == value
+                    if (row["controller"], row["status"], row.get(READINGS[0], "none")) == (name, OK, value)
                 ]
                 across = place + scatter.uniform(-0.3, 0.3, len(points))
                 ax.plot(across, points, mark, color=colour, markersize=1.7, alpha=0.45, linewidth=0)
@@ -46,9 +49,8 @@ def numbers_figure(campaign: Campaign, rows: Mapping[int, Row], result: Result) 
             ax.plot([place - 0.18, place + 0.18], [number.ours.median] * 2, color=style.INK, linewidth=1.6)
             if np.isfinite(number.paper):
                 face = "white" if number.inside else style.FAILURE
-                ax.plot(
-                    place + 0.3, number.paper, "D", markersize=5, color=style.INK, markerfacecolor=face, zorder=5
-                )
+                mark = {"color": style.INK, "markerfacecolor": face, "markersize": 5, "zorder": 5}
+                ax.plot(place + 0.3, number.paper, "D", **mark)  # pyright: ignore[reportArgumentType]
         text, unit = describe(key)
         ax.set_title(text.replace(" of the CoG", "").replace("Median ", ""), fontsize=7.5)
         ax.set_ylabel(unit)
@@ -58,10 +60,12 @@ def numbers_figure(campaign: Campaign, rows: Mapping[int, Row], result: Result) 
     style.legend_below(
         figure,
         [
-            Line2D([], [], marker="o", linestyle="", color=style.TRUTH, markersize=3, label="positions alone sent"),
-            Line2D([], [], marker="^", linestyle="", color=style.TRUTH, markersize=3, label="velocities sent too"),
+            Line2D([], [], marker="o", color=style.TRUTH, markersize=3, label="positions sent", linestyle=""),
+            Line2D(
+                [], [], marker="^", color=style.TRUTH, markersize=3, label="velocities sent", linestyle=""
+            ),
             Line2D([], [], color=style.INK, label=f"median, {100 * LOW:.0f} to {100 * HIGH:.0f} %"),
-            Line2D([], [], marker="D", linestyle="", color=style.INK, markerfacecolor="white", label="paper"),
+            Line2D([], [], marker="D", color=style.INK, markerfacecolor="w", label="paper", linestyle=""),
         ],
     )
     return figure
@@ -106,19 +110,23 @@ def _share(judged: Judged) -> str:
 
 @style.styled
 def sensitivity_figure(result: Result) -> Figure:
-    """Rank correlation of every number with every unknown."""
+    """Rank correlation of every number with every unknown that shows in one of them."""
     columns = list(result.sensitivity)
-    unknowns = list(next(iter(result.sensitivity.values())))
+    unknowns = [
+        unknown
+        for unknown in next(iter(result.sensitivity.values()))
+        if any(abs(result.sensitivity[column][unknown]) >= _SHOWN_ABOVE for column in columns)
+    ]
     table = np.array([[result.sensitivity[column][unknown] for column in columns] for unknown in unknowns])
+    table = table.reshape(len(unknowns), len(columns))
     figure = Figure((style.WIDTH, 0.19 * len(unknowns) + 1.3), layout="constrained")
     ax = figure.subplots()
     image = ax.imshow(table, cmap="RdBu_r", vmin=-1.0, vmax=1.0, aspect="auto")
     for (row, column), value in np.ndenumerate(table):
         if np.isfinite(value) and abs(value) >= _CLEAR_ABOVE:
-            ax.text(
-                column, row, f"{value:.2f}".replace("0.", ".").replace("-", "\u2212"), ha="center", va="center",
-                fontsize=5.5, color="white" if abs(value) > 0.6 else style.INK,
-            )  # fmt: skip
+            text = f"{value:.2f}".replace("0.", ".").replace("-", "\u2212")
+            colour = "white" if abs(value) > 0.6 else style.INK
+            ax.text(column, row, text, ha="center", va="center", fontsize=5.5, color=colour)
     ax.set_yticks(range(len(unknowns)), unknowns, fontsize=6)
     ax.set_xticks(
         range(len(columns)),
@@ -131,4 +139,3 @@ def sensitivity_figure(result: Result) -> Figure:
         ax.axvline(edge - 0.5, color="white", linewidth=2.0)
     figure.colorbar(image, ax=ax, label="rank correlation", shrink=0.7, pad=0.01)
     return figure
-

@@ -43,7 +43,8 @@ def result_json(prior: Prior, campaign: Campaign, result: Result) -> str:
         },
         "claims": [_claim(judged) for judged in result.claims],
         "failures": {
-            name: {"count": sum(causes.values()), "causes": causes} for name, causes in result.failures.items()
+            name: {"count": sum(causes.values()), "causes": causes}
+            for name, causes in result.failures.items()
         },
         "refused": {str(index): cause for index, cause in result.refused.items()},
         "sensitivity": {
@@ -77,7 +78,7 @@ def _number(number: Number) -> dict[str, Any]:
         **_spread(number.ours),
         "percentile": number.percentile,
         "inside": number.inside if math.isfinite(number.paper) else None,
-        "split": {value: _spread(spread) for value, spread in number.split.items()},
+        "by_reading": {value: _spread(spread) for value, spread in number.split.items()},
     }
 
 
@@ -95,6 +96,7 @@ def _claim(judged: Judged) -> dict[str, Any]:
         "all_draws": judged.rate._asdict(),
         "draws_without_loss": judged.finished._asdict(),
         "true_of_the_printed_numbers": judged.paper,
+        "by_reading": {value: rate._asdict() for value, rate in judged.split.items()},
     }
 
 

@@ -28,7 +28,7 @@ Acceleration = Callable[[Any, Any, Any, Any], Any]
 
 
 def admittance_as_printed(gains: Any, push: Any, extension: Any, rate: Any) -> Any:
-    """eq:admittance control, m_a (r_ref'' - r'') + c_a (r_ref' - r') + k_a (r_ref - r) = f, solved for r''."""
+    """eq:admittance control: m_a (r_ref'' - r'') + c_a (r_ref' - r') + k_a (r_ref - r) = f, for r''."""
     return (gains.stiffness * extension - gains.damping * rate - push) / gains.mass
 
 
@@ -71,7 +71,7 @@ def allocation_as_printed() -> Iterator[None]:
 
 
 def leak_matrix(robot: Robot, theta: float) -> np.ndarray:
-    """Q_t pinv(Q_r), (3, 3): side force in C of a torque in C, N per N m; eq:thrust rotation 1 takes it to be 0.
+    """Q_t pinv(Q_r), (3, 3): force in C of a torque in C, N per N m; eq:thrust rotation 1 takes it to be 0.
 
     Args:
         robot: which.

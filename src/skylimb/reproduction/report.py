@@ -22,19 +22,18 @@ from skylimb.reproduction.result import BESIDE, HIGH, LOW, NUMBERS, Result, Spre
 TEMPLATE = Path(__file__).with_name("report_template.html")
 
 CAPTIONS = {
-    "numbers": "Every flight that finished, with median and interval, beside the paper's number (diamond; filled "
-    "red where it lies outside). Single flights beyond the axes are not shown.",
-    "claims": "In how many of the draws each claim holds, with its exact 95 % interval. A draw that lost a flight "
-    "is one in which the claim does not hold.",
-    "sensitivity": "Spearman's rank correlation of each number with each unknown, over the flights that finished; "
-    "printed where it is clear of chance.",
+    "numbers": "Every flight that finished, with median and interval, beside the paper's number (diamond; "
+    "filled red where it lies outside). Single flights beyond the axes are not shown.",
+    "claims": "In how many of the draws each claim holds, with its exact 95 % interval. A draw that lost a "
+    "flight is one in which the claim does not hold.",
+    "sensitivity": "Spearman's rank correlation of each number with each unknown, over the flights that "
+    "finished; printed where it is clear of chance. Bars around a name: the distance from its middle. What "
+    "shows in no number is left out here, and is in reproduction.json.",
     "errata": "What each printed form does, beside the corrected one. A cross marks a lost flight.",
 }
 
 
-def render_report(
-    prior: Prior, campaign: Campaign, result: Result, pictures: Mapping[str, Path]
-) -> str:
+def render_report(prior: Prior, campaign: Campaign, result: Result, pictures: Mapping[str, Path]) -> str:
     """The page.
 
     Args:
@@ -50,13 +49,15 @@ def render_report(
     template = environment.from_string(TEMPLATE.read_text(encoding="utf-8"))
     return template.render(
         result=result,
+        readings=list(result.claims[0].split),
         total=sum(math.isfinite(number.paper) for number in result.numbers),
         lost=sum(sum(causes.values()) for causes in result.failures.values()),
         low=100 * LOW,
         high=100 * HIGH,
         names=[(name, style.label(name), style.CONTROLLER_COLOURS[name]) for name in campaign.names],
         numbers=[
-            (label(key), digits(key), [n for n in result.numbers if n.key == key]) for key in (*NUMBERS, *BESIDE)
+            (label(key), digits(key), [n for n in result.numbers if n.key == key])
+            for key in (*NUMBERS, *BESIDE)
         ],
         nearest=[
             (near, [(unknown.key, value_text(near.parameters[unknown.key])) for unknown in prior.unknowns])
@@ -72,7 +73,7 @@ def render_report(
 
 
 def digits(key: str) -> int:
-    """Digits behind the point: the paper prints millimetres and millinewtons; a force needs no more than two."""
+    """Digits behind the point: lengths to a millimetre; a force needs no more than two."""
     return 2 if describe(key)[1] == "N" else 3
 
 

@@ -9,15 +9,15 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import rankdata
 
 from skylimb.analysis.measures import describe
 from skylimb.analysis.paper_claims import CLAIMS, PaperClaim
 from skylimb.analysis.paper_numbers import PUBLISHED, published
 from skylimb.campaign.frozen import Campaign
-from skylimb.campaign.rows import OK, REFUSED, Row, parameters
+from skylimb.campaign.rows import OK, REFUSED, Row
 from skylimb.campaign.statistics import Rate, success_rate
 from skylimb.reproduction.prior import Prior
+from skylimb.reproduction.sensitivity import correlations, unknown_columns
 
 LOW, HIGH = 0.05, 0.95
 """Quantiles of the interval that a published number is held against."""
@@ -27,8 +27,12 @@ NUMBERS = ("error_y_median", "displacement_x_median", "estimated_force_x_median"
 BESIDE = ("error_z_median",)
 """What it shows in a box plot without a number."""
 
-SPLIT_BY = "trajectory.feedforward"
-"""The unknown whose values are also shown apart: it changes the task itself."""
+READINGS = ("trajectory.feedforward", "controller.tare")
+"""Unknowns whose values are also shown apart.
+
+They are no tolerances but readings of the paper: what was sent, and what was fed back. That these two were
+worth setting apart was seen in the sensitivities; the prior weighs their values alike.
+"""
 
 NEAREST = 8
 
@@ -52,7 +56,7 @@ class Number(NamedTuple):
         ours: over all flights that finished.
         percentile: share of those flights below the paper's number, %; equal ones count half.
         inside: whether the paper's number lies within the interval.
-        split: the same by the value of `SPLIT_BY`.
+        split: the same by reading.
     """
 
     controller: str
@@ -69,16 +73,17 @@ class Judged(NamedTuple):
 
     Attributes:
         claim: what.
-        rate: share of all draws in which it holds; a draw that loses a flight it needs is one in which it does
-            not.
+        rate: share of all draws in which it holds; where a flight is lost that it needs, it does not.
         finished: the same among the draws that lost none of those flights.
         paper: whether it is true of the paper's own printed numbers; None where they don't tell.
+        split: the rate of all draws by reading.
     """
 
     claim: PaperClaim
     rate: Rate
     finished: Rate
     paper: bool | None
+    split: dict[str, Rate]
 
 
 class Near(NamedTuple):
@@ -122,6 +127,16 @@ class Result:
         return sum(number.inside for number in self.numbers if np.isfinite(number.paper))
 
 
+def reading(campaign: Campaign, index: int) -> str:
+    """The reading of the paper that a draw flies, in words; empty where the prior leaves none open."""
+    values = campaign.draw(index).values
+    words = {
+        "trajectory.feedforward": {"none": "positions sent", "velocity": "velocities sent"},
+        "controller.tare": {True: "estimate tared", False: "raw estimate"},
+    }
+    return ", ".join(words[key].get(values[key], str(values[key])) for key in READINGS if key in values)
+
+
 def judge(prior: Prior, campaign: Campaign, rows: Mapping[int, Row]) -> Result:
     """Work out the result from a finished ensemble's table."""
     names = campaign.names
@@ -129,16 +144,17 @@ def judge(prior: Prior, campaign: Campaign, rows: Mapping[int, Row]) -> Result:
         {name: rows[campaign.flight(index, c)] for c, name in enumerate(names)}
         for index in range(campaign.spec.draws)
     ]
+    told = [reading(campaign, index) for index in range(len(draws))]
     columns = unknown_columns(campaign, len(draws))
     return Result(
         len(draws),
         len(rows),
-        [_number(draws, name, key) for key in (*NUMBERS, *BESIDE) for name in names],
+        [_number(draws, told, name, key) for key in (*NUMBERS, *BESIDE) for name in names],
         {
             f"{first} / {second}": _ratio(draws, first, second)
             for first, second in (("hybrid", "impedance"), ("admittance", "pid"))
         },
-        [_judge(claim, draws) for claim in CLAIMS.values()],
+        [_judge(claim, draws, told) for claim in CLAIMS.values()],
         _failures(draws),
         {
             index: group[names[0]]["cause"]
@@ -146,7 +162,7 @@ def judge(prior: Prior, campaign: Campaign, rows: Mapping[int, Row]) -> Result:
             if any(row["status"] == REFUSED for row in group.values())
         },
         {
-            (name, key): _correlations(columns, _column(draws, name, key))
+            (name, key): correlations(columns, _column(draws, name, key))
             for key in (*NUMBERS, *BESIDE)
             for name in names
         },
@@ -154,38 +170,11 @@ def judge(prior: Prior, campaign: Campaign, rows: Mapping[int, Row]) -> Result:
     )
 
 
-def unknown_columns(campaign: Campaign, draws: int) -> dict[str, np.ndarray]:
-    """Every unknown as a column of numbers, (draws,).
-
-    Entries of a list stand apart, unless one factor scales them all. A choice of two is 0 or 1. An angle on the
-    circle enters as the place where the lap starts, across and up.
-    """
-    table = [parameters(campaign, campaign.draw(index)) for index in range(draws)]
-    columns: dict[str, np.ndarray] = {}
-    for name in table[0]:
-        values = [row[name] for row in table]
-        key, _, entry = name.rpartition(".")
-        if entry.isdigit() and campaign.spec.vary[key].times:
-            if entry == "0":
-                columns[key] = np.array(values) / campaign.spec.vary[key].times[0]
-            continue
-        if name.endswith("start_angle"):
-            angles = np.array(values)
-            columns[f"{name}, across"] = np.round(np.cos(angles), 9)
-            columns[f"{name}, up"] = np.round(np.sin(angles), 9)
-        elif isinstance(values[0], str):
-            known = sorted(set(values))
-            columns[name] = np.array([float(known.index(value)) for value in values])
-        else:
-            columns[name] = np.array([float(value) for value in values])
-    return columns
-
-
 def _column(draws: list[dict[str, Row]], name: str, key: str) -> np.ndarray:
     """A number of one controller over the draws; NaN for a loss."""
+    rows = [draw[name] for draw in draws]
     return np.array(
-        [np.nan if draw[name]["status"] != OK or draw[name][key] is None else draw[name][key] for draw in draws],
-        dtype=float,
+        [row[key] if row["status"] == OK and row[key] is not None else np.nan for row in rows], dtype=float
     )
 
 
@@ -197,14 +186,14 @@ def _spread(values: np.ndarray) -> Spread:
     return Spread(len(values), float(middle), float(low), float(high))
 
 
-def _number(draws: list[dict[str, Row]], name: str, key: str) -> Number:
+def _number(draws: list[dict[str, Row]], told: list[str], name: str, key: str) -> Number:
     values = _column(draws, name, key)
     ours = _spread(values)
     known = published(name, key)
     paper = np.nan if known is None else known
     there = values[np.isfinite(values)]
     below = np.mean((there < paper) + 0.5 * (there == paper)) if len(there) else np.nan
-    branches = np.array([str(draw[name].get(SPLIT_BY, "")) for draw in draws])
+    readings = np.array(told)
     return Number(
         name,
         key,
@@ -212,7 +201,7 @@ def _number(draws: list[dict[str, Row]], name: str, key: str) -> Number:
         ours,
         100.0 * float(below) if np.isfinite(paper) else np.nan,
         bool(ours.low <= paper <= ours.high),
-        {value: _spread(values[branches == value]) for value in sorted(set(branches)) if value},
+        {value: _spread(values[readings == value]) for value in sorted(set(told)) if value},
     )
 
 
@@ -222,15 +211,25 @@ def _ratio(draws: list[dict[str, Row]], first: str, second: str) -> tuple[float,
     return printed, _spread(_column(draws, first, key) / _column(draws, second, key))
 
 
-def _judge(claim: PaperClaim, draws: list[dict[str, Row]]) -> Judged:
-    told = [
-        draw
-        for draw in draws
-        if all(draw[name]["status"] == OK for name in claim.controllers)
+def _judge(claim: PaperClaim, draws: list[dict[str, Row]], told: list[str]) -> Judged:
+    tells = [
+        all(draw[name]["status"] == OK for name in claim.controllers)
         and all(draw[name][key] is not None for name in claim.controllers for key in claim.keys)
+        for draw in draws
     ]
-    holds = sum(claim.holds(draw) for draw in told)
-    return Judged(claim, success_rate(holds, len(draws)), success_rate(holds, len(told)), _printed(claim))
+    holds = [tell and claim.holds(draw) for tell, draw in zip(tells, draws, strict=True)]
+    by = {
+        value: [hold for hold, other in zip(holds, told, strict=True) if other == value]
+        for value in sorted(set(told))
+        if value
+    }
+    return Judged(
+        claim,
+        success_rate(sum(holds), len(draws)),
+        success_rate(sum(holds), sum(tells)),
+        _printed(claim),
+        {value: success_rate(sum(some), len(some)) for value, some in by.items()},
+    )
 
 
 def _printed(claim: PaperClaim) -> bool | None:
@@ -251,18 +250,6 @@ def _failures(draws: list[dict[str, Row]]) -> dict[str, dict[str, int]]:
     return {name: dict(sorted(count.items())) for name, count in found.items()}
 
 
-def _correlations(columns: Mapping[str, np.ndarray], values: np.ndarray) -> dict[str, float]:
-    """Spearman's rank correlation of a number with every unknown, over the flights that finished."""
-    there = np.isfinite(values)
-    return {name: _rank_correlation(column[there], values[there]) for name, column in columns.items()}
-
-
-def _rank_correlation(first: np.ndarray, second: np.ndarray) -> float:
-    if len(first) < 3 or np.ptp(first) == 0.0 or np.ptp(second) == 0.0:
-        return float("nan")
-    return float(np.corrcoef(rankdata(first), rankdata(second))[0, 1])
-
-
 def _nearest(prior: Prior, campaign: Campaign, draws: list[dict[str, Row]]) -> list[Near]:
     """The draws nearest to the paper's table: root mean square over the twelve, in standard deviations."""
     names = [name for name in campaign.names if name in PUBLISHED]
@@ -273,7 +260,7 @@ def _nearest(prior: Prior, campaign: Campaign, draws: list[dict[str, Row]]) -> l
         return []
     scale = table[:, :, complete].std(axis=2)
     away = np.sqrt(np.mean(((table - paper[..., None]) / scale[..., None]) ** 2, axis=(0, 1)))
-    order = [int(i) for i in np.argsort(np.where(complete, away, np.inf), kind="stable") if complete[i]]
+    order = np.argsort(np.where(complete, away, np.inf), kind="stable")[: np.count_nonzero(complete)].tolist()
     return [
         Near(
             index,

@@ -73,7 +73,9 @@ def reproduce(
     """
     folder, prior = Path(out), prior or load_prior()
     if folder.exists() and not resume:
-        raise OutputError(f"output folder '{folder}' exists already; --resume goes on with one that was begun")
+        raise OutputError(
+            f"output folder '{folder}' exists already; --resume goes on with one that was begun"
+        )
     if folder.exists() and not (folder / ENSEMBLE).is_dir():
         raise OutputError(f"'{folder}' holds no reproduction (no {ENSEMBLE}/); choose another folder")
     outcome = run_campaign(

@@ -58,7 +58,9 @@ def scores_of(campaign: Campaign, rows: Mapping[int, Row], draws: int | None = N
         if any(row["status"] == REFUSED for row in group)
     }
     flown = [group for group in complete if group[0]["draw"] not in refused]
-    metrics = {key: _numbers([[row[key] for row in group] for group in flown], count) for key in campaign.spec.keys}
+    metrics = {
+        key: _numbers([[row[key] for row in group] for group in flown], count) for key in campaign.spec.keys
+    }
     return Scores(
         campaign.names,
         np.array([group[0]["draw"] for group in flown], dtype=int),
