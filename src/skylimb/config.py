@@ -106,7 +106,7 @@ def with_overrides(config: T, overrides: Mapping[str, Any]) -> T:
     tables = to_mapping(config)
     for key, value in overrides.items():
         for path, leaf in _leaves(to_mapping({key: value}, keep_none=True), ()):
-            _put(tables, ".".join(path).split("."), leaf)
+            put(tables, ".".join(path), leaf)
     return from_mapping(type(config), tables, "override")
 
 
@@ -292,9 +292,11 @@ def _leaves(table: Any, path: tuple[str, ...]) -> list[tuple[tuple[str, ...], An
     return [leaf for key, value in table.items() for leaf in _leaves(value, (*path, key))]
 
 
-def _put(tables: dict[str, Any], path: list[str], value: Any) -> None:
-    for depth, key in enumerate(path[:-1]):
-        tables = tables.setdefault(key, {})
+def put(tables: dict[str, Any], key: str, value: Any) -> None:
+    """Write one value into nested tables; whether the dotted key is known is checked when they are read."""
+    path = key.split(".")
+    for depth, name in enumerate(path[:-1]):
+        tables = tables.setdefault(name, {})
         if not isinstance(tables, dict):
             parent = ".".join(path[: depth + 1])
             raise ConfigError(f"override: '{parent}' is a single value, it has no key '{path[depth + 1]}'")

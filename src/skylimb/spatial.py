@@ -1,9 +1,8 @@
 """Rotations and cross products that work on NumPy arrays and on CasADi symbols alike.
 
 Conventions: `R_AB` turns coordinates in frame B into coordinates in frame A; quaternions are (w, x, y, z);
-    roll, pitch and
-yaw compose as R = Rz(yaw) Ry(pitch) Rx(roll); angles in radians. A function handed any CasADi argument
-returns a CasADi matrix, otherwise a NumPy array. Vectors are (3,) in NumPy and 3 x 1 in CasADi.
+roll, pitch and yaw compose as R = Rz(yaw) Ry(pitch) Rx(roll); angles in radians. A function handed any CasADi
+argument returns a CasADi matrix, otherwise a NumPy array. Vectors are (3,) in NumPy and 3 x 1 in CasADi.
 """
 
 from __future__ import annotations

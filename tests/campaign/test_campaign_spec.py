@@ -119,10 +119,10 @@ def test_controllers_of_one_name_are_refused(write_spec: SpecWriter) -> None:
 
 
 def test_a_draw_depends_on_spec_and_index_alone(write_spec: SpecWriter) -> None:
-    spec = load_spec(write_spec(draws=3000, vary='"surface.friction" = { uniform = [0.1, 0.8] }'))
+    path = write_spec(draws=3000, vary='"surface.friction" = { uniform = [0.1, 0.8] }')
+    spec = load_spec(path)
     forwards = [draw(spec, index) for index in (0, 1, 1500, 2999)]
-    backwards = [draw(load_spec(write_spec(draws=3000, vary='"surface.friction" = { uniform = [0.1, 0.8] }')), i)
-                 for i in (2999, 1500, 1, 0)]  # fmt: skip
+    backwards = [draw(load_spec(path), index) for index in (2999, 1500, 1, 0)]
     assert forwards == backwards[::-1]
     assert len({d.seed for d in forwards}) == 4
 

@@ -140,8 +140,8 @@ def _keep(store: Store, event: Done) -> list[Row]:
         elif known != item.row:
             raise OutputError(
                 f"flight {known['flight']} gave another result when it was flown again "
-                f"({known['checksum'][:8]}, now {item.row['checksum'][:8]}); it depends on something outside of "
-                "its configuration"
+                f"({known['checksum'][:8]}, now {item.row['checksum'][:8]}); it depends on something outside "
+                "of its configuration"
             )
         elif item.log is not None:
             store.keep_log(item.row, item.log)

@@ -94,8 +94,7 @@ def put(mapping: dict[str, Any], key: str, value: Any) -> None:
     node: Any = mapping
     for depth, name in enumerate(path):
         here = ".".join(path[: depth + 1])
-        inside = isinstance(node, list)
-        node = node[_entry(node, name, key, here)] if inside else node.setdefault(name, {})
+        node = node[_entry(node, name, key, here)] if isinstance(node, list) else node.setdefault(name, {})
         if not isinstance(node, dict | list):
             raise ConfigError(f"key '{key}' goes into '{here}', which is a single value")
     if isinstance(node, list):

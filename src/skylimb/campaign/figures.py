@@ -26,9 +26,9 @@ _CLEAR_WIN = 0.6
 
 
 _PROFILES = (
-    "Share of all draws in which a controller was at least as good as the value below. A lost flight is never "
-    "good enough: a curve that ends below 1 has lost the rest. Higher and further left is better (for the time "
-    "in contact, which is drawn negative, too)."
+    "Share of all draws in which a controller was at least as good as the value below. A lost flight is "
+    "never good enough: a curve that ends below 1 has lost the rest. Higher and further left is better; the "
+    "time in contact is drawn negative, so that it is no exception."
 )
 _TRENDS = (
     "{} over the parameters that matter most: every flight, and the median along the parameter. Crosses at "

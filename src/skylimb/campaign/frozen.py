@@ -16,9 +16,8 @@ from typing import Any
 from skylimb.campaign.draws import Draw, changed, draw
 from skylimb.campaign.spec import FROZEN, CampaignSpec, spec_from_mapping
 from skylimb.config import flatten
-from skylimb.control.cascade import build_cascade
-from skylimb.control.controller import Controller, load_controller
-from skylimb.control.preset import preset_from_mapping, preset_mapping
+from skylimb.control.controller import Controller, controller_from_tables, load_controller
+from skylimb.control.preset import preset_mapping
 from skylimb.errors import ConfigError
 from skylimb.experiments.experiment import Experiment, experiment_from_mapping, experiment_tables
 from skylimb.recording.versions import versions
@@ -95,7 +94,7 @@ class Campaign:
         path = Path(entry["path"])
         if "preset" not in entry:
             return load_controller(str(path), robot, gains)
-        return build_cascade(robot, preset_from_mapping(changed(entry["preset"], gains or {}), path))
+        return controller_from_tables(changed(entry["preset"], gains or {}), path, robot)
 
     def to_mapping(self) -> dict[str, Any]:
         """What the folder's spec.toml holds: the spec, and a table with all that was resolved."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -13,6 +14,7 @@ import numpy as np
 from skylimb.analysis import style
 from skylimb.analysis.measures import describe
 from skylimb.analysis.metrics import DESCRIPTIONS
+from skylimb.campaign.draws import changed
 from skylimb.campaign.figures import plates
 from skylimb.campaign.frozen import Campaign
 from skylimb.campaign.rows import QUARANTINED, Row
@@ -82,17 +84,17 @@ def render_report(campaign: Campaign, rows: Mapping[int, Row], summary: Summary,
 def command(campaign: Campaign, row: Row) -> str:
     """The command that flies a row's flight again, bit for bit."""
     drawn = campaign.draw(row["draw"])
-    experiment = campaign.experiment_of(drawn).to_mapping()
+    gains = campaign.gains_of(drawn, row["controller"])
+    preset = changed(campaign.controllers[row["controller"]].get("preset", {}), gains)
+    tables = {**campaign.experiment_of(drawn).to_mapping(), "controller": preset}
     changes: dict[str, Any] = {}
-    others = {f"controller.{key}" for key in drawn.gains} - {
-        f"controller.{key}" for key in campaign.gains_of(drawn, row["controller"])
-    }
-    for key, value in {**campaign.spec.set, **drawn.values}.items():
+    others = {f"controller.{key}" for key in drawn.gains} - {f"controller.{key}" for key in gains}
+    for key in (*campaign.spec.set, *drawn.values):
         if key in others:
             continue
         # An entry of a list is set through its whole list.
         whole = key.rpartition(".")[0] if key.rpartition(".")[2].isdigit() else key
-        changes[whole] = _at(experiment, whole) if not key.startswith("controller.") else value
+        changes[whole] = _at(tables, whole)
     controller = next(name for name in campaign.spec.controllers if Path(name).stem == row["controller"])
     words = [
         "skylimb",
@@ -104,9 +106,8 @@ def command(campaign: Campaign, row: Row) -> str:
         str(row["seed"]),
     ]
     if changes:
-        words.append("--set")
-        words += [_quoted(f"{key}={json.dumps(value)}") for key, value in changes.items()]
-    return " ".join(words)
+        words += ["--set", *(f"{key}={json.dumps(value)}" for key, value in changes.items())]
+    return shlex.join(words)
 
 
 def _at(tables: Mapping[str, Any], key: str) -> Any:
@@ -114,10 +115,6 @@ def _at(tables: Mapping[str, Any], key: str) -> Any:
     for part in key.split("."):
         node = node[part]
     return node
-
-
-def _quoted(word: str) -> str:
-    return f"'{word}'" if any(mark in word for mark in ' []{}"$*') else word
 
 
 def _title(campaign: Campaign, draws: int) -> str:

@@ -319,12 +319,14 @@ def _unit(gains: Gains, search: Search) -> list[float]:
             point.append(np.log(value / low) / np.log(high / low))
         else:
             point.append((value - low) / (high - low))
+    # The search wants two coordinates at least; where there is one gain, the second moves nothing.
+    point += [0.5] * (2 - len(point))
     return [float(np.clip(entry, 0.01, 0.99)) for entry in point]
 
 
 def _gains(point: Sequence[float], search: Search) -> Gains:
     found = {}
-    for entry, (key, (low, high)) in zip(point, search.gains.items(), strict=True):
+    for entry, (key, (low, high)) in zip(point, search.gains.items(), strict=False):
         share = float(np.clip(entry, 0.0, 1.0))
         found[key] = low * (high / low) ** share if search.logarithmic else low + (high - low) * share
     return found

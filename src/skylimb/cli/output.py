@@ -98,62 +98,6 @@ def flights() -> Iterator[Progress]:
         yield report
 
 
-@contextmanager
-def campaign_bar() -> Iterator[Callable[[int, int, float, int, bool], None]]:
-    """A bar for many flights; hands out what to call with (done, total, rate in 1/s, failures, stopping)."""
-    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
-    from rich.progress import Progress as Bars
-
-    columns = (TextColumn("flights"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.description}"))
-    console = _console(stderr=True)
-    with Bars(*columns, console=console, disable=not console.is_terminal, transient=True) as bars:
-        task = bars.add_task("")
-
-        def show(done: int, total: int, rate: float, failures: int, stopping: bool) -> None:
-            words = [f"{60.0 * rate:.0f} a minute"] if rate > 0.0 else ["starting"]
-            if rate > 0.0:
-                words.append(f"{_duration((total - done) / rate)} left")
-            words.append(f"{failures} lost")
-            if stopping:
-                words = ["stopping: finishing what flies (Ctrl-C again drops it)"]
-            bars.update(task, completed=done, total=total, description=", ".join(words))
-
-        yield show
-
-
-def _duration(seconds: float) -> str:
-    minutes, rest = divmod(round(seconds), 60)
-    hours, minutes = divmod(minutes, 60)
-    return f"{hours} h {minutes:02} min" if hours else f"{minutes} min {rest:02} s"
-
-
-def campaign(
-    experiment: str,
-    rates: Mapping[str, tuple[str, int]],
-    medians: Mapping[str, Sequence[tuple[float, float, float]]],
-    ranks: Mapping[str, Sequence[int]],
-) -> None:
-    """Success rates and medians of a campaign's controllers, each with its rank among them."""
-    from skylimb.analysis.measures import describe
-
-    table = _table(f"{experiment}, medians over all draws (in brackets: rank; equal ranks are ties)", "")
-    for name in rates:
-        table.add_column(name, justify="right")
-
-    def ranked(text: str, key: str, index: int) -> str:
-        return f"{text} ({ranks[key][index]})" if key in ranks and len(rates) > 1 else text
-
-    table.add_row("Success rate", *(ranked(text, "success", i) for i, (text, _) in enumerate(rates.values())))
-    for key, values in medians.items():
-        label, unit = describe(key)
-        cells = (f"{value:.3f}" if abs(value) < 1e200 else "lost" for value, _, _ in values)
-        table.add_row(
-            f"{label} [dim]{unit if unit != '1' else ''}[/dim]",
-            *(ranked(text, key, i) for i, text in enumerate(cells)),
-        )
-    _console().print(table)
-
-
 def reproduction(numbers: Sequence[Sequence[str]], claims: Sequence[Sequence[str]]) -> None:
     """The paper's numbers beside an ensemble's, and in how many draws each claim holds."""
     console = _console()
@@ -248,3 +192,59 @@ def verification(rows: Sequence[Row]) -> int:
     console.print(table)
     console.print(f"{sum(row.passed for row in rows)} of {len(rows)} claims hold")
     return 0 if all(row.passed for row in rows) else 1
+
+
+@contextmanager
+def campaign_bar() -> Iterator[Callable[[int, int, float, int, bool], None]]:
+    """A bar for many flights; hands out what to call with (done, total, rate in 1/s, failures, stopping)."""
+    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
+    from rich.progress import Progress as Bars
+
+    columns = (TextColumn("flights"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.description}"))
+    console = _console(stderr=True)
+    with Bars(*columns, console=console, disable=not console.is_terminal, transient=True) as bars:
+        task = bars.add_task("")
+
+        def show(done: int, total: int, rate: float, failures: int, stopping: bool) -> None:
+            words = [f"{60.0 * rate:.0f} a minute"] if rate > 0.0 else ["starting"]
+            if rate > 0.0:
+                words.append(f"{_duration((total - done) / rate)} left")
+            words.append(f"{failures} lost")
+            if stopping:
+                words = ["stopping: finishing what flies (Ctrl-C again drops it)"]
+            bars.update(task, completed=done, total=total, description=", ".join(words))
+
+        yield show
+
+
+def _duration(seconds: float) -> str:
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours} h {minutes:02} min" if hours else f"{minutes} min {rest:02} s"
+
+
+def campaign(
+    experiment: str,
+    rates: Mapping[str, tuple[str, int]],
+    medians: Mapping[str, Sequence[tuple[float, float, float]]],
+    ranks: Mapping[str, Sequence[int]],
+) -> None:
+    """Success rates and medians of a campaign's controllers, each with its rank among them."""
+    from skylimb.analysis.measures import describe
+
+    table = _table(f"{experiment}, medians over all draws (in brackets: rank; equal ranks are ties)", "")
+    for name in rates:
+        table.add_column(name, justify="right")
+
+    def ranked(text: str, key: str, index: int) -> str:
+        return f"{text} ({ranks[key][index]})" if key in ranks and len(rates) > 1 else text
+
+    table.add_row("Success rate", *(ranked(text, "success", i) for i, (text, _) in enumerate(rates.values())))
+    for key, values in medians.items():
+        label, unit = describe(key)
+        cells = (f"{value:.3f}" if abs(value) < 1e200 else "lost" for value, _, _ in values)
+        table.add_row(
+            f"{label} [dim]{unit if unit != '1' else ''}[/dim]",
+            *(ranked(text, key, i) for i, text in enumerate(cells)),
+        )
+    _console().print(table)

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Protocol
 
+from skylimb.config import put
 from skylimb.control.cascade import Cascade, build_cascade
 from skylimb.control.preset import load_module, preset_from_mapping, preset_mapping
 from skylimb.control.records import Command, Reference
@@ -18,8 +19,8 @@ from skylimb.robots.model import Robot
 class Controller(Protocol):
     """Anything that turns a measurement and a reference into a command.
 
-    The paper's cascade follows it, and so does a user's own class. `gains` and `initial_state` may be of any
-    kind that `step` understands; None will do.
+    The paper's cascade follows it, and so does a user's own class. `gains` and `initial_state` may be of
+    any kind that `step` understands; None will do.
     """
 
     @property
@@ -52,8 +53,8 @@ def load_controller(
     Args:
         name_or_path: "hybrid", "my_gains.toml" or "my_controller.py".
         robot: the model that the controller believes in.
-        overrides: dotted keys of a preset and their new values, for example {"translation.damping_ratio": [1,
-            1, 1]}.
+        overrides: dotted keys of a preset and their new values, for example {"translation.damping_ratio":
+            [1, 1, 1]}.
 
     Raises:
         UnknownNameError: when there is no such preset.
@@ -74,7 +75,7 @@ def controller_from_tables(
     """A cascade from a preset's tables; `path` is their file, which a law given by path is sought beside."""
     mapping = copy.deepcopy(dict(tables))
     for key, value in (overrides or {}).items():
-        _put(mapping, key.split("."), value)
+        put(mapping, key, value)
     return build_cascade(robot, preset_from_mapping(mapping, path))
 
 
@@ -104,10 +105,3 @@ def resolved_preset(controller: Controller) -> dict[str, Any]:
         filled = getattr(preset, slot)
         tables[slot] = {"law": filled.name, **to_mapping(filled.gains)}
     return tables
-
-
-def _put(mapping: dict[str, Any], path: list[str], value: Any) -> None:
-    """Write one value into nested tables; whether the key is known is checked when the preset is built."""
-    for key in path[:-1]:
-        mapping = mapping.setdefault(key, {})
-    mapping[path[-1]] = value

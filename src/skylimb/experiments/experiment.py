@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from skylimb.config import from_mapping, read_toml, require_range, to_mapping
+from skylimb.config import from_mapping, put, read_toml, require_range, to_mapping
 from skylimb.errors import ConfigError, unknown_name
 from skylimb.planning.posture_path import PostureConfig
 from skylimb.planning.trajectories import TrajectoryConfig
@@ -67,8 +67,8 @@ class Experiment(Settings):
 
     Attributes:
         surface: what is touched.
-        controller: tables of a preset to fly where nobody names another, as a run's own config.toml has them;
-            empty for none.
+        controller: tables of a preset to fly where nobody names another, as a run's own config.toml has
+            them; empty for none.
     """
 
     surface: Surface = field(default_factory=lambda: surface_from_mapping({}))
@@ -105,7 +105,7 @@ def load_experiment(name_or_path: str, set: Mapping[str, Any] | None = None) -> 
     """
     mapping = experiment_tables(name_or_path)
     for key, value in (set or {}).items():
-        _put(mapping, key, value)
+        put(mapping, key, value)
     return experiment_from_mapping(mapping, f"experiment {Path(name_or_path).stem}")
 
 
@@ -137,9 +137,7 @@ def experiment_from_mapping(mapping: Mapping[str, Any], where: str) -> Experimen
     values = {f.name: getattr(settings, f.name) for f in dataclasses.fields(Settings)}
     # The surface faces the robot along the experiment's contact axis unless it is told otherwise.
     surface = {"contact_axis": list(settings.contact_axis), **surface}
-    return Experiment(
-        **values, surface=surface_from_mapping(surface, f"{where}: surface"), controller=controller
-    )
+    return Experiment(**values, surface=surface_from_mapping(surface, where), controller=controller)
 
 
 def _table(tables: dict[str, Any], name: str, where: str) -> dict[str, Any]:
@@ -149,19 +147,9 @@ def _table(tables: dict[str, Any], name: str, where: str) -> dict[str, Any]:
     return table
 
 
-def _put(mapping: dict[str, Any], key: str, value: Any) -> None:
-    """Write one value into nested tables; building the experiment checks whether the key is known."""
-    *tables, last = key.split(".")
-    for name in tables:
-        mapping = mapping.setdefault(name, {})
-        if not isinstance(mapping, dict):
-            raise ConfigError(f"key '{key}' goes into '{name}', which is no table")
-    mapping[last] = value
-
-
 def experiment_with(experiment: Experiment, changes: Mapping[str, Any]) -> Experiment:
     """A copy of an experiment with the values under some dotted keys replaced, checked like a file's."""
     mapping = experiment.to_mapping()
     for key, value in changes.items():
-        _put(mapping, key, value)
+        put(mapping, key, value)
     return experiment_from_mapping(mapping, f"experiment {experiment.name}")

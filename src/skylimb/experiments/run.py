@@ -52,8 +52,9 @@ def run(
 
     Args:
         experiment: a name, a TOML file, or an experiment at hand.
-        controller: a preset's name, a preset's TOML file, a Python file, or a controller at hand; when None,
-            the one that the experiment's file brings along (as a run's config.toml does), else "hybrid".
+        controller: a preset's name, a preset's TOML file, a Python file, or a controller at hand; when
+            None, the one that the experiment's file brings along (as a run's config.toml does), else
+            "hybrid".
         seed: of the sensors' noise; the experiment's own when None.
         set: dotted keys of the experiment and new values; keys that begin with "controller." go to the
             preset.
@@ -84,6 +85,10 @@ def compare(
         Runs by the controllers' names, in the order given.
     """
     flown, robot, ready = _prepare(experiment, controllers, seed, set)
+    names = [controller.name for controller in ready]
+    alike = sorted({name for name in names if names.count(name) > 1})
+    if alike:
+        raise ConfigError(f"two controllers are called '{alike[0]}'; a comparison needs a name for each")
     return {controller.name: fly(flown, robot, controller, progress) for controller in ready}
 
 
@@ -176,8 +181,8 @@ def prepare_flight(experiment: Experiment, robot: Robot) -> tuple[Plant, Mission
     """The plant and the mission of an experiment, checked against each other.
 
     Raises:
-        ConfigError: when the robot would start inside the surface, its tip does not fit, or the path leaves
-            it.
+        ConfigError: when the robot would start inside the surface, its tip does not fit, or the path
+            leaves it.
     """
     dt = experiment.control_period
     plant = build_plant(robot, experiment.surface, experiment.plant, dt)

@@ -1,8 +1,8 @@
 """The paper's flight as a table: what the controller is asked to do at every tick.
 
 Phases: hover, tare (the observer's bias is averaged), approach along the contact axis, settle in contact,
-    slide along the
-path, retreat, hover. They follow the clock alone, so the whole table is known before take-off.
+slide along the path, retreat, hover. They follow the clock alone, so the whole table is known before
+take-off.
 """
 
 from __future__ import annotations

@@ -8,7 +8,7 @@ import json
 from collections.abc import Callable
 from pathlib import Path
 
-from skylimb.errors import OutputError
+from skylimb.recording.files import new_folder, require_new
 from skylimb.verification import impact, invariance, sliding, statics, stick_slip
 from skylimb.verification.row import Evidence, Row
 
@@ -49,9 +49,7 @@ def verify_contact(
         OutputError: the folder exists already, or cannot be written.
     """
     if out is not None:
-        out = Path(out)
-        if out.exists():
-            raise OutputError(f"the output folder '{out}' exists already: choose another, or remove it")
+        out = require_new(out)
     evidence = []
     for index, measure in enumerate(ROWS):
         if progress is not None:
@@ -67,17 +65,14 @@ def verify_contact(
 def _write(evidence: list[Evidence], out: Path) -> list[Row]:
     from skylimb.verification.figures import write_figure
 
-    try:
-        out.mkdir(parents=True)
+    with new_folder(out) as folder:
         rows = [
-            dataclasses.replace(item.row, figure=write_figure(item, out / f"{item.row.name}.png"))
+            dataclasses.replace(item.row, figure=write_figure(item, folder / f"{item.row.name}.png"))
             for item in evidence
         ]
         records = [dataclasses.asdict(row) | {"passed": row.passed} for row in rows]
-        (out / "rows.json").write_text(json.dumps(records, indent=2) + "\n", encoding="utf-8")
-        (out / "contact.html").write_text(page(rows), encoding="utf-8")
-    except OSError as error:
-        raise OutputError(f"cannot write '{out}': {error.strerror or error}") from error
+        (folder / "rows.json").write_text(json.dumps(records, indent=2) + "\n", encoding="utf-8")
+        (folder / "contact.html").write_text(page(rows), encoding="utf-8")
     return rows
 
 

@@ -7,7 +7,9 @@ wire.
 from __future__ import annotations
 
 import itertools
+import queue
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 from skylimb.campaign.bench import Job, fly_jobs
@@ -36,6 +38,7 @@ class ClusterEngine:
     def __init__(self, tables: Mapping[str, Any], client: Client, cluster: Any = None) -> None:
         self._tables, self._client, self._cluster = dict(tables), client, cluster
         self._flying: dict[Future, Sequence[Job]] = {}
+        self._finished: queue.Queue[Future] = queue.Queue()
         self._numbers = itertools.count()
 
     @property
@@ -53,21 +56,17 @@ class ClusterEngine:
     def submit(self, jobs: Sequence[Job]) -> bool:
         """See `Engine`."""
         key = f"skylimb-{id(self)}-{next(self._numbers)}"
-        self._flying[self._client.submit(fly_jobs, self._tables, list(jobs), key=key, pure=False)] = jobs
+        future: Any = self._client.submit(fly_jobs, self._tables, list(jobs), key=key, pure=False)
+        self._flying[future] = jobs
+        future.add_done_callback(self._finished.put)
         return True
 
     def wait(self, timeout: float) -> list[Done | Died]:
         """See `Engine`."""
-        from distributed import wait
         from distributed.scheduler import KilledWorker
 
-        try:
-            waited: Any = wait(list(self._flying), timeout, "FIRST_COMPLETED")
-        except TimeoutError:
-            self._require_scheduler()
-            return []
         events: list[Done | Died] = []
-        for future in waited.done:
+        for future in self._arrived(timeout):
             jobs = self._flying.pop(future)
             if future.status in ("cancelled", "lost"):
                 raise WorkerError("the connection to the cluster's scheduler is lost")
@@ -77,6 +76,17 @@ class ClusterEngine:
                 events.append(Died(jobs, final=True))
         return events
 
+    def _arrived(self, timeout: float) -> list[Future]:
+        """Futures that are through, after at most `timeout` seconds."""
+        arrived: list[Future] = []
+        with suppress(queue.Empty):
+            arrived.append(self._finished.get(timeout=timeout))
+            while True:
+                arrived.append(self._finished.get_nowait())
+        if not arrived and self._client.status != "running":
+            raise WorkerError("the connection to the cluster's scheduler is lost")
+        return arrived
+
     def close(self, now: bool = False) -> None:
         """See `Engine`."""
         if now:
@@ -84,10 +94,6 @@ class ClusterEngine:
         self._client.close()
         if self._cluster is not None:
             self._cluster.close()
-
-    def _require_scheduler(self) -> None:
-        if self._client.status != "running":
-            raise WorkerError("the connection to the cluster's scheduler is lost")
 
 
 def connect(tables: Mapping[str, Any], address: str) -> ClusterEngine:
@@ -98,7 +104,7 @@ def connect(tables: Mapping[str, Any], address: str) -> ClusterEngine:
     """
     distributed = _imported("distributed")
     try:
-        return ClusterEngine(tables, distributed.Client(address, timeout="10s", set_as_default=False))
+        return ClusterEngine(tables, distributed.Client(address, timeout="5s", set_as_default=False))
     except (OSError, ValueError) as error:
         raise WorkerError(f"no Dask scheduler answers at '{address}': {_line(error)}") from error
 
@@ -127,8 +133,10 @@ def on_slurm(
 
     config.set({"distributed.scheduler.allowed-failures": _DEATHS})
     settings = {"cores": 1, "processes": 1, "memory": "2GB", "walltime": "04:00:00", **options}
+    settings.setdefault("scheduler_options", {"dashboard_address": ":0"})
     cluster = jobqueue.SLURMCluster(queue=queue, **settings)
-    cluster.scale(jobs=workers)
+    # A job that ends, by its time limit for one, is replaced.
+    cluster.adapt(minimum_jobs=workers, maximum_jobs=workers)
     return ClusterEngine(tables, distributed.Client(cluster, set_as_default=False), cluster)
 
 

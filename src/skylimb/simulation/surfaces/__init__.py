@@ -42,7 +42,7 @@ def surface_from_mapping(mapping: Mapping[str, Any], where: str = "surface") -> 
         )
     if kind not in SURFACES:
         raise unknown_name("surface", kind, SURFACES)
-    return from_mapping(SURFACES[kind], mapping, where)
+    return from_mapping(SURFACES[kind], mapping, where, at="surface")
 
 
 __all__ = [
