@@ -2,7 +2,7 @@
 #
 #   make demo    fly the paper's experiment with its four controllers; leaves out/demo/report.html
 #   make test    the whole test suite
-#   make bench   how fast the closed loop is, and where its time goes
+#   make bench   how fast the closed loop is, and where its time goes, in Python and natively
 #   make docs    the documentation as a site; leaves site/index.html
 #   make lint    style, types and the import rules
 #   make clean   remove what the tools left behind (.venv and out/ stay)
@@ -37,6 +37,7 @@ test: $(VENV)/dev.stamp
 
 bench: $(VENV)/run.stamp
 	$(BIN)/python benchmarks/loop.py
+	$(BIN)/python benchmarks/native.py
 
 docs: $(VENV)/docs.stamp
 	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet

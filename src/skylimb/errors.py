@@ -34,6 +34,10 @@ class AllocationError(SkylimbError):
     """An allocation matrix that cannot produce the wanted wrench."""
 
 
+class CompileError(SkylimbError):
+    """C code that could not be compiled here: no compiler, or what it said."""
+
+
 class OutputError(SkylimbError):
     """An output folder or file that exists already, or cannot be written or read."""
 

@@ -139,6 +139,11 @@ def numeric(record: R) -> R:
     return layout.unpack(layout.pack(record))
 
 
+def structure(record: Any) -> str:
+    """What a record is besides its numbers: kinds, names, shapes and the values that are kept as they are."""
+    return repr((type(record), _map(record, "", lambda path, leaf: (path, _shape(leaf)))))
+
+
 def pack_rows(layout: Layout[R], record: R, count: int) -> np.ndarray:
     """A table of packed records, (count, layout.size), from a record whose leaves have `count` rows each."""
     table = np.empty((count, layout.size))

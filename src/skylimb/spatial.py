@@ -7,6 +7,7 @@ argument returns a CasADi matrix, otherwise a NumPy array. Vectors are (3,) in N
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
 from typing import Any
 
@@ -96,11 +97,16 @@ def quaternion_product(a: Array, b: Array) -> Array:
 
 def quaternion_from_rotation(R: np.ndarray) -> np.ndarray:
     """Unit quaternion (w, x, y, z), w >= 0, of a rotation matrix (NumPy only)."""
+    return np.array(_quaternion_of(np.ascontiguousarray(R, dtype=float).tobytes()))
+
+
+# A description's rotations are asked for again with every plant that is built of it.
+@functools.lru_cache(maxsize=1024)
+def _quaternion_of(R: bytes) -> tuple[float, ...]:
     from scipy.spatial.transform import Rotation
 
-    x, y, z, w = Rotation.from_matrix(R).as_quat()
-    q = np.array([w, x, y, z])
-    return -q if w < 0 else q
+    x, y, z, w = map(float, Rotation.from_matrix(np.frombuffer(R).reshape(3, 3)).as_quat())
+    return (-w, -x, -y, -z) if w < 0 else (w, x, y, z)
 
 
 def rpy_from_rotation(R: Array) -> Array:

@@ -32,7 +32,7 @@ def test_a_measurement_is_the_past_by_the_frames_age(rate: float, latency: float
     state = initial_sensor_state(config, dt, root_at(0.0))
     assert len(state.history) == history_depth(config, dt)
     for t, age in zip(times, ages, strict=True):
-        state, seen = sense(config, state, root_at(t), np.zeros(3), np.zeros(4), age, SILENT, dt)
+        state, seen = sense(state, root_at(t), np.zeros(3), np.zeros(4), age, SILENT, dt)
         assert seen.position[0] == pytest.approx(max(t - age, 0.0), abs=dt * 0.2 if t < age + dt else 1e-9)
         assert np.linalg.norm(seen.quaternion) == pytest.approx(1.0)
 
@@ -56,9 +56,11 @@ def test_noise_has_the_asked_deviation_and_keeps_with_its_frame() -> None:
 
 
 def test_misalignment_turns_the_measured_attitude() -> None:
-    config = SensorConfig(rate=0.0, latency=0.0, attitude_misalignment=(0.01, 0.0, 0.0))
+    config = SensorConfig(rate=0.0, latency=0.0, attitude_noise=0.0, attitude_misalignment=(0.01, 0.0, 0.0))
     state = initial_sensor_state(config, 0.005, root_at(0.0))
-    _, seen = sense(config, state, root_at(0.0), np.zeros(3), np.zeros(4), 0.0, SILENT, 0.005)
+    errors = draw_noise(config, np.zeros(1), 3, 4, np.random.default_rng(0))
+    row = SensorNoise(*(entry[0] for entry in errors))
+    _, seen = sense(state, root_at(0.0), np.zeros(3), np.zeros(4), 0.0, row, 0.005)
     np.testing.assert_allclose(seen.quaternion, [np.cos(0.005), np.sin(0.005), 0.0, 0.0], atol=1e-7)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from skylimb.cli.exporting import ExportC
 from skylimb.cli.flying import Compare, Run
 from skylimb.cli.looking import List, Report, Show, VerifyContact, View
 
@@ -15,4 +16,5 @@ VERBS: dict[str, Any] = {
     "report": Report,
     "view": View,
     "verify-contact": VerifyContact,
+    "export-c": ExportC,
 }

@@ -7,6 +7,7 @@ depends on theta only.
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable
 from typing import Any
@@ -28,8 +29,9 @@ _SLACK = 1e-9
 """A rounding error beyond the end of a range is inside of it."""
 
 
+@functools.lru_cache(maxsize=16)
 def posture_family(robot: Robot) -> ReachFamily:
-    """The robot's family of postures, with its reach.
+    """The robot's family of postures, with its reach; found once for each robot object.
 
     Raises:
         DescriptionError: no posture of the family is within the joint limits, or reach does not change one

@@ -41,13 +41,18 @@ def active(config: DisturbanceConfig, times: np.ndarray) -> np.ndarray:
     return (times >= config.start - 1e-9) & (times < config.start + config.duration - 1e-9)
 
 
+def pushes(config: DisturbanceConfig, times: np.ndarray) -> bool:
+    """Whether anything pushes in the ticks that begin at these times."""
+    return bool(active(config, times).any() and (np.any(config.force) or np.any(config.torque)))
+
+
 def pusher(
     config: DisturbanceConfig, model: mujoco.MjModel, data: mujoco.MjData, root: str, times: np.ndarray
 ) -> Callable[[int], None] | None:
     """A function that sets the push before the steps of tick k; None where nothing pushes."""
-    acts = active(config, times)
-    if not acts.any() or not (np.any(config.force) or np.any(config.torque)):
+    if not pushes(config, times):
         return None
+    acts = active(config, times)
     body = model.body(root).id
     force, torque = np.array(config.force), np.array(config.torque)
 

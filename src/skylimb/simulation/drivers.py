@@ -10,7 +10,7 @@ import numpy as np
 
 from skylimb.packing import Layout, pack_rows
 from skylimb.simulation.disturbance import DisturbanceConfig, pusher
-from skylimb.simulation.flight import CHECK_INTERVAL, Flight, engine_warning, find_loss
+from skylimb.simulation.flight import CHECK_INTERVAL, Flight, engine_loss, find_loss
 from skylimb.simulation.mission import Mission
 from skylimb.simulation.plant import Plant
 from skylimb.simulation.robot_bodies import TIP_SITE
@@ -101,16 +101,18 @@ def interventions(
 
         found.append(move_wall)
     if plant.surface.friction_varies:
-        found.append(_friction_writer(plant, data, mission))
+        found.append(friction_writer(plant, data, mission, plant.model))
     push = pusher(disturbance, plant.model, data, plant.robot.description.root, mission.times)
     if push is not None:
         found.append(push)
     return found
 
 
-def _friction_writer(plant: Plant, data: mujoco.MjData, mission: Mission) -> Callable[[int], None]:
-    """Writes the friction of the place and the slip speed that the tip has at a tick."""
-    model, friction = plant.model, PairFriction(plant.model, plant.surface)
+def friction_writer(
+    plant: Plant, data: mujoco.MjData, mission: Mission, model: mujoco.MjModel
+) -> Callable[[int], None]:
+    """Writes into `model` the friction of the place and the slip speed that the tip has at a tick."""
+    friction = PairFriction(model, plant.surface)
     site = model.site(TIP_SITE).id
     position, velocity = data.site_xpos[site], np.zeros(6)
     displacement, wall_speed = plant.surface.motion(mission.times)
@@ -127,10 +129,4 @@ def lost_flight(
 ) -> tuple[int, str] | None:
     """`find_loss`, and the engine's own warnings."""
     found = find_loss(log, layout, mission, start, end)
-    warning = engine_warning(data)
-    if found is None and warning:
-        return (
-            end - 1,
-            f"diverged: the physics engine warned ({warning}) before t = {mission.times[end - 1]:.3f} s",
-        )
-    return found
+    return found or engine_loss(mission, end, [int(warning.number) for warning in data.warning])

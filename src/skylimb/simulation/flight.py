@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import mujoco
@@ -13,9 +14,14 @@ from skylimb.simulation.mission import Mission
 CHECK_INTERVAL = 100
 """Ticks between two looks at the flight's health: a lost flight ends within that many ticks of the loss."""
 
-_MAX_TILT = 1.0
-_MAX_DISTANCE = 2.0
-_MIN_HEIGHT = 0.05
+MAX_TILT = 1.0
+"""Tilt of a flight that is lost, rad."""
+
+MAX_DISTANCE = 2.0
+"""Distance of the root from its reference in a flight that is lost, m."""
+
+MIN_HEIGHT = 0.05
+"""Height of a root on the floor, m."""
 
 
 @dataclass(frozen=True)
@@ -50,15 +56,15 @@ def find_loss(
     """
     rows = signals[first:last]
     qpos = rows[:, layout.slices["configuration"]]
-    finite = np.isfinite(rows[:, _own_signals(layout)]).all(axis=1)
+    finite = np.isfinite(rows[:, watched_columns(layout)]).all(axis=1)
     with np.errstate(invalid="ignore"):
         tilt = np.arccos(np.clip(1.0 - 2.0 * (qpos[:, 4] ** 2 + qpos[:, 5] ** 2), -1.0, 1.0))
         distance = np.linalg.norm(qpos[:, 0:3] - mission.reference.position[first:last], axis=1)
         checks = (
             (~finite, "diverged: a signal is no longer a finite number"),
-            (tilt > _MAX_TILT, f"lost attitude: tilt above {_MAX_TILT:g} rad"),
-            (distance > _MAX_DISTANCE, f"lost position: more than {_MAX_DISTANCE:g} m from the reference"),
-            (qpos[:, 2] < _MIN_HEIGHT, f"hit the floor: below {_MIN_HEIGHT:g} m"),
+            (tilt > MAX_TILT, f"lost attitude: tilt above {MAX_TILT:g} rad"),
+            (distance > MAX_DISTANCE, f"lost position: more than {MAX_DISTANCE:g} m from the reference"),
+            (qpos[:, 2] < MIN_HEIGHT, f"hit the floor: below {MIN_HEIGHT:g} m"),
         )
     found = [(int(np.argmax(bad)), cause) for bad, cause in checks if bad.any()]
     if not found:
@@ -68,7 +74,7 @@ def find_loss(
     return tick, f"{cause} at t = {mission.times[tick]:.3f} s"
 
 
-def _own_signals(layout: Layout[dict[str, object]]) -> np.ndarray:
+def watched_columns(layout: Layout[dict[str, object]]) -> np.ndarray:
     """Columns that every driver fills; a user's controller may leave its inner signals open."""
     names = (
         "configuration",
@@ -80,7 +86,13 @@ def _own_signals(layout: Layout[dict[str, object]]) -> np.ndarray:
     return np.concatenate([np.arange(layout.size)[layout.slices[name]] for name in names])
 
 
-def engine_warning(data: mujoco.MjData) -> str:
-    """What the engine warned of, or empty. A warning means a state that cannot be trusted."""
-    raised = [mujoco.mjtWarning(i).name for i in range(len(data.warning)) if data.warning[i].number > 0]
-    return ", ".join(raised)
+def engine_loss(mission: Mission, end: int, warnings: Sequence[int]) -> tuple[int, str] | None:
+    """The loss that the engine's own warnings make of a flight, found after `end` ticks; None without any.
+
+    A warning means a state that cannot be trusted. `warnings` counts each kind.
+    """
+    raised = ", ".join(mujoco.mjtWarning(i).name for i, number in enumerate(warnings) if number > 0)
+    if not raised:
+        return None
+    when = f"before t = {mission.times[end - 1]:.3f} s"
+    return end - 1, f"diverged: the physics engine warned ({raised}) {when}"

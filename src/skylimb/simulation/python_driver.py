@@ -121,7 +121,7 @@ def _sensors(
         ca.SX.sym("row", rows.size),
         symbolic_outputs(plant.model),
     )
-    state, measurement = sense_plant(plant, config, states.unpack(x), outputs, rows.unpack(row), dt)
+    state, measurement = sense_plant(plant, states.unpack(x), outputs, rows.unpack(row), dt)
     packed = Layout(measurement).pack(measurement)
     return ca.Function("sense", [x, *outputs, row], [states.pack(state), packed]), states.pack(initial)
 

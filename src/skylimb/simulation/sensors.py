@@ -63,7 +63,7 @@ class SensorConfig:
 
 
 class SensorNoise(NamedTuple):
-    """Noise of one tick, in the units of the measurement; that of a frame stays as long as the frame."""
+    """Errors of one tick, in the units of the measurement; those of a frame stay as long as the frame."""
 
     position: Array
     velocity: Array
@@ -112,14 +112,18 @@ def frame_ages(config: SensorConfig, times: np.ndarray) -> np.ndarray:
 def draw_noise(
     config: SensorConfig, times: np.ndarray, n_joints: int, n_vectoring: int, rng: np.random.Generator
 ) -> SensorNoise:
-    """The noise of a whole run, each entry (k, width): a draw a frame, and one a tick for the encoders."""
+    """The errors of a whole run, each entry (k, width): a draw a frame, and one a tick for the encoders.
+
+    The constant misalignment is among them, so that `sense` itself depends on no number of the
+    configuration.
+    """
     frames = frame_numbers(config, times)
     per_frame = rng.standard_normal((int(frames[-1]) + 1, 12))[frames] if len(times) else np.zeros((0, 12))
     per_tick = rng.standard_normal((len(times), n_joints + n_vectoring))
     return SensorNoise(
         per_frame[:, 0:3] * config.position_noise,
         per_frame[:, 3:6] * config.velocity_noise,
-        per_frame[:, 6:9] * config.attitude_noise,
+        per_frame[:, 6:9] * config.attitude_noise + np.asarray(config.attitude_misalignment),
         per_frame[:, 9:12] * config.angular_velocity_noise,
         per_tick[:, :n_joints] * config.joint_noise,
         per_tick[:, n_joints:] * config.vectoring_noise,
@@ -127,7 +131,6 @@ def draw_noise(
 
 
 def sense(
-    config: SensorConfig,
     state: SensorState,
     root: Array,
     joint_angles: Array,
@@ -139,13 +142,12 @@ def sense(
     """What the sensors say at this tick.
 
     Args:
-        config: constant errors.
         state: history of the last tick.
         root: true pose and twist of the measured link now, (13,); twist as (v in W, omega in the link).
         joint_angles: true q, rad.
         vectoring_angles: true psi, rad.
         age: of the frame seen now, s.
-        noise: of this tick.
+        noise: errors of this tick.
         dt: control period, s.
     """
     rows = (root, *state.history[:-1])
@@ -153,7 +155,7 @@ def sense(
     # Linear interpolation without a branch: each remembered tick weighs in with a hat of one tick's width.
     seen: Any = sum(row * clip(1.0 - abs(ticks - index), 0.0, 1.0) for index, row in enumerate(rows))
     quaternion = seen[3:7] / (seen[3] ** 2 + seen[4] ** 2 + seen[5] ** 2 + seen[6] ** 2) ** 0.5
-    error = noise.attitude + np.asarray(config.attitude_misalignment)
+    error = noise.attitude
     turned = quaternion_product(quaternion, vector(1.0, 0.5 * error[0], 0.5 * error[1], 0.5 * error[2]))
     turned = turned / (1.0 + 0.25 * (error[0] ** 2 + error[1] ** 2 + error[2] ** 2)) ** 0.5
     measurement = Measurement(

@@ -9,6 +9,7 @@ one rebuilds nothing.
 
 from __future__ import annotations
 
+from collections import OrderedDict
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -20,7 +21,7 @@ from skylimb.control.cascade import Cascade
 from skylimb.control.records import Command, Reference
 from skylimb.errors import DescriptionError
 from skylimb.estimation.records import Measurement
-from skylimb.packing import Layout
+from skylimb.packing import Layout, structure
 from skylimb.simulation.actuators import actuate
 from skylimb.simulation.contact import ContactReading
 from skylimb.simulation.plant import Plant
@@ -54,13 +55,13 @@ def row_layout(plant: Plant) -> Layout[TickRow]:
 
 
 def sense_plant(
-    plant: Plant, config: SensorConfig, state: SensorState, outputs: PlantOutputs, row: TickRow, dt: float
+    plant: Plant, state: SensorState, outputs: PlantOutputs, row: TickRow, dt: float
 ) -> tuple[SensorState, Measurement]:
     """The measurement of this tick."""
     root = ca.vertcat(outputs.qpos[0:7], outputs.qvel[0:6])
     joints = outputs.qpos[list(plant.joint_qpos)]
     vectoring = outputs.qpos[list(plant.vectoring_qpos)]
-    return sense(config, state, root, joints, vectoring, row.age, row.noise, dt)
+    return sense(state, root, joints, vectoring, row.age, row.noise, dt)
 
 
 def plant_signals(
@@ -132,10 +133,26 @@ def symbolic_outputs(model: mujoco.MjModel) -> PlantOutputs:
     return PlantOutputs(*(ca.SX.sym(name, int(size)) for name, size in sizes))
 
 
+class _Traced(NamedTuple):
+    """What a tick's structure alone decides."""
+
+    function: ca.Function
+    gains_layout: Layout[Any]
+    rows: Layout[TickRow]
+    signals: Layout[dict[str, Any]]
+
+
+_known: OrderedDict[tuple[Any, ...], _Traced] = OrderedDict()
+_MOST_KNOWN = 64
+
+
 def compile_tick(
     controller: Cascade, plant: Plant, sensors: SensorConfig, root: np.ndarray, dt: float
 ) -> CompiledTick:
     """Trace the whole tick with symbols and make one function of it.
+
+    A tick of the same structure is traced once in a process: gains, seeds, noise and the plant's own numbers
+    are data, so that thousands of flights that differ in those share a function.
 
     Args:
         controller: a cascade of laws that can be traced.
@@ -147,6 +164,44 @@ def compile_tick(
     check_measured_link(plant)
     initial = (initial_sensor_state(sensors, dt, root), controller.initial_state())
     gains = controller.gains()
+    key = _structure(controller, plant, initial, gains, dt)
+    traced = _known.get(key)
+    if traced is None:
+        traced = _known[key] = _trace(controller, plant, initial, gains, dt)
+        while len(_known) > _MOST_KNOWN:
+            _known.popitem(last=False)
+    return CompiledTick(
+        traced.function,
+        Layout(initial).pack(initial),
+        traced.gains_layout.pack(gains),
+        traced.gains_layout,
+        traced.rows,
+        traced.signals,
+    )
+
+
+def _structure(controller: Cascade, plant: Plant, initial: Any, gains: Any, dt: float) -> tuple[Any, ...]:
+    """Everything that ends up in a traced function rather than in its arguments."""
+    preset, family, table, model = controller.preset, controller.family, controller.vectoring, plant.model
+    reading = plant.reading
+    laws = (preset.translation.law, preset.attitude.law, preset.shape.law)
+    return (
+        type(controller),
+        controller.robot,
+        laws,
+        preset.tare,
+        structure(gains),
+        structure(initial),
+        (family.theta_min, family.theta_max, family.theta_nominal, family.described, family.coefficients),
+        (table.theta_min, table.theta_max, table.digest, np.asarray(table.coefficients).tobytes()),
+        (plant.joint_qpos, plant.vectoring_qpos, len(plant.robot.description.rotors)),
+        tuple(int(size) for size in (model.nq, model.nv, model.na, model.nhistory)),
+        tuple(part.tobytes() for part in (reading.found, reading.force, reading.position)),
+        dt,
+    )
+
+
+def _trace(controller: Cascade, plant: Plant, initial: Any, gains: Any, dt: float) -> _Traced:
     states, gain_layout, rows = Layout(initial), Layout(gains), row_layout(plant)
 
     x, row, p = (
@@ -156,7 +211,7 @@ def compile_tick(
     outputs = symbolic_outputs(plant.model)
     sensor_state, controller_state = states.unpack(x)
     known = rows.unpack(row)
-    sensor_state, measurement = sense_plant(plant, sensors, sensor_state, outputs, known, dt)
+    sensor_state, measurement = sense_plant(plant, sensor_state, outputs, known, dt)
     controller_state, command, inner = controller.step(
         gain_layout.unpack(p), controller_state, measurement, known.reference, dt
     )
@@ -174,4 +229,4 @@ def compile_tick(
         ["next_state", "controls", "signals"],
         {"cse": True},
     )
-    return CompiledTick(function, states.pack(initial), gain_layout.pack(gains), gain_layout, rows, signals)
+    return _Traced(function, gain_layout, rows, signals)

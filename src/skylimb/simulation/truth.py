@@ -73,6 +73,22 @@ def _kinematics_function(
     return ca.Function("kinematics", [qpos, qvel, axis], [ca.densify(layout.pack(record))]), layout
 
 
+def _over_ticks(function: ca.Function, *columns: np.ndarray) -> np.ndarray:
+    """A function of vectors at every tick, (ticks, outputs), on the arrays' own memory."""
+    count = len(columns[0])
+    # CasADi stores by columns, so that a row for each tick is its column for each tick.
+    arguments = [np.ascontiguousarray(column, dtype=float) for column in columns]
+    table = np.empty((count, function.numel_out(0)))
+    if not count:
+        return table
+    buffer, evaluate = function.map(count).buffer()
+    for index, argument in enumerate(arguments):
+        buffer.set_arg(index, memoryview(argument))  # pyright: ignore[reportCallIssue]
+    buffer.set_res(0, memoryview(table))  # pyright: ignore[reportCallIssue]
+    evaluate()
+    return table
+
+
 def flight_kinematics(plant: Plant, flight: Flight, mission: Mission) -> Kinematics:
     """Exact kinematics at every tick of a flight; every entry has the ticks as first dimension."""
     model = plant.model
@@ -81,7 +97,7 @@ def flight_kinematics(plant: Plant, flight: Flight, mission: Mission) -> Kinemat
     )
     qpos, qvel = flight.signal("configuration"), flight.signal("configuration_velocity")
     axes = mission.reference.contact_axis[: flight.ticks]
-    table = np.asarray(function.map(flight.ticks)(qpos.T, qvel.T, axes.T)).T
+    table = _over_ticks(function, qpos, qvel, axes)
 
     def column(name: str) -> np.ndarray:
         values, shape = table[:, layout.slices[name]], layout.shapes[name]

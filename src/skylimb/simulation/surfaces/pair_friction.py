@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -13,37 +14,69 @@ from skylimb.simulation.surfaces.surface import Surface
 _MOST_CELLS = 1000  # along one direction of the look-up table
 
 
-class PairFriction:
-    """Friction and adhesion of one contact pair that follow the tip over a surface.
+class FrictionTable(NamedTuple):
+    """Friction and adhesion of a surface sampled once, so that an update in flight is a look-up.
 
-    The friction map is sampled once, at half its own blending width or a thousandth of the surface, so that
-    an update is a look-up.
+    Attributes:
+        frictions: coefficients in cells over the surface's `size`, (along u, along v).
+        adhesions: N, the same.
+        origin: the surface's, W, m.
+        motion_axis: unit vector along which it moves, W.
+        R_WS: (3, 3) columns w, u, v.
+        half: half of its extent along u and v, m.
+        static_ratio: friction at rest over friction in motion.
+        static_speed: slip speed over which it falls, m/s.
+        stiffness: N/m.
     """
 
+    frictions: np.ndarray
+    adhesions: np.ndarray
+    origin: np.ndarray
+    motion_axis: np.ndarray
+    R_WS: np.ndarray
+    half: tuple[float, float]
+    static_ratio: float
+    static_speed: float
+    stiffness: float
+
+
+def friction_table(surface: Surface) -> FrictionTable:
+    """Sample a surface at half its friction map's own blending width, or a thousandth of its size."""
+    if surface.friction_map is None:
+        frictions, adhesions = np.array([[surface.friction]]), np.array([[surface.adhesion]])
+    else:
+        pitch = 0.5 * surface.friction_map.blend
+        nu, nv = (min(_MOST_CELLS, max(1, math.ceil(extent / pitch))) for extent in surface.size)
+        mid_u = ((np.arange(nu) + 0.5) / nu - 0.5) * surface.size[0]
+        mid_v = ((np.arange(nv) + 0.5) / nv - 0.5) * surface.size[1]
+        over = surface.friction_map.over((surface.friction, surface.adhesion), surface.size)
+        frictions, adhesions = over(*np.meshgrid(mid_u, mid_v, indexing="ij"))
+    return FrictionTable(
+        frictions=frictions,
+        adhesions=adhesions,
+        origin=np.asarray(surface.position, dtype=float),
+        motion_axis=surface.motion_axis,
+        R_WS=surface.R_WS,
+        half=(0.5 * surface.size[0], 0.5 * surface.size[1]),
+        static_ratio=surface.static_ratio,
+        static_speed=surface.static_speed,
+        stiffness=surface.stiffness,
+    )
+
+
+class PairFriction:
+    """Friction and adhesion of one contact pair that follow the tip over a surface."""
+
     def __init__(self, model: mujoco.MjModel, surface: Surface, name: str = PAIR_NAME) -> None:
-        pair = model.pair(name).id
+        pair, table = model.pair(name).id, friction_table(surface)
         self._friction, self._adhesion = model.pair_friction[pair], model.pair_adhesion[pair : pair + 1]
-        self._gap, self._stiffness = model.pair_gap[pair : pair + 1], surface.stiffness
-        self._origin, self._axis = tuple(surface.position), tuple(map(float, surface.motion_axis))
-        _, u, v = surface.R_WS.T
-        self._u, self._v = tuple(map(float, u)), tuple(map(float, v))
-        self._w = tuple(map(float, surface.R_WS[:, 0]))
-        self._ratio, self._speed = surface.static_ratio, surface.static_speed
-        self._half = 0.5 * surface.size[0], 0.5 * surface.size[1]
-        if surface.friction_map is None:
-            self._cells = 1, 1
-            frictions, adhesions = np.array([[surface.friction]]), np.array([[surface.adhesion]])
-        else:
-            pitch = 0.5 * surface.friction_map.blend
-            nu, nv = self._cells = (
-                min(_MOST_CELLS, max(1, math.ceil(surface.size[0] / pitch))),
-                min(_MOST_CELLS, max(1, math.ceil(surface.size[1] / pitch))),
-            )
-            mid_u = ((np.arange(nu) + 0.5) / nu - 0.5) * surface.size[0]
-            mid_v = ((np.arange(nv) + 0.5) / nv - 0.5) * surface.size[1]
-            over = surface.friction_map.over((surface.friction, surface.adhesion), surface.size)
-            frictions, adhesions = over(*np.meshgrid(mid_u, mid_v, indexing="ij"))
-        self._frictions, self._adhesions = frictions.tolist(), adhesions.tolist()
+        self._gap, self._stiffness = model.pair_gap[pair : pair + 1], table.stiffness
+        # Plain floats and lists: an update has a microsecond or two.
+        self._origin, self._axis = table.origin.tolist(), table.motion_axis.tolist()
+        self._w, self._u, self._v = table.R_WS.T.tolist()
+        self._ratio, self._speed = table.static_ratio, table.static_speed
+        self._half, self._cells = table.half, table.frictions.shape
+        self._frictions, self._adhesions = table.frictions.tolist(), table.adhesions.tolist()
 
     def update(
         self,

@@ -1,0 +1,189 @@
+"""Measure the native driver: closed loop against a raw replay, many flights on threads, memory.
+
+    python benchmarks/native.py
+    python benchmarks/native.py --controller pid --flights 64
+
+The replay makes the same physics steps with the flight's own controls from a table, by the engine's own loop
+in C, and nothing else. Times are the least of several runs taken in turns. Exits with 1 when a figure falls
+short.
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import resource
+import sys
+import time
+from collections.abc import Callable
+
+import mujoco
+import numpy as np
+from mujoco.batch import Batch
+from rich.console import Console
+from rich.table import Table
+
+import skylimb
+from skylimb.analysis.metrics import metrics
+from skylimb.control.cascade import Cascade
+from skylimb.experiments.flyable import first_row
+from skylimb.experiments.run import prepare_flight
+from skylimb.simulation.drivers import fly_compiled, interventions, mission_rows
+from skylimb.simulation.log import flight_log
+from skylimb.simulation.native import NativeJob, compile_native, fly_native, unavailable
+from skylimb.simulation.plant import initial_data
+from skylimb.simulation.tick import compile_tick
+
+RATIO_WANTED = 0.95
+MINUTES_WANTED, FLIGHTS_WANTED = 2.5, 1000
+SCALING_WANTED = 1.85
+MEMORY_WANTED = 400.0  # MB
+_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
+
+
+def prepare(experiment: skylimb.Experiment, robot: skylimb.Robot, controller: str) -> NativeJob:
+    """Everything before a flight."""
+    cascade = skylimb.load_controller(controller, robot)
+    if not isinstance(cascade, Cascade):
+        raise SystemExit(f"{controller} is not one of the compiled controllers")
+    plant, mission = prepare_flight(experiment, robot)
+    data = initial_data(plant, first_row(mission))
+    root = np.concatenate([data.qpos[0:7], data.qvel[0:6]])
+    tick = compile_tick(cascade, plant, experiment.sensors, root, experiment.control_period)
+    rows = mission_rows(plant, mission, experiment.sensors, experiment.seed)
+    return NativeJob(compile_native(tick, plant), plant, data, mission, rows, experiment.disturbance)
+
+
+def with_seed(job: NativeJob, experiment: skylimb.Experiment, seed: int) -> NativeJob:
+    """The same flight with other noise."""
+    return dataclasses.replace(job, rows=mission_rows(job.plant, job.mission, experiment.sensors, seed))
+
+
+def controls_of(job: NativeJob) -> tuple[np.ndarray, np.ndarray]:
+    """The controls of every physics step, as the Python driver flies, and the state at the end."""
+    plant, data = job.plant, mujoco.MjData(job.plant.model)
+    mujoco.mj_copyData(data, plant.model, job.data)
+    controls = np.zeros((len(job.rows), plant.model.nu))
+
+    def watch(k: int) -> None:
+        controls[k] = data.ctrl
+
+    outside = interventions(plant, data, job.mission, job.disturbance)
+    flight = fly_compiled(job.compiled, plant, data, job.mission, job.rows, [*outside, watch])
+    if flight.cause:
+        raise SystemExit(f"the flight failed: {flight.cause}")
+    return np.repeat(controls, plant.substeps, axis=0), np.concatenate([data.qpos, data.qvel])
+
+
+def seconds(work: Callable[[], object], clock: Callable[[], float] = time.perf_counter) -> float:
+    start = clock()
+    work()
+    return clock() - start
+
+
+def fastest(repeats: int, *works: Callable[[], float]) -> list[float]:
+    """The least time of each work, taken in turns."""
+    return [min(times) for times in zip(*([work() for work in works] for _ in range(repeats)), strict=True)]
+
+
+def closed_over_replay(job: NativeJob, repeats: int) -> tuple[float, float]:
+    """Processor seconds of the closed loop and of the raw replay, each on the caller's thread alone."""
+    controls, end = controls_of(job)
+
+    def replay() -> float:
+        batch = Batch(job.plant.model, 1, 1)
+        mujoco.mj_getState(job.plant.model, job.data, batch.state[0], _STATE)
+        took = seconds(lambda: batch.rollout(len(controls), controls[None], record=()), time.thread_time)
+        if not np.array_equal(np.concatenate([batch.qpos[0], batch.qvel[0]]), end):
+            raise SystemExit("the replay did not end where the flight did: the comparison means nothing")
+        return took
+
+    closed, raw = fastest(repeats, lambda: seconds(lambda: fly_native([job]), time.thread_time), replay)
+    return closed, raw
+
+
+def memory() -> float:
+    """Most memory that the process has had, MB."""
+    most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return most / (2**20 if sys.platform == "darwin" else 2**10)
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
+    parser.add_argument("--experiment", default="paper")
+    parser.add_argument("--controller", default="hybrid")
+    parser.add_argument("--flights", type=int, default=12, help="flown at once")
+    parser.add_argument("--repeats", type=int, default=7)
+    options = parser.parse_args()
+    if unavailable():
+        raise SystemExit(f"no native driver here: {unavailable()}")
+
+    experiment = skylimb.load_experiment(options.experiment)
+    robot = skylimb.load_robot(experiment.robot)
+    job = prepare(experiment, robot, options.controller)
+    closed, raw = closed_over_replay(job, options.repeats)
+
+    many = [with_seed(job, experiment, seed) for seed in range(options.flights)]
+    one, two = fastest(
+        options.repeats,
+        lambda: seconds(lambda: fly_native(many, 1)),
+        lambda: seconds(lambda: fly_native(many, 2)),
+    )
+    [flight] = fly_native([job])
+    before, after = fastest(
+        options.repeats,
+        lambda: seconds(lambda: prepare(experiment, robot, options.controller)),
+        lambda: seconds(lambda: metrics(flight_log(job.plant, flight, job.mission))),
+    )
+    return report(options, job, closed, raw, one / options.flights, two / options.flights, before, after)
+
+
+def report(
+    options: argparse.Namespace,
+    job: NativeJob,
+    closed: float,
+    raw: float,
+    one: float,
+    two: float,
+    before: float,
+    after: float,
+) -> int:
+    """Print what was measured; 1 when a figure falls short."""
+    flown = job.mission.times[-1]
+    minutes = FLIGHTS_WANTED * two / 60.0
+    figures = (
+        (
+            "closed loop / raw replay",
+            raw / closed,
+            f"at least {RATIO_WANTED:g}",
+            raw / closed >= RATIO_WANTED,
+        ),
+        (
+            f"{FLIGHTS_WANTED} flights on two threads, min",
+            minutes,
+            f"at most {MINUTES_WANTED:g}",
+            minutes <= MINUTES_WANTED,
+        ),
+        ("two threads / one", one / two, f"at least {SCALING_WANTED:g}", one / two >= SCALING_WANTED),
+        ("memory, MB", memory(), f"at most {MEMORY_WANTED:g}", memory() <= MEMORY_WANTED),
+    )
+    console = Console(highlight=False)
+    console.print(
+        f"{options.experiment}, {options.controller}: {flown:.1f} s of flight in {len(job.rows)} ticks of "
+        f"{job.plant.substeps} steps, {options.flights} at once, fastest of {options.repeats}"
+    )
+    table = Table("", "measured", "wanted", "", box=None, pad_edge=False)
+    for name, value, wanted, good in figures:
+        table.add_row(name, f"{value:.3g}", wanted, "" if good else "short")
+    console.print(table)
+    console.print(
+        f"a tick of the closed loop {1e6 * closed / len(job.rows):.2f} us, of the replay "
+        f"{1e6 * raw / len(job.rows):.2f} us; a flight {1e3 * one:.0f} ms ({flown / one:.0f} x real time), "
+        f"before it {1e3 * before:.0f} ms for scene, mission and noise, after it {1e3 * after:.0f} ms for "
+        "log and metrics"
+    )
+    return 0 if all(good for *_, good in figures) else 1
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,45 @@
+"""The verb that writes a controller as C: `export-c`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+from tyro.conf import Positional, arg
+
+from skylimb.cli.options import new_folder
+from skylimb.errors import ConfigError
+
+
+@dataclass(frozen=True)
+class ExportC:
+    """Write a controller as C for a flight computer: no allocation, nothing needed but libm.
+
+    Leaves the controller's function, its header, a test vector and an example that holds the one against the
+    other.
+    """
+
+    examples: ClassVar[str] = """
+        skylimb export-c --controller hybrid out/hybrid-c
+        skylimb export-c --controller my_gains.toml out/mine-c --rate 250
+    """
+
+    folder: Annotated[Positional[str], arg(metavar="DIR", help="New folder for the files.")]
+    controller: Annotated[str, arg(metavar="NAME", help="A controller's name or its TOML file.")] = "hybrid"
+    robot: Annotated[str, arg(metavar="NAME", help="A robot's name, folder or file.")] = "hydrus_xi_quad"
+    rate: Annotated[float, arg(metavar="HZ", help="Control ticks a second.")] = 200.0
+
+    def __call__(self) -> int:
+        """Trace it and write the files."""
+        if not 10.0 <= self.rate <= 10_000.0:
+            raise ConfigError(f"--rate = {self.rate:g} Hz is outside 10 .. 10000 Hz")
+        folder = new_folder(self.folder, "")
+        import skylimb
+        from skylimb.simulation.native.export import export_c
+
+        controller = skylimb.load_controller(self.controller, skylimb.load_robot(self.robot))
+        for path in export_c(controller, folder, 1.0 / self.rate):
+            print(f"  {path}")
+        build = "cc main.c controller.c controller_function.c -o example -lm"
+        print(f"try it: cd {folder} && {build} && ./example")
+        return 0

@@ -1,0 +1,146 @@
+"""The files of an exported controller."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from skylimb.control.cascade import Cascade
+from skylimb.control.controller import Controller
+from skylimb.errors import ConfigError
+from skylimb.packing import Layout
+from skylimb.recording.files import new_folder
+from skylimb.simulation.native.export.step import (
+    NAME,
+    ControllerStep,
+    Vector,
+    controller_step,
+    example_vector,
+)
+from skylimb.simulation.native.function import c_source
+
+_TEMPLATES = Path(__file__).parent
+TOLERANCE = 1e-12
+"""Greatest difference, relative to the number's own size where that is above 1, that the example accepts."""
+
+
+def export_c(controller: Controller, folder: str | Path, control_period: float = 0.005) -> list[Path]:
+    """Write a controller as C99 that allocates nothing and needs only libm.
+
+    Left in the folder: `controller_function.c` (CasADi's own text of the cascade), `controller.c` and
+    `controller.h` (its gains, first state, the place of every named number, and one function to call),
+    `test_vector.h` (inputs of some ticks and what they must give) and `main.c`, an example that holds the
+    code against the vector.
+
+    Args:
+        controller: a cascade; a user's own Python class cannot be exported.
+        folder: new.
+        control_period: s, that the code is called with.
+
+    Returns:
+        The files.
+
+    Raises:
+        ConfigError: when the controller cannot be traced, or the period is not positive.
+        OutputError: when the folder exists or cannot be written.
+    """
+    if not isinstance(controller, Cascade):
+        raise ConfigError(
+            f"controller '{controller.name}' is a Python class of its own; only presets can be written as C"
+        )
+    if not 0.0 < control_period < math.inf:
+        raise ConfigError(f"control period = {control_period:g} s must be positive")
+    step = controller_step(controller, control_period)
+    texts = {
+        "controller_function.c": c_source(step.function),
+        "controller.h": _header(controller, step, control_period),
+        "controller.c": _source(step),
+        "test_vector.h": _vector(example_vector(controller, step)),
+        "main.c": (_TEMPLATES / "example_main.c").read_text("utf-8"),
+    }
+    with new_folder(folder) as staging:
+        for name, text in texts.items():
+            (staging / name).write_text(text, encoding="utf-8")
+    return [Path(folder) / name for name in texts]
+
+
+_UNITS = {
+    "measurement.position": "origin of the measured link, W, m",
+    "measurement.quaternion": "its attitude, w x y z",
+    "measurement.velocity": "of that origin, W, m/s",
+    "measurement.angular_velocity": "of the link, in its own axes, rad/s",
+    "measurement.joint_angles": "shape joints, rad",
+    "measurement.vectoring_angles": "vectoring joints, rad",
+    "reference.position": "centre of gravity, W, m",
+    "reference.velocity": "m/s; zero when positions alone are sent",
+    "reference.acceleration": "m/s^2; likewise",
+    "reference.heading": "of the tip link in the nominal posture, rad",
+    "reference.reach": "nominal, m",
+    "reference.joint_angles": "nominal posture, rad",
+    "reference.vectoring_angles": "of that posture, rad",
+    "reference.contact_axis": "unit vector into the surface, W",
+    "reference.tare": "1 while the bias of the force estimate is averaged",
+    "reference.align": "1 to keep the tip link's heading though the joints give way",
+    "reference.adapt": "1 while the arm may answer to force",
+    "command.thrusts": "N",
+    "command.joint_angles": "rad",
+    "command.vectoring_angles": "rad",
+}
+
+
+def _header(controller: Cascade, step: ControllerStep, dt: float) -> str:
+    parts: list[tuple[str, Layout[Any]]] = [
+        ("measurement", step.measurements),
+        ("reference", step.references),
+        ("gains", step.gains_layout),
+        ("command", step.commands),
+        ("signals", step.signals),
+    ]
+    lines = [f"#define SKYLIMB_STATE_SIZE {len(step.state)}"]
+    for part, layout in parts:
+        lines += ["", f"#define SKYLIMB_{part.upper()}_SIZE {layout.size}"]
+        for name, where in layout.slices.items():
+            width = where.stop - where.start
+            unit = _UNITS.get(f"{part}.{name}")
+            about = f"{width} {'number' if width == 1 else 'numbers'}" + (f": {unit}" if unit else "")
+            lines.append(f"#define SKYLIMB_{part.upper()}_{_upper(name)} {where.start} /* {about} */")
+    template = (_TEMPLATES / "controller_template.h").read_text("utf-8")
+    return (
+        template.replace("@CONTROLLER@", controller.name)
+        .replace("@ROBOT@", controller.robot.name)
+        .replace("@PERIOD@", repr(float(dt)))
+        .replace("@SIZES@", "\n".join(lines))
+    )
+
+
+def _upper(name: str) -> str:
+    return "".join(letter if letter.isalnum() else "_" for letter in name).upper()
+
+
+def _source(step: ControllerStep) -> str:
+    template = (_TEMPLATES / "controller_template.c").read_text("utf-8")
+    return (
+        template.replace("@FUNCTION@", NAME)
+        .replace("@STATE@", _numbers(step.state))
+        .replace("@GAINS@", _numbers(step.gains))
+    )
+
+
+def _vector(vector: Vector) -> str:
+    lines = [
+        "/* What the exported code is held against: inputs of a few ticks, and what they must give. */",
+        f"#define TEST_TICKS {len(vector.command)}",
+        f"#define TEST_TOLERANCE {TOLERANCE!r}",
+    ]
+    for name, table in vector._asdict().items():
+        rows = ",\n".join(f"  {{{_numbers(row)}}}" for row in table)
+        lines.append(f"static const double test_{name}[{table.shape[0]}][{table.shape[1]}] = {{\n{rows}\n}};")
+    return "\n".join(lines) + "\n"
+
+
+def _numbers(values: np.ndarray) -> str:
+    """Numbers in C, each with as many digits as it needs to come back the same."""
+    return ", ".join(repr(float(value)) for value in values)

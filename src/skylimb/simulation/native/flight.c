@@ -1,0 +1,191 @@
+/* Flies compiled ticks from inside of the engine, as its control callback.
+ *
+ * The engine calls back in every step, once positions and velocities are known and before forces are. In the first
+ * step of a control tick that is the moment to sense, control and record; what else acts on a flight from outside
+ * (a moving wall, a push, friction that varies) is done in the order in which the Python driver does it, so that
+ * both fly the same numbers.
+ *
+ * Everything that a flight needs lies in its own record, whose address it carries in mjData.userdata: any number of
+ * flights go on at once. Data that carries no record is left alone.
+ */
+#include <math.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <mujoco/mujoco.h>
+
+#define MARK 1936419121.0 /* second word of userdata: the first one is a record's address */
+#define NARGS 7
+#define NRESULTS 3
+
+typedef int (*Tick)(const double** arg, double** res, long long* iw, double* w, int mem);
+
+/* Functions of the engine, handed over because the engine's library is loaded already and not linked to. */
+typedef struct {
+  void (*forward_position)(const mjModel*, mjData*);
+  void (*forward_velocity)(const mjModel*, mjData*);
+  void (*apply)(const mjModel*, mjData*, const mjtNum*, const mjtNum*, const mjtNum*, int, mjtNum*);
+  void (*velocity)(const mjModel*, const mjData*, int, int, mjtNum*, int);
+  mjfGeneric previous; /* control callback of the program around us, or null */
+} Engine;
+
+/* The fields of record.py, in its order. */
+typedef struct {
+  Tick tick;
+  int64_t count, substeps, n_row, n_signals, interval;
+  const double* rows;  /* (count, n_row) */
+  double* log;         /* (count, n_signals) */
+  double* state[2];    /* before the tick at hand and after it; they change places at every tick */
+  const double* gains;
+  double* work;
+  const double* position;  /* of the root's reference, (count, 3), m */
+  const int64_t* watched;  /* columns of the log that must be finite */
+  int64_t n_watched;
+  double limits[3];        /* cosine of the tilt, distance (m) and height (m) beyond which a flight is surely lost */
+
+  int64_t done;     /* physics steps made */
+  int64_t stopped;  /* 1 when nothing is flown any more */
+  int64_t fresh;    /* 1 when the engine's warnings must be counted anew, as data may have served another flight */
+  int64_t closed;   /* 1 when the engine went on after the last tick, and its warnings were looked at before */
+  int64_t warned;   /* ticks flown when a warning was found, or -1 */
+  int64_t warnings[mjNWARNING];  /* how many of each there had been before this flight was continued; then, how many new */
+
+  int64_t wall_qpos, wall_dof; /* -1 for a surface at rest */
+  const double* wall;          /* its displacement and speed at every tick, (count, 2) */
+
+  const uint8_t* pushes; /* whether the push acts in each tick; null without one */
+  int64_t body;
+  double force[3], torque[3];
+
+  mjModel* model;           /* of this flight alone, whose friction is written; null where friction is constant */
+  int64_t pair, site;
+  int64_t cells[2];
+  const double *frictions, *adhesions; /* (cells[0], cells[1]) */
+  double origin[3], axis[3], w[3], u[3], v[3], half[2], ratio, speed, stiffness;
+} Flight;
+
+static Engine engine;
+
+void skylimb_set_engine(const Engine* functions) { engine = *functions; }
+
+int64_t skylimb_record_size(void) { return (int64_t)sizeof(Flight); }
+
+/* Whether the flight is past saving. The verdict is Python's; this keeps a lost flight from burning time. */
+static int surely_lost(const Flight* f, const mjData* d, int64_t k) {
+  const double *q = d->qpos, *wanted = f->position + 3 * k;
+  double x = q[0] - wanted[0], y = q[1] - wanted[1], z = q[2] - wanted[2];
+  const double* signals = f->log + k * f->n_signals;
+  for (int64_t i = 0; i < f->n_watched; i++)
+    if (!isfinite(signals[f->watched[i]])) return 1;
+  if (1.0 - 2.0 * (q[4] * q[4] + q[5] * q[5]) < f->limits[0]) return 1;
+  if (x * x + y * y + z * z > f->limits[1] * f->limits[1]) return 1;
+  return q[2] < f->limits[2];
+}
+
+/* Whether the engine has warned since this flight was continued. */
+static int engine_warned(Flight* f, const mjData* d) {
+  int any = 0;
+  for (int i = 0; i < mjNWARNING; i++) any |= d->warning[i].number > f->warnings[i];
+  if (any)
+    for (int i = 0; i < mjNWARNING; i++) f->warnings[i] = d->warning[i].number - f->warnings[i];
+  return any;
+}
+
+static void move_wall(const Flight* f, const mjModel* m, mjData* d, int64_t k) {
+  d->qpos[f->wall_qpos] = f->wall[2 * k];
+  d->qvel[f->wall_dof] = f->wall[2 * k + 1];
+  /* The engine has looked at the wall where it was: again. */
+  engine.forward_position(m, d);
+  engine.forward_velocity(m, d);
+}
+
+static void push(const Flight* f, const mjModel* m, mjData* d, int64_t k) {
+  for (int i = 0; i < m->nv; i++) d->qfrc_applied[i] = 0.0;
+  if (f->pushes[k]) engine.apply(m, d, f->force, f->torque, d->subtree_com + 3 * f->body, (int)f->body, d->qfrc_applied);
+}
+
+static int64_t cell(double fraction, int64_t count) {
+  double at = trunc(fraction * (double)count);
+  if (!(at > 0.0)) return 0;
+  return at < (double)count ? (int64_t)at : count - 1;
+}
+
+/* Write the friction of tick k, for the place and the speed that the tip has at the beginning of this step. */
+static void write_friction(const Flight* f, const mjModel* m, mjData* d, int64_t k) {
+  const double *tip = d->site_xpos + 3 * f->site, *o = f->origin, *a = f->axis, *u = f->u, *v = f->v;
+  double moved = f->wall[2 * k], wall_speed = f->wall[2 * k + 1];
+  double x = tip[0] - o[0] - moved * a[0];
+  double y = tip[1] - o[1] - moved * a[1];
+  double z = tip[2] - o[2] - moved * a[2];
+  int64_t i = cell(0.5 + 0.5 * (x * u[0] + y * u[1] + z * u[2]) / f->half[0], f->cells[0]);
+  int64_t j = cell(0.5 + 0.5 * (x * v[0] + y * v[1] + z * v[2]) / f->half[1], f->cells[1]);
+  double friction = f->frictions[i * f->cells[1] + j], adhesion = f->adhesions[i * f->cells[1] + j];
+  if (f->ratio != 1.0) {
+    mjtNum velocity[6];
+    engine.velocity(m, d, mjOBJ_SITE, (int)f->site, velocity, 0);
+    x = velocity[3] - wall_speed * a[0];
+    y = velocity[4] - wall_speed * a[1];
+    z = velocity[5] - wall_speed * a[2];
+    double along = x * f->w[0] + y * f->w[1] + z * f->w[2];
+    double slip = x * x + y * y + z * z - along * along;
+    friction *= 1.0 + (f->ratio - 1.0) * exp(-slip / (f->speed * f->speed));
+  }
+  mjtNum* pair = f->model->pair_friction + 5 * f->pair;
+  pair[0] = pair[1] = friction;
+  if (adhesion != f->model->pair_adhesion[f->pair]) {
+    f->model->pair_adhesion[f->pair] = adhesion;
+    f->model->pair_gap[f->pair] = adhesion / f->stiffness;
+  }
+}
+
+/* Fetch what the next tick reads and writes while the engine is still at work: nothing else touches it. */
+static void fetch_ahead(const Flight* f, int64_t k) {
+#if defined(__GNUC__) || defined(__clang__)
+  const char *row = (const char*)(f->rows + k * f->n_row), *line = (const char*)(f->log + k * f->n_signals);
+  for (int64_t i = 0; i < f->n_row * 8; i += 64) __builtin_prefetch(row + i, 0);
+  for (int64_t i = 0; i < f->n_signals * 8; i += 64) __builtin_prefetch(line + i, 1);
+#else
+  (void)f, (void)k;
+#endif
+}
+
+static void begin_tick(Flight* f, const mjModel* m, mjData* d, int64_t k) {
+  if (f->fresh) {
+    for (int i = 0; i < mjNWARNING; i++) f->warnings[i] = d->warning[i].number;
+    f->fresh = 0;
+  } else if (k % f->interval == 0 && engine_warned(f, d)) {
+    f->warned = k;
+    f->stopped = 1;
+    return;
+  }
+  const double* arg[NARGS] = {f->state[k & 1], d->qpos, d->qvel, d->act, d->history, f->rows + k * f->n_row, f->gains};
+  double* res[NRESULTS] = {f->state[1 - (k & 1)], d->ctrl, f->log + k * f->n_signals};
+  f->tick(arg, res, NULL, f->work, 0);
+  if (surely_lost(f, d, k)) {
+    f->stopped = 1;
+    return;
+  }
+  if (f->wall_qpos >= 0) move_wall(f, m, d, k);
+  if (f->pushes) push(f, m, d, k);
+}
+
+void skylimb_control(const mjModel* m, mjData* d) {
+  if (m->nuserdata < 2 || d->userdata[1] != MARK) {
+    if (engine.previous) engine.previous(m, d);
+    return;
+  }
+  Flight* f = (Flight*)(uintptr_t)d->userdata[0];
+  if (f->stopped) {
+    if (f->done == f->count * f->substeps && !f->closed) {
+      f->closed = 1;
+      if (f->warned < 0 && engine_warned(f, d)) f->warned = f->count;
+    }
+    return;
+  }
+  int64_t k = f->done / f->substeps, step = f->done % f->substeps;
+  if (step == 0) begin_tick(f, m, d, k);
+  f->done++;
+  if (step == f->substeps - 1 && k + 1 < f->count) fetch_ahead(f, k + 1);
+  /* Friction is what the next tick's first collision must find: it comes before the next callback. */
+  if (f->model && step == f->substeps - 1 && k + 1 < f->count) write_friction(f, m, d, k + 1);
+  if (f->done == f->count * f->substeps) f->stopped = 1;
+}

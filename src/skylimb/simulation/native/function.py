@@ -1,0 +1,73 @@
+"""A compiled tick as machine code: written as C by CasADi, built once, kept in the cache."""
+
+from __future__ import annotations
+
+import ctypes
+from collections import OrderedDict
+from dataclasses import dataclass
+
+import casadi as ca
+
+from skylimb.errors import CompileError, ConfigError
+from skylimb.simulation.compiling import built_library
+from skylimb.simulation.native.library import load_library
+from skylimb.simulation.plant import USER_WORDS, Plant
+from skylimb.simulation.tick import CompiledTick
+
+_ARGUMENTS, _RESULTS = 7, 3  # as in flight.c
+
+
+@dataclass(frozen=True)
+class NativeTick:
+    """A tick as machine code.
+
+    Attributes:
+        tick: what it was made of; its gains and first state are data and may be replaced.
+        library: the loaded code.
+        address: of its function.
+    """
+
+    tick: CompiledTick
+    library: ctypes.CDLL
+    address: int
+
+
+def c_source(function: ca.Function, header: bool = False) -> str:
+    """A CasADi function of scalars as a C file that needs nothing but libm and allocates nothing."""
+    generator = ca.CodeGenerator(f"{function.name()}.c", {"with_header": header})
+    generator.add(function)
+    return generator.dump()
+
+
+_loaded: OrderedDict[int, tuple[ca.Function, ctypes.CDLL, int]] = OrderedDict()
+_MOST_LOADED = 64
+
+
+def compile_native(tick: CompiledTick, plant: Plant) -> NativeTick:
+    """Build the tick, or take it from the cache; gains, seeds and first states share one build.
+
+    Raises:
+        CompileError: when there is no compiler that builds it.
+        ConfigError: when the plant's scene has no room for the driver's words.
+    """
+    if plant.model.nuserdata < USER_WORDS:
+        raise ConfigError(
+            f"the native driver needs {USER_WORDS} words of userdata; the scene has {plant.model.nuserdata}"
+        )
+    # The function is kept with its library, so that no other one can get its hash.
+    key = hash(tick.function)
+    if key not in _loaded:
+        _loaded[key] = (tick.function, *_build(tick.function))
+        while len(_loaded) > _MOST_LOADED:
+            _loaded.popitem(last=False)
+    _, library, address = _loaded[key]
+    return NativeTick(tick, library, address)
+
+
+def _build(function: ca.Function) -> tuple[ctypes.CDLL, int]:
+    if (function.sz_arg(), function.sz_res(), function.sz_iw()) != (_ARGUMENTS, _RESULTS, 0):
+        raise CompileError(f"function '{function.name()}' needs more work space than the native driver has")
+    library = load_library(built_library("native", function.name(), c_source(function)))
+    address = ctypes.cast(getattr(library, function.name()), ctypes.c_void_p).value
+    assert address is not None
+    return library, address

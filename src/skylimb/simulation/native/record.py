@@ -1,0 +1,156 @@
+"""The record that the control callback flies from, and the arrays that it points to."""
+
+from __future__ import annotations
+
+import copy
+import ctypes
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from skylimb.packing import Layout
+from skylimb.simulation.contact import PAIR_NAME
+from skylimb.simulation.disturbance import DisturbanceConfig, active, pushes
+from skylimb.simulation.drivers import friction_writer
+from skylimb.simulation.flight import CHECK_INTERVAL, MAX_DISTANCE, MAX_TILT, MIN_HEIGHT, watched_columns
+from skylimb.simulation.mission import Mission
+from skylimb.simulation.plant import Plant
+from skylimb.simulation.robot_bodies import TIP_SITE
+from skylimb.simulation.surfaces.pair_friction import friction_table
+from skylimb.simulation.tick import CompiledTick
+
+MARK = 1936419121.0
+"""Second word of `data.userdata` of a flight; the first is its record's address."""
+
+_SLACK = 1e-6  # the callback stops only flights that `find_loss` is sure to call lost
+_Word, _Number, _Pointer = ctypes.c_int64, ctypes.c_double, ctypes.c_void_p
+_WARNINGS = int(mujoco.mjtWarning.mjNWARNING)
+
+
+class FlightRecord(ctypes.Structure):
+    """`Flight` of flight.c, field by field."""
+
+    _fields_ = (
+        ("tick", _Pointer),
+        ("count", _Word), ("substeps", _Word), ("n_row", _Word), ("n_signals", _Word), ("interval", _Word),
+        ("rows", _Pointer), ("log", _Pointer), ("state", _Pointer * 2), ("gains", _Pointer),
+        ("work", _Pointer),
+        ("position", _Pointer), ("watched", _Pointer), ("n_watched", _Word), ("limits", _Number * 3),
+        ("done", _Word), ("stopped", _Word), ("fresh", _Word), ("closed", _Word),
+        ("warned", _Word), ("warnings", _Word * _WARNINGS),
+        ("wall_qpos", _Word), ("wall_dof", _Word), ("wall", _Pointer),
+        ("pushes", _Pointer), ("body", _Word), ("force", _Number * 3), ("torque", _Number * 3),
+        ("model", _Pointer), ("pair", _Word), ("site", _Word), ("cells", _Word * 2),
+        ("frictions", _Pointer), ("adhesions", _Pointer),
+        ("origin", _Number * 3), ("axis", _Number * 3),
+        ("w", _Number * 3), ("u", _Number * 3), ("v", _Number * 3), ("half", _Number * 2),
+        ("ratio", _Number), ("speed", _Number), ("stiffness", _Number),
+    )  # fmt: skip
+
+
+@dataclass
+class Aloft:
+    """A flight on its way.
+
+    Attributes:
+        record: what the callback reads and writes.
+        model: the flight's own where its friction is written, else the plant's.
+        log: one row of signals a tick; NaN where nothing was flown.
+        mission: what is flown.
+        layout: of the log's rows.
+        kept: arrays that the record points to.
+    """
+
+    record: FlightRecord
+    model: mujoco.MjModel
+    log: np.ndarray
+    mission: Mission
+    layout: Layout[Any]
+    kept: list[np.ndarray] = field(default_factory=list)
+
+    @property
+    def count(self) -> int:
+        """Ticks of the whole mission."""
+        return int(self.record.count)
+
+    @property
+    def over(self) -> bool:
+        """Whether every tick has been flown."""
+        return int(self.record.done) == self.count * int(self.record.substeps)
+
+    @property
+    def flown(self) -> int:
+        """Ticks begun; the last one's row is in the log."""
+        return min(self.count, -(-int(self.record.done) // int(self.record.substeps)))
+
+    def keep(self, array: np.ndarray, kind: Any = np.float64) -> int:
+        """Address of the array in the form that C reads; kept alive with the flight."""
+        kept = np.ascontiguousarray(array, dtype=kind)
+        self.kept.append(kept)
+        return kept.ctypes.data
+
+
+def begin_flight(
+    tick: CompiledTick,
+    function: int,
+    plant: Plant,
+    data: mujoco.MjData,
+    mission: Mission,
+    rows: np.ndarray,
+    disturbance: DisturbanceConfig,
+) -> Aloft:
+    """A flight before its first tick.
+
+    Args:
+        tick: layouts, gains and first state.
+        function: address of the tick's compiled function.
+        plant: what is flown.
+        data: the plant's state before the first tick.
+        mission: as long as `rows`.
+        rows: one packed row a tick.
+        disturbance: the push.
+    """
+    count = len(rows)
+    model = plant.model
+    if plant.surface.friction_varies:
+        model = copy.copy(model)
+        friction_writer(plant, data, mission, model)(0)
+    log = np.full((count, tick.signals.size), np.nan)
+    flight = Aloft(FlightRecord(), model, log, mission, tick.signals)
+    record, keep = flight.record, flight.keep
+    record.tick = function
+    record.count, record.substeps, record.interval = count, plant.substeps, CHECK_INTERVAL
+    record.n_row, record.n_signals = tick.rows.size, tick.signals.size
+    record.rows, record.log, record.gains = keep(rows), keep(log), keep(tick.gains)
+    record.state[0], record.state[1] = keep(tick.state.copy()), keep(tick.state.copy())
+    record.work = keep(np.zeros(max(1, tick.function.sz_w())))
+    record.position = keep(mission.reference.position)
+    watched = watched_columns(tick.signals)
+    record.watched, record.n_watched = keep(watched, np.int64), len(watched)
+    record.limits = (math.cos(MAX_TILT) - _SLACK, MAX_DISTANCE + _SLACK, MIN_HEIGHT - _SLACK)
+    record.fresh, record.warned = 1, -1
+    record.wall_qpos, record.wall_dof = plant.wall_joint or (-1, -1)
+    record.wall = keep(np.stack(plant.surface.motion(mission.times[:count]), axis=1))
+    if pushes(disturbance, mission.times):
+        record.pushes = keep(active(disturbance, mission.times), np.uint8)
+        record.body = model.body(plant.robot.description.root).id
+        record.force, record.torque = disturbance.force, disturbance.torque
+    if plant.surface.friction_varies:
+        _add_friction(flight, plant)
+    return flight
+
+
+def _add_friction(flight: Aloft, plant: Plant) -> None:
+    record, keep, table = flight.record, flight.keep, friction_table(plant.surface)
+    # The binding's address of the engine's own structure; nothing public tells it.
+    record.model = flight.model._address
+    record.pair, record.site = flight.model.pair(PAIR_NAME).id, flight.model.site(TIP_SITE).id
+    record.cells = table.frictions.shape
+    record.frictions, record.adhesions = keep(table.frictions), keep(table.adhesions)
+    record.origin, record.axis = tuple(table.origin), tuple(table.motion_axis)
+    record.w, record.u, record.v = (tuple(axis) for axis in table.R_WS.T)
+    record.half, record.ratio, record.speed = table.half, table.static_ratio, table.static_speed
+    record.stiffness = table.stiffness
