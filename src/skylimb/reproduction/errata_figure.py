@@ -15,9 +15,9 @@ from skylimb.experiments.run import run
 from skylimb.recording.run import Run
 from skylimb.reproduction.printed_forms import (
     admittance_as_printed,
-    allocation_as_printed,
     difference_as_printed,
     hybrid_with,
+    impedance_with_mass_times_force,
     leak_matrix,
 )
 from skylimb.robots.loader import load_robot
@@ -44,11 +44,10 @@ def fly_errata(changes: Mapping[str, Any] | None = None) -> dict[str, Run]:
         changes: dotted keys of the experiment and new values, for all of them.
     """
     robot, given = load_robot("hydrus_xi_quad"), dict(changes or {})
-    with allocation_as_printed():
-        lift = run("paper", "impedance", set={**given, **HOVER})
+    hover = {**given, **HOVER}
     return {
-        "lift": run("paper", "impedance", set={**given, **HOVER}),
-        "lift as printed": lift,
+        "lift": run("paper", "impedance", set=hover),
+        "lift as printed": run("paper", impedance_with_mass_times_force(robot), set=hover),
         "arm": run("paper", "hybrid", set=given),
         "arm, eq:admittance control": run("paper", hybrid_with(admittance_as_printed, robot), set=given),
         "arm, eq:difference method1": run("paper", hybrid_with(difference_as_printed, robot), set=given),

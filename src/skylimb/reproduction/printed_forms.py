@@ -5,19 +5,14 @@ They are here to be shown and tested, and nowhere else: everything that flies ha
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import replace
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 
-from skylimb.control import cascade as cascade_module
-from skylimb.control.allocation import Thrusts, allocate
 from skylimb.control.cascade import Cascade
 from skylimb.control.controller import load_controller
-from skylimb.control.preset import Slot
 from skylimb.control.shape import admittance
 from skylimb.planning.vectoring import vectoring_table
 from skylimb.robots.model import Robot
@@ -37,6 +32,13 @@ def difference_as_printed(gains: Any, push: Any, extension: Any, rate: Any) -> A
     return (push - gains.stiffness * extension + gains.damping * rate) / gains.mass
 
 
+class _Law:
+    """A law that stands in for a module: its gains and state, another step. Equal to itself alone."""
+
+    def __init__(self, like: Any, step: Callable[..., Any]) -> None:
+        self.Gains, self.initial_state, self.step = like.Gains, like.initial_state, step
+
+
 def hybrid_with(acceleration: Acceleration, robot: Robot) -> Cascade:
     """The hybrid preset with another equation for its arm."""
 
@@ -47,27 +49,33 @@ def hybrid_with(acceleration: Acceleration, robot: Robot) -> Cascade:
         reach = clip(state.reach + rate * inputs.dt, *reach_limits)
         return admittance.State(reach, rate), reach
 
-    controller = load_controller("hybrid", robot)
+    controller = _cascade("hybrid", robot)
+    law: Any = _Law(admittance, step)
+    shape = replace(controller.preset.shape, name="printed", law=law)
+    return replace(controller, preset=replace(controller.preset, shape=shape))
+
+
+def impedance_with_mass_times_force(robot: Robot) -> Cascade:
+    """eq:thrust translation 2: the impedance preset, its thrusts allocated for m f_cmd."""
+    controller = _cascade("impedance", robot)
+    slot = controller.preset.translation
+
+    def step(gains: Any, state: Any, inputs: Any) -> Any:
+        state, force = slot.law.step(gains, state, inputs)
+        return state, force * inputs.body.model.mass
+
+    law: Any = _Law(slot.law, step)
+    return replace(
+        controller,
+        preset=replace(controller.preset, translation=replace(slot, name="printed", law=law)),
+    )
+
+
+def _cascade(name: str, robot: Robot) -> Cascade:
+    controller = load_controller(name, robot)
     if not isinstance(controller, Cascade):
-        raise TypeError("the hybrid preset is no cascade")
-    law: Any = SimpleNamespace(Gains=admittance.Gains, initial_state=admittance.initial_state, step=step)
-    slot = Slot("printed", law, controller.preset.shape.gains)
-    return replace(controller, preset=replace(controller.preset, shape=slot))
-
-
-@contextmanager
-def allocation_as_printed() -> Iterator[None]:
-    """eq:thrust translation 2 within the block: thrusts are allocated for m f_cmd."""
-
-    def printed(model: Any, R_WC: Any, force: Any, torque: Any, low: Any, high: Any) -> Thrusts:
-        return allocate(model, R_WC, force * model.mass, torque, low, high)
-
-    kept = cascade_module.allocate
-    cascade_module.allocate = printed
-    try:
-        yield
-    finally:
-        cascade_module.allocate = kept
+        raise TypeError(f"the preset {name} is no cascade")
+    return controller
 
 
 def leak_matrix(robot: Robot, theta: float) -> np.ndarray:
