@@ -38,9 +38,18 @@ def result_json(prior: Prior, campaign: Campaign, result: Result) -> str:
             "of": sum(math.isfinite(number.paper) for number in result.numbers),
         },
         "numbers": [_number(number) for number in result.numbers],
-        "displacement_ratios": {
-            name: {"paper": printed, **_spread(ours)} for name, (printed, ours) in result.ratios.items()
-        },
+        "ratios": [
+            {
+                "metric": ratio.key,
+                "first": ratio.first,
+                "second": ratio.second,
+                "paper": ratio.paper,
+                **_spread(ratio.ours),
+                "percentile": ratio.percentile,
+                "inside": ratio.inside,
+            }
+            for ratio in result.ratios
+        ],
         "claims": [_claim(judged) for judged in result.claims],
         "failures": {
             name: {"count": sum(causes.values()), "causes": causes}

@@ -27,6 +27,17 @@ NUMBERS = ("error_y_median", "displacement_x_median", "estimated_force_x_median"
 BESIDE = ("error_z_median",)
 """What it shows in a box plot without a number."""
 
+RATIOS = (
+    ("error_y_median", "impedance", "pid"),
+    ("error_y_median", "hybrid", "admittance"),
+    ("displacement_x_median", "hybrid", "impedance"),
+    ("displacement_x_median", "admittance", "pid"),
+    ("estimated_force_x_median", "impedance", "pid"),
+    ("estimated_force_x_median", "admittance", "pid"),
+    ("estimated_force_x_median", "hybrid", "impedance"),
+)
+"""What the choice of one law for the other changes, within a draw."""
+
 READINGS = ("trajectory.feedforward", "controller.tare")
 """Unknowns whose values are also shown apart.
 
@@ -68,6 +79,22 @@ class Number(NamedTuple):
     split: dict[str, Spread]
 
 
+class Ratio(NamedTuple):
+    """One controller's number over another's in the same draw.
+
+    The single numbers move together with the unknowns, so a table may lie inside every interval and still
+    hold a ratio that no draw shows.
+    """
+
+    key: str
+    first: str
+    second: str
+    paper: float
+    ours: Spread
+    percentile: float
+    inside: bool
+
+
 class Judged(NamedTuple):
     """A claim, held against every draw.
 
@@ -103,7 +130,7 @@ class Result:
         draws: flown.
         flights: flown.
         numbers: the twelve, and those beside them.
-        ratios: hybrid over impedance and admittance over PID of the displacement: (paper's, ours).
+        ratios: of two controllers' numbers, `RATIOS`.
         claims: in the paper's order.
         failures: controller -> cause -> flights.
         refused: draws that nobody can fly -> cause; they count as lost in every claim.
@@ -114,7 +141,7 @@ class Result:
     draws: int
     flights: int
     numbers: list[Number]
-    ratios: dict[str, tuple[float, Spread]]
+    ratios: list[Ratio]
     claims: list[Judged]
     failures: dict[str, dict[str, int]]
     refused: dict[int, str]
@@ -150,10 +177,7 @@ def judge(prior: Prior, campaign: Campaign, rows: Mapping[int, Row]) -> Result:
         len(draws),
         len(rows),
         [_number(draws, told, name, key) for key in (*NUMBERS, *BESIDE) for name in names],
-        {
-            f"{first} / {second}": _ratio(draws, first, second)
-            for first, second in (("hybrid", "impedance"), ("admittance", "pid"))
-        },
+        [_ratio(draws, *ratio) for ratio in RATIOS],
         [_judge(claim, draws, told) for claim in CLAIMS.values()],
         _failures(draws),
         {
@@ -191,24 +215,34 @@ def _number(draws: list[dict[str, Row]], told: list[str], name: str, key: str) -
     ours = _spread(values)
     known = published(name, key)
     paper = np.nan if known is None else known
-    there = values[np.isfinite(values)]
-    below = np.mean((there < paper) + 0.5 * (there == paper)) if len(there) else np.nan
     readings = np.array(told)
     return Number(
         name,
         key,
         paper,
         ours,
-        100.0 * float(below) if np.isfinite(paper) else np.nan,
+        _percentile(values, paper),
         bool(ours.low <= paper <= ours.high),
         {value: _spread(values[readings == value]) for value in sorted(set(told)) if value},
     )
 
 
-def _ratio(draws: list[dict[str, Row]], first: str, second: str) -> tuple[float, Spread]:
-    key = "displacement_x_median"
-    printed = getattr(PUBLISHED[first], key) / getattr(PUBLISHED[second], key)
-    return printed, _spread(_column(draws, first, key) / _column(draws, second, key))
+def _ratio(draws: list[dict[str, Row]], key: str, first: str, second: str) -> Ratio:
+    paper = getattr(PUBLISHED[first], key) / getattr(PUBLISHED[second], key)
+    below = _column(draws, second, key)
+    values = _column(draws, first, key) / np.where(below == 0.0, np.nan, below)
+    ours = _spread(values)
+    return Ratio(
+        key, first, second, paper, ours, _percentile(values, paper), bool(ours.low <= paper <= ours.high)
+    )
+
+
+def _percentile(values: np.ndarray, number: float) -> float:
+    """Share of the values below a number, %; equal ones count half."""
+    there = values[np.isfinite(values)]
+    if not len(there) or not np.isfinite(number):
+        return float("nan")
+    return 100.0 * float(np.mean((there < number) + 0.5 * (there == number)))
 
 
 def _judge(claim: PaperClaim, draws: list[dict[str, Row]], told: list[str]) -> Judged:
@@ -259,6 +293,7 @@ def _nearest(prior: Prior, campaign: Campaign, draws: list[dict[str, Row]]) -> l
     if np.count_nonzero(complete) < 2:
         return []
     scale = table[:, :, complete].std(axis=2)
+    scale = np.where(scale > 0.0, scale, 1.0)
     away = np.sqrt(np.mean(((table - paper[..., None]) / scale[..., None]) ** 2, axis=(0, 1)))
     order = np.argsort(np.where(complete, away, np.inf), kind="stable")[: np.count_nonzero(complete)].tolist()
     return [
