@@ -187,3 +187,18 @@ def test_an_engine_that_cannot_be_is_refused(
     with pytest.raises(SkylimbError, match=message):
         run_campaign(write_spec(), tmp_path / "out", **words)  # type: ignore[arg-type]
     assert not (tmp_path / "out").exists()
+
+
+def test_both_drivers_give_the_same_table_to_a_billionth(write_spec: SpecWriter) -> None:
+    from skylimb.campaign.bench import Job, fly_jobs
+    from skylimb.simulation.native import native_available
+
+    if not native_available():
+        pytest.skip("no C compiler here: the Python driver flies everything")
+    spec = load_spec(write_spec(vary='"controller.attitude.damping_ratio.2" = { choice = [0.7, 0.9] }'))
+    jobs = [Job(flight) for flight in range(8)]
+    native, python = (fly_jobs(freeze(spec, driver).to_mapping(), jobs) for driver in ("native", "python"))
+    for ours, theirs in zip(native, python, strict=True):
+        assert ours.row["status"] == theirs.row["status"] == "OK"
+        assert ours.row["tilt_max"] == pytest.approx(theirs.row["tilt_max"], abs=1e-9)
+        assert ours.row["error_z_median"] == pytest.approx(theirs.row["error_z_median"], abs=1e-9)

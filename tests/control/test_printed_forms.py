@@ -3,7 +3,7 @@
 See docs/errata.md. The printed forms themselves are in `skylimb.reproduction.printed_forms` and nowhere else.
 """
 
-from collections import OrderedDict
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -22,10 +22,18 @@ from skylimb.reproduction.printed_forms import (
     impedance_with_mass_times_force,
     leak_matrix,
 )
-from skylimb.simulation import tick as tick_module
+from skylimb.simulation.tick import forget_ticks
 
 HOVER_ONLY = {"phases.hover": 2.0, "phases.tare": 0.5, "phases.settle": 0.0, "phases.hover_end": 0.0,
               "approach.contact": False, "trajectory.shape": "hold", "trajectory.duration": 1.0}  # fmt: skip
+
+
+@pytest.fixture(autouse=True)
+def _trace_anew() -> Iterator[None]:
+    """Code is exchanged under the tick here, so no tick that was traced before or after may be used."""
+    forget_ticks()
+    yield
+    forget_ticks()
 
 
 def robot() -> skylimb.Robot:
@@ -104,8 +112,6 @@ def test_an_observer_fed_with_the_wish_is_biased(monkeypatch: pytest.MonkeyPatch
     def clipped(model: Any, R_WC: Any, force: Any, torque: Any, low: Any, high: Any) -> Thrusts:
         return allocate(model, R_WC, force, torque, low, np.full(4, limit))
 
-    # A tick of the same structure is traced once a process; what is patched here must be traced anew.
-    monkeypatch.setattr(tick_module, "_known", OrderedDict())
     monkeypatch.setattr(cascade_module, "allocate", clipped)
     fair = skylimb.run("push", controller="impedance", set=weak)
 
@@ -121,9 +127,9 @@ def test_an_observer_fed_with_the_wish_is_biased(monkeypatch: pytest.MonkeyPatch
     def wished_wrench(model: Any, R_WC: Any, thrusts: Any) -> Any:
         return wishing(model, R_WC, wishes[-1])
 
-    monkeypatch.setattr(tick_module, "_known", OrderedDict())
     monkeypatch.setattr(cascade_module, "allocate", remember)
     monkeypatch.setattr(cascade_module, "rotor_wrench", wished_wrench)
+    forget_ticks()
     biased = skylimb.run("push", controller="impedance", set=weak)
 
     def bias(run: skylimb.Run) -> float:

@@ -6,26 +6,45 @@ compiled equations. Any worker on any machine gives the same row for the same jo
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import tempfile
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import mujoco
+import numpy as np
+
 from skylimb.analysis.measures import measured
-from skylimb.campaign.frozen import Campaign, campaign_from_mapping
+from skylimb.campaign.frozen import NATIVE, Campaign, campaign_from_mapping
 from skylimb.campaign.rows import FAILED, REFUSED, Row, make_row
+from skylimb.control.cascade import Cascade
 from skylimb.control.controller import Controller
 from skylimb.errors import ConfigError, SkylimbError
+from skylimb.experiments.experiment import Experiment
+from skylimb.experiments.flyable import first_row
 from skylimb.experiments.run import fly_mission, prepare_flight, recorded
+from skylimb.packing import Layout
 from skylimb.recording.run import Run
 from skylimb.recording.versions import versions
 from skylimb.robots.loader import load_robot
+from skylimb.robots.model import Robot
+from skylimb.simulation.drivers import mission_rows
+from skylimb.simulation.flight import Flight
+from skylimb.simulation.mission import Mission
+from skylimb.simulation.native import NativeJob, fly_native, unavailable
+from skylimb.simulation.plant import Plant, initial_data
+from skylimb.simulation.sensors import initial_sensor_state
+from skylimb.simulation.tick import CompiledTick, compile_tick
 
 # A process flies one flight at a time, also where a cluster's worker has several threads.
 _ONE_AT_A_TIME = threading.Lock()
+
+_MOST_TICKS = 64
 
 
 class Job(NamedTuple):
@@ -55,7 +74,7 @@ class Flown(NamedTuple):
 
 
 def fly_jobs(campaign: Mapping[str, Any], jobs: Sequence[Job]) -> list[Flown]:
-    """Fly jobs of a campaign one after the other.
+    """Fly jobs of a campaign.
 
     Args:
         campaign: as `Campaign.to_mapping` gives it; plain values that travel to any process.
@@ -64,9 +83,19 @@ def fly_jobs(campaign: Mapping[str, Any], jobs: Sequence[Job]) -> list[Flown]:
     Raises:
         ConfigError: when this process has other versions than the campaign was begun with.
     """
-    with _ONE_AT_A_TIME:
+    with _ONE_AT_A_TIME, _quiet_engine():
         bench = _bench(_Hashable(campaign))
-        return [bench.fly(job) for job in jobs]
+        return bench.fly(jobs)
+
+
+class _Ready(NamedTuple):
+    """A flight ready to take off."""
+
+    experiment: Experiment
+    robot: Robot
+    controller: Controller
+    plant: Plant
+    mission: Mission
 
 
 class Bench:
@@ -80,11 +109,25 @@ class Bench:
                     f"this worker has {name} {here.get(name)}, the campaign was begun with {version}; "
                     "the rows would not be the same"
                 )
+        reason = unavailable() if campaign.driver == NATIVE else ""
+        if reason:
+            raise ConfigError(f"the campaign flies natively, and this worker cannot: {reason}")
         self._campaign = campaign
+        self._ticks: dict[Any, tuple[Cascade, CompiledTick]] = {}
         self._controller = lru_cache(maxsize=64)(self._load)
 
-    def fly(self, job: Job) -> Flown:
-        """The row of one flight, and its log if it is wanted."""
+    def fly(self, jobs: Sequence[Job]) -> list[Flown]:
+        """The row of each flight, and its log if it is wanted."""
+        prepared = [self._prepare(job) for job in jobs]
+        ready = [item for item in prepared if isinstance(item, _Ready)]
+        flights = iter(self._native_flights(ready))
+        return [
+            item if isinstance(item, Flown) else self._flown(job, item, next(flights))
+            for job, item in zip(jobs, prepared, strict=True)
+        ]
+
+    def _prepare(self, job: Job) -> _Ready | Flown:
+        """What a job needs to take off; its row where it never will."""
         campaign = self._campaign
         index, name = campaign.split(job.flight)
         drawn = campaign.draw(index)
@@ -93,21 +136,56 @@ class Bench:
             robot = load_robot(experiment.robot)
             gains = {**campaign.gains_of(drawn, name), **dict(job.gains)}
             controller = self._controller(name, experiment.robot, json.dumps(gains, sort_keys=True))
-            plant, mission = prepare_flight(experiment, robot)
+            return _Ready(experiment, robot, controller, *prepare_flight(experiment, robot))
         except SkylimbError as error:
             return Flown(make_row(campaign, job.flight, REFUSED, _line(error), {}), None)
+
+    def _native_flights(self, ready: Sequence[_Ready]) -> list[Flight | None]:
+        """What the native driver can fly of them, all at once; None where another driver must."""
+        native = [
+            item for item in ready if self._campaign.driver == NATIVE and isinstance(item.controller, Cascade)
+        ]
+        if not native:
+            return [None] * len(ready)
+        made = iter(fly_native([self._native_job(item) for item in native]))
+        taken = {id(item) for item in native}
+        return [next(made) if id(item) in taken else None for item in ready]
+
+    def _native_job(self, item: _Ready) -> NativeJob:
+        experiment, plant = item.experiment, item.plant
+        data = initial_data(plant, first_row(item.mission))
+        rows = mission_rows(plant, item.mission, experiment.sensors, experiment.seed)
+        return NativeJob(self._tick(item, data), plant, data, item.mission, rows, experiment.disturbance)
+
+    def _tick(self, item: _Ready, data: mujoco.MjData) -> CompiledTick:
+        """The controller's tick, traced once for every structure of plant and sensors that it meets."""
+        controller, sensors, dt = item.controller, item.experiment.sensors, item.experiment.control_period
+        assert isinstance(controller, Cascade)
+        root = np.concatenate([data.qpos[0:7], data.qvel[0:6]])
+        key = (id(controller), sensors, dt, int(item.plant.model.signature), item.plant.substeps)
+        if key not in self._ticks:
+            if len(self._ticks) >= _MOST_TICKS:
+                self._ticks.clear()
+            # The controller is kept with its tick, so that no other one can get its identity.
+            self._ticks[key] = (controller, compile_tick(controller, item.plant, sensors, root, dt))
+        state = (initial_sensor_state(sensors, dt, root), controller.initial_state())
+        return dataclasses.replace(self._ticks[key][1], state=Layout(state).pack(state))
+
+    def _flown(self, job: Job, item: _Ready, flight: Flight | None) -> Flown:
+        """The row of a flight; it is flown by the Python driver where it has not been yet."""
         try:
-            flight = fly_mission(experiment, plant, mission, controller)
-            run = recorded(experiment, robot, controller, plant, mission, flight)
+            if flight is None:
+                flight = fly_mission(item.experiment, item.plant, item.mission, item.controller)
+            run = recorded(item.experiment, item.robot, item.controller, item.plant, item.mission, flight)
         except (OSError, MemoryError):
             raise  # says something of this machine, nothing of the flight
         except Exception as error:  # one odd flight must not end a night of them; its row says what happened
             cause = (
                 _line(error) if isinstance(error, SkylimbError) else f"{type(error).__name__}: {_line(error)}"
             )
-            return Flown(make_row(campaign, job.flight, FAILED, cause, {}), None)
-        scores = {**run.metrics, **measured(run, campaign.spec.measures)}
-        row = make_row(campaign, job.flight, run.status, run.cause, scores)
+            return Flown(make_row(self._campaign, job.flight, FAILED, cause, {}), None)
+        scores = {**run.metrics, **measured(run, self._campaign.spec.measures)}
+        row = make_row(self._campaign, job.flight, run.status, run.cause, scores)
         wanted = job.log == "always" or (job.log == "failed" and run.failed)
         return Flown(row, _bytes(run) if wanted else None)
 
@@ -132,6 +210,21 @@ class _Hashable(dict[str, Any]):
 @lru_cache(maxsize=4)
 def _bench(tables: _Hashable) -> Bench:
     return Bench(campaign_from_mapping(tables, "the campaign"))
+
+
+@contextmanager
+def _quiet_engine() -> Iterator[None]:
+    """Keep the physics' warnings off the terminal and out of the folder: a row says what became of a flight."""
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(_ignore)
+    try:
+        yield
+    finally:
+        mujoco.set_mju_user_warning(before)
+
+
+def _ignore(message: str) -> None:
+    """Say nothing."""
 
 
 def _bytes(run: Run) -> bytes:

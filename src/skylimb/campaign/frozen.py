@@ -27,6 +27,9 @@ from skylimb.robots.model import Robot
 FORMAT_VERSION = 1
 """Of a campaign's folder."""
 
+PYTHON, NATIVE = "python", "native"
+"""The drivers: see `skylimb.simulation`. They agree to 1e-9, not to the bit, so a campaign keeps to one."""
+
 CHECKED_DRAWS = 20_000
 """Draws that are checked before take-off; later ones are checked when they are flown."""
 
@@ -49,7 +52,7 @@ class Campaign:
     controllers: dict[str, dict[str, Any]]
     robot: str
     versions: dict[str, str]
-    driver: str = "python"
+    driver: str = PYTHON
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -114,8 +117,12 @@ class Campaign:
         return hashlib.sha256(json.dumps(self.to_mapping(), sort_keys=True).encode()).hexdigest()
 
 
-def freeze(spec: CampaignSpec, driver: str = "python") -> Campaign:
+def freeze(spec: CampaignSpec, driver: str = PYTHON) -> Campaign:
     """Resolve a spec and check it: every key, every range, every draw and every controller.
+
+    Args:
+        spec: what the user asked for.
+        driver: `PYTHON` or `NATIVE`.
 
     Raises:
         SkylimbError: naming what cannot be flown; nothing has been written then.

@@ -26,7 +26,7 @@ from skylimb.campaign.draws import changed
 from skylimb.campaign.engines import Done, Engine
 from skylimb.campaign.frozen import Campaign, freeze
 from skylimb.campaign.rows import QUARANTINED, Row, make_row
-from skylimb.campaign.run import local_engine
+from skylimb.campaign.run import best_driver, local_engine
 from skylimb.campaign.spec import GOALS, CampaignSpec, Search, load_spec
 from skylimb.campaign.statistics import Paired, bootstrap_rows, compare_paired, is_success, rank
 from skylimb.config import write_toml
@@ -129,7 +129,7 @@ def tune(
         raise ConfigError("the spec has no table [tune]; it names objective and gains")
     folder, search = require_new(out), spec.tune
     cma = _cma()
-    campaign = freeze(spec)
+    campaign = freeze(spec, best_driver())
     starts = {name: _present_gains(campaign, name, search) for name in campaign.names}
     engine = local_engine(campaign.to_mapping(), workers)
     count = len(campaign.names)

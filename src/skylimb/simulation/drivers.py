@@ -50,12 +50,15 @@ def fly_compiled(
     row, signals = np.zeros(tick.rows.size), np.zeros(tick.signals.size)
     states = (tick.state.copy(), tick.state.copy())
     # State and next state change places at every tick, so two evaluations are bound and nothing is copied.
-    evaluations = [_bind(tick, data, states[i], states[1 - i], row, signals) for i in (0, 1)]
+    (_even, evaluate), (_odd, evaluate_next) = (
+        _bind(tick, data, states[i], states[1 - i], row, signals) for i in (0, 1)
+    )
     for start in range(0, count, CHECK_INTERVAL):
         end = min(start + CHECK_INTERVAL, count)
         for k in range(start, end):
             row[:] = rows[k]
-            evaluations[k & 1][1]()
+            evaluate()
+            evaluate, evaluate_next = evaluate_next, evaluate
             log[k] = signals
             for act in outside:
                 act(k)
@@ -129,4 +132,4 @@ def lost_flight(
 ) -> tuple[int, str] | None:
     """`find_loss`, and the engine's own warnings."""
     found = find_loss(log, layout, mission, start, end)
-    return found or engine_loss(mission, end, [int(warning.number) for warning in data.warning])
+    return found or engine_loss(mission, end, data.warning.number.tolist())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -74,6 +75,7 @@ def find_loss(
     return tick, f"{cause} at t = {mission.times[tick]:.3f} s"
 
 
+@functools.lru_cache(maxsize=16)
 def watched_columns(layout: Layout[dict[str, object]]) -> np.ndarray:
     """Columns that every driver fills; a user's controller may leave its inner signals open."""
     names = (

@@ -157,7 +157,7 @@ def build_plant(robot: Robot, surface: Surface, config: PlantConfig, dt: float) 
     add_robot(spec, true)
     parts = surface.attach(spec)
     if parts.joint is None:
-        # One robot is one island; to look for more takes a fourteenth of a step, and finds the same to the bit.
+        # One robot is one island: looking for more takes a fourteenth of a step, and changes no bit.
         spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_ISLAND
     add_contact_pair(spec, TIP_GEOM, parts.geom, surface.contact)
     add_contact_sensor(spec, TIP_GEOM, parts.geom, substeps)

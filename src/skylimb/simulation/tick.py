@@ -142,8 +142,13 @@ class _Traced(NamedTuple):
     signals: Layout[dict[str, Any]]
 
 
-_known: OrderedDict[tuple[Any, ...], _Traced] = OrderedDict()
-_MOST_KNOWN = 64
+_traced: OrderedDict[tuple[Any, ...], _Traced] = OrderedDict()
+_MOST_TRACED = 64
+
+
+def forget_ticks() -> None:
+    """Trace every tick anew from now on, as after a change of code in a running process."""
+    _traced.clear()
 
 
 def compile_tick(
@@ -165,11 +170,11 @@ def compile_tick(
     initial = (initial_sensor_state(sensors, dt, root), controller.initial_state())
     gains = controller.gains()
     key = _structure(controller, plant, initial, gains, dt)
-    traced = _known.get(key)
+    traced = _traced.get(key)
     if traced is None:
-        traced = _known[key] = _trace(controller, plant, initial, gains, dt)
-        while len(_known) > _MOST_KNOWN:
-            _known.popitem(last=False)
+        traced = _traced[key] = _trace(controller, plant, initial, gains, dt)
+        while len(_traced) > _MOST_TRACED:
+            _traced.popitem(last=False)
     return CompiledTick(
         traced.function,
         Layout(initial).pack(initial),
@@ -184,7 +189,8 @@ def _structure(controller: Cascade, plant: Plant, initial: Any, gains: Any, dt: 
     """Everything that ends up in a traced function rather than in its arguments."""
     preset, family, table, model = controller.preset, controller.family, controller.vectoring, plant.model
     reading = plant.reading
-    laws = (preset.translation.law, preset.attitude.law, preset.shape.law)
+    # Functions are compared by identity, so that a law that was loaded anew is traced anew.
+    laws = tuple(slot.law.step for slot in (preset.translation, preset.attitude, preset.shape))
     return (
         type(controller),
         controller.robot,

@@ -77,8 +77,8 @@ def _over_ticks(function: ca.Function, *columns: np.ndarray) -> np.ndarray:
     """A function of vectors at every tick, (ticks, outputs), on the arrays' own memory."""
     count = len(columns[0])
     # CasADi stores by columns, so that a row for each tick is its column for each tick.
-    arguments = [np.ascontiguousarray(column, dtype=float) for column in columns]
-    table = np.empty((count, function.numel_out(0)))
+    arguments: list[Any] = [np.ascontiguousarray(column, dtype=float) for column in columns]
+    table: Any = np.empty((count, function.numel_out(0)))
     if not count:
         return table
     buffer, evaluate = function.map(count).buffer()

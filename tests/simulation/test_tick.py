@@ -1,0 +1,71 @@
+"""Ticks of the same structure are traced once; anything else is traced on its own."""
+
+import dataclasses
+import functools
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import skylimb
+from skylimb.control.cascade import Cascade
+from skylimb.control.translation import pid
+from skylimb.experiments.flyable import first_row
+from skylimb.experiments.run import prepare_flight
+from skylimb.simulation.plant import initial_data
+from skylimb.simulation.tick import CompiledTick, compile_tick, forget_ticks
+
+
+def compiled(set: dict[str, Any] | None = None, name: str = "pid", law: Any = None) -> CompiledTick:
+    experiment = skylimb.load_experiment("paper", set)
+    robot = skylimb.load_robot(experiment.robot)
+    cascade = skylimb.load_controller(name, robot)
+    assert isinstance(cascade, Cascade)
+    if law is not None:
+        slot = dataclasses.replace(cascade.preset.translation, law=law)
+        cascade = dataclasses.replace(cascade, preset=dataclasses.replace(cascade.preset, translation=slot))
+    plant, mission = prepare_flight(experiment, robot)
+    data = initial_data(plant, first_row(mission))
+    root = np.concatenate([data.qpos[0:7], data.qvel[0:6]])
+    return compile_tick(cascade, plant, experiment.sensors, root, experiment.control_period)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"sensors.latency": 0.03},
+        {"sensors.rate": 50.0},
+        {"controller_rate": 100.0},
+        {"surface.sway_amplitude": 0.01},
+        {"plant.physics_step": 0.0005},
+    ],
+)
+def test_another_structure_is_another_function(change: dict[str, Any]) -> None:
+    assert compiled(change).function is not compiled().function
+
+
+def test_another_law_is_another_function() -> None:
+    own = SimpleNamespace(Gains=pid.Gains, initial_state=pid.initial_state, step=functools.partial(pid.step))
+    assert compiled(law=own).function is not compiled(law=pid).function
+    assert compiled(name="hybrid").function is not compiled().function
+
+
+def test_numbers_share_a_function_and_keep_to_their_flight() -> None:
+    changes = {
+        "surface.slope": 0.1,
+        "plant.mass_scale": 1.1,
+        "sensors.attitude_misalignment": [0.01, 0.0, 0.0],
+        "sensors.position_noise": 0.002,
+    }
+    one, other = compiled(), compiled(changes)
+    assert other.function is one.function
+    assert not np.array_equal(other.state, one.state)
+    forget_ticks()
+    fresh = compiled(changes)
+    assert fresh.function is not one.function
+    np.testing.assert_array_equal(other.state, fresh.state)
+    np.testing.assert_array_equal(other.gains, fresh.gains)
+    values = [np.random.default_rng(1).normal(size=one.function.size1_in(i)) for i in range(7)]
+    for shared, alone in zip(one.function(*values), fresh.function(*values), strict=True):
+        np.testing.assert_array_equal(np.asarray(shared), np.asarray(alone))
