@@ -1,5 +1,6 @@
 """The pipeline on a tiny ensemble, and the parts of its result on made-up tables."""
 
+import importlib.util
 import json
 import math
 import tomllib
@@ -22,7 +23,8 @@ from skylimb.reproduction.prior import PRIOR
 from skylimb.reproduction.result import judge
 from skylimb.reproduction.sensitivity import correlations, unknown_columns
 
-COMMITTED = Path(__file__).parents[2] / "docs" / "reproduction.json"
+REPOSITORY = Path(__file__).parents[2]
+COMMITTED = REPOSITORY / "docs" / "reproduction.json"
 
 SHORT = {
     "phases.hover": 0.5,
@@ -240,3 +242,14 @@ def test_the_committed_result_was_flown_with_the_prior_that_ships() -> None:
     assert content["flights"] == 4 * content["draws"]
     assert content["inside"]["of"] == 12
     assert math.isclose(content["numbers"][0]["paper"], 0.134)
+
+
+def test_the_documentation_shows_the_committed_result() -> None:
+    spec = importlib.util.spec_from_file_location("writer", REPOSITORY / "benchmarks" / "reproduction.py")
+    assert spec is not None
+    assert spec.loader is not None
+    writer = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(writer)
+    section = writer.section()
+    assert "@" not in section
+    assert section in (REPOSITORY / "docs" / "results.md").read_text(encoding="utf-8")
