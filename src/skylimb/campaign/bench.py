@@ -214,7 +214,7 @@ def _bench(tables: _Hashable) -> Bench:
 
 @contextmanager
 def _quiet_engine() -> Iterator[None]:
-    """Keep the physics' warnings off the terminal and out of the folder: a row says what became of a flight."""
+    """Keep the physics' warnings off the terminal and out of the folder; a row says what came of a flight."""
     before = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(_ignore)
     try:
