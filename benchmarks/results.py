@@ -2,7 +2,8 @@
 
     python benchmarks/results.py          (about ten minutes; writes docs/*.md and docs/images/)
 
-Every number of those pages comes from here, so that they can be made again after a change.
+Every number of those pages comes from here, so that they can be made again after a change. The reproduction's
+ensemble is flown by reproduction.py; its section is filled from the result that was committed.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from typing import Any
 import numpy as np
 
 import skylimb
+from reproduction import section
 from skylimb.analysis import write_comparison
 from skylimb.analysis.metrics import DESCRIPTIONS, NUMERIC_KEYS
 from skylimb.analysis.paper_numbers import published
@@ -190,7 +192,7 @@ def main() -> None:
         "SURFACES_TABLE": surfaces_table(),
     }
     images()
-    write_page("results.md", {"VERSION": version, **tables})
+    write_page("results.md", {"VERSION": version, **tables, "REPRODUCTION_SECTION": [section()]})
 
 
 if __name__ == "__main__":

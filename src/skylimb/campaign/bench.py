@@ -19,6 +19,7 @@ from typing import Any, NamedTuple
 import mujoco
 import numpy as np
 
+from skylimb.analysis.measures import measured
 from skylimb.campaign.frozen import NATIVE, Campaign, campaign_from_mapping
 from skylimb.campaign.rows import FAILED, REFUSED, Row, make_row
 from skylimb.control.cascade import Cascade
@@ -133,7 +134,7 @@ class Bench:
         try:
             experiment = campaign.experiment_of(drawn)
             robot = load_robot(experiment.robot)
-            gains = {**drawn.gains, **dict(job.gains)}
+            gains = {**campaign.gains_of(drawn, name), **dict(job.gains)}
             controller = self._controller(name, experiment.robot, json.dumps(gains, sort_keys=True))
             return _Ready(experiment, robot, controller, *prepare_flight(experiment, robot))
         except SkylimbError as error:
@@ -183,7 +184,8 @@ class Bench:
                 _line(error) if isinstance(error, SkylimbError) else f"{type(error).__name__}: {_line(error)}"
             )
             return Flown(make_row(self._campaign, job.flight, FAILED, cause, {}), None)
-        row = make_row(self._campaign, job.flight, run.status, run.cause, run.metrics)
+        scores = {**run.metrics, **measured(run, self._campaign.spec.measures)}
+        row = make_row(self._campaign, job.flight, run.status, run.cause, scores)
         wanted = job.log == "always" or (job.log == "failed" and run.failed)
         return Flown(row, _bytes(run) if wanted else None)
 

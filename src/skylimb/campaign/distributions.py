@@ -19,9 +19,9 @@ from skylimb.errors import ConfigError, nearest, unknown_name
 KINDS = ("uniform", "log_uniform", "normal", "choice", "grid")
 
 _OPTIONS = {
-    "uniform": {"size"},
-    "log_uniform": {"size"},
-    "normal": {"size", "within"},
+    "uniform": {"size", "times"},
+    "log_uniform": {"size", "times"},
+    "normal": {"size", "times", "within"},
     "choice": set(),
     "grid": set(),
 }
@@ -35,9 +35,11 @@ class Distribution(abc.ABC):
 
     Attributes:
         size: entries of the value; 0 for a plain number.
+        times: a list that one drawn factor scales; empty for the number itself.
     """
 
     size: int = 0
+    times: tuple[float, ...] = ()
 
     @property
     def dimensions(self) -> int:
@@ -57,12 +59,18 @@ class Distribution(abc.ABC):
         """The distribution as its table in the TOML file."""
 
     def _shaped(self, entries: np.ndarray) -> Any:
+        if self.times:
+            return [float(entries[0]) * entry for entry in self.times]
         return [float(entry) for entry in entries] if self.size else float(entries[0])
 
     def _repeated(self, number: float) -> Any:
+        if self.times:
+            return [number * entry for entry in self.times]
         return [number] * self.size if self.size else number
 
     def _sized(self, table: dict[str, Any]) -> dict[str, Any]:
+        if self.times:
+            return {**table, "times": list(self.times)}
         return {**table, "size": self.size} if self.size else table
 
 
@@ -179,6 +187,7 @@ def distribution(key: str, table: Mapping[str, Any]) -> Distribution:
     size = table.get("size", 0)
     if not isinstance(size, int) or isinstance(size, bool) or not 0 <= size <= 64:
         raise ConfigError(f"vary.'{key}': size = {size!r} must be a whole number, 1 .. 64")
+    times = _factors(key, table, size)
     if kind == "normal":
         if not second > 0.0:
             raise ConfigError(
@@ -187,11 +196,11 @@ def distribution(key: str, table: Mapping[str, Any]) -> Distribution:
         low, high = -np.inf, np.inf
         if "within" in table:
             low, high = _ordered(key, "within", *_pair(key, "within", table["within"]))
-        return Normal(size, first, second, low, high)
+        return Normal(size, times, first, second, low, high)
     low, high = _ordered(key, kind, first, second)
     if kind == "log_uniform" and not low > 0.0:
         raise ConfigError(f"vary.'{key}': log_uniform = [{low:g}, {high:g}] must be above zero")
-    return Uniform(size, low, high, kind == "log_uniform")
+    return Uniform(size, times, low, high, kind == "log_uniform")
 
 
 def is_distribution(table: Any) -> bool:
@@ -201,6 +210,19 @@ def is_distribution(table: Any) -> bool:
     return any(name in KINDS for name in table) or any(
         nearest(name, KINDS) and not isinstance(value, dict) for name, value in table.items()
     )
+
+
+def _factors(key: str, table: Mapping[str, Any], size: int) -> tuple[float, ...]:
+    times = table.get("times", [])
+    numbers = isinstance(times, list) and all(
+        isinstance(entry, int | float) and not isinstance(entry, bool) and np.isfinite(entry)
+        for entry in times
+    )
+    if not numbers or ("times" in table and not times) or (times and size):
+        raise ConfigError(
+            f"vary.'{key}': times = {times!r} must be a list of numbers, and excludes size"
+        )
+    return tuple(float(entry) for entry in times)
 
 
 def _pair(key: str, name: str, value: Any) -> tuple[float, float]:

@@ -84,6 +84,13 @@ class Campaign:
     def _experiment(self, changes: Mapping[str, Any], where: str) -> Experiment:
         return experiment_from_mapping(changed(self.experiment, changes), where)
 
+    def gains_of(self, drawn: Draw, name: str) -> dict[str, Any]:
+        """The drawn gains that a controller has."""
+        only = self.spec.only
+        return {
+            key: value for key, value in drawn.gains.items() if name in only.get(f"controller.{key}", (name,))
+        }
+
     def load(self, name: str, robot: Robot, gains: Mapping[str, Any] | None = None) -> Controller:
         """A controller of the campaign, some of its gains replaced."""
         entry = self.controllers[name]
@@ -136,7 +143,7 @@ def freeze(spec: CampaignSpec, driver: str = PYTHON) -> Campaign:
         campaign.experiment_of(campaign.draw(index))
     for name in campaign.names:
         for index in _gain_draws(spec):
-            campaign.load(name, robot, campaign.draw(index).gains)
+            campaign.load(name, robot, campaign.gains_of(campaign.draw(index), name))
     return campaign
 
 

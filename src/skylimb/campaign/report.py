@@ -12,6 +12,7 @@ import jinja2
 import numpy as np
 
 from skylimb.analysis import style
+from skylimb.analysis.measures import describe
 from skylimb.analysis.metrics import DESCRIPTIONS
 from skylimb.campaign.draws import changed
 from skylimb.campaign.figures import plates
@@ -83,10 +84,14 @@ def render_report(campaign: Campaign, rows: Mapping[int, Row], summary: Summary,
 def command(campaign: Campaign, row: Row) -> str:
     """The command that flies a row's flight again, bit for bit."""
     drawn = campaign.draw(row["draw"])
-    preset = changed(campaign.controllers[row["controller"]].get("preset", {}), drawn.gains)
+    gains = campaign.gains_of(drawn, row["controller"])
+    preset = changed(campaign.controllers[row["controller"]].get("preset", {}), gains)
     tables = {**campaign.experiment_of(drawn).to_mapping(), "controller": preset}
     changes: dict[str, Any] = {}
+    others = {f"controller.{key}" for key in drawn.gains} - {f"controller.{key}" for key in gains}
     for key in (*campaign.spec.set, *drawn.values):
+        if key in others:
+            continue
         # An entry of a list is set through its whole list.
         whole = key.rpartition(".")[0] if key.rpartition(".")[2].isdigit() else key
         changes[whole] = _at(tables, whole)
@@ -129,7 +134,7 @@ def _rate(rate: Rate, rank: int) -> Cell:
 
 
 def _row(key: str, summary: Summary) -> tuple[str, str, list[Cell]]:
-    text, unit = DESCRIPTIONS[key]
+    text, unit = describe(key)
     ranks = summary.ranks.get(key, [0] * len(summary.medians[key]))
     cells = [
         Cell(_number(middle), f"{_number(low)} .. {_number(high)}", place)

@@ -8,7 +8,6 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from skylimb.analysis.metrics import NUMERIC_KEYS
 from skylimb.campaign.draws import Draw
 from skylimb.campaign.frozen import Campaign
 
@@ -70,7 +69,7 @@ def make_row(campaign: Campaign, flight: int, status: str, cause: str, scores: M
         **parameters(campaign, drawn),
         "status": status,
         "cause": cause,
-        **{key: _finite(scores.get(key)) for key in NUMERIC_KEYS},
+        **{key: _finite(scores.get(key)) for key in campaign.spec.keys},
         "versions": versions_text(campaign),
     }
     return {**row, CHECKSUM: checksum(row)}

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
+from skylimb.analysis.measures import SETS
 from skylimb.analysis.metrics import NUMERIC_KEYS
 from skylimb.campaign.distributions import Distribution, Grid, distribution, is_distribution
 from skylimb.config import from_mapping, read_toml, require_positive, require_range, to_mapping
@@ -114,6 +115,8 @@ class _Plain:
     logs: str = "failures"
     score: str = "error_y_median"
     set: dict[str, Any] = field(default_factory=dict)
+    only: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    measures: tuple[str, ...] = ()
     success: dict[str, Bound] = field(default_factory=dict)
     stop: StopRule | None = None
     tune: Search | None = None
@@ -126,6 +129,9 @@ class _Plain:
         log_limit(self.logs)
         if self.score not in GOALS:
             raise unknown_name("score", self.score, GOALS)
+        for name in self.measures:
+            if name not in SETS:
+                raise unknown_name("set of measures", name, SETS)
         for name in self.success:
             if name not in NUMERIC_KEYS:
                 raise unknown_name("metric of success", name, NUMERIC_KEYS)
@@ -144,6 +150,8 @@ class CampaignSpec(_Plain):
         logs: which flights keep their log: none, failures, worst K, all.
         score: metric that says which of two finished flights is the worse.
         set: dotted keys that are changed for all draws.
+        only: varied gain -> names of the controllers that have it; every other gain is everyone's.
+        measures: further numbers of each flight, sets of `skylimb.analysis.measures.SETS`.
         success: metric -> what it must keep; a lost flight is never a success.
         stop: when to stop before `draws`.
         tune: what `skylimb tune` searches.
@@ -158,6 +166,11 @@ class CampaignSpec(_Plain):
             raise ConfigError("the key 'draws' is missing (it may be left out where everything is a grid)")
 
     @property
+    def keys(self) -> tuple[str, ...]:
+        """Every number that a flight's row has."""
+        return (*NUMERIC_KEYS, *(key for name in self.measures for key in SETS[name].keys))
+
+    @property
     def cells(self) -> int:
         """Combinations of all grids; 1 without a grid."""
         count = 1
@@ -168,7 +181,7 @@ class CampaignSpec(_Plain):
     def to_mapping(self) -> dict[str, Any]:
         """The spec as in its file."""
         table = to_mapping(_plain(self))
-        for name in ("set", "success"):
+        for name in ("set", "only", "measures", "success"):
             if not table[name]:
                 del table[name]
         return {**table, "vary": {key: entry.to_mapping() for key, entry in self.vary.items()}}
@@ -232,9 +245,22 @@ def spec_from_mapping(mapping: Mapping[str, Any], where: str, folder: Path | Non
         for key in varied:
             if key in values["set"]:
                 raise ConfigError(f"'{key}' stands both in set and in vary")
+        _check_only(plain.only, varied, values["controllers"])
         return CampaignSpec(**values, vary=varied)
     except ConfigError as error:
         raise type(error)(f"{where}: {error}") from None
+
+
+def _check_only(
+    only: Mapping[str, tuple[str, ...]], varied: Mapping[str, Distribution], controllers: tuple[str, ...]
+) -> None:
+    names = [Path(name).stem for name in controllers]
+    for key, owners in only.items():
+        if key not in varied or not key.startswith("controller."):
+            raise unknown_name("varied gain in only", key, [k for k in varied if k.startswith("controller.")])
+        for owner in owners:
+            if owner not in names:
+                raise unknown_name(f"controller of only.'{key}'", owner, names)
 
 
 def _plain(spec: CampaignSpec) -> dict[str, Any]:

@@ -69,10 +69,10 @@ class Campaign:
 
     def __call__(self) -> int:
         """Fly, or go on flying."""
-        workers, folder = _workers(self.workers), self.out or f"out/{Path(self.spec).stem}"
+        workers, folder = whole_workers(self.workers), self.out or f"out/{Path(self.spec).stem}"
         from skylimb.campaign import run_campaign
 
-        with _progress() as report:
+        with campaign_progress() as report:
             outcome = run_campaign(
                 self.spec,
                 folder,
@@ -141,10 +141,10 @@ class Tune:
 
     def __call__(self) -> int:
         """Search, then judge."""
-        workers, folder = _workers(self.workers), self.out or f"out/{Path(self.spec).stem}"
+        workers, folder = whole_workers(self.workers), self.out or f"out/{Path(self.spec).stem}"
         from skylimb.campaign import tune
 
-        with _progress() as report:
+        with campaign_progress() as report:
             outcome = tune(self.spec, folder, workers=workers, progress=report)
         for line in outcome.lines():
             print(line)
@@ -155,7 +155,8 @@ class Tune:
 VERBS: dict[str, Any] = {"campaign": Campaign, "campaign report": CampaignReport, "tune": Tune}
 
 
-def _workers(text: str) -> int | None:
+def whole_workers(text: str) -> int | None:
+    """The number that --workers gives; None where it was not given."""
     if not text:
         return None
     if not text.isdigit():
@@ -185,7 +186,7 @@ def _summary(outcome: Outcome) -> int:
 
 
 @contextmanager
-def _progress() -> Iterator[Any]:
+def campaign_progress() -> Iterator[Any]:
     """A bar with rate, time left and failures so far."""
     with output.campaign_bar() as show:
 

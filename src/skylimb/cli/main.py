@@ -14,9 +14,10 @@ from collections.abc import Sequence
 from skylimb.cli.arguments import parse, verb_help
 from skylimb.cli.campaigns import VERBS as CAMPAIGN_VERBS
 from skylimb.cli.commands import VERBS as FLIGHT_VERBS
+from skylimb.cli.reproducing import VERBS as REPRODUCTION_VERBS
 from skylimb.errors import SkylimbError, unknown_name
 
-VERBS = {**FLIGHT_VERBS, **CAMPAIGN_VERBS}
+VERBS = {**FLIGHT_VERBS, **CAMPAIGN_VERBS, **REPRODUCTION_VERBS}
 
 EXAMPLES = """\
   skylimb compare                     the paper's experiment, four controllers, one report

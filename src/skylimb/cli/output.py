@@ -98,6 +98,19 @@ def flights() -> Iterator[Progress]:
         yield report
 
 
+def reproduction(numbers: Sequence[Sequence[str]], claims: Sequence[Sequence[str]]) -> None:
+    """The paper's numbers beside an ensemble's, and in how many draws each claim holds."""
+    console = _console()
+    table = _table("", "Number", "Controller", "Paper", "Ensemble: median (5 to 95 %)", "Paper's percentile")
+    for row in numbers:
+        table.add_row(*row)
+    console.print(table)
+    table = _table("", "Claim", "Holds in (95 % interval)", "Without loss")
+    for row in claims:
+        table.add_row(*row)
+    console.print(table)
+
+
 @contextmanager
 def claims() -> Iterator[Callable[[int, int, str], None]]:
     """One bar for the claims of the contact's verification; hands out the function that they report to."""
@@ -217,7 +230,7 @@ def campaign(
     ranks: Mapping[str, Sequence[int]],
 ) -> None:
     """Success rates and medians of a campaign's controllers, each with its rank among them."""
-    from skylimb.analysis.metrics import DESCRIPTIONS
+    from skylimb.analysis.measures import describe
 
     table = _table(f"{experiment}, medians over all draws (in brackets: rank; equal ranks are ties)", "")
     for name in rates:
@@ -228,7 +241,7 @@ def campaign(
 
     table.add_row("Success rate", *(ranked(text, "success", i) for i, (text, _) in enumerate(rates.values())))
     for key, values in medians.items():
-        label, unit = DESCRIPTIONS[key]
+        label, unit = describe(key)
         cells = (f"{value:.3f}" if abs(value) < 1e200 else "lost" for value, _, _ in values)
         table.add_row(
             f"{label} [dim]{unit if unit != '1' else ''}[/dim]",

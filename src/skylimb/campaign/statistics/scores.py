@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from skylimb.analysis.metrics import NUMERIC_KEYS
 from skylimb.campaign.frozen import Campaign
 from skylimb.campaign.rows import OK, REFUSED, Row, parameter_names
 from skylimb.campaign.spec import GOALS
@@ -59,7 +58,9 @@ def scores_of(campaign: Campaign, rows: Mapping[int, Row], draws: int | None = N
         if any(row["status"] == REFUSED for row in group)
     }
     flown = [group for group in complete if group[0]["draw"] not in refused]
-    metrics = {key: _numbers([[row[key] for row in group] for group in flown], count) for key in NUMERIC_KEYS}
+    metrics = {
+        key: _numbers([[row[key] for row in group] for group in flown], count) for key in campaign.spec.keys
+    }
     return Scores(
         campaign.names,
         np.array([group[0]["draw"] for group in flown], dtype=int),

@@ -1,0 +1,102 @@
+"""The report: one HTML page with its pictures inside."""
+
+from __future__ import annotations
+
+import base64
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import jinja2
+
+from skylimb.analysis import style
+from skylimb.analysis.measures import describe
+from skylimb.analysis.paper_numbers import SOURCE
+from skylimb.campaign.frozen import Campaign
+from skylimb.campaign.statistics import Rate
+from skylimb.reproduction.files import command
+from skylimb.reproduction.prior import Prior
+from skylimb.reproduction.result import BESIDE, HIGH, LOW, NUMBERS, Result, Spread, label
+
+TEMPLATE = Path(__file__).with_name("report_template.html")
+
+CAPTIONS = {
+    "numbers": "Every flight that finished, with median and interval, beside the paper's number (diamond; "
+    "filled red where it lies outside). Single flights beyond the axes are not shown.",
+    "claims": "In how many of the draws each claim holds, with its exact 95 % interval. A draw that lost a "
+    "flight is one in which the claim does not hold.",
+    "sensitivity": "Spearman's rank correlation of each number with each unknown, over the flights that "
+    "finished; printed where it is clear of chance. Bars around a name: the distance from its middle. What "
+    "shows in no number is left out here, and is in reproduction.json.",
+    "errata": "What each printed form does, beside the corrected one. A cross marks a lost flight.",
+}
+
+
+def render_report(prior: Prior, campaign: Campaign, result: Result, pictures: Mapping[str, Path]) -> str:
+    """The page.
+
+    Args:
+        prior: what was drawn from.
+        campaign: the ensemble.
+        result: of it.
+        pictures: figure's name -> PNG file.
+    """
+    environment = jinja2.Environment(
+        autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined
+    )
+    environment.filters |= {"rate": rate_text, "spread": spread_text, "value": value_text}
+    template = environment.from_string(TEMPLATE.read_text(encoding="utf-8"))
+    return template.render(
+        result=result,
+        readings=list(result.claims[0].split),
+        total=sum(math.isfinite(number.paper) for number in result.numbers),
+        lost=sum(sum(causes.values()) for causes in result.failures.values()),
+        low=100 * LOW,
+        high=100 * HIGH,
+        names=[(name, style.label(name), style.CONTROLLER_COLOURS[name]) for name in campaign.names],
+        numbers=[
+            (label(key), digits(key), [n for n in result.numbers if n.key == key])
+            for key in (*NUMBERS, *BESIDE)
+        ],
+        nearest=[
+            (near, [(unknown.key, value_text(near.parameters[unknown.key])) for unknown in prior.unknowns])
+            for near in result.nearest
+        ],
+        keys=[(key, digits(key), describe(key)[1]) for key in NUMBERS],
+        prior=prior,
+        plates=[(name, CAPTIONS[name], _data(path)) for name, path in pictures.items()],
+        command=command(result.draws),
+        source=SOURCE,
+        versions={**campaign.versions, "driver": campaign.driver},
+    )
+
+
+def digits(key: str) -> int:
+    """Digits behind the point: lengths to a millimetre; a force needs no more than two."""
+    return 2 if describe(key)[1] == "N" else 3
+
+
+def spread_text(spread: Spread, places: int) -> str:
+    """Median and interval."""
+    if not spread.flights:
+        return "none finished"
+    return f"{spread.median:.{places}f} ({spread.low:.{places}f} .. {spread.high:.{places}f})"
+
+
+def rate_text(rate: Rate) -> str:
+    """A share with its interval, %."""
+    if not rate.draws:
+        return "no draw"
+    return f"{100 * rate.rate:.0f} % ({100 * rate.low:.0f} .. {100 * rate.high:.0f})"
+
+
+def value_text(value: Any) -> str:
+    """A drawn value."""
+    if isinstance(value, list):
+        return f"[{', '.join(value_text(entry) for entry in value)}]"
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def _data(path: Path) -> str:
+    return f"data:image/png;base64,{base64.b64encode(path.read_bytes()).decode('ascii')}"
