@@ -219,9 +219,7 @@ def _factors(key: str, table: Mapping[str, Any], size: int) -> tuple[float, ...]
         for entry in times
     )
     if not numbers or ("times" in table and not times) or (times and size):
-        raise ConfigError(
-            f"vary.'{key}': times = {times!r} must be a list of numbers, and excludes size"
-        )
+        raise ConfigError(f"vary.'{key}': times = {times!r} must be a list of numbers, and excludes size")
     return tuple(float(entry) for entry in times)
 
 
