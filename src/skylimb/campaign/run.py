@@ -84,7 +84,7 @@ def run_campaign(
         out: the campaign's folder.
         workers: processes on this machine, or jobs on SLURM; all cores by default, 0 flies in this process.
         resume: whether `out` may be there already; flights in it are not flown again.
-        scheduler: address of a Dask scheduler, such as tcp://10.0.0.1:8786, to fly there.
+        scheduler: address of a Dask scheduler, such as tcp://HOST:8786, to fly there.
         slurm: a SLURM queue, to fly there.
         progress: told how far it is, twice a second or more often.
 

@@ -39,7 +39,7 @@ Resume = Annotated[bool, arg(help="Go on with a folder that is there; what it ho
 Scheduler = Annotated[
     str,
     arg(
-        metavar="ADDRESS", help="Fly on a Dask scheduler, such as tcp://10.0.0.1:8786.", help_behavior_hint=""
+        metavar="ADDRESS", help="Fly on a Dask scheduler, such as tcp://HOST:8786.", help_behavior_hint=""
     ),
 ]
 Slurm = Annotated[str, arg(metavar="QUEUE", help="Fly on a SLURM queue.", help_behavior_hint="")]
@@ -56,7 +56,7 @@ class Campaign:
     examples: ClassVar[str] = """
         skylimb campaign examples/campaign.toml --out out/friction
         skylimb campaign examples/campaign.toml --out out/friction --resume
-        skylimb campaign mine.toml --out out/mine --scheduler tcp://10.0.0.1:8786
+        skylimb campaign mine.toml --out out/mine --scheduler tcp://HOST:8786
         skylimb campaign report out/friction
     """
 

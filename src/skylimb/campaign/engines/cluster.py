@@ -97,7 +97,7 @@ class ClusterEngine:
 
 
 def connect(tables: Mapping[str, Any], address: str) -> ClusterEngine:
-    """An engine on a scheduler that runs, such as tcp://10.0.0.1:8786.
+    """An engine on a scheduler that runs, such as tcp://HOST:8786.
 
     Raises:
         WorkerError: when nobody answers there, or Dask is not installed.
