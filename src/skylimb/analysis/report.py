@@ -20,6 +20,8 @@ from skylimb.analysis.paper_numbers import EXPERIMENT, SOURCE, published
 from skylimb.recording import Run
 
 TEMPLATE = Path(__file__).with_name("report_template.html")
+STYLE = Path(__file__).with_name("report_style.css")
+"""The rules that every report page shares."""
 
 EMBED_BYTES = 12_000_000
 """Videos are put into the page up to this size together; larger ones are linked."""
@@ -73,6 +75,7 @@ def render_report(runs: Mapping[str, Run], folder: Path) -> str:
     template = environment.from_string(TEMPLATE.read_text(encoding="utf-8"))
     claims = check_claims(runs)
     return template.render(
+        common_style=STYLE.read_text(encoding="utf-8"),
         title=_title(runs),
         description=str(config.get("description", "")),
         robot=str(first.log.attrs.get("robot", "")),

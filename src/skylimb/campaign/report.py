@@ -14,6 +14,7 @@ import numpy as np
 from skylimb.analysis import style
 from skylimb.analysis.measures import describe
 from skylimb.analysis.metrics import DESCRIPTIONS
+from skylimb.analysis.report import STYLE
 from skylimb.campaign.draws import changed
 from skylimb.campaign.figures import plates
 from skylimb.campaign.frozen import Campaign
@@ -52,6 +53,7 @@ def render_report(campaign: Campaign, rows: Mapping[int, Row], summary: Summary,
     template = environment.from_string(TEMPLATE.read_text(encoding="utf-8"))
     scores, names = summary.scores, summary.scores.controllers
     return template.render(
+        common_style=STYLE.read_text(encoding="utf-8"),
         title=_title(campaign, len(scores.draws)),
         description=str(campaign.experiment.get("description", "")).rstrip("."),
         flights=len(rows),

@@ -38,9 +38,7 @@ Workers = Annotated[
 Resume = Annotated[bool, arg(help="Go on with a folder that is there; what it holds is not flown again.")]
 Scheduler = Annotated[
     str,
-    arg(
-        metavar="ADDRESS", help="Fly on a Dask scheduler, such as tcp://HOST:8786.", help_behavior_hint=""
-    ),
+    arg(metavar="ADDRESS", help="Fly on a Dask scheduler, such as tcp://HOST:8786.", help_behavior_hint=""),
 ]
 Slurm = Annotated[str, arg(metavar="QUEUE", help="Fly on a SLURM queue.", help_behavior_hint="")]
 
