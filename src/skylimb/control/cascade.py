@@ -87,6 +87,11 @@ class Cascade:
     """The step may be traced with CasADi symbols and compiled."""
 
     @property
+    def paced(self) -> bool:
+        """Whether it sets the pace of the mission, by a signal "pace"."""
+        return False
+
+    @property
     def name(self) -> str:
         """The preset's name."""
         return self.preset.name

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple, Protocol
 
+import numpy as np
+
 from skylimb.estimation.records import BodyState, Wrench
 from skylimb.symbolic import Array
 
@@ -24,6 +26,11 @@ class Reference(NamedTuple):
         align: 1 to turn the whole robot so that the tip link keeps its heading though the joints give way,
             else 0.
         adapt: 1 while the shape law may answer to force, else 0.
+        tip_position: of the tip on its path over the nominal surface, in W, m, (3,): before the approach it
+            stands off, afterwards it lies on the nominal surface, wherever the real one is.
+        tip_velocity: its rate, m/s, whether or not velocities are sent.
+        tip_acceleration: m/s^2.
+        touch: 1 while the tip is to touch, else 0.
     """
 
     position: Array
@@ -37,6 +44,16 @@ class Reference(NamedTuple):
     tare: Any
     align: Any
     adapt: Any
+    tip_position: Array
+    tip_velocity: Array
+    tip_acceleration: Array
+    touch: Any
+
+
+def zero_reference(n_joints: int, n_vectoring: int) -> Reference:
+    """A reference of zeros, which tells the sizes of all entries."""
+    z3, q, psi = np.zeros(3), np.zeros(n_joints), np.zeros(n_vectoring)
+    return Reference(z3, z3, z3, 0.0, 0.0, q, psi, z3, 0.0, 0.0, 0.0, z3, z3, z3, 0.0)
 
 
 class Command(NamedTuple):

@@ -207,8 +207,9 @@ def fly_mission(
     """Fly with the driver that suits the controller."""
     dt = experiment.control_period
     data = initial_data(plant, first_row(mission))
-    rows = mission_rows(plant, mission, experiment.sensors, experiment.seed)
-    outside = interventions(plant, data, mission, experiment.disturbance)
+    paced = bool(getattr(controller, "paced", False))
+    rows = mission_rows(plant, mission, experiment.sensors, experiment.seed, paced)
+    outside = interventions(plant, data, mission.flight_times(paced), experiment.disturbance)
 
     def report(done: int, total: int) -> None:
         if progress is not None:

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from skylimb.errors import ConfigError
-from skylimb.simulation.flight import Flight
+from skylimb.simulation.flight import Flight, flown_mission
 from skylimb.simulation.mission import PHASES, Mission
 from skylimb.simulation.plant import Plant
 from skylimb.simulation.signals import SIGNALS, SignalInfo
@@ -22,6 +22,7 @@ def flight_log(plant: Plant, flight: Flight, mission: Mission) -> xr.Dataset:
     Raises:
         ConfigError: when a user's controller names a signal that the loop records itself.
     """
+    mission = flown_mission(mission, flight)
     ticks, reference = flight.ticks, mission.reference
     moved = flight_kinematics(plant, flight, mission)
     qpos = flight.signal("configuration")
@@ -34,6 +35,7 @@ def flight_log(plant: Plant, flight: Flight, mission: Mission) -> xr.Dataset:
         "cog_velocity_reference": reference.velocity[:ticks],
         "cog_acceleration_reference": reference.acceleration[:ticks],
         "reach_reference": reference.reach[:ticks],
+        "tip_position_reference": reference.tip_position[:ticks],
         "phase": mission.phase[:ticks].astype(np.int8),
         "root_position": qpos[:, 0:3],
         "root_quaternion": qpos[:, 3:7],

@@ -14,7 +14,7 @@ from skylimb.simulation.native.library import load_library
 from skylimb.simulation.plant import USER_WORDS, Plant
 from skylimb.simulation.tick import CompiledTick
 
-_ARGUMENTS, _RESULTS = 7, 3  # as in flight.c
+_ARGUMENTS, _RESULTS = 8, 3  # as in flight.c
 
 
 @dataclass(frozen=True)
