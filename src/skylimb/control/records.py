@@ -31,6 +31,7 @@ class Reference(NamedTuple):
         tip_velocity: its rate, m/s, whether or not velocities are sent.
         tip_acceleration: m/s^2.
         touch: 1 while the tip is to touch, else 0.
+        sliding_axis: unit vector u of the sliding plane in W, (3,); the other one is contact_axis x u.
     """
 
     position: Array
@@ -48,12 +49,13 @@ class Reference(NamedTuple):
     tip_velocity: Array
     tip_acceleration: Array
     touch: Any
+    sliding_axis: Array
 
 
 def zero_reference(n_joints: int, n_vectoring: int) -> Reference:
     """A reference of zeros, which tells the sizes of all entries."""
     z3, q, psi = np.zeros(3), np.zeros(n_joints), np.zeros(n_vectoring)
-    return Reference(z3, z3, z3, 0.0, 0.0, q, psi, z3, 0.0, 0.0, 0.0, z3, z3, z3, 0.0)
+    return Reference(z3, z3, z3, 0.0, 0.0, q, psi, z3, 0.0, 0.0, 0.0, z3, z3, z3, 0.0, z3)
 
 
 class Command(NamedTuple):

@@ -258,6 +258,7 @@ def plan_mission(
         + (uv_rate * sliding) @ plane,
         tip_acceleration=(uv_bend * sliding) @ plane,
         touch=touching,
+        sliding_axis=np.tile(frame.sliding_u, (count, 1)),
     )
     return Mission(times, reference, phase, frame, center + uv @ plane, approach.contact, phases.patience)
 

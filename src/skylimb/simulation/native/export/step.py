@@ -126,6 +126,7 @@ def example_vector(controller: Cascade, step: ControllerStep, seed: int = 0) -> 
             adapt=adapt,
             tip_position=home + reach * a,
             touch=adapt,
+            sliding_axis=np.array([0.0, 1.0, 0.0]),
         )
         turn = 0.5 * rng.normal(scale=0.02, size=3)
         measurement = Measurement(
