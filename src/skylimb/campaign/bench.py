@@ -27,7 +27,7 @@ from skylimb.control.controller import Controller
 from skylimb.errors import ConfigError, SkylimbError
 from skylimb.experiments.experiment import Experiment
 from skylimb.experiments.flyable import first_row
-from skylimb.experiments.run import fly_mission, prepare_flight, recorded
+from skylimb.experiments.run import fly_mission, prepare_flight, recorded, vectoring_purpose
 from skylimb.packing import Layout
 from skylimb.recording.run import Run
 from skylimb.recording.versions import versions
@@ -135,7 +135,12 @@ class Bench:
             robot = load_robot(experiment.robot)
             gains = {**campaign.gains_of(drawn, name), **dict(job.gains)}
             controller = self._controller(name, experiment.robot, json.dumps(gains, sort_keys=True))
-            return _Ready(experiment, robot, controller, *prepare_flight(experiment, robot))
+            return _Ready(
+                experiment,
+                robot,
+                controller,
+                *prepare_flight(experiment, robot, vectoring_purpose(controller)),
+            )
         except SkylimbError as error:
             return Flown(make_row(campaign, job.flight, REFUSED, _line(error), {}), None)
 

@@ -142,7 +142,7 @@ def fly(
         controller: any object that follows `Controller`; it may believe in another robot.
         progress: told how far the flight is.
     """
-    plant, mission = prepare_flight(experiment, robot)
+    plant, mission = prepare_flight(experiment, robot, vectoring_purpose(controller))
     flight = fly_mission(experiment, plant, mission, controller, progress)
     return recorded(experiment, robot, controller, plant, mission, flight)
 
@@ -177,8 +177,20 @@ def recorded(
     return Run(name=controller.name, controller=controller.name, log=log, metrics=metrics(log))
 
 
-def prepare_flight(experiment: Experiment, robot: Robot) -> tuple[Plant, Mission]:
+def vectoring_purpose(controller: Controller) -> str:
+    """Which vectoring angles a controller takes off with; "torque", the paper's, unless it says otherwise."""
+    if isinstance(controller, Cascade):
+        return controller.preset.vectoring.purpose
+    return str(getattr(controller, "vectoring_purpose", "torque"))
+
+
+def prepare_flight(experiment: Experiment, robot: Robot, purpose: str = "torque") -> tuple[Plant, Mission]:
     """The plant and the mission of an experiment, checked against each other.
+
+    Args:
+        experiment: what to fly.
+        robot: the description that plant and nominal posture are made from.
+        purpose: of the vectoring angles in the nominal posture.
 
     Raises:
         ConfigError: when the robot would start inside the surface, its tip does not fit, or the path
@@ -190,7 +202,7 @@ def prepare_flight(experiment: Experiment, robot: Robot) -> tuple[Plant, Mission
         MissionConfig(experiment.phases, experiment.approach, experiment.trajectory),
         contact_frame(experiment.contact_axis),
         np.asarray(experiment.surface.position, dtype=float),
-        posture_plan(experiment.posture, robot),
+        posture_plan(experiment.posture, robot, purpose),
         dt,
     )
     require_flyable(plant, mission)

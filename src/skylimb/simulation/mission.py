@@ -25,6 +25,9 @@ PHASES = ("hover", "tare", "approach", "settle", "slide", "retreat", "hover_end"
 _TOUCHING = ("approach", "settle", "slide")
 """Phases in which the tip is to touch, or to go on until it does."""
 
+_WAITING = ("settle", "slide")
+"""Phases that make no sense without touch."""
+
 _RAMP = 0.5
 """Time in s over which approach and retreat reach their speed."""
 _LEVEL = 0.5
@@ -258,6 +261,7 @@ def plan_mission(
         + (uv_rate * sliding) @ plane,
         tip_acceleration=(uv_bend * sliding) @ plane,
         touch=touching,
+        wait=np.isin(phase, [PHASES.index(name) for name in _WAITING]) * float(approach.contact),
         sliding_axis=np.tile(frame.sliding_u, (count, 1)),
     )
     return Mission(times, reference, phase, frame, center + uv @ plane, approach.contact, phases.patience)

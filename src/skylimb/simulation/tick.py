@@ -19,6 +19,7 @@ import mujoco
 import numpy as np
 
 from skylimb.control.cascade import Cascade
+from skylimb.control.preset import SLOTS
 from skylimb.control.records import Command, Reference, zero_reference
 from skylimb.errors import DescriptionError
 from skylimb.estimation.records import Measurement
@@ -238,7 +239,7 @@ def _structure(controller: Cascade, plant: Plant, initial: Any, gains: Any, dt: 
     preset, family, table, model = controller.preset, controller.family, controller.vectoring, plant.model
     reading = plant.reading
     # Functions are compared by identity, so that a law that was loaded anew is traced anew.
-    laws = tuple(slot.law.step for slot in (preset.translation, preset.attitude, preset.shape))
+    laws = tuple(getattr(preset, slot).law.step for slot in SLOTS)
     return (
         type(controller),
         controller.robot,
