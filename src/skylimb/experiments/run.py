@@ -19,6 +19,7 @@ from skylimb.control.controller import (
     resolved_preset,
 )
 from skylimb.errors import ConfigError
+from skylimb.experiments.asked_line import with_asked_line
 from skylimb.experiments.experiment import Experiment, experiment_with, load_experiment
 from skylimb.experiments.flyable import first_row, require_flyable
 from skylimb.experiments.posture_plan import posture_plan
@@ -156,7 +157,7 @@ def recorded(
     flight: Flight,
 ) -> Run:
     """A flight as a run: its log with everything that produced it, and its scores."""
-    log = flight_log(plant, flight, mission)
+    log = with_asked_line(flight_log(plant, flight, mission), experiment.trajectory)
     frame = mission.frame
     config = {**experiment.to_mapping(), "controller": resolved_preset(controller)}
     log.attrs |= {
