@@ -60,6 +60,6 @@ def _relevant(robot: Robot, criteria: VectoringCriteria) -> Iterator[Any]:
         return
     # Only now, so that tables found before there were other criteria keep their digest.
     yield [criteria.thrust_margin, *criteria.span(robot)]
-    yield f"leak {criteria.leak!r} sideways {criteria.sideways!r}"
+    yield f"leak {criteria.leak!r} sideways {criteria.sideways!r} effort {criteria.effort!r}"
     place = robot.placements[description.tip.link]
     yield [place.body, *(place.xyz + place.R @ description.tip.position), *place.R[:, 0]]

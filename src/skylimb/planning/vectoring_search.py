@@ -1,12 +1,12 @@
-"""Search for vectoring angles psi(theta): most guaranteed control torque, no hover tilt, one smooth branch.
+"""Search for vectoring angles psi(theta): most guaranteed control torque within criteria, one smooth branch.
 
 Optimising psi anew at every theta jumps between branches (near theta = 0.3 for the paper's robot, with slopes
 of 8 rad/rad). So psi(theta) is one low-degree polynomial for each joint, and a single program finds all
 coefficients:
 
-    maximise   mean over theta of FCTmin  -  SMOOTHING * mean of |dpsi/dtheta|^2
-    subject to |hover tilt| <= TILT, |dpsi_i/dtheta| <= SLOPE, thrust_min <= hover thrusts <= thrust_max
-               at nodes spread over theta.
+    maximise   mean over theta of FCTmin  -  smoothing * mean of |dpsi/dtheta|^2
+    subject to |hover tilt| <= tilt, |dpsi_i/dtheta| <= slope, thrust_min <= hover thrusts <= thrust_max
+               at nodes spread over theta, and for contact |X_xy|, |X_xz| <= leak, X_yy >= sideways.
 
 The program has many local optima. It starts from the optima of single postures, first with few coefficients,
 and the best few of those are refined with all of them. Every start is fixed, so the result is always the
@@ -15,6 +15,7 @@ same.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -25,6 +26,7 @@ from numpy.polynomial import chebyshev
 
 from skylimb.errors import AllocationError
 from skylimb.planning.control_torque import face_distances
+from skylimb.planning.lateral_effort import lateral_effort
 from skylimb.planning.tip_force import tip_force_map
 from skylimb.planning.vectoring_criteria import TORQUE, VectoringCriteria
 from skylimb.robots import Robot
@@ -103,7 +105,8 @@ def _posture_function(robot: Robot, criteria: VectoringCriteria) -> _Posture:
     family, rotors = robot.description.posture, robot.description.rotors
     theta = ca.SX.sym("theta")
     psi = ca.SX.sym("psi", robot.n_vectoring)
-    state = robot.model(ca.DM(family.offset) + ca.DM(family.slope) * theta, psi)
+    q = ca.DM(family.offset) + ca.DM(family.slope) * theta
+    state = robot.model(q, psi)
     thrust_max = [rotor.thrust_max for rotor in rotors]
     faces = face_distances(state.allocation_C[3:, :], thrust_max, _ROUNDING)
     margins = [criteria.thrust_margin * (rotor.thrust_max - rotor.thrust_min) for rotor in rotors]
@@ -116,6 +119,10 @@ def _posture_function(robot: Robot, criteria: VectoringCriteria) -> _Posture:
         bounded += [ca.sumsqr(tilt), X[0, 1], X[0, 2], X[1, 1]]
         low += [0.0, -criteria.leak, -criteria.leak, criteria.sideways]
         high += [criteria.tilt**2, criteria.leak, criteria.leak, np.inf]
+    if math.isfinite(criteria.effort):
+        bounded += [lateral_effort(robot, q, psi)]
+        low += [0.0] * 2
+        high += [criteria.effort] * 2
     function = ca.Function("posture", [theta, psi], [faces, ca.vertcat(*bounded)])
     low, high = [0.0] * faces.shape[0] + low, [np.inf] * faces.shape[0] + high
     return _Posture(function, low, high, criteria.span(robot))
