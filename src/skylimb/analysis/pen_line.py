@@ -81,17 +81,20 @@ def drawn_samples(log: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
 def asked_line(log: xr.Dataset) -> list[np.ndarray]:
     """The strokes that were asked for, (n, 2) each, m; none where the log does not say.
 
-    A drawing's are in the log as `asked_line`. For any other path it is the line that a pen held still in the
-    robot would draw if the centre of gravity kept to its reference.
+    A drawing's are in the log as `asked_line`. For any other path it is the tip's own reference, or in a log
+    without one the line that a pen held still in the robot would draw if the centre of gravity kept to its.
     """
     if "asked_line" in log:
         points = log.asked_line.values
         gaps = np.flatnonzero(np.isnan(points).any(axis=1))
         parts = np.split(points, gaps)
         return [part for part in (p[~np.isnan(p).any(axis=1)] for p in parts) if len(part) > 1]
-    if not {"tip_position", "cog_position", "cog_position_reference"} <= set(log.variables):
+    if "tip_position_reference" in log:
+        path = _in_plane(log, log.tip_position_reference.values[in_phase(log, "slide")])
+    elif {"tip_position", "cog_position", "cog_position_reference"} <= set(log.variables):
+        path = _in_plane(log, nominal_path(log, None))
+    else:
         return []
-    path = _in_plane(log, nominal_path(log, None))
     moved = np.concatenate([[True], np.linalg.norm(np.diff(path, axis=0), axis=1) > 0.0]) if len(path) else []
     path = path[np.asarray(moved, dtype=bool)]
     return [path] if len(path) > 1 else []

@@ -16,6 +16,10 @@ from skylimb.simulation.signals import SIGNALS, SignalInfo
 from skylimb.simulation.truth import contact_truth, flight_kinematics
 
 
+COG_TARGET = "cog_position_target"
+"""Signal of a controller that does not take the mission's reference of the centre of gravity as it is."""
+
+
 def flight_log(plant: Plant, flight: Flight, mission: Mission) -> xr.Dataset:
     """Assemble the log: recorded signals, the reference, and the truth that follows from the physics' state.
 
@@ -44,6 +48,9 @@ def flight_log(plant: Plant, flight: Flight, mission: Mission) -> xr.Dataset:
         **moved._asdict(),
         **contact,
     }
+    if COG_TARGET in values:
+        # A controller that follows with the tip makes the centre of gravity's reference itself.
+        computed["cog_position_reference"] = values.pop(COG_TARGET)
     clash = sorted(values.keys() & computed.keys())
     if clash:
         raise ConfigError(

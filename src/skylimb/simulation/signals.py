@@ -115,6 +115,13 @@ SIGNALS: dict[str, SignalInfo] = {
     "torque_command": SignalInfo(_AXIS, "N m", "C", "wanted torque", "command"),
     "mission_time": SignalInfo(_SCALAR, "s", "", "time on the mission's own clock", "reference"),
     "pace": SignalInfo(_SCALAR, "", "", "speed of the mission's clock", "command"),
+    "contact_state": SignalInfo(_SCALAR, "", "", "state of the contact's state machine", "estimate"),
+    "contact_reason": SignalInfo(_SCALAR, "", "", "reason of its last transition", "estimate"),
+    "normal_force_estimate": SignalInfo(_SCALAR, "N", "", "estimated normal force", "estimate"),
+    "surface_slope_estimate": SignalInfo(
+        _AXIS, "", "W", "estimated rise of the surface along the contact axis a metre of path", "estimate"
+    ),
+    "tip_position_estimate": SignalInfo(_AXIS, "m", "W", "tip, as the controller knows it", "estimate"),
     "phase": SignalInfo(_SCALAR, "", "", "phase of the mission", "reference"),
     "configuration": SignalInfo(("qpos",), "", "W", "positions of the scene's joints, for replay", "truth"),
     "skeleton": SignalInfo(("node", "axis"), "m", "W", "points along the chain, root to tip", "truth"),
