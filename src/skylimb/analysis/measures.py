@@ -163,6 +163,6 @@ SETS = {
             "slip_variation": ("Standard deviation of the pen's speed over its mean", "1"),
         },
         paper_measures,
-    )
+    ),
 }
 """By name."""

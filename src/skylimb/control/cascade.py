@@ -49,7 +49,7 @@ from skylimb.planning.posture import ReachFamily, posture_family
 from skylimb.planning.vectoring import VectoringTable, vectoring_table
 from skylimb.robots.model import Robot
 from skylimb.spatial import dot, rpy_from_rotation
-from skylimb.symbolic import stack
+from skylimb.symbolic import right_inverse, stack
 
 Signals = dict[str, Any]
 
@@ -92,6 +92,7 @@ class CascadeState(NamedTuple):
     shape: Any
     reach: Any
     leak: LeakState
+    move: Any
 
 
 @dataclass(frozen=True)
@@ -150,6 +151,7 @@ class Cascade:
             preset.shape.law.initial_state(preset.shape.gains, family.reach_nominal),
             ReachMotion(family.reach_nominal, 0.0) if self.paced else (),
             initial_leak_state(),
+            np.zeros(self.robot.n_vectoring) if preset.vectoring.move else (),
         )
         return numeric(record)
 
@@ -224,17 +226,26 @@ class Cascade:
         else:
             rotor_force, rotor_torque = rotor_wrench(body.model, body.R_WC, acting)
             observer = with_known_wrench(observer, body, rotor_force, rotor_torque)
-        leak_force, _ = rotor_wrench(body.model, body.R_WC, thrusts.rotation)
+        rotation = thrusts.rotation
+        if preset.leak.steady:
+            holding = -wrench.torque - (bias.torque if bias is not None else 0.0)
+            rotation = right_inverse(body.model.allocation_C[2:, :]) @ stack(0.0, holding)
+        leak_force, _ = rotor_wrench(body.model, body.R_WC, rotation)
+        lateral = state.move
         if preset.vectoring.move:
-            move, side = lateral_move(
+            lateral, side = lateral_move(
                 self.robot,
                 gains.vectoring,
+                state.move,
                 measurement.joint_angles,
                 vectoring_angles,
                 body.R_WC.T @ wanted,
                 torque,
+                dt,
             )
-            vectoring_angles, leak_force = vectoring_angles + move, body.R_WC @ side
+            vectoring_angles, leak_force = vectoring_angles + lateral, body.R_WC @ side
+            behind = vectoring_angles - measurement.vectoring_angles
+            vectoring_angles = vectoring_angles + (gains.vectoring.lead - 1.0) * behind
         leak = follow_leak(gains.leak, state.leak, leak_force, dt)
         command = Command(told_thrusts, joint_angles, vectoring_angles)
 
@@ -251,6 +262,7 @@ class Cascade:
             shape,
             ReachMotion(reach, (reach - state.reach.reach) * (1.0 / dt)) if self.paced else (),
             leak,
+            lateral,
         )
         if hasattr(preset.translation.law, "cog_target"):
             told["cog_position_target"] = preset.translation.law.cog_target(gains.translation, inputs)

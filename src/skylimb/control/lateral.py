@@ -13,14 +13,15 @@ cancels the leak of the rotational thrusts and gives the sliding axes a fast for
 from __future__ import annotations
 
 import functools
+import math
 from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
 
-from skylimb.config import require_choice, require_positive
+from skylimb.config import require_choice, require_positive, require_range
 from skylimb.robots.model import Robot
-from skylimb.symbolic import Array, clip, matrix, right_inverse, stack
+from skylimb.symbolic import Array, clip, exp, matrix, right_inverse, stack
 
 
 @dataclass(frozen=True)
@@ -32,6 +33,8 @@ class Vectoring:
         move: whether small moves around them give side force.
         limit: greatest move of an angle, rad.
         damping: mu, N^2/rad^2; keeps moves small where they do little.
+        lead: how many times faster than their servos, which lag, the angles are made to follow.
+        cutoff: of the low pass on the moves, Hz; wishes are noisy.
         lift: whether the thrusts for a torque are chosen so that they do not lift.
     """
 
@@ -39,11 +42,14 @@ class Vectoring:
     move: bool = False
     limit: float = 0.5
     damping: float = 0.5
+    cutoff: float = 1.0
     lift: bool = False
+    lead: float = 1.0
 
     def __post_init__(self) -> None:
         require_choice("vectoring", "purpose", self.purpose, ("torque", "contact"))
         require_positive("vectoring", "limit", self.limit, "rad")
+        require_range("vectoring", "lead", self.lead, 1.0, 10.0)
         require_positive("vectoring", "damping", self.damping, "N^2/rad^2")
 
 
@@ -64,23 +70,34 @@ def _side_force(robot: Robot) -> ca.Function:
 
 
 def lateral_move(
-    robot: Robot, gains: Any, joint_angles: Array, vectoring_angles: Array, force: Array, torque: Array
+    robot: Robot,
+    gains: Any,
+    move: Array,
+    joint_angles: Array,
+    vectoring_angles: Array,
+    force: Array,
+    torque: Array,
+    dt: float,
 ) -> tuple[Array, Array]:
-    """Move of the vectoring angles, rad, (nv,), and the side force h without it, C, N, (3,).
+    """Move of the vectoring angles, rad, (nv,), and the side force without any, C, N, (3,).
 
     Args:
         robot: the controller's model.
         gains: a `Vectoring`.
+        move: of the last tick, rad, (nv,): each tick makes one Gauss-Newton step from there.
         joint_angles: q, rad.
         vectoring_angles: nominal psi of that posture, rad.
         force: wanted in C, N.
         torque: wanted in C, N m.
+        dt: control period, s.
     """
-    side, J = _side_force(robot)(joint_angles, vectoring_angles, force[2], torque)
-    missing = force[0:2] - side
+    side, J = _side_force(robot)(joint_angles, vectoring_angles + move, force[2], torque)
     a = J[0, :] @ J[0, :].T + gains.damping
     b = J[0, :] @ J[1, :].T
     d = J[1, :] @ J[1, :].T + gains.damping
     inverse = matrix([[d, -b], [-b, a]]) / (a * d - b * b)
-    move = J.T @ (inverse @ missing)
-    return clip(move, -gains.limit, gains.limit), stack(side, 0.0)
+    # The least move that gives what is missing, where the move so far counts for what it does alone.
+    new = J.T @ (inverse @ (force[0:2] - side + J @ move))
+    decay = exp(-2.0 * math.pi * gains.cutoff * dt)
+    new = decay * move + (1.0 - decay) * clip(new, -gains.limit, gains.limit)
+    return new, stack(side - J @ move, 0.0)

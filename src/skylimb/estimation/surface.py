@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from skylimb.config import require_positive
-from skylimb.symbolic import Array, matrix, vector
+from skylimb.symbolic import Array, clip, exp, matrix, vector
 
 
 @dataclass(frozen=True)
@@ -51,6 +51,12 @@ class SurfaceState(NamedTuple):
     place: Array
 
 
+SMOOTHING = 0.1
+"""Time constant of the low pass on the tip's place in the sliding plane, s."""
+
+REST_SPEED = 0.03
+"""Speed of the tip's place, behind that low pass, which its noise may feign, m/s."""
+
 _START = np.diag([0.05**2, 0.3**2, 0.3**2])
 """Before the first touch: 5 cm, and a slope of 17 degrees."""
 
@@ -61,7 +67,7 @@ def initial_surface_state() -> SurfaceState:
 
 
 def follow_surface(
-    gains: Any, state: SurfaceState, place: Array, touching: Any, fresh: Any, across: Array
+    gains: Any, state: SurfaceState, place: Array, touching: Any, fresh: Any, across: Array, dt: float
 ) -> SurfaceState:
     """One step of the filter.
 
@@ -73,16 +79,21 @@ def follow_surface(
         fresh: 1 at the first tick of a touch, where the place is taken as it is.
         across: (3,): direction b across the path, (u, v), and the slope that the force shows along it;
             zeros where it shows none.
+        dt: control period, s.
     """
-    step = place[1:3] - state.place
-    du, dv = step[0] * touching, step[1] * touching
-    way = (du**2 + dv**2 + 1e-16) ** 0.5
+    # A tip at rest seems to wander by its noise: what is shorter than that is no way.
+    calm = state.place + (1.0 - exp(-dt / SMOOTHING)) * (place[1:3] - state.place)
+    calm = calm + fresh * (place[1:3] - calm)
+    du, dv = (calm[0] - state.place[0]) * (1.0 - fresh), (calm[1] - state.place[1]) * (1.0 - fresh)
+    gone = (du**2 + dv**2 + 1e-16) ** 0.5
+    way = touching * clip(gone - REST_SPEED * dt, 0.0, 1.0)
+    du, dv = du * touching, dv * touching
     A = matrix([[1.0, du, dv], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
     x = A @ state.estimate
     P = A @ state.covariance @ A.T + way * gains.drift * np.diag([0.0, 1.0, 1.0])
     x = vector(x[0] + fresh * (place[0] - x[0]), x[1], x[2])
     # A tick's measurement tells as much as the way that it stands for.
-    moved = way / (way + 2e-4)
+    moved = way / (way + REST_SPEED * dt)
     height = vector(1.0, 0.0, 0.0)
     x, P = _update(
         x, P, height, place[0] - x[0], gains.height_noise**2, touching * (fresh + (1.0 - fresh) * moved)
@@ -90,7 +101,7 @@ def follow_surface(
     slope = vector(0.0, across[0], across[1])
     known = (across[0] ** 2 + across[1] ** 2) * touching * moved
     x, P = _update(x, P, slope, across[2] - (slope[1] * x[1] + slope[2] * x[2]), gains.cross_noise**2, known)
-    return SurfaceState(x, P, place[1:3])
+    return SurfaceState(x, P, calm)
 
 
 def _update(x: Array, P: Array, h: Array, innovation: Any, noise: Any, weight: Any) -> tuple[Array, Array]:

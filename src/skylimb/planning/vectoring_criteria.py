@@ -86,7 +86,9 @@ class VectoringCriteria:
 TORQUE = VectoringCriteria("torque")
 """Most guaranteed torque without hover tilt, over all described postures."""
 
-CONTACT = VectoringCriteria("contact", tilt=0.05, thrust_margin=0.15, leak=0.1, sideways=0.0, reachable=True)
+CONTACT = VectoringCriteria(
+    "contact", tilt=0.1, effort=0.5, thrust_margin=0.15, leak=0.1, sideways=0.0, reachable=True
+)
 """Most guaranteed torque where a push across the surface hardly reaches the pressing force.
 
 For hydrus_xi_quad the search finds no continuous path with 0.04 rad of tilt, nor with a leak of 0.05. The

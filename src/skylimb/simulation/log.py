@@ -15,7 +15,6 @@ from skylimb.simulation.plant import Plant
 from skylimb.simulation.signals import SIGNALS, SignalInfo
 from skylimb.simulation.truth import contact_truth, flight_kinematics
 
-
 COG_TARGET = "cog_position_target"
 """Signal of a controller that does not take the mission's reference of the centre of gravity as it is."""
 

@@ -48,6 +48,8 @@ class Gains:
         axis_speed: greatest speed along the contact axis that body and arm should have to follow, m/s.
         least_pace: the path never goes slower than this for the surface's sake.
         path_acceleration: at which the path gathers speed, m/s^2.
+        wait_beyond: distance of the pen from its reference at which the path all but waits for it, m; up to
+            half of it the path goes on as it would.
         body_share: share of the surface's motion along the contact axis that the centre of gravity takes, 0 to
             1; the arm takes the rest as far as it reaches.
         machine: when the state changes.
@@ -59,6 +61,7 @@ class Gains:
     axis_speed: float = 0.04
     least_pace: float = 0.25
     path_acceleration: float = 0.1
+    wait_beyond: float = 0.08
     body_share: float = 0.5
     machine: MachineGains = field(default_factory=MachineGains)
     surface: SurfaceGains = field(default_factory=SurfaceGains)
@@ -139,6 +142,7 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
         engaged * where(normal_force > gains.machine.lost_force, 1.0, fresh),
         fresh,
         vector(across[0] * known, across[1] * known, seen),
+        dt,
     )
     slope = surface.estimate[1:3]
     surface_velocity = engaged * (slope[0] * path[0] + slope[1] * path[1])
@@ -163,6 +167,9 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     # The path as it would go at the mission's own pace.
     own = clip(pace_now, 0.05, 1.0)
     allowed = clip(gains.axis_speed * own / (abs(surface_velocity) + 1e-6), gains.least_pace, 1.0)
+    behind = tip - reference.tip_position
+    behind = engaged * (dot(u, behind) ** 2 + dot(v, behind) ** 2) ** 0.5
+    allowed = allowed * clip((gains.wait_beyond - behind) / (0.5 * gains.wait_beyond), 0.1, 1.0)
     halted = reference.wait * (1.0 - machine.given_up) * (1.0 - is_in(machine.state, SLIDE))
     gathered = (state.speed + gains.path_acceleration * dt) * own / (speed + 1e-6)
     slower = pace_now - gains.path_acceleration * dt * own / (speed + 1e-6)

@@ -46,7 +46,9 @@ class Gains:
         force_integral_limit: on I, N.
         tank: greatest energy of the tank, J.
         cancel: share of the estimated force in the sliding plane that is cancelled.
+        cancel_limit: on the cancelled force, N; friction and slope cannot give more at the wanted force.
         cancel_speed: speed of the path from which it is cancelled in full, m/s.
+        error_limit: position error along a sliding axis beyond which the spring pulls no harder, m.
         pen: 1 when the pen follows the path, 0 when the centre of gravity does.
     """
 
@@ -60,7 +62,9 @@ class Gains:
     force_integral_limit: float = 3.0
     tank: float = 0.5
     cancel: float = 1.0
+    cancel_limit: float = 1.0
     cancel_speed: float = 0.06
+    error_limit: float = 0.1
     pen: float = 1.0
 
     def __post_init__(self) -> None:
@@ -72,6 +76,8 @@ class Gains:
             ("press_damping", "1/s"),
             ("press_mass_ratio", ""),
             ("cancel_speed", "m/s"),
+            ("cancel_limit", "N"),
+            ("error_limit", "m"),
             ("tank", "J"),
         ):
             require_positive("translation", name, getattr(self, name), unit)
@@ -111,10 +117,11 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, Array]:
     share = gains.cancel * clip(contact.speed / gains.cancel_speed, 0.0, 1.0)
     total = m * GRAVITY
     for axis, i in ((u, 1), (v, 2)):
-        error = dot(axis, body.position - target)
+        error = clip(dot(axis, body.position - target), -gains.error_limit, gains.error_limit)
         error_rate = dot(axis, body.velocity - reference.tip_velocity)
         wanted = dot(axis, reference.tip_acceleration) - damping[i] * error_rate - gains.stiffness[i] * error
-        total = total + axis * (m * wanted - share * dot(axis, force))
+        cancelled = clip(dot(axis, force), -gains.cancel_limit, gains.cancel_limit)
+        total = total + axis * (m * wanted - share * cancelled)
 
     speed = dot(a, body.velocity)
     tip = dot(a, body.position + inputs.arm)
