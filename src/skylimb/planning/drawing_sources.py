@@ -32,8 +32,7 @@ def svg_strokes(file: str) -> Strokes:
     Raises:
         ConfigError: where the file cannot be read, has nothing to draw, or has text or pictures in it.
     """
-    from svgelements import SVG, Image, Shape, Text
-    from svgelements import Path as Outline
+    from svgelements import SVG
 
     _require_file(file)
     what = f"SVG file '{file}'"
@@ -43,30 +42,20 @@ def svg_strokes(file: str) -> Strokes:
         raise ConfigError(f"'{file}' is not a readable SVG file: {error or type(error).__name__}") from None
     if not isinstance(document, SVG):
         raise ConfigError(f"'{file}' is not a readable SVG file: it has no svg element")
-    segments: list[list[Any]] = []
-    for element in document.elements():
-        if isinstance(element, Text):
-            words = " ".join((str(element.text or "")).split())
-            raise ConfigError(
-                f"{what} has a text element ('{words[:30]}'), which has no single line to draw; turn it into "
-                "paths in your editor, or draw words with --text (trajectory.text)"
-            )
-        if isinstance(element, Image):
-            raise ConfigError(f"{what} has a picture in it, which a pen cannot draw; trace it to paths first")
-        if isinstance(element, Shape) and _visible(element):
-            # The shape's own transform is applied to its path: to some shapes it cannot be.
-            segments += [list(part) for part in abs(Outline(element)).as_subpaths()]
-    rough = [[_points(segment, _LOOK) for segment in part] for part in segments]
-    corners = [points for part in rough for points in part if len(points)]
-    if not corners:
+    outlines = _outlines(document, what)
+    rough = [[_points(segment, _LOOK, place) for segment in outline] for outline, place in outlines]
+    points = np.vstack([np.zeros((0, 2)), *(points for part in rough for points in part)])
+    if not len(points):
         raise ConfigError(f"{what} has nothing to draw: no visible path or shape in it")
-    flatness = _FLATNESS * float(np.nanmax(np.ptp(np.vstack(corners), axis=0)))
+    if not np.isfinite(points).all():
+        raise ConfigError(f"{what} has coordinates that are not finite")
+    flatness = _FLATNESS * float(np.ptp(points, axis=0).max())
     lines = [
-        np.vstack([_flattened(segment, seen, flatness) for segment, seen in zip(part, looked, strict=True)])
-        for part, looked in zip(segments, rough, strict=True)
-        if part
+        np.vstack([_flattened(*each, flatness, place) for each in zip(outline, looked, strict=True)])
+        for (outline, place), looked in zip(outlines, rough, strict=True)
+        if outline
     ]
-    return clean([line * [1.0, -1.0] for line in lines if len(line)], what)
+    return clean([line * [1.0, -1.0] for line in lines], what)
 
 
 def text_strokes(text: str, font: str = "futural") -> Strokes:
@@ -109,21 +98,49 @@ def _require_file(file: str) -> None:
         raise ConfigError(f"SVG file '{file}' is empty")
 
 
+def _outlines(document: Any, what: str) -> list[tuple[list[Any], Any]]:
+    """The visible outlines: the segments of each, and the transform that places them."""
+    from svgelements import Image, Shape, Text
+    from svgelements import Path as Outline
+
+    found: list[tuple[list[Any], Any]] = []
+    for element in document.elements():
+        if isinstance(element, Text):
+            words = " ".join(str(element.text or "").split())
+            raise ConfigError(
+                f"{what} has a text element ('{words[:30]}'), which has no single line to draw; turn it into "
+                "paths in your editor, or draw words with --text (trajectory.text)"
+            )
+        if isinstance(element, Image):
+            raise ConfigError(f"{what} has a picture in it, which a pen cannot draw; trace it to paths first")
+        if isinstance(element, Shape) and _visible(element):
+            outline: Any = Outline(element)
+            found += [(list(part), outline.transform) for part in outline.as_subpaths()]
+    return found
+
+
 def _visible(shape: Any) -> bool:
     # SVG fills with black where nothing is said; svgelements then gives a colour.
     return any(paint is not None and paint.value is not None for paint in (shape.fill, shape.stroke))
 
 
-def _points(segment: Any, places: np.ndarray) -> np.ndarray:
-    """Points of one segment of a path; none for the move to its beginning."""
+def _points(segment: Any, places: np.ndarray, transform: Any) -> np.ndarray:
+    """Points of one segment of a path, transformed; none for the move to its beginning.
+
+    The points are transformed and not the segment: svgelements has no arcs that are skewed.
+    """
     from svgelements import Move
 
     if isinstance(segment, Move) or segment.start is None or segment.end is None:
         return np.zeros((0, 2))
-    return np.array([tuple(point) for point in segment.npoint(places)], dtype=float)
+    points = np.array([tuple(point) for point in segment.npoint(places)], dtype=float)
+    if not np.isfinite(points).all():
+        return np.full_like(points, np.nan)
+    turn = np.array([[transform.a, transform.b], [transform.c, transform.d]], dtype=float)
+    return points @ turn + [float(transform.e), float(transform.f)]
 
 
-def _flattened(segment: Any, looked: np.ndarray, flatness: float) -> np.ndarray:
+def _flattened(segment: Any, looked: np.ndarray, flatness: float, transform: Any) -> np.ndarray:
     """A segment as straight pieces that keep within `flatness` of it."""
     from svgelements import Close, Line
 
@@ -133,7 +150,5 @@ def _flattened(segment: Any, looked: np.ndarray, flatness: float) -> np.ndarray:
         return looked[[0, -1]]
     # A chord is off by an eighth of the second derivative times its step squared.
     bend = float(np.linalg.norm(np.diff(looked, n=2, axis=0), axis=1).max()) * (len(_LOOK) - 1) ** 2
-    if not np.isfinite(bend):
-        return looked
     pieces = int(np.clip(np.ceil(np.sqrt(bend / (8.0 * flatness))), 1, _MOST_PIECES)) if flatness > 0 else 1
-    return _points(segment, np.linspace(0.0, 1.0, pieces + 1))
+    return _points(segment, np.linspace(0.0, 1.0, pieces + 1), transform)
