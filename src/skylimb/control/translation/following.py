@@ -45,7 +45,7 @@ class Gains:
         force_integral: k_i, 1/s.
         force_integral_limit: on I, N.
         tank: greatest energy of the tank, J.
-        cancel: share of the estimated force in the sliding plane that is cancelled.
+        cancel: shares of the estimated force along the sliding axes that are cancelled.
         cancel_limit: on the cancelled force, N; friction and slope cannot give more at the wanted force.
         cancel_speed: speed of the path from which it is cancelled in full, m/s.
         error_limit: position error along a sliding axis beyond which the spring pulls no harder, m.
@@ -61,7 +61,7 @@ class Gains:
     force_integral: float = 0.5
     force_integral_limit: float = 3.0
     tank: float = 0.5
-    cancel: float = 1.0
+    cancel: tuple[float, float] = (1.0, 1.0)
     cancel_limit: float = 1.0
     cancel_speed: float = 0.06
     error_limit: float = 0.1
@@ -88,7 +88,8 @@ class Gains:
         ):
             require_non_negative("translation", name, getattr(self, name), unit)
         require_range("translation", "force", self.force, 0.0, 20.0, "N")
-        require_range("translation", "cancel", self.cancel, 0.0, 1.0)
+        for entry in self.cancel:
+            require_range("translation", "cancel", entry, 0.0, 1.0)
         require_range("translation", "pen", self.pen, 0.0, 1.0)
 
 
@@ -114,14 +115,14 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, Array]:
     force = inputs.wrench.force
 
     target = cog_target(gains, inputs)
-    share = gains.cancel * clip(contact.speed / gains.cancel_speed, 0.0, 1.0)
+    share = clip(contact.speed / gains.cancel_speed, 0.0, 1.0)
     total = m * GRAVITY
     for axis, i in ((u, 1), (v, 2)):
         error = clip(dot(axis, body.position - target), -gains.error_limit, gains.error_limit)
         error_rate = dot(axis, body.velocity - reference.tip_velocity)
         wanted = dot(axis, reference.tip_acceleration) - damping[i] * error_rate - gains.stiffness[i] * error
         cancelled = clip(dot(axis, force), -gains.cancel_limit, gains.cancel_limit)
-        total = total + axis * (m * wanted - share * cancelled)
+        total = total + axis * (m * wanted - share * gains.cancel[i - 1] * cancelled)
 
     speed = dot(a, body.velocity)
     tip = dot(a, body.position + inputs.arm)
