@@ -19,14 +19,17 @@ Out of contact the tip is led along the axis by position.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any, NamedTuple
+
+import numpy as np
 
 from skylimb.config import require_non_negative, require_positive, require_range
 from skylimb.control.records import LawInput
 from skylimb.estimation.momentum_observer import GRAVITY
 from skylimb.spatial import cross, dot
-from skylimb.symbolic import Array, clip, where
+from skylimb.symbolic import Array, clip, exp, vector, where
 
 Vector3 = tuple[float, float, float]
 
@@ -46,6 +49,7 @@ class Gains:
         force_integral_limit: on I, N.
         tank: greatest energy of the tank, J.
         cancel: shares of the estimated force along the sliding axes that are cancelled.
+        cancel_cutoff: of the low pass on that force, Hz, along the sliding axes.
         cancel_limit: on the cancelled force, N; friction and slope cannot give more at the wanted force.
         cancel_speed: speed of the path from which it is cancelled in full, m/s.
         error_limit: position error along a sliding axis beyond which the spring pulls no harder, m.
@@ -62,6 +66,7 @@ class Gains:
     force_integral_limit: float = 3.0
     tank: float = 0.5
     cancel: tuple[float, float] = (1.0, 1.0)
+    cancel_cutoff: tuple[float, float] = (5.0, 5.0)
     cancel_limit: float = 1.0
     cancel_speed: float = 0.06
     error_limit: float = 0.1
@@ -98,11 +103,12 @@ class State(NamedTuple):
 
     integral: Any
     tank: Any
+    felt: Array
 
 
 def initial_state(gains: Gains) -> State:
     """No integral, a full tank."""
-    return State(0.0, gains.tank)
+    return State(0.0, gains.tank, np.zeros(2))
 
 
 def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, Array]:
@@ -116,23 +122,25 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, Array]:
 
     target = cog_target(gains, inputs)
     share = clip(contact.speed / gains.cancel_speed, 0.0, 1.0)
-    total = m * GRAVITY
+    total, slow = m * GRAVITY, []
     for axis, i in ((u, 1), (v, 2)):
         error = clip(dot(axis, body.position - target), -gains.error_limit, gains.error_limit)
         error_rate = dot(axis, body.velocity - reference.tip_velocity)
         wanted = dot(axis, reference.tip_acceleration) - damping[i] * error_rate - gains.stiffness[i] * error
-        cancelled = clip(dot(axis, force), -gains.cancel_limit, gains.cancel_limit)
-        total = total + axis * (m * wanted - share * gains.cancel[i - 1] * cancelled)
+        felt = clip(dot(axis, force), -gains.cancel_limit, gains.cancel_limit)
+        decay = exp(-2.0 * math.pi * gains.cancel_cutoff[i - 1] * dt)
+        slow.append(decay * state.felt[i - 1] + (1.0 - decay) * felt)
+        total = total + axis * (m * wanted - share * gains.cancel[i - 1] * slow[-1])
 
     speed = dot(a, body.velocity)
     tip = dot(a, body.position + inputs.arm)
     led = m * (
         -damping[0] * (speed - contact.axis_velocity) - gains.stiffness[0] * (tip - contact.axis_position)
     )
-    push, new = _press(gains, state, inputs, speed)
+    push, integral, tank = _press(gains, state, inputs, speed)
     anchored = -m * gains.press_stiffness * (dot(a, body.position) - contact.anchor)
     pressed = push + anchored
-    return new, total + a * where(contact.engaged > 0.5, pressed, led)
+    return State(integral, tank, vector(*slow)), total + a * where(contact.engaged > 0.5, pressed, led)
 
 
 def cog_target(gains: Any, inputs: LawInput) -> Array:
@@ -145,7 +153,7 @@ def cog_target(gains: Any, inputs: LawInput) -> Array:
     return target + a * (along - dot(a, target))
 
 
-def _press(gains: Any, state: State, inputs: LawInput, speed: Any) -> tuple[Any, State]:
+def _press(gains: Any, state: State, inputs: LawInput, speed: Any) -> tuple[Any, Any, Any]:
     """Force along the axis besides the anchor's spring, N, and the new integral and tank."""
     contact, m, dt = inputs.contact, inputs.body.model.mass, inputs.dt
     engaged = contact.engaged
@@ -164,5 +172,6 @@ def _press(gains: Any, state: State, inputs: LawInput, speed: Any) -> tuple[Any,
     inertia = (1.0 / gains.press_mass_ratio - 1.0) * (estimated + gains.force)
     return (
         gains.force + used + inertia - damper,
-        State(integral * engaged, where(engaged > 0.5, tank, gains.tank)),
+        integral * engaged,
+        where(engaged > 0.5, tank, gains.tank),
     )
