@@ -21,7 +21,7 @@ from skylimb.control.controller import (
 from skylimb.errors import ConfigError
 from skylimb.experiments.asked_line import with_asked_line
 from skylimb.experiments.experiment import Experiment, experiment_with, load_experiment
-from skylimb.experiments.flyable import first_row, require_flyable
+from skylimb.experiments.flyable import first_row, require_flyable, standing_out
 from skylimb.experiments.posture_plan import posture_plan
 from skylimb.recording.run import Run
 from skylimb.recording.versions import versions
@@ -199,13 +199,17 @@ def prepare_flight(experiment: Experiment, robot: Robot, purpose: str = "torque"
     """
     dt = experiment.control_period
     plant = build_plant(robot, experiment.surface, experiment.plant, dt)
-    mission = plan_mission(
+    asked = (
         MissionConfig(experiment.phases, experiment.approach, experiment.trajectory),
         contact_frame(experiment.contact_axis),
         np.asarray(experiment.surface.position, dtype=float),
         posture_plan(experiment.posture, robot, purpose),
         dt,
     )
+    mission = plan_mission(*asked)
+    clearance = standing_out(plant.surface, mission)
+    if clearance > 0.0:
+        mission = plan_mission(*asked, clearance)
     require_flyable(plant, mission)
     return plant, mission
 
