@@ -71,7 +71,7 @@ def pen_deviation(log: xr.Dataset) -> np.ndarray:
 
 
 def drawn_samples(log: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
-    """The samples in touch of the sliding period, lifts included: numbers (n,), and the tip's (u, v) (n, 2)."""
+    """The samples in touch of the sliding period, lifts included: numbers, and (u, v) of the tip (n, 2)."""
     if "tip_position" not in log:
         return np.zeros(0, dtype=int), np.zeros((0, 2))
     drawing = in_phase(log, "slide")
