@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import skylimb
-from skylimb.analysis.signals import in_phase
+from skylimb.analysis.signals import contact_transitions, in_phase
 
 TWO_STROKES = {
     "phases.hover": 0.5,
@@ -36,3 +36,8 @@ def test_the_pen_leaves_between_two_strokes_and_comes_back(controller: str, expe
     assert log.surface_gap.values[away].min() > 0.025
     assert contact[(time > end) & in_phase(log, "slide")].mean() > 0.9
     assert run.metrics["contact_losses"] == 0
+    if controller == "following":
+        states = [change.after for change in contact_transitions(log)]
+        touch = ["approach", "settle", "slide", "retreat"]
+        assert states == [*touch, "free", *touch, "free"][: len(states)]
+        assert len(states) >= 9
