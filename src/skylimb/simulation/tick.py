@@ -22,6 +22,7 @@ from skylimb.control.cascade import Cascade
 from skylimb.control.preset import SLOTS
 from skylimb.control.records import Command, Reference, zero_reference
 from skylimb.errors import DescriptionError
+from skylimb.estimation.delay import require_history
 from skylimb.estimation.records import Measurement
 from skylimb.packing import Layout, structure
 from skylimb.simulation.actuators import actuate
@@ -215,6 +216,7 @@ def compile_tick(
         dt: control period, s.
     """
     check_measured_link(plant)
+    require_history(controller.preset.delay, dt)
     initial = initial_tick_state(controller, sensors, root, dt)
     gains = controller.gains()
     key = _structure(controller, plant, initial, gains, dt)
