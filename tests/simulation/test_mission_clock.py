@@ -134,6 +134,29 @@ def test_a_mission_that_never_goes_on_fails_and_says_so(preset: Any) -> None:
     assert run.log.sizes["time"] == pytest.approx(1.5 * length, abs=2)
 
 
+@pytest.mark.parametrize("pace", [-3.0, 1e9])
+def test_a_pace_beyond_reason_breaks_nothing(pace: float, preset: Any) -> None:
+    compiled, _, native = flights(preset(pace), 1.0)
+    assert ("held the mission back" in compiled.cause) == (pace < 0.0)
+    if native is not None:
+        assert (native.ticks, native.cause) == (compiled.ticks, compiled.cause)
+        np.testing.assert_allclose(native.signal("mission_time"), compiled.signal("mission_time"), atol=1e-12)
+
+
+def test_a_users_controller_with_a_pace_has_to_tell_it(tmp_path: Path) -> None:
+    file = tmp_path / "own.py"
+    file.write_text(
+        "from skylimb.control.controller import load_controller\n\n\n"
+        "class Paced:\n    name, paced, tells = 'own', True, False\n\n"
+        "    def __init__(self, robot):\n        self.inner = load_controller('pid', robot)\n"
+        "        self.gains, self.initial_state = self.inner.gains, self.inner.initial_state\n\n"
+        "    def step(self, *given):\n        return self.inner.step(*given)\n\n\n"
+        "def controller(robot):\n    return Paced(robot)\n"
+    )
+    with pytest.raises(skylimb.SkylimbError, match="tells no signal 'pace'"):
+        skylimb.run("paper", controller=str(file), set=MISSION)
+
+
 def test_between_two_ticks_rates_slow_down_with_the_clock() -> None:
     _, mission = prepare_flight(
         skylimb.load_experiment("paper", MISSION), skylimb.load_robot("hydrus_xi_quad")
