@@ -128,6 +128,7 @@ def test_the_command_stays_within_the_limits_and_the_model_knows_it() -> None:
 @pytest.mark.parametrize("lag", [1e-4, 0.001, 0.005])
 def test_rotors_without_a_lag_are_not_led_into_ringing(lag: float) -> None:
     state, wish = initial_delay_state(np.array([5.0])), np.array([10.0])
+    end = np.zeros(1)
     for _ in range(10):
         _, _, end = lead_thrusts(
             DelayCompensation(rotor_lag=lag, lead=3.0), state, wish, np.zeros(1), np.full(1, 30.0), DT

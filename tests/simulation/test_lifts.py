@@ -36,6 +36,7 @@ def test_the_pen_leaves_between_two_strokes_and_comes_back(controller: str, expe
     assert log.surface_gap.values[away].min() > 0.025
     assert contact[(time > end) & in_phase(log, "slide")].mean() > 0.9
     assert run.metrics["contact_losses"] == 0
+    assert run.metrics["contact_fraction"] > 0.95
     if controller == "following":
         states = [change.after for change in contact_transitions(log)]
         touch = ["approach", "settle", "slide", "retreat"]

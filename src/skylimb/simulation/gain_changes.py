@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -82,7 +83,7 @@ def require_gain_changes(changes: Sequence[GainChange], controller: Controller) 
 
 
 def gain_rows(
-    changes: Sequence[GainChange], gains: np.ndarray, layout: Layout[object], times: np.ndarray
+    changes: Sequence[GainChange], gains: np.ndarray, layout: Layout[Any], times: np.ndarray
 ) -> GainRows | None:
     """The gains that change, at every tick; None where none does.
 

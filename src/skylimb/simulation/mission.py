@@ -268,6 +268,9 @@ def plan_mission(
     coming_back = (phase == PHASES.index("lift")) & path.touching(since_slide)
     touching = np.isin(phase, [PHASES.index(name) for name in _TOUCHING]) | coming_back
     touching = touching * float(approach.contact)
+    waiting = np.isin(phase, [PHASES.index(name) for name in _WAITING])
+    # A clock that is held until the pen is back stands still in the lift, not in the slide that comes next.
+    waiting[:-2] |= (phase[:-2] == PHASES.index("lift")) & waiting[2:]
     reference = Reference(
         position=position,
         velocity=velocity * velocity_sent,
@@ -285,7 +288,7 @@ def plan_mission(
         tip_velocity=tip_speed[:, None] * a + (uv_rate * sliding) @ plane,
         tip_acceleration=(uv_bend * sliding) @ plane,
         touch=touching,
-        wait=np.isin(phase, [PHASES.index(name) for name in _WAITING]) * float(approach.contact),
+        wait=waiting * float(approach.contact),
         sliding_axis=np.tile(frame.sliding_u, (count, 1)),
     )
     return Mission(times, reference, phase, frame, center + uv @ plane, approach.contact, phases.patience)
