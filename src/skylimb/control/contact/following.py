@@ -178,7 +178,7 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     gathered = (state.speed + gains.path_acceleration * dt) * own / (speed + 1e-6)
     slower = pace_now - gains.path_acceleration * dt * own / (speed + 1e-6)
     pace = clip(allowed, where(slower < gathered, slower, gathered), gathered)
-    pace = clip(where(halted > 0.5, 0.0, pace), 0.0, 1.0)
+    pace = clip(where(halted > 0.5, 0.0, where(reference.wait > 0.5, pace, 1.0)), 0.0, 1.0)
     speed_next = pace / own * speed
 
     view = ContactView(engaged, axis_position, axis_velocity, anchor, surface_velocity, normal_force, speed)
