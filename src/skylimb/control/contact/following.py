@@ -117,7 +117,7 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
         Sensed(
             asked=reference.touch,
             felt=felt,
-            normal=normal_force,
+            normal=-inputs.contact_force,
             beyond=state.axis_position - wished,
             sunk=state.axis_position - state.lost_at,
             clear=where(abs(state.axis_position - wished) < 1e-3, 1.0, 0.0),
@@ -142,7 +142,7 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
         gains.surface,
         state.surface,
         place,
-        engaged * where(normal_force > gains.machine.lost_force, 1.0, fresh),
+        engaged * where(-inputs.contact_force > gains.machine.lost_force, 1.0, fresh),
         fresh,
         vector(across[0] * known, across[1] * known, seen),
         dt,
