@@ -15,7 +15,7 @@ SHORT = [
     "phases.hover_end=0.5",
     "approach.speed=0.2",
     "approach.retreat_speed=0.4",
-    "trajectory.lift_time=0.2",
+    "trajectory.lift_time=2.0",
     "controller.leak.compensate=true",
 ]
 
