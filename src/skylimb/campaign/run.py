@@ -154,10 +154,14 @@ def _texts(campaign: Campaign, rows: Mapping[int, Row], summary: Summary, folder
 
 
 def _engine(tables: Mapping[str, Any], workers: int | None, scheduler: str, slurm: str) -> Engine:
-    if scheduler or slurm:
-        from skylimb.campaign.engines.cluster import connect, on_slurm
+    if scheduler:
+        from skylimb.campaign.engines.cluster import connect
 
-        return connect(tables, scheduler) if scheduler else on_slurm(tables, slurm, workers or 4, {})
+        return connect(tables, scheduler)
+    if slurm:
+        from skylimb.campaign.engines.slurm import on_slurm
+
+        return on_slurm(tables, slurm, workers or 4, {})
     return local_engine(tables, workers)
 
 
