@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 
 from skylimb.packing import Layout, pack_rows
+from skylimb.simulation.clock import without_clock
 from skylimb.simulation.disturbance import DisturbanceConfig, pusher
 from skylimb.simulation.flight import CHECK_INTERVAL, Flight, engine_loss, find_loss
 from skylimb.simulation.mission import Mission
@@ -34,6 +35,7 @@ def mission_rows(plant: Plant, mission: Mission, sensors: SensorConfig, seed: in
     return pack_rows(layout, record, count)
 
 
+@without_clock()
 def fly_compiled(
     tick: CompiledTick,
     plant: Plant,

@@ -21,6 +21,9 @@ from skylimb.simulation.plant import Plant
 from skylimb.simulation.surfaces.contact_record import ContactLoss, record_contact
 from skylimb.spatial import cross, rotation_from_quaternion, rpy_from_rotation
 
+_BLOCK = 256
+"""Ticks that are evaluated by one call: flights of any length share one function."""
+
 
 class Kinematics(NamedTuple):
     """Exact kinematics of one configuration; the contact axis is given in W.
@@ -70,23 +73,33 @@ def _kinematics_function(
         cog, cog_velocity, rpy_from_rotation(R_WC), tilt, tip, tip_velocity, ca.dot(tip - cog, axis), nodes
     )
     layout = Layout(record)
-    return ca.Function("kinematics", [qpos, qvel, axis], [ca.densify(layout.pack(record))]), layout
+    packed = ca.densify(layout.pack(record))
+    # Equal subexpressions are shared: they give the same numbers, once.
+    function = ca.Function("kinematics", [qpos, qvel, axis], [packed], {"cse": True})
+    return function.map(_BLOCK), layout
 
 
-def _over_ticks(function: ca.Function, *columns: np.ndarray) -> np.ndarray:
-    """A function of vectors at every tick, (ticks, outputs), on the arrays' own memory."""
+def _over_ticks(block: ca.Function, *columns: np.ndarray) -> np.ndarray:
+    """A function of vectors at every tick, (ticks, outputs), on the arrays' own memory.
+
+    Args:
+        block: the function mapped over `_BLOCK` ticks.
+        columns: its arguments, (ticks, size) each.
+    """
     count = len(columns[0])
+    padded = -(-count // _BLOCK) * _BLOCK
     # CasADi stores by columns, so that a row for each tick is its column for each tick.
-    arguments: list[Any] = [np.ascontiguousarray(column, dtype=float) for column in columns]
-    table: Any = np.empty((count, function.numel_out(0)))
-    if not count:
-        return table
-    buffer, evaluate = function.map(count).buffer()
-    for index, argument in enumerate(arguments):
-        buffer.set_arg(index, memoryview(argument))  # pyright: ignore[reportCallIssue]
-    buffer.set_res(0, memoryview(table))  # pyright: ignore[reportCallIssue]
-    evaluate()
-    return table
+    arguments: list[Any] = [np.zeros((padded, column.shape[1])) for column in columns]
+    for argument, column in zip(arguments, columns, strict=True):
+        argument[:count] = column
+    table: Any = np.empty((padded, block.size1_out(0)))
+    buffer, evaluate = block.buffer()
+    for start in range(0, padded, _BLOCK):
+        for index, argument in enumerate(arguments):
+            buffer.set_arg(index, memoryview(argument[start : start + _BLOCK]))  # pyright: ignore[reportCallIssue]
+        buffer.set_res(0, memoryview(table[start : start + _BLOCK]))  # pyright: ignore[reportCallIssue]
+        evaluate()
+    return table[:count]
 
 
 def flight_kinematics(plant: Plant, flight: Flight, mission: Mission) -> Kinematics:
