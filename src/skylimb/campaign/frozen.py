@@ -14,7 +14,8 @@ from pathlib import Path
 from typing import Any
 
 from skylimb.campaign.draws import Draw, changed, draw
-from skylimb.campaign.spec import FROZEN, CampaignSpec, spec_from_mapping
+from skylimb.campaign.reading import spec_from_mapping
+from skylimb.campaign.spec import FROZEN, CampaignSpec
 from skylimb.config import flatten
 from skylimb.control.controller import Controller, controller_from_tables, load_controller
 from skylimb.control.preset import preset_mapping

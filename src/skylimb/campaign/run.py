@@ -20,9 +20,10 @@ from skylimb.campaign.engines import Engine
 from skylimb.campaign.engines.inline import InlineEngine
 from skylimb.campaign.engines.local import LocalEngine
 from skylimb.campaign.frozen import NATIVE, PYTHON, Campaign, freeze
+from skylimb.campaign.reading import load_spec
 from skylimb.campaign.report import render_report
 from skylimb.campaign.rows import Row
-from skylimb.campaign.spec import CampaignSpec, load_spec
+from skylimb.campaign.spec import CampaignSpec
 from skylimb.campaign.store import (
     REPORT_FILE,
     SUMMARY_FILE,
