@@ -91,6 +91,7 @@ class Plant:
 
     Attributes:
         robot: model of the robot that really flies.
+        as_described: whether that is the robot of the description, without any difference.
         surface: what it touches.
         model: MuJoCo's model, without what is only looked at.
         substeps: physics steps in a control tick.
@@ -101,6 +102,7 @@ class Plant:
     """
 
     robot: Robot
+    as_described: bool
     surface: Surface
     model: mujoco.MjModel
     substeps: int
@@ -159,6 +161,7 @@ def build_plant(robot: Robot, surface: Surface, config: PlantConfig, dt: float) 
         wall = (int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint]))
     return Plant(
         robot=robot if true is description else Robot(true),
+        as_described=true is description,
         surface=surface,
         model=model,
         substeps=substeps,

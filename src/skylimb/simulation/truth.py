@@ -8,15 +8,19 @@ really flew.
 from __future__ import annotations
 
 import functools
+from contextlib import suppress
 from typing import Any, NamedTuple
 
 import casadi as ca
 import numpy as np
 
+from skylimb.errors import CompileError
 from skylimb.packing import Layout
 from skylimb.robots.model import Robot
+from skylimb.simulation.compiling import built_library
 from skylimb.simulation.flight import Flight
 from skylimb.simulation.mission import Mission
+from skylimb.simulation.native.function import c_source
 from skylimb.simulation.plant import Plant
 from skylimb.simulation.surfaces.contact_record import ContactLoss, record_contact
 from skylimb.spatial import cross, rotation_from_quaternion, rpy_from_rotation
@@ -51,8 +55,14 @@ class Kinematics(NamedTuple):
 
 @functools.lru_cache(maxsize=16)
 def _kinematics_function(
-    robot: Robot, joint_qpos: tuple[int, ...], vectoring_qpos: tuple[int, ...], nq: int, nv: int
+    robot: Robot,
+    joint_qpos: tuple[int, ...],
+    vectoring_qpos: tuple[int, ...],
+    nq: int,
+    nv: int,
+    built: bool,
 ) -> tuple[ca.Function, Layout[Kinematics]]:
+    """The kinematics over `_BLOCK` ticks; `built` as machine code, where there is a compiler."""
     qpos, qvel, axis = ca.SX.sym("qpos", nq), ca.SX.sym("qvel", nv), ca.SX.sym("axis", 3)
     q, psi = qpos[list(joint_qpos)], qpos[list(vectoring_qpos)]
     # A free joint has seven positions and six velocities.
@@ -76,7 +86,12 @@ def _kinematics_function(
     packed = ca.densify(layout.pack(record))
     # Equal subexpressions are shared: they give the same numbers, once.
     function = ca.Function("kinematics", [qpos, qvel, axis], [packed], {"cse": True})
-    return function.map(_BLOCK), layout
+    block = function.map(_BLOCK)
+    if built:
+        with suppress(CompileError):
+            library = built_library("native", "kinematics", c_source(block))
+            return ca.external(block.name(), str(library)), layout
+    return block, layout
 
 
 def _over_ticks(block: ca.Function, *columns: np.ndarray) -> np.ndarray:
@@ -106,7 +121,13 @@ def flight_kinematics(plant: Plant, flight: Flight, mission: Mission) -> Kinemat
     """Exact kinematics at every tick of a flight; every entry has the ticks as first dimension."""
     model = plant.model
     function, layout = _kinematics_function(
-        plant.robot, plant.joint_qpos, plant.vectoring_qpos, int(model.nq), int(model.nv)
+        plant.robot,
+        plant.joint_qpos,
+        plant.vectoring_qpos,
+        int(model.nq),
+        int(model.nv),
+        # Every other robot would be built for one flight alone, which takes longer than it saves.
+        plant.as_described,
     )
     qpos, qvel = flight.signal("configuration"), flight.signal("configuration_velocity")
     axes = mission.reference.contact_axis[: flight.ticks]
