@@ -29,14 +29,20 @@ EXPERIMENT, CONTROLLER = "paper", "hybrid"
 
 def measure(flights: int, repeats: int, rivals: bool) -> dict[str, Any]:
     """Everything, as plain tables."""
+    where = machine()
     _, python = loop.measure(EXPERIMENT, CONTROLLER, repeats)
     found = native.measure(EXPERIMENT, CONTROLLER, 12, repeats)
     many = campaign.measure(flights)
     return {
-        "machine": machine(),
+        "machine": where,
         "versions": versions(),
-        "python": {**dataclasses.asdict(python), "ratio": python.ratio, "tick": python.tick},
-        "native": {**dataclasses.asdict(found), "ratio": found.ratio},
+        "python": {
+            **dataclasses.asdict(python),
+            "ratio": python.ratio,
+            "strict": python.strict,
+            "tick": python.tick,
+        },
+        "native": {**dataclasses.asdict(found), "ratio": found.ratio, "strict": found.strict},
         "campaign": {**dataclasses.asdict(many), "scaling": many.scaling},
         "rivals": compare.measure(min(repeats, 3)) if rivals else [],
     }
@@ -58,6 +64,7 @@ def machine() -> dict[str, Any]:
         "cores": os.cpu_count(),
         "system": f"{platform.system()} {platform.release().partition('-')[0]}",
         "python": platform.python_version(),
+        "load": round(os.getloadavg()[0], 1) if hasattr(os, "getloadavg") else None,
     }
 
 
@@ -65,9 +72,9 @@ def places(data: Mapping[str, Any]) -> dict[str, str]:
     """Name of a place in the page -> its text."""
     found, where = data["native"], data["machine"]
     ticks = f"{found['ticks']} control ticks of {found['substeps']} physics steps"
-    cores = f"{where['cores']} cores of {where['processor']}"
+    cores, load = f"{where['cores']} cores of {where['processor']}", f"load before the run {where['load']}"
     return {
-        "MACHINE": f"{cores}, {where['system']}, Python {where['python']}",
+        "MACHINE": f"{cores}, {where['system']}, Python {where['python']}; {load}",
         "VERSIONS": ", ".join(f"{name} {version}" for name, version in data["versions"].items()),
         "FLIGHT": f"{found['flown']:.1f} s in {ticks}",
         "WANTED_TABLE": "\n".join(wanted(data)),
@@ -105,6 +112,10 @@ def wanted(data: Mapping[str, Any]) -> list[str]:
         word = "at least" if sign > 0 else "at most"
         verdict = "" if sign * value >= sign * bound else "**short**"
         lines.append(f"| {name} | {value:.3g}{unit} | {word} {bound:g}{unit} | {verdict} |")
+    for name, figures in (("Python", data["python"]), ("native", found)):
+        lines.append(
+            f"| {name} driver: closed loop over a replay without clock | {figures['strict']:.3g} | | |"
+        )
     return lines
 
 
@@ -115,8 +126,10 @@ def parts(data: Mapping[str, Any]) -> list[str]:
     rows = (
         ("Python driver, closed loop", python["closed"]),
         ("raw replay from Python", python["raw"]),
+        ("raw replay from Python, without clock", python["bare"]),
         ("native driver, closed loop (processor time)", found["closed"]),
         ("raw replay in C (processor time)", found["raw"]),
+        ("raw replay in C, without clock (processor time)", found["bare"]),
         ("native, 12 at once on one thread", found["threads"][1]),
         ("native, 12 at once on two threads", found["threads"][2]),
         ("before: scene, mission, noise", found["before"]),
