@@ -26,7 +26,7 @@ from skylimb.control.records import Reference
 from skylimb.experiments.run import prepare_flight
 from skylimb.packing import Layout
 from skylimb.simulation.clock import without_clock
-from skylimb.simulation.drivers import fly_compiled, interventions, lost_flight, mission_rows
+from skylimb.simulation.drivers import FlightRows, fly_compiled, interventions, lost_flight, mission_rows
 from skylimb.simulation.flight import CHECK_INTERVAL, Flight
 from skylimb.simulation.mission import Mission
 from skylimb.simulation.plant import Plant, initial_data
@@ -44,13 +44,13 @@ class Bench:
     plant: Plant
     mission: Mission
     tick: CompiledTick
-    rows: np.ndarray
+    rows: FlightRows
 
     def data(self) -> mujoco.MjData:
         return initial_data(self.plant, Reference(*(entry[0] for entry in self.mission.reference)))
 
     def closed_loop(self, data: mujoco.MjData, watch: Callable[[int], None] | None = None) -> Flight:
-        outside = interventions(self.plant, data, self.mission, self.experiment.disturbance)
+        outside = interventions(self.plant, data, self.mission.times, self.experiment.disturbance)
         return fly_compiled(
             self.tick, self.plant, data, self.mission, self.rows, [*outside, *([watch] if watch else [])]
         )
@@ -89,7 +89,7 @@ def prepare(experiment_name: str, controller_name: str) -> tuple[Bench, dict[str
         lambda: compile_tick(controller, plant, experiment.sensors, root, experiment.control_period),
     )
     assert isinstance(tick, CompiledTick)
-    assert isinstance(rows, np.ndarray)
+    assert isinstance(rows, FlightRows)
     return Bench(experiment, plant, mission, tick, rows), took
 
 
@@ -115,14 +115,16 @@ def time_parts(bench: Bench, repeats: int) -> dict[str, float]:
     """Seconds a tick of each part of the loop, measured one by one on the flight's own numbers."""
     count = len(bench.rows)
     data, signals = bench.data(), np.zeros(bench.tick.signals.size)
-    row, log = np.zeros(bench.rows.shape[1]), np.full((count, len(signals)), np.nan)
+    known, references = bench.rows.ticks, bench.rows.references
+    row, reference = known[0].copy(), references[0].copy()
+    log = np.full((count, len(signals)), np.nan)
     state, next_state = bench.tick.state.copy(), bench.tick.state.copy()
     buffer, evaluate = bench.tick.function.buffer()
-    for i, array in enumerate((state, data.qpos, data.qvel, data.act, data.history, row, bench.tick.gains)):
+    plant = (data.qpos, data.qvel, data.act, data.history)
+    for i, array in enumerate((state, *plant, row, reference, bench.tick.gains)):
         buffer.set_arg(i, array.data)  # pyright: ignore[reportCallIssue]
     for i, array in enumerate((next_state, data.ctrl, signals)):
         buffer.set_res(i, array.data)  # pyright: ignore[reportCallIssue]
-    row[:] = bench.rows[0]
 
     def tick() -> float:
         start = time.perf_counter()
@@ -133,7 +135,8 @@ def time_parts(bench: Bench, repeats: int) -> dict[str, float]:
     def copies() -> float:
         start = time.perf_counter()
         for k in range(count):
-            row[:] = bench.rows[k]
+            row[:] = known[k]
+            reference[:] = references[k]
             log[k] = signals
         return (time.perf_counter() - start) / count
 
@@ -142,7 +145,8 @@ def time_parts(bench: Bench, repeats: int) -> dict[str, float]:
     def watch() -> float:
         start = time.perf_counter()
         for first in range(0, count, CHECK_INTERVAL):
-            lost_flight(log, layout, bench.mission, first, min(first + CHECK_INTERVAL, count), data)
+            flown = Flight(log, layout, min(first + CHECK_INTERVAL, count), "")
+            lost_flight(flown, bench.mission, first, data)
         return (time.perf_counter() - start) / count
 
     names = (

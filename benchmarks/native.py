@@ -69,7 +69,7 @@ def controls_of(job: NativeJob) -> tuple[np.ndarray, np.ndarray]:
     def watch(k: int) -> None:
         controls[k] = data.ctrl
 
-    outside = interventions(plant, data, job.mission, job.disturbance)
+    outside = interventions(plant, data, job.mission.times, job.disturbance)
     flight = fly_compiled(job.compiled, plant, data, job.mission, job.rows, [*outside, watch])
     if flight.cause:
         raise SystemExit(f"the flight failed: {flight.cause}")

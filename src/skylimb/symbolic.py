@@ -62,6 +62,11 @@ def arctan2(y: Any, x: Any) -> Any:
     return ca.atan2(y, x) if is_symbolic(y, x) else np.arctan2(y, x)
 
 
+def floor(value: Any) -> Any:
+    """The greatest whole number that is not above `value`, entry by entry."""
+    return ca.floor(value) if is_symbolic(value) else np.floor(value)
+
+
 def where(condition: Any, if_true: Any, if_false: Any) -> Any:
     """`if_true` where the condition holds, else `if_false`; both sides are always evaluated."""
     if is_symbolic(condition, if_true, if_false):

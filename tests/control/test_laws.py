@@ -12,7 +12,7 @@ import skylimb
 from skylimb.control.allocation import allocate, rotor_wrench
 from skylimb.control.attitude import impedance as attitude
 from skylimb.control.attitude.target import attitude_target
-from skylimb.control.records import LawInput, Reference
+from skylimb.control.records import LawInput, zero_reference
 from skylimb.control.shape import admittance
 from skylimb.control.translation import impedance, pid
 from skylimb.errors import SkylimbError
@@ -45,7 +45,9 @@ def inputs(model: Any, **changes: Any) -> LawInput:
     }
     values |= changes
     body = BodyState(values["position"], values["velocity"], values["R"], values["omega"], model)
-    reference = Reference(z3, z3, z3, 0.0, 1.09, z3, np.zeros(4), np.array([1.0, 0, 0]), 0.0, 1.0, 1.0)
+    reference = zero_reference(3, 4)._replace(
+        reach=1.09, contact_axis=np.array([1.0, 0, 0]), align=1.0, adapt=1.0
+    )
     return LawInput(body, reference, Wrench(values["force"], values["torque"]), values["contact"], 0.005)
 
 

@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 from scipy.optimize import linprog
 
 from skylimb.errors import AllocationError, UnreachableError
-from skylimb.planning import vectoring
+from skylimb.planning import vectoring_files
 from skylimb.planning.control_torque import face_distances, guaranteed_control_torque
 from skylimb.planning.vectoring import VectoringTable, robot_digest, vectoring_table
+from skylimb.planning.vectoring_criteria import TORQUE
 from skylimb.planning.vectoring_figure import vectoring_figure
-from skylimb.planning.vectoring_search import SLOPE
 from skylimb.robots import Robot, load_robot
 
 ROBOT = load_robot("hydrus_xi_quad")
@@ -33,8 +33,8 @@ def searched():
 def cache(tmp_path, monkeypatch):
     """An empty cache folder and an empty memory."""
     monkeypatch.setattr("platformdirs.user_cache_path", lambda name: tmp_path / name)
-    monkeypatch.setattr(vectoring, "_known", {})
-    monkeypatch.setattr(vectoring, "SHIPPED", tmp_path / "no_robots")
+    monkeypatch.setattr(vectoring_files, "_known", {})
+    monkeypatch.setattr(vectoring_files, "SHIPPED", tmp_path / "no_robots")
     return tmp_path / "skylimb" / "vectoring"
 
 
@@ -94,9 +94,9 @@ def test_matrices_and_limits_that_make_no_sense(allocation, limit):
 
 def test_the_branch_is_continuous_and_slow():
     slope = TABLE.slope(THETAS)
-    assert np.max(np.abs(slope)) <= SLOPE <= 2.0
+    assert np.max(np.abs(slope)) <= TORQUE.slope <= 2.0
     steps = np.diff(TABLE.angles(THETAS), axis=0)
-    assert np.max(np.abs(steps)) <= SLOPE * (THETAS[1] - THETAS[0]) * 1.001
+    assert np.max(np.abs(steps)) <= TORQUE.slope * (THETAS[1] - THETAS[0]) * 1.001
 
 
 def test_the_slope_is_the_derivative():
@@ -203,18 +203,20 @@ def test_the_digest_follows_the_mechanics_only():
 
 
 def test_a_robot_with_a_table_beside_it_needs_no_search(cache, monkeypatch):
-    monkeypatch.setattr(vectoring, "search_vectoring", None)
+    monkeypatch.setattr(vectoring_files, "search_vectoring", None)
     np.testing.assert_array_equal(vectoring_table(ROBOT).coefficients, TABLE.coefficients)
     assert not cache.exists()
 
 
 def test_a_search_is_kept_and_used_again(cache, monkeypatch):
     calls = []
-    monkeypatch.setattr(vectoring, "search_vectoring", lambda robot: calls.append(1) or TABLE.coefficients)
+    monkeypatch.setattr(
+        vectoring_files, "search_vectoring", lambda robot, criteria: calls.append(1) or TABLE.coefficients
+    )
     robot = elsewhere(ROBOT)
     vectoring_table(robot)
     assert [path.name for path in cache.iterdir()] == [f"{TABLE.digest[:32]}.toml"]
-    monkeypatch.setattr(vectoring, "_known", {})
+    monkeypatch.setattr(vectoring_files, "_known", {})
     np.testing.assert_array_equal(vectoring_table(robot).coefficients, TABLE.coefficients)
     assert len(calls) == 1
 
@@ -235,7 +237,7 @@ def test_a_damaged_cache_is_searched_anew_and_replaced(cache, monkeypatch, text)
     cache.mkdir(parents=True)
     file = cache / f"{TABLE.digest[:32]}.toml"
     file.write_bytes(text.replace("DIGEST", TABLE.digest).encode("latin-1"))
-    monkeypatch.setattr(vectoring, "search_vectoring", lambda robot: TABLE.coefficients)
+    monkeypatch.setattr(vectoring_files, "search_vectoring", lambda robot, criteria: TABLE.coefficients)
     np.testing.assert_array_equal(vectoring_table(elsewhere(ROBOT)).coefficients, TABLE.coefficients)
     assert TABLE.digest in file.read_text(encoding="utf-8")
 
@@ -243,7 +245,7 @@ def test_a_damaged_cache_is_searched_anew_and_replaced(cache, monkeypatch, text)
 def test_a_cache_that_cannot_be_written_is_said_and_does_no_harm(cache, monkeypatch, caplog):
     cache.parent.mkdir(parents=True)
     cache.write_text("a file where the folder should be")
-    monkeypatch.setattr(vectoring, "search_vectoring", lambda robot: TABLE.coefficients)
+    monkeypatch.setattr(vectoring_files, "search_vectoring", lambda robot, criteria: TABLE.coefficients)
     with caplog.at_level(logging.WARNING):
         np.testing.assert_array_equal(vectoring_table(elsewhere(ROBOT)).coefficients, TABLE.coefficients)
     assert "cannot keep the vectoring angles" in caplog.text

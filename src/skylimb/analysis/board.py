@@ -128,6 +128,10 @@ def nominal_path(log: xr.Dataset, board: Board | None) -> np.ndarray:
     Returns:
         W, m, shape (n, 3), one point a sample of the sliding period.
     """
+    if "contact_state" in log and "tip_position_reference" in log:
+        # The pen was to follow, and the centre of gravity's reference gave way to it.
+        path = log.tip_position_reference.values[in_phase(log, "slide")]
+        return path if board is None else board.project(path, contact_axis(log).vector)
     free = in_phase(log, "hover") | in_phase(log, "tare")
     if not free.any():
         free = ~in_contact(log)

@@ -13,7 +13,7 @@ import numpy as np
 import xarray as xr
 
 from skylimb.analysis.board import nominal_path
-from skylimb.analysis.metrics import DESCRIPTIONS
+from skylimb.analysis.metrics import DESCRIPTIONS, moving_mean
 from skylimb.analysis.signals import contact_axis, in_contact, in_phase, sliding_axes
 from skylimb.recording import Run
 
@@ -119,7 +119,39 @@ def fitted_circle(points: np.ndarray) -> tuple[np.ndarray, float]:
     return shift + np.array([a, b]), float(np.sqrt(max(c + a * a + b * b, 0.0)))
 
 
+def contact_measures(log: xr.Dataset) -> dict[str, float]:
+    """See `SETS`; over the sliding period."""
+    sliding = in_phase(log, "slide")
+    if not sliding.any():
+        return {}
+    time = log.time.values[sliding]
+    force = moving_mean(time, log.contact_force_normal.values[sliding], FORCE_WINDOW)
+    along = contact_axis(log).along(log.cog_position.values[sliding])
+    found = {
+        "force_slow_std": float(np.std(force)),
+        "near_fraction": float(np.mean(log.surface_gap.values[sliding] < NEAR)),
+        "cog_travel": float(np.ptp(along)),
+        "flight_time": float(log.time.values[-1]),
+    }
+    return found
+
+
+FORCE_WINDOW = 0.2
+"""Seconds over which the force is averaged before its deviation is taken: slower than a pen's chatter."""
+
+NEAR = 0.003
+"""Gap between tip and surface below which the pen still writes, m."""
+
 SETS = {
+    "contact": Measures(
+        {
+            "force_slow_std": ("Standard deviation of the 0.2 s mean of the normal force", "N"),
+            "near_fraction": ("Fraction of the time with the tip within 3 mm of the surface", "1"),
+            "cog_travel": ("Way of the centre of gravity along the contact axis, peak to peak", "m"),
+            "flight_time": ("Length of the flight", "s"),
+        },
+        contact_measures,
+    ),
     "paper": Measures(
         {
             "estimated_force_x_spread": ("Distance between the quartiles of the estimated force in x", "N"),
@@ -131,6 +163,6 @@ SETS = {
             "slip_variation": ("Standard deviation of the pen's speed over its mean", "1"),
         },
         paper_measures,
-    )
+    ),
 }
 """By name."""

@@ -11,13 +11,20 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from skylimb.analysis.signals import contact_axis, in_phase, sliding_axes
+from skylimb.analysis.pen_line import pen_line
+from skylimb.analysis.signals import contact_axis, in_contact, in_phase, sliding_axes, spans
 
 PEAK_WINDOW = 0.010
 """Seconds over which the force is averaged before its peak is taken:
 
 a single sample of a stiff contact says little.
 """
+
+LOSS_TIME = 0.050
+"""Seconds without touch that count as a loss; a pen that skips over a rough patch is not lost."""
+
+TOUCH_TIME = 1.0
+"""Seconds from the first touch on that count as the touch."""
 
 _SCORED = (
     "cog_position",
@@ -39,6 +46,10 @@ NUMERIC_KEYS = (
     "contact_force_normal_peak",
     "contact_fraction",
     "tilt_max",
+    "pen_line_rms",
+    "pen_line_max",
+    "contact_losses",
+    "touch_force_peak",
 )
 """Every number that `metrics` gives, in this order.
 
@@ -55,6 +66,10 @@ DESCRIPTIONS = {
     "contact_force_normal_peak": ("Peak of the 10 ms mean of the normal force (truth)", "N"),
     "contact_fraction": ("Fraction of the time in contact (truth)", "1"),
     "tilt_max": ("Largest tilt", "rad"),
+    "pen_line_rms": ("Distance of the drawn line from the asked one, root mean square", "m"),
+    "pen_line_max": ("Largest distance of the drawn line from the asked one", "m"),
+    "contact_losses": ("Times that the touch was lost for longer than 50 ms", "1"),
+    "touch_force_peak": ("Peak of the 10 ms mean of the normal force at the first touch", "N"),
 }
 """What each number is, and its unit."""
 
@@ -79,7 +94,7 @@ def metrics(log: xr.Dataset) -> dict[str, Any]:
     # Only what is scored is cut out: a log holds many more signals.
     scored = log[[name for name in _SCORED if name in log.variables]]
     slide = scored.isel(time=np.flatnonzero(in_phase(log, "slide")))
-    scores = _scores(slide) if slide.sizes["time"] else {}
+    scores = _scores(slide) | _pen_scores(log) if slide.sizes["time"] else {}
     return {"status": status, **{key: _number(scores.get(key)) for key in NUMERIC_KEYS}}
 
 
@@ -110,6 +125,22 @@ def _scores(slide: xr.Dataset) -> dict[str, float]:
         scores["contact_fraction"] = float(np.mean(slide[touch].values.astype(float)))
     if "tilt" in slide:
         scores["tilt_max"] = float(np.max(slide.tilt))
+    return scores
+
+
+def _pen_scores(log: xr.Dataset) -> dict[str, float]:
+    """Line, losses and first touch of the pen."""
+    scores = dict(zip(("pen_line_rms", "pen_line_max"), pen_line(log), strict=True))
+    sliding = in_phase(log, "slide")
+    time = log.time.values
+    if "contact_duty" in log or "contact" in log:
+        gaps = spans(time, ~in_contact(log) & sliding, 0.0)
+        scores["contact_losses"] = float(sum(end - begin > LOSS_TIME for begin, end in gaps))
+        touching = np.flatnonzero(in_contact(log))
+        if len(touching) and "contact_force_normal" in log:
+            first = (time >= time[touching[0]]) & (time < time[touching[0]] + TOUCH_TIME)
+            force = log.contact_force_normal.values[first]
+            scores["touch_force_peak"] = float(np.max(moving_mean(time[first], force, PEAK_WINDOW)))
     return scores
 
 

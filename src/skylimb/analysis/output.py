@@ -42,17 +42,19 @@ class Written:
     warnings: tuple[str, ...]
 
 
-def write_run(run: Run, folder: str | Path, video: bool = True) -> Written:
+def write_run(run: Run, folder: str | Path, video: bool = True, report: bool = False) -> Written:
     """Write log.nc, metrics.json, config.toml, figures/ and video.mp4 into a new folder.
 
     The folder appears under its name when it is complete. A video that cannot be drawn is a warning, not an
-    error.
+    error. With `report` there is a report.html too.
 
     Raises:
         OutputError: if the folder exists or cannot be written; nothing is left behind then.
     """
     with new_folder(folder) as aside:
         warnings = _fill(run, aside, video)
+        if report:
+            _text(aside / REPORT_FILE, render_report({run.name: run}, aside))
     return Written(Path(folder), tuple(warnings))
 
 

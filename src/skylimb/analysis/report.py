@@ -28,6 +28,8 @@ EMBED_BYTES = 12_000_000
 
 FACTS = (
     ("trajectory.shape", "Path", ""),
+    ("trajectory.file", "Drawing", ""),
+    ("trajectory.text", "Words", ""),
     ("trajectory.radius", "Radius", "m"),
     ("trajectory.period", "Period", "s"),
     ("trajectory.direction", "Direction", ""),
@@ -39,6 +41,10 @@ FACTS = (
     ("controller_rate", "Controller rate", "Hz"),
 )
 """Keys of the configuration that a reader wants to know first, what to call them, and their units."""
+
+
+_LAPS = ("trajectory.radius", "trajectory.period")
+"""What a drawing does not have."""
 
 
 @dataclass(frozen=True)
@@ -140,13 +146,19 @@ def _config(run: Run) -> dict[str, Any]:
         return {}
 
 
+def _is_drawing(config: Mapping[str, Any]) -> bool:
+    path = config.get("trajectory")
+    return isinstance(path, Mapping) and path.get("shape") == "drawing"
+
+
 def _facts(config: Mapping[str, Any]) -> list[tuple[str, str]]:
     facts = []
+    drawing = _is_drawing(config)
     for key, text, unit in FACTS:
         value: Any = config
         for part in key.split("."):
             value = value.get(part) if isinstance(value, Mapping) else None
-        if value is not None:
+        if value is not None and value != "" and not (drawing and key in _LAPS):
             signed = "+" if key.endswith("direction") else ""
             shown = f"{value:{signed}.4g}" if isinstance(value, int | float) else str(value)
             degrees = f" ({math.degrees(value):.3g}°)" if unit == "rad" and value else ""
@@ -158,6 +170,8 @@ def _command(runs: Mapping[str, Run]) -> str:
     first = next(iter(runs.values()))
     experiment, seed = first.log.attrs.get("experiment", EXPERIMENT), first.log.attrs.get("seed", 0)
     controllers = " ".join(run.controller for run in runs.values())
+    if _is_drawing(_config(first)):  # its experiment ships under no name
+        experiment = "config.toml"
     if len(runs) == 1:
         return f"skylimb run {experiment} --controller {controllers} --seed {seed}"
     return f"skylimb compare {experiment} --controllers {controllers} --seed {seed}"

@@ -27,7 +27,7 @@ from skylimb.control.controller import Controller
 from skylimb.errors import ConfigError, SkylimbError
 from skylimb.experiments.experiment import Experiment
 from skylimb.experiments.flyable import first_row
-from skylimb.experiments.run import documented, fly_mission, prepare_flight, scored
+from skylimb.experiments.run import documented, fly_mission, prepare_flight, scored, vectoring_purpose
 from skylimb.packing import Layout
 from skylimb.recording.run import Run
 from skylimb.recording.versions import versions
@@ -38,8 +38,7 @@ from skylimb.simulation.flight import Flight
 from skylimb.simulation.mission import Mission
 from skylimb.simulation.native import NativeJob, fly_native, unavailable
 from skylimb.simulation.plant import Plant, initial_data
-from skylimb.simulation.sensors import initial_sensor_state
-from skylimb.simulation.tick import CompiledTick, compile_tick
+from skylimb.simulation.tick import CompiledTick, compile_tick, initial_tick_state
 
 # A process flies one flight at a time, also where a cluster's worker has several threads.
 _ONE_AT_A_TIME = threading.Lock()
@@ -142,7 +141,12 @@ class Bench:
             robot = self._robots[experiment.robot]
             gains = {**campaign.gains_of(drawn, name), **dict(job.gains)}
             controller = self._controller(name, experiment.robot, json.dumps(gains, sort_keys=True))
-            return _Ready(experiment, robot, controller, *prepare_flight(experiment, robot))
+            return _Ready(
+                experiment,
+                robot,
+                controller,
+                *prepare_flight(experiment, robot, vectoring_purpose(controller)),
+            )
         except SkylimbError as error:
             return Flown(make_row(campaign, job.flight, REFUSED, _line(error), {}), None)
 
@@ -159,8 +163,9 @@ class Bench:
 
     def _native_job(self, item: _Ready) -> NativeJob:
         experiment, plant = item.experiment, item.plant
+        assert isinstance(item.controller, Cascade)
         data = initial_data(plant, first_row(item.mission))
-        rows = mission_rows(plant, item.mission, experiment.sensors, experiment.seed)
+        rows = mission_rows(plant, item.mission, experiment.sensors, experiment.seed, item.controller.paced)
         return NativeJob(self._tick(item, data), plant, data, item.mission, rows, experiment.disturbance)
 
     def _tick(self, item: _Ready, data: mujoco.MjData) -> CompiledTick:
@@ -174,7 +179,7 @@ class Bench:
                 self._ticks.clear()
             # The controller is kept with its tick, so that no other one can get its identity.
             self._ticks[key] = (controller, compile_tick(controller, item.plant, sensors, root, dt))
-        state = (initial_sensor_state(sensors, dt, root), controller.initial_state())
+        state = initial_tick_state(controller, sensors, root, dt)
         return dataclasses.replace(self._ticks[key][1], state=Layout(state).pack(state))
 
     def _flown(self, job: Job, item: _Ready, flight: Flight | None) -> Flown:

@@ -41,8 +41,8 @@ def verb_help(verb: str, kind: type) -> str:
     with contextlib.redirect_stdout(text), contextlib.suppress(SystemExit):
         _tyro(verb, kind, ["--help"])
     usage, _, rest = text.getvalue().rstrip().partition("\n")
-    if " [OPTIONS] EXPERIMENT" in usage:  # tyro shows it as if it were required
-        usage = usage.replace("EXPERIMENT", "[EXPERIMENT]")
+    for name in ("EXPERIMENT", "FILE.svg"):  # tyro shows them as if they were required
+        usage = usage.replace(f" [OPTIONS] {name}", f" [OPTIONS] [{name}]")
     examples = inspect.cleandoc(kind.examples).replace("\n", "\n  ")  # type: ignore[attr-defined]
     return f"{usage}\n{rest}\n\nExamples\n  {examples}"
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from skylimb.cli.drawing import Draw
 from skylimb.cli.exporting import ExportC
 from skylimb.cli.flying import Compare, Run
 from skylimb.cli.looking import List, Report, Show, VerifyContact, View
@@ -11,6 +12,7 @@ from skylimb.cli.looking import List, Report, Show, VerifyContact, View
 VERBS: dict[str, Any] = {
     "run": Run,
     "compare": Compare,
+    "draw": Draw,
     "list": List,
     "show": Show,
     "report": Report,

@@ -79,6 +79,18 @@ def robot(robot: Robot) -> None:
     _console().print(table)
 
 
+def drawing(title: str, rows: Sequence[tuple[str, str]]) -> None:
+    """How well a drawing came out."""
+    from rich.markup import escape
+
+    table = _table(escape(title))
+    table.add_column()
+    table.add_column(justify="right")
+    for row in rows:
+        table.add_row(*row)
+    _console().print(table)
+
+
 @contextmanager
 def flights() -> Iterator[Progress]:
     """A bar per flight; hands out the function that flights report to."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from skylimb.robots.model import GRAVITY, RobotState
-from skylimb.symbolic import Array, clip, right_inverse
+from skylimb.symbolic import Array, clip, right_inverse, stack
 
 
 class Thrusts(NamedTuple):
@@ -21,7 +21,13 @@ class Thrusts(NamedTuple):
 
 
 def allocate(
-    model: RobotState, R_WC: Array, force: Array, torque: Array, thrust_min: Array, thrust_max: Array
+    model: RobotState,
+    R_WC: Array,
+    force: Array,
+    torque: Array,
+    thrust_min: Array,
+    thrust_max: Array,
+    hold_lift: bool = False,
 ) -> Thrusts:
     """Lambda = lambda_t + lambda_r, held within the limits.
 
@@ -35,13 +41,15 @@ def allocate(
         torque: tau_cmd in C, N m.
         thrust_min: N, (n,).
         thrust_max: N, (n,).
+        hold_lift: whether lambda_r is chosen so that it does not lift, [Q_tz; Q_r] lambda_r = [0; tau_cmd],
+            where the paper takes the least-norm one.
     """
     Q = model.allocation_C
     wanted = R_WC[:, 2].T @ force
     # The thrusts that lift without turning, eq:thrust translation 2, are the hover thrusts in proportion:
     # those solve the same four rows for the weight.
     lifting = model.hover_thrusts * (wanted / (model.mass * GRAVITY))
-    rotation = right_inverse(Q[3:, :]) @ torque
+    rotation = right_inverse(Q[2:, :]) @ stack(0.0, torque) if hold_lift else right_inverse(Q[3:, :]) @ torque
     return Thrusts(clip(lifting + rotation, thrust_min, thrust_max), rotation)
 
 

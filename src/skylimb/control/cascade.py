@@ -15,8 +15,9 @@ import numpy as np
 
 from skylimb.control.allocation import allocate, rotor_wrench
 from skylimb.control.attitude.target import attitude_target
+from skylimb.control.lateral import lateral_move
 from skylimb.control.leak import LeakState, follow_leak, initial_leak_state, without_leak
-from skylimb.control.preset import Preset
+from skylimb.control.preset import SLOTS, Preset
 from skylimb.control.records import Command, LawInput, Reference
 from skylimb.estimation.body_state import (
     AngleRateState,
@@ -24,6 +25,15 @@ from skylimb.estimation.body_state import (
     body_state,
     initial_angle_rate_state,
     measured_angles,
+)
+from skylimb.estimation.calibration import calibrated, fed_bias, follow_bias, initial_correction
+from skylimb.estimation.delay import (
+    delayed_wrench,
+    initial_delay_state,
+    known_wrench,
+    lead_thrusts,
+    predict,
+    remember,
 )
 from skylimb.estimation.force_filter import ForceFilterState, filter_force
 from skylimb.estimation.momentum_observer import (
@@ -39,6 +49,7 @@ from skylimb.planning.posture import ReachFamily, posture_family
 from skylimb.planning.vectoring import VectoringTable, vectoring_table
 from skylimb.robots.model import Robot
 from skylimb.spatial import dot, rpy_from_rotation
+from skylimb.symbolic import right_inverse, stack
 
 Signals = dict[str, Any]
 
@@ -46,25 +57,42 @@ Signals = dict[str, Any]
 class CascadeGains(NamedTuple):
     """Every number of a preset that may change without rebuilding the compiled tick."""
 
+    angle_rates: Any
     observer: Any
     force_filter: Any
+    calibration: Any
+    delay: Any
+    contact: Any
     translation: Any
     attitude: Any
     shape: Any
     leak: Any
+    vectoring: Any
+
+
+class ReachMotion(NamedTuple):
+    """Reach that was commanded at the last tick, m, and its rate, m/s."""
+
+    reach: Any
+    rate: Any
 
 
 class CascadeState(NamedTuple):
-    """What the controller remembers from tick to tick."""
+    """What the controller remembers from tick to tick; an empty tuple stands for a part that is off."""
 
     rates: AngleRateState
     observer: ObserverState
     tare: TareState
     force_filter: ForceFilterState
+    correction: Any
+    delay: Any
+    contact: Any
     translation: Any
     attitude: Any
     shape: Any
+    reach: Any
     leak: LeakState
+    move: Any
 
 
 @dataclass(frozen=True)
@@ -87,6 +115,11 @@ class Cascade:
     """The step may be traced with CasADi symbols and compiled."""
 
     @property
+    def paced(self) -> bool:
+        """Whether it sets the pace of the mission, by a signal "pace"."""
+        return bool(getattr(self.preset.contact.law, "PACED", False))
+
+    @property
     def name(self) -> str:
         """The preset's name."""
         return self.preset.name
@@ -94,28 +127,31 @@ class Cascade:
     def gains(self) -> CascadeGains:
         """The preset's gains as arrays."""
         preset = self.preset
-        record = CascadeGains(
-            preset.observer,
-            preset.force_filter,
-            preset.translation.gains,
-            preset.attitude.gains,
-            preset.shape.gains,
-            preset.leak,
-        )
-        return numeric(record)
+        parts = {
+            name: getattr(preset, name).gains if name in SLOTS else getattr(preset, name)
+            for name in CascadeGains._fields
+        }
+        return numeric(CascadeGains(**parts))
 
     def initial_state(self) -> CascadeState:
         """The state before the first tick, the arm at its nominal reach."""
-        preset = self.preset
+        preset, family = self.preset, self.family
+        theta = family.theta_nominal
+        hover = self.robot.at(family.joint_angles(theta), self.vectoring.angles(theta)).hover_thrusts
         record = CascadeState(
             initial_angle_rate_state(self.robot),
             initial_observer_state(),
             initial_tare_state(),
             ForceFilterState(0.0),
+            initial_correction() if preset.calibration.used else (),
+            initial_delay_state(hover) if preset.delay.compensate else (),
+            preset.contact.law.initial_state(preset.contact.gains),
             preset.translation.law.initial_state(preset.translation.gains),
             preset.attitude.law.initial_state(preset.attitude.gains),
-            preset.shape.law.initial_state(preset.shape.gains, self.family.reach_nominal),
+            preset.shape.law.initial_state(preset.shape.gains, family.reach_nominal),
+            ReachMotion(family.reach_nominal, 0.0) if self.paced else (),
             initial_leak_state(),
+            np.zeros(self.robot.n_vectoring) if preset.vectoring.move else (),
         )
         return numeric(record)
 
@@ -140,43 +176,96 @@ class Cascade:
             The new state, the command, and every inner signal by its public name.
         """
         preset = self.preset
-        rates, angle_rate = angle_rates(state.rates, measured_angles(measurement), dt)
-        body = body_state(self.robot, measurement, angle_rate)
-        rpy = rpy_from_rotation(body.R_WC)
-
-        observer, raw = observe(gains.observer, state.observer, body, dt)
-        tare_state, wrench = tare(state.tare, raw, rpy[2], reference.tare)
+        # What is known: body, external wrench, contact force.
+        rates, angle_rate = angle_rates(gains.angle_rates, state.rates, measured_angles(measurement), dt)
+        measured = body_state(self.robot, measurement, angle_rate)
+        observer, raw = observe(gains.observer, state.observer, measured, dt)
+        yaw = rpy_from_rotation(measured.R_WC)[2]
+        tare_state, wrench = tare(state.tare, raw, yaw, reference.tare)
         wrench = wrench if preset.tare else raw
-        force_along_axis = dot(wrench.force, reference.contact_axis)
+        body = predict(gains.delay, state.delay, measured, raw, dt) if preset.delay.compensate else measured
+        correction, bias, arm = state.correction, None, body.R_WC @ body.model.tip_C
+        if preset.calibration.used:
+            bias = fed_bias(gains.calibration, correction, yaw)
+            body, arm = calibrated(gains.calibration, correction, body)
+            correction = follow_bias(gains.calibration, correction, tare_state, reference.tare, dt)
+        rpy = rpy_from_rotation(body.R_WC)
         force_filter, contact_force = filter_force(
-            gains.force_filter.cutoff, state.force_filter, force_along_axis, dt
+            gains.force_filter.cutoff, state.force_filter, dot(wrench.force, reference.contact_axis), dt
         )
-        inputs = LawInput(body, reference, wrench, contact_force, dt)
+        rate = state.reach.rate if self.paced else 0.0
+        inputs = LawInput(body, reference, wrench, contact_force, dt, arm, bias, reach_rate=rate)
+        contact, view, told = preset.contact.law.step(gains.contact, state.contact, inputs)
+        inputs = inputs._replace(contact=view)
 
+        # What is wanted: reach, force, attitude, torque.
+        limits = (self.family.reach_min, self.family.reach_max)
+        shape, reach = preset.shape.law.step(gains.shape, state.shape, inputs, limits)
+        joint_angles, vectoring_angles, theta = self._posture(reach, reference)
         translation, force = preset.translation.law.step(gains.translation, state.translation, inputs)
-        force = without_leak(gains.leak, state.leak, force)
+        wanted = force - bias.force if bias is not None else force
+        force = without_leak(gains.leak, state.leak, wanted)
         heading = self._heading(body.model.tip_heading, reference)
         target, R_target = attitude_target(force, rpy[2], heading)
         attitude, torque = preset.attitude.law.step(gains.attitude, state.attitude, inputs, R_target)
+        torque = torque - bias.torque if bias is not None else torque
 
-        rotors = self.robot.description.rotors
-        thrust_min = np.array([rotor.thrust_min for rotor in rotors])
-        thrust_max = np.array([rotor.thrust_max for rotor in rotors])
-        thrusts = allocate(body.model, body.R_WC, force, torque, thrust_min, thrust_max)
-        rotor_force, rotor_torque = rotor_wrench(body.model, body.R_WC, thrusts.total)
-        observer = with_known_wrench(observer, body, rotor_force, rotor_torque)
-        leak_force, _ = rotor_wrench(body.model, body.R_WC, thrusts.rotation)
+        # What the rotors are told.
+        thrust_min, thrust_max = self._thrust_limits
+        moved, lift = wanted if preset.vectoring.move else force, preset.vectoring.lift
+        thrusts = allocate(body.model, body.R_WC, moved, torque, thrust_min, thrust_max, lift)
+        told_thrusts, acting, delay = thrusts.total, thrusts.total, state.delay
+        if preset.delay.compensate:
+            told_thrusts, acting, after = lead_thrusts(
+                gains.delay, delay, thrusts.total, thrust_min, thrust_max, dt
+            )
+            wrench_now = rotor_wrench(body.model, body.R_WC, acting)
+            delay = remember(delay, after, stack(*known_wrench(*wrench_now, body)))
+            known = delayed_wrench(gains.delay, delay, dt)
+            observer = observer._replace(known_force=known[0:3], known_torque=known[3:6])
+        else:
+            rotor_force, rotor_torque = rotor_wrench(body.model, body.R_WC, acting)
+            observer = with_known_wrench(observer, body, rotor_force, rotor_torque)
+        rotation = thrusts.rotation
+        if preset.leak.steady:
+            holding = -wrench.torque - (bias.torque if bias is not None else 0.0)
+            rotation = right_inverse(body.model.allocation_C[2:, :]) @ stack(0.0, holding)
+        leak_force, _ = rotor_wrench(body.model, body.R_WC, rotation)
+        lateral = state.move
+        if preset.vectoring.move:
+            lateral, side = lateral_move(
+                self.robot,
+                gains.vectoring,
+                state.move,
+                measurement.joint_angles,
+                vectoring_angles,
+                body.R_WC.T @ wanted,
+                torque,
+                dt,
+            )
+            vectoring_angles, leak_force = vectoring_angles + lateral, body.R_WC @ side
+            behind = vectoring_angles - measurement.vectoring_angles
+            vectoring_angles = vectoring_angles + (gains.vectoring.lead - 1.0) * behind
         leak = follow_leak(gains.leak, state.leak, leak_force, dt)
-
-        shape, reach = preset.shape.law.step(
-            gains.shape, state.shape, inputs, (self.family.reach_min, self.family.reach_max)
-        )
-        joint_angles, vectoring_angles, theta = self._posture(reach, reference)
-        command = Command(thrusts.total, joint_angles, vectoring_angles)
+        command = Command(told_thrusts, joint_angles, vectoring_angles)
 
         new_state = CascadeState(
-            rates, observer, tare_state, force_filter, translation, attitude, shape, leak
+            rates,
+            observer,
+            tare_state,
+            force_filter,
+            correction,
+            delay,
+            contact,
+            translation,
+            attitude,
+            shape,
+            ReachMotion(reach, (reach - state.reach.reach) * (1.0 / dt)) if self.paced else (),
+            leak,
+            lateral,
         )
+        if hasattr(preset.translation.law, "cog_target"):
+            told["cog_position_target"] = preset.translation.law.cog_target(gains.translation, inputs)
         return (
             new_state,
             command,
@@ -195,7 +284,16 @@ class Cascade:
                 "torque_command": torque,
                 "reach_command": reach,
                 "shape_angle_command": theta,
+                **told,
             },
+        )
+
+    @property
+    def _thrust_limits(self) -> tuple[np.ndarray, np.ndarray]:
+        rotors = self.robot.description.rotors
+        return (
+            np.array([rotor.thrust_min for rotor in rotors]),
+            np.array([rotor.thrust_max for rotor in rotors]),
         )
 
     def _heading(self, tip_heading: Any, reference: Reference) -> Any:
@@ -215,4 +313,5 @@ class Cascade:
 
 def build_cascade(robot: Robot, preset: Preset) -> Cascade:
     """A cascade with the robot's posture family and vectoring table."""
-    return Cascade(robot, preset, posture_family(robot), vectoring_table(robot))
+    table = vectoring_table(robot, preset.vectoring.purpose)
+    return Cascade(robot, preset, posture_family(robot), table)

@@ -9,7 +9,7 @@ from typing import Any, Protocol
 
 from skylimb.config import put
 from skylimb.control.cascade import Cascade, build_cascade
-from skylimb.control.preset import load_module, preset_from_mapping, preset_mapping
+from skylimb.control.preset import PARTS, SLOTS, load_module, preset_from_mapping, preset_mapping
 from skylimb.control.records import Command, Reference
 from skylimb.errors import ConfigError
 from skylimb.estimation.records import Measurement
@@ -99,9 +99,9 @@ def resolved_preset(controller: Controller) -> dict[str, Any]:
         return {"name": controller.name}
     preset = controller.preset
     tables: dict[str, Any] = {"name": preset.name, "description": preset.description, "tare": preset.tare}
-    for part in ("observer", "force_filter", "leak"):
+    for part in PARTS:
         tables[part] = to_mapping(getattr(preset, part))
-    for slot in ("translation", "attitude", "shape"):
+    for slot in SLOTS:
         filled = getattr(preset, slot)
         tables[slot] = {"law": filled.name, **to_mapping(filled.gains)}
     return tables

@@ -30,6 +30,10 @@ class LeakCompensation:
 
     compensate: bool = False
     cutoff: float = 0.5
+    steady: bool = False
+
+    # steady: of the torque that holds the attitude against the estimated disturbance, rather than of the torque
+    # that is commanded: free of the attitude loop's own motion, it may be followed faster.
 
     def __post_init__(self) -> None:
         require_positive("leak", "cutoff", self.cutoff, "Hz")

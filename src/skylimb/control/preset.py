@@ -11,13 +11,18 @@ from types import ModuleType
 from typing import Any
 
 from skylimb.config import from_mapping, read_toml, require_positive
+from skylimb.control.lateral import Vectoring
 from skylimb.control.leak import LeakCompensation
 from skylimb.errors import ConfigError, unknown_name
+from skylimb.estimation.body_state import AngleRateFilter
+from skylimb.estimation.calibration import Calibration
+from skylimb.estimation.delay import DelayCompensation
 from skylimb.estimation.momentum_observer import ObserverGains
 
 PRESETS = Path(__file__).parent / "presets"
-_SLOTS = ("translation", "attitude", "shape")
-_NOT_LAWS = {"target"}
+SLOTS = ("translation", "attitude", "shape", "contact")
+_DEFAULT = {"contact": {"law": "open"}}
+_NOT_LAWS = {"target", "machine"}
 
 
 @dataclass(frozen=True)
@@ -32,6 +37,18 @@ class ContactForceFilter:
 
     def __post_init__(self) -> None:
         require_positive("force_filter", "cutoff", self.cutoff, "Hz")
+
+
+PARTS: dict[str, type] = {
+    "angle_rates": AngleRateFilter,
+    "observer": ObserverGains,
+    "force_filter": ContactForceFilter,
+    "leak": LeakCompensation,
+    "calibration": Calibration,
+    "delay": DelayCompensation,
+    "vectoring": Vectoring,
+}
+"""Tables of a preset besides the slots."""
 
 
 @dataclass(frozen=True)
@@ -53,10 +70,15 @@ class Preset:
         translation: what keeps the centre of gravity (control/translation).
         attitude: what keeps the attitude (control/attitude).
         shape: what the arm does (control/shape).
+        contact: what is made of the contact (control/contact).
+        angle_rates: how the encoders' angles are differenced.
         observer: gains of the momentum observer.
         force_filter: low pass of the contact force.
         leak: compensation of the rotational thrusts' side force.
         tare: whether the observer's free-flight bias is taken off.
+        calibration: what else is done with that bias.
+        delay: compensation of latency and rotor lag.
+        vectoring: which vectoring angles, and whether they move for a side force.
     """
 
     name: str
@@ -64,10 +86,15 @@ class Preset:
     translation: Slot
     attitude: Slot
     shape: Slot
+    contact: Slot
+    angle_rates: AngleRateFilter = field(default_factory=AngleRateFilter)
     observer: ObserverGains = field(default_factory=ObserverGains)
     force_filter: ContactForceFilter = field(default_factory=ContactForceFilter)
     leak: LeakCompensation = field(default_factory=LeakCompensation)
     tare: bool = True
+    calibration: Calibration = field(default_factory=Calibration)
+    delay: DelayCompensation = field(default_factory=DelayCompensation)
+    vectoring: Vectoring = field(default_factory=Vectoring)
 
 
 def law_names(slot: str) -> list[str]:
@@ -142,26 +169,25 @@ def preset_from_mapping(mapping: dict[str, Any], path: Path) -> Preset:
     """
     name = _typed(mapping, "name", str, path.stem, f"controller {path.stem}")
     where = f"controller {name}"
-    allowed = {"name", "description", "tare", "observer", "force_filter", "leak", *_SLOTS}
+    allowed = {"name", "description", "tare", *PARTS, *SLOTS}
     for key in mapping:
         if key not in allowed:
             raise unknown_name(f"key of {where}", key, allowed)
-    filled = {slot: _slot(mapping, slot, path, where) for slot in _SLOTS}
+    filled = {slot: _slot(mapping, slot, path, where) for slot in SLOTS}
     return Preset(
         name=name,
         description=_typed(mapping, "description", str, "", where),
         tare=_typed(mapping, "tare", bool, True, where),
-        observer=from_mapping(ObserverGains, mapping.get("observer", {}), f"{where}: observer"),
-        force_filter=from_mapping(
-            ContactForceFilter, mapping.get("force_filter", {}), f"{where}: force_filter"
-        ),
-        leak=from_mapping(LeakCompensation, mapping.get("leak", {}), f"{where}: leak"),
+        **{
+            part: from_mapping(kind, mapping.get(part, {}), f"{where}: {part}")
+            for part, kind in PARTS.items()
+        },
         **filled,
     )
 
 
 def _slot(mapping: dict[str, Any], slot: str, path: Path, where: str) -> Slot:
-    table = mapping.get(slot)
+    table = mapping.get(slot, _DEFAULT.get(slot))
     if not isinstance(table, dict) or "law" not in table:
         raise ConfigError(
             f'{where} needs a table [{slot}] with law = "..." (known: {", ".join(law_names(slot))})'

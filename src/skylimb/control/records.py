@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple, Protocol
 
+import numpy as np
+
 from skylimb.estimation.records import BodyState, Wrench
 from skylimb.symbolic import Array
 
@@ -24,6 +26,13 @@ class Reference(NamedTuple):
         align: 1 to turn the whole robot so that the tip link keeps its heading though the joints give way,
             else 0.
         adapt: 1 while the shape law may answer to force, else 0.
+        tip_position: of the tip on its path over the nominal surface, in W, m, (3,): before the approach it
+            stands off, afterwards it lies on the nominal surface, wherever the real one is.
+        tip_velocity: its rate, m/s, whether or not velocities are sent.
+        tip_acceleration: m/s^2.
+        touch: 1 while the tip is to touch, or to go on until it does, else 0.
+        wait: 1 while the mission should not go on without touch, else 0.
+        sliding_axis: unit vector u of the sliding plane in W, (3,); the other one is contact_axis x u.
     """
 
     position: Array
@@ -37,6 +46,18 @@ class Reference(NamedTuple):
     tare: Any
     align: Any
     adapt: Any
+    tip_position: Array
+    tip_velocity: Array
+    tip_acceleration: Array
+    touch: Any
+    wait: Any
+    sliding_axis: Array
+
+
+def zero_reference(n_joints: int, n_vectoring: int) -> Reference:
+    """A reference of zeros, which tells the sizes of all entries."""
+    z3, q, psi = np.zeros(3), np.zeros(n_joints), np.zeros(n_vectoring)
+    return Reference(z3, z3, z3, 0.0, 0.0, q, psi, z3, 0.0, 0.0, 0.0, z3, z3, z3, 0.0, 0.0, z3)
 
 
 class Command(NamedTuple):
@@ -45,6 +66,34 @@ class Command(NamedTuple):
     thrusts: Array
     joint_angles: Array
     vectoring_angles: Array
+
+
+class ContactView(NamedTuple):
+    """What a contact law tells the others.
+
+    Attributes:
+        engaged: 1 while the force is to be regulated, else 0.
+        axis_position: of the tip along the contact axis while it is not, m.
+        axis_velocity: its rate, m/s.
+        anchor: of the centre of gravity along the contact axis while the force is regulated, m.
+        surface_velocity: at which the surface is expected to come toward the pen's path, along the contact
+            axis, m/s.
+        normal_force: with which the surface is believed to push, N.
+        speed: of the path, m/s.
+    """
+
+    engaged: Any
+    axis_position: Any
+    axis_velocity: Any
+    anchor: Any
+    surface_velocity: Any
+    normal_force: Any
+    speed: Any
+
+
+def no_contact() -> ContactView:
+    """A view of nothing."""
+    return ContactView(*(0.0 for _ in ContactView._fields))
 
 
 class LawInput(NamedTuple):
@@ -56,6 +105,10 @@ class LawInput(NamedTuple):
         wrench: tared external wrench.
         contact_force: f_hat, the filtered force along the contact axis, N, negative when pushed back.
         dt: control period, s.
+        arm: from the centre of gravity to the tip in W, m, (3,).
+        bias: wrench that the rotors have to make up in free flight, as a calibration knows it.
+        contact: what the contact law tells.
+        reach_rate: at which the arm was told to reach out at the last tick, m/s.
     """
 
     body: BodyState
@@ -63,6 +116,10 @@ class LawInput(NamedTuple):
     wrench: Wrench
     contact_force: Any
     dt: float
+    arm: Array = None
+    bias: Any = None
+    contact: ContactView = no_contact()
+    reach_rate: Any = 0.0
 
 
 class TranslationLaw(Protocol):
@@ -78,6 +135,23 @@ class TranslationLaw(Protocol):
     @staticmethod
     def step(gains: Any, state: Any, inputs: LawInput) -> tuple[Any, Array]:
         """New state and f_cmd, (3,)."""
+        ...
+
+
+class ContactLaw(Protocol):
+    """A module that judges the contact, and may set the mission's pace."""
+
+    Gains: type
+    PACED: bool
+
+    @staticmethod
+    def initial_state(gains: Any) -> Any:
+        """The law's state before the first tick."""
+        ...
+
+    @staticmethod
+    def step(gains: Any, state: Any, inputs: LawInput) -> tuple[Any, ContactView, dict[str, Any]]:
+        """New state, what the other laws may know, and signals to record; "pace" is one if PACED."""
         ...
 
 

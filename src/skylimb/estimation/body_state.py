@@ -2,17 +2,31 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from skylimb.config import require_positive
 from skylimb.estimation.records import BodyState, Measurement
 from skylimb.robots.model import Robot
 from skylimb.spatial import cross, rotation_from_quaternion
 from skylimb.symbolic import Array, exp, stack
 
-ANGLE_RATE_BANDWIDTH = 30.0
-"""rad/s: passes the arm's motion (below 0.5 Hz), keeps the encoders' noise below that of motion capture."""
+
+@dataclass(frozen=True)
+class AngleRateFilter:
+    """The low pass behind which the encoders' angles are differenced.
+
+    Attributes:
+        bandwidth: rad/s. 30 passes the arm's motion (below 0.5 Hz) and keeps the encoders' noise below that
+            of motion capture for an observer of 3 1/s; a faster observer wants less of it.
+    """
+
+    bandwidth: float = 30.0
+
+    def __post_init__(self) -> None:
+        require_positive("angle_rates", "bandwidth", self.bandwidth, "rad/s")
 
 
 class AngleRateState(NamedTuple):
@@ -32,10 +46,10 @@ def initial_angle_rate_state(robot: Robot) -> AngleRateState:
     return AngleRateState(np.zeros(robot.n_joints + robot.n_vectoring), 0.0)
 
 
-def angle_rates(state: AngleRateState, angles: Array, dt: float) -> tuple[AngleRateState, Array]:
+def angle_rates(gains: Any, state: AngleRateState, angles: Array, dt: float) -> tuple[AngleRateState, Array]:
     """Angle rates: the slope of the low-passed angles, the filter's pole held exactly."""
     previous = state.smoothed * state.started + angles * (1.0 - state.started)
-    decay = exp(-ANGLE_RATE_BANDWIDTH * dt)
+    decay = exp(-gains.bandwidth * dt)
     smoothed = decay * previous + (1.0 - decay) * angles
     return AngleRateState(smoothed, 1.0), (smoothed - previous) * (1.0 / dt)
 

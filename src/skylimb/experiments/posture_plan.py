@@ -16,11 +16,17 @@ _KNOT = 0.1
 """Time between two knots at which vectoring angles are sought, s."""
 
 
-def posture_plan(config: PostureConfig, robot: Robot) -> PosturePlan:
-    """From the nominal posture through the experiment's, with the vectoring angles that suit each."""
+def posture_plan(config: PostureConfig, robot: Robot, purpose: str = "torque") -> PosturePlan:
+    """From the nominal posture through the experiment's, with the vectoring angles that suit each.
+
+    Args:
+        config: postures to go through.
+        robot: whose.
+        purpose: of the vectoring angles in the nominal posture.
+    """
     family = posture_family(robot)
     joint_angles = np.asarray(family.joint_angles(family.theta_nominal), dtype=float)
-    vectoring_angles = np.asarray(vectoring_table(robot).angles(family.theta_nominal), dtype=float)
+    vectoring_angles = np.asarray(vectoring_table(robot, purpose).angles(family.theta_nominal), dtype=float)
     path = posture_path(config, robot, joint_angles)
     knots = np.append(np.arange(0.0, path.duration, _KNOT), path.duration)
     vectoring = vectoring_angles[None, :]

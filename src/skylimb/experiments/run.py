@@ -20,6 +20,7 @@ from skylimb.control.controller import (
     resolved_preset,
 )
 from skylimb.errors import ConfigError
+from skylimb.experiments.asked_line import with_asked_line
 from skylimb.experiments.experiment import Experiment, experiment_with, load_experiment
 from skylimb.experiments.flyable import first_row, require_flyable
 from skylimb.experiments.posture_plan import posture_plan
@@ -143,7 +144,7 @@ def fly(
         controller: any object that follows `Controller`; it may believe in another robot.
         progress: told how far the flight is.
     """
-    plant, mission = prepare_flight(experiment, robot)
+    plant, mission = prepare_flight(experiment, robot, vectoring_purpose(controller))
     flight = fly_mission(experiment, plant, mission, controller, progress)
     return recorded(experiment, robot, controller, plant, mission, flight)
 
@@ -170,7 +171,7 @@ def scored(
     flight: Flight,
 ) -> Run:
     """A flight as a run with its scores; `documented` adds what only a record that is kept needs."""
-    log = flight_log(plant, flight, mission)
+    log = with_asked_line(flight_log(plant, flight, mission), experiment.trajectory)
     frame = mission.frame
     log.attrs |= {
         "robot": robot.name,
@@ -194,8 +195,20 @@ def documented(run: Run, experiment: Experiment, controller: Controller, plant: 
     return dataclasses.replace(run, log=log)
 
 
-def prepare_flight(experiment: Experiment, robot: Robot) -> tuple[Plant, Mission]:
+def vectoring_purpose(controller: Controller) -> str:
+    """Which vectoring angles a controller takes off with; "torque", the paper's, unless it says otherwise."""
+    if isinstance(controller, Cascade):
+        return controller.preset.vectoring.purpose
+    return str(getattr(controller, "vectoring_purpose", "torque"))
+
+
+def prepare_flight(experiment: Experiment, robot: Robot, purpose: str = "torque") -> tuple[Plant, Mission]:
     """The plant and the mission of an experiment, checked against each other.
+
+    Args:
+        experiment: what to fly.
+        robot: the description that plant and nominal posture are made from.
+        purpose: of the vectoring angles in the nominal posture.
 
     Raises:
         ConfigError: when the robot would start inside the surface, its tip does not fit, or the path
@@ -207,7 +220,7 @@ def prepare_flight(experiment: Experiment, robot: Robot) -> tuple[Plant, Mission
         MissionConfig(experiment.phases, experiment.approach, experiment.trajectory),
         contact_frame(experiment.contact_axis),
         np.asarray(experiment.surface.position, dtype=float),
-        posture_plan(experiment.posture, robot),
+        posture_plan(experiment.posture, robot, purpose),
         dt,
     )
     require_flyable(plant, mission)
@@ -224,8 +237,9 @@ def fly_mission(
     """Fly with the driver that suits the controller."""
     dt = experiment.control_period
     data = initial_data(plant, first_row(mission))
-    rows = mission_rows(plant, mission, experiment.sensors, experiment.seed)
-    outside = interventions(plant, data, mission, experiment.disturbance)
+    paced = bool(getattr(controller, "paced", False))
+    rows = mission_rows(plant, mission, experiment.sensors, experiment.seed, paced)
+    outside = interventions(plant, data, mission.flight_times(paced), experiment.disturbance)
 
     def report(done: int, total: int) -> None:
         if progress is not None:

@@ -6,6 +6,7 @@ Every path is twice continuously differentiable inside its duration and rests at
 All timing is made from one primitive, a rate that grows smoothly from zero to one (`_smooth_step`). A circle
 turns its phase at such a rate; a line, a lawnmower pattern or waypoints are a sum of such steps, one a
 change of velocity: straight at constant speed between the corners, round at them, at rest at both ends.
+A drawing has its own timing, `skylimb.planning.pen_motion`.
 """
 
 from __future__ import annotations
@@ -19,6 +20,9 @@ import numpy as np
 
 from skylimb.config import require_choice, require_non_negative, require_range
 from skylimb.errors import ConfigError
+from skylimb.planning.drawing import LARGEST, Strokes, fitted, nearest_first
+from skylimb.planning.drawing_sources import svg_strokes, text_strokes
+from skylimb.planning.pen_motion import pen_motion
 
 Samples = tuple[np.ndarray, np.ndarray, np.ndarray]
 """Position (k, 2) in m, velocity in m/s, acceleration in m/s^2."""
@@ -33,7 +37,7 @@ class TrajectoryConfig:
 
     Attributes:
         shape: "hold" (rest in the middle), "circle" and "lemniscate" (figure eight), "line", "lawnmower"
-            (parallel strokes that fill an area), "waypoints".
+            (parallel strokes that fill an area), "waypoints", "drawing" (an SVG file, or words).
         radius: circle and lemniscate: half the width, m.
         period: circle and lemniscate: time of one lap, s.
         direction: +1 turns from u toward v (or flies the shape in the order given), -1 the other way.
@@ -46,15 +50,23 @@ class TrajectoryConfig:
         strokes: lawnmower: how many.
         angle: line and lawnmower: direction of the strokes from u toward v, rad.
         waypoints: waypoints: (u, v) of each, m; corners are rounded, the first and the last are met exactly.
-        speed: line, lawnmower and waypoints: along the straight parts, m/s.
-        acceleration: line, lawnmower and waypoints: largest, at ends and corners, m/s^2; more of it
-            makes the corners sharper.
+        file: drawing: an SVG file.
+        text: drawing: words, in place of a file.
+        font: drawing: of the words; one of the Hershey fonts, "futural", "rowmans" and "scripts" have single
+            strokes.
+        width: drawing: of the box that it fills, its proportions kept, m; 0 for no limit.
+        height: drawing: of that box, m; 0 for no limit.
+        order: drawing: of its strokes, "given", or "nearest" for short ways between them.
+        lift_time: drawing: time to lift the pen from the surface, and as long to put it back, s.
+        speed: line, lawnmower, waypoints and drawing: along the straight parts, m/s.
+        acceleration: line, lawnmower, waypoints and drawing: largest, at ends and corners, m/s^2; more of it
+            makes the corners of waypoints sharper, and a drawing faster.
         duration: hold: how long, s.
         feedforward: what the controller is told besides positions: "none", "velocity", or "full"
             (velocity and acceleration). The paper's y errors appear only with "none": p_ref' = 0 in e_v.
     """
 
-    shape: Literal["hold", "line", "circle", "lemniscate", "lawnmower", "waypoints"] = "circle"
+    shape: Literal["hold", "line", "circle", "lemniscate", "lawnmower", "waypoints", "drawing"] = "circle"
     radius: float = 0.30
     period: float = 14.0
     direction: int = 1
@@ -66,6 +78,13 @@ class TrajectoryConfig:
     strokes: int = 4
     angle: float = 0.0
     waypoints: tuple[tuple[float, float], ...] = ()
+    file: str = ""
+    text: str = ""
+    font: str = "futural"
+    width: float = 0.60
+    height: float = 0.0
+    order: Literal["given", "nearest"] = "given"
+    lift_time: float = 2.0
     speed: float = 0.10
     acceleration: float = 0.30
     duration: float = 10.0
@@ -75,6 +94,7 @@ class TrajectoryConfig:
         require_choice("trajectory", "shape", self.shape, tuple(_SHAPES))
         require_choice("trajectory", "feedforward", self.feedforward, ("none", "velocity", "full"))
         require_choice("trajectory", "direction", self.direction, (1, -1))
+        require_choice("trajectory", "order", self.order, ("given", "nearest"))
         for name, low, high, unit in _RANGES:
             require_range("trajectory", name, getattr(self, name), low, high, unit)
         require_non_negative("trajectory", "ramp", self.ramp, "s")
@@ -91,6 +111,12 @@ class TrajectoryConfig:
                     raise ConfigError(
                         f"trajectory.waypoints: point {index + 2} repeats the one before, {here}"
                     )
+        if self.shape == "drawing" and bool(self.file) == bool(self.text):
+            raise ConfigError(
+                "trajectory.shape = 'drawing' needs either trajectory.file or trajectory.text, and not both"
+            )
+        if self.shape == "drawing" and not self.width and not self.height:
+            raise ConfigError("a drawing needs trajectory.width or trajectory.height, in m")
         laps_time = self.laps * self.period
         if self.ramp > laps_time:
             raise ConfigError(
@@ -109,6 +135,9 @@ _RANGES = (
     ("spacing", 0.005, 5.0, "m"),
     ("strokes", 1, 1000, ""),
     ("angle", -2.0 * math.pi, 2.0 * math.pi, "rad"),
+    ("width", 0.0, LARGEST, "m"),
+    ("height", 0.0, LARGEST, "m"),
+    ("lift_time", 0.1, 60.0, "s"),
     ("speed", 0.001, 5.0, "m/s"),
     ("acceleration", 0.001, 20.0, "m/s^2"),
     ("duration", 0.0, 36000.0, "s"),
@@ -122,10 +151,14 @@ class Trajectory:
     Attributes:
         duration: s.
         inside: (position, velocity, acceleration) at times within the duration.
+        lifts: for each way without touch when the pen starts to leave and when it starts to come back, s.
+        lift_time: how long leaving takes, and coming back, s; the path rests meanwhile.
     """
 
     duration: float
     inside: Callable[[np.ndarray], Samples]
+    lifts: tuple[tuple[float, float], ...] = ()
+    lift_time: float = 0.0
 
     def sample(self, t: np.ndarray | float) -> Samples:
         """The path at times t; before the start and after the end it rests at its end points.
@@ -140,6 +173,36 @@ class Trajectory:
         position, velocity, acceleration = self.inside(np.clip(t, 0.0, self.duration))
         moving = ((t >= 0.0) & (t <= self.duration))[..., None]
         return position, velocity * moving, acceleration * moving
+
+    def touching(self, t: np.ndarray | float) -> np.ndarray:
+        """Whether the pen is wanted on the surface at times t (k,), s; always, except between two strokes.
+
+        It turns false when the pen starts to leave and true when it starts to come back; for `lift_time`
+        after either the path rests, so that the pen has time to do so.
+        """
+        t = np.asarray(t, dtype=float)
+        touching = np.ones(t.shape, dtype=bool)
+        for leave, back in self.lifts:
+            touching &= (t < leave) | (t >= back)
+        return touching
+
+    def lifted(self, t: np.ndarray | float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """How far the pen is lifted, smoothly from 0 (on the surface) to 1 and back within `lift_time`.
+
+        Args:
+            t: times in s, (k,).
+
+        Returns:
+            The part of the lift, its rate in 1/s and its second derivative in 1/s^2, (k,) each.
+        """
+        t = np.asarray(t, dtype=float)
+        part, rate, bend = np.zeros(t.shape), np.zeros(t.shape), np.zeros(t.shape)
+        for moment, sign in [(m, s) for lift in self.lifts for m, s in zip(lift, (1.0, -1.0), strict=True)]:
+            s = np.clip((t - moment) / self.lift_time, 0.0, 1.0)
+            part += sign * s**3 * (10.0 + s * (6.0 * s - 15.0))
+            rate += sign * 30.0 / self.lift_time * (s * (1.0 - s)) ** 2
+            bend += sign * 60.0 / self.lift_time**2 * s * (1.0 - s) * (1.0 - 2.0 * s)
+        return part, rate, bend
 
 
 def trajectory(config: TrajectoryConfig) -> Trajectory:
@@ -201,6 +264,31 @@ def _waypoints(config: TrajectoryConfig) -> Trajectory:
     return _polyline(np.array(config.waypoints, dtype=float), config)
 
 
+def drawing_strokes(config: TrajectoryConfig) -> Strokes:
+    """The lines of a drawing in the sliding plane, m, as they are to be drawn.
+
+    Raises:
+        ConfigError: where the configuration describes no drawing, or the drawing cannot be had.
+    """
+    require_choice("trajectory", "shape", config.shape, ("drawing",))
+    source = svg_strokes(config.file) if config.file else text_strokes(config.text, config.font)
+    strokes = fitted(source, config.width, config.height)
+    if config.order == "nearest":
+        strokes = nearest_first(strokes)
+    return strokes.reversed() if config.direction < 0 else strokes
+
+
+def _drawing(config: TrajectoryConfig) -> Trajectory:
+    motion = pen_motion(drawing_strokes(config), config.speed, config.acceleration, config.lift_time)
+    parts = motion.position, motion.position.derivative(1), motion.position.derivative(2)
+
+    def inside(t: np.ndarray) -> Samples:
+        position, velocity, acceleration = (np.asarray(part(t)) for part in parts)
+        return position, velocity, acceleration
+
+    return Trajectory(motion.duration, inside, motion.lifts, config.lift_time)
+
+
 _SHAPES: dict[str, Callable[[TrajectoryConfig], Trajectory]] = {
     "hold": _hold,
     "line": _line,
@@ -208,6 +296,7 @@ _SHAPES: dict[str, Callable[[TrajectoryConfig], Trajectory]] = {
     "lemniscate": _lemniscate,
     "lawnmower": _lawnmower,
     "waypoints": _waypoints,
+    "drawing": _drawing,
 }
 
 

@@ -1,38 +1,30 @@
 """Vectoring angles psi(theta) along the posture family, as smooth polynomials that never flip.
 
 They are cheap enough for every tick. The search takes seconds, so its result is kept: in a file beside a
-robot that comes with the package, else in the user's cache folder. Both carry a digest of everything that the
-search depends on; where a file is for another robot, or cannot be read, the search runs anew.
+robot that comes with the package, else in the user's cache folder (`planning.vectoring_files`).
 """
 
 from __future__ import annotations
 
-import hashlib
-import logging
-import os
-import tempfile
-import tomllib
-from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
+from skylimb.config import require_choice
 from skylimb.errors import UnreachableError
-from skylimb.planning import vectoring_search
+from skylimb.planning import vectoring_files
 from skylimb.planning.control_torque import guaranteed_control_torque
-from skylimb.planning.vectoring_search import evaluate, search_vectoring
-from skylimb.robots import SHIPPED, Robot
+from skylimb.planning.vectoring_criteria import CONTACT, TORQUE, VectoringCriteria
+from skylimb.planning.vectoring_files import robot_digest
+from skylimb.planning.vectoring_search import evaluate
+from skylimb.robots import Robot
 from skylimb.symbolic import is_symbolic
 
 __all__ = ["VectoringTable", "guaranteed_control_torque", "robot_digest", "vectoring_table"]
 
-TABLE_FILE = "vectoring.toml"
-_DECIMALS = 10
+PURPOSES = {criteria.purpose: criteria for criteria in (TORQUE, CONTACT)}
 _SLACK = 1e-9
-_log = logging.getLogger(__name__)
-_known: dict[str, np.ndarray] = {}
 
 
 class VectoringTable:
@@ -45,11 +37,13 @@ class VectoringTable:
         digest: of what the table was found for.
     """
 
-    def __init__(self, robot: Robot, coefficients: np.ndarray, digest: str) -> None:
+    def __init__(
+        self, robot: Robot, coefficients: np.ndarray, digest: str, span: tuple[float, float] | None = None
+    ) -> None:
         self._robot = robot
         posture = robot.description.posture
         self.coefficients = coefficients
-        self.theta_min, self.theta_max = posture.theta_min, posture.theta_max
+        self.theta_min, self.theta_max = span or (posture.theta_min, posture.theta_max)
         self.digest = digest
 
     def angles(self, theta: Any) -> Any:
@@ -109,134 +103,34 @@ class VectoringTable:
         return np.array(found).reshape(value.shape) if value.ndim else found[0]
 
 
-def vectoring_table(robot: Robot, *, cache: bool = True) -> VectoringTable:
+def vectoring_table(robot: Robot, purpose: str = "torque", *, cache: bool = True) -> VectoringTable:
     """The robot's table: the one that comes with it, a cached one, or a newly found one.
+
+    "torque" has the most guaranteed control torque, without hover tilt, over all described postures.
+    "contact" keeps a push across the surface out of the pressing force (`vectoring_criteria.CONTACT`), for up
+    to 0.05 rad of hover tilt and some torque, over the postures within the joint limits. A tip that points up
+    presses along z. The held lift lets nothing leak there, whatever the vectoring angles, so such a robot
+    gets the torque table for both.
 
     Args:
         robot: any robot.
+        purpose: "torque" or "contact".
         cache: False searches anew and neither reads nor writes a file.
 
     Raises:
-        AllocationError: no continuous path of vectoring angles hovers without tilt over the range of theta.
+        ConfigError: another purpose.
+        AllocationError: no continuous path of vectoring angles keeps the purpose's criteria over its range.
     """
-    digest = robot_digest(robot)
-    if not cache:
-        return VectoringTable(robot, np.round(search_vectoring(robot), _DECIMALS), digest)
-    if digest not in _known:
-        _known[digest] = _stored(robot, digest)
-    return VectoringTable(robot, _known[digest], digest)
+    criteria = _criteria(robot, purpose)
+    coefficients, digest = vectoring_files.find_coefficients(robot, criteria, cache=cache)
+    return VectoringTable(robot, coefficients, digest, criteria.span(robot))
 
 
-def _stored(robot: Robot, digest: str) -> np.ndarray:
-    cached = _cache_file(digest)
-    # A robot that differs from a shipped one only where the table does not look finds that one's table.
-    shipped = sorted(SHIPPED.glob(f"*/{TABLE_FILE}"))
-    for path in (robot.description.folder / TABLE_FILE, *shipped, cached):
-        coefficients = _read(path, digest, robot.n_vectoring)
-        if coefficients is not None:
-            return coefficients
-    _log.info("searching for the vectoring angles of '%s' (a few seconds, once)", robot.name)
-    coefficients = np.round(search_vectoring(robot), _DECIMALS)
-    try:
-        write_table(cached, coefficients, digest, robot)
-    except OSError as error:
-        # Without a cache everything works, only slower.
-        _log.warning("cannot keep the vectoring angles of '%s' in '%s': %s", robot.name, cached, error)
-    return coefficients
-
-
-def _cache_file(digest: str) -> Path:
-    import platformdirs
-
-    return platformdirs.user_cache_path("skylimb") / "vectoring" / f"{digest[:32]}.toml"
-
-
-def _read(path: Path, digest: str, n_vectoring: int) -> np.ndarray | None:
-    """The coefficients in a file, or None where it is absent, damaged or for something else."""
-    try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-        coefficients = np.array(table["coefficients"], dtype=float)
-    except FileNotFoundError:
-        return None
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        _log.warning("'%s' is no vectoring table and is not used: %s", path, error)
-        return None
-    usable = (
-        coefficients.ndim == 2 and coefficients.shape[0] == n_vectoring and np.all(np.isfinite(coefficients))
-    )
-    return coefficients if table.get("digest") == digest and usable else None
-
-
-def write_table(path: Path, coefficients: np.ndarray, digest: str, robot: Robot) -> None:
-    """Write a table to a file, aside first and then renamed, so that a reader never sees half of it.
-
-    Raises:
-        OSError: the folder cannot be made or written.
-    """
-    posture = robot.description.posture
-    rows = ",\n".join(
-        "  [" + ", ".join(f"{entry:.{_DECIMALS}f}" for entry in row) + "]" for row in coefficients
-    )
-    text = (
-        f"# Vectoring angles of {robot.name}, found by skylimb.planning.vectoring_search. One row a "
-        "vectoring joint:\n"
-        "# Chebyshev coefficients of psi (rad) over theta from theta_min to theta_max (rad). Not to be "
-        "edited by hand.\n\n"
-        f'digest = "{digest}"\n'
-        f"theta_min = {posture.theta_min!r}\ntheta_max = {posture.theta_max!r}\n"
-        f"coefficients = [\n{rows},\n]\n"
-    )
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, aside = tempfile.mkstemp(dir=path.parent, prefix=path.stem, suffix=".part")
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(text)
-        os.replace(aside, path)
-    except OSError:
-        Path(aside).unlink(missing_ok=True)
-        raise
-
-
-def robot_digest(robot: Robot) -> str:
-    """SHA-256 over every number that the search depends on, hexadecimal.
-
-    It follows the model, not the files: another colour or lag keeps the table, another mass in memory does
-    not. Numbers count to nine decimals, so that the last bit of a sine on another machine makes no other
-    robot.
-    """
-    total = hashlib.sha256()
-    for item in _relevant(robot):
-        text = (
-            item
-            if isinstance(item, str)
-            else " ".join(f"{entry:.9f}" for entry in np.round(np.ravel(item), 9) + 0.0)
-        )
-        total.update(text.encode() + b"\n")
-    return total.hexdigest()
-
-
-def _relevant(robot: Robot) -> Iterator[Any]:
-    description, search = robot.description, vectoring_search
-    yield f"search {search.VERSION}"
-    yield [search.DEGREE, search.SMOOTHING, search.SLOPE, search.TILT]
-    joints = [*description.shape_joints, *description.vectoring_joints]
-    yield [len(description.shape_joints), len(description.vectoring_joints)]
-    for body in robot.bodies:
-        yield [
-            body.parent,
-            -1 if body.joint is None else joints.index(body.joint.name),
-            body.mass,
-            *body.xyz,
-            *body.com,
-        ]
-        yield body.R
-        if body.joint is not None:
-            yield body.joint.axis
-    for rotor in description.rotors:
-        place = robot.placements[rotor.link]
-        yield [place.body, *(place.xyz + place.R @ rotor.xyz), rotor.drag_torque_coefficient]
-        yield (place.R @ rotor.R)[:, 2]
-        yield [rotor.thrust_min, rotor.thrust_max]
-    posture = description.posture
-    yield [*posture.offset, *posture.slope, posture.theta_min, posture.theta_max, posture.theta_nominal]
-    yield description.vectoring_start
+def _criteria(robot: Robot, purpose: str) -> VectoringCriteria:
+    require_choice("", "purpose", purpose, list(PURPOSES))
+    criteria, tip = PURPOSES[purpose], robot.description.tip
+    if criteria.about_contact and tip.stem is not None:
+        along = tip.position - tip.stem
+        if abs(along[2]) > np.hypot(along[0], along[1]):
+            return TORQUE
+    return criteria

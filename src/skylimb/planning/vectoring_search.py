@@ -1,12 +1,12 @@
-"""Search for vectoring angles psi(theta): most guaranteed control torque, no hover tilt, one smooth branch.
+"""Search for vectoring angles psi(theta): most guaranteed control torque within criteria, one smooth branch.
 
 Optimising psi anew at every theta jumps between branches (near theta = 0.3 for the paper's robot, with slopes
 of 8 rad/rad). So psi(theta) is one low-degree polynomial for each joint, and a single program finds all
 coefficients:
 
-    maximise   mean over theta of FCTmin  -  SMOOTHING * mean of |dpsi/dtheta|^2
-    subject to |hover tilt| <= TILT, |dpsi_i/dtheta| <= SLOPE, thrust_min <= hover thrusts <= thrust_max
-               at nodes spread over theta.
+    maximise   mean over theta of FCTmin  -  smoothing * mean of |dpsi/dtheta|^2
+    subject to |hover tilt| <= tilt, |dpsi_i/dtheta| <= slope, thrust_min <= hover thrusts <= thrust_max
+               at nodes spread over theta, and for contact |X_xy|, |X_xz| <= leak, X_yy >= sideways.
 
 The program has many local optima. It starts from the optima of single postures, first with few coefficients,
 and the best few of those are refined with all of them. Every start is fixed, so the result is always the
@@ -15,6 +15,7 @@ same.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -25,20 +26,11 @@ from numpy.polynomial import chebyshev
 
 from skylimb.errors import AllocationError
 from skylimb.planning.control_torque import face_distances
+from skylimb.planning.lateral_effort import lateral_effort
+from skylimb.planning.tip_force import tip_force_map
+from skylimb.planning.vectoring_criteria import TORQUE, VectoringCriteria
 from skylimb.robots import Robot
 from skylimb.robots.flight_check import golden_steps
-
-DEGREE = 7
-"""Degree of the polynomial of each joint."""
-
-SMOOTHING = 0.03
-"""Guaranteed torque given up for a smoother path, N m per (rad/rad)^2."""
-
-SLOPE = 1.95
-"""Greatest slope at the nodes, rad/rad."""
-
-TILT = 5e-4
-"""Greatest hover tilt in roll and in pitch at the nodes, rad."""
 
 VERSION = 1
 """Counts up when the search changes, so that tables found by an older one are not used."""
@@ -52,39 +44,42 @@ _SAME = 0.1
 
 @dataclass(frozen=True)
 class _Posture:
-    """What a posture theta with vectoring angles psi gives: face distances, hover tilt (2), hover thrusts."""
+    """What a posture theta with vectoring angles psi gives, and the bounds of it.
+
+    The function's outputs are the face distances and everything else that is bounded, one vector.
+    """
 
     function: ca.Function
-    n_faces: int
-    thrust_min: np.ndarray
-    thrust_max: np.ndarray
+    low: list[float]
+    high: list[float]
+    span: tuple[float, float]
 
 
-def search_vectoring(robot: Robot) -> np.ndarray:
-    """Chebyshev coefficients (n_vectoring, DEGREE + 1) of psi over the described range of theta, rad.
+def search_vectoring(robot: Robot, criteria: VectoringCriteria = TORQUE) -> np.ndarray:
+    """Chebyshev coefficients (n_vectoring, degree + 1) of psi over the criteria's range of theta, rad.
 
     Raises:
-        AllocationError: no continuous path of vectoring angles hovers without tilt over the range.
+        AllocationError: no continuous path of vectoring angles keeps the criteria over the range.
     """
     if robot.n_vectoring == 0:
-        return np.zeros((0, DEGREE + 1))
-    posture = _posture_function(robot)
-    coarse = _PathProgram(robot, posture, _COARSE_DEGREE, 9, 80)
+        return np.zeros((0, criteria.degree + 1))
+    posture = _posture_function(robot, criteria)
+    coarse = _PathProgram(posture, criteria, _COARSE_DEGREE, 9, 80)
     paths = [coarse.solve(start) for start in _starts(robot, posture)]
     ranked = sorted((path for path in paths if path is not None), key=lambda path: path[0], reverse=True)
     distinct: list[tuple[float, np.ndarray]] = []
     for path in ranked:
         if all(np.max(np.abs(_wrap(path[1][:, 0] - other[1][:, 0]))) > _SAME for other in distinct):
             distinct.append(path)
-    fine = _PathProgram(robot, posture, DEGREE, 24, 150)
+    fine = _PathProgram(posture, criteria, criteria.degree, 24, 150)
     refined = [fine.solve(coefficients) for _, coefficients in distinct[:_REFINED]]
     best = max((path for path in refined if path is not None), key=lambda path: path[0], default=None)
     if best is None:
         raise AllocationError(
-            f"no continuous vectoring angles of '{robot.name}' hover without tilt from theta = "
-            f"{robot.description.posture.theta_min:g} to {robot.description.posture.theta_max:g} rad"
+            f"no continuous vectoring angles of '{robot.name}' {criteria.kept} from theta = "
+            f"{posture.span[0]:g} to {posture.span[1]:g} rad"
         )
-    return _near_zero(robot, best[1])
+    return _near_zero(robot, posture.span, best[1])
 
 
 def evaluate(coefficients: np.ndarray, low: float, high: float, theta: Any, order: int = 0) -> np.ndarray:
@@ -98,32 +93,39 @@ def _wrap(angle: np.ndarray) -> np.ndarray:
     return (angle + np.pi) % (2.0 * np.pi) - np.pi
 
 
-def _near_zero(robot: Robot, coefficients: np.ndarray) -> np.ndarray:
+def _near_zero(robot: Robot, span: tuple[float, float], coefficients: np.ndarray) -> np.ndarray:
     """The same path, whole turns away: at the nominal posture each joint is within half a turn of zero."""
-    posture = robot.description.posture
-    nominal = evaluate(coefficients, posture.theta_min, posture.theta_max, posture.theta_nominal)
+    nominal = evaluate(coefficients, *span, robot.description.posture.theta_nominal)
     moved = coefficients.copy()
     moved[:, 0] += _wrap(nominal) - nominal
     return moved
 
 
-def _posture_function(robot: Robot) -> _Posture:
+def _posture_function(robot: Robot, criteria: VectoringCriteria) -> _Posture:
     family, rotors = robot.description.posture, robot.description.rotors
     theta = ca.SX.sym("theta")
     psi = ca.SX.sym("psi", robot.n_vectoring)
-    state = robot.model(ca.DM(family.offset) + ca.DM(family.slope) * theta, psi)
+    q = ca.DM(family.offset) + ca.DM(family.slope) * theta
+    state = robot.model(q, psi)
     thrust_max = [rotor.thrust_max for rotor in rotors]
     faces = face_distances(state.allocation_C[3:, :], thrust_max, _ROUNDING)
-    function = ca.Function("posture", [theta, psi], [faces, state.R_root_C[:2, 2], state.hover_thrusts])
-    thrust_min = np.array([rotor.thrust_min for rotor in rotors])
-    return _Posture(function, faces.shape[0], thrust_min, np.array(thrust_max))
-
-
-def _bounds(posture: _Posture) -> tuple[list[float], list[float]]:
-    """Of the constraints at one posture: faces - t, tilt, thrusts."""
-    low = [0.0] * posture.n_faces + [-TILT] * 2 + posture.thrust_min.tolist()
-    high = [np.inf] * posture.n_faces + [TILT] * 2 + posture.thrust_max.tolist()
-    return low, high
+    margins = [criteria.thrust_margin * (rotor.thrust_max - rotor.thrust_min) for rotor in rotors]
+    tilt = state.R_root_C[:2, 2]
+    bounded = [tilt, state.hover_thrusts]
+    low = [-criteria.tilt] * 2 + [r.thrust_min + margin for r, margin in zip(rotors, margins, strict=True)]
+    high = [criteria.tilt] * 2 + [r.thrust_max - margin for r, margin in zip(rotors, margins, strict=True)]
+    if criteria.about_contact:
+        X = tip_force_map(state)
+        bounded += [ca.sumsqr(tilt), X[0, 1], X[0, 2], X[1, 1]]
+        low += [0.0, -criteria.leak, -criteria.leak, criteria.sideways]
+        high += [criteria.tilt**2, criteria.leak, criteria.leak, np.inf]
+    if math.isfinite(criteria.effort):
+        bounded += [lateral_effort(robot, q, psi)]
+        low += [0.0] * 2
+        high += [criteria.effort] * 2
+    function = ca.Function("posture", [theta, psi], [faces, ca.vertcat(*bounded)])
+    low, high = [0.0] * faces.shape[0] + low, [np.inf] * faces.shape[0] + high
+    return _Posture(function, low, high, criteria.span(robot))
 
 
 def _solver(problem: dict[str, Any], iterations: int) -> ca.Function:
@@ -133,19 +135,18 @@ def _solver(problem: dict[str, Any], iterations: int) -> ca.Function:
 
 def _starts(robot: Robot, posture: _Posture) -> list[np.ndarray]:
     """Distinct local optima of psi at single postures, best first at each."""
-    family, n = robot.description.posture, robot.n_vectoring
+    n = robot.n_vectoring
     psi, t, theta = ca.SX.sym("psi", n), ca.SX.sym("t"), ca.SX.sym("theta")
-    faces, tilt, thrusts = posture.function(theta, psi)
-    problem = {"x": ca.vertcat(psi, t), "p": theta, "f": -t, "g": ca.vertcat(faces - t, tilt, thrusts)}
+    faces, bounded = posture.function(theta, psi)
+    problem = {"x": ca.vertcat(psi, t), "p": theta, "f": -t, "g": ca.vertcat(faces - t, bounded)}
     solver = _solver(problem, 100)
-    low, high = _bounds(posture)
     steps = np.outer(np.arange(_TRIES), golden_steps(n))
     tries = robot.description.vectoring_start + 2.0 * np.pi * steps
     found: list[np.ndarray] = []
-    for angle in np.linspace(family.theta_min, family.theta_max, 4):
+    for angle in np.linspace(*posture.span, 4):
         optima = []
         for start in tries:
-            solution = solver(x0=[*start, 1.0], p=angle, lbg=low, ubg=high)
+            solution = solver(x0=[*start, 1.0], p=angle, lbg=posture.low, ubg=posture.high)
             if solver.stats()["success"]:
                 x = solution["x"].full().ravel()
                 optima.append((float(x[n]), _wrap(x[:n])))
@@ -158,10 +159,11 @@ def _starts(robot: Robot, posture: _Posture) -> list[np.ndarray]:
 class _PathProgram:
     """The program for whole paths psi(theta) of one degree, at Chebyshev nodes and both ends."""
 
-    def __init__(self, robot: Robot, posture: _Posture, degree: int, nodes: int, iterations: int) -> None:
-        family = robot.description.posture
-        self.degree, self.n = degree, robot.n_vectoring
-        low, high = family.theta_min, family.theta_max
+    def __init__(
+        self, posture: _Posture, criteria: VectoringCriteria, degree: int, nodes: int, iterations: int
+    ) -> None:
+        self.degree, self.n = degree, posture.function.size1_in(1)
+        low, high = posture.span
         x = np.concatenate([[-1.0], chebyshev.chebpts1(nodes), [1.0]])
         self.nodes = len(x)
         half = 0.5 * (high - low)
@@ -171,13 +173,12 @@ class _PathProgram:
         t = ca.SX.sym("t", self.nodes)
         psi, slope = coefficients @ ca.DM(values.T), coefficients @ ca.DM(slopes.T)
         constraints, self._low, self._high = [], [], []
-        at_low, at_high = _bounds(posture)
         for k in range(self.nodes):
-            faces, tilt, thrusts = posture.function(low + half * (1.0 + x[k]), psi[:, k])
-            constraints += [faces - t[k], tilt, thrusts, slope[:, k]]
-            self._low += at_low + [-SLOPE] * self.n
-            self._high += at_high + [SLOPE] * self.n
-        gain = ca.sum1(t) - SMOOTHING * ca.sumsqr(slope)
+            faces, bounded = posture.function(low + half * (1.0 + x[k]), psi[:, k])
+            constraints += [faces - t[k], bounded, slope[:, k]]
+            self._low += posture.low + [-criteria.slope] * self.n
+            self._high += posture.high + [criteria.slope] * self.n
+        gain = ca.sum1(t) - criteria.smoothing * ca.sumsqr(slope)
         problem = {
             "x": ca.vertcat(ca.vec(coefficients), t),
             "f": -gain / self.nodes,

@@ -3,36 +3,76 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import mujoco
 import numpy as np
 
-from skylimb.packing import Layout, pack_rows
+from skylimb.packing import pack_rows
 from skylimb.simulation.clock import without_clock
 from skylimb.simulation.disturbance import DisturbanceConfig, pusher
-from skylimb.simulation.flight import CHECK_INTERVAL, Flight, engine_loss, find_loss
+from skylimb.simulation.flight import (
+    CHECK_INTERVAL,
+    Flight,
+    engine_loss,
+    find_loss,
+    unfinished,
+)
 from skylimb.simulation.mission import Mission
 from skylimb.simulation.plant import Plant
 from skylimb.simulation.robot_bodies import TIP_SITE
 from skylimb.simulation.sensors import SensorConfig, draw_noise, frame_ages
 from skylimb.simulation.surfaces import PairFriction
-from skylimb.simulation.tick import CompiledTick, TickRow, row_layout
+from skylimb.simulation.tick import CompiledTick, TickRow, reference_layout, row_layout
 
 Progress = Callable[[int, int], None]
 """Called now and then with (ticks flown, ticks in all)."""
 
 
-def mission_rows(plant: Plant, mission: Mission, sensors: SensorConfig, seed: int) -> np.ndarray:
-    """One packed `TickRow` a tick: reference, age of the frame, noise drawn from `seed`."""
-    layout, count = row_layout(plant), len(mission.times)
-    description = plant.robot.description
+@dataclass(frozen=True)
+class FlightRows:
+    """What is known of a flight before it begins.
+
+    Attributes:
+        ticks: one packed `TickRow` for every tick that the flight may have.
+        references: one packed `Reference` for every tick of the mission, and the last one once more.
+    """
+
+    ticks: np.ndarray
+    references: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.ticks)
+
+    def until(self, count: int) -> FlightRows:
+        """The first `count` ticks of a flight that goes with the mission's clock."""
+        return FlightRows(self.ticks[:count], self.references[: count + 1])
+
+    @property
+    def last(self) -> int:
+        """The mission's last tick."""
+        return len(self.references) - 2
+
+
+def mission_rows(
+    plant: Plant, mission: Mission, sensors: SensorConfig, seed: int, paced: bool = False
+) -> FlightRows:
+    """Ages of the frames, noise drawn from `seed`, and references.
+
+    Args:
+        plant: what is flown.
+        mission: what is asked.
+        sensors: rate, latency and noise.
+        seed: of the noise.
+        paced: whether the controller sets the pace of the mission, so that the flight may take longer.
+    """
+    description, times = plant.robot.description, mission.flight_times(paced)
     rng = np.random.default_rng(seed)
-    noise = draw_noise(
-        sensors, mission.times, len(description.shape_joints), len(description.vectoring_joints), rng
-    )
-    record = TickRow(mission.reference, frame_ages(sensors, mission.times), noise)
-    return pack_rows(layout, record, count)
+    noise = draw_noise(sensors, times, len(description.shape_joints), len(description.vectoring_joints), rng)
+    ticks = pack_rows(row_layout(plant), TickRow(frame_ages(sensors, times), noise), len(times))
+    references = pack_rows(reference_layout(plant), mission.reference, len(mission.times))
+    return FlightRows(ticks, np.vstack([references, references[-1:]]))
 
 
 @without_clock()
@@ -41,7 +81,7 @@ def fly_compiled(
     plant: Plant,
     data: mujoco.MjData,
     mission: Mission,
-    rows: np.ndarray,
+    rows: FlightRows,
     outside: Sequence[Callable[[int], None]] = (),
     progress: Progress | None = None,
 ) -> Flight:
@@ -50,27 +90,39 @@ def fly_compiled(
     count = len(rows)
     log = np.full((count, tick.signals.size), np.nan)
     row, signals = np.zeros(tick.rows.size), np.zeros(tick.signals.size)
+    window = 1 if tick.clock is None else 2
+    reference = np.zeros((window, rows.references.shape[1]))
     states = (tick.state.copy(), tick.state.copy())
     # State and next state change places at every tick, so two evaluations are bound and nothing is copied.
     (_even, evaluate), (_odd, evaluate_next) = (
-        _bind(tick, data, states[i], states[1 - i], row, signals) for i in (0, 1)
+        _bind(tick, data, states[i], states[1 - i], row, reference, signals) for i in (0, 1)
     )
+    known, references, last, clock = rows.ticks, rows.references, rows.last, tick.clock
+    at = 0
     for start in range(0, count, CHECK_INTERVAL):
         end = min(start + CHECK_INTERVAL, count)
         for k in range(start, end):
-            row[:] = rows[k]
+            row[:] = known[k]
+            reference[:] = references[at : at + window]
             evaluate()
             evaluate, evaluate_next = evaluate_next, evaluate
             log[k] = signals
             for act in outside:
                 act(k)
             step(model, data, substeps)
-        lost = lost_flight(log, tick.signals, mission, start, end, data)
+            at = k + 1 if clock is None else int(states[(k + 1) % 2][clock])
+            if at > last:
+                end = k + 1
+                break
+        flown = Flight(log, tick.signals, end, "")
+        lost = lost_flight(flown, mission, start, data)
         if progress is not None:
-            progress(end, count)
+            progress(at, last + 1)
         if lost is not None:
             return Flight(log, tick.signals, lost[0] + 1, lost[1])
-    return Flight(log, tick.signals, count, "")
+        if at > last:
+            return flown
+    return unfinished(mission, Flight(log, tick.signals, count, ""))
 
 
 def _bind(
@@ -79,13 +131,14 @@ def _bind(
     state: np.ndarray,
     next_state: np.ndarray,
     row: np.ndarray,
+    reference: np.ndarray,
     signals: np.ndarray,
 ) -> tuple[Any, Callable[[], None]]:
     """An evaluation on these arrays' own memory, and the buffer that must be kept alive with it."""
     buffer, evaluate = tick.function.buffer()
-    arguments: tuple[Any, ...] = (state, data.qpos, data.qvel, data.act, data.history, row, tick.gains)
+    given: tuple[Any, ...] = (state, data.qpos, data.qvel, data.act, data.history, row, reference, tick.gains)
     results: tuple[Any, ...] = (next_state, data.ctrl, signals)
-    for index, array in enumerate(arguments):
+    for index, array in enumerate(given):
         buffer.set_arg(index, memoryview(array))  # pyright: ignore[reportCallIssue]
     for index, array in enumerate(results):
         buffer.set_res(index, memoryview(array))  # pyright: ignore[reportCallIssue]
@@ -93,12 +146,19 @@ def _bind(
 
 
 def interventions(
-    plant: Plant, data: mujoco.MjData, mission: Mission, disturbance: DisturbanceConfig
+    plant: Plant, data: mujoco.MjData, times: np.ndarray, disturbance: DisturbanceConfig
 ) -> list[Callable[[int], None]]:
-    """What acts on the plant from outside before a tick's steps: a moving surface, a push, or nothing."""
+    """What acts on the plant from outside before a tick's steps: a moving surface, a push, or nothing.
+
+    Args:
+        plant: what is flown.
+        data: its state.
+        times: of every tick that the flight may have, s.
+        disturbance: the push.
+    """
     found: list[Callable[[int], None]] = []
     if plant.wall_joint is not None:
-        position, velocity = plant.surface.motion(mission.times)
+        position, velocity = plant.surface.motion(times)
         at, dof = plant.wall_joint
 
         def move_wall(k: int) -> None:
@@ -106,21 +166,21 @@ def interventions(
 
         found.append(move_wall)
     if plant.surface.friction_varies:
-        found.append(friction_writer(plant, data, mission, plant.model))
-    push = pusher(disturbance, plant.model, data, plant.robot.description.root, mission.times)
+        found.append(friction_writer(plant, data, times, plant.model))
+    push = pusher(disturbance, plant.model, data, plant.robot.description.root, times)
     if push is not None:
         found.append(push)
     return found
 
 
 def friction_writer(
-    plant: Plant, data: mujoco.MjData, mission: Mission, model: mujoco.MjModel
+    plant: Plant, data: mujoco.MjData, times: np.ndarray, model: mujoco.MjModel
 ) -> Callable[[int], None]:
     """Writes into `model` the friction of the place and the slip speed that the tip has at a tick."""
     friction = PairFriction(model, plant.surface)
     site = model.site(TIP_SITE).id
     position, velocity = data.site_xpos[site], np.zeros(6)
-    displacement, wall_speed = plant.surface.motion(mission.times)
+    displacement, wall_speed = plant.surface.motion(times)
 
     def write(k: int) -> None:
         mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_SITE, site, velocity, 0)
@@ -129,9 +189,7 @@ def friction_writer(
     return write
 
 
-def lost_flight(
-    log: np.ndarray, layout: Layout[Any], mission: Mission, start: int, end: int, data: mujoco.MjData
-) -> tuple[int, str] | None:
-    """`find_loss`, and the engine's own warnings."""
-    found = find_loss(log, layout, mission, start, end)
-    return found or engine_loss(mission, end, data.warning.number.tolist())
+def lost_flight(flight: Flight, mission: Mission, start: int, data: mujoco.MjData) -> tuple[int, str] | None:
+    """`find_loss` from tick `start` on, and the engine's own warnings."""
+    found = find_loss(flight, mission, start)
+    return found or engine_loss(mission, flight.ticks, data.warning.number.tolist())

@@ -9,11 +9,14 @@ import numpy as np
 import xarray as xr
 
 from skylimb.errors import ConfigError
-from skylimb.simulation.flight import Flight
+from skylimb.simulation.flight import Flight, flown_mission
 from skylimb.simulation.mission import PHASES, Mission
 from skylimb.simulation.plant import Plant
 from skylimb.simulation.signals import SIGNALS, SignalInfo
 from skylimb.simulation.truth import contact_truth, flight_kinematics
+
+COG_TARGET = "cog_position_target"
+"""Signal of a controller that does not take the mission's reference of the centre of gravity as it is."""
 
 
 def flight_log(plant: Plant, flight: Flight, mission: Mission) -> xr.Dataset:
@@ -22,6 +25,7 @@ def flight_log(plant: Plant, flight: Flight, mission: Mission) -> xr.Dataset:
     Raises:
         ConfigError: when a user's controller names a signal that the loop records itself.
     """
+    mission = flown_mission(mission, flight)
     ticks, reference = flight.ticks, mission.reference
     moved = flight_kinematics(plant, flight, mission)
     qpos = flight.signal("configuration")
@@ -34,6 +38,7 @@ def flight_log(plant: Plant, flight: Flight, mission: Mission) -> xr.Dataset:
         "cog_velocity_reference": reference.velocity[:ticks],
         "cog_acceleration_reference": reference.acceleration[:ticks],
         "reach_reference": reference.reach[:ticks],
+        "tip_position_reference": reference.tip_position[:ticks],
         "phase": mission.phase[:ticks].astype(np.int8),
         "root_position": qpos[:, 0:3],
         "root_quaternion": qpos[:, 3:7],
@@ -42,6 +47,9 @@ def flight_log(plant: Plant, flight: Flight, mission: Mission) -> xr.Dataset:
         **moved._asdict(),
         **contact,
     }
+    if COG_TARGET in values:
+        # A controller that follows with the tip makes the centre of gravity's reference itself.
+        computed["cog_position_reference"] = values.pop(COG_TARGET)
     clash = sorted(values.keys() & computed.keys())
     if clash:
         raise ConfigError(

@@ -7,6 +7,8 @@ take-off.
 
 from __future__ import annotations
 
+import dataclasses
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -20,6 +22,12 @@ from skylimb.simulation.surfaces.placement import base_rotation
 from skylimb.spatial import rot_z
 
 PHASES = ("hover", "tare", "approach", "settle", "slide", "retreat", "hover_end")
+_TOUCHING = ("approach", "settle", "slide")
+"""Phases in which the tip is to touch, or to go on until it does."""
+
+_WAITING = ("settle", "slide")
+"""Phases that make no sense without touch."""
+
 _RAMP = 0.5
 """Time in s over which approach and retreat reach their speed."""
 _LEVEL = 0.5
@@ -28,14 +36,25 @@ _LEVEL = 0.5
 
 @dataclass(frozen=True)
 class PhaseConfig:
-    """Lengths of the phases that wait, s; approach, slide and retreat last as long as their paths."""
+    """Lengths of the phases that wait, s; approach, slide and retreat last as long as their paths.
+
+    Attributes:
+        hover: s.
+        tare: s.
+        settle: s.
+        hover_end: s.
+        patience: how many times the mission's time a flight may take whose controller holds the mission's
+            clock back.
+    """
 
     hover: float = 3.0
     tare: float = 4.0
     settle: float = 5.0
     hover_end: float = 3.0
+    patience: float = 2.5
 
     def __post_init__(self) -> None:
+        require_range("phases", "patience", self.patience, 1.0, 20.0)
         for name in ("hover", "tare", "settle", "hover_end"):
             require_non_negative("phases", name, getattr(self, name), "s")
 
@@ -139,6 +158,7 @@ class Mission:
         frame: axes of the task.
         tip_path: where the undisturbed tip would go on the nominal surface, W, m, (k, 3).
         contact: whether the mission touches anything.
+        patience: times the mission's time that a flight may take.
     """
 
     times: np.ndarray
@@ -147,6 +167,35 @@ class Mission:
     frame: ContactFrame
     tip_path: np.ndarray
     contact: bool
+    patience: float = 1.0
+
+    def flight_times(self, paced: bool) -> np.ndarray:
+        """Times since take-off of every tick that a flight may have, s; a paced one may take longer."""
+        if not paced:
+            return self.times
+        count = math.ceil(self.patience * len(self.times))
+        return np.arange(count) * (self.times[1] - self.times[0])
+
+    def along(self, clock: np.ndarray) -> Mission:
+        """The mission as it was flown.
+
+        Args:
+            clock: where on the mission's own clock each tick of the flight was, in ticks, (k,).
+        """
+        last = len(self.times) - 1
+        here = np.minimum(np.floor(clock).astype(int), last)
+        there = np.minimum(here + 1, last)
+        part = clock - here
+
+        def between(values: np.ndarray) -> np.ndarray:
+            weight = part.reshape(-1, *(1,) * (values.ndim - 1))
+            return values[here] + weight * (values[there] - values[here])
+
+        times = np.arange(len(clock)) * (self.times[1] - self.times[0])
+        reference = Reference(*(between(entry) for entry in self.reference))
+        return dataclasses.replace(
+            self, times=times, reference=reference, phase=self.phase[here], tip_path=between(self.tip_path)
+        )
 
 
 def plan_mission(
@@ -193,6 +242,7 @@ def plan_mission(
     position = home + depth[:, None] * a + uv @ plane
     velocity = (into_rate - back_rate)[:, None] * a + (uv_rate * sliding) @ plane
     acceleration = (into_bend - back_bend)[:, None] * a + (uv_bend * sliding) @ plane
+    touching = np.isin(phase, [PHASES.index(name) for name in _TOUCHING]) * float(approach.contact)
     reference = Reference(
         position=position,
         velocity=velocity * velocity_sent,
@@ -205,10 +255,16 @@ def plan_mission(
         contact_axis=np.tile(a, (count, 1)),
         tare=(phase == PHASES.index("tare")).astype(float),
         align=np.full(count, float(approach.contact and arm_reaches)),
-        adapt=np.isin(phase, [PHASES.index(name) for name in ("approach", "settle", "slide")])
-        * float(approach.contact and arm_reaches),
+        adapt=touching * float(arm_reaches),
+        tip_position=center + np.minimum(depth, 0.0)[:, None] * a + uv @ plane - a * posture.tip_radius,
+        tip_velocity=(into_rate - back_rate)[:, None] * a * (depth < 0.0)[:, None]
+        + (uv_rate * sliding) @ plane,
+        tip_acceleration=(uv_bend * sliding) @ plane,
+        touch=touching,
+        wait=np.isin(phase, [PHASES.index(name) for name in _WAITING]) * float(approach.contact),
+        sliding_axis=np.tile(frame.sliding_u, (count, 1)),
     )
-    return Mission(times, reference, phase, frame, center + uv @ plane, approach.contact)
+    return Mission(times, reference, phase, frame, center + uv @ plane, approach.contact, phases.patience)
 
 
 def ramp_duration(distance: float, speed: float) -> float:

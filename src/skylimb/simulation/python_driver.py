@@ -18,14 +18,17 @@ from skylimb.estimation.records import Measurement
 from skylimb.packing import Layout
 from skylimb.simulation.actuators import actuate
 from skylimb.simulation.clock import without_clock
-from skylimb.simulation.drivers import Progress, lost_flight
-from skylimb.simulation.flight import CHECK_INTERVAL, Flight
+from skylimb.simulation.drivers import FlightRows, Progress, lost_flight
+from skylimb.simulation.flight import CHECK_INTERVAL, MISSION_TIME, Flight, unfinished
 from skylimb.simulation.mission import Mission
 from skylimb.simulation.plant import Plant
 from skylimb.simulation.sensors import SensorConfig, initial_sensor_state
 from skylimb.simulation.tick import (
+    Clock,
     check_measured_link,
     plant_signals,
+    reference_between,
+    reference_layout,
     row_layout,
     sense_plant,
     symbolic_outputs,
@@ -39,7 +42,7 @@ def fly_python(
     plant: Plant,
     data: mujoco.MjData,
     mission: Mission,
-    rows: np.ndarray,
+    rows: FlightRows,
     sensors: SensorConfig,
     dt: float,
     outside: Sequence[Callable[[int], None]] = (),
@@ -51,7 +54,9 @@ def fly_python(
         ConfigError: when the controller's command does not fit the robot.
     """
     check_measured_link(plant)
-    count, layout = len(rows), row_layout(plant)
+    count, layout = len(rows), reference_layout(plant)
+    paced = bool(getattr(controller, "paced", False))
+    clock = Clock(0.0, 1.0)
     measurements = Layout(_measurement_template(plant))
     sense, sensor_state = _sensors(plant, sensors, data, dt)
     record, public = _recorder(plant, measurements)
@@ -61,8 +66,11 @@ def fly_python(
         end = min(start + CHECK_INTERVAL, count)
         for k in range(start, end):
             outputs = (data.qpos, data.qvel, data.act, data.history)
-            sensor_state, measured = (_flat(value) for value in sense(sensor_state, *outputs, rows[k]))
-            reference = layout.unpack(rows[k]).reference
+            sensor_state, measured = (_flat(value) for value in sense(sensor_state, *outputs, rows.ticks[k]))
+            at = int(clock.ticks)
+            reference = layout.unpack(rows.references[at])
+            if paced:
+                reference = reference_between(reference, layout.unpack(rows.references[at + 1]), clock)
             try:
                 state, command, inner = controller.step(
                     gains, state, measurements.unpack(measured), reference, dt
@@ -71,6 +79,9 @@ def fly_python(
                 raise _failed_step(controller.name, mission.times[k], error) from error
             command = _checked(controller.name, command, plant)
             inner = {name: _number(value) for name, value in inner.items()}
+            pace = float(inner["pace"]) if paced else 1.0
+            if paced:
+                inner[MISSION_TIME] = clock.ticks * dt
             if k == 0:
                 # Only now is it known which inner signals this controller tells of.
                 inner_signals = Layout(inner)
@@ -82,12 +93,19 @@ def fly_python(
             for act in outside:
                 act(k)
             mujoco.mj_step(plant.model, data, plant.substeps)
-        lost = lost_flight(log, signals, mission, start, end, data)
+            clock = Clock(clock.ticks + pace, pace)
+            if clock.ticks >= rows.last + 1:
+                end = k + 1
+                break
+        flown = Flight(log, signals, end, "")
+        lost = lost_flight(flown, mission, start, data)
         if progress is not None:
-            progress(end, count)
+            progress(int(clock.ticks), rows.last + 1)
         if lost is not None:
             return Flight(log, signals, lost[0] + 1, lost[1])
-    return Flight(log, signals, count, "")
+        if clock.ticks >= rows.last + 1:
+            return flown
+    return unfinished(mission, Flight(log, signals, count, ""))
 
 
 def _flat(value: Any) -> np.ndarray:

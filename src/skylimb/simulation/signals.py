@@ -42,6 +42,7 @@ SIGNALS: dict[str, SignalInfo] = {
     "cog_acceleration_reference": SignalInfo(
         _AXIS, "m/s^2", "W", "reference acceleration that was sent", "reference"
     ),
+    "tip_position_reference": SignalInfo(_AXIS, "m", "W", "tip on the nominal surface", "reference"),
     "attitude": SignalInfo(_AXIS, "rad", "W", "roll, pitch, yaw of the hovering frame", "truth"),
     "attitude_estimate": SignalInfo(
         _AXIS, "rad", "W", "roll, pitch, yaw, as the controller knows them", "estimate"
@@ -112,6 +113,15 @@ SIGNALS: dict[str, SignalInfo] = {
     "thrusts_command": SignalInfo(_ROTOR, "N", "", "rotor thrusts, commanded", "command"),
     "force_command": SignalInfo(_AXIS, "N", "W", "wanted force", "command"),
     "torque_command": SignalInfo(_AXIS, "N m", "C", "wanted torque", "command"),
+    "mission_time": SignalInfo(_SCALAR, "s", "", "time on the mission's own clock", "reference"),
+    "pace": SignalInfo(_SCALAR, "", "", "speed of the mission's clock", "command"),
+    "contact_state": SignalInfo(_SCALAR, "", "", "state of the contact's state machine", "estimate"),
+    "contact_reason": SignalInfo(_SCALAR, "", "", "reason of its last transition", "estimate"),
+    "normal_force_estimate": SignalInfo(_SCALAR, "N", "", "estimated normal force", "estimate"),
+    "surface_slope_estimate": SignalInfo(
+        _AXIS, "", "W", "estimated rise of the surface along the contact axis a metre of path", "estimate"
+    ),
+    "tip_position_estimate": SignalInfo(_AXIS, "m", "W", "tip, as the controller knows it", "estimate"),
     "phase": SignalInfo(_SCALAR, "", "", "phase of the mission", "reference"),
     "configuration": SignalInfo(("qpos",), "", "W", "positions of the scene's joints, for replay", "truth"),
     "skeleton": SignalInfo(("node", "axis"), "m", "W", "points along the chain, root to tip", "truth"),

@@ -1,10 +1,11 @@
 """One control tick as one compiled function: sensors, controller, actuators and what is recorded.
 
-    (state, plant outputs, row, gains) -> (state, controls, signals)
+    (state, plant outputs, row, reference, gains) -> (state, controls, signals)
 
-The row holds everything that is known before the flight: reference, age of the motion capture's frame, noise.
-All of it is pure, so that a driver in any language gives the same flight; gains are inputs, so that changing
-one rebuilds nothing.
+The row holds what is known of a tick before the flight: age of the motion capture's frame, noise. The
+reference is the mission's, at the tick that the mission's own clock shows: a controller may hold that clock
+back. All of it is pure, so that a driver in any language gives the same flight; gains are inputs, so that
+changing one rebuilds nothing.
 """
 
 from __future__ import annotations
@@ -18,22 +19,31 @@ import mujoco
 import numpy as np
 
 from skylimb.control.cascade import Cascade
-from skylimb.control.records import Command, Reference
+from skylimb.control.preset import SLOTS
+from skylimb.control.records import Command, Reference, zero_reference
 from skylimb.errors import DescriptionError
 from skylimb.estimation.records import Measurement
 from skylimb.packing import Layout, structure
 from skylimb.simulation.actuators import actuate
 from skylimb.simulation.contact import ContactReading
+from skylimb.simulation.flight import MISSION_TIME
 from skylimb.simulation.plant import Plant
 from skylimb.simulation.sensors import SensorConfig, SensorNoise, SensorState, initial_sensor_state, sense
+from skylimb.symbolic import floor
 
 
 class TickRow(NamedTuple):
-    """What is known of a tick before the flight."""
+    """What is known of a tick before the flight, whatever the mission asks at it."""
 
-    reference: Reference
     age: Any
     noise: SensorNoise
+
+
+class Clock(NamedTuple):
+    """Where a flight is on the mission's own clock, in ticks, and how fast that goes (1 is its own speed)."""
+
+    ticks: Any
+    pace: Any
 
 
 class PlantOutputs(NamedTuple):
@@ -49,9 +59,30 @@ def row_layout(plant: Plant) -> Layout[TickRow]:
     """Layout of a row for this robot."""
     description = plant.robot.description
     z3, nq, nv = np.zeros(3), len(description.shape_joints), len(description.vectoring_joints)
-    q, psi = np.zeros(nq), np.zeros(nv)
-    reference = Reference(z3, z3, z3, 0.0, 0.0, q, psi, z3, 0.0, 0.0, 0.0)
-    return Layout(TickRow(reference, 0.0, SensorNoise(z3, z3, z3, z3, q, psi)))
+    return Layout(TickRow(0.0, SensorNoise(z3, z3, z3, z3, np.zeros(nq), np.zeros(nv))))
+
+
+def reference_layout(plant: Plant) -> Layout[Reference]:
+    """Layout of what the mission asks of this robot at a tick."""
+    return Layout(zero_reference(plant.robot.n_joints, plant.robot.n_vectoring))
+
+
+def reference_between(here: Reference, there: Reference, clock: Clock) -> Reference:
+    """The reference of a clock between two ticks, its rates slowed down as the clock is.
+
+    Args:
+        here: at the last whole tick of the mission.
+        there: at the next one.
+        clock: where the flight is.
+    """
+    part = clock.ticks - floor(clock.ticks)
+    mixed = Reference(*(a + part * (b - a) for a, b in zip(here, there, strict=True)))
+    return mixed._replace(
+        velocity=mixed.velocity * clock.pace,
+        acceleration=mixed.acceleration * clock.pace**2,
+        tip_velocity=mixed.tip_velocity * clock.pace,
+        tip_acceleration=mixed.tip_acceleration * clock.pace**2,
+    )
 
 
 def sense_plant(
@@ -101,11 +132,13 @@ class CompiledTick:
     """A cascade's tick, ready for a driver.
 
     Attributes:
-        function: (state, qpos, qvel, act, history, row, gains) -> (state, controls, signals), all flat.
+        function: (state, qpos, qvel, act, history, row, reference, gains) -> (state, controls, signals), all
+            flat. `reference` holds the mission's row, and where the controller sets the pace also the next.
         state: the state before the first tick, flat.
         gains: the preset's gains, flat.
         gains_layout: where each gain stands.
         rows: layout of a row.
+        clock: where in the state the mission's clock is, or None where it goes with the flight's.
         signals: layout of the signals.
     """
 
@@ -115,6 +148,7 @@ class CompiledTick:
     gains_layout: Layout[Any]
     rows: Layout[TickRow]
     signals: Layout[dict[str, Any]]
+    clock: int | None = None
 
 
 def check_measured_link(plant: Plant) -> None:
@@ -140,6 +174,20 @@ class _Traced(NamedTuple):
     gains_layout: Layout[Any]
     rows: Layout[TickRow]
     signals: Layout[dict[str, Any]]
+    clock: int | None
+
+
+def initial_tick_state(controller: Cascade, sensors: SensorConfig, root: np.ndarray, dt: float) -> Any:
+    """Sensors, controller and clock before the first tick.
+
+    Args:
+        controller: what flies.
+        sensors: rate and latency give the depth of the history.
+        root: pose and twist of the measured link before take-off, (13,).
+        dt: control period, s.
+    """
+    clock = Clock(0.0, 1.0) if controller.paced else ()
+    return initial_sensor_state(sensors, dt, root), controller.initial_state(), clock
 
 
 _traced: OrderedDict[tuple[Any, ...], _Traced] = OrderedDict()
@@ -167,7 +215,7 @@ def compile_tick(
         dt: control period, s.
     """
     check_measured_link(plant)
-    initial = (initial_sensor_state(sensors, dt, root), controller.initial_state())
+    initial = initial_tick_state(controller, sensors, root, dt)
     gains = controller.gains()
     key = _structure(controller, plant, initial, gains, dt)
     traced = _traced.get(key)
@@ -182,6 +230,7 @@ def compile_tick(
         traced.gains_layout,
         traced.rows,
         traced.signals,
+        traced.clock,
     )
 
 
@@ -190,7 +239,7 @@ def _structure(controller: Cascade, plant: Plant, initial: Any, gains: Any, dt: 
     preset, family, table, model = controller.preset, controller.family, controller.vectoring, plant.model
     reading = plant.reading
     # Functions are compared by identity, so that a law that was loaded anew is traced anew.
-    laws = tuple(slot.law.step for slot in (preset.translation, preset.attitude, preset.shape))
+    laws = tuple(getattr(preset, slot).law.step for slot in SLOTS)
     return (
         type(controller),
         controller.robot,
@@ -210,29 +259,44 @@ def _structure(controller: Cascade, plant: Plant, initial: Any, gains: Any, dt: 
 def _trace(controller: Cascade, plant: Plant, initial: Any, gains: Any, dt: float) -> _Traced:
     states, gain_layout, rows = Layout(initial), Layout(gains), row_layout(plant)
 
-    x, row, p = (
+    references, paced = reference_layout(plant), controller.paced
+    x, row, given, p = (
         ca.SX.sym(name, size)
-        for name, size in (("state", states.size), ("row", rows.size), ("gains", gain_layout.size))
+        for name, size in (
+            ("state", states.size),
+            ("row", rows.size),
+            ("reference", references.size * (2 if paced else 1)),
+            ("gains", gain_layout.size),
+        )
     )
     outputs = symbolic_outputs(plant.model)
-    sensor_state, controller_state = states.unpack(x)
-    known = rows.unpack(row)
+    sensor_state, controller_state, clock = states.unpack(x)
+    known, reference = rows.unpack(row), references.unpack(given[: references.size])
+    if paced:
+        reference = reference_between(reference, references.unpack(given[references.size :]), clock)
     sensor_state, measurement = sense_plant(plant, sensor_state, outputs, known, dt)
     controller_state, command, inner = controller.step(
-        gain_layout.unpack(p), controller_state, measurement, known.reference, dt
+        gain_layout.unpack(p), controller_state, measurement, reference, dt
     )
     controls = actuate(controller.robot.description, command, outputs.act, dt)
     recorded = plant_signals(plant, outputs, measurement, command) | inner
+    if paced:
+        recorded[MISSION_TIME] = clock.ticks * dt
+        clock = Clock(clock.ticks + inner["pace"], inner["pace"])
     signals = Layout(recorded)
     function = ca.Function(
         "tick",
-        [x, *outputs, row, p],
+        [x, *outputs, row, given, p],
         [
             ca.densify(out)
-            for out in (states.pack((sensor_state, controller_state)), controls, signals.pack(recorded))
+            for out in (
+                states.pack((sensor_state, controller_state, clock)),
+                controls,
+                signals.pack(recorded),
+            )
         ],
-        ["state", "qpos", "qvel", "act", "history", "row", "gains"],
+        ["state", "qpos", "qvel", "act", "history", "row", "reference", "gains"],
         ["next_state", "controls", "signals"],
         {"cse": True},
     )
-    return _Traced(function, gain_layout, rows, signals)
+    return _Traced(function, gain_layout, rows, signals, states.slices["2.ticks"].start if paced else None)

@@ -58,7 +58,7 @@ def _fly_slowly(job: NativeJob) -> Flight:
     """The Python driver on the same job, whose own data stays as it is."""
     data = mujoco.MjData(job.plant.model)
     mujoco.mj_copyData(data, job.plant.model, job.data)
-    outside = interventions(job.plant, data, job.mission, job.disturbance)
+    outside = interventions(job.plant, data, job.mission.times, job.disturbance)
     return fly_compiled(job.compiled, job.plant, data, job.mission, job.rows, outside)
 
 

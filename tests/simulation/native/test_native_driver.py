@@ -120,7 +120,9 @@ def test_the_engines_warnings_end_a_flight(
     wall = model.body("surface").id
     # The engine warns of the board's inertia; as its place is written at every tick, nothing else is amiss.
     model.body_mass[wall], model.body_inertia[wall] = 1e-17, 1e-17
-    ghost = dataclasses.replace(job, plant=dataclasses.replace(job.plant, model=model), rows=job.rows[:ticks])
+    ghost = dataclasses.replace(
+        job, plant=dataclasses.replace(job.plant, model=model), rows=job.rows.until(ticks)
+    )
     wanted = fly_slowly(ghost)
     assert "the physics engine warned (mjWARN_INERTIA)" in wanted.cause
     assert wanted.ticks == min(ticks, CHECK_INTERVAL)

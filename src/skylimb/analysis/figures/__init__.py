@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 
 from skylimb.analysis import style
 from skylimb.analysis.figures.boxes import contact_distributions, sliding_errors
+from skylimb.analysis.figures.drawing import drawing
 from skylimb.analysis.figures.over_time import cog_tracking, contact_direction
 from skylimb.analysis.figures.pose_strip import poses
 from skylimb.analysis.figures.traces import pen_traces
@@ -31,6 +32,7 @@ class Plate:
         draw: makes the figure from runs by name.
         compares: whether it only makes sense with several runs.
         touches: whether it only makes sense where something was touched.
+        draws: whether it only makes sense for a drawing.
     """
 
     name: str
@@ -39,14 +41,30 @@ class Plate:
     draw: Callable[[Mapping[str, Run]], Figure]
     compares: bool = False
     touches: bool = False
+    draws: bool = False
 
     def suits(self, runs: Mapping[str, Run]) -> bool:
         """Whether these runs have something to show in it."""
         touched = any(in_contact(run.log).any() for run in runs.values())
-        return (len(runs) > 1 or not self.compares) and (touched or not self.touches)
+        drawing = all("asked_line" in run.log for run in runs.values())
+        return (
+            (len(runs) > 1 or not self.compares)
+            and (touched or not self.touches)
+            and (drawing or not self.draws)
+        )
 
 
 PLATES = (
+    Plate(
+        "drawing",
+        "The drawing",
+        "Seen from the robot along the contact axis. Thin: the line that was asked for; thick: where the pen "
+        "touched, coloured by the normal force (0.1 s mean). Below: how far each drawn sample is from the "
+        "nearest point of the asked line, over the length drawn so far; as drawn counts what the pen touched "
+        "within 10 mm.",
+        drawing,
+        draws=True,
+    ),
     Plate(
         "pen_traces",
         "What the pen drew",
@@ -115,6 +133,7 @@ __all__ = [
     "cog_tracking",
     "contact_direction",
     "contact_distributions",
+    "drawing",
     "pen_traces",
     "poses",
     "sliding_errors",

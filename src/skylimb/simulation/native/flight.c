@@ -14,7 +14,7 @@
 #include <mujoco/mujoco.h>
 
 #define MARK 1936419121.0 /* second word of userdata: the first one is a record's address */
-#define NARGS 7
+#define NARGS 8
 #define NRESULTS 3
 
 typedef int (*Tick)(const double** arg, double** res, long long* iw, double* w, int mem);
@@ -32,12 +32,18 @@ typedef struct {
 typedef struct {
   Tick tick;
   int64_t count, substeps, n_row, n_signals, interval;
-  const double* rows;  /* (count, n_row) */
+  int64_t n_reference;
+  int64_t last;      /* tick of the mission */
+  int64_t clock;     /* where in the state the mission's clock is; -1 where it goes with the flight's */
+  int64_t at;        /* tick of the mission that comes next */
+  int64_t finished;  /* 1 when the mission is over */
+  const double* rows;        /* (count, n_row) */
+  const double* references;  /* (last + 2, n_reference) */
   double* log;         /* (count, n_signals) */
   double* state[2];    /* before the tick at hand and after it; they change places at every tick */
   const double* gains;
   double* work;
-  const double* position;  /* of the root's reference, (count, 3), m */
+  const double* position;  /* of the root's reference, (last + 1, 3), m */
   const int64_t* watched;  /* columns of the log that must be finite */
   int64_t n_watched;
   double limits[3];        /* cosine of the tilt, distance (m) and height (m) beyond which a flight is surely lost */
@@ -71,7 +77,7 @@ int64_t skylimb_record_size(void) { return (int64_t)sizeof(Flight); }
 
 /* Whether the flight is past saving. The verdict is Python's; this keeps a lost flight from burning time. */
 static int surely_lost(const Flight* f, const mjData* d, int64_t k) {
-  const double *q = d->qpos, *wanted = f->position + 3 * k;
+  const double *q = d->qpos, *wanted = f->position + 3 * f->at;
   double x = q[0] - wanted[0], y = q[1] - wanted[1], z = q[2] - wanted[2];
   const double* signals = f->log + k * f->n_signals;
   for (int64_t i = 0; i < f->n_watched; i++)
@@ -140,8 +146,11 @@ static void write_friction(const Flight* f, const mjModel* m, mjData* d, int64_t
 /* Fetch what the next tick reads and writes while the engine is still at work: nothing else touches it. */
 static void fetch_ahead(const Flight* f, int64_t k) {
 #if defined(__GNUC__) || defined(__clang__)
-  const char *row = (const char*)(f->rows + k * f->n_row), *line = (const char*)(f->log + k * f->n_signals);
+  const char *row = (const char*)(f->rows + k * f->n_row);
+  const char *asked = (const char*)(f->references + f->at * f->n_reference);
+  const char *line = (const char*)(f->log + k * f->n_signals);
   for (int64_t i = 0; i < f->n_row * 8; i += 64) __builtin_prefetch(row + i, 0);
+  for (int64_t i = 0; i < f->n_reference * 8; i += 64) __builtin_prefetch(asked + i, 0);
   for (int64_t i = 0; i < f->n_signals * 8; i += 64) __builtin_prefetch(line + i, 1);
 #else
   (void)f, (void)k;
@@ -157,13 +166,15 @@ static void begin_tick(Flight* f, const mjModel* m, mjData* d, int64_t k) {
     f->stopped = 1;
     return;
   }
-  const double* arg[NARGS] = {f->state[k & 1], d->qpos, d->qvel, d->act, d->history, f->rows + k * f->n_row, f->gains};
+  const double* arg[NARGS] = {f->state[k & 1], d->qpos, d->qvel, d->act, d->history,
+                              f->rows + k * f->n_row, f->references + f->at * f->n_reference, f->gains};
   double* res[NRESULTS] = {f->state[1 - (k & 1)], d->ctrl, f->log + k * f->n_signals};
   f->tick(arg, res, NULL, f->work, 0);
   if (surely_lost(f, d, k)) {
     f->stopped = 1;
     return;
   }
+  f->at = f->clock < 0 ? k + 1 : (int64_t)f->state[1 - (k & 1)][f->clock];
   if (f->wall_qpos >= 0) move_wall(f, m, d, k);
   if (f->pushes) push(f, m, d, k);
 }
@@ -175,9 +186,9 @@ void skylimb_control(const mjModel* m, mjData* d) {
   }
   Flight* f = (Flight*)(uintptr_t)d->userdata[0];
   if (f->stopped) {
-    if (f->done == f->count * f->substeps && !f->closed) {
+    if (f->finished && !f->closed) {
       f->closed = 1;
-      if (f->warned < 0 && engine_warned(f, d)) f->warned = f->count;
+      if (f->warned < 0 && engine_warned(f, d)) f->warned = f->done / f->substeps;
     }
     return;
   }
@@ -187,5 +198,5 @@ void skylimb_control(const mjModel* m, mjData* d) {
   if (step == f->substeps - 1 && k + 1 < f->count) fetch_ahead(f, k + 1);
   /* Friction is what the next tick's first collision must find: it comes before the next callback. */
   if (f->model && step == f->substeps - 1 && k + 1 < f->count) write_friction(f, m, d, k + 1);
-  if (f->done == f->count * f->substeps) f->stopped = 1;
+  if (f->done == f->count * f->substeps || (f->at > f->last && step == f->substeps - 1)) f->finished = f->stopped = 1;
 }

@@ -13,8 +13,8 @@ from mujoco.batch import Batch, SimulationError
 
 from skylimb.simulation.clock import without_clock
 from skylimb.simulation.disturbance import DisturbanceConfig
-from skylimb.simulation.drivers import fly_compiled, interventions
-from skylimb.simulation.flight import CHECK_INTERVAL, Flight, engine_loss, find_loss
+from skylimb.simulation.drivers import FlightRows, fly_compiled, interventions
+from skylimb.simulation.flight import CHECK_INTERVAL, Flight, engine_loss, find_loss, unfinished
 from skylimb.simulation.mission import Mission
 from skylimb.simulation.native.function import NativeTick, compile_native
 from skylimb.simulation.native.library import control_callback, unavailable
@@ -41,7 +41,7 @@ class NativeJob:
         plant: what is flown. Jobs may share one, and its model is left as it is.
         data: the plant's state before the first tick; left as it is.
         mission: what to fly.
-        rows: one packed row a tick.
+        rows: what is known of it before.
         disturbance: a push.
     """
 
@@ -49,7 +49,7 @@ class NativeJob:
     plant: Plant
     data: mujoco.MjData
     mission: Mission
-    rows: np.ndarray
+    rows: FlightRows
     disturbance: DisturbanceConfig = field(default_factory=DisturbanceConfig)
 
     @property
@@ -98,7 +98,8 @@ def fly_native(jobs: Sequence[NativeJob], threads: int = 1, progress: Progress |
 def _fly_python(job: NativeJob) -> Flight:
     data = mujoco.MjData(job.plant.model)
     mujoco.mj_copyData(data, job.plant.model, job.data)
-    outside = interventions(job.plant, data, job.mission, job.disturbance)
+    times = job.mission.flight_times(job.compiled.clock is not None)
+    outside = interventions(job.plant, data, times, job.disturbance)
     return fly_compiled(job.compiled, job.plant, data, job.mission, job.rows, outside)
 
 
@@ -154,11 +155,13 @@ def _step(batch: Batch, flights: Sequence[Aloft], ids: list[int], steps: int) ->
 def _finish(flight: Aloft) -> Flight:
     """The verdict on a flight that has ended."""
     flown = flight.flown
-    lost = find_loss(flight.log, flight.layout, flight.mission, 0, flown)
+    made = Flight(flight.log, flight.layout, flown, "")
+    lost = find_loss(made, flight.mission)
     warned = int(flight.record.warned)
     if warned >= 0 and (lost is None or lost[0] >= warned):
         lost = engine_loss(flight.mission, warned, flight.record.warnings)
-    if lost is None and flown < flight.count:
+    if lost is not None:
+        return Flight(flight.log, flight.layout, lost[0] + 1, lost[1])
+    if not flight.over:
         raise RuntimeError(f"the flight stopped at tick {flown} without being lost")
-    tick, cause = lost or (flight.count - 1, "")
-    return Flight(flight.log, flight.layout, tick + 1, cause)
+    return unfinished(flight.mission, made)

@@ -15,7 +15,7 @@ from skylimb.simulation.plant import Plant
 from skylimb.simulation.scene import USER_WORDS
 from skylimb.simulation.tick import CompiledTick
 
-_ARGUMENTS, _RESULTS = 7, 3  # as in flight.c
+_ARGUMENTS, _RESULTS = 8, 3  # as in flight.c
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ import numpy as np
 from skylimb.packing import Layout
 from skylimb.simulation.contact import PAIR_NAME
 from skylimb.simulation.disturbance import DisturbanceConfig, active, pushes
-from skylimb.simulation.drivers import friction_writer
+from skylimb.simulation.drivers import FlightRows, friction_writer
 from skylimb.simulation.flight import CHECK_INTERVAL, MAX_DISTANCE, MAX_TILT, MIN_HEIGHT, watched_columns
 from skylimb.simulation.mission import Mission
 from skylimb.simulation.plant import Plant
@@ -25,7 +25,7 @@ from skylimb.simulation.tick import CompiledTick
 MARK = 1936419121.0
 """Second word of `data.userdata` of a flight; the first is its record's address."""
 
-_SLACK = 1e-6  # the callback stops only flights that `find_loss` is sure to call lost
+_SLACK, _CLOSE = 1e-6, 0.01  # the callback stops only flights that `find_loss` is sure to call lost
 _Word, _Number, _Pointer = ctypes.c_int64, ctypes.c_double, ctypes.c_void_p
 _WARNINGS = int(mujoco.mjtWarning.mjNWARNING)
 
@@ -36,7 +36,9 @@ class FlightRecord(ctypes.Structure):
     _fields_ = (
         ("tick", _Pointer),
         ("count", _Word), ("substeps", _Word), ("n_row", _Word), ("n_signals", _Word), ("interval", _Word),
-        ("rows", _Pointer), ("log", _Pointer), ("state", _Pointer * 2), ("gains", _Pointer),
+        ("n_reference", _Word), ("last", _Word), ("clock", _Word), ("at", _Word), ("finished", _Word),
+        ("rows", _Pointer), ("references", _Pointer), ("log", _Pointer), ("state", _Pointer * 2),
+        ("gains", _Pointer),
         ("work", _Pointer),
         ("position", _Pointer), ("watched", _Pointer), ("n_watched", _Word), ("limits", _Number * 3),
         ("done", _Word), ("stopped", _Word), ("fresh", _Word), ("closed", _Word),
@@ -73,13 +75,13 @@ class Aloft:
 
     @property
     def count(self) -> int:
-        """Ticks of the whole mission."""
+        """Ticks that the flight may have."""
         return int(self.record.count)
 
     @property
     def over(self) -> bool:
         """Whether every tick has been flown."""
-        return int(self.record.done) == self.count * int(self.record.substeps)
+        return bool(self.record.finished) or int(self.record.done) == self.count * int(self.record.substeps)
 
     @property
     def flown(self) -> int:
@@ -99,7 +101,7 @@ def begin_flight(
     plant: Plant,
     data: mujoco.MjData,
     mission: Mission,
-    rows: np.ndarray,
+    rows: FlightRows,
     disturbance: DisturbanceConfig,
 ) -> Aloft:
     """A flight before its first tick.
@@ -109,33 +111,35 @@ def begin_flight(
         function: address of the tick's compiled function.
         plant: what is flown.
         data: the plant's state before the first tick.
-        mission: as long as `rows`.
-        rows: one packed row a tick.
+        mission: what is flown.
+        rows: what is known before.
         disturbance: the push.
     """
-    count = len(rows)
+    count, times = len(rows), np.arange(len(rows)) * (mission.times[1] - mission.times[0])
     model = plant.model
     if plant.surface.friction_varies:
         model = copy.copy(model)
-        friction_writer(plant, data, mission, model)(0)
+        friction_writer(plant, data, times, model)(0)
     log = np.full((count, tick.signals.size), np.nan)
     flight = Aloft(FlightRecord(), model, log, mission, tick.signals)
     record, keep = flight.record, flight.keep
     record.tick = function
     record.count, record.substeps, record.interval = count, plant.substeps, CHECK_INTERVAL
     record.n_row, record.n_signals = tick.rows.size, tick.signals.size
-    record.rows, record.log, record.gains = keep(rows), keep(log), keep(tick.gains)
+    record.rows, record.log, record.gains = keep(rows.ticks), keep(log), keep(tick.gains)
+    record.references, record.n_reference = keep(rows.references), rows.references.shape[1]
+    record.last, record.clock = rows.last, -1 if tick.clock is None else tick.clock
     record.state[0], record.state[1] = keep(tick.state.copy()), keep(tick.state.copy())
     record.work = keep(np.zeros(max(1, tick.function.sz_w())))
     record.position = keep(mission.reference.position)
     watched = watched_columns(tick.signals)
     record.watched, record.n_watched = keep(watched, np.int64), len(watched)
-    record.limits = (math.cos(MAX_TILT) - _SLACK, MAX_DISTANCE + _SLACK, MIN_HEIGHT - _SLACK)
+    record.limits = (math.cos(MAX_TILT) - _SLACK, MAX_DISTANCE + _CLOSE, MIN_HEIGHT - _SLACK)
     record.fresh, record.warned = 1, -1
     record.wall_qpos, record.wall_dof = plant.wall_joint or (-1, -1)
-    record.wall = keep(np.stack(plant.surface.motion(mission.times[:count]), axis=1))
-    if pushes(disturbance, mission.times):
-        record.pushes = keep(active(disturbance, mission.times), np.uint8)
+    record.wall = keep(np.stack(plant.surface.motion(times), axis=1))
+    if pushes(disturbance, times):
+        record.pushes = keep(active(disturbance, times), np.uint8)
         record.body = model.body(plant.robot.description.root).id
         record.force, record.torque = disturbance.force, disturbance.torque
     if plant.surface.friction_varies:

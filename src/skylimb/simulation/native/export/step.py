@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 
 from skylimb.control.cascade import Cascade
-from skylimb.control.records import Command, Reference
+from skylimb.control.records import Command, Reference, zero_reference
 from skylimb.estimation.records import Measurement
 from skylimb.packing import Layout
 from skylimb.robots.model import Robot
@@ -46,7 +46,9 @@ def controller_step(controller: Cascade, dt: float) -> ControllerStep:
     """Trace a cascade's tick for control period `dt`, s."""
     initial, gains = controller.initial_state(), controller.gains()
     states, gains_layout = Layout(initial), Layout(gains)
-    measurements, references = Layout(_measurement(controller.robot)), Layout(_reference(controller.robot))
+    robot = controller.robot
+    measurements = Layout(_measurement(robot))
+    references = Layout(zero_reference(robot.n_joints, robot.n_vectoring))
     sizes = (
         ("state", states.size),
         ("measurement", measurements.size),
@@ -83,11 +85,6 @@ def _measurement(robot: Robot) -> Measurement:
     return Measurement(z3, np.zeros(4), z3, z3, np.zeros(robot.n_joints), np.zeros(robot.n_vectoring))
 
 
-def _reference(robot: Robot) -> Reference:
-    z3, q, psi = np.zeros(3), np.zeros(robot.n_joints), np.zeros(robot.n_vectoring)
-    return Reference(z3, z3, z3, 0.0, 0.0, q, psi, z3, 0.0, 0.0, 0.0)
-
-
 class Vector(NamedTuple):
     """What the exported code is held against, one row a tick.
 
@@ -118,7 +115,19 @@ def example_vector(controller: Cascade, step: ControllerStep, seed: int = 0) -> 
     state, rows = step.state, []
     for k in range(TICKS):
         tare, adapt = float(_TARE[0] <= k < _TARE[1]), float(k >= _ADAPT)
-        reference = Reference(home, 0.0 * a, 0.0 * a, 0.0, reach, q, psi, a, tare, adapt, adapt)
+        reference = zero_reference(len(q), len(psi))._replace(
+            position=home,
+            reach=reach,
+            joint_angles=q,
+            vectoring_angles=psi,
+            contact_axis=a,
+            tare=tare,
+            align=adapt,
+            adapt=adapt,
+            tip_position=home + reach * a,
+            touch=adapt,
+            sliding_axis=np.array([0.0, 1.0, 0.0]),
+        )
         turn = 0.5 * rng.normal(scale=0.02, size=3)
         measurement = Measurement(
             home - hover.cog_root + rng.normal(scale=0.02, size=3) - 0.001 * max(0, k - _ADAPT) * a,

@@ -1,0 +1,137 @@
+"""A drawing: the line asked for, the line drawn, and how far they are apart."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
+
+from skylimb.analysis import style
+from skylimb.analysis.pen_line import (
+    as_seen,
+    asked_line,
+    drawn_fraction,
+    drawn_samples,
+    pen_deviation,
+    pen_line,
+)
+from skylimb.recording import Run
+
+_BRIDGE = 0.05
+"""A loss of touch up to this long, s, does not break the line."""
+_MOST = 4000
+"""Pieces of a drawn line."""
+_TALLEST = 4.5
+
+
+@style.styled
+def drawing(runs: Mapping[str, Run]) -> Figure:
+    """The asked and the drawn line as seen from the robot, coloured by force, and below their distance.
+
+    Args:
+        runs: by name, any number of them.
+
+    Returns:
+        A figure with one panel a run, all on the same scale, and one for the distances of all.
+    """
+    asked = {name: [as_seen(run.log, line) for line in asked_line(run.log)] for name, run in runs.items()}
+    drawn = {name: _drawn(run.log) for name, run in runs.items()}
+    everything = [part for lines in asked.values() for part in lines] + [d[0] for d in drawn.values()]
+    across, upward = (style.limits([points[:, axis] for points in everything]) for axis in (0, 1))
+    rows, columns = style.panels(len(runs), 2)
+    panel = (style.WIDTH - 1.0) / columns
+    tall = min(max(panel * (upward[1] - upward[0]) / (across[1] - across[0]), 0.8), _TALLEST)
+    figure = Figure(figsize=(style.WIDTH, rows * (tall + 0.5) + 2.4), layout="constrained")
+    grid = figure.add_gridspec(rows + 1, columns, height_ratios=[tall] * rows + [1.3])
+    axes = np.empty((rows, columns), dtype=object)
+    for row, column in np.ndindex(rows, columns):
+        axes[row, column] = figure.add_subplot(grid[row, column], sharex=axes[0, 0], sharey=axes[0, 0])
+    forces = [force for _, _, force in drawn.values() if len(force)]
+    strongest = float(np.percentile(np.concatenate(forces), 98)) if forces else 1.0
+    scale = Normalize(0.0, max(strongest, 1e-3))
+    lines: Any = None
+    for ax, (name, run) in zip(axes.flat, runs.items(), strict=False):
+        for line in asked[name]:
+            ax.plot(*line.T, color=style.INK, linewidth=0.5, zorder=3)
+        lines = LineCollection(list(_pieces(*drawn[name][:2])), norm=scale, cmap="viridis_r", linewidth=1.8)
+        lines.set_array(_between(drawn[name]))
+        ax.add_collection(lines)
+        style.title(ax, name, run)
+        ax.set(aspect="equal", xlim=across, ylim=upward)
+        ax.xaxis.set_major_locator(MaxNLocator(7))
+        ax.yaxis.set_major_locator(MaxNLocator(5))
+    style.label_outer(axes, len(runs), "to the right, seen from the robot (m)", "up (m)")
+    figure.colorbar(lines, ax=axes.ravel().tolist(), label="normal force (N)", pad=0.01, aspect=15)
+    _distances(figure.add_subplot(grid[rows, :]), runs)
+    style.legend_below(
+        figure,
+        [
+            Line2D([], [], color=style.INK, linewidth=0.5, label="asked for"),
+            Line2D([], [], color="#3b7d8c", linewidth=1.8, label="drawn, coloured by force"),
+        ],
+    )
+    return figure
+
+
+def _distances(ax: Axes, runs: Mapping[str, Run]) -> None:
+    """Distance of the drawn from the asked line over the length drawn so far."""
+    colour = style.colours(runs)
+    for name, run in runs.items():
+        samples, points = drawn_samples(run.log)
+        away = pen_deviation(run.log)
+        if not len(away):
+            continue
+        step = np.linalg.norm(np.diff(points, axis=0), axis=1) * _joined(run.log, samples)
+        way = np.concatenate([[0.0], np.cumsum(step)])
+        root, largest = pen_line(run.log)
+        text = (
+            f"{style.label(name)}: rms {1e3 * root:.1f} mm, largest {1e3 * largest:.1f} mm, "
+            f"{100 * drawn_fraction(run.log):.0f} % drawn"
+        )
+        thin = style.thin(len(way), 3000)
+        ax.plot(way[thin], 1e3 * away[thin], color=colour[name], linewidth=0.8, label=text)
+    ax.set(xlabel="length drawn (m)", ylabel="off the asked line (mm)", ylim=(0.0, None))
+    ax.margins(x=0.01)
+    if ax.get_legend_handles_labels()[0]:
+        ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.2)
+
+
+def _drawn(log: xr.Dataset) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Drawn points as seen from the robot, whether each is joined to the next, and the force at each, N."""
+    samples, points = drawn_samples(log)
+    force = log.contact_force_normal.values[samples] if "contact_force_normal" in log else 0.0 * samples
+    force = _smooth(force)
+    thin = style.thin(len(samples), _MOST)
+    samples, points, force = samples[thin], points[thin], force[thin]
+    return as_seen(log, points), _joined(log, samples), force
+
+
+def _joined(log: xr.Dataset, samples: np.ndarray) -> np.ndarray:
+    """Whether the pen went from each sample to the next without leaving the surface for long."""
+    time = log.time.values[samples]
+    spacing = np.median(np.diff(time)) if len(time) > 1 else 0.0
+    return np.diff(time) <= _BRIDGE + spacing
+
+
+def _pieces(points: np.ndarray, joined: np.ndarray) -> np.ndarray:
+    return np.stack([points[:-1], points[1:]], axis=1)[joined]
+
+
+def _between(drawn: tuple[np.ndarray, np.ndarray, np.ndarray]) -> np.ndarray:
+    _, joined, force = drawn
+    return (0.5 * (force[1:] + force[:-1]))[joined]
+
+
+def _smooth(force: np.ndarray, count: int = 20) -> np.ndarray:
+    """The mean over some samples: the eye sees no single one."""
+    if len(force) < count:
+        return force
+    return np.convolve(force, np.ones(count) / count, mode="same")

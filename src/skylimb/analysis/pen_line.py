@@ -1,0 +1,129 @@
+"""How well the pen drew the line that was asked for, seen along the contact axis.
+
+Everything here lives in the sliding plane: (u, v) along the log's sliding axes about its `path_center`, m. So
+a line on a curved surface is judged as one sees it from the robot.
+"""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import xarray as xr
+from scipy.spatial import KDTree
+
+from skylimb.analysis.board import nominal_path
+from skylimb.analysis.signals import contact_axis, in_contact, in_phase, sliding_axes
+
+DRAWN_WITHIN = 0.010
+"""A place of the asked line counts as drawn where the pen touched within this distance of it, m."""
+_PITCH = 0.0005
+"""Spacing at which a line is looked up, m."""
+
+
+def pen_line(log: xr.Dataset) -> tuple[float, float]:
+    """Distance of the drawn line from the asked one, over the samples in touch of the sliding period.
+
+    Args:
+        log: a run's log.
+
+    Returns:
+        Root mean square and largest distance to the nearest point of the asked line, m; NaN for both where
+        the pen touched nothing, or the log does not say where the tip was or what was asked.
+    """
+    away = pen_deviation(log)
+    if not len(away):
+        return float("nan"), float("nan")
+    return float(np.sqrt(np.mean(away**2))), float(away.max())
+
+
+def drawn_fraction(log: xr.Dataset, within: float = DRAWN_WITHIN) -> float:
+    """The part of the asked line's length that the pen touched no farther than `within` (m) from it.
+
+    NaN where the log does not say what was asked.
+    """
+    lines = [_dense(line) for line in asked_line(log)]
+    if not lines:
+        return float("nan")
+    _, drawn = drawn_samples(log)
+    if not len(drawn):
+        return 0.0
+    tree = KDTree(drawn)
+    pieces = [np.linalg.norm(np.diff(line, axis=0), axis=1) for line in lines]
+    near = [tree.query(0.5 * (line[1:] + line[:-1]))[0] <= within for line in lines]
+    return float(np.concatenate(pieces)[np.concatenate(near)].sum() / np.concatenate(pieces).sum())
+
+
+def pen_deviation(log: xr.Dataset) -> np.ndarray:
+    """Distance in m of every drawn sample to the nearest point of the asked line, (n,); empty for none."""
+    lines = [_dense(line) for line in asked_line(log)]
+    _, drawn = drawn_samples(log)
+    if not lines or not len(drawn):
+        return np.zeros(0)
+    begins = np.vstack([line[:-1] for line in lines])
+    ends = np.vstack([line[1:] for line in lines])
+    # The pieces are so short that the nearest one is among those with the nearest middles.
+    _, candidates = KDTree(0.5 * (begins + ends)).query(drawn, k=min(3, len(begins)))
+    candidates = np.reshape(candidates, (len(drawn), -1))
+    return _to_pieces(drawn[:, None, :], begins[candidates], ends[candidates]).min(axis=1)
+
+
+def drawn_samples(log: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
+    """The samples of the sliding period in touch: numbers (n,), and the tip in the sliding plane (n, 2)."""
+    if "tip_position" not in log:
+        return np.zeros(0, dtype=int), np.zeros((0, 2))
+    samples = np.flatnonzero(in_phase(log, "slide") & in_contact(log))
+    points = _in_plane(log, log.tip_position.values[samples])
+    finite = np.isfinite(points).all(axis=1)
+    return samples[finite], points[finite]
+
+
+def asked_line(log: xr.Dataset) -> list[np.ndarray]:
+    """The strokes that were asked for, (n, 2) each, m; none where the log does not say.
+
+    A drawing's are in the log as `asked_line`. For any other path it is the tip's own reference, or in a log
+    without one the line that a pen held still in the robot would draw if the centre of gravity kept to its.
+    """
+    if "asked_line" in log:
+        points = log.asked_line.values
+        gaps = np.flatnonzero(np.isnan(points).any(axis=1))
+        parts = np.split(points, gaps)
+        return [part for part in (p[~np.isnan(p).any(axis=1)] for p in parts) if len(part) > 1]
+    if "tip_position_reference" in log:
+        path = _in_plane(log, log.tip_position_reference.values[in_phase(log, "slide")])
+    elif {"tip_position", "cog_position", "cog_position_reference"} <= set(log.variables):
+        path = _in_plane(log, nominal_path(log, None))
+    else:
+        return []
+    moved = np.concatenate([[True], np.linalg.norm(np.diff(path, axis=0), axis=1) > 0.0]) if len(path) else []
+    path = path[np.asarray(moved, dtype=bool)]
+    return [path] if len(path) > 1 else []
+
+
+def as_seen(log: xr.Dataset, points: np.ndarray) -> np.ndarray:
+    """Points of the sliding plane as one sees them from the robot: to the right and up, (n, 2), m."""
+    u, v = sliding_axes(log)
+    right = np.cross(contact_axis(log).vector, v.vector)
+    return points * [1.0 if u.vector @ right > 0.0 else -1.0, 1.0]
+
+
+def _in_plane(log: xr.Dataset, points: np.ndarray) -> np.ndarray:
+    middle = log.attrs.get("path_center")
+    offset = np.asarray(json.loads(middle) if middle else np.zeros(3), dtype=float)
+    return np.stack([axis.along(points - offset) for axis in sliding_axes(log)], axis=1)
+
+
+def _dense(line: np.ndarray) -> np.ndarray:
+    """The same line with more points, `_PITCH` apart at most."""
+    lengths = np.linalg.norm(np.diff(line, axis=0), axis=1)
+    counts = np.maximum(np.ceil(lengths / _PITCH).astype(int), 1)
+    places = np.concatenate([i + np.arange(n) / n for i, n in enumerate(counts)] + [[len(line) - 1.0]])
+    return np.stack([np.interp(places, np.arange(len(line)), axis) for axis in line.T], axis=1)
+
+
+def _to_pieces(points: np.ndarray, begins: np.ndarray, ends: np.ndarray) -> np.ndarray:
+    """Distances of points (..., 2) to straight pieces between `begins` and `ends`."""
+    sides = ends - begins
+    lengths = np.maximum(np.sum(sides**2, axis=-1), 1e-300)
+    along = np.clip(np.sum((points - begins) * sides, axis=-1) / lengths, 0.0, 1.0)
+    return np.linalg.norm(points - begins - along[..., None] * sides, axis=-1)

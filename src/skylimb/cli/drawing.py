@@ -1,0 +1,159 @@
+"""The verb `draw`: a drawing or words on a surface."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+
+from tyro.conf import Positional, arg
+
+from skylimb.cli import output
+from skylimb.cli.options import Assignments, Out, Seed, Video, new_folder, settings_of, stem, whole_number
+from skylimb.errors import ConfigError
+
+if TYPE_CHECKING:
+    from skylimb.recording.run import Run as RunRecord
+
+_WANTED, _OTHERWISE = "following", "hybrid"
+"""The controller made for it, and the one for where that does not ship."""
+
+
+@dataclass(frozen=True)
+class Draw:
+    """Draw an SVG file, or words, on a surface.
+
+    The robot draws its lines with the pen. Leaves log.nc, metrics.json, config.toml, figures/ (drawing.png
+    shows the asked and the drawn line), report.html and video.mp4. The exit code is 1 for a failed flight.
+    """
+
+    examples: ClassVar[str] = """
+        skylimb draw examples/skylimb.svg --surface paper
+        skylimb draw --text skylimb --surface cylinder_convex --width 0.8
+        skylimb draw --text hello --font scripts --height 0.2 --set surface.slope=0
+    """
+
+    file: Annotated[
+        Positional[str],
+        arg(metavar="FILE.svg", help="What to draw; or see --text.", help_behavior_hint=""),
+    ] = ""
+    text: Annotated[str, arg(metavar="WORDS", help="Words to draw, on one line.", help_behavior_hint="")] = ""
+    font: Annotated[
+        str, arg(metavar="NAME", help="A Hershey font; futural, rowmans, scripts and cursive are thin.")
+    ] = "futural"
+    surface: Annotated[
+        str,
+        arg(metavar="NAME", help="The experiment, or its TOML file, on whose surface to draw."),
+    ] = "paper"
+    width: Annotated[
+        float,
+        arg(metavar="M", help="Of the box that the drawing fills, its proportions kept, m; 0: no limit."),
+    ] = 0.60
+    height: Annotated[float, arg(metavar="M", help="Of that box, m; 0: no limit.")] = 0.0
+    speed: Annotated[float, arg(metavar="V", help="Of the pen on smooth lines, m/s.")] = 0.05
+    order: Annotated[
+        Literal["given", "nearest"], arg(help="Of the strokes: the file's, or for short ways between them.")
+    ] = "given"
+    controller: Annotated[
+        str,
+        arg(
+            metavar="NAME",
+            help="A controller's name, its TOML file, or a Python file; by default "
+            f"{_WANTED} where that ships, else {_OTHERWISE}.",
+            help_behavior_hint="",
+        ),
+    ] = ""
+    seed: Seed = ""
+    set: Assignments = ()
+    out: Out = ""
+    video: Video = True
+
+    def __call__(self) -> int:
+        """Fly, record, draw what was drawn."""
+        if bool(self.file) == bool(self.text):
+            both = "not both" if self.file else "for example --text hello"
+            raise ConfigError(f"draw needs either an SVG file or --text, {both}; see skylimb draw --help")
+        settings, seed = settings_of(self.set), whole_number("--seed", self.seed)
+        what = Path(self.file).stem if self.file else self.text
+        folder = new_folder(self.out, f"{_word(what)}-on-{_word(stem(self.surface))}")
+        import skylimb
+        from skylimb.analysis import write_run
+
+        experiment = self._experiment(what, settings)
+        gains = {key: value for key, value in settings.items() if key.startswith("controller.")}
+        with output.flights() as progress:
+            run = skylimb.run(experiment, self.controller or _usual(), seed, gains, progress)
+        with output.working(
+            "drawing figures, report and video (a minute without a graphics card)"
+            if self.video
+            else "drawing figures and report"
+        ):
+            written = write_run(run, folder, video=self.video, report=True)
+        output.drawing(experiment.name, _rows(run))
+        if run.failed:
+            print(f"{run.name} FAILED: {run.cause}")
+        output.places(folder, written.warnings)
+        return 1 if run.failed else 0
+
+    def _experiment(self, what: str, settings: dict[str, Any]) -> Any:
+        """The surface's experiment with its path replaced by the drawing, then the user's own changes."""
+        from skylimb.experiments.experiment import experiment_from_mapping, experiment_tables, put
+
+        tables = experiment_tables(self.surface)
+        tables["name"] = f"{what} on {stem(self.surface)}"
+        source = f"The file {self.file}" if self.file else f"The words {what!r}"
+        tables["description"] = f"{source} drawn by the pen"
+        tables["trajectory"] = {
+            "shape": "drawing",
+            "file": self.file,
+            "text": self.text,
+            "font": self.font,
+            "width": self.width,
+            "height": self.height,
+            "order": self.order,
+            "speed": self.speed,
+            "feedforward": "full",
+        }
+        tables.pop("controller", None)
+        for key, value in settings.items():
+            if not key.startswith("controller."):
+                put(tables, key, value)
+        return experiment_from_mapping(tables, f"experiment {stem(self.surface)}")
+
+
+def _word(name: str) -> str:
+    """A name that can be a part of a folder's name."""
+    kept = "".join(letter if letter.isalnum() or letter in "_-." else "_" for letter in name)
+    return kept.strip("._")[:40] or "drawing"
+
+
+def _usual() -> str:
+    from skylimb.control.preset import preset_names
+
+    return _WANTED if _WANTED in preset_names() else _OTHERWISE
+
+
+def _rows(run: RunRecord) -> list[tuple[str, str]]:
+    """What the terminal shows of a drawing; no numbers of a failed flight."""
+    from skylimb.analysis.pen_line import DRAWN_WITHIN, drawn_fraction, pen_line
+    from skylimb.analysis.signals import in_phase
+
+    rows = [("Status", f"[red]{run.status}[/red]" if run.failed else run.status), ("Controller", run.name)]
+    if run.failed:
+        return rows
+    root, largest = pen_line(run.log)
+    drawn = drawn_fraction(run.log)
+    time = run.log.time.values[in_phase(run.log, "slide")]
+    within = f"within {1e3 * DRAWN_WITHIN:g} mm"
+    return [
+        *rows,
+        ("Pen off the asked line, rms", _number(1e3 * root, ".1f", "mm")),
+        ("Pen off the asked line, largest", _number(1e3 * largest, ".1f", "mm")),
+        (f"Asked line drawn {within}", _number(100.0 * drawn, ".0f", "%")),
+        ("Time for the drawing", f"{float(time[-1] - time[0]):.1f} s" if len(time) else "-"),
+    ]
+
+
+def _number(value: float, form: str, unit: str) -> str:
+    return f"{value:{form}} {unit}" if math.isfinite(value) else "-"

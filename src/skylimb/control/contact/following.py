@@ -1,0 +1,201 @@
+"""Find the surface, keep to it, and go no faster than it allows.
+
+Three parts share the estimate of the tip's place: the state machine (`machine`), the surface under the pen
+(`estimation.surface`), and the pace. The pace of the mission is 1, less where the surface would come toward
+the pen faster than body and arm can follow,
+
+    pace = min(1, axis_speed / |s . v|),        v the velocity of the path, s the slope,
+
+and 0 while the mission waits for touch.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+from skylimb.config import require_positive, require_range
+from skylimb.control.contact.machine import (
+    APPROACH,
+    FREE,
+    LOST,
+    RECONTACT,
+    RETREAT,
+    SETTLE,
+    SLIDE,
+    MachineGains,
+    MachineState,
+    Sensed,
+    advance,
+    initial_machine_state,
+    is_in,
+)
+from skylimb.control.records import ContactView, LawInput
+from skylimb.estimation.surface import SurfaceGains, SurfaceState, follow_surface, initial_surface_state
+from skylimb.spatial import cross, dot
+from skylimb.symbolic import Array, clip, vector, where
+
+PACED = True
+
+
+@dataclass(frozen=True)
+class Gains:
+    """Machine, surface estimate and pace.
+
+    Attributes:
+        approach_speed: at which the tip looks for the surface, m/s.
+        retreat_speed: m/s.
+        axis_speed: greatest speed along the contact axis that body and arm should have to follow, m/s.
+        least_pace: the path never goes slower than this for the surface's sake.
+        path_acceleration: at which the path gathers speed, m/s^2.
+        wait_beyond: distance of the pen from its reference at which the path all but waits for it, m; up to
+            half of it the path goes on as it would.
+        body_share: share of the surface's motion along the contact axis that the centre of gravity takes, 0 to
+            1; the arm takes the rest as far as it reaches.
+        machine: when the state changes.
+        surface: what is assumed about pen and surface.
+    """
+
+    approach_speed: float = 0.05
+    retreat_speed: float = 0.10
+    axis_speed: float = 0.04
+    least_pace: float = 0.25
+    path_acceleration: float = 0.1
+    wait_beyond: float = 0.08
+    body_share: float = 0.5
+    machine: MachineGains = field(default_factory=MachineGains)
+    surface: SurfaceGains = field(default_factory=SurfaceGains)
+
+    def __post_init__(self) -> None:
+        for name, unit in (
+            ("approach_speed", "m/s"),
+            ("retreat_speed", "m/s"),
+            ("axis_speed", "m/s"),
+            ("path_acceleration", "m/s^2"),
+        ):
+            require_positive("contact", name, getattr(self, name), unit)
+        require_range("contact", "least_pace", self.least_pace, 0.01, 1.0)
+        require_range("contact", "body_share", self.body_share, 0.0, 1.0)
+
+
+class State(NamedTuple):
+    """Machine, surface, the tip's place on the contact axis that is asked for (m), the anchor (m), the pace."""
+
+    machine: MachineState
+    surface: SurfaceState
+    axis_position: Any
+    lost_at: Any
+    anchor: Any
+    pace: Any
+    speed: Any
+
+
+def initial_state(gains: Gains) -> State:
+    """In the air, at rest."""
+    return State(initial_machine_state(), initial_surface_state(), 0.0, 0.0, 0.0, 1.0, 0.0)
+
+
+def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView, dict[str, Any]]:
+    """Machine, surface, references along the contact axis, and pace of one tick."""
+    reference, dt = inputs.reference, inputs.dt
+    a, u = reference.contact_axis, reference.sliding_axis
+    v = cross(a, u)
+    tip = inputs.body.position + inputs.arm
+    place = vector(dot(a, tip), dot(u, tip), dot(v, tip))
+    wished = dot(a, reference.tip_position)
+
+    before = state.machine
+    slope = state.surface.estimate[1:3]
+    normal_force = _normal_force(inputs, slope, (a, u, v))
+    felt = -dot(a, inputs.wrench.force)
+    machine = advance(
+        gains.machine,
+        before,
+        Sensed(
+            asked=reference.touch,
+            felt=felt,
+            normal=normal_force,
+            beyond=state.axis_position - wished,
+            sunk=state.axis_position - state.lost_at,
+            clear=where(abs(state.axis_position - wished) < 1e-3, 1.0, 0.0),
+        ),
+        dt,
+    )
+    engaged, engaged_before = is_in(machine.state, SETTLE, SLIDE), is_in(before.state, SETTLE, SLIDE)
+    fresh = engaged * (1.0 - engaged_before)
+
+    pace_now = state.pace
+    path = vector(dot(u, reference.tip_velocity), dot(v, reference.tip_velocity))
+    speed = (path[0] ** 2 + path[1] ** 2) ** 0.5
+    along = path / (speed + 1e-9)
+    moving = clip(speed / 0.02, 0.0, 1.0)
+    across = vector(-along[1], along[0])
+    pressed = dot(a, inputs.wrench.force)
+    seen = (across[0] * dot(u, inputs.wrench.force) + across[1] * dot(v, inputs.wrench.force)) / where(
+        pressed < -0.3, pressed, -0.3
+    )
+    known = moving * where(pressed < -0.3, 1.0, 0.0)
+    surface = follow_surface(
+        gains.surface,
+        state.surface,
+        place,
+        engaged * where(normal_force > gains.machine.lost_force, 1.0, fresh),
+        fresh,
+        vector(across[0] * known, across[1] * known, seen),
+        dt,
+    )
+    slope = surface.estimate[1:3]
+    surface_velocity = engaged * (slope[0] * path[0] + slope[1] * path[1])
+
+    # Out of contact the tip is led along the axis: with the mission, toward the surface, not at all, or back.
+    searching = is_in(machine.state, APPROACH, RECONTACT)
+    retreating = is_in(machine.state, RETREAT)
+    back = clip(wished - state.axis_position, -gains.retreat_speed * dt, gains.retreat_speed * dt) / dt
+    free_velocity = dot(a, reference.tip_velocity)
+    axis_velocity = searching * gains.approach_speed + retreating * back
+    led = state.axis_position + axis_velocity * dt
+    axis_position = where(is_in(machine.state, FREE) > 0.5, wished, where(engaged > 0.5, place[0], led))
+    axis_velocity = axis_velocity + is_in(machine.state, FREE) * free_velocity
+    lost_at = where(
+        is_in(machine.state, LOST) * (1.0 - is_in(before.state, LOST)) > 0.5, place[0], state.lost_at
+    )
+
+    centre = dot(a, inputs.body.position)
+    carried = state.anchor + gains.body_share * surface_velocity * dt
+    anchor = where(engaged * engaged_before > 0.5, carried, centre)
+
+    # The path as it would go at the mission's own pace.
+    own = clip(pace_now, 0.05, 1.0)
+    allowed = clip(gains.axis_speed * own / (abs(surface_velocity) + 1e-6), gains.least_pace, 1.0)
+    behind = tip - reference.tip_position
+    behind = engaged * (dot(u, behind) ** 2 + dot(v, behind) ** 2) ** 0.5
+    allowed = allowed * clip((gains.wait_beyond - behind) / (0.5 * gains.wait_beyond), 0.1, 1.0)
+    halted = reference.wait * (1.0 - machine.given_up) * (1.0 - is_in(machine.state, SLIDE))
+    gathered = (state.speed + gains.path_acceleration * dt) * own / (speed + 1e-6)
+    slower = pace_now - gains.path_acceleration * dt * own / (speed + 1e-6)
+    pace = clip(allowed, where(slower < gathered, slower, gathered), gathered)
+    pace = clip(where(halted > 0.5, 0.0, pace), 0.0, 1.0)
+    speed_next = pace / own * speed
+
+    view = ContactView(engaged, axis_position, axis_velocity, anchor, surface_velocity, normal_force, speed)
+    new = State(machine, surface, axis_position, lost_at, anchor, pace, speed_next)
+    return (
+        new,
+        view,
+        {
+            "pace": pace,
+            "contact_state": machine.state,
+            "contact_reason": machine.reason,
+            "normal_force_estimate": normal_force,
+            "surface_slope_estimate": slope[0] * u + slope[1] * v,
+            "tip_position_estimate": tip,
+        },
+    )
+
+
+def _normal_force(inputs: LawInput, slope: Array, axes: tuple[Array, Array, Array]) -> Any:
+    """f_hat . n of the estimated surface, N: friction lies in the surface and drops out."""
+    a, u, v = axes
+    force = inputs.wrench.force
+    length = (1.0 + slope[0] ** 2 + slope[1] ** 2) ** 0.5
+    return -(dot(a, force) - slope[0] * dot(u, force) - slope[1] * dot(v, force)) / length

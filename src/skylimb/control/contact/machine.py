@@ -1,0 +1,146 @@
+r"""The contact's state machine: free, approach, settle, slide, lost, recontact, retreat.
+
+    free ---asked---> approach ---touched---> settle ---calm---> slide
+     ^                   |                      ^  \               |
+     |                   | nothing there        |   \--no force----+---> lost ---rested---> recontact
+   clear                 v                   touched                                            |
+     +--------------- retreat <-----------------+--------------- nothing there -----------------+
+
+Every transition has a reason that is recorded with it. Whatever the state, an end of the mission's wish to
+touch leads to retreat. All of it is arithmetic on numbers, so that it compiles into the tick.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from skylimb.config import require_positive, require_range
+from skylimb.symbolic import where
+
+STATES = ("free", "approach", "settle", "slide", "lost", "recontact", "retreat")
+FREE, APPROACH, SETTLE, SLIDE, LOST, RECONTACT, RETREAT = (float(i) for i in range(len(STATES)))
+
+REASONS = (
+    "start",
+    "the mission asks for touch",
+    "touched",
+    "the force is calm",
+    "no force",
+    "rested",
+    "nothing there",
+    "the mission asks for no touch",
+    "clear of the surface",
+)
+START, ASKED, TOUCHED, CALM, NO_FORCE, RESTED, NOTHING, OVER, CLEAR = (float(i) for i in range(len(REASONS)))
+
+
+@dataclass(frozen=True)
+class MachineGains:
+    """When the machine changes its state.
+
+    Attributes:
+        touch_force: felt force that counts as touch, N.
+        touch_time: how long it has to be felt, s.
+        lost_force: normal force below which the touch may be lost, N.
+        lost_time: how long it has to be that low, s.
+        settle_time: how long a touch has to last before the slide, s.
+        rest_time: how long the robot holds before it looks for the surface again, s.
+        search: how far beyond the surface's nominal place the tip looks for it, m.
+        search_again: how far beyond the place of a loss, m.
+    """
+
+    touch_force: float = 0.5
+    touch_time: float = 0.015
+    lost_force: float = 0.25
+    lost_time: float = 0.4
+    settle_time: float = 1.0
+    rest_time: float = 0.5
+    search: float = 0.25
+    search_again: float = 0.10
+
+    def __post_init__(self) -> None:
+        for name, unit in (("touch_force", "N"), ("lost_time", "s"), ("search", "m"), ("search_again", "m")):
+            require_positive("contact", name, getattr(self, name), unit)
+        require_range("contact", "lost_force", self.lost_force, 0.0, 10.0, "N")
+        require_range("contact", "settle_time", self.settle_time, 0.0, 60.0, "s")
+        require_range("contact", "rest_time", self.rest_time, 0.0, 60.0, "s")
+
+
+class MachineState(NamedTuple):
+    """State and the reason of the last transition (indices of `STATES`, `REASONS`), and clocks.
+
+    Attributes:
+        state: index of `STATES`.
+        reason: index of `REASONS`.
+        since: time in the state, s.
+        weak: time for which the force has been too low, s.
+        strong: time for which a touch has been felt, s.
+        given_up: 1 once a surface that was asked for could not be found, until touch is no longer asked for.
+    """
+
+    state: Any
+    reason: Any
+    since: Any
+    weak: Any
+    strong: Any
+    given_up: Any
+
+
+class Sensed(NamedTuple):
+    """What transitions depend on.
+
+    Attributes:
+        asked: 1 while the mission wants touch.
+        felt: force against the tip, N.
+        normal: estimated normal force, N.
+        beyond: of the tip beyond the surface's nominal place, along the contact axis, m.
+        sunk: of the tip beyond the place of the last loss, m.
+        clear: 1 when the tip is back where the mission wants it without touch.
+    """
+
+    asked: Any
+    felt: Any
+    normal: Any
+    beyond: Any
+    sunk: Any
+    clear: Any
+
+
+def initial_machine_state() -> MachineState:
+    """Free."""
+    return MachineState(FREE, START, 0.0, 0.0, 0.0, 0.0)
+
+
+def is_in(state: Any, *which: float) -> Any:
+    """1 while the machine is in one of the states, else 0."""
+    return sum((where(state == one, 1.0, 0.0) for one in which), start=0.0)
+
+
+def advance(gains: Any, machine: MachineState, sensed: Sensed, dt: float) -> MachineState:
+    """One tick of the machine; at most one transition."""
+    now = machine.state
+    weak = where(sensed.normal < gains.lost_force, machine.weak + dt, 0.0) * is_in(now, SETTLE, SLIDE)
+    strong = where(sensed.felt > gains.touch_force, machine.strong + dt, 0.0)
+    touched = strong > gains.touch_time - 0.5 * dt
+    given_up = where(sensed.asked > 0.5, machine.given_up, 0.0)
+    # Each rule: in which states, on what condition, where to, why. The first that holds is taken.
+    rules = (
+        ((APPROACH, SETTLE, SLIDE, LOST, RECONTACT), sensed.asked < 0.5, RETREAT, OVER),
+        ((FREE,), sensed.asked * (1.0 - given_up) > 0.5, APPROACH, ASKED),
+        ((APPROACH, LOST, RECONTACT), touched, SETTLE, TOUCHED),
+        ((APPROACH,), sensed.beyond > gains.search, RETREAT, NOTHING),
+        ((RECONTACT,), sensed.sunk > gains.search_again, RETREAT, NOTHING),
+        ((SETTLE, SLIDE), weak > gains.lost_time, LOST, NO_FORCE),
+        ((SETTLE,), machine.since > gains.settle_time, SLIDE, CALM),
+        ((LOST,), machine.since > gains.rest_time, RECONTACT, RESTED),
+        ((RETREAT,), sensed.clear > 0.5, FREE, CLEAR),
+    )
+    state, reason = now, machine.reason
+    for states, condition, target, why in reversed(rules):
+        holds = is_in(now, *states) * where(condition, 1.0, 0.0) > 0.5
+        state, reason = where(holds, target, state), where(holds, why, reason)
+    changed = where(state == now, 0.0, 1.0)
+    given_up = where(changed * is_in(reason, NOTHING) > 0.5, 1.0, given_up)
+    stay = 1.0 - changed
+    return MachineState(state, reason, (machine.since + dt) * stay, weak * stay, strong * stay, given_up)

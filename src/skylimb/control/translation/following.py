@@ -1,0 +1,177 @@
+"""Hold the pen on its path with body and thrust, and press with a regulated force.
+
+In the sliding plane (u, v) the centre of gravity follows the tip's reference less the arm, stiffly:
+
+    f = m (a_ref - D (p' - p'_ref) - K (p - p_ref)) - c f_hat,        c = cancel min(1, |v_path| / cancel_speed),
+
+where the estimated force is cancelled only as the pen moves: a pen that sticks makes any integral action hunt.
+
+Along the contact axis it is soft while the force is regulated, around an anchor that the contact law carries
+along, and heavier or lighter than it is by the mass ratio mu = M_d / m:
+
+    f = -m (D_a (x' - x'_surface + r') + K_a (x - x_anchor)) + (1/mu - 1) (f_hat + N_ref) + N_ref + I,
+    I' = k_i (N_ref - N_hat).
+
+The integral is what could pump energy into a bouncing contact, so it lives on a tank: what the damper along
+the axis dissipates fills it, the work of I empties it, and an empty tank lets the integral fade.
+Out of contact the tip is led along the axis by position.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from skylimb.config import require_non_negative, require_positive, require_range
+from skylimb.control.records import LawInput
+from skylimb.estimation.momentum_observer import GRAVITY
+from skylimb.spatial import cross, dot
+from skylimb.symbolic import Array, clip, exp, vector, where
+
+Vector3 = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Gains:
+    """Gains in the frame of the task: contact axis, then the two sliding axes.
+
+    Attributes:
+        stiffness: K / m out of contact along the axis, and always along the sliding axes, 1/s^2.
+        damping_ratio: of those springs.
+        press_stiffness: K_a / m of the anchor, 1/s^2.
+        press_damping: D_a / m, 1/s.
+        press_mass_ratio: mu = M_d / m along the axis while the force is regulated.
+        force: N_ref, N.
+        force_integral: k_i, 1/s.
+        force_integral_limit: on I, N.
+        tank: greatest energy of the tank, J.
+        cancel: shares of the estimated force along the sliding axes that are cancelled.
+        cancel_cutoff: of the low pass on that force, Hz, along the sliding axes.
+        cancel_limit: on the cancelled force, N; friction and slope cannot give more at the wanted force.
+        cancel_speed: speed of the path from which it is cancelled in full, m/s.
+        error_limit: position error along a sliding axis beyond which the spring pulls no harder, m.
+        pen: 1 when the pen follows the path, 0 when the centre of gravity does.
+    """
+
+    stiffness: Vector3
+    damping_ratio: Vector3
+    press_stiffness: float = 0.3
+    press_damping: float = 3.3
+    press_mass_ratio: float = 0.6
+    force: float = 1.0
+    force_integral: float = 0.5
+    force_integral_limit: float = 3.0
+    tank: float = 0.5
+    cancel: tuple[float, float] = (1.0, 1.0)
+    cancel_cutoff: tuple[float, float] = (5.0, 5.0)
+    cancel_limit: float = 1.0
+    cancel_speed: float = 0.06
+    error_limit: float = 0.1
+    pen: float = 1.0
+
+    def __post_init__(self) -> None:
+        for entry in self.stiffness:
+            require_positive("translation", "stiffness", entry, "1/s^2")
+        for entry in self.damping_ratio:
+            require_positive("translation", "damping_ratio", entry, "")
+        for name, unit in (
+            ("press_damping", "1/s"),
+            ("press_mass_ratio", ""),
+            ("cancel_speed", "m/s"),
+            ("cancel_limit", "N"),
+            ("error_limit", "m"),
+            ("tank", "J"),
+        ):
+            require_positive("translation", name, getattr(self, name), unit)
+        for name, unit in (
+            ("press_stiffness", "1/s^2"),
+            ("force_integral", "1/s"),
+            ("force_integral_limit", "N"),
+        ):
+            require_non_negative("translation", name, getattr(self, name), unit)
+        require_range("translation", "force", self.force, 0.0, 20.0, "N")
+        for entry in self.cancel:
+            require_range("translation", "cancel", entry, 0.0, 1.0)
+        require_range("translation", "pen", self.pen, 0.0, 1.0)
+
+
+class State(NamedTuple):
+    """Integral of the force error, N, and energy in the tank, J."""
+
+    integral: Any
+    tank: Any
+    felt: Array
+
+
+def initial_state(gains: Gains) -> State:
+    """No integral, a full tank."""
+    return State(0.0, gains.tank, np.zeros(2))
+
+
+def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, Array]:
+    """f_cmd in W, N, (3,)."""
+    body, reference, contact = inputs.body, inputs.reference, inputs.contact
+    m, dt = body.model.mass, inputs.dt
+    a, u = reference.contact_axis, reference.sliding_axis
+    v = cross(a, u)
+    damping = 2.0 * gains.damping_ratio * gains.stiffness**0.5
+    force = inputs.wrench.force
+
+    target = cog_target(gains, inputs)
+    share = clip(contact.speed / gains.cancel_speed, 0.0, 1.0)
+    total, slow = m * GRAVITY, []
+    for axis, i in ((u, 1), (v, 2)):
+        error = clip(dot(axis, body.position - target), -gains.error_limit, gains.error_limit)
+        error_rate = dot(axis, body.velocity - reference.tip_velocity)
+        wanted = dot(axis, reference.tip_acceleration) - damping[i] * error_rate - gains.stiffness[i] * error
+        felt = clip(dot(axis, force), -gains.cancel_limit, gains.cancel_limit)
+        decay = exp(-2.0 * math.pi * gains.cancel_cutoff[i - 1] * dt)
+        slow.append(decay * state.felt[i - 1] + (1.0 - decay) * felt)
+        total = total + axis * (m * wanted - share * gains.cancel[i - 1] * slow[-1])
+
+    speed = dot(a, body.velocity)
+    tip = dot(a, body.position + inputs.arm)
+    led = m * (
+        -damping[0] * (speed - contact.axis_velocity) - gains.stiffness[0] * (tip - contact.axis_position)
+    )
+    push, integral, tank = _press(gains, state, inputs, speed)
+    anchored = -m * gains.press_stiffness * (dot(a, body.position) - contact.anchor)
+    pressed = push + anchored
+    return State(integral, tank, vector(*slow)), total + a * where(contact.engaged > 0.5, pressed, led)
+
+
+def cog_target(gains: Any, inputs: LawInput) -> Array:
+    """Where the centre of gravity should be, W, m: behind the tip's reference by the arm as it is now."""
+    reference, contact = inputs.reference, inputs.contact
+    a = reference.contact_axis
+    by_pen = reference.tip_position - inputs.arm
+    target = reference.position + gains.pen * (by_pen - reference.position)
+    along = where(contact.engaged > 0.5, contact.anchor, contact.axis_position - dot(a, inputs.arm))
+    return target + a * (along - dot(a, target))
+
+
+def _press(gains: Any, state: State, inputs: LawInput, speed: Any) -> tuple[Any, Any, Any]:
+    """Force along the axis besides the anchor's spring, N, and the new integral and tank."""
+    contact, m, dt = inputs.contact, inputs.body.model.mass, inputs.dt
+    engaged = contact.engaged
+    # The body follows what the surface does less what the arm makes up.
+    relative = speed - (contact.surface_velocity - inputs.reach_rate)
+    damper = m * gains.press_damping * relative
+    missing = gains.force - contact.normal_force
+    alive = clip(4.0 * state.tank / gains.tank, 0.0, 1.0)
+    integral = state.integral + gains.force_integral * missing * dt
+    integral = clip(integral, -gains.force_integral_limit, gains.force_integral_limit)
+    power = integral * relative
+    # The work that the integral takes back always fills the tank; what it spends needs energy in it.
+    used = integral * where(power > 0.0, alive, 1.0)
+    tank = clip(state.tank + (damper * relative - used * relative) * dt, 0.0, gains.tank)
+    estimated = dot(inputs.reference.contact_axis, inputs.wrench.force)
+    inertia = (1.0 / gains.press_mass_ratio - 1.0) * (estimated + gains.force)
+    return (
+        gains.force + used + inertia - damper,
+        integral * engaged,
+        where(engaged > 0.5, tank, gains.tank),
+    )
