@@ -43,6 +43,18 @@ def test_every_figure_draws_any_number_of_runs(make_run, plate, count, tmp_path)
         assert path.stat().st_size > 3000
 
 
+def test_where_the_surface_was_looked_for_is_shaded(make_log):
+    changes = [[3.5, "slide", "lost", "no force"], [4.0, "lost", "recontact", "rested"]]
+    changes += [[4.25, "recontact", "settle", "touched"], [8.0, "slide", "lost", "no force"]]
+    log = make_log().assign_attrs(contact_transitions=json.dumps(changes))
+    figure = over_time.contact_direction({"following": Run("following", "following", log, {})})
+    blue = [patch for patch in figure.axes[0].patches if to_hex(patch.get_facecolor()) == style.LOST.lower()]
+    stretches = [(patch.get_x(), patch.get_x() + patch.get_width()) for patch in blue]
+    np.testing.assert_allclose(stretches, [(3.5, 4.0), (4.0, 4.25), (8.0, float(log.time[-1]))])
+    [legend] = figure.legends
+    assert "surface lost, looked for again" in [text.get_text() for text in legend.get_texts()]
+
+
 @pytest.mark.parametrize("plate", PLATES, ids=lambda plate: plate.name)
 def test_a_failed_flight_is_named_as_one(four_runs, plate):
     words = " ".join(texts(plate.draw(four_runs))) + " ".join(

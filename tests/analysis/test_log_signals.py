@@ -1,9 +1,19 @@
 """Phases, axes and stretches of time."""
 
+import json
+
 import numpy as np
 import pytest
 
-from skylimb.analysis.signals import adapting, in_contact, in_phase, phase_names, spans, surface_of
+from skylimb.analysis.signals import (
+    adapting,
+    contact_transitions,
+    in_contact,
+    in_phase,
+    phase_names,
+    spans,
+    surface_of,
+)
 from skylimb.errors import UnknownNameError
 
 
@@ -33,6 +43,15 @@ def test_contact_and_adaptation(make_log):
     bare = log.drop_vars(["contact", "reach_command"])
     assert not in_contact(bare).any()
     assert not adapting(bare).any()
+
+
+def test_transitions_of_the_contact(make_log):
+    log = make_log()
+    assert contact_transitions(log) == []
+    entry = [2.5, "slide", "lost", "no force"]
+    [change] = contact_transitions(log.assign_attrs(contact_transitions=json.dumps([entry])))
+    assert change == tuple(entry)
+    assert (change.after, change.reason) == ("lost", "no force")
 
 
 def test_a_log_without_a_surface_has_none(make_log):

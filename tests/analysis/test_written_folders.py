@@ -12,6 +12,7 @@ import xarray as xr
 
 from skylimb.analysis import load_runs, output, style, write_comparison, write_report, write_run
 from skylimb.analysis.metrics import NUMERIC_KEYS
+from skylimb.analysis.report import render_report
 from skylimb.errors import OutputError
 from skylimb.recording import Run
 
@@ -104,6 +105,20 @@ def test_the_report_is_one_file_that_says_it_all(comparison):
         assert words in page.text
     assert "skylimb compare paper --controllers pid impedance admittance hybrid --seed 3" in page.text
     assert "nan" not in re.sub(r"[^a-z ]", " ", page.text.lower()).split()
+
+
+def test_the_report_lists_what_the_controller_made_of_the_contact(make_log, tmp_path, comparison):
+    title = "What the controller made of the contact"
+    assert title not in (comparison / "report.html").read_text()
+    changes = [[2.5, "approach", "settle", "touched"]] + [[3.0 + 0.01 * i, "a", "b", "c"] for i in range(60)]
+    log = make_log(slide=1.0).assign_attrs(contact_transitions=json.dumps(changes))
+    (tmp_path / "figures").mkdir()
+    text = render_report({"following": Run("following", "following", log, {})}, tmp_path)
+    page = Page(text)
+    assert title in page.text
+    assert "61 in all" in page.text
+    assert "The first 60" in page.text
+    assert "<td>2.500</td><td>approach</td><td>settle</td><td>touched</td>" in text
 
 
 def test_words_of_the_users_are_not_taken_for_markup(make_log, tmp_path):

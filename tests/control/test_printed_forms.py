@@ -109,8 +109,8 @@ def test_an_observer_fed_with_the_wish_is_biased(monkeypatch: pytest.MonkeyPatch
         - 0.3
     )
 
-    def clipped(model: Any, R_WC: Any, force: Any, torque: Any, low: Any, high: Any) -> Thrusts:
-        return allocate(model, R_WC, force, torque, low, np.full(4, limit))
+    def clipped(model: Any, R_WC: Any, force: Any, torque: Any, low: Any, high: Any, lift: Any) -> Thrusts:
+        return allocate(model, R_WC, force, torque, low, np.full(4, limit), lift)
 
     monkeypatch.setattr(cascade_module, "allocate", clipped)
     fair = skylimb.run("push", controller="impedance", set=weak)
@@ -120,9 +120,9 @@ def test_an_observer_fed_with_the_wish_is_biased(monkeypatch: pytest.MonkeyPatch
 
     wishes: list[Any] = []
 
-    def remember(model: Any, R_WC: Any, force: Any, torque: Any, low: Any, high: Any) -> Thrusts:
+    def remember(model: Any, R_WC: Any, force: Any, torque: Any, low: Any, high: Any, lift: Any) -> Thrusts:
         wishes.append(allocate(model, R_WC, force, torque, -1e3 * np.ones(4), 1e3 * np.ones(4)).total)
-        return clipped(model, R_WC, force, torque, low, high)
+        return clipped(model, R_WC, force, torque, low, high, lift)
 
     def wished_wrench(model: Any, R_WC: Any, thrusts: Any) -> Any:
         return wishing(model, R_WC, wishes[-1])

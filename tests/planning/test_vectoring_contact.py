@@ -42,13 +42,13 @@ def test_a_push_across_the_surface_stays_out_of_the_pressing_force(X):
 def test_a_push_to_one_side_never_drives_the_robot_to_the_other(X):
     assert np.min(X[:, 1, 1]) >= 0.05
     assert np.max(np.abs(X[:, 1, 0])) <= 0.05
-    assert np.all((X[:, 1, 2] > 0.1) & (X[:, 1, 2] < 0.25))
+    assert np.all((X[:, 1, 2] > 0.1) & (X[:, 1, 2] < 0.30))
 
 
 def test_torque_tilt_slope_and_thrusts(states):
     assert np.min(TABLE.guaranteed_torque(THETAS)) >= 3.0
     assert np.max(TABLE.hover_tilt(THETAS)) <= 1.01 * CONTACT.tilt
-    assert np.max(np.abs(TABLE.slope(THETAS))) <= 1.4 < CONTACT.slope
+    assert np.max(np.abs(TABLE.slope(THETAS))) <= 1.8 < CONTACT.slope
     thrusts = np.array([state.hover_thrusts for state in states])
     assert thrusts.min() > 8.5
     assert thrusts.max() < 14.5
@@ -142,5 +142,5 @@ def test_the_shipped_table_is_what_the_search_finds():
 def test_criteria_that_cannot_be_kept_are_said():
     d = ROBOT.description
     weak = tuple(replace(rotor, thrust_max=12.0) for rotor in d.rotors)
-    with pytest.raises(AllocationError, match=r"hover with at most 0.05 rad of tilt and keep the pushes"):
+    with pytest.raises(AllocationError, match=r"hover with at most 0.1 rad of tilt and keep the pushes"):
         vectoring_table(Robot(replace(d, rotors=weak)), "contact", cache=False)

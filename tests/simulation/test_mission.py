@@ -6,7 +6,8 @@ from hypothesis import strategies as st
 import skylimb
 from skylimb.errors import SkylimbError
 from skylimb.experiments.run import prepare_flight
-from skylimb.simulation.mission import PHASES, contact_frame, ramp, ramp_duration
+from skylimb.planning.trajectories import trajectory
+from skylimb.simulation.mission import PHASES, Mission, contact_frame, ramp, ramp_duration
 from skylimb.spatial import rot_z
 
 
@@ -46,7 +47,7 @@ def test_the_papers_mission() -> None:
     experiment = skylimb.load_experiment("paper")
     _, mission = prepare_flight(experiment, skylimb.load_robot(experiment.robot))
     reference, phase = mission.reference, mission.phase
-    assert [PHASES[i] for i in np.unique(phase)] == list(PHASES)
+    assert [PHASES[i] for i in np.unique(phase)] == [name for name in PHASES if name != "lift"]
     sliding = phase == PHASES.index("slide")
     circle = (mission.tip_path[sliding] - [1.5, 0.0, 1.2])[:, 1:]
     np.testing.assert_allclose(np.linalg.norm(circle, axis=1), 0.30, atol=1e-9)
@@ -76,3 +77,75 @@ def test_feedforward_sends_the_derivatives_of_the_positions() -> None:
     np.testing.assert_allclose(
         reference.acceleration[away_from_corners], acceleration[away_from_corners], atol=2e-2
     )
+
+
+TWO_STROKES = {
+    "trajectory.shape": "drawing",
+    "trajectory.text": "11",
+    "trajectory.width": 0.25,
+    "trajectory.feedforward": "full",
+}
+
+
+def lifting(**changes: object) -> tuple[skylimb.Experiment, Mission]:
+    experiment = skylimb.load_experiment("paper", set={**TWO_STROKES, **changes})
+    return experiment, prepare_flight(experiment, skylimb.load_robot(experiment.robot))[1]
+
+
+def test_between_two_strokes_the_pen_leaves_and_comes_back() -> None:
+    experiment, mission = lifting()
+    path, reference, dt = trajectory(experiment.trajectory), mission.reference, experiment.control_period
+    lift, slide = (mission.phase == PHASES.index(name) for name in ("lift", "slide"))
+    [(leave, back)] = path.lifts
+    start = mission.times[np.flatnonzero(slide)[0]]
+    lifted = mission.times[lift] - start
+    assert lifted[0] == pytest.approx(leave, abs=2 * dt)
+    assert lifted[-1] == pytest.approx(back + path.lift_time, abs=2 * dt)
+    # Touch is wanted again from the way back on, and the mission waits for it only when that is over.
+    assert np.count_nonzero((reference.touch[lift] > 0.5) != (lifted >= back)) <= 1
+    np.testing.assert_array_equal(reference.adapt, reference.touch)
+    assert not reference.wait[lift][:-2].any()
+    assert reference.wait[lift][-2:].all()
+    assert reference.wait[slide].all()
+    # On the way to the next stroke the tip is clear of the board, which stands out by its slope.
+    away = lift & (mission.times > start + leave + 2.0) & (mission.times < start + back)
+    stands_out = np.tan(experiment.surface.slope) * -mission.tip_path[lift, 1].min()
+    out = 1.5 - 0.004 - reference.tip_position[away, 0]
+    np.testing.assert_allclose(out, experiment.approach.lift + stands_out, atol=1e-9)
+    pressed = reference.position[slide, 0].max() - reference.position[away, 0]
+    np.testing.assert_allclose(pressed, experiment.approach.depth + out, atol=1e-9)
+    gaps = experiment.surface.signed_distance(reference.tip_position[away]) - 0.004
+    assert gaps.min() > 0.9 * experiment.approach.lift
+
+
+def test_a_lifts_derivatives_are_sent() -> None:
+    experiment, mission = lifting()
+    reference, dt = mission.reference, experiment.control_period
+    lift = mission.phase == PHASES.index("lift")
+    for position, velocity in (
+        (reference.position, reference.velocity),
+        (reference.tip_position, reference.tip_velocity),
+        (reference.velocity, reference.acceleration),
+    ):
+        np.testing.assert_allclose(
+            np.gradient(position, dt, axis=0)[lift][3:-3], velocity[lift][3:-3], atol=1e-2
+        )
+
+
+def test_a_free_flight_does_not_lift() -> None:
+    _, mission = lifting(**{"approach.contact": False})
+    assert not (mission.phase == PHASES.index("lift")).any()
+    assert not mission.reference.touch.any()
+    assert np.ptp(mission.reference.position[:, 0]) == 0.0
+
+
+def test_a_flat_board_needs_no_more_than_the_lift() -> None:
+    _, mission = lifting(**{"surface.slope": 0.0, "approach.lift": 0.08})
+    away = mission.phase == PHASES.index("lift")
+    assert 1.496 - mission.reference.tip_position[away, 0].min() == pytest.approx(0.08, abs=1e-9)
+
+
+def test_a_surface_that_comes_nearer_is_kept_clear_of() -> None:
+    _, mission = lifting(**{"surface.slope": 0.0, "surface.advance_distance": 0.06})
+    away = mission.phase == PHASES.index("lift")
+    assert 1.496 - mission.reference.tip_position[away, 0].min() == pytest.approx(0.11, abs=1e-9)

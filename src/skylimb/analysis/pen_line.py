@@ -13,7 +13,7 @@ import xarray as xr
 from scipy.spatial import KDTree
 
 from skylimb.analysis.board import nominal_path
-from skylimb.analysis.signals import contact_axis, in_contact, in_phase, sliding_axes
+from skylimb.analysis.signals import contact_axis, in_contact, in_phase, phase_names, sliding_axes
 
 DRAWN_WITHIN = 0.010
 """A place of the asked line counts as drawn where the pen touched within this distance of it, m."""
@@ -23,6 +23,8 @@ _PITCH = 0.0005
 
 def pen_line(log: xr.Dataset) -> tuple[float, float]:
     """Distance of the drawn line from the asked one, over the samples in touch of the sliding period.
+
+    A lift between two strokes belongs to it: a pen that does not leave the surface draws there.
 
     Args:
         log: a run's log.
@@ -69,10 +71,13 @@ def pen_deviation(log: xr.Dataset) -> np.ndarray:
 
 
 def drawn_samples(log: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
-    """The samples of the sliding period in touch: numbers (n,), and the tip in the sliding plane (n, 2)."""
+    """The samples in touch of the sliding period, lifts included: numbers, and (u, v) of the tip (n, 2)."""
     if "tip_position" not in log:
         return np.zeros(0, dtype=int), np.zeros((0, 2))
-    samples = np.flatnonzero(in_phase(log, "slide") & in_contact(log))
+    drawing = in_phase(log, "slide")
+    if "lift" in phase_names(log):
+        drawing |= in_phase(log, "lift")
+    samples = np.flatnonzero(drawing & in_contact(log))
     points = _in_plane(log, log.tip_position.values[samples])
     finite = np.isfinite(points).all(axis=1)
     return samples[finite], points[finite]

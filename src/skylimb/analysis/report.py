@@ -17,6 +17,7 @@ from skylimb.analysis.claims import check_claims
 from skylimb.analysis.figures import PLATES
 from skylimb.analysis.metrics import DESCRIPTIONS, NUMERIC_KEYS
 from skylimb.analysis.paper_numbers import EXPERIMENT, SOURCE, published
+from skylimb.analysis.signals import contact_transitions
 from skylimb.recording import Run
 
 TEMPLATE = Path(__file__).with_name("report_template.html")
@@ -97,6 +98,11 @@ def render_report(runs: Mapping[str, Run], folder: Path) -> str:
         ],
         finished=sum(not run.failed for run in runs.values()),
         total=len(runs),
+        transitions=[
+            (style.label(name), contact_transitions(run.log))
+            for name, run in runs.items()
+            if contact_transitions(run.log)
+        ],
         compared=any(cell.paper for _, _, cells in _rows(runs) for cell in cells),
         claims=claims,
         held=sum(claim.holds for claim in claims),

@@ -95,6 +95,20 @@ def in_contact(log: xr.Dataset) -> np.ndarray:
     return log.contact.values > 0
 
 
+class Transition(NamedTuple):
+    """A change of the contact's state: when (s), from which state, to which, and why."""
+
+    time: float
+    before: str
+    after: str
+    reason: str
+
+
+def contact_transitions(log: xr.Dataset) -> list[Transition]:
+    """Every change of the contact's state that the controller made; none where it keeps no such state."""
+    return [Transition(*entry) for entry in json.loads(log.attrs.get("contact_transitions", "[]"))]
+
+
 def adapting(log: xr.Dataset) -> np.ndarray:
     """At which samples the arm gave way: booleans, shape (time,).
 

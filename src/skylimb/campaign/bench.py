@@ -35,6 +35,7 @@ from skylimb.robots.loader import load_robot
 from skylimb.robots.model import Robot
 from skylimb.simulation.drivers import mission_rows
 from skylimb.simulation.flight import Flight
+from skylimb.simulation.gain_changes import require_gain_changes
 from skylimb.simulation.mission import Mission
 from skylimb.simulation.native import NativeJob, fly_native, unavailable
 from skylimb.simulation.plant import Plant, initial_data
@@ -141,6 +142,7 @@ class Bench:
             robot = self._robots[experiment.robot]
             gains = {**campaign.gains_of(drawn, name), **dict(job.gains)}
             controller = self._controller(name, experiment.robot, json.dumps(gains, sort_keys=True))
+            require_gain_changes(experiment.gain_changes, controller)
             return _Ready(
                 experiment,
                 robot,
@@ -166,7 +168,9 @@ class Bench:
         assert isinstance(item.controller, Cascade)
         data = initial_data(plant, first_row(item.mission))
         rows = mission_rows(plant, item.mission, experiment.sensors, experiment.seed, item.controller.paced)
-        return NativeJob(self._tick(item, data), plant, data, item.mission, rows, experiment.disturbance)
+        tick = self._tick(item, data)
+        rows = rows.with_changes(experiment.gain_changes, tick, experiment.control_period)
+        return NativeJob(tick, plant, data, item.mission, rows, experiment.disturbance)
 
     def _tick(self, item: _Ready, data: mujoco.MjData) -> CompiledTick:
         """The controller's tick, traced once for every structure of plant and sensors that it meets."""

@@ -7,13 +7,15 @@ short history, from which
 - the momentum observer gets the wrench that acted when the measured motion was made, and
 - position, velocity, attitude and angular velocity are carried forward to now (a Smith predictor):
 
-      v(t) = v(t - L) + 1/m sum_i w_i (u_i + f_ext),    p(t) = p(t - L) + L v(t - L) + 1/m sum_i w_i s_i (u_i + f_ext)
+      v(t) = v(t - L) + 1/m sum_i w_i (u_i + f_ext),
+      p(t) = p(t - L) + L v(t - L) + 1/m sum_i w_i s_i (u_i + f_ext)
 
   with u_i the known force of a past tick, w_i how much of that tick lies within the latency L (s) and s_i the
   time since its middle; attitude and angular velocity alike.
 
-The lag of the rotors is shortened by a lead: lambda_cmd = lambda + lead (lambda_des - lambda), with lambda the
-modelled thrust, makes the thrust follow its wish `lead` times faster.
+The lag of the rotors is shortened by a lead: lambda_cmd = lambda + lead (lambda_des - lambda), with lambda
+the modelled thrust, makes the thrust follow its wish `lead` times faster, at most as fast as it is there
+within a tick.
 """
 
 from __future__ import annotations
@@ -24,13 +26,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from skylimb.config import require_range
+from skylimb.errors import ConfigError
 from skylimb.estimation.momentum_observer import GRAVITY
 from skylimb.estimation.records import BodyState, Wrench
 from skylimb.spatial import cross, hat
 from skylimb.symbolic import Array, clip, exp
 
 DEPTH = 16
-"""Ticks of history; at 200 Hz latencies up to 70 ms can be compensated."""
+"""Ticks of history; at 200 Hz latencies up to 75 ms can be compensated."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +61,8 @@ class DelayCompensation:
 class DelayState(NamedTuple):
     """Modelled thrusts (n,) in N, and the known wrench of the last ticks, newest first.
 
-    Each entry of `wrenches` is (6,): rotor force less weight in W (N), rotor torque less gyroscopic in C (N m).
+    Each entry of `wrenches` is (6,): rotor force less weight in W (N), rotor torque less gyroscopic in C
+    (N m).
     """
 
     thrusts: Array
@@ -68,6 +72,16 @@ class DelayState(NamedTuple):
 def initial_delay_state(hover_thrusts: np.ndarray) -> DelayState:
     """A robot that has been hovering for as long as the history goes back."""
     return DelayState(np.asarray(hover_thrusts, dtype=float), (np.zeros(6),) * DEPTH)
+
+
+def require_history(gains: DelayCompensation, dt: float) -> None:
+    """Raise a `ConfigError` unless the history, in ticks of `dt` (s), reaches back to the latency."""
+    longest = (DEPTH - 1) * dt
+    if gains.compensate and gains.latency > longest + 1e-9:
+        raise ConfigError(
+            f"delay.latency = {gains.latency:g} s cannot be compensated with a history of {DEPTH} ticks of "
+            f"{dt:g} s: at most {longest:g} s, or a lower controller_rate"
+        )
 
 
 def lead_thrusts(
@@ -87,8 +101,10 @@ def lead_thrusts(
         The command within the limits, the modelled mean thrust of the tick to come, and the modelled thrust
         at its end, all N, (n,).
     """
-    command = clip(state.thrusts + gains.lead * (thrusts - state.thrusts), thrust_min, thrust_max)
     decay = exp(-dt / gains.rotor_lag)
+    # More would lead past the wish, and ring.
+    lead = clip(gains.lead, 1.0, 1.0 / (1.0 - decay))
+    command = clip(state.thrusts + lead * (thrusts - state.thrusts), thrust_min, thrust_max)
     away = state.thrusts - command
     mean = command + away * (gains.rotor_lag / dt) * (1.0 - decay)
     return command, mean, command + away * decay
@@ -101,7 +117,7 @@ def remember(state: DelayState, thrusts: Array, wrench: Array) -> DelayState:
 
 def delayed_wrench(gains: Any, state: DelayState, dt: float) -> Array:
     """Known wrench (6,) that acted over the last tick that the next measurement shows the end of."""
-    ticks = gains.latency / dt
+    ticks = clip(gains.latency / dt, 0.0, DEPTH - 1.0)
     return sum(
         (wrench * clip(1.0 - abs(ticks - index), 0.0, 1.0) for index, wrench in enumerate(state.wrenches)),
         start=0.0 * state.wrenches[0],

@@ -13,6 +13,7 @@ from skylimb.errors import ConfigError, unknown_name
 from skylimb.planning.posture_path import PostureConfig
 from skylimb.planning.trajectories import TrajectoryConfig
 from skylimb.simulation.disturbance import DisturbanceConfig
+from skylimb.simulation.gain_changes import GainChange
 from skylimb.simulation.mission import ApproachConfig, PhaseConfig, contact_frame
 from skylimb.simulation.plant import PlantConfig
 from skylimb.simulation.sensors import SensorConfig
@@ -39,6 +40,7 @@ class Settings:
         disturbance: a push on the flying robot.
         sensors: what it measures.
         plant: how the real robot differs from its description.
+        gain_changes: gains of the controller that change in flight.
     """
 
     name: str = ""
@@ -54,6 +56,7 @@ class Settings:
     disturbance: DisturbanceConfig = field(default_factory=DisturbanceConfig)
     sensors: SensorConfig = field(default_factory=SensorConfig)
     plant: PlantConfig = field(default_factory=PlantConfig)
+    gain_changes: tuple[GainChange, ...] = ()
 
     def __post_init__(self) -> None:
         require_range("experiment", "controller_rate", self.controller_rate, 10.0, 10_000.0, "Hz")
@@ -82,8 +85,9 @@ class Experiment(Settings):
     def to_mapping(self) -> dict[str, Any]:
         """The experiment as nested plain values, as in its file."""
         mapping = to_mapping(self)
-        if not self.controller:
-            del mapping["controller"]
+        for name in ("controller", "gain_changes"):
+            if not mapping[name]:
+                del mapping[name]
         return mapping
 
 

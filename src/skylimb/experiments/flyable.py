@@ -9,7 +9,7 @@ from skylimb.control.records import Reference
 from skylimb.simulation.mission import PHASES, Mission
 from skylimb.simulation.plant import Plant, initial_data
 from skylimb.simulation.robot_bodies import TIP_SITE
-from skylimb.simulation.surfaces import require_clear, require_fits, require_path
+from skylimb.simulation.surfaces import Surface, require_clear, require_fits, require_path
 
 
 def first_row(mission: Mission) -> Reference:
@@ -25,10 +25,30 @@ def require_flyable(plant: Plant, mission: Mission) -> None:
     bodies = data.xpos[1:][[not name.startswith("surface") for name in _body_names(plant.model)]]
     points = np.vstack([bodies, data.site(TIP_SITE).xpos])
     require_clear(surface, points, tip.radius, plant.robot.name)
-    sliding = mission.phase == PHASES.index("slide")
+    sliding = np.isin(mission.phase, [PHASES.index(name) for name in ("slide", "lift")])
     if mission.contact:
         require_path(surface, mission.tip_path[sliding])
 
 
 def _body_names(model: mujoco.MjModel) -> list[str]:
     return [model.body(i).name for i in range(1, model.nbody)]
+
+
+def standing_out(surface: Surface, mission: Mission) -> float:
+    """How far the surface stands out toward the robot, at most, under the ways on which the pen is lifted.
+
+    A mission lays its path on the nominal surface, a plane through the middle of the path. A pen that goes
+    from stroke to stroke must pass over what stands out of that plane, so whoever plans the flight must know
+    this one number; no controller is told more.
+
+    Returns:
+        m, from the plane along the contact axis; 0 where nothing stands out or nothing is lifted.
+    """
+    lifted = mission.phase == PHASES.index("lift")
+    if not lifted.any():
+        return 0.0
+    axis = mission.frame.contact
+    gaps = surface.distance_along(mission.tip_path[lifted], axis)
+    moved = surface.motion(mission.times)[0] * float(surface.motion_axis @ axis)
+    nearest = float(np.nanmin(gaps, initial=0.0)) + min(float(moved.min()), 0.0)
+    return max(0.0, -nearest)

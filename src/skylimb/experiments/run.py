@@ -22,7 +22,7 @@ from skylimb.control.controller import (
 from skylimb.errors import ConfigError
 from skylimb.experiments.asked_line import with_asked_line
 from skylimb.experiments.experiment import Experiment, experiment_with, load_experiment
-from skylimb.experiments.flyable import first_row, require_flyable
+from skylimb.experiments.flyable import first_row, require_flyable, standing_out
 from skylimb.experiments.posture_plan import posture_plan
 from skylimb.recording.run import Run
 from skylimb.recording.versions import versions
@@ -30,6 +30,7 @@ from skylimb.robots.loader import load_robot
 from skylimb.robots.model import Robot
 from skylimb.simulation.drivers import fly_compiled, interventions, mission_rows
 from skylimb.simulation.flight import Flight
+from skylimb.simulation.gain_changes import require_gain_changes
 from skylimb.simulation.log import flight_log
 from skylimb.simulation.mission import Mission, MissionConfig, contact_frame, plan_mission
 from skylimb.simulation.plant import Plant, build_plant, initial_data
@@ -114,7 +115,10 @@ def _prepare(
     else:
         experiment = load_experiment(experiment, given)
     robot = load_robot(experiment.robot)
-    return experiment, robot, [_controller(item, experiment, robot, gains) for item in controllers]
+    ready = [_controller(item, experiment, robot, gains) for item in controllers]
+    for controller in ready:
+        require_gain_changes(experiment.gain_changes, controller)
+    return experiment, robot, ready
 
 
 def _controller(
@@ -216,13 +220,17 @@ def prepare_flight(experiment: Experiment, robot: Robot, purpose: str = "torque"
     """
     dt = experiment.control_period
     plant = build_plant(robot, experiment.surface, experiment.plant, dt)
-    mission = plan_mission(
+    asked = (
         MissionConfig(experiment.phases, experiment.approach, experiment.trajectory),
         contact_frame(experiment.contact_axis),
         np.asarray(experiment.surface.position, dtype=float),
         posture_plan(experiment.posture, robot, purpose),
         dt,
     )
+    mission = plan_mission(*asked)
+    clearance = standing_out(plant.surface, mission)
+    if clearance > 0.0:
+        mission = plan_mission(*asked, clearance)
     require_flyable(plant, mission)
     return plant, mission
 
@@ -236,6 +244,7 @@ def fly_mission(
 ) -> Flight:
     """Fly with the driver that suits the controller."""
     dt = experiment.control_period
+    require_gain_changes(experiment.gain_changes, controller)
     data = initial_data(plant, first_row(mission))
     paced = bool(getattr(controller, "paced", False))
     rows = mission_rows(plant, mission, experiment.sensors, experiment.seed, paced)
@@ -248,5 +257,6 @@ def fly_mission(
     if isinstance(controller, Cascade):
         root = np.concatenate([data.qpos[0:7], data.qvel[0:6]])
         tick = compile_tick(controller, plant, experiment.sensors, root, dt)
+        rows = rows.with_changes(experiment.gain_changes, tick, dt)
         return fly_compiled(tick, plant, data, mission, rows, outside, report)
     return fly_python(controller, plant, data, mission, rows, experiment.sensors, dt, outside, report)

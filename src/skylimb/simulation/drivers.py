@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -19,6 +20,7 @@ from skylimb.simulation.flight import (
     find_loss,
     unfinished,
 )
+from skylimb.simulation.gain_changes import GainChange, GainRows, gain_rows
 from skylimb.simulation.mission import Mission
 from skylimb.simulation.plant import Plant
 from skylimb.simulation.robot_bodies import TIP_SITE
@@ -37,17 +39,25 @@ class FlightRows:
     Attributes:
         ticks: one packed `TickRow` for every tick that the flight may have.
         references: one packed `Reference` for every tick of the mission, and the last one once more.
+        gains: those that change in flight, if any do.
     """
 
     ticks: np.ndarray
     references: np.ndarray
+    gains: GainRows | None = None
 
     def __len__(self) -> int:
         return len(self.ticks)
 
     def until(self, count: int) -> FlightRows:
         """The first `count` ticks of a flight that goes with the mission's clock."""
-        return FlightRows(self.ticks[:count], self.references[: count + 1])
+        gains = self.gains.until(count) if self.gains is not None else None
+        return FlightRows(self.ticks[:count], self.references[: count + 1], gains)
+
+    def with_changes(self, changes: Sequence[GainChange], tick: CompiledTick, dt: float) -> FlightRows:
+        """The rows of a flight in which some gains of a tick of `dt` seconds change."""
+        times = np.arange(len(self)) * dt
+        return dataclasses.replace(self, gains=gain_rows(changes, tick.gains, tick.gains_layout, times))
 
     @property
     def last(self) -> int:
@@ -93,9 +103,10 @@ def fly_compiled(
     window = 1 if tick.clock is None else 2
     reference = np.zeros((window, rows.references.shape[1]))
     states = (tick.state.copy(), tick.state.copy())
+    gains, changing = tick.gains.copy(), rows.gains
     # State and next state change places at every tick, so two evaluations are bound and nothing is copied.
     (_even, evaluate), (_odd, evaluate_next) = (
-        _bind(tick, data, states[i], states[1 - i], row, reference, signals) for i in (0, 1)
+        _bind(tick, data, states[i], states[1 - i], row, reference, gains, signals) for i in (0, 1)
     )
     known, references, last, clock = rows.ticks, rows.references, rows.last, tick.clock
     at = 0
@@ -104,6 +115,8 @@ def fly_compiled(
         for k in range(start, end):
             row[:] = known[k]
             reference[:] = references[at : at + window]
+            if changing is not None:
+                gains[changing.columns] = changing.values[k]
             evaluate()
             evaluate, evaluate_next = evaluate_next, evaluate
             log[k] = signals
@@ -132,11 +145,12 @@ def _bind(
     next_state: np.ndarray,
     row: np.ndarray,
     reference: np.ndarray,
+    gains: np.ndarray,
     signals: np.ndarray,
 ) -> tuple[Any, Callable[[], None]]:
     """An evaluation on these arrays' own memory, and the buffer that must be kept alive with it."""
     buffer, evaluate = tick.function.buffer()
-    given: tuple[Any, ...] = (state, data.qpos, data.qvel, data.act, data.history, row, reference, tick.gains)
+    given: tuple[Any, ...] = (state, data.qpos, data.qvel, data.act, data.history, row, reference, gains)
     results: tuple[Any, ...] = (next_state, data.ctrl, signals)
     for index, array in enumerate(given):
         buffer.set_arg(index, memoryview(array))  # pyright: ignore[reportCallIssue]

@@ -8,12 +8,19 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from skylimb.control.contact.machine import REASONS, STATES
 from skylimb.errors import ConfigError
 from skylimb.simulation.flight import Flight, flown_mission
 from skylimb.simulation.mission import PHASES, Mission
 from skylimb.simulation.plant import Plant
 from skylimb.simulation.signals import SIGNALS, SignalInfo
 from skylimb.simulation.truth import contact_truth, flight_kinematics
+
+CONTACT_STATE, CONTACT_REASON = "contact_state", "contact_reason"
+"""Signals of a controller whose contact law is a state machine."""
+
+_FLAGS = {"phase": PHASES, CONTACT_STATE: STATES, CONTACT_REASON: REASONS}
+"""Variables that count names."""
 
 COG_TARGET = "cog_position_target"
 """Signal of a controller that does not take the mission's reference of the centre of gravity as it is."""
@@ -50,17 +57,53 @@ def flight_log(plant: Plant, flight: Flight, mission: Mission) -> xr.Dataset:
     if COG_TARGET in values:
         # A controller that follows with the tip makes the centre of gravity's reference itself.
         computed["cog_position_reference"] = values.pop(COG_TARGET)
+    for name in (CONTACT_STATE, CONTACT_REASON):
+        if name in values:
+            # Of a flight that diverged the last one may be no number.
+            values[name] = np.where(np.isfinite(values[name]), values[name], -1.0).astype(np.int8)
     clash = sorted(values.keys() & computed.keys())
     if clash:
         raise ConfigError(
             f"controller signal '{clash[0]}' is a name that the loop records itself; choose another"
         )
     values |= computed
+    attributes = {"contact_losses": json.dumps([[loss.start, loss.duration] for loss in losses])}
+    if CONTACT_STATE in values and CONTACT_REASON in values:
+        attributes["contact_transitions"] = json.dumps(
+            contact_transitions(mission.times[:ticks], values[CONTACT_STATE], values[CONTACT_REASON])
+        )
     return xr.Dataset(
         {name: _variable(name, array, plant) for name, array in values.items()},
         coords=_coordinates(plant, mission.times[:ticks], values),
-        attrs={"contact_losses": json.dumps([[loss.start, loss.duration] for loss in losses])},
+        attrs=attributes,
     )
+
+
+def contact_transitions(
+    times: np.ndarray, state: np.ndarray, reason: np.ndarray
+) -> list[tuple[float, str, str, str]]:
+    """Every change of the contact's state: when (s), from which state, to which, and why, in words.
+
+    Args:
+        times: of the ticks, (k,).
+        state: index of `STATES` at every tick, (k,).
+        reason: index of `REASONS` of the last change, (k,).
+    """
+    changed = np.flatnonzero(np.diff(state)) + 1
+    return [
+        (
+            round(float(times[k]), 6),
+            _word(STATES, state[k - 1]),
+            _word(STATES, state[k]),
+            _word(REASONS, reason[k]),
+        )
+        for k in changed
+    ]
+
+
+def _word(names: tuple[str, ...], index: float) -> str:
+    """The name of that number; the number itself where a user's own law counts otherwise."""
+    return names[int(index)] if 0.0 <= index < len(names) else f"{index:g}"
 
 
 def _variable(name: str, array: np.ndarray, plant: Plant) -> xr.Variable:
@@ -73,8 +116,9 @@ def _variable(name: str, array: np.ndarray, plant: Plant) -> xr.Variable:
         "long_name": info.long_name,
         "kind": info.kind,
     }
-    if name == "phase":
-        attrs |= {"flag_values": np.arange(len(PHASES), dtype=np.int8), "flag_meanings": " ".join(PHASES)}
+    if name in _FLAGS:
+        names = [word.replace(" ", "_") for word in _FLAGS[name]]
+        attrs |= {"flag_values": np.arange(len(names), dtype=np.int8), "flag_meanings": " ".join(names)}
     return xr.Variable(("time", *info.dims), array.reshape(len(array), *array.shape[1:]), attrs)
 
 

@@ -1,8 +1,9 @@
 """The paper's flight as a table: what the controller is asked to do at every tick.
 
 Phases: hover, tare (the observer's bias is averaged), approach along the contact axis, settle in contact,
-slide along the path, retreat, hover. They follow the clock alone, so the whole table is known before
-take-off.
+slide along the path, retreat, hover. Between two strokes of a drawing the slide is interrupted by a lift: the
+pen leaves, goes to the next stroke and comes back. Phases follow the clock alone, so the whole table is known
+before take-off.
 """
 
 from __future__ import annotations
@@ -17,13 +18,13 @@ import numpy as np
 from skylimb.config import require_non_negative, require_positive, require_range
 from skylimb.control.records import Reference
 from skylimb.errors import ConfigError
-from skylimb.planning.trajectories import TrajectoryConfig, trajectory
+from skylimb.planning.trajectories import Trajectory, TrajectoryConfig, trajectory
 from skylimb.simulation.surfaces.placement import base_rotation
 from skylimb.spatial import rot_z
 
-PHASES = ("hover", "tare", "approach", "settle", "slide", "retreat", "hover_end")
+PHASES = ("hover", "tare", "approach", "settle", "slide", "retreat", "hover_end", "lift")
 _TOUCHING = ("approach", "settle", "slide")
-"""Phases in which the tip is to touch, or to go on until it does."""
+"""Phases in which the tip is to touch, or to go on until it does; in a lift from the way back on."""
 
 _WAITING = ("settle", "slide")
 """Phases that make no sense without touch."""
@@ -68,6 +69,7 @@ class ApproachConfig:
         standoff: gap between tip and surface before the approach, at the middle of the path, m.
         speed: of the approach, m/s.
         retreat_speed: m/s.
+        lift: least gap between tip and surface on the way from one stroke of a drawing to the next, m.
         contact: false to stay at the standoff all the while, for a free flight.
     """
 
@@ -76,10 +78,12 @@ class ApproachConfig:
     standoff: float = 0.10
     speed: float = 0.05
     retreat_speed: float = 0.10
+    lift: float = 0.05
 
     def __post_init__(self) -> None:
         require_range("approach", "depth", self.depth, 0.0, 0.6, "m")
         require_range("approach", "standoff", self.standoff, 0.0, 2.0, "m")
+        require_range("approach", "lift", self.lift, 0.0, 1.0, "m")
         require_positive("approach", "speed", self.speed, "m/s")
         require_positive("approach", "retreat_speed", self.retreat_speed, "m/s")
 
@@ -199,7 +203,12 @@ class Mission:
 
 
 def plan_mission(
-    config: MissionConfig, frame: ContactFrame, center: np.ndarray, posture: PosturePlan, dt: float
+    config: MissionConfig,
+    frame: ContactFrame,
+    center: np.ndarray,
+    posture: PosturePlan,
+    dt: float,
+    standing_out: float = 0.0,
 ) -> Mission:
     """Lay the phases on the clock.
 
@@ -209,6 +218,8 @@ def plan_mission(
         center: middle of the path on the nominal surface, W, m, (3,).
         posture: nominal posture over time.
         dt: control period, s.
+        standing_out: how far the surface stands out beyond its nominal place, toward the robot, under the
+            ways on which the pen is lifted, m.
     """
     path = trajectory(config.trajectory)
     approach = config.approach
@@ -222,14 +233,26 @@ def plan_mission(
     ends = np.cumsum(durations)
     count = round(float(ends[-1]) / dt) + 1
     times = np.arange(count) * dt
-    phase = np.minimum(np.searchsorted(ends, times + 1e-9, side="right"), len(PHASES) - 1)
+    phase = np.minimum(np.searchsorted(ends, times + 1e-9, side="right"), len(ends) - 1)
 
     since_slide = times - ends[3]
+    if approach.contact:
+        phase[_lifting(path, since_slide)] = PHASES.index("lift")
     into, into_rate, into_bend = ramp(travel, approach.speed, times - ends[1])
     back, back_rate, back_bend = ramp(travel, approach.retreat_speed, times - ends[4])
     depth = -approach.standoff + into - back
+    tip_depth = np.minimum(depth, 0.0)
+    axis_speed, axis_bend = into_rate - back_rate, into_bend - back_bend
+    tip_speed = axis_speed * (depth < 0.0)
+    if path.lifts and approach.contact:
+        # Lifted, tip and centre of gravity are as far out as if the robot had not pressed at all.
+        part, rate, bend = path.lifted(since_slide)
+        clear = approach.lift + standing_out
+        way = approach.depth + clear
+        depth, axis_speed, axis_bend = depth - way * part, axis_speed - way * rate, axis_bend - way * bend
+        tip_depth, tip_speed = tip_depth - clear * part, tip_speed - clear * rate
     slide_time = np.clip(since_slide, 0.0, path.duration)
-    sliding = (phase == PHASES.index("slide"))[:, None]
+    sliding = np.isin(phase, [PHASES.index(name) for name in ("slide", "lift")])[:, None]
     uv, uv_rate, uv_bend = path.sample(slide_time)
 
     # The arm moves in the plane of the joints: it can give way to a wall, not to a floor or a ceiling.
@@ -240,9 +263,14 @@ def plan_mission(
     # Where the centre of gravity is when the tip's ball just touches the middle of the path.
     home = center - a * posture.tip_radius - rot_z(frame.heading) @ posture.tip
     position = home + depth[:, None] * a + uv @ plane
-    velocity = (into_rate - back_rate)[:, None] * a + (uv_rate * sliding) @ plane
-    acceleration = (into_bend - back_bend)[:, None] * a + (uv_bend * sliding) @ plane
-    touching = np.isin(phase, [PHASES.index(name) for name in _TOUCHING]) * float(approach.contact)
+    velocity = axis_speed[:, None] * a + (uv_rate * sliding) @ plane
+    acceleration = axis_bend[:, None] * a + (uv_bend * sliding) @ plane
+    coming_back = (phase == PHASES.index("lift")) & path.touching(since_slide)
+    touching = np.isin(phase, [PHASES.index(name) for name in _TOUCHING]) | coming_back
+    touching = touching * float(approach.contact)
+    waiting = np.isin(phase, [PHASES.index(name) for name in _WAITING])
+    # A clock that is held until the pen is back stands still in the lift, not in the slide that comes next.
+    waiting[:-2] |= (phase[:-2] == PHASES.index("lift")) & waiting[2:]
     reference = Reference(
         position=position,
         velocity=velocity * velocity_sent,
@@ -256,15 +284,22 @@ def plan_mission(
         tare=(phase == PHASES.index("tare")).astype(float),
         align=np.full(count, float(approach.contact and arm_reaches)),
         adapt=touching * float(arm_reaches),
-        tip_position=center + np.minimum(depth, 0.0)[:, None] * a + uv @ plane - a * posture.tip_radius,
-        tip_velocity=(into_rate - back_rate)[:, None] * a * (depth < 0.0)[:, None]
-        + (uv_rate * sliding) @ plane,
+        tip_position=center + tip_depth[:, None] * a + uv @ plane - a * posture.tip_radius,
+        tip_velocity=tip_speed[:, None] * a + (uv_rate * sliding) @ plane,
         tip_acceleration=(uv_bend * sliding) @ plane,
         touch=touching,
-        wait=np.isin(phase, [PHASES.index(name) for name in _WAITING]) * float(approach.contact),
+        wait=waiting * float(approach.contact),
         sliding_axis=np.tile(frame.sliding_u, (count, 1)),
     )
     return Mission(times, reference, phase, frame, center + uv @ plane, approach.contact, phases.patience)
+
+
+def _lifting(path: Trajectory, t: np.ndarray) -> np.ndarray:
+    """Whether the pen leaves, is away or comes back at times t since the beginning of the slide, (k,)."""
+    lifting = np.zeros(t.shape, dtype=bool)
+    for leave, back in path.lifts:
+        lifting |= (t >= leave) & (t < back + path.lift_time)
+    return lifting
 
 
 def ramp_duration(distance: float, speed: float) -> float:

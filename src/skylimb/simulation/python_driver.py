@@ -26,6 +26,7 @@ from skylimb.simulation.sensors import SensorConfig, initial_sensor_state
 from skylimb.simulation.tick import (
     Clock,
     check_measured_link,
+    next_clock,
     plant_signals,
     reference_between,
     reference_layout,
@@ -76,11 +77,14 @@ def fly_python(
                     gains, state, measurements.unpack(measured), reference, dt
                 )
             except Exception as error:
-                raise _failed_step(controller.name, mission.times[k], error) from error
+                raise _failed_step(controller.name, k * dt, error) from error
             command = _checked(controller.name, command, plant)
             inner = {name: _number(value) for name, value in inner.items()}
-            pace = float(inner["pace"]) if paced else 1.0
             if paced:
+                if "pace" not in inner:
+                    raise ConfigError(
+                        f"controller '{controller.name}' sets the mission's pace, and tells no signal 'pace'"
+                    )
                 inner[MISSION_TIME] = clock.ticks * dt
             if k == 0:
                 # Only now is it known which inner signals this controller tells of.
@@ -93,7 +97,7 @@ def fly_python(
             for act in outside:
                 act(k)
             mujoco.mj_step(plant.model, data, plant.substeps)
-            clock = Clock(clock.ticks + pace, pace)
+            clock = next_clock(clock, inner["pace"] if paced else 1.0)
             if clock.ticks >= rows.last + 1:
                 end = k + 1
                 break

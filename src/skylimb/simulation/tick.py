@@ -22,6 +22,7 @@ from skylimb.control.cascade import Cascade
 from skylimb.control.preset import SLOTS
 from skylimb.control.records import Command, Reference, zero_reference
 from skylimb.errors import DescriptionError
+from skylimb.estimation.delay import require_history
 from skylimb.estimation.records import Measurement
 from skylimb.packing import Layout, structure
 from skylimb.simulation.actuators import actuate
@@ -29,7 +30,10 @@ from skylimb.simulation.contact import ContactReading
 from skylimb.simulation.flight import MISSION_TIME
 from skylimb.simulation.plant import Plant
 from skylimb.simulation.sensors import SensorConfig, SensorNoise, SensorState, initial_sensor_state, sense
-from skylimb.symbolic import floor
+from skylimb.symbolic import floor, where
+
+_FASTEST = 100.0
+"""No mission goes faster than this many times its own pace."""
 
 
 class TickRow(NamedTuple):
@@ -83,6 +87,12 @@ def reference_between(here: Reference, there: Reference, clock: Clock) -> Refere
         tip_velocity=mixed.tip_velocity * clock.pace,
         tip_acceleration=mixed.tip_acceleration * clock.pace**2,
     )
+
+
+def next_clock(clock: Clock, pace: Any) -> Clock:
+    """The clock a tick later; no pace derails it, be it negative, beyond reason or no number."""
+    pace = where(pace > 0.0, where(pace < _FASTEST, pace, _FASTEST), 0.0)
+    return Clock(clock.ticks + pace, pace)
 
 
 def sense_plant(
@@ -215,6 +225,7 @@ def compile_tick(
         dt: control period, s.
     """
     check_measured_link(plant)
+    require_history(controller.preset.delay, dt)
     initial = initial_tick_state(controller, sensors, root, dt)
     gains = controller.gains()
     key = _structure(controller, plant, initial, gains, dt)
@@ -282,7 +293,7 @@ def _trace(controller: Cascade, plant: Plant, initial: Any, gains: Any, dt: floa
     recorded = plant_signals(plant, outputs, measurement, command) | inner
     if paced:
         recorded[MISSION_TIME] = clock.ticks * dt
-        clock = Clock(clock.ticks + inner["pace"], inner["pace"])
+        clock = next_clock(clock, inner["pace"])
     signals = Layout(recorded)
     function = ca.Function(
         "tick",

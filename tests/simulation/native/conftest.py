@@ -46,11 +46,12 @@ def _make_job(
     robot = skylimb.load_robot(flown.robot)
     cascade = skylimb.load_controller(controller, robot)
     assert isinstance(cascade, Cascade)
-    plant, mission = prepare_flight(flown, robot)
+    plant, mission = prepare_flight(flown, robot, cascade.preset.vectoring.purpose)
     data = initial_data(plant, first_row(mission))
     root = np.concatenate([data.qpos[0:7], data.qvel[0:6]])
     tick = compile_tick(cascade, plant, flown.sensors, root, flown.control_period)
-    rows = mission_rows(plant, mission, flown.sensors, flown.seed)
+    rows = mission_rows(plant, mission, flown.sensors, flown.seed, cascade.paced)
+    rows = rows.with_changes(flown.gain_changes, tick, flown.control_period)
     return NativeJob(tick, plant, data, mission, rows, flown.disturbance)
 
 
@@ -58,7 +59,8 @@ def _fly_slowly(job: NativeJob) -> Flight:
     """The Python driver on the same job, whose own data stays as it is."""
     data = mujoco.MjData(job.plant.model)
     mujoco.mj_copyData(data, job.plant.model, job.data)
-    outside = interventions(job.plant, data, job.mission.times, job.disturbance)
+    times = job.mission.flight_times(job.compiled.clock is not None)
+    outside = interventions(job.plant, data, times, job.disturbance)
     return fly_compiled(job.compiled, job.plant, data, job.mission, job.rows, outside)
 
 

@@ -31,7 +31,7 @@ def cascade(name: str) -> Cascade:
     return controller
 
 
-@pytest.mark.parametrize("name", ["pid", "impedance", "admittance", "hybrid"])
+@pytest.mark.parametrize("name", ["pid", "impedance", "admittance", "hybrid", "following"])
 def test_the_example_passes_its_test_vector(name: str, tmp_path: Path) -> None:
     folder = tmp_path / "export"
     files = export_c(cascade(name), folder)
@@ -89,8 +89,8 @@ class InC:
 
     name = "exported"
 
-    def __init__(self, library: ctypes.CDLL, step: ControllerStep) -> None:
-        self._library, self._step = library, step
+    def __init__(self, library: ctypes.CDLL, step: ControllerStep, paced: bool) -> None:
+        self._library, self._step, self.paced = library, step, paced
 
     def gains(self) -> Any:
         return None
@@ -111,18 +111,25 @@ class InC:
         return new, s.commands.unpack(command), s.signals.unpack(signals)
 
 
-def test_exported_c_flies_the_same_flight(make_job: Callable[..., NativeJob], tmp_path: Path) -> None:
-    folder, job = tmp_path / "export", make_job("paper", "hybrid")
-    controller = cascade("hybrid")
+@pytest.mark.parametrize("name", ["hybrid", "following"])
+def test_exported_c_flies_the_same_flight(
+    name: str, make_job: Callable[..., NativeJob], tmp_path: Path
+) -> None:
+    folder, job = tmp_path / "export", make_job("paper", name)
+    controller = cascade(name)
     export_c(controller, folder)
     compile_c([folder / source for source in SOURCES], tmp_path / "controller.so", FLAGS)
-    flown = InC(ctypes.CDLL(str(tmp_path / "controller.so")), controller_step(controller, 0.005))
+    flown = InC(
+        ctypes.CDLL(str(tmp_path / "controller.so")), controller_step(controller, 0.005), controller.paced
+    )
     [wanted] = fly_native([job])
     found = fly_python(flown, job.plant, job.data, job.mission, job.rows, SensorConfig(), 0.005)
     assert (found.ticks, found.cause) == (wanted.ticks, wanted.cause)
     assert found.signal("contact_duty").max() > 0.0
-    for name in wanted.layout.slices:
-        np.testing.assert_allclose(found.signal(name), wanted.signal(name), rtol=0.0, atol=1e-9, err_msg=name)
+    for signal in wanted.layout.slices:
+        np.testing.assert_allclose(
+            found.signal(signal), wanted.signal(signal), rtol=0.0, atol=1e-9, err_msg=signal
+        )
 
 
 def test_what_cannot_be_exported_is_refused(tmp_path: Path) -> None:

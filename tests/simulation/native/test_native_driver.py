@@ -32,12 +32,30 @@ MOVING = {
     "surface.advance_distance": 0.02,
     "surface.advance_start": 1.0,
 }
+SHORT = {
+    "phases.hover": 0.4,
+    "phases.tare": 0.3,
+    "phases.settle": 0.3,
+    "phases.hover_end": 0.1,
+    "approach.speed": 0.2,
+    "approach.retreat_speed": 0.3,
+    "trajectory.radius": 0.1,
+    "trajectory.period": 3.0,
+}
 PUSHED = {
     "disturbance.force": [0.0, 0.5, -0.3],
     "disturbance.torque": [0.02, 0.0, 0.05],
     "disturbance.start": 1.5,
     "disturbance.duration": 0.7,
 }
+CHANGED = {
+    "gain_changes": [
+        {"time": 1.0, "key": "translation.force", "value": 1.6},
+        {"time": 1.2, "key": "attitude.damping_ratio", "value": [1.0, 1.0, 1.0], "blend": 0.2},
+        {"time": 1.3, "key": "translation.force", "value": 0.8, "blend": 0.0},
+    ]
+}
+LEAVING = {"surface.advance_distance": -0.05, "surface.advance_speed": 0.05, "surface.advance_start": 2.0}
 FLIGHTS: dict[str, tuple[str, str, dict[str, Any]]] = {
     "pid": ("paper", "pid", {}),
     "impedance": ("paper", "impedance", {}),
@@ -60,6 +78,11 @@ FLIGHTS: dict[str, tuple[str, str, dict[str, Any]]] = {
             "sensors.attitude_misalignment": [0.01, -0.02, 0.0],
         },
     ),
+    "following": ("paper", "following", {}),
+    "following on a cylinder": ("cylinder_convex", "following", SHORT),
+    "following over patches": ("friction_patches", "following", SHORT),
+    "following a board that leaves": ("paper", "following", LEAVING),
+    "gains that change": ("paper", "following", CHANGED),
     "no lift": ("paper", "pid", {"plant.thrust_scale": 0.5}),
     "pushed away": ("push", "pid", {"disturbance.force": [0.0, 9.0, 0.0], "disturbance.start": 2.0}),
 }
@@ -80,7 +103,7 @@ def test_both_drivers_fly_the_same(name: str, make_job: MakeJob, fly_slowly: Fly
     assert_same(found, fly_slowly(job))
     assert LOST.get(name, "") in found.cause
     assert bool(found.cause) == (name in LOST)
-    if FLIGHTS[name][0] == "paper" and not found.cause:
+    if FLIGHTS[name][0] not in ("free_flight", "push") and not found.cause:
         assert found.signal("contact_duty").max() > 0.0
 
 

@@ -97,7 +97,8 @@ PLATES = (
         "Above: how far the board pushed the centre of gravity from its reference. Below: the force that "
         "the controller estimated (coloured) and the true contact force (grey, 0.2 s mean); pushed by the "
         "board, both are negative. Yellow: the pen touches; pink: it touches and the arm has given way by "
-        "more than 5 mm.",
+        "more than 5 mm. Blue, where there is any: the controller held the touch for lost and looked for the "
+        "surface again.",
         contact_direction,
     ),
     Plate(

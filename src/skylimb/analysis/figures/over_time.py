@@ -13,7 +13,15 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from skylimb.analysis import style
-from skylimb.analysis.signals import Direction, adapting, contact_axis, in_contact, sliding_axes, spans
+from skylimb.analysis.signals import (
+    Direction,
+    adapting,
+    contact_axis,
+    contact_transitions,
+    in_contact,
+    sliding_axes,
+    spans,
+)
 from skylimb.recording import Run
 
 BRIDGE = 0.25
@@ -21,6 +29,9 @@ BRIDGE = 0.25
 
 SMOOTHING = 0.2
 """Seconds over which the true contact force is averaged before it is drawn."""
+
+_AWAY = ("lost", "recontact")
+"""States of the contact in which a touch that there was is missed."""
 
 DASHED = (0, (4, 2.5))
 
@@ -81,7 +92,8 @@ def contact_direction(runs: Mapping[str, Run]) -> Figure:
 
     Returns:
         A figure with two panels a run: displacement from the reference (m) above; below, the estimated
-        external force (N) and, in grey, the true contact force averaged over 0.2 s.
+        external force (N) and, in grey, the true contact force averaged over 0.2 s. Where a controller held
+        the touch for lost, that is shaded too.
     """
     figure, pairs = _grid(runs)
     colour = style.colours(runs)
@@ -97,6 +109,7 @@ def contact_direction(runs: Mapping[str, Run]) -> Figure:
         for ax in (above, below):
             style.shade(ax, _contact(log), style.CONTACT)
             style.shade(ax, spans(log.time.values, adapting(log) & in_contact(log), BRIDGE), style.ADAPTATION)
+            style.shade(ax, _looking(log), style.LOST)
             ax.axhline(0.0, color=style.REFERENCE, linewidth=0.5)
         above.plot(time, displacements[name][keep], color=colour[name])
         if truth is not None:
@@ -106,6 +119,8 @@ def contact_direction(runs: Mapping[str, Run]) -> Figure:
         above.set(ylim=upper)
         below.set(ylim=lower)
     axis = next((contact_axis(run.log) for run in runs.values()), "x")
+    lost = any(_looking(run.log) for run in runs.values())
+    looking = [style.swatch(style.LOST, "surface lost, looked for again")] if lost else []
     _label_rows(pairs, f"displacement {axis} (m)", f"force {axis} (N)")
     style.legend_below(
         figure,
@@ -114,6 +129,7 @@ def contact_direction(runs: Mapping[str, Run]) -> Figure:
             Line2D([], [], color=style.TRUTH, linewidth=0.8, label="true force, 0.2 s mean"),
             style.swatch(style.CONTACT, "in contact"),
             style.swatch(style.ADAPTATION, "in contact, arm adapting"),
+            *looking,
         ],
     )
     return figure
@@ -165,6 +181,15 @@ def _line(ax: Axes, log: xr.Dataset, signal: str, axis: Direction, **options: An
 
 def _contact(log: xr.Dataset) -> list[tuple[float, float]]:
     return spans(log.time.values, in_contact(log), BRIDGE)
+
+
+def _looking(log: xr.Dataset) -> list[tuple[float, float]]:
+    """When the controller held the touch for lost, from the loss to the next touch or to giving up."""
+    changes = contact_transitions(log)
+    if not changes:
+        return []
+    ends = [*(change.time for change in changes[1:]), float(log.time[-1])]
+    return [(change.time, end) for change, end in zip(changes, ends, strict=True) if change.after in _AWAY]
 
 
 def _displacement(log: xr.Dataset) -> np.ndarray:

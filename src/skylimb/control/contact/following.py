@@ -44,6 +44,7 @@ class Gains:
 
     Attributes:
         approach_speed: at which the tip looks for the surface, m/s.
+        approach_ramp: time over which it gets to that speed, s.
         retreat_speed: m/s.
         axis_speed: greatest speed along the contact axis that body and arm should have to follow, m/s.
         least_pace: the path never goes slower than this for the surface's sake.
@@ -57,6 +58,7 @@ class Gains:
     """
 
     approach_speed: float = 0.05
+    approach_ramp: float = 1.0
     retreat_speed: float = 0.10
     axis_speed: float = 0.04
     least_pace: float = 0.25
@@ -69,6 +71,7 @@ class Gains:
     def __post_init__(self) -> None:
         for name, unit in (
             ("approach_speed", "m/s"),
+            ("approach_ramp", "s"),
             ("retreat_speed", "m/s"),
             ("axis_speed", "m/s"),
             ("path_acceleration", "m/s^2"),
@@ -152,7 +155,8 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     retreating = is_in(machine.state, RETREAT)
     back = clip(wished - state.axis_position, -gains.retreat_speed * dt, gains.retreat_speed * dt) / dt
     free_velocity = dot(a, reference.tip_velocity)
-    axis_velocity = searching * gains.approach_speed + retreating * back
+    gathering = clip(machine.since / gains.approach_ramp, 0.0, 1.0)
+    axis_velocity = searching * gains.approach_speed * gathering + retreating * back
     led = state.axis_position + axis_velocity * dt
     axis_position = where(is_in(machine.state, FREE) > 0.5, wished, where(engaged > 0.5, place[0], led))
     axis_velocity = axis_velocity + is_in(machine.state, FREE) * free_velocity

@@ -41,7 +41,10 @@ typedef struct {
   const double* references;  /* (last + 2, n_reference) */
   double* log;         /* (count, n_signals) */
   double* state[2];    /* before the tick at hand and after it; they change places at every tick */
-  const double* gains;
+  double* gains;
+  int64_t n_changing;            /* gains that change in flight */
+  const int64_t* changing;       /* where they stand */
+  const double* changing_values; /* what they are, (count, n_changing) */
   double* work;
   const double* position;  /* of the root's reference, (last + 1, 3), m */
   const int64_t* watched;  /* columns of the log that must be finite */
@@ -166,6 +169,7 @@ static void begin_tick(Flight* f, const mjModel* m, mjData* d, int64_t k) {
     f->stopped = 1;
     return;
   }
+  for (int64_t i = 0; i < f->n_changing; i++) f->gains[f->changing[i]] = f->changing_values[k * f->n_changing + i];
   const double* arg[NARGS] = {f->state[k & 1], d->qpos, d->qvel, d->act, d->history,
                               f->rows + k * f->n_row, f->references + f->at * f->n_reference, f->gains};
   double* res[NRESULTS] = {f->state[1 - (k & 1)], d->ctrl, f->log + k * f->n_signals};

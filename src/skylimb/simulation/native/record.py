@@ -38,7 +38,7 @@ class FlightRecord(ctypes.Structure):
         ("count", _Word), ("substeps", _Word), ("n_row", _Word), ("n_signals", _Word), ("interval", _Word),
         ("n_reference", _Word), ("last", _Word), ("clock", _Word), ("at", _Word), ("finished", _Word),
         ("rows", _Pointer), ("references", _Pointer), ("log", _Pointer), ("state", _Pointer * 2),
-        ("gains", _Pointer),
+        ("gains", _Pointer), ("n_changing", _Word), ("changing", _Pointer), ("changing_values", _Pointer),
         ("work", _Pointer),
         ("position", _Pointer), ("watched", _Pointer), ("n_watched", _Word), ("limits", _Number * 3),
         ("done", _Word), ("stopped", _Word), ("fresh", _Word), ("closed", _Word),
@@ -126,7 +126,11 @@ def begin_flight(
     record.tick = function
     record.count, record.substeps, record.interval = count, plant.substeps, CHECK_INTERVAL
     record.n_row, record.n_signals = tick.rows.size, tick.signals.size
-    record.rows, record.log, record.gains = keep(rows.ticks), keep(log), keep(tick.gains)
+    record.rows, record.log, record.gains = keep(rows.ticks), keep(log), keep(tick.gains.copy())
+    if rows.gains is not None:
+        record.n_changing = len(rows.gains.columns)
+        record.changing = keep(rows.gains.columns, np.int64)
+        record.changing_values = keep(rows.gains.values)
     record.references, record.n_reference = keep(rows.references), rows.references.shape[1]
     record.last, record.clock = rows.last, -1 if tick.clock is None else tick.clock
     record.state[0], record.state[1] = keep(tick.state.copy()), keep(tick.state.copy())

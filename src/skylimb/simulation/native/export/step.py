@@ -10,6 +10,7 @@ import numpy as np
 
 from skylimb.control.cascade import Cascade
 from skylimb.control.records import Command, Reference, zero_reference
+from skylimb.estimation.delay import require_history
 from skylimb.estimation.records import Measurement
 from skylimb.packing import Layout
 from skylimb.robots.model import Robot
@@ -44,6 +45,7 @@ class ControllerStep:
 
 def controller_step(controller: Cascade, dt: float) -> ControllerStep:
     """Trace a cascade's tick for control period `dt`, s."""
+    require_history(controller.preset.delay, dt)
     initial, gains = controller.initial_state(), controller.gains()
     states, gains_layout = Layout(initial), Layout(gains)
     robot = controller.robot

@@ -1,0 +1,223 @@
+"""Where a flight is linearised: the state that it has at a moment of a mission, without noise."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from skylimb.control.cascade import Cascade
+from skylimb.errors import ConfigError, UnreachableError, unknown_name
+from skylimb.experiments.experiment import Experiment, experiment_with
+from skylimb.experiments.flyable import first_row
+from skylimb.experiments.run import prepare_flight, vectoring_purpose
+from skylimb.packing import Layout
+from skylimb.robots.loader import load_robot
+from skylimb.simulation.drivers import mission_rows
+from skylimb.simulation.flight import MAX_TILT
+from skylimb.simulation.mission import PHASES, Mission
+from skylimb.simulation.plant import Plant, initial_data
+from skylimb.simulation.tick import CompiledTick, compile_tick, initial_tick_state
+
+LONGEST_LATENCY = 0.10
+"""Greatest true latency that a point's sensor history goes back for, s."""
+
+_NOISE = ("position", "velocity", "attitude", "angular_velocity", "joint", "vectoring")
+
+
+@dataclass(frozen=True)
+class OperatingPoint:
+    """Plant and controller at a moment of a flight.
+
+    Attributes:
+        plant: what flies; its model has the stiffness of the experiment's surface.
+        tick: sensors and controller, with a history long enough for every latency up to `LONGEST_LATENCY`.
+        names: what each entry of the tick's state is.
+        gains: flat gains of the controller.
+        qpos, qvel, act: MuJoCo's state.
+        state: flat state of the tick.
+        row: what is known of a tick beforehand: age of the frame, no noise.
+        mission: packed references of every tick of the mission, and the last one once more.
+        ticks: how many ticks the mission had gone, for a controller that follows the flight's clock.
+        period: s.
+    """
+
+    plant: Plant
+    tick: CompiledTick
+    names: tuple[str, ...]
+    gains: np.ndarray
+    qpos: np.ndarray
+    qvel: np.ndarray
+    act: np.ndarray
+    state: np.ndarray
+    row: np.ndarray
+    mission: np.ndarray
+    ticks: int
+    period: float
+
+    @property
+    def references(self) -> np.ndarray:
+        """The mission's row now, and for a controller that sets the pace also the next one."""
+        return references_at(self, self.state, 0)
+
+    @property
+    def latency(self) -> float:
+        """True age of a measurement, s."""
+        return float(self.row[self.tick.rows.slices["age"]][0])
+
+    def gain(self, name: str) -> np.ndarray:
+        """A gain of the controller by its dotted name, flat."""
+        return self.gains[self._slice(name)]
+
+    def with_gains(self, changes: dict[str, Any]) -> OperatingPoint:
+        """The same state under other gains, by their dotted names ("translation.press_damping")."""
+        gains = self.gains.copy()
+        for name, value in changes.items():
+            gains[self._slice(name)] = value
+        return dataclasses.replace(self, gains=gains)
+
+    def with_latency(self, latency: float) -> OperatingPoint:
+        """The same state, seen as late as this, s."""
+        if not 0.0 <= latency <= LONGEST_LATENCY:
+            raise ConfigError(f"latency = {latency:g} s is not within 0 .. {LONGEST_LATENCY:g} s")
+        row = self.row.copy()
+        row[self.tick.rows.slices["age"]] = latency
+        return dataclasses.replace(self, row=row)
+
+    def data(self) -> mujoco.MjData:
+        """MuJoCo's data in this state."""
+        data = mujoco.MjData(self.plant.model)
+        data.qpos[:], data.qvel[:], data.act[:] = self.qpos, self.qvel, self.act
+        mujoco.mj_forward(self.plant.model, data)
+        return data
+
+    def _slice(self, name: str) -> slice:
+        slices = self.tick.gains_layout.slices
+        if name not in slices:
+            raise unknown_name("gain", name, slices)
+        return slices[name]
+
+
+def quiet(experiment: Experiment) -> Experiment:
+    """The experiment without noise and with a frame at every tick, so that time has no mark."""
+    noise = {f"sensors.{name}_noise": 0.0 for name in _NOISE}
+    return experiment_with(experiment, {**noise, "sensors.rate": 0.0})
+
+
+def operating_point(experiment: Experiment, controller: Cascade, at: float | None = None) -> OperatingPoint:
+    """Fly to a moment of a mission and stop there.
+
+    Args:
+        experiment: what to fly; its noise is left out.
+        controller: a cascade.
+        at: the moment on the mission's clock, s; the middle of the slide when None.
+
+    Raises:
+        UnreachableError: when the flight does not get there.
+        ConfigError: when the mission has no such moment, or something acts on it that a linearisation at one
+            moment cannot know: a surface that moves, or friction that varies.
+    """
+    experiment = quiet(experiment)
+    robot = load_robot(experiment.robot)
+    plant, mission = prepare_flight(experiment, robot, vectoring_purpose(controller))
+    if plant.surface.moves or plant.surface.friction_varies:
+        raise ConfigError(
+            f"surface '{plant.surface.kind}' moves or its friction varies; a linearisation needs one that "
+            "does neither"
+        )
+    at = _middle_of_slide(mission) if at is None else at
+    if not 0.0 < at < mission.times[-1]:
+        raise ConfigError(f"at = {at:g} s is outside of the mission, 0 .. {mission.times[-1]:g} s")
+    dt = experiment.control_period
+    data = initial_data(plant, first_row(mission))
+    root = np.concatenate([data.qpos[0:7], data.qvel[0:6]])
+    sensors = dataclasses.replace(experiment.sensors, latency=LONGEST_LATENCY)
+    tick = compile_tick(controller, plant, sensors, root, dt)
+    rows = mission_rows(plant, mission, experiment.sensors, 0, controller.paced)
+    point = OperatingPoint(
+        plant, tick, state_names(initial_tick_state(controller, sensors, root, dt)), tick.gains.copy(),
+        data.qpos.copy(), data.qvel.copy(), data.act.copy(), tick.state.copy(), rows.ticks[0],
+        rows.references, 0, dt,
+    )  # fmt: skip
+    return _fly(point, data, len(rows.ticks), at)
+
+
+def _fly(point: OperatingPoint, data: mujoco.MjData, most: int, at: float) -> OperatingPoint:
+    tick, state, clock = point.tick, point.state, 0.0
+    for k in range(most):
+        if clock * point.period >= at - 1e-9:
+            return dataclasses.replace(
+                point, qpos=data.qpos.copy(), qvel=data.qvel.copy(), act=data.act.copy(), state=state, ticks=k
+            )
+        state = step(point, state, data, k)
+        tilt = 1.0 - 2.0 * (data.qpos[4] ** 2 + data.qpos[5] ** 2)
+        if not (np.isfinite(state).all() and tilt > np.cos(MAX_TILT)):
+            raise UnreachableError(f"the flight is lost at t = {k * point.period:.3f} s, before {at:g} s")
+        clock = k + 1.0 if tick.clock is None else float(state[tick.clock])
+    raise UnreachableError(
+        f"the controller holds the mission back: it is at {clock * point.period:.3f} s of {at:g} s"
+    )
+
+
+def step(point: OperatingPoint, state: np.ndarray, data: mujoco.MjData, later: int) -> np.ndarray:
+    """One tick of the flight: the next state of the tick; `data` is advanced.
+
+    Args:
+        point: what flies.
+        state: flat state of the tick.
+        data: of the plant.
+        later: ticks since the point.
+    """
+    state, data.ctrl[:] = evaluate(
+        point.tick, state, data, point.row, references_at(point, state, later), point.gains
+    )
+    mujoco.mj_step(point.plant.model, data, point.plant.substeps)
+    return state
+
+
+def references_at(point: OperatingPoint, state: np.ndarray, later: int) -> np.ndarray:
+    """Rows of the mission that the tick of this state is given, `later` ticks after the point."""
+    clock = point.tick.clock
+    last = len(point.mission) - 2
+    if clock is None:
+        return point.mission[min(point.ticks + later, last)][None]
+    at = min(int(state[clock]), last)
+    return point.mission[at : at + 2]
+
+
+def evaluate(
+    tick: CompiledTick,
+    state: np.ndarray,
+    data: mujoco.MjData,
+    row: np.ndarray,
+    references: np.ndarray,
+    gains: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Next state and controls of a tick."""
+    new, controls, _ = tick.function(
+        state, data.qpos, data.qvel, data.act, data.history, row, references.ravel(), gains
+    )
+    return np.asarray(new).ravel(), np.asarray(controls).ravel()
+
+
+def state_names(initial: Any) -> tuple[str, ...]:
+    """A name for each entry of a tick's flat state."""
+    layout = Layout(initial)
+    heads = ("sensors", "controller", "clock")
+    names = []
+    for path, part in layout.slices.items():
+        head, _, rest = path.partition(".")
+        count = part.stop - part.start
+        name = f"{heads[int(head)]}.{rest}"
+        names += [f"{name}[{i}]" if count > 1 else name for i in range(count)]
+    return tuple(names)
+
+
+def _middle_of_slide(mission: Mission) -> float:
+    slide = np.flatnonzero(mission.phase == PHASES.index("slide"))
+    if not len(slide):
+        raise ConfigError("the mission has no slide; say at which moment to linearise")
+    return float(mission.times[slide[len(slide) // 2]])

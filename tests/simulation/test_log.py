@@ -1,0 +1,63 @@
+"""What the log says of the contact's state machine."""
+
+import json
+
+import numpy as np
+
+import skylimb
+from skylimb.control.contact.machine import (
+    APPROACH,
+    ASKED,
+    CALM,
+    FREE,
+    REASONS,
+    SETTLE,
+    SLIDE,
+    START,
+    STATES,
+    TOUCHED,
+)
+from skylimb.simulation.log import contact_transitions
+
+SHORT = {
+    "phases.hover": 0.3,
+    "phases.tare": 0.5,
+    "phases.settle": 1.5,
+    "phases.hover_end": 1.5,
+    "approach.speed": 0.2,
+    "trajectory.shape": "hold",
+    "trajectory.duration": 1.0,
+}
+
+
+def test_transitions_are_told_in_words() -> None:
+    state = np.array([FREE, APPROACH, APPROACH, SETTLE, SLIDE])
+    reason = np.array([START, ASKED, ASKED, TOUCHED, CALM])
+    assert contact_transitions(0.1 * np.arange(5), state, reason) == [
+        (0.1, "free", "approach", "the mission asks for touch"),
+        (0.3, "approach", "settle", "touched"),
+        (0.4, "settle", "slide", "the force is calm"),
+    ]
+    assert contact_transitions(np.arange(2.0), np.array([0, 9]), np.array([0, -1])) == [
+        (1.0, "free", "9", "-1")
+    ]
+    assert contact_transitions(np.zeros(0), np.zeros(0), np.zeros(0)) == []
+
+
+def test_a_flights_transitions_are_in_its_log() -> None:
+    log = skylimb.run("paper", controller="following", set=SHORT).log
+    changes = json.loads(log.attrs["contact_transitions"])
+    assert [after for _, _, after, _ in changes] == ["approach", "settle", "slide", "retreat", "free"]
+    assert changes[0][3] == "the mission asks for touch"
+    assert changes[0][0] == 0.8
+    for name, names in (("contact_state", STATES), ("contact_reason", REASONS)):
+        assert log[name].dtype == np.int8
+        np.testing.assert_array_equal(log[name].attrs["flag_values"], range(len(names)))
+        assert log[name].attrs["flag_meanings"].replace("_", " ").startswith(names[0])
+    assert len(log.contact_reason.attrs["flag_meanings"].split()) == len(REASONS)
+
+
+def test_a_controller_without_a_state_machine_has_no_transitions() -> None:
+    log = skylimb.run("paper", controller="hybrid", set=SHORT).log
+    assert "contact_transitions" not in log.attrs
+    assert "contact_state" not in log
