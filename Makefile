@@ -3,6 +3,8 @@
 #   make demo    fly the paper's experiment with its four controllers; leaves out/demo/report.html
 #   make test    the whole test suite
 #   make bench   how fast the closed loop is, and where its time goes, in Python and natively
+#   make bench-rivals  the same flights beside what else one could use; installs 2 GB and more below out/rivals
+#   make bench-page    all that docs/benchmarks.md says, measured anew (a quarter of an hour, on an idle machine)
 #   make docs    the documentation as a site; leaves site/index.html
 #   make lint    style, types and the import rules
 #   make clean   remove what the tools left behind (.venv and out/ stay)
@@ -19,7 +21,7 @@ PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constr
 DEMO := out/demo
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test bench docs lint format clean constraints
+.PHONY: help demo test bench bench-rivals bench-page docs lint format clean constraints
 .DELETE_ON_ERROR:
 
 help:
@@ -38,6 +40,13 @@ test: $(VENV)/dev.stamp
 bench: $(VENV)/run.stamp
 	$(BIN)/python benchmarks/loop.py
 	$(BIN)/python benchmarks/native.py
+
+bench-rivals: $(VENV)/run.stamp
+	$(BIN)/python benchmarks/compare.py
+
+# It exits with 1 when a figure falls short of what is wanted; the page says which.
+bench-page: $(VENV)/run.stamp
+	$(BIN)/python benchmarks/speed.py
 
 docs: $(VENV)/docs.stamp
 	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet

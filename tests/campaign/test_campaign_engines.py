@@ -12,7 +12,7 @@ import pytest
 
 from skylimb.campaign import run_campaign
 from skylimb.campaign.frozen import freeze
-from skylimb.campaign.spec import load_spec
+from skylimb.campaign.reading import load_spec
 from skylimb.campaign.store import load_campaign, load_rows
 from skylimb.errors import SkylimbError
 

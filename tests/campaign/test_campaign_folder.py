@@ -163,7 +163,7 @@ def test_another_version_is_refused_with_the_difference(flown: tuple[Path, Path]
     before = contents(folder)
     with pytest.raises(OutputError, match=r"frozen\.versions\.mujoco: '3.*' -> '4"):
         run_campaign(spec, folder, workers=0, resume=True)
-    path.write_text(path.read_text().replace("format = 1", "format = 99"))
+    path.write_text(path.read_text().replace("format = 2", "format = 99"))
     with pytest.raises(OutputError, match="folder format 99"):
         run_campaign(spec, folder, workers=0, resume=True)
     assert contents(folder) != before

@@ -9,7 +9,7 @@ from scipy.stats import kstest, norm, truncnorm
 from skylimb.campaign.distributions import distribution
 from skylimb.campaign.draws import draw
 from skylimb.campaign.frozen import campaign_from_mapping, freeze
-from skylimb.campaign.spec import load_spec
+from skylimb.campaign.reading import load_spec
 from skylimb.config import write_toml
 from skylimb.errors import SkylimbError
 

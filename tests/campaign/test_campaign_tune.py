@@ -1,12 +1,15 @@
 import csv
 import json
+import os
+import signal
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 import skylimb
-from skylimb.campaign import tune
+from skylimb.campaign import Progress, tune
+from skylimb.campaign.tuning.folder import FLIGHTS_FILE
 from skylimb.cli import main
 from skylimb.control.preset import preset_mapping
 from skylimb.errors import SkylimbError
@@ -58,6 +61,75 @@ def test_controllers_are_compared_at_equal_budgets(
     with (tmp_path / "tuned" / "trials.csv").open() as file:
         rows = list(csv.DictReader(file))
     assert [row["controller"] for row in rows] == ["impedance"] * 3 + ["hybrid"] * 3
+
+
+def results(folder: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in folder.iterdir() if path.name != FLIGHTS_FILE}
+
+
+def test_an_interrupted_search_goes_on_and_finds_the_same(
+    write_spec: SpecWriter, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    spec = write_spec(draws=2, controllers='["impedance", "hybrid"]', more=SEARCH.replace("= 9", "= 4"))
+    tune(spec, tmp_path / "whole", workers=0)
+    for least in (3, 12, 20):
+
+        def stop(progress: Progress, least: int = least) -> None:
+            if progress.done >= least and not progress.stopping:
+                os.kill(os.getpid(), signal.SIGINT)
+
+        stopped = tune(spec, tmp_path / "cut", workers=0, resume=least > 3, progress=stop)
+        assert not stopped.complete
+        assert least <= stopped.flown <= least + 1
+    with (tmp_path / "cut" / FLIGHTS_FILE).open("ab") as file:
+        file.write(b'{"gains": [["translation')  # as a power cut leaves it
+    assert main(["tune", str(spec), "--out", str(tmp_path / "cut"), "--workers", "0", "--resume"]) == 0
+    capsys.readouterr()
+    assert results(tmp_path / "cut") == results(tmp_path / "whole")
+
+
+def test_a_finished_search_is_not_flown_again(write_spec: SpecWriter, tmp_path: Path) -> None:
+    spec = write_spec(draws=1, controllers='["impedance"]', more=SEARCH.replace("= 9", "= 2"))
+    tune(spec, tmp_path / "tuned", workers=0)
+    seen: list[int] = []
+    tune(
+        spec,
+        tmp_path / "tuned",
+        workers=0,
+        resume=True,
+        progress=lambda progress: seen.append(progress.flown),
+    )
+    assert max(seen) == 0
+
+
+def test_a_search_is_not_resumed_with_another_spec(write_spec: SpecWriter, tmp_path: Path) -> None:
+    head = {"draws": 1, "controllers": '["impedance"]'}
+    tune(write_spec(**head, more=SEARCH.replace("= 9", "= 2")), tmp_path / "tuned", workers=0)
+    other = write_spec(**head, more=SEARCH.replace("= 9", "= 3"))
+    with pytest.raises(SkylimbError, match=r"tune\.trials: 2 -> 3"):
+        tune(other, tmp_path / "tuned", workers=0, resume=True)
+    with pytest.raises(SkylimbError, match="--resume goes on"):
+        tune(other, tmp_path / "tuned", workers=0)
+    (tmp_path / "mine").mkdir()
+    with pytest.raises(SkylimbError, match="holds no search"):
+        tune(other, tmp_path / "mine", workers=0, resume=True)
+
+
+def test_an_interrupted_search_says_how_to_go_on(
+    write_spec: SpecWriter,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    from skylimb.campaign.tuning import flights
+
+    def stopped(*arguments: object) -> None:
+        raise flights.Stopped
+
+    monkeypatch.setattr(flights.Flights, "fly", stopped)
+    spec, folder = write_spec(draws=1, controllers='["impedance"]', more=SEARCH), tmp_path / "tuned"
+    assert main(["tune", str(spec), "--out", str(folder), "--workers", "0"]) == 130
+    assert f"skylimb tune {spec} --out {folder} --resume --workers 0" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

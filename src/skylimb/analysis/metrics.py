@@ -26,6 +26,16 @@ LOSS_TIME = 0.050
 TOUCH_TIME = 1.0
 """Seconds from the first touch on that count as the touch."""
 
+_SCORED = (
+    "cog_position",
+    "cog_position_reference",
+    "external_force_estimate",
+    "contact_force_normal",
+    "contact_duty",
+    "contact",
+    "tilt",
+)
+
 NUMERIC_KEYS = (
     "error_y_median",
     "error_z_median",
@@ -81,7 +91,9 @@ def metrics(log: xr.Dataset) -> dict[str, Any]:
     status = str(log.attrs.get("status", "OK"))
     if status != "OK":
         return {"status": status, "cause": str(log.attrs.get("cause", "")), **dict.fromkeys(NUMERIC_KEYS)}
-    slide = log.isel(time=np.flatnonzero(in_phase(log, "slide")))
+    # Only what is scored is cut out: a log holds many more signals.
+    scored = log[[name for name in _SCORED if name in log.variables]]
+    slide = scored.isel(time=np.flatnonzero(in_phase(log, "slide")))
     scores = _scores(slide) | _pen_scores(log) if slide.sizes["time"] else {}
     return {"status": status, **{key: _number(scores.get(key)) for key in NUMERIC_KEYS}}
 

@@ -15,19 +15,21 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from skylimb.campaign.coordinator import Progress
+    from skylimb.campaign.reading import load_spec
     from skylimb.campaign.run import Outcome, report_campaign, run_campaign
-    from skylimb.campaign.spec import CampaignSpec, load_spec
-    from skylimb.campaign.tune import TuneOutcome, tune
+    from skylimb.campaign.spec import CampaignSpec
+    from skylimb.campaign.tuning.run import tune
+    from skylimb.campaign.tuning.verdict import TuneOutcome
 
 _HOME = {
     "CampaignSpec": "skylimb.campaign.spec",
     "Outcome": "skylimb.campaign.run",
     "Progress": "skylimb.campaign.coordinator",
-    "TuneOutcome": "skylimb.campaign.tune",
-    "load_spec": "skylimb.campaign.spec",
+    "TuneOutcome": "skylimb.campaign.tuning.verdict",
+    "load_spec": "skylimb.campaign.reading",
     "report_campaign": "skylimb.campaign.run",
     "run_campaign": "skylimb.campaign.run",
-    "tune": "skylimb.campaign.tune",
+    "tune": "skylimb.campaign.tuning.run",
 }
 
 __all__ = [

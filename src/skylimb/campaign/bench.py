@@ -27,7 +27,7 @@ from skylimb.control.controller import Controller
 from skylimb.errors import ConfigError, SkylimbError
 from skylimb.experiments.experiment import Experiment
 from skylimb.experiments.flyable import first_row
-from skylimb.experiments.run import fly_mission, prepare_flight, recorded, vectoring_purpose
+from skylimb.experiments.run import documented, fly_mission, prepare_flight, scored, vectoring_purpose
 from skylimb.packing import Layout
 from skylimb.recording.run import Run
 from skylimb.recording.versions import versions
@@ -114,6 +114,12 @@ class Bench:
             raise ConfigError(f"the campaign flies natively, and this worker cannot: {reason}")
         self._campaign = campaign
         self._ticks: dict[Any, tuple[Cascade, CompiledTick]] = {}
+        self._robots = {name: load_robot(name) for name in campaign.robots}
+        for name, robot in self._robots.items():
+            if robot.description.digest != campaign.robots[name]:
+                raise ConfigError(
+                    f"this worker has other files of robot '{name}' than the campaign was begun with"
+                )
         self._controller = lru_cache(maxsize=64)(self._load)
 
     def fly(self, jobs: Sequence[Job]) -> list[Flown]:
@@ -133,7 +139,7 @@ class Bench:
         drawn = campaign.draw(index)
         try:
             experiment = campaign.experiment_of(drawn)
-            robot = load_robot(experiment.robot)
+            robot = self._robots[experiment.robot]
             gains = {**campaign.gains_of(drawn, name), **dict(job.gains)}
             controller = self._controller(name, experiment.robot, json.dumps(gains, sort_keys=True))
             require_gain_changes(experiment.gain_changes, controller)
@@ -185,7 +191,7 @@ class Bench:
         try:
             if flight is None:
                 flight = fly_mission(item.experiment, item.plant, item.mission, item.controller)
-            run = recorded(item.experiment, item.robot, item.controller, item.plant, item.mission, flight)
+            run = scored(item.experiment, item.robot, item.controller, item.plant, item.mission, flight)
         except (OSError, MemoryError):
             raise  # says something of this machine, nothing of the flight
         except Exception as error:  # one odd flight must not end a night of them; its row says what happened
@@ -196,10 +202,12 @@ class Bench:
         scores = {**run.metrics, **measured(run, self._campaign.spec.measures)}
         row = make_row(self._campaign, job.flight, run.status, run.cause, scores)
         wanted = job.log == "always" or (job.log == "failed" and run.failed)
-        return Flown(row, _bytes(run) if wanted else None)
+        if not wanted:
+            return Flown(row, None)
+        return Flown(row, _bytes(documented(run, item.experiment, item.controller, item.plant)))
 
     def _load(self, name: str, robot: str, gains: str) -> Controller:
-        return self._campaign.load(name, load_robot(robot), json.loads(gains))
+        return self._campaign.load(name, self._robots[robot], json.loads(gains))
 
 
 class _Hashable(dict[str, Any]):

@@ -1,29 +1,24 @@
-"""The report's pictures: how each metric is distributed, what it depends on, and where controllers fail."""
+"""The report's pictures: how each metric is distributed, and what it depends on."""
 
 from __future__ import annotations
 
 import base64
 import io
-from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.stats import rankdata
 
 from skylimb.analysis import style
 from skylimb.analysis.metrics import DESCRIPTIONS
+from skylimb.campaign.maps import CLEAR_WIN, colours_of, failure_map, winner_map
 from skylimb.campaign.spec import GOALS
 from skylimb.campaign.statistics import Scores, telling_parameters
 from skylimb.campaign.statistics.intervals import finite
 
 _MOST_PARAMETERS = 4
 _CURVE_BINS = 8
-_CELLS = 7
-_CLEAR_WIN = 0.6
-"""Share of a cell's draws that a controller must win for the cell to have its colour."""
-
 
 _PROFILES = (
     "Share of all draws in which a controller was at least as good as the value below. A lost flight is "
@@ -71,7 +66,7 @@ def plates(scores: Scores, score: str) -> list[Plate]:
         made.append(_plate("failures", "Where each controller fails", _FAILURES, figure))
     if len(shown) > 1 and len(scores.controllers) > 1:
         figure = winner_map(scores, score, shown[0], shown[1])
-        made.append(_plate("winners", "Who wins where", _WINNERS.format(label.lower(), _CLEAR_WIN), figure))
+        made.append(_plate("winners", "Who wins where", _WINNERS.format(label.lower(), CLEAR_WIN), figure))
     return made
 
 
@@ -110,7 +105,7 @@ def profiles(scores: Scores) -> Figure:
     rows, columns = style.panels(len(keys), 4)
     figure = Figure((style.WIDTH, 1.75 * rows + 0.4), layout="constrained")
     axes = figure.subplots(rows, columns, squeeze=False)
-    colours = _colours(scores)
+    colours = colours_of(scores)
     for index, ax in enumerate(axes.flat):
         if index >= len(keys):
             ax.set_axis_off()
@@ -134,7 +129,7 @@ def trends(scores: Scores, score: str, parameters: list[str]) -> Figure:
     """The score of every flight over some parameters, with medians along them."""
     figure = Figure((style.WIDTH, 2.6), layout="constrained")
     axes = figure.subplots(1, len(parameters), squeeze=False, sharey=True)[0]
-    colours, values = _colours(scores), scores.metrics[score]
+    colours, values = colours_of(scores), scores.metrics[score]
     bottom, top = style.limits([values[scores.finished]], 0.08)
     for ax, parameter in zip(axes, parameters, strict=True):
         x = scores.parameters[parameter].astype(float)
@@ -155,101 +150,6 @@ def trends(scores: Scores, score: str, parameters: list[str]) -> Figure:
     return figure
 
 
-@style.styled
-def failure_map(scores: Scores, first: str, second: str) -> Figure:
-    """Successes and failures over two parameters, a panel a controller."""
-    count = len(scores.controllers)
-    rows, columns = style.panels(count, 4)
-    figure = Figure((style.WIDTH, 1.9 * rows + 0.5), layout="constrained")
-    axes = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
-    x, y = (scores.parameters[name].astype(float) for name in (first, second))
-    image: Any = None
-    for index, name in enumerate(scores.controllers):
-        ax, failed = axes.flat[index], ~scores.success[:, index]
-        edges_x, edges_y, share = _failure_share(x, y, failed)
-        image = ax.pcolormesh(
-            edges_x, edges_y, share, cmap="Reds", vmin=0.0, vmax=1.0, alpha=0.75, linewidth=0
-        )
-        ax.scatter(x[~failed], y[~failed], s=3, color=style.TRUTH, linewidths=0)
-        ax.scatter(x[failed], y[failed], s=10, marker="x", color=style.FAILURE, linewidths=0.8)
-        ax.set_title(f"{style.label(name)}\n{failed.sum()} of {len(failed)} failed")
-    style.label_outer(axes, count, first, second)
-    bar = figure.colorbar(image, ax=axes, shrink=0.8, pad=0.01)
-    bar.set_label("share of failures")
-    return figure
-
-
-@style.styled
-def winner_map(scores: Scores, score: str, first: str, second: str) -> Figure:
-    """The controller that wins most of the draws in each cell of two parameters."""
-    figure = Figure((0.62 * style.WIDTH, 3.0), layout="constrained")
-    ax = figure.subplots()
-    colours, values = _colours(scores), scores.badness(score)
-    best = np.where(np.isfinite(values.min(axis=1)), np.argmin(values, axis=1), -1)
-    x, y = (scores.parameters[name].astype(float) for name in (first, second))
-    edges_x, edges_y = _edges(x), _edges(y)
-    for low, high in pairwise(edges_x):
-        for below, above in pairwise(edges_y):
-            inside = best[(x >= low) & (x <= high) & (y >= below) & (y <= above)]
-            _cell(
-                ax, (low, below, high - low, above - below), inside, [colours[n] for n in scores.controllers]
-            )
-    ax.set_xlim(edges_x[0], edges_x[-1])
-    ax.set_ylim(edges_y[0], edges_y[-1])
-    ax.set_xlabel(first)
-    ax.set_ylabel(second)
-    style.legend_below(
-        figure, [style.swatch(colours[name], style.label(name)) for name in scores.controllers]
-    )
-    return figure
-
-
-def _cell(
-    ax: Axes, place: tuple[float, float, float, float], winners: np.ndarray, colours: list[str]
-) -> None:
-    from matplotlib.patches import Rectangle
-
-    if not len(winners):
-        return
-    wins = [int(np.sum(winners == index)) for index in range(len(colours))]
-    clear = max(wins) >= _CLEAR_WIN * len(winners)
-    colour = colours[int(np.argmax(wins))] if clear else "#C8CCD2"
-    ax.add_patch(
-        Rectangle(place[:2], *place[2:], facecolor=colour, alpha=0.8, edgecolor="white", linewidth=0.8)
-    )
-    middle = (place[0] + place[2] / 2.0, place[1] + place[3] / 2.0)
-    ax.text(*middle, str(len(winners)), ha="center", va="center", fontsize=6, color="white")
-
-
-def _edges(values: np.ndarray) -> np.ndarray:
-    distinct = np.unique(values)
-    if len(distinct) <= _CELLS:  # a grid: cells around its values
-        middles = (distinct[1:] + distinct[:-1]) / 2.0
-        pad = (distinct[1] - distinct[0]) / 2.0
-        return np.concatenate([[distinct[0] - pad], middles, [distinct[-1] + pad]])
-    return np.linspace(values.min(), values.max(), _CELLS + 1)
-
-
-def _failure_share(
-    x: np.ndarray, y: np.ndarray, failed: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Share of failures among the draws nearest to each cell of a fine mesh.
-
-    Values of a grid are no neighbours of each other: along one, only draws of the same value are near.
-    """
-    edges, scales = [], []
-    for values in (x, y):
-        gridded = len(np.unique(values)) <= _CELLS
-        pad = 0.04 * np.ptp(values)
-        edges.append(_edges(values) if gridded else np.linspace(values.min() - pad, values.max() + pad, 41))
-        scales.append(1e-6 if gridded else np.ptp(values))
-    across, up = np.meshgrid(*((edge[1:] + edge[:-1]) / 2.0 for edge in edges))
-    distance = ((across[..., None] - x) / scales[0]) ** 2 + ((up[..., None] - y) / scales[1]) ** 2
-    near = min(max(5, len(x) // 20), len(x))
-    nearest = np.argpartition(distance, near - 1, axis=-1)[..., :near]
-    return edges[0], edges[1], failed[nearest].mean(axis=-1)
-
-
 def _running_median(x: np.ndarray, y: np.ndarray) -> tuple[list[float], list[float]]:
     distinct = np.unique(x)
     groups = [x == value for value in distinct] if len(distinct) <= _CURVE_BINS else [
@@ -257,11 +157,6 @@ def _running_median(x: np.ndarray, y: np.ndarray) -> tuple[list[float], list[flo
     ]  # fmt: skip
     groups = [group for group in groups if group.any()]
     return [float(np.median(x[group])) for group in groups], [float(np.median(y[group])) for group in groups]
-
-
-def _colours(scores: Scores) -> dict[str, str]:
-    others = iter(style.OTHER_COLOURS * (1 + len(scores.controllers) // len(style.OTHER_COLOURS)))
-    return {name: style.CONTROLLER_COLOURS.get(name) or next(others) for name in scores.controllers}
 
 
 def _broken(text: str, width: int = 26) -> str:

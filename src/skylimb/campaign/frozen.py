@@ -14,7 +14,8 @@ from pathlib import Path
 from typing import Any
 
 from skylimb.campaign.draws import Draw, changed, draw
-from skylimb.campaign.spec import FROZEN, CampaignSpec, spec_from_mapping
+from skylimb.campaign.reading import spec_from_mapping
+from skylimb.campaign.spec import FROZEN, CampaignSpec
 from skylimb.config import flatten
 from skylimb.control.controller import Controller, controller_from_tables, load_controller
 from skylimb.control.preset import preset_mapping
@@ -24,7 +25,7 @@ from skylimb.recording.versions import versions
 from skylimb.robots.loader import load_robot
 from skylimb.robots.model import Robot
 
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
 """Of a campaign's folder."""
 
 PYTHON, NATIVE = "python", "native"
@@ -42,7 +43,7 @@ class Campaign:
         spec: what the user asked for.
         experiment: tables of the experiment, with the spec's `set` in them.
         controllers: by name, the file it came from and its preset's tables, or the digest of the user's code.
-        robot: digest of the robot's files.
+        robots: name of each robot that a draw may fly -> digest of its files.
         versions: of everything that computes.
         driver: which driver flies, "python" or "native".
     """
@@ -50,7 +51,7 @@ class Campaign:
     spec: CampaignSpec
     experiment: dict[str, Any]
     controllers: dict[str, dict[str, Any]]
-    robot: str
+    robots: dict[str, str]
     versions: dict[str, str]
     driver: str = PYTHON
 
@@ -104,7 +105,7 @@ class Campaign:
         frozen = {
             "format": FORMAT_VERSION,
             "driver": self.driver,
-            "robot": self.robot,
+            "robots": self.robots,
             "versions": self.versions,
             "experiment": self.experiment,
             "controllers": self.controllers,
@@ -133,18 +134,27 @@ def freeze(spec: CampaignSpec, driver: str = PYTHON) -> Campaign:
     for key in (*spec.set, *spec.vary):
         _fill_list(tables, resolved, key)
     tables = changed(tables, spec.set)
-    robot = load_robot(experiment_from_mapping(tables, "set").robot)
+    chosen = spec.vary["robot"].extremes() if "robot" in spec.vary else []
+    robots = {str(name): load_robot(str(name)) for name in chosen} or _own_robot(tables)
     controllers = {Path(name).stem: _controller(name) for name in spec.controllers}
     if len(controllers) < len(spec.controllers):
         raise ConfigError(f"controllers = {list(spec.controllers)!r}: two of them have the same name")
-    campaign = Campaign(spec, tables, controllers, robot.description.digest, versions(), driver)
+    digests = {name: robot.description.digest for name, robot in robots.items()}
+    campaign = Campaign(spec, tables, controllers, digests, versions(), driver)
     _check_ranges(campaign)
     for index in range(min(spec.draws, CHECKED_DRAWS)):
         campaign.experiment_of(campaign.draw(index))
     for name in campaign.names:
         for index in _gain_draws(spec):
-            campaign.load(name, robot, campaign.gains_of(campaign.draw(index), name))
+            for robot in robots.values():
+                campaign.load(name, robot, campaign.gains_of(campaign.draw(index), name))
     return campaign
+
+
+def _own_robot(tables: Mapping[str, Any]) -> dict[str, Robot]:
+    """The experiment's robot by its name."""
+    name = experiment_from_mapping(tables, "set").robot
+    return {name: load_robot(name)}
 
 
 def campaign_from_mapping(mapping: Mapping[str, Any], where: str) -> Campaign:
@@ -154,7 +164,7 @@ def campaign_from_mapping(mapping: Mapping[str, Any], where: str) -> Campaign:
         raise ConfigError(f"{where} was not written by a campaign (it has no table [{FROZEN}])")
     if frozen["format"] != FORMAT_VERSION:
         raise ConfigError(f"{where} has folder format {frozen['format']}; this skylimb has {FORMAT_VERSION}")
-    names = ("experiment", "controllers", "robot", "versions", "driver")
+    names = ("experiment", "controllers", "robots", "versions", "driver")
     return Campaign(spec_from_mapping(mapping, where), **{name: frozen[name] for name in names})
 
 

@@ -20,9 +20,10 @@ from skylimb.campaign.engines import Engine
 from skylimb.campaign.engines.inline import InlineEngine
 from skylimb.campaign.engines.local import LocalEngine
 from skylimb.campaign.frozen import NATIVE, PYTHON, Campaign, freeze
+from skylimb.campaign.reading import load_spec
 from skylimb.campaign.report import render_report
 from skylimb.campaign.rows import Row
-from skylimb.campaign.spec import CampaignSpec, load_spec
+from skylimb.campaign.spec import CampaignSpec
 from skylimb.campaign.store import (
     REPORT_FILE,
     SUMMARY_FILE,
@@ -154,10 +155,14 @@ def _texts(campaign: Campaign, rows: Mapping[int, Row], summary: Summary, folder
 
 
 def _engine(tables: Mapping[str, Any], workers: int | None, scheduler: str, slurm: str) -> Engine:
-    if scheduler or slurm:
-        from skylimb.campaign.engines.cluster import connect, on_slurm
+    if scheduler:
+        from skylimb.campaign.engines.cluster import connect
 
-        return connect(tables, scheduler) if scheduler else on_slurm(tables, slurm, workers or 4, {})
+        return connect(tables, scheduler)
+    if slurm:
+        from skylimb.campaign.engines.slurm import on_slurm
+
+        return on_slurm(tables, slurm, workers or 4, {})
     return local_engine(tables, workers)
 
 

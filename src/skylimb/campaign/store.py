@@ -6,18 +6,14 @@ report.html, logs/.
 
 from __future__ import annotations
 
-import errno
-import os
 import shutil
-import sys
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import IO
 
 from skylimb.campaign.bench import Flown
+from skylimb.campaign.disk import SPEC_FILE, full_disk, lock, replacing, write_texts
 from skylimb.campaign.frozen import Campaign, campaign_from_mapping, differences
 from skylimb.campaign.journal import Journal, read_journal
 from skylimb.campaign.rows import QUARANTINED, Row
@@ -26,7 +22,6 @@ from skylimb.config import read_toml, write_toml
 from skylimb.errors import ConfigError, OutputError
 from skylimb.recording.files import new_folder
 
-SPEC_FILE = "spec.toml"
 TABLE_FILE = "flights.parquet"
 JOURNAL_FILE = "journal.jsonl"
 SUMMARY_FILE = "summary.json"
@@ -47,9 +42,9 @@ class Store:
 
     def __init__(self, folder: Path, campaign: Campaign) -> None:
         self.folder, self.campaign = folder, campaign
-        self._lock = _lock(folder)
+        self._lock = lock(folder)
         try:
-            with _full_disk(folder):
+            with full_disk(folder):
                 self._read()
         except BaseException:
             self._lock.close()
@@ -85,7 +80,7 @@ class Store:
         Raises:
             OutputError: when the disk is full, for one; everything kept before stays readable.
         """
-        with _full_disk(self.folder):
+        with full_disk(self.folder):
             for item in flown:
                 if item.log is not None:
                     self.keep_log(item.row, item.log)
@@ -95,7 +90,7 @@ class Store:
 
     def add_death(self, flight: int) -> int:
         """Note that a flight took its worker down; returns how often it has."""
-        with _full_disk(self.folder):
+        with full_disk(self.folder):
             self._journal.add_death(flight)
         self.deaths[flight] += 1
         return self.deaths[flight]
@@ -105,14 +100,14 @@ class Store:
         place = self.folder / log_name(row)
         if place.exists():
             return
-        with _full_disk(self.folder), new_folder(place) as aside:
+        with full_disk(self.folder), new_folder(place) as aside:
             (aside / "log.nc").write_bytes(log)
 
     def settle(self) -> None:
         """Turn the journal into the table; deaths of flights that are not done yet stay journalled."""
-        with _full_disk(self.folder):
+        with full_disk(self.folder):
             if self.rows:
-                with _replacing(self.folder / TABLE_FILE) as aside:
+                with replacing(self.folder / TABLE_FILE) as aside:
                     write_table(self.rows, aside)
             self._journal.close()
             self._write_journal(rows=False)
@@ -125,7 +120,7 @@ class Store:
             texts: file name -> content, the summary and the report.
         """
         self.settle()
-        with _full_disk(self.folder):
+        with full_disk(self.folder):
             write_texts(self.folder, texts)
             (self.folder / LOGS).mkdir(exist_ok=True)
             (self.folder / JOURNAL_FILE).unlink(missing_ok=True)
@@ -133,7 +128,7 @@ class Store:
     def _write_journal(self, rows: bool = True) -> None:
         """Write the journal anew without what was damaged, quarantined or settled."""
         path = self.folder / JOURNAL_FILE
-        with _replacing(path) as aside:
+        with replacing(path) as aside:
             aside.touch()
             journal = Journal(aside)
             if rows:
@@ -211,61 +206,3 @@ def log_name(row: Row) -> str:
 def logged(folder: Path, rows: Iterable[Row]) -> set[int]:
     """Those of the flights whose log is there."""
     return {row["flight"] for row in rows if (folder / log_name(row) / "log.nc").is_file()}
-
-
-def write_texts(folder: Path, texts: dict[str, str]) -> None:
-    """Write files aside and rename them."""
-    for name, text in texts.items():
-        with _replacing(folder / name) as aside:
-            aside.write_text(text, encoding="utf-8")
-
-
-@contextmanager
-def _replacing(path: Path) -> Iterator[Path]:
-    """A place aside that takes the name of `path`, whatever is there, when it is complete and on the disk."""
-    aside = path.with_name(f".{path.name}.partial")
-    aside.unlink(missing_ok=True)
-    try:
-        yield aside
-        with aside.open("rb") as file:
-            os.fsync(file.fileno())
-        os.replace(aside, path)
-    finally:
-        aside.unlink(missing_ok=True)
-
-
-@contextmanager
-def _full_disk(folder: Path) -> Iterator[None]:
-    """Turn the system's complaint into one that says what is kept."""
-    try:
-        yield
-    except OSError as error:
-        what = (
-            "the disk is full"
-            if error.errno in (errno.ENOSPC, errno.EDQUOT)
-            else (error.strerror or str(error))
-        )
-        raise OutputError(
-            f"cannot write to '{folder}': {what}; what was flown is kept there, and --resume goes on"
-        ) from error
-
-
-def _lock(folder: Path) -> IO[bytes]:
-    """The spec, locked against other processes while this one lives; the system lets go of it at the end."""
-    try:
-        file = (folder / SPEC_FILE).open("ab")
-    except OSError as error:
-        raise OutputError(f"cannot write to '{folder}': {error.strerror or error}") from error
-    try:
-        if sys.platform == "win32":
-            import msvcrt
-
-            msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
-        else:
-            import fcntl
-
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        file.close()
-        raise OutputError(f"campaign folder '{folder}' is in use by another process") from None
-    return file

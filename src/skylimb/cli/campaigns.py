@@ -85,16 +85,10 @@ class Campaign:
         if not outcome.complete:
             kept, total = len(outcome.rows), outcome.campaign.flight(outcome.campaign.spec.draws, 0)
             print(f"interrupted: {kept} of {total} flights are kept in {folder}; to go on:")
-            print(f"  {self._again(folder)}")
+            options = {"workers": self.workers, "scheduler": self.scheduler, "slurm": self.slurm}
+            print(f"  {_again('campaign', self.spec, folder, **options)}")
             return INTERRUPTED
         return _summary(outcome)
-
-    def _again(self, folder: str) -> str:
-        words = ["skylimb campaign", self.spec, "--out", folder, "--resume"]
-        for option in ("workers", "scheduler", "slurm"):
-            value = getattr(self, option)
-            words += [f"--{option}", value] if value else []
-        return " ".join(words)
 
 
 @dataclass(frozen=True)
@@ -123,19 +117,22 @@ class CampaignReport:
 class Tune:
     """Search gains over a campaign's draws, and judge them on draws that the search has not seen.
 
-    Leaves a preset for each controller, ready for --controller, with verdict.json and trials.csv. Needs the
-    extra `tune`.
+    Leaves a preset for each controller, ready for --controller, with verdict.json and trials.csv. Ctrl-C
+    finishes what flies and keeps it; --resume goes on, and finds the same as without the interruption. Needs
+    the extra `tune`.
     """
 
     examples: ClassVar[str] = """
         skylimb tune examples/tune.toml --out out/tuned
+        skylimb tune examples/tune.toml --out out/tuned --resume
         skylimb run --controller out/tuned/hybrid.toml
     """
 
     spec: Spec
-    out: Annotated[str, arg(metavar="DIR", help="New folder for the results; by default one below out/.",
+    out: Annotated[str, arg(metavar="DIR", help="Folder for the results; by default one below out/.",
                             help_behavior_hint="")] = ""  # fmt: skip
     workers: Workers = ""
+    resume: Resume = False
 
     def __call__(self) -> int:
         """Search, then judge."""
@@ -143,7 +140,11 @@ class Tune:
         from skylimb.campaign import tune
 
         with campaign_progress() as report:
-            outcome = tune(self.spec, folder, workers=workers, progress=report)
+            outcome = tune(self.spec, folder, workers=workers, resume=self.resume, progress=report)
+        if not outcome.complete:
+            print(f"interrupted: {outcome.flown} of {outcome.total} flights are kept in {folder}; to go on:")
+            print(f"  {_again('tune', self.spec, folder, workers=self.workers)}")
+            return INTERRUPTED
         for line in outcome.lines():
             print(line)
         output.places(Path(folder))
@@ -160,6 +161,14 @@ def whole_workers(text: str) -> int | None:
     if not text.isdigit():
         raise ConfigError(f"--workers = '{text}' is not a whole number")
     return int(text)
+
+
+def _again(verb: str, spec: str, folder: str, **options: str) -> str:
+    """The command that goes on with what was interrupted."""
+    words = ["skylimb", verb, spec, "--out", folder, "--resume"]
+    for option, value in options.items():
+        words += [f"--{option}", value] if value else []
+    return " ".join(words)
 
 
 def _summary(outcome: Outcome) -> int:

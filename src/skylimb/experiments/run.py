@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -161,9 +162,21 @@ def recorded(
     flight: Flight,
 ) -> Run:
     """A flight as a run: its log with everything that produced it, and its scores."""
+    run = scored(experiment, robot, controller, plant, mission, flight)
+    return documented(run, experiment, controller, plant)
+
+
+def scored(
+    experiment: Experiment,
+    robot: Robot,
+    controller: Controller,
+    plant: Plant,
+    mission: Mission,
+    flight: Flight,
+) -> Run:
+    """A flight as a run with its scores; `documented` adds what only a record that is kept needs."""
     log = with_asked_line(flight_log(plant, flight, mission), experiment.trajectory)
     frame = mission.frame
-    config = {**experiment.to_mapping(), "controller": resolved_preset(controller)}
     log.attrs |= {
         "robot": robot.name,
         "experiment": experiment.name,
@@ -171,15 +184,19 @@ def recorded(
         "seed": experiment.seed,
         "status": "FAILED" if flight.cause else "OK",
         "cause": flight.cause,
-        "config": write_toml(config),
-        "versions": json.dumps(versions()),
-        "scene": plant.scene,
         "surface": json.dumps(plant.surface.describe()),
         "contact_axis": frame.contact.tolist(),
         "sliding_axes": [*frame.sliding_u.tolist(), *frame.sliding_v.tolist()],
         "path_center": json.dumps([float(x) for x in experiment.surface.position]),
     }
     return Run(name=controller.name, controller=controller.name, log=log, metrics=metrics(log))
+
+
+def documented(run: Run, experiment: Experiment, controller: Controller, plant: Plant) -> Run:
+    """The run with all that produced it in its log: configuration, versions and scene."""
+    config = {**experiment.to_mapping(), "controller": resolved_preset(controller)}
+    log = run.log.assign_attrs(config=write_toml(config), versions=json.dumps(versions()), scene=plant.scene)
+    return dataclasses.replace(run, log=log)
 
 
 def vectoring_purpose(controller: Controller) -> str:

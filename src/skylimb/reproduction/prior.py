@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from skylimb.campaign.distributions import Distribution
-from skylimb.campaign.spec import CampaignSpec, spec_from_mapping
+from skylimb.campaign.reading import spec_from_mapping
+from skylimb.campaign.spec import CampaignSpec
 from skylimb.config import read_toml
 from skylimb.errors import ConfigError, unknown_name
 

@@ -81,6 +81,11 @@ class Robot:
         # into.
         state = RobotState(*ca.cse([ca.SX(entry) for entry in self._state(poses, q, psi)]))
         self._function = ca.Function("robot", [q, psi], list(state), ["q", "psi"], state._fields)
+        # All entries in one vector, row by row: numbers cross from CasADi once instead of eleven times.
+        self._shapes = [entry.shape for entry in state]
+        self._numbers = ca.Function(
+            "numbers", [q, psi], [ca.densify(ca.vertcat(*(ca.vec(entry.T) for entry in state)))]
+        )
         self._skeleton = ca.Function("skeleton", [q, psi], [self._skeleton_points(poses)])
         self._link_poses = ca.Function(
             "links",
@@ -106,16 +111,19 @@ class Robot:
         """
         q = self._angles("joint_angles", joint_angles, self.n_joints)
         psi = self._angles("vectoring_angles", vectoring_angles, self.n_vectoring)
-        values = dict(zip(RobotState._fields, self._function(q, psi), strict=True))
+        flat = self._numbers(q, psi).full().ravel()
+        ends = np.cumsum([rows * columns for rows, columns in self._shapes])
         scalars, vectors = {"mass", "tip_heading"}, {"cog_root", "hover_thrusts", "tip_C", "tip_root"}
         state = RobotState(
             **{
-                name: float(value)
+                name: float(part[0])
                 if name in scalars
-                else value.full().ravel()
+                else part.copy()
                 if name in vectors
-                else value.full()
-                for name, value in values.items()
+                else part.reshape(shape).copy()
+                for name, part, shape in zip(
+                    RobotState._fields, np.split(flat, ends[:-1]), self._shapes, strict=True
+                )
             }
         )
         condition = _condition(state.allocation_C)

@@ -11,6 +11,7 @@ import mujoco
 import numpy as np
 
 from skylimb.packing import pack_rows
+from skylimb.simulation.clock import without_clock
 from skylimb.simulation.disturbance import DisturbanceConfig, pusher
 from skylimb.simulation.flight import (
     CHECK_INTERVAL,
@@ -84,6 +85,7 @@ def mission_rows(
     return FlightRows(ticks, np.vstack([references, references[-1:]]))
 
 
+@without_clock()
 def fly_compiled(
     tick: CompiledTick,
     plant: Plant,

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
+from functools import cached_property
 
 import mujoco
 import numpy as np
@@ -17,19 +18,10 @@ from skylimb.control.records import Reference
 from skylimb.errors import ConfigError
 from skylimb.robots.description import Inertial, Link, RobotDescription
 from skylimb.robots.model import Robot
-from skylimb.simulation.contact import (
-    ContactReading,
-    add_contact_pair,
-    add_contact_sensor,
-    set_contact_options,
-    tune_contact_pair,
-)
-from skylimb.simulation.robot_bodies import TIP_GEOM, add_robot
+from skylimb.simulation.contact import ContactReading, tune_contact_pair
+from skylimb.simulation.scene import scene_spec
 from skylimb.simulation.surfaces import Surface
 from skylimb.spatial import quaternion_from_rotation, rot_z
-
-USER_WORDS = 2
-"""Numbers in `data.userdata` that a driver may use."""
 
 _SAG_ITERATIONS = 5
 
@@ -99,9 +91,9 @@ class Plant:
 
     Attributes:
         robot: model of the robot that really flies.
+        as_described: whether that is the robot of the description, without any difference.
         surface: what it touches.
         model: MuJoCo's model, without what is only looked at.
-        scene: the same as MJCF text, with it, for replay and video.
         substeps: physics steps in a control tick.
         reading: where the contact's samples lie.
         joint_qpos: addresses of q in qpos.
@@ -110,14 +102,23 @@ class Plant:
     """
 
     robot: Robot
+    as_described: bool
     surface: Surface
     model: mujoco.MjModel
-    scene: str
     substeps: int
     reading: ContactReading
     joint_qpos: tuple[int, ...]
     vectoring_qpos: tuple[int, ...]
     wall_joint: tuple[int, int] | None
+
+    @cached_property
+    def scene(self) -> str:
+        """The model as MJCF text, with what is only looked at, for replay and video."""
+        spec, _ = scene_spec(
+            self.robot.description, self.surface, float(self.model.opt.timestep), self.substeps
+        )
+        spec.compile()
+        return spec.to_xml()
 
 
 def build_plant(robot: Robot, surface: Surface, config: PlantConfig, dt: float) -> Plant:
@@ -144,26 +145,8 @@ def build_plant(robot: Robot, surface: Surface, config: PlantConfig, dt: float) 
         scales = scales * np.asarray(config.rotor_scale)
     true = plant_description(description, config)
 
-    spec = mujoco.MjSpec()
-    spec.modelname = description.name
-    spec.compiler.degree = False
-    set_contact_options(spec, config.physics_step)
-    # Where the native driver finds what belongs to a flight; zero means that nothing does.
-    spec.nuserdata = USER_WORDS
-    # Batteries, computers and the pen become part of the links that carry them: half the bodies, the same
-    # mechanics.
-    spec.compiler.fusestatic = True
-    _add_surroundings(spec)
-    add_robot(spec, true)
-    parts = surface.attach(spec)
-    if parts.joint is None:
-        # One robot is one island: looking for more takes a fourteenth of a step, and changes no bit.
-        spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_ISLAND
-    add_contact_pair(spec, TIP_GEOM, parts.geom, surface.contact)
-    add_contact_sensor(spec, TIP_GEOM, parts.geom, substeps)
-    spec.compile()
-    scene = spec.to_xml()
-    # What is only looked at stays in the scene: without it a step is a tenth faster, and the same to the bit.
+    spec, parts = scene_spec(true, surface, config.physics_step, substeps)
+    # What is only looked at is left out: without it a step is a tenth faster, and the same to the bit.
     spec.compiler.discardvisual = True
     model = spec.compile()
     tune_contact_pair(model, surface.contact)
@@ -178,9 +161,9 @@ def build_plant(robot: Robot, surface: Surface, config: PlantConfig, dt: float) 
         wall = (int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint]))
     return Plant(
         robot=robot if true is description else Robot(true),
+        as_described=true is description,
         surface=surface,
         model=model,
-        scene=scene,
         substeps=substeps,
         reading=ContactReading.of(model),
         joint_qpos=addresses(true.shape_joints),
@@ -231,41 +214,3 @@ def _static_servo_torque(plant: Plant, data: mujoco.MjData) -> np.ndarray:
     # free joint has one velocity less than positions.
     dofs = [address - 1 for address in plant.joint_qpos + plant.vectoring_qpos]
     return (data.qfrc_bias - data.qfrc_actuator)[dofs]
-
-
-def _add_surroundings(spec: mujoco.MjSpec) -> None:
-    """Light, sky and a floor that nothing touches."""
-    visual = spec.visual
-    visual.global_.offwidth, visual.global_.offheight = 1920, 1080
-    visual.headlight.ambient = [0.45, 0.45, 0.45]
-    visual.headlight.diffuse = [0.45, 0.45, 0.45]
-    visual.headlight.specular = [0.1, 0.1, 0.1]
-    spec.add_texture(
-        name="sky",
-        type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
-        builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
-        rgb1=[0.93, 0.95, 0.97],
-        rgb2=[0.75, 0.82, 0.88],
-        width=256,
-        height=256,
-    )
-    spec.add_texture(
-        name="floor",
-        type=mujoco.mjtTexture.mjTEXTURE_2D,
-        builtin=mujoco.mjtBuiltin.mjBUILTIN_CHECKER,
-        rgb1=[0.86, 0.87, 0.88],
-        rgb2=[0.80, 0.81, 0.83],
-        width=256,
-        height=256,
-    )
-    material = spec.add_material(name="floor", texrepeat=[8.0, 8.0], texuniform=True)
-    material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "floor"
-    spec.worldbody.add_geom(
-        name="floor",
-        type=mujoco.mjtGeom.mjGEOM_PLANE,
-        size=[8.0, 8.0, 0.1],
-        material="floor",
-        contype=0,
-        conaffinity=0,
-    )
-    spec.worldbody.add_light(pos=[-1.0, -2.0, 5.0], dir=[0.3, 0.4, -1.0], diffuse=[0.5, 0.5, 0.5])

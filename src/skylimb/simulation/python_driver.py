@@ -17,6 +17,7 @@ from skylimb.errors import ConfigError
 from skylimb.estimation.records import Measurement
 from skylimb.packing import Layout
 from skylimb.simulation.actuators import actuate
+from skylimb.simulation.clock import without_clock
 from skylimb.simulation.drivers import FlightRows, Progress, lost_flight
 from skylimb.simulation.flight import CHECK_INTERVAL, MISSION_TIME, Flight, unfinished
 from skylimb.simulation.mission import Mission
@@ -36,6 +37,7 @@ from skylimb.simulation.tick import (
 from skylimb.symbolic import is_symbolic
 
 
+@without_clock()
 def fly_python(
     controller: Controller,
     plant: Plant,

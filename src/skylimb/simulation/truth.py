@@ -8,18 +8,25 @@ really flew.
 from __future__ import annotations
 
 import functools
+from contextlib import suppress
 from typing import Any, NamedTuple
 
 import casadi as ca
 import numpy as np
 
+from skylimb.errors import CompileError
 from skylimb.packing import Layout
 from skylimb.robots.model import Robot
+from skylimb.simulation.compiling import built_library
 from skylimb.simulation.flight import Flight
 from skylimb.simulation.mission import Mission
+from skylimb.simulation.native.function import c_source
 from skylimb.simulation.plant import Plant
 from skylimb.simulation.surfaces.contact_record import ContactLoss, record_contact
 from skylimb.spatial import cross, rotation_from_quaternion, rpy_from_rotation
+
+_BLOCK = 256
+"""Ticks that are evaluated by one call: flights of any length share one function."""
 
 
 class Kinematics(NamedTuple):
@@ -48,8 +55,14 @@ class Kinematics(NamedTuple):
 
 @functools.lru_cache(maxsize=16)
 def _kinematics_function(
-    robot: Robot, joint_qpos: tuple[int, ...], vectoring_qpos: tuple[int, ...], nq: int, nv: int
+    robot: Robot,
+    joint_qpos: tuple[int, ...],
+    vectoring_qpos: tuple[int, ...],
+    nq: int,
+    nv: int,
+    built: bool,
 ) -> tuple[ca.Function, Layout[Kinematics]]:
+    """The kinematics over `_BLOCK` ticks; `built` as machine code, where there is a compiler."""
     qpos, qvel, axis = ca.SX.sym("qpos", nq), ca.SX.sym("qvel", nv), ca.SX.sym("axis", 3)
     q, psi = qpos[list(joint_qpos)], qpos[list(vectoring_qpos)]
     # A free joint has seven positions and six velocities.
@@ -70,30 +83,51 @@ def _kinematics_function(
         cog, cog_velocity, rpy_from_rotation(R_WC), tilt, tip, tip_velocity, ca.dot(tip - cog, axis), nodes
     )
     layout = Layout(record)
-    return ca.Function("kinematics", [qpos, qvel, axis], [ca.densify(layout.pack(record))]), layout
+    packed = ca.densify(layout.pack(record))
+    # Equal subexpressions are shared: they give the same numbers, once.
+    function = ca.Function("kinematics", [qpos, qvel, axis], [packed], {"cse": True})
+    block = function.map(_BLOCK)
+    if built:
+        with suppress(CompileError):
+            library = built_library("native", "kinematics", c_source(block))
+            return ca.external(block.name(), str(library)), layout
+    return block, layout
 
 
-def _over_ticks(function: ca.Function, *columns: np.ndarray) -> np.ndarray:
-    """A function of vectors at every tick, (ticks, outputs), on the arrays' own memory."""
+def _over_ticks(block: ca.Function, *columns: np.ndarray) -> np.ndarray:
+    """A function of vectors at every tick, (ticks, outputs), on the arrays' own memory.
+
+    Args:
+        block: the function mapped over `_BLOCK` ticks.
+        columns: its arguments, (ticks, size) each.
+    """
     count = len(columns[0])
+    padded = -(-count // _BLOCK) * _BLOCK
     # CasADi stores by columns, so that a row for each tick is its column for each tick.
-    arguments: list[Any] = [np.ascontiguousarray(column, dtype=float) for column in columns]
-    table: Any = np.empty((count, function.numel_out(0)))
-    if not count:
-        return table
-    buffer, evaluate = function.map(count).buffer()
-    for index, argument in enumerate(arguments):
-        buffer.set_arg(index, memoryview(argument))  # pyright: ignore[reportCallIssue]
-    buffer.set_res(0, memoryview(table))  # pyright: ignore[reportCallIssue]
-    evaluate()
-    return table
+    arguments: list[Any] = [np.zeros((padded, column.shape[1])) for column in columns]
+    for argument, column in zip(arguments, columns, strict=True):
+        argument[:count] = column
+    table: Any = np.empty((padded, block.size1_out(0)))
+    buffer, evaluate = block.buffer()
+    for start in range(0, padded, _BLOCK):
+        for index, argument in enumerate(arguments):
+            buffer.set_arg(index, memoryview(argument[start : start + _BLOCK]))  # pyright: ignore[reportCallIssue]
+        buffer.set_res(0, memoryview(table[start : start + _BLOCK]))  # pyright: ignore[reportCallIssue]
+        evaluate()
+    return table[:count]
 
 
 def flight_kinematics(plant: Plant, flight: Flight, mission: Mission) -> Kinematics:
     """Exact kinematics at every tick of a flight; every entry has the ticks as first dimension."""
     model = plant.model
     function, layout = _kinematics_function(
-        plant.robot, plant.joint_qpos, plant.vectoring_qpos, int(model.nq), int(model.nv)
+        plant.robot,
+        plant.joint_qpos,
+        plant.vectoring_qpos,
+        int(model.nq),
+        int(model.nv),
+        # Every other robot would be built for one flight alone, which takes longer than it saves.
+        plant.as_described,
     )
     qpos, qvel = flight.signal("configuration"), flight.signal("configuration_velocity")
     axes = mission.reference.contact_axis[: flight.ticks]

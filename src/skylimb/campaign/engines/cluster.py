@@ -1,4 +1,4 @@
-"""Flies on a cluster: on Dask workers that run already, or on ones that SLURM starts.
+"""Flies on a cluster of Dask workers.
 
 Workers need the same skylimb installed (they check) and no shared disk: rows and logs come back over the
 wire.
@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import itertools
 import queue
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
@@ -22,9 +22,6 @@ if TYPE_CHECKING:
 _AHEAD = 2
 """Batches that are sent for each thread of a worker, so that it never waits for the next."""
 
-_DEATHS = 2
-"""Deaths of a worker after which the scheduler lets a task have one last try."""
-
 
 class ClusterEngine:
     """An engine of Dask workers.
@@ -33,10 +30,18 @@ class ClusterEngine:
         tables: the campaign, as `Campaign.to_mapping` gives it.
         client: connected to the scheduler.
         cluster: what to close with it, where this process has started it.
+        check: called while nothing comes back; raises where nothing ever will.
     """
 
-    def __init__(self, tables: Mapping[str, Any], client: Client, cluster: Any = None) -> None:
+    def __init__(
+        self,
+        tables: Mapping[str, Any],
+        client: Client,
+        cluster: Any = None,
+        check: Callable[[], None] | None = None,
+    ) -> None:
         self._tables, self._client, self._cluster = dict(tables), client, cluster
+        self._check = check
         self._flying: dict[Future, Sequence[Job]] = {}
         self._finished: queue.Queue[Future] = queue.Queue()
         self._numbers = itertools.count()
@@ -85,6 +90,8 @@ class ClusterEngine:
                 arrived.append(self._finished.get_nowait())
         if not arrived and self._client.status != "running":
             raise WorkerError("the connection to the cluster's scheduler is lost")
+        if not arrived and self._check is not None:
+            self._check()
         return arrived
 
     def close(self, now: bool = False) -> None:
@@ -102,45 +109,19 @@ def connect(tables: Mapping[str, Any], address: str) -> ClusterEngine:
     Raises:
         WorkerError: when nobody answers there, or Dask is not installed.
     """
-    distributed = _imported("distributed")
+    distributed = imported("distributed")
     try:
         return ClusterEngine(tables, distributed.Client(address, timeout="5s", set_as_default=False))
     except (OSError, ValueError) as error:
         raise WorkerError(f"no Dask scheduler answers at '{address}': {_line(error)}") from error
 
 
-def on_slurm(
-    tables: Mapping[str, Any], queue: str, workers: int, options: Mapping[str, Any]
-) -> ClusterEngine:
-    """An engine on jobs of a SLURM queue, one worker a job; the scheduler runs in this process.
-
-    Args:
-        tables: the campaign.
-        queue: SLURM's partition.
-        workers: how many jobs to ask for.
-        options: of `dask_jobqueue.SLURMCluster`, such as walltime or account; its own configuration file,
-            where there is one, gives the rest.
+def imported(name: str) -> Any:
+    """A module of the extra `cluster`.
 
     Raises:
-        WorkerError: when SLURM's commands are not there, or dask-jobqueue is not installed.
+        WorkerError: when it is not installed.
     """
-    import shutil
-
-    distributed, jobqueue = _imported("distributed"), _imported("dask_jobqueue")
-    if shutil.which("sbatch") is None:
-        raise WorkerError("SLURM's 'sbatch' is not on this machine's PATH; start on a login node")
-    from dask import config
-
-    config.set({"distributed.scheduler.allowed-failures": _DEATHS})
-    settings = {"cores": 1, "processes": 1, "memory": "2GB", "walltime": "04:00:00", **options}
-    settings.setdefault("scheduler_options", {"dashboard_address": ":0"})
-    cluster = jobqueue.SLURMCluster(queue=queue, **settings)
-    # A job that ends, by its time limit for one, is replaced.
-    cluster.adapt(minimum_jobs=workers, maximum_jobs=workers)
-    return ClusterEngine(tables, distributed.Client(cluster, set_as_default=False), cluster)
-
-
-def _imported(name: str) -> Any:
     import importlib
 
     try:

@@ -26,6 +26,10 @@ _STILLBORN = 5
 """Workers in a row that die before they are ready, after which it isn't bad luck."""
 
 
+_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+"""Variables by which libraries for linear algebra are told how many threads to start."""
+
+
 class WorkerError(SkylimbError):
     """Workers cannot be started or reached."""
 
@@ -100,7 +104,7 @@ class LocalEngine:
 
     def _start(self) -> None:
         pool = ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), _begin)
-        with _deaf_to_interrupts():
+        with _deaf_to_interrupts(), _single_threaded():
             self._warming[pool.submit(_warm, self._tables)] = pool
 
     def _warmed(self, pool: ProcessPoolExecutor, future: Future[int]) -> None:
@@ -158,3 +162,18 @@ def _deaf_to_interrupts() -> Iterator[None]:
         yield
     finally:
         signal.signal(signal.SIGINT, before)
+
+
+@contextmanager
+def _single_threaded() -> Iterator[None]:
+    """A process started in here keeps to one core: threads that wait for work would take the others' time."""
+    before = {name: os.environ.get(name) for name in _THREADS}
+    os.environ.update(dict.fromkeys(_THREADS, "1"))
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value

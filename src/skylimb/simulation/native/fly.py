@@ -11,6 +11,7 @@ import mujoco
 import numpy as np
 from mujoco.batch import Batch, SimulationError
 
+from skylimb.simulation.clock import without_clock
 from skylimb.simulation.disturbance import DisturbanceConfig
 from skylimb.simulation.drivers import FlightRows, fly_compiled, interventions
 from skylimb.simulation.flight import CHECK_INTERVAL, Flight, engine_loss, find_loss, unfinished
@@ -115,7 +116,7 @@ def _fly_group(jobs: Sequence[NativeJob], threads: int, report: Callable[[int], 
         # An address has fewer bits than a float's 53, so that it crosses unharmed.
         batch.state[index, words : words + 2] = (float(ctypes.addressof(flight.record)), MARK)
     ids = [index for index, flight in enumerate(flights) if flight.count > 0]
-    with control_callback():
+    with control_callback(), without_clock():
         while ids:
             # Pauses fall between two windows of the look-out for losses; a flight that ends earlier waits.
             least = min(flights[index].count - flights[index].flown for index in ids)

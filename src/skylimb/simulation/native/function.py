@@ -11,7 +11,8 @@ import casadi as ca
 from skylimb.errors import CompileError, ConfigError
 from skylimb.simulation.compiling import built_library
 from skylimb.simulation.native.library import load_library
-from skylimb.simulation.plant import USER_WORDS, Plant
+from skylimb.simulation.plant import Plant
+from skylimb.simulation.scene import USER_WORDS
 from skylimb.simulation.tick import CompiledTick
 
 _ARGUMENTS, _RESULTS = 8, 3  # as in flight.c

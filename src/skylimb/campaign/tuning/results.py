@@ -1,0 +1,75 @@
+"""What a search leaves: a preset for each controller, the verdict, and every trial."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from skylimb.campaign.draws import changed
+from skylimb.campaign.frozen import Campaign
+from skylimb.campaign.tuning.gains import Gains
+from skylimb.campaign.tuning.search import Trial
+from skylimb.campaign.tuning.verdict import TuneOutcome
+from skylimb.config import write_toml
+
+VERDICT_FILE = "verdict.json"
+TRIALS_FILE = "trials.csv"
+
+
+def texts(campaign: Campaign, outcome: TuneOutcome, trials: Mapping[str, Sequence[Trial]]) -> dict[str, str]:
+    """File name -> content."""
+    table = io.StringIO()
+    writer = csv.writer(table, lineterminator="\n")
+    keys = list(next(iter(outcome.tuned.values())).before)
+    writer.writerow(["controller", "trial", "cost", *keys])
+    writer.writerows(
+        [trial.controller, trial.number, repr(trial.cost), *(repr(trial.gains[key]) for key in keys)]
+        for tried in trials.values()
+        for trial in tried
+    )
+    verdict = {
+        "objective": outcome.objective,
+        "held_out_draws": outcome.draws,
+        "controllers": {
+            name: {
+                "rank": outcome.ranks[name],
+                "better": found.better,
+                "trials": found.trials,
+                "before": found.before,
+                "after": found.after,
+                "successes": {"tuned": found.successes[0], "untuned": found.successes[1]},
+                "tuned_less_untuned": {
+                    key: value if np.isfinite(value) else str(value)
+                    for key, value in found.held_out._asdict().items()
+                },
+            }
+            for name, found in outcome.tuned.items()
+        },
+    }
+    presets = {
+        f"{name}.toml": write_toml(_preset(campaign, name, found.after, outcome.folder))
+        for name, found in outcome.tuned.items()
+    }
+    return {
+        **presets,
+        TRIALS_FILE: table.getvalue(),
+        VERDICT_FILE: json.dumps(verdict, indent=2, allow_nan=False) + "\n",
+    }
+
+
+def _preset(campaign: Campaign, name: str, gains: Gains, folder: Path) -> dict[str, Any]:
+    """The tuned preset's tables; a law in a file of the user's is named as seen from the new folder."""
+    entry = campaign.controllers[name]
+    tables = changed(entry["preset"], gains)
+    for slot in tables.values():
+        if isinstance(slot, dict) and str(slot.get("law", "")).endswith(".py"):
+            slot["law"] = Path(os.path.relpath(Path(entry["path"]).parent / slot["law"], folder)).as_posix()
+    text = str(tables.get("description", name)).rstrip(".")
+    return {**tables, "description": f"{text}; tuned for {campaign.spec.experiment}"}

@@ -1,0 +1,129 @@
+"""Judges what a search has found, on draws that it has not seen."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from skylimb.analysis.metrics import DESCRIPTIONS
+from skylimb.campaign.frozen import Campaign
+from skylimb.campaign.rows import Row
+from skylimb.campaign.spec import GOALS, Search
+from skylimb.campaign.statistics import Paired, bootstrap_rows, compare_paired, is_success, rank
+from skylimb.campaign.tuning.flights import Flights
+from skylimb.campaign.tuning.gains import Gains
+from skylimb.campaign.tuning.search import Trial, best
+
+
+@dataclass(frozen=True)
+class Tuned:
+    """What the search found for one controller.
+
+    Attributes:
+        name: of the controller.
+        before: its gains as they were.
+        after: the best found.
+        cost: of the best, over the draws of the search.
+        trials: how many sets of gains were flown.
+        held_out: the tuned against the untuned controller over the held-out draws, by badness.
+        successes: on the held-out draws, tuned and untuned.
+    """
+
+    name: str
+    before: Gains
+    after: Gains
+    cost: float
+    trials: int
+    held_out: Paired
+    successes: tuple[int, int]
+
+    @property
+    def better(self) -> bool:
+        """Whether the held-out draws tell the tuned controller from the untuned one, to its advantage."""
+        return self.held_out.dominance_low > 0.0
+
+
+@dataclass(frozen=True)
+class TuneOutcome:
+    """What `tune` left in a folder.
+
+    Attributes:
+        folder: where.
+        objective: the metric.
+        draws: how many held-out draws the verdict rests on.
+        tuned: by controller; empty when Ctrl-C stopped it.
+        ranks: of the tuned controllers among each other, over the held-out draws.
+        flown: flights that are kept.
+        total: flights that it takes at most.
+    """
+
+    folder: Path
+    objective: str
+    draws: int
+    tuned: dict[str, Tuned] = field(default_factory=dict)
+    ranks: dict[str, int] = field(default_factory=dict)
+    flown: int = 0
+    total: int = 0
+
+    @property
+    def complete(self) -> bool:
+        """Whether the search came to its end."""
+        return bool(self.tuned)
+
+    def lines(self) -> list[str]:
+        """The verdict in words, a line a controller."""
+        text, unit = DESCRIPTIONS[self.objective]
+        said = []
+        for name, found in self.tuned.items():
+            pair, goal = found.held_out, GOALS[self.objective]
+            verdict = "better" if found.better else "not told from the untuned one"
+            difference = f"{goal * pair.median:+.4f}" if np.isfinite(pair.median) else "decided by losses"
+            said.append(
+                f"{name} (rank {self.ranks[name]}): {verdict} on {self.draws} held-out draws; {text.lower()} "
+                f"{difference} {unit if unit != '1' else ''}".rstrip()
+                + f", better in {pair.wins}, equal in {pair.ties}, worse in {pair.defeats}"
+            )
+        return said
+
+
+def judge(
+    flights: Flights, starts: Mapping[str, Gains], trials: Mapping[str, Sequence[Trial]], search: Search
+) -> tuple[dict[str, Tuned], dict[str, int]]:
+    """Fly tuned and untuned controllers over draws that no trial has flown.
+
+    Returns:
+        What was found for each controller, and their ranks among each other.
+    """
+    campaign = flights.campaign
+    draws = range(campaign.spec.draws, campaign.spec.draws + search.held_out)
+    found = {name: best(trials[name]) for name in campaign.names}
+    wanted = [(name, gains, draws) for name in campaign.names for gains in (found[name].gains, starts[name])]
+    flown = flights.fly(wanted)
+    resampled = bootstrap_rows(search.held_out, campaign.spec.seed)
+    tuned, columns = {}, []
+    for index, name in enumerate(campaign.names):
+        after, before = flown[2 * index], flown[2 * index + 1]
+        columns.append(_badness(campaign, after, search))
+        tuned[name] = Tuned(
+            name,
+            starts[name],
+            found[name].gains,
+            found[name].cost,
+            len(trials[name]),
+            compare_paired(columns[-1], _badness(campaign, before, search), resampled),
+            (_successes(campaign, after), _successes(campaign, before)),
+        )
+    ranks = rank(np.column_stack(columns), resampled)
+    return tuned, dict(zip(campaign.names, ranks, strict=True))
+
+
+def _badness(campaign: Campaign, rows: Sequence[Row], search: Search) -> np.ndarray:
+    values = [row[search.objective] if is_success(campaign, row) else None for row in rows]
+    return np.array([np.inf if value is None else GOALS[search.objective] * value for value in values])
+
+
+def _successes(campaign: Campaign, rows: Sequence[Row]) -> int:
+    return sum(is_success(campaign, row) for row in rows)
