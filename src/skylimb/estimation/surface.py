@@ -57,6 +57,9 @@ SMOOTHING = 0.1
 REST_SPEED = 0.03
 """Speed of the tip's place, behind that low pass, which its noise may feign, m/s."""
 
+STEEPEST = 2.0
+"""No slope is believed to be steeper, 1."""
+
 _START = np.diag([0.05**2, 0.3**2, 0.3**2])
 """Before the first touch: 5 cm, and a slope of 17 degrees."""
 
@@ -101,6 +104,7 @@ def follow_surface(
     slope = vector(0.0, across[0], across[1])
     known = (across[0] ** 2 + across[1] ** 2) * touching * moved
     x, P = _update(x, P, slope, across[2] - (slope[1] * x[1] + slope[2] * x[2]), gains.cross_noise**2, known)
+    x = vector(x[0], clip(x[1], -STEEPEST, STEEPEST), clip(x[2], -STEEPEST, STEEPEST))
     return SurfaceState(x, P, calm)
 
 

@@ -117,7 +117,7 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
         Sensed(
             asked=reference.touch,
             felt=felt,
-            normal=normal_force,
+            normal=-inputs.contact_force,
             beyond=state.axis_position - wished,
             sunk=state.axis_position - state.lost_at,
             clear=where(abs(state.axis_position - wished) < 1e-3, 1.0, 0.0),
@@ -134,7 +134,7 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
         gains.surface,
         state.surface,
         place,
-        engaged * where(normal_force > gains.machine.lost_force, 1.0, fresh),
+        engaged * where(-inputs.contact_force > gains.machine.lost_force, 1.0, fresh),
         fresh,
         _seen_across(inputs, path, speed, (a, u, v)),
         dt,
@@ -170,7 +170,7 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     gathered = (state.speed + gains.path_acceleration * dt) * own / (speed + 1e-6)
     slower = pace_now - gains.path_acceleration * dt * own / (speed + 1e-6)
     pace = clip(allowed, where(slower < gathered, slower, gathered), gathered)
-    pace = clip(where(halted > 0.5, 0.0, pace), 0.0, 1.0)
+    pace = clip(where(halted > 0.5, 0.0, where(reference.wait > 0.5, pace, 1.0)), 0.0, 1.0)
     speed_next = pace / own * speed
 
     view = ContactView(engaged, axis_position, axis_velocity, anchor, surface_velocity, normal_force, speed)

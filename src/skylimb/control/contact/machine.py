@@ -53,7 +53,7 @@ class MachineGains:
     touch_force: float = 0.5
     touch_time: float = 0.015
     lost_force: float = 0.25
-    lost_time: float = 0.4
+    lost_time: float = 0.2
     settle_time: float = 1.0
     rest_time: float = 0.5
     search: float = 0.25
@@ -93,7 +93,7 @@ class Sensed(NamedTuple):
     Attributes:
         asked: 1 while the mission wants touch.
         felt: force against the tip, N.
-        normal: estimated normal force, N.
+        normal: what it is behind a low pass, N.
         beyond: of the tip beyond the surface's nominal place, along the contact axis, m.
         sunk: of the tip beyond the place of the last loss, m.
         clear: 1 when the tip is back where the mission wants it without touch.

@@ -1,0 +1,258 @@
+"""What the preset `following` reaches over random draws, beside the paper's hybrid, and what each part buys.
+
+    python benchmarks/following.py [--draws 200]    (a quarter of an hour on two cores)
+
+Draws: friction 0.1 .. 0.8, stiffness of the pen 1 .. 20 N/mm (evenly in its logarithm), thrust +-2 % overall and
+per rotor, misaligned attitude +-1 degree about each axis, mass +-1 %, centre of gravity +-10 mm along each axis,
+latency 10 .. 30 ms (20 assumed), both directions of the circle; on the paper's board 14 and 20 degrees toward both
+sides. docs/following.json keeps every number, and the tables of docs/following.md are written anew.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from skylimb.analysis.measures import measured
+from skylimb.control.cascade import Cascade
+from skylimb.control.controller import load_controller
+from skylimb.experiments.experiment import load_experiment
+from skylimb.experiments.flyable import first_row
+from skylimb.experiments.run import prepare_flight, recorded, vectoring_purpose
+from skylimb.recording.run import Run
+from skylimb.robots.loader import load_robot
+from skylimb.simulation.drivers import mission_rows
+from skylimb.simulation.native import NativeJob, fly_native
+from skylimb.simulation.plant import initial_data
+from skylimb.simulation.tick import compile_tick
+
+DOCS = Path(__file__).parents[1] / "docs"
+SEED, CHUNK, THREADS = 7, 16, 2
+Changes = Mapping[str, Any]
+
+EXPERIMENTS = (
+    ("paper board, 14 and 20 degrees, both sides", "paper", {}),
+    ("cylinder 1 m, convex", "cylinder_convex", {}),
+    ("cylinder 1 m, concave", "cylinder_concave", {}),
+    ("friction patches", "friction_patches", {}),
+    ("sine, gentle", "sine_gentle", {}),
+    ("sine, steep", "sine_steep", {}),
+)
+HARDER = (
+    ("centre of gravity off by 10 mm level, 0 upright", {"level cog": True}, {}),
+    ("latency 50 ms, and known", {"sensors.latency": 0.05}, {"delay.latency": 0.05}),
+    ("latency 50 ms, 20 ms assumed", {"sensors.latency": 0.05}, {}),
+    ("control at 40 Hz", {"controller_rate": 40.0}, {}),
+)
+REMOVED = {
+    "surface.advance_distance": 2.0,
+    "surface.advance_speed": 5.0,
+    "surface.advance_start": 24.0,
+    "surface.motion_direction": [1.0, 0.0, 0.0],
+}
+PARTS: tuple[tuple[str, Changes], ...] = (
+    ("as it is", {}),
+    ("vectoring angles for torque, not for contact", {"vectoring.purpose": "torque"}),
+    ("torque thrusts that may lift", {"vectoring.lift": False}),
+    ("no leak compensation", {"leak.compensate": False}),
+    ("bias not fed forward", {"calibration.feed": False}),
+    (
+        "attitude and centre of gravity not calibrated",
+        {"calibration.attitude": False, "calibration.cog": False},
+    ),
+    ("the paper's slow observer", {"observer.force": [3.0, 3.0, 3.0], "observer.torque": [1.0, 1.0, 1.0]}),
+    ("no delay compensation, no lead", {"delay.compensate": False}),
+    ("no lead on the rotors", {"delay.lead": 1.0}),
+    ("friction not cancelled", {"translation.cancel": [0.0, 0.0]}),
+    ("no force integral", {"translation.force_integral": 0.0}),
+    ("lighter than it is, mu = 0.6", {"translation.press_mass_ratio": 0.6}),
+    ("no slope estimate", {"contact.surface.drift": 1e-9, "contact.surface.cross_noise": 1e6}),
+    ("the arm does not recentre", {"shape.rate": 1e-6}),
+    ("the centre of gravity follows, not the pen", {"translation.pen": 0.0}),
+    ("the path does not slow down", {"contact.axis_speed": 10.0}),
+    (
+        "the paper's attitude gains",
+        {
+            "attitude.normalized_stiffness": [40.0, 40.0, 10.0],
+            "attitude.damping_ratio": [1.1, 1.1, 0.8],
+            "attitude.virtual_inertia_ratio": [10.0, 10.0, 5.0],
+        },
+    ),
+    ("small moves of the vectoring angles", {"vectoring.move": True}),
+    ("calm body: the arm takes the surface's motion", {"shape.arm_share": 0.5}),
+)
+
+
+def draws(experiment: str, count: int) -> Iterator[dict[str, Any]]:
+    """Changes to an experiment, the same ones whatever flies it."""
+    rng = np.random.default_rng(SEED)
+    for _ in range(count):
+        drawn: dict[str, Any] = {
+            "surface.friction": rng.uniform(0.1, 0.8),
+            "surface.stiffness": 1000.0 * 20.0 ** rng.uniform(),
+            "plant.thrust_scale": rng.uniform(0.98, 1.02),
+            "plant.rotor_scale": rng.uniform(0.98, 1.02, 4).tolist(),
+            "sensors.attitude_misalignment": np.radians(rng.uniform(-1.0, 1.0, 3)).tolist(),
+            "plant.mass_scale": rng.uniform(0.99, 1.01),
+            "plant.cog_offset": (0.01 * rng.uniform(-1.0, 1.0, 3)).tolist(),
+            "sensors.latency": rng.uniform(0.01, 0.03),
+            "trajectory.direction": int(rng.choice([1, -1])),
+            "seed": int(rng.integers(1_000_000)),
+        }
+        slope = float(np.radians(rng.choice([-20.0, -14.0, 14.0, 20.0])))
+        if experiment == "paper":
+            drawn["surface.slope"] = slope
+        if experiment == "friction_patches":
+            del drawn["surface.friction"]
+        yield drawn
+
+
+def ensemble(
+    experiment: str, count: int, controller: str = "following", gains: Changes = {}, changes: Changes = {}
+) -> list[dict[str, Any]]:
+    """Scores of every draw: metrics, status and cause."""
+    robot = load_robot("hydrus_xi_quad")
+    flown = load_controller(controller, robot, gains)
+    assert isinstance(flown, Cascade)
+    scores: list[dict[str, Any]] = []
+    ready: list[tuple[Any, NativeJob]] = []
+    for index, drawn in enumerate(draws(experiment, count)):
+        given = {**drawn, **changes}
+        if given.pop("level cog", False):
+            given["plant.cog_offset"] = [*given["plant.cog_offset"][:2], 0.0]
+        asked = load_experiment(experiment, given)
+        plant, mission = prepare_flight(asked, robot, vectoring_purpose(flown))
+        data = initial_data(plant, first_row(mission))
+        root = np.concatenate([data.qpos[0:7], data.qvel[0:6]])
+        tick = compile_tick(flown, plant, asked.sensors, root, asked.control_period)
+        rows = mission_rows(plant, mission, asked.sensors, asked.seed, flown.paced)
+        ready.append((asked, NativeJob(tick, plant, data, mission, rows, asked.disturbance)))
+        if len(ready) == CHUNK or index == count - 1:
+            flights = fly_native([job for _, job in ready], THREADS)
+            for (what, job), flight in zip(ready, flights, strict=True):
+                scores.append(scored(recorded(what, robot, flown, job.plant, job.mission, flight)))
+            ready.clear()
+    return scores
+
+
+def scored(run: Run) -> dict[str, Any]:
+    """Metrics of a run, and how far the pen moved on after the surface was taken away."""
+    found = {**run.metrics, **measured(run, ["contact"]), "cause": run.cause}
+    time = run.log.time.values
+    start = float(REMOVED["surface.advance_start"])
+    after = (time >= start) & (time < start + 3.0)
+    x = run.log.tip_position.values[after, 0]
+    found["caught"] = float(x.max() - x[0]) if len(x) else None
+    return found
+
+
+SHOWN = (
+    ("y mm", "error_y_median", 1e3),
+    ("z mm", "error_z_median", 1e3),
+    ("force off %", "force_off", 100.0),
+    ("force std N", "force_slow_std", 1.0),
+    ("near %", "near_fraction", 100.0),
+    ("pen rms mm", "pen_line_rms", 1e3),
+    ("touch N", "touch_force_peak", 1.0),
+    ("time s", "flight_time", 1.0),
+)
+
+
+def row(name: str, scores: list[dict[str, Any]]) -> list[str]:
+    """A line of a table: median / worst decile of each score, and the flights that were lost."""
+    kept = [score for score in scores if score["status"] == "OK"]
+    cells = [name, f"{len(scores) - len(kept)} of {len(scores)}"]
+    for _, key, scale in SHOWN:
+        values = [
+            abs(score["contact_force_normal_mean"] - 1.0) if key == "force_off" else score[key]
+            for score in kept
+        ]
+        if not values:
+            cells.append("")
+            continue
+        worst = 10.0 if key == "near_fraction" else 90.0
+        middle, edge = (scale * float(np.percentile(values, at)) for at in (50.0, worst))
+        cells.append(f"{middle:.{2 if scale == 1.0 else 1}f} / {edge:.{2 if scale == 1.0 else 1}f}")
+    return cells
+
+
+def table(rows: list[list[str]]) -> str:
+    """A table in Markdown."""
+    head = ["median / worst decile", "lost", *(name for name, _, _ in SHOWN)]
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+
+
+def main() -> None:
+    """Fly everything, keep the numbers, write the tables."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
+    parser.add_argument("--draws", type=int, default=200)
+    parser.add_argument("--part-draws", type=int, default=48)
+    options = parser.parse_args()
+    numbers: dict[str, Any] = {"seed": SEED, "draws": options.draws, "part_draws": options.part_draws}
+    rows = []
+    for name, experiment, changes in EXPERIMENTS:
+        for controller in ("following", "hybrid"):
+            scores = ensemble(experiment, options.draws, controller, {}, changes)
+            rows.append(row(f"{name}: `{controller}`", scores))
+            numbers[f"{experiment}/{controller}"] = scores
+            print(" | ".join(rows[-1]), flush=True)
+    for name, changes, gains in HARDER:
+        scores = ensemble("paper", options.part_draws, "following", gains, changes)
+        rows.append(row(f"paper board, {name}", scores))
+        numbers[f"paper/{name}"] = scores
+        print(" | ".join(rows[-1]), flush=True)
+    scores = ensemble("paper", options.part_draws, "following", {}, REMOVED)
+    caught = [score["caught"] for score in scores if score["caught"] is not None]
+    numbers["removed"] = scores
+    moved = [1e3 * float(np.percentile(caught, at)) for at in (50, 90)]
+    lost = sum(score["status"] != "OK" for score in scores)
+    sentence = (
+        f"The board taken away in the middle of the slide ({len(scores)} draws): the tip moves on by "
+        f"{moved[0]:.0f} mm (median) and {moved[1]:.0f} mm (worst decile) before it is caught; {lost} flights lost."
+    )
+    print(sentence, flush=True)
+    parts = []
+    for name, gains in PARTS:
+        scores = ensemble("paper", options.part_draws, "following", gains)
+        parts.append(row(name, scores))
+        numbers[f"part/{name}"] = scores
+        print(" | ".join(parts[-1]), flush=True)
+    (DOCS / "following.json").write_text(compact(numbers), encoding="utf-8")
+    fill("table", f"{table(rows)}\n\n{sentence}")
+    fill("parts", f"On the paper's board, {options.part_draws} draws.\n\n{table(parts)}")
+
+
+def compact(numbers: Mapping[str, Any]) -> str:
+    """JSON with four digits a number and a line an ensemble, in columns."""
+
+    def short(value: Any) -> Any:
+        return float(f"{value:.4g}") if isinstance(value, float) else value
+
+    lines = []
+    for key, value in numbers.items():
+        if isinstance(value, list):
+            value = {name: [short(score.get(name)) for score in value] for name in value[0]}
+        lines.append(f"{json.dumps(key)}: {json.dumps(value)}")
+    return "{\n" + ",\n".join(lines) + "\n}\n"
+
+
+def fill(name: str, text: str) -> None:
+    """Put a text between the page's markers."""
+    page = DOCS / "following.md"
+    begin, end = f"<!-- begin: {name} -->", f"<!-- end: {name} -->"
+    old = page.read_text(encoding="utf-8")
+    pattern = re.escape(begin) + ".*?" + re.escape(end)
+    page.write_text(
+        re.sub(pattern, lambda _: f"{begin}\n{text}\n{end}", old, flags=re.DOTALL), encoding="utf-8"
+    )
+
+
+if __name__ == "__main__":
+    main()
