@@ -8,6 +8,7 @@ import matplotlib
 import numpy as np
 import pytest
 from matplotlib.colors import to_hex
+from matplotlib.patches import Rectangle
 from PIL import Image
 
 from skylimb.analysis import style, write_figures
@@ -48,7 +49,8 @@ def test_where_the_surface_was_looked_for_is_shaded(make_log):
     changes += [[4.25, "recontact", "settle", "touched"], [8.0, "slide", "lost", "no force"]]
     log = make_log().assign_attrs(contact_transitions=json.dumps(changes))
     figure = over_time.contact_direction({"following": Run("following", "following", log, {})})
-    blue = [patch for patch in figure.axes[0].patches if to_hex(patch.get_facecolor()) == style.LOST.lower()]
+    patches = [patch for patch in figure.axes[0].patches if isinstance(patch, Rectangle)]
+    blue = [patch for patch in patches if to_hex(patch.get_facecolor()) == style.LOST.lower()]
     stretches = [(patch.get_x(), patch.get_x() + patch.get_width()) for patch in blue]
     np.testing.assert_allclose(stretches, [(3.5, 4.0), (4.0, 4.25), (8.0, float(log.time[-1]))])
     [legend] = figure.legends

@@ -5,6 +5,18 @@ import skylimb
 from skylimb.experiments.run import prepare_flight
 from skylimb.simulation import truth
 from skylimb.simulation.native import native_available
+from skylimb.spatial import rotation_from_quaternion
+
+SHORT = {
+    "phases.hover": 0.4,
+    "phases.tare": 0.3,
+    "phases.settle": 0.3,
+    "phases.hover_end": 0.1,
+    "approach.speed": 0.2,
+    "approach.retreat_speed": 0.3,
+    "trajectory.radius": 0.05,
+    "trajectory.period": 2.0,
+}
 
 
 def test_machine_code_gives_the_same_kinematics_at_any_number_of_ticks() -> None:
@@ -23,3 +35,21 @@ def test_machine_code_gives_the_same_kinematics_at_any_number_of_ticks() -> None
         slow, built = (truth._over_ticks(function, qpos, qvel, axis) for function in functions)
         assert slow.shape == (count, functions[0].size1_out(0))
         np.testing.assert_allclose(built, slow, rtol=0.0, atol=1e-12)
+
+
+def test_the_truth_of_a_flight_that_holds_the_mission_back() -> None:
+    experiment, robot = skylimb.load_experiment("paper", SHORT), skylimb.load_robot("hydrus_xi_quad")
+    _, mission = prepare_flight(experiment, robot)
+    run = skylimb.run(experiment, controller="following")
+    assert run.status == "OK", run.cause
+    log = run.log
+    assert log.sizes["time"] > len(mission.times)
+    for k in np.linspace(0, log.sizes["time"] - 1, 7).astype(int):
+        state = robot.at(log.joint_angles.values[k], log.vectoring_angles.values[k])
+        R, p = rotation_from_quaternion(log.root_quaternion.values[k]), log.root_position.values[k]
+        cog, tip = p + R @ state.cog_root, p + R @ state.tip_root
+        np.testing.assert_allclose(log.cog_position.values[k], cog, rtol=0.0, atol=1e-12)
+        np.testing.assert_allclose(log.tip_position.values[k], tip, rtol=0.0, atol=1e-12)
+        np.testing.assert_allclose(
+            log.reach.values[k], (tip - cog) @ mission.frame.contact, rtol=0.0, atol=1e-12
+        )

@@ -130,7 +130,8 @@ def _scores(slide: xr.Dataset) -> dict[str, float]:
 
 def _pen_scores(log: xr.Dataset) -> dict[str, float]:
     """Line, losses and first touch of the pen."""
-    scores = dict(zip(("pen_line_rms", "pen_line_max"), pen_line(log), strict=True))
+    rms, most = pen_line(log)
+    scores = {"pen_line_rms": rms, "pen_line_max": most}
     sliding = in_phase(log, "slide")
     time = log.time.values
     if "contact_duty" in log or "contact" in log:

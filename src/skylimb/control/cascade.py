@@ -42,7 +42,7 @@ from skylimb.estimation.momentum_observer import (
     observe,
     with_known_wrench,
 )
-from skylimb.estimation.records import Measurement
+from skylimb.estimation.records import BodyState, Measurement, Wrench
 from skylimb.estimation.tare import TareState, initial_tare_state, tare
 from skylimb.packing import numeric
 from skylimb.planning.posture import ReachFamily, posture_family
@@ -214,23 +214,8 @@ class Cascade:
         thrust_min, thrust_max = self._thrust_limits
         moved, lift = wanted if preset.vectoring.move else force, preset.vectoring.lift
         thrusts = allocate(body.model, body.R_WC, moved, torque, thrust_min, thrust_max, lift)
-        told_thrusts, acting, delay = thrusts.total, thrusts.total, state.delay
-        if preset.delay.compensate:
-            told_thrusts, acting, after = lead_thrusts(
-                gains.delay, delay, thrusts.total, thrust_min, thrust_max, dt
-            )
-            wrench_now = rotor_wrench(body.model, body.R_WC, acting)
-            delay = remember(delay, after, stack(*known_wrench(*wrench_now, body)))
-            known = delayed_wrench(gains.delay, delay, dt)
-            observer = observer._replace(known_force=known[0:3], known_torque=known[3:6])
-        else:
-            rotor_force, rotor_torque = rotor_wrench(body.model, body.R_WC, acting)
-            observer = with_known_wrench(observer, body, rotor_force, rotor_torque)
-        rotation = thrusts.rotation
-        if preset.leak.steady:
-            holding = -wrench.torque - (bias.torque if bias is not None else 0.0)
-            rotation = right_inverse(body.model.allocation_C[2:, :]) @ stack(0.0, holding)
-        leak_force, _ = rotor_wrench(body.model, body.R_WC, rotation)
+        told_thrusts, delay, observer = self._told(gains, state.delay, observer, body, thrusts.total, dt)
+        leak_force = self._leak_force(body, thrusts.rotation, wrench, bias)
         lateral = state.move
         if preset.vectoring.move:
             lateral, side = lateral_move(
@@ -287,6 +272,26 @@ class Cascade:
                 **told,
             },
         )
+
+    def _told(
+        self, gains: CascadeGains, delay: Any, observer: ObserverState, body: BodyState, total: Any, dt: float
+    ) -> tuple[Any, Any, ObserverState]:
+        """Thrusts that the rotors are told, N, and what delay and observer know after them."""
+        if not self.preset.delay.compensate:
+            rotor_force, rotor_torque = rotor_wrench(body.model, body.R_WC, total)
+            return total, delay, with_known_wrench(observer, body, rotor_force, rotor_torque)
+        told, acting, after = lead_thrusts(gains.delay, delay, total, *self._thrust_limits, dt)
+        wrench_now = rotor_wrench(body.model, body.R_WC, acting)
+        delay = remember(delay, after, stack(*known_wrench(*wrench_now, body)))
+        known = delayed_wrench(gains.delay, delay, dt)
+        return told, delay, observer._replace(known_force=known[0:3], known_torque=known[3:6])
+
+    def _leak_force(self, body: BodyState, rotation: Any, wrench: Wrench, bias: Wrench | None) -> Any:
+        """Side force of the thrusts that turn the robot, or that hold its attitude, W, N."""
+        if self.preset.leak.steady:
+            holding = -wrench.torque - (bias.torque if bias is not None else 0.0)
+            rotation = right_inverse(body.model.allocation_C[2:, :]) @ stack(0.0, holding)
+        return rotor_wrench(body.model, body.R_WC, rotation)[0]
 
     @property
     def _thrust_limits(self) -> tuple[np.ndarray, np.ndarray]:

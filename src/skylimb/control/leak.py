@@ -26,14 +26,14 @@ class LeakCompensation:
     Attributes:
         compensate: off in the paper's presets.
         cutoff: of the low pass on the leak, Hz; it must stay below the attitude loop's own bandwidth.
+        steady: whether it is the leak of the torque that holds the attitude against the estimated
+            disturbance, rather than of the torque that is commanded: free of the attitude loop's own motion,
+            it may be followed faster.
     """
 
     compensate: bool = False
     cutoff: float = 0.5
     steady: bool = False
-
-    # steady: of the torque that holds the attitude against the estimated disturbance, rather than of the torque
-    # that is commanded: free of the attitude loop's own motion, it may be followed faster.
 
     def __post_init__(self) -> None:
         require_positive("leak", "cutoff", self.cutoff, "Hz")

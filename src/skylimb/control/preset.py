@@ -173,15 +173,15 @@ def preset_from_mapping(mapping: dict[str, Any], path: Path) -> Preset:
     for key in mapping:
         if key not in allowed:
             raise unknown_name(f"key of {where}", key, allowed)
-    filled = {slot: _slot(mapping, slot, path, where) for slot in SLOTS}
+    filled: dict[str, Any] = {slot: _slot(mapping, slot, path, where) for slot in SLOTS}
+    parts: dict[str, Any] = {
+        part: from_mapping(kind, mapping.get(part, {}), f"{where}: {part}") for part, kind in PARTS.items()
+    }
     return Preset(
         name=name,
         description=_typed(mapping, "description", str, "", where),
         tare=_typed(mapping, "tare", bool, True, where),
-        **{
-            part: from_mapping(kind, mapping.get(part, {}), f"{where}: {part}")
-            for part, kind in PARTS.items()
-        },
+        **parts,
         **filled,
     )
 

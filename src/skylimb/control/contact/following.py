@@ -51,8 +51,8 @@ class Gains:
         path_acceleration: at which the path gathers speed, m/s^2.
         wait_beyond: distance of the pen from its reference at which the path all but waits for it, m; up to
             half of it the path goes on as it would.
-        body_share: share of the surface's motion along the contact axis that the centre of gravity takes, 0 to
-            1; the arm takes the rest as far as it reaches.
+        body_share: share of the surface's motion along the contact axis that the centre of gravity takes, 0
+            to 1; the arm takes the rest as far as it reaches.
         machine: when the state changes.
         surface: what is assumed about pen and surface.
     """
@@ -82,7 +82,7 @@ class Gains:
 
 
 class State(NamedTuple):
-    """Machine, surface, the tip's place on the contact axis that is asked for (m), the anchor (m), the pace."""
+    """Machine, surface, the tip's place that is asked for on the contact axis, anchor (m), and pace."""
 
     machine: MachineState
     surface: SurfaceState
@@ -130,21 +130,13 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     pace_now = state.pace
     path = vector(dot(u, reference.tip_velocity), dot(v, reference.tip_velocity))
     speed = (path[0] ** 2 + path[1] ** 2) ** 0.5
-    along = path / (speed + 1e-9)
-    moving = clip(speed / 0.02, 0.0, 1.0)
-    across = vector(-along[1], along[0])
-    pressed = dot(a, inputs.wrench.force)
-    seen = (across[0] * dot(u, inputs.wrench.force) + across[1] * dot(v, inputs.wrench.force)) / where(
-        pressed < -0.3, pressed, -0.3
-    )
-    known = moving * where(pressed < -0.3, 1.0, 0.0)
     surface = follow_surface(
         gains.surface,
         state.surface,
         place,
         engaged * where(-inputs.contact_force > gains.machine.lost_force, 1.0, fresh),
         fresh,
-        vector(across[0] * known, across[1] * known, seen),
+        _seen_across(inputs, path, speed, (a, u, v)),
         dt,
     )
     slope = surface.estimate[1:3]
@@ -195,6 +187,24 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
             "tip_position_estimate": tip,
         },
     )
+
+
+def _seen_across(inputs: LawInput, path: Array, speed: Any, axes: tuple[Array, Array, Array]) -> Array:
+    """What the force tells of the slope across the path, where friction has no part in it.
+
+    Returns:
+        Direction across the path in the sliding plane, times how far it can be trusted, and the slope there.
+    """
+    a, u, v = axes
+    along = path / (speed + 1e-9)
+    moving = clip(speed / 0.02, 0.0, 1.0)
+    across = vector(-along[1], along[0])
+    pressed = dot(a, inputs.wrench.force)
+    seen = (across[0] * dot(u, inputs.wrench.force) + across[1] * dot(v, inputs.wrench.force)) / where(
+        pressed < -0.3, pressed, -0.3
+    )
+    known = moving * where(pressed < -0.3, 1.0, 0.0)
+    return vector(across[0] * known, across[1] * known, seen)
 
 
 def _normal_force(inputs: LawInput, slope: Array, axes: tuple[Array, Array, Array]) -> Any:

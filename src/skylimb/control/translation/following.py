@@ -2,9 +2,10 @@
 
 In the sliding plane (u, v) the centre of gravity follows the tip's reference less the arm, stiffly:
 
-    f = m (a_ref - D (p' - p'_ref) - K (p - p_ref)) - c f_hat,        c = cancel min(1, |v_path| / cancel_speed),
+    f = m (a_ref - D (p' - p'_ref) - K (p - p_ref)) - c f_hat,    c = cancel min(1, |v_path| / cancel_speed),
 
-where the estimated force is cancelled only as the pen moves: a pen that sticks makes any integral action hunt.
+where the estimated force is cancelled only as the pen moves: a pen that sticks makes any integral action
+hunt.
 
 Along the contact axis it is soft while the force is regulated, around an anchor that the contact law carries
 along, and heavier or lighter than it is by the mass ratio mu = M_d / m:
