@@ -2,10 +2,10 @@
 
     python benchmarks/following.py [--draws 200]    (a quarter of an hour on two cores)
 
-Draws: friction 0.1 .. 0.8, stiffness of the pen 1 .. 20 N/mm (evenly in its logarithm), thrust +-2 % overall and
-per rotor, misaligned attitude +-1 degree about each axis, mass +-1 %, centre of gravity +-10 mm along each axis,
-latency 10 .. 30 ms (20 assumed), both directions of the circle; on the paper's board 14 and 20 degrees toward both
-sides. docs/following.json keeps every number, and the tables of docs/following.md are written anew.
+Draws: friction 0.1 .. 0.8, stiffness of the pen 1 .. 20 N/mm (evenly in its logarithm), thrust +-2 % overall
+and per rotor, misaligned attitude +-1 degree about each axis, mass +-1 %, centre of gravity +-10 mm along each
+axis, latency 10 .. 30 ms (20 assumed), both directions of the circle; on the paper's board 14 and 20 degrees
+toward both sides. docs/following.json keeps every number, and the tables of docs/following.md are written anew.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import json
 import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -35,6 +36,7 @@ from skylimb.simulation.tick import compile_tick
 DOCS = Path(__file__).parents[1] / "docs"
 SEED, CHUNK, THREADS = 7, 16, 2
 Changes = Mapping[str, Any]
+NONE: Changes = MappingProxyType({})
 
 EXPERIMENTS = (
     ("paper board, 14 and 20 degrees, both sides", "paper", {}),
@@ -114,7 +116,7 @@ def draws(experiment: str, count: int) -> Iterator[dict[str, Any]]:
 
 
 def ensemble(
-    experiment: str, count: int, controller: str = "following", gains: Changes = {}, changes: Changes = {}
+    experiment: str, count: int, controller: str = "following", gains: Changes = NONE, changes: Changes = NONE
 ) -> list[dict[str, Any]]:
     """Scores of every draw: metrics, status and cause."""
     robot = load_robot("hydrus_xi_quad")
@@ -215,7 +217,8 @@ def main() -> None:
     lost = sum(score["status"] != "OK" for score in scores)
     sentence = (
         f"The board taken away in the middle of the slide ({len(scores)} draws): the tip moves on by "
-        f"{moved[0]:.0f} mm (median) and {moved[1]:.0f} mm (worst decile) before it is caught; {lost} flights lost."
+        f"{moved[0]:.0f} mm (median) and {moved[1]:.0f} mm (worst decile) before it is caught; {lost} flights "
+        "lost."
     )
     print(sentence, flush=True)
     parts = []
@@ -236,9 +239,10 @@ def compact(numbers: Mapping[str, Any]) -> str:
         return float(f"{value:.4g}") if isinstance(value, float) else value
 
     lines = []
-    for key, value in numbers.items():
-        if isinstance(value, list):
-            value = {name: [short(score.get(name)) for score in value] for name in value[0]}
+    for key, kept in numbers.items():
+        value = kept
+        if isinstance(kept, list):
+            value = {name: [short(score.get(name)) for score in kept] for name in kept[0]}
         lines.append(f"{json.dumps(key)}: {json.dumps(value)}")
     return "{\n" + ",\n".join(lines) + "\n}\n"
 
@@ -250,7 +254,7 @@ def fill(name: str, text: str) -> None:
     old = page.read_text(encoding="utf-8")
     pattern = re.escape(begin) + ".*?" + re.escape(end)
     page.write_text(
-        re.sub(pattern, lambda _: f"{begin}\n{text}\n{end}", old, flags=re.DOTALL), encoding="utf-8"
+        re.sub(pattern, lambda _: f"{begin}\n\n{text}\n\n{end}", old, flags=re.DOTALL), encoding="utf-8"
     )
 
 
