@@ -3,9 +3,10 @@
     python benchmarks/following.py [--draws 200]    (a quarter of an hour on two cores)
 
 Draws: friction 0.1 .. 0.8, stiffness of the pen 1 .. 20 N/mm (evenly in its logarithm), thrust +-2 % overall
-and per rotor, misaligned attitude +-1 degree about each axis, mass +-1 %, centre of gravity +-10 mm along each
-axis, latency 10 .. 30 ms (20 assumed), both directions of the circle; on the paper's board 14 and 20 degrees
-toward both sides. docs/following.json keeps every number, and the tables of docs/following.md are written anew.
+and per rotor, misaligned attitude +-1 degree about each axis, mass +-1 %, centre of gravity +-10 mm along
+each axis, latency 10 .. 30 ms (20 assumed), both directions of the circle; on the paper's board 14 and 20
+degrees toward both sides. docs/following.json keeps every number, and the tables of docs/following.md are
+written anew.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import argparse
 import json
 import re
 from collections.abc import Iterator, Mapping
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -34,17 +36,17 @@ from skylimb.simulation.plant import initial_data
 from skylimb.simulation.tick import compile_tick
 
 DOCS = Path(__file__).parents[1] / "docs"
-SEED, CHUNK, THREADS = 7, 16, 2
+SEED, CHUNK = 7, 16
 Changes = Mapping[str, Any]
 NONE: Changes = MappingProxyType({})
 
 EXPERIMENTS = (
-    ("paper board, 14 and 20 degrees, both sides", "paper", {}),
-    ("cylinder 1 m, convex", "cylinder_convex", {}),
-    ("cylinder 1 m, concave", "cylinder_concave", {}),
-    ("friction patches", "friction_patches", {}),
-    ("sine, gentle", "sine_gentle", {}),
-    ("sine, steep", "sine_steep", {}),
+    ("paper board, 14 and 20 degrees, both sides", "paper"),
+    ("cylinder 1 m, convex", "cylinder_convex"),
+    ("cylinder 1 m, concave", "cylinder_concave"),
+    ("friction patches", "friction_patches"),
+    ("sine, gentle", "sine_gentle"),
+    ("sine, steep", "sine_steep"),
 )
 HARDER = (
     ("centre of gravity off by 10 mm level, 0 upright", {"level cog": True}, {}),
@@ -52,6 +54,7 @@ HARDER = (
     ("latency 50 ms, 20 ms assumed", {"sensors.latency": 0.05}, {}),
     ("control at 40 Hz", {"controller_rate": 40.0}, {}),
 )
+GONE = "board taken away"
 REMOVED = {
     "surface.advance_distance": 2.0,
     "surface.advance_speed": 5.0,
@@ -136,7 +139,7 @@ def ensemble(
         rows = mission_rows(plant, mission, asked.sensors, asked.seed, flown.paced)
         ready.append((asked, NativeJob(tick, plant, data, mission, rows, asked.disturbance)))
         if len(ready) == CHUNK or index == count - 1:
-            flights = fly_native([job for _, job in ready], THREADS)
+            flights = fly_native([job for _, job in ready])
             for (what, job), flight in zip(ready, flights, strict=True):
                 scores.append(scored(recorded(what, robot, flown, job.plant, job.mission, flight)))
             ready.clear()
@@ -196,40 +199,45 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--draws", type=int, default=200)
     parser.add_argument("--part-draws", type=int, default=48)
+    parser.add_argument("--workers", type=int, default=2)
     options = parser.parse_args()
     numbers: dict[str, Any] = {"seed": SEED, "draws": options.draws, "part_draws": options.part_draws}
-    rows = []
-    for name, experiment, changes in EXPERIMENTS:
-        for controller in ("following", "hybrid"):
-            scores = ensemble(experiment, options.draws, controller, {}, changes)
-            rows.append(row(f"{name}: `{controller}`", scores))
-            numbers[f"{experiment}/{controller}"] = scores
-            print(" | ".join(rows[-1]), flush=True)
-    for name, changes, gains in HARDER:
-        scores = ensemble("paper", options.part_draws, "following", gains, changes)
-        rows.append(row(f"paper board, {name}", scores))
-        numbers[f"paper/{name}"] = scores
-        print(" | ".join(rows[-1]), flush=True)
-    scores = ensemble("paper", options.part_draws, "following", {}, REMOVED)
-    caught = [score["caught"] for score in scores if score["caught"] is not None]
-    numbers["removed"] = scores
-    moved = [1e3 * float(np.percentile(caught, at)) for at in (50, 90)]
-    lost = sum(score["status"] != "OK" for score in scores)
-    sentence = (
-        f"The board taken away in the middle of the slide ({len(scores)} draws): the tip moves on by "
-        f"{moved[0]:.0f} mm (median) and {moved[1]:.0f} mm (worst decile) before it is caught; {lost} flights "
-        "lost."
-    )
-    print(sentence, flush=True)
-    parts = []
-    for name, gains in PARTS:
-        scores = ensemble("paper", options.part_draws, "following", gains)
-        parts.append(row(name, scores))
-        numbers[f"part/{name}"] = scores
-        print(" | ".join(parts[-1]), flush=True)
+    both = ("following", "hybrid")
+    wanted: dict[str, tuple[Any, ...]] = {
+        f"{name}: `{controller}`": (experiment, options.draws, controller, {}, {})
+        for name, experiment in EXPERIMENTS
+        for controller in both
+    }
+    few = options.part_draws
+    wanted |= {
+        f"paper board, {name}": ("paper", few, "following", gains, changes) for name, changes, gains in HARDER
+    }
+    wanted |= {GONE: ("paper", few, "following", {}, REMOVED)}
+    wanted |= {name: ("paper", few, "following", gains) for name, gains in PARTS}
+    with ProcessPoolExecutor(options.workers) as pool:
+        jobs = {name: pool.submit(ensemble, *what) for name, what in wanted.items()}
+        for name, job in jobs.items():
+            numbers[name] = job.result()
+            print(" | ".join(row(name, numbers[name])), flush=True)
     (DOCS / "following.json").write_text(compact(numbers), encoding="utf-8")
-    fill("table", f"{table(rows)}\n\n{sentence}")
-    fill("parts", f"On the paper's board, {options.part_draws} draws.\n\n{table(parts)}")
+    parts = [name for name, _ in PARTS]
+    rows = [row(name, numbers[name]) for name in wanted if name not in parts and name != GONE]
+    fill("table", f"{table(rows)}\n\n{caught(numbers[GONE])}")
+    fill(
+        "parts",
+        f"On the paper's board, {few} draws.\n\n{table([row(name, numbers[name]) for name in parts])}",
+    )
+
+
+def caught(scores: list[dict[str, Any]]) -> str:
+    """A sentence on the board that was taken away."""
+    ways = [score["caught"] for score in scores if score["caught"] is not None]
+    middle, worst = (1e3 * float(np.percentile(ways, at)) for at in (50, 90))
+    lost = sum(score["status"] != "OK" for score in scores)
+    return (
+        f"The board taken away in the middle of the slide ({len(scores)} draws): the tip moves on by "
+        f"{middle:.0f} mm (median) and {worst:.0f} mm (worst decile) before it is caught; {lost} flights lost."
+    )
 
 
 def compact(numbers: Mapping[str, Any]) -> str:

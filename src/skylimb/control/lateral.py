@@ -55,7 +55,7 @@ class Vectoring:
 
 @functools.lru_cache(maxsize=16)
 def _side_force(robot: Robot) -> ca.Function:
-    """(q, psi, lift, torque) -> h in N, (2,), and J in N/rad, (2, nv), both in {C} at psi."""
+    """(q, at, psi, lift, torque) -> h in N, (2,), and J in N/rad, (2, nv), both in {C} of the angles `at`."""
     q, psi = ca.SX.sym("q", robot.n_joints), ca.SX.sym("psi", robot.n_vectoring)
     at, lift, torque = ca.SX.sym("at", robot.n_vectoring), ca.SX.sym("lift"), ca.SX.sym("torque", 3)
     model = robot.model(q, psi)
@@ -64,9 +64,7 @@ def _side_force(robot: Robot) -> ca.Function:
     Q = ca.diagcat(turn, turn) @ model.allocation_C
     thrusts = right_inverse(Q[2:, :]) @ ca.vertcat(lift, torque)
     side = Q[:2, :] @ thrusts
-    found = ca.substitute([side, ca.jacobian(side, psi)], [at], [psi])
-    # The derivative must be taken before the frame is let go again.
-    return ca.Function("side_force", [q, psi, lift, torque], ca.cse(found))
+    return ca.Function("side_force", [q, at, psi, lift, torque], ca.cse([side, ca.jacobian(side, psi)]))
 
 
 def lateral_move(
@@ -87,11 +85,12 @@ def lateral_move(
         move: of the last tick, rad, (nv,): each tick makes one Gauss-Newton step from there.
         joint_angles: q, rad.
         vectoring_angles: nominal psi of that posture, rad.
-        force: wanted in C, N.
-        torque: wanted in C, N m.
+        force: wanted in C of the nominal angles, N.
+        torque: wanted there, N m.
         dt: control period, s.
     """
-    side, J = _side_force(robot)(joint_angles, vectoring_angles + move, force[2], torque)
+    found = _side_force(robot)(joint_angles, vectoring_angles, vectoring_angles + move, force[2], torque)
+    side, J = found
     a = J[0, :] @ J[0, :].T + gains.damping
     b = J[0, :] @ J[1, :].T
     d = J[1, :] @ J[1, :].T + gains.damping
