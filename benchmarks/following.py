@@ -3,9 +3,10 @@
     python benchmarks/following.py [--draws 200]    (a quarter of an hour on two cores)
 
 Draws: friction 0.1 .. 0.8, stiffness of the pen 1 .. 20 N/mm (evenly in its logarithm), thrust +-2 % overall
-and per rotor, misaligned attitude +-1 degree about each axis, mass +-1 %, centre of gravity +-10 mm along each
-axis, latency 10 .. 30 ms (20 assumed), both directions of the circle; on the paper's board 14 and 20 degrees
-toward both sides. docs/following.json keeps every number, and the tables of docs/following.md are written anew.
+and per rotor, misaligned attitude +-1 degree about each axis, mass +-1 %, centre of gravity +-10 mm along
+each axis, latency 10 .. 30 ms (20 assumed), both directions of the circle; on the paper's board 14 and 20
+degrees toward both sides. docs/following.json keeps every number, and the tables of docs/following.md are
+written anew.
 """
 
 from __future__ import annotations
@@ -217,8 +218,8 @@ def main() -> None:
     lost = sum(score["status"] != "OK" for score in scores)
     sentence = (
         f"The board taken away in the middle of the slide ({len(scores)} draws): the tip moves on by "
-        f"{moved[0]:.0f} mm (median) and {moved[1]:.0f} mm (worst decile) before it is caught; {lost} flights "
-        "lost."
+        f"{moved[0]:.0f} mm (median) and {moved[1]:.0f} mm (worst decile) before it is caught; {lost} "
+        "flights lost."
     )
     print(sentence, flush=True)
     parts = []
