@@ -91,6 +91,6 @@ CONTACT = VectoringCriteria(
 )
 """Most guaranteed torque where a push across the surface hardly reaches the pressing force.
 
-For hydrus_xi_quad the search finds no continuous path with 0.04 rad of tilt, nor with a leak of 0.05. The
-price is lateral effort, up to 1.6 rad/N; 0.1 rad of tilt would allow 0.5 rad/N.
+For hydrus_xi_quad the search finds no continuous path with 0.04 rad of tilt, nor with a leak of 0.05. With
+0.05 rad the lateral effort is up to 1.6 rad/N, with 0.1 rad 0.5 rad/N.
 """
