@@ -108,7 +108,7 @@ def test_a_flicker_of_force_is_no_touch_and_a_flicker_of_none_no_loss() -> None:
     assert state.state == APPROACH
     state = machine(SLIDE)
     for tick in range(500):
-        state = after(state, normal=0.0 if tick % 50 else 1.0)
+        state = after(state, normal=0.0 if tick % 30 else 1.0)
     assert state.state == SLIDE
 
 

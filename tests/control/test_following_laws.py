@@ -104,6 +104,7 @@ def test_friction_is_cancelled_only_as_the_path_moves(model: Any, speed: float) 
     gains = numeric(GAINS)
     rubbed = inputs(model, ENGAGED._replace(speed=speed), force=np.array([-1.0, -0.4, 0.3]))
     state = following.initial_state(gains)
+    state, force = following.step(gains, state, rubbed)
     for _ in range(200):
         state, force = following.step(gains, state, rubbed)
     share = min(1.0, speed / GAINS.cancel_speed)

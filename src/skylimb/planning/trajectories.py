@@ -3,7 +3,7 @@
 A path lives in two coordinates (u, v) about the middle of the task, m; for the paper's board u is y, v is z.
 Every path is twice continuously differentiable inside its duration and rests at its end points outside of it.
 
-All timing is made from one primitive, a rate that grows smoothly from zero to one (`_smooth_step`). A circle
+All timing is made from one primitive, a rate that grows smoothly from zero to one (`smooth_step`). A circle
 turns its phase at such a rate; a line, a lawnmower pattern or waypoints are a sum of such steps, one a
 change of velocity: straight at constant speed between the corners, round at them, at rest at both ends.
 A drawing has its own timing, `skylimb.planning.pen_motion`.
@@ -23,12 +23,10 @@ from skylimb.errors import ConfigError
 from skylimb.planning.drawing import LARGEST, Strokes, fitted, nearest_first
 from skylimb.planning.drawing_sources import svg_strokes, text_strokes
 from skylimb.planning.pen_motion import pen_motion
+from skylimb.planning.smooth_step import STEEPEST, smooth_step
 
 Samples = tuple[np.ndarray, np.ndarray, np.ndarray]
 """Position (k, 2) in m, velocity in m/s, acceleration in m/s^2."""
-
-_STEEPEST = 1.875
-"""Largest slope of the smooth step over its mean slope."""
 
 
 @dataclass(frozen=True)
@@ -315,7 +313,7 @@ def _phase(config: TrajectoryConfig) -> tuple[Callable[[np.ndarray], Samples], f
             turned = config.start_angle + full_rate * t[..., None]
             return turned, np.full_like(turned, full_rate), np.zeros_like(turned)
         # Up to speed at 0, down again one lap time later: each ramp covers half its time's worth of angle.
-        up, down = _smooth_step(t, config.ramp), _smooth_step(t - laps_time, config.ramp)
+        up, down = smooth_step(t, config.ramp), smooth_step(t - laps_time, config.ramp)
         angle, rate, bend = (full_rate * (a - b)[..., None] for a, b in zip(up, down, strict=True))
         return config.start_angle + angle, rate, bend
 
@@ -334,25 +332,14 @@ def _polyline(corners: np.ndarray, config: TrajectoryConfig) -> Trajectory:
     lengths = np.linalg.norm(sides, axis=1)
     at_rest = np.zeros((1, 2))
     wished = np.diff(np.concatenate([at_rest, config.speed * sides / lengths[:, None], at_rest]), axis=0)
-    blend = _STEEPEST * float(np.linalg.norm(wished, axis=1).max()) / config.acceleration
+    blend = STEEPEST * float(np.linalg.norm(wished, axis=1).max()) / config.acceleration
     times = np.maximum(lengths / config.speed, blend)
     velocities = sides / times[:, None]
     changes = np.diff(np.concatenate([at_rest, velocities, at_rest]), axis=0)
     starts = np.concatenate([[0.0], np.cumsum(times)])
 
     def inside(t: np.ndarray) -> Samples:
-        way, rate, bend = (part @ changes for part in _smooth_step(t[..., None] - starts, blend))
+        way, rate, bend = (part @ changes for part in smooth_step(t[..., None] - starts, blend))
         return corners[0] + way, rate, bend
 
     return Trajectory(float(starts[-1]) + blend, inside)
-
-
-def _smooth_step(t: np.ndarray, width: float) -> Samples:
-    """A rate that grows from 0 at t = 0 to 1 at t = width, and its integral and derivative.
-
-    Returns:
-        The integral (t - width/2 after the step), the rate (a quintic in between) and its derivative.
-    """
-    s = np.clip(t / width, 0.0, 1.0)
-    integral = width * s**4 * (2.5 + s * (s - 3.0)) + np.maximum(t - width, 0.0)
-    return integral, s**3 * (10.0 + s * (6.0 * s - 15.0)), 30.0 / width * (s * (1.0 - s)) ** 2
