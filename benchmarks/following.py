@@ -199,14 +199,15 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--draws", type=int, default=200)
     parser.add_argument("--part-draws", type=int, default=48)
+    parser.add_argument("--hybrid-draws", type=int, default=0, help="fewer for the hybrid; 0 for as many")
     parser.add_argument("--workers", type=int, default=2)
     options = parser.parse_args()
     numbers: dict[str, Any] = {"seed": SEED, "draws": options.draws, "part_draws": options.part_draws}
-    both = ("following", "hybrid")
+    counts = {"following": options.draws, "hybrid": options.hybrid_draws or options.draws}
     wanted: dict[str, tuple[Any, ...]] = {
-        f"{name}: `{controller}`": (experiment, options.draws, controller, {}, {})
+        f"{name}: `{controller}`": (experiment, counts[controller], controller)
         for name, experiment in EXPERIMENTS
-        for controller in both
+        for controller in counts
     }
     few = options.part_draws
     wanted |= {
@@ -236,7 +237,7 @@ def caught(scores: list[dict[str, Any]]) -> str:
     lost = sum(score["status"] != "OK" for score in scores)
     return (
         f"The board taken away in the middle of the slide ({len(scores)} draws): the tip moves on by "
-        f"{middle:.0f} mm (median) and {worst:.0f} mm (worst decile) before it is caught; {lost} flights lost."
+        f"{middle:.0f} mm (median) and {worst:.0f} mm (worst decile) before it is caught; {lost} are lost."
     )
 
 
