@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from skylimb.errors import ConfigError, UnreachableError
+from skylimb.errors import AllocationError, ConfigError, UnreachableError
 from skylimb.planning import vectoring_files
 from skylimb.planning.lateral_effort import lateral_effort
 from skylimb.planning.posture import posture_family
@@ -131,5 +131,16 @@ def test_criteria_that_make_no_sense(values):
         VectoringCriteria("mine", sideways=np.inf)
 
 
-def test_what_is_kept_is_said_in_words():
-    assert CONTACT.kept.startswith("hover with at most 0.1 rad of tilt and keep the pushes")
+@pytest.mark.slow
+def test_the_shipped_table_is_what_the_search_finds():
+    searched = vectoring_table(ROBOT, "contact", cache=False)
+    assert searched.digest == TABLE.digest
+    np.testing.assert_allclose(TABLE.coefficients, searched.coefficients, atol=1e-4)
+
+
+@pytest.mark.slow
+def test_criteria_that_cannot_be_kept_are_said():
+    d = ROBOT.description
+    weak = tuple(replace(rotor, thrust_max=12.0) for rotor in d.rotors)
+    with pytest.raises(AllocationError, match=r"hover with at most 0.1 rad of tilt and keep the pushes"):
+        vectoring_table(Robot(replace(d, rotors=weak)), "contact", cache=False)
