@@ -75,6 +75,7 @@ class Gains:
             ("retreat_speed", "m/s"),
             ("axis_speed", "m/s"),
             ("path_acceleration", "m/s^2"),
+            ("wait_beyond", "m"),
         ):
             require_positive("contact", name, getattr(self, name), unit)
         require_range("contact", "least_pace", self.least_pace, 0.01, 1.0)
@@ -82,7 +83,17 @@ class Gains:
 
 
 class State(NamedTuple):
-    """Machine, surface, the tip's place that is asked for on the contact axis, anchor (m), and pace."""
+    """What the law remembers.
+
+    Attributes:
+        machine: of the contact.
+        surface: under the pen.
+        axis_position: of the tip along the contact axis that is asked for, m.
+        lost_at: where along it the last touch was lost, m.
+        anchor: of the centre of gravity along it, m.
+        pace: of the mission.
+        speed: of the path at that pace, m/s.
+    """
 
     machine: MachineState
     surface: SurfaceState

@@ -94,13 +94,15 @@ class Gains:
         ):
             require_non_negative("translation", name, getattr(self, name), unit)
         require_range("translation", "force", self.force, 0.0, 20.0, "N")
+        for entry in self.cancel_cutoff:
+            require_positive("translation", "cancel_cutoff", entry, "Hz")
         for entry in self.cancel:
             require_range("translation", "cancel", entry, 0.0, 1.0)
         require_range("translation", "pen", self.pen, 0.0, 1.0)
 
 
 class State(NamedTuple):
-    """Integral of the force error, N, and energy in the tank, J."""
+    """Integral of the force error (N), energy in the tank (J), felt force in the sliding plane (N, (2,))."""
 
     integral: Any
     tank: Any
