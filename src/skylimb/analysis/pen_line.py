@@ -122,7 +122,9 @@ def _dense(line: np.ndarray) -> np.ndarray:
     """The same line with more points, `_PITCH` apart at most."""
     lengths = np.linalg.norm(np.diff(line, axis=0), axis=1)
     counts = np.maximum(np.ceil(lengths / _PITCH).astype(int), 1)
-    places = np.concatenate([i + np.arange(n) / n for i, n in enumerate(counts)] + [[len(line) - 1.0]])
+    piece = np.repeat(np.arange(len(counts)), counts)
+    within = np.arange(len(piece)) - np.repeat(np.cumsum(counts) - counts, counts)
+    places = np.append(piece + within / counts[piece], len(line) - 1.0)
     return np.stack([np.interp(places, np.arange(len(line)), axis) for axis in line.T], axis=1)
 
 
