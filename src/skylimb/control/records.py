@@ -80,6 +80,7 @@ class ContactView(NamedTuple):
             axis, m/s.
         normal_force: with which the surface is believed to push, N.
         speed: of the path, m/s.
+        ease: share of the wanted force that is to be pressed with.
     """
 
     engaged: Any
@@ -89,6 +90,7 @@ class ContactView(NamedTuple):
     surface_velocity: Any
     normal_force: Any
     speed: Any
+    ease: Any
 
 
 def no_contact() -> ContactView:

@@ -6,7 +6,9 @@ the pen faster than body and arm can follow,
 
     pace = min(1, axis_speed / |s . v|),        v the velocity of the path, s the slope,
 
-and 0 while the mission waits for touch.
+and 0 while the mission waits for touch. A pen that stays behind its reference also presses less: with high
+friction on a slope that comes toward the robot, the force that drags it along makes the contact force, and
+the friction with it, grow until the pen is wedged.
 """
 
 from __future__ import annotations
@@ -31,6 +33,7 @@ from skylimb.control.contact.machine import (
     is_in,
 )
 from skylimb.control.records import ContactView, LawInput
+from skylimb.errors import ConfigError
 from skylimb.estimation.surface import SurfaceGains, SurfaceState, follow_surface, initial_surface_state
 from skylimb.spatial import cross, dot
 from skylimb.symbolic import Array, clip, vector, where
@@ -53,6 +56,8 @@ class Gains:
             half of it the path goes on as it would.
         body_share: share of the surface's motion along the contact axis that the centre of gravity takes, 0
             to 1; the arm takes the rest as far as it reaches.
+        ease_beyond: distances of the pen from its reference between which the wanted force goes down, m.
+        least_ease: share of the wanted force that is left beyond the second; 1 to press on as before.
         machine: when the state changes.
         surface: what is assumed about pen and surface.
     """
@@ -65,6 +70,8 @@ class Gains:
     path_acceleration: float = 0.1
     wait_beyond: float = 0.08
     body_share: float = 0.5
+    ease_beyond: tuple[float, float] = (0.015, 0.04)
+    least_ease: float = 1.0
     machine: MachineGains = field(default_factory=MachineGains)
     surface: SurfaceGains = field(default_factory=SurfaceGains)
 
@@ -80,6 +87,11 @@ class Gains:
             require_positive("contact", name, getattr(self, name), unit)
         require_range("contact", "least_pace", self.least_pace, 0.01, 1.0)
         require_range("contact", "body_share", self.body_share, 0.0, 1.0)
+        require_range("contact", "least_ease", self.least_ease, 0.05, 1.0)
+        begin, end = self.ease_beyond
+        require_range("contact", "ease_beyond", begin, 0.0, 1.0, "m")
+        if not end > begin:
+            raise ConfigError(f"contact.ease_beyond = [{begin}, {end}] m: the second has to be larger")
 
 
 class State(NamedTuple):
@@ -184,7 +196,11 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     pace = clip(where(halted > 0.5, 0.0, where(reference.wait > 0.5, pace, 1.0)), 0.0, 1.0)
     speed_next = pace / own * speed
 
-    view = ContactView(engaged, axis_position, axis_velocity, anchor, surface_velocity, normal_force, speed)
+    begin, end = gains.ease_beyond[0], gains.ease_beyond[1]
+    ease = clip((end - behind) / (end - begin), gains.least_ease, 1.0)
+    view = ContactView(
+        engaged, axis_position, axis_velocity, anchor, surface_velocity, normal_force, speed, ease
+    )
     new = State(machine, surface, axis_position, lost_at, anchor, pace, speed_next)
     return (
         new,

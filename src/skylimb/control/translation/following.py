@@ -163,7 +163,8 @@ def _press(gains: Any, state: State, inputs: LawInput, speed: Any) -> tuple[Any,
     # The body follows what the surface does less what the arm makes up.
     relative = speed - (contact.surface_velocity - inputs.reach_rate)
     damper = m * gains.press_damping * relative
-    missing = gains.force - contact.normal_force
+    wanted = gains.force * contact.ease
+    missing = wanted - contact.normal_force
     alive = clip(4.0 * state.tank / gains.tank, 0.0, 1.0)
     integral = state.integral + gains.force_integral * missing * dt
     integral = clip(integral, -gains.force_integral_limit, gains.force_integral_limit)
@@ -172,9 +173,9 @@ def _press(gains: Any, state: State, inputs: LawInput, speed: Any) -> tuple[Any,
     used = integral * where(power > 0.0, alive, 1.0)
     tank = clip(state.tank + (damper * relative - used * relative) * dt, 0.0, gains.tank)
     estimated = dot(inputs.reference.contact_axis, inputs.wrench.force)
-    inertia = (1.0 / gains.press_mass_ratio - 1.0) * (estimated + gains.force)
+    inertia = (1.0 / gains.press_mass_ratio - 1.0) * (estimated + wanted)
     return (
-        gains.force + used + inertia - damper,
+        wanted + used + inertia - damper,
         integral * engaged,
         where(engaged > 0.5, tank, gains.tank),
     )
