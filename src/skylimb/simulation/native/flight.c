@@ -11,6 +11,7 @@
 #include <math.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <string.h>
 #include <mujoco/mujoco.h>
 
 #define MARK 1936419121.0 /* second word of userdata: the first one is a record's address */
@@ -97,6 +98,20 @@ static int engine_warned(Flight* f, const mjData* d) {
   if (any)
     for (int i = 0; i < mjNWARNING; i++) f->warnings[i] = d->warning[i].number - f->warnings[i];
   return any;
+}
+
+/* Put a flight that was lost to rest, at every step that the engine goes on with it: what diverges costs a hundred
+ * times a step, and warns of what nobody asks for any more. */
+static void lay_down(const mjModel* m, mjData* d) {
+  memcpy(d->qpos, m->qpos0, sizeof(mjtNum) * (size_t)m->nq);
+  memset(d->qvel, 0, sizeof(mjtNum) * (size_t)m->nv);
+  memset(d->act, 0, sizeof(mjtNum) * (size_t)m->na);
+  memset(d->ctrl, 0, sizeof(mjtNum) * (size_t)m->nu);
+  memset(d->qfrc_applied, 0, sizeof(mjtNum) * (size_t)m->nv);
+  memset(d->qacc_warmstart, 0, sizeof(mjtNum) * (size_t)m->nv);
+  /* The engine has looked at the positions of this step already. */
+  engine.forward_position(m, d);
+  engine.forward_velocity(m, d);
 }
 
 static void move_wall(const Flight* f, const mjModel* m, mjData* d, int64_t k) {
@@ -194,6 +209,7 @@ void skylimb_control(const mjModel* m, mjData* d) {
       f->closed = 1;
       if (f->warned < 0 && engine_warned(f, d)) f->warned = f->done / f->substeps;
     }
+    if (!f->finished) lay_down(m, d);
     return;
   }
   int64_t k = f->done / f->substeps, step = f->done % f->substeps;
