@@ -8,10 +8,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import skylimb
+from skylimb.control.contact import following as contact_law
+from skylimb.control.contact.machine import SLIDE
 from skylimb.control.lateral import Vectoring, lateral_move
 from skylimb.control.records import ContactView, LawInput, no_contact, zero_reference
 from skylimb.control.shape import recentring
 from skylimb.control.translation import following
+from skylimb.errors import ConfigError
 from skylimb.estimation.momentum_observer import GRAVITY
 from skylimb.estimation.records import BodyState, Wrench
 from skylimb.packing import numeric
@@ -57,6 +60,32 @@ def test_at_rest_with_the_wanted_force_it_pushes_with_that_force_and_carries_the
     np.testing.assert_allclose(force, model.mass * GRAVITY + X, atol=1e-12)
     assert state.integral == 0.0
     assert state.tank == pytest.approx(GAINS.tank)
+
+
+def test_an_eased_contact_is_pressed_with_less_and_asks_for_less(model: Any) -> None:
+    gains = numeric(GAINS)
+    eased = ENGAGED._replace(normal_force=0.3, ease=0.3)
+    state, force = following.step(gains, following.initial_state(gains), inputs(model, eased, force=-0.3 * X))
+    np.testing.assert_allclose(force, model.mass * GRAVITY + 0.3 * X, atol=1e-12)
+    assert state.integral == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("behind", "ease"), [(0.0, 1.0), (0.015, 1.0), (0.0275, 0.5), (0.04, 0.2), (0.2, 0.2)]
+)
+def test_a_pen_that_stays_behind_presses_less(model: Any, behind: float, ease: float) -> None:
+    gains = numeric(contact_law.Gains(ease_beyond=(0.015, 0.04), least_ease=0.2))
+    state = contact_law.initial_state(contact_law.Gains())
+    state = numeric(state._replace(machine=state.machine._replace(state=SLIDE)))
+    given_ = inputs(model, tip_position=ARM + behind * Y)
+    given_ = given_._replace(reference=given_.reference._replace(touch=1.0))
+    _, view, _ = contact_law.step(gains, state, given_)
+    assert view.ease == pytest.approx(ease)
+
+
+def test_the_distances_that_ease_are_in_order() -> None:
+    with pytest.raises(ConfigError, match="ease_beyond"):
+        contact_law.Gains(ease_beyond=(0.04, 0.02))
 
 
 def test_a_missing_force_is_integrated_up_to_its_limit(model: Any) -> None:

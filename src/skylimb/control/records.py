@@ -95,7 +95,7 @@ class ContactView(NamedTuple):
 
 def no_contact() -> ContactView:
     """A view of nothing."""
-    return ContactView(*(0.0 for _ in ContactView._fields))
+    return ContactView(*(0.0 for _ in ContactView._fields))._replace(ease=1.0)
 
 
 class LawInput(NamedTuple):
