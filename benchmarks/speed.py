@@ -27,8 +27,8 @@ DOCS = HERE.parent / "docs"
 EXPERIMENT, CONTROLLER = "paper", "hybrid"
 
 
-def measure(flights: int, repeats: int, rivals: bool) -> dict[str, Any]:
-    """Everything, as plain tables."""
+def measure(flights: int, repeats: int, before: Mapping[str, Any] | None) -> dict[str, Any]:
+    """Everything, as plain tables; the rivals are those of `before`, where it is given."""
     where = machine()
     _, python = loop.measure(EXPERIMENT, CONTROLLER, repeats)
     found = native.measure(EXPERIMENT, CONTROLLER, 12, repeats)
@@ -44,7 +44,8 @@ def measure(flights: int, repeats: int, rivals: bool) -> dict[str, Any]:
         },
         "native": {**dataclasses.asdict(found), "ratio": found.ratio, "strict": found.strict},
         "campaign": {**dataclasses.asdict(many), "scaling": many.scaling},
-        "rivals": compare.measure(min(repeats, 3)) if rivals else [],
+        "rivals": compare.measure(min(repeats, 3)) if before is None else before.get("rivals", []),
+        "rivals_machine": where if before is None else before.get("rivals_machine", before.get("machine")),
     }
 
 
@@ -83,6 +84,7 @@ def places(data: Mapping[str, Any]) -> dict[str, str]:
         "CAMPAIGN_TABLE": "\n".join(campaigns(data)),
         "RIVALS_DESCRIBED": "\n".join(compare.described(data["rivals"])),
         "RIVALS_TABLE": "\n".join(compare.table(data["rivals"])),
+        "RIVALS_LOAD": f"{(data['rivals_machine'] or where)['load']}",
     }
 
 
@@ -112,6 +114,10 @@ def wanted(data: Mapping[str, Any]) -> list[str]:
         word = "at least" if sign > 0 else "at most"
         verdict = "" if sign * value >= sign * bound else "**short**"
         lines.append(f"| {name} | {value:.3g}{unit} | {word} {bound:g}{unit} | {verdict} |")
+    alone = campaign.FLIGHTS_WANTED * found["bare"] / 2.0 / 60.0
+    lines.append(
+        f"| the physics alone of {campaign.FLIGHTS_WANTED} flights, on two cores | {alone:.3g} min | | |"
+    )
     for name, figures in (("Python", data["python"]), ("native", found)):
         lines.append(
             f"| {name} driver: closed loop over a replay without clock | {figures['strict']:.3g} | | |"
@@ -161,10 +167,12 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--flights", type=int, default=campaign.FLIGHTS_WANTED)
     parser.add_argument("--repeats", type=int, default=7)
-    parser.add_argument("--no-rivals", action="store_true", help="leave the other simulators out")
+    parser.add_argument("--no-rivals", action="store_true", help="keep what is known of the others")
     parser.add_argument("--out", type=Path, default=DOCS, help="folder of page and figures")
     options = parser.parse_args()
-    data = measure(options.flights, options.repeats, not options.no_rivals)
+    known = options.out / "benchmarks.json"
+    before = json.loads(known.read_text(encoding="utf-8")) if known.is_file() else {}
+    data = measure(options.flights, options.repeats, before if options.no_rivals else None)
     page = (HERE / "pages" / "benchmarks.md").read_text(encoding="utf-8")
     for place, text in places(data).items():
         page = page.replace(place, text)
