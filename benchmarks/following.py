@@ -171,6 +171,8 @@ def scored(run: Run) -> dict[str, Any]:
     after = (time >= start) & (time < start + 3.0)
     x = run.log.tip_position.values[after, 0]
     found["caught"] = float(x.max() - x[0]) if len(x) else None
+    mean = found["contact_force_normal_mean"]
+    found["force_off"] = None if mean is None else abs(mean - 1.0)
     return found
 
 
@@ -191,15 +193,13 @@ def row(name: str, scores: list[dict[str, Any]]) -> list[str]:
     kept = [score for score in scores if score["status"] == "OK"]
     cells = [name, f"{len(scores) - len(kept)} of {len(scores)}"]
     for _, key, scale in SHOWN:
-        values = [
-            abs(score["contact_force_normal_mean"] - 1.0) if key == "force_off" else score[key]
-            for score in kept
-        ]
-        if not values:
+        # A score that a flight does not have, such as the peak of a touch that never came, is None.
+        known = [score[key] for score in kept if score[key] is not None]
+        if not known:
             cells.append("")
             continue
         worst = 10.0 if key == "near_fraction" else 90.0
-        middle, edge = (scale * float(np.percentile(values, at)) for at in (50.0, worst))
+        middle, edge = (scale * float(np.percentile(known, at)) for at in (50.0, worst))
         cells.append(f"{middle:.{2 if scale == 1.0 else 1}f} / {edge:.{2 if scale == 1.0 else 1}f}")
     return cells
 
@@ -236,8 +236,8 @@ def main() -> None:
         jobs = {name: pool.submit(ensemble, *what) for name, what in wanted.items()}
         for name, job in jobs.items():
             numbers[name] = job.result()
+            (DOCS / "following.json").write_text(compact(numbers), encoding="utf-8")
             print(" | ".join(row(name, numbers[name])), flush=True)
-    (DOCS / "following.json").write_text(compact(numbers), encoding="utf-8")
     parts = [name for name, _ in PARTS]
     rows = [row(name, numbers[name]) for name in wanted if name not in parts and name != GONE]
     fill("table", f"{table(rows)}\n\n{caught(numbers[GONE])}")
