@@ -76,21 +76,14 @@ def test_a_quaternion_turns_at_half_the_angle(point: OperatingPoint) -> None:
     assert G[7:, 6:] == pytest.approx(np.eye(7), abs=1e-6)
 
 
-SHOWS = 0.5
-"""Frequency from which a flight of a second shows a swing's growth, Hz; of a slower one, only its sign."""
-
-
 def test_the_preset_is_stable_at_rest_and_flies_as_its_modes_say(
     point: OperatingPoint, loop: ClosedLoop
 ) -> None:
     assert loop.stable
     swings = [mode for mode in loop.modes(12) if mode.frequency > 0.1]
-    assert any(mode.frequency > SHOWS for mode in swings)
+    assert any(mode.frequency > 0.5 for mode in swings)
     for mode in swings:
-        flown = flown_growth(point, loop, mode)
-        assert flown < 0.0
-        if mode.frequency > SHOWS:
-            assert flown == pytest.approx(mode.growth, rel=0.1, abs=0.05)
+        assert flown_growth(point, loop, mode) == pytest.approx(mode.growth, rel=0.1, abs=0.05)
 
 
 def test_clocks_and_means_are_outside_of_the_loop(loop: ClosedLoop) -> None:
@@ -111,8 +104,7 @@ def test_flights_on_both_sides_of_an_edge(point: OperatingPoint) -> None:
         flown = flown_growth(there, loop, swing)
         assert loop.stable is not grows
         assert (flown > 0.0) is grows
-        if swing.frequency > SHOWS:
-            assert flown == pytest.approx(swing.growth, rel=0.15, abs=0.1)
+        assert flown == pytest.approx(swing.growth, rel=0.15, abs=0.1)
 
 
 def test_a_surface_of_another_stiffness_pushes_as_hard(point: OperatingPoint) -> None:
