@@ -176,6 +176,7 @@ def test_a_surface_that_is_not_there_is_given_up_and_the_mission_goes_on() -> No
         "phases.tare": 0.5,
         "phases.settle": 0.5,
         "phases.hover_end": 0.5,
+        "phases.patience": 5.0,
         "approach.speed": 0.2,
         "trajectory.shape": "hold",
         "trajectory.duration": 1.0,
