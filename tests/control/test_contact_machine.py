@@ -40,7 +40,7 @@ ASKING = {"asked": 1.0, "felt": 0.0, "normal": 1.0, "beyond": 0.0, "sunk": 0.0, 
 
 
 def machine(state: float, **changes: float) -> MachineState:
-    return MachineState(state, START, 0.0, 0.0, 0.0, 0.0)._replace(**changes)
+    return MachineState(state, START, 0.0, 0.0, 0.0, 0.0, 0.0)._replace(**changes)
 
 
 def after(before: MachineState, **sensed: float) -> MachineState:
@@ -69,7 +69,9 @@ def after(before: MachineState, **sensed: float) -> MachineState:
         (machine(LOST, since=0.51), {}, RECONTACT, RESTED),
         (machine(LOST, strong=0.012), {"felt": 0.6}, SETTLE, TOUCHED),
         (machine(RECONTACT, strong=0.012), {"felt": 0.6}, SETTLE, TOUCHED),
-        (machine(RECONTACT), {"sunk": 0.11}, RETREAT, NOTHING),
+        (machine(RECONTACT, slid=1.0), {"sunk": 0.11}, RETREAT, NOTHING),
+        (machine(RECONTACT), {"sunk": 0.11}, RECONTACT, START),
+        (machine(RECONTACT), {"sunk": 0.11, "beyond": 0.26}, RETREAT, NOTHING),
         (machine(RECONTACT), {"sunk": 0.05}, RECONTACT, START),
         (machine(RETREAT), {}, RETREAT, START),
         (machine(RETREAT), {"clear": 1.0}, FREE, CLEAR),
@@ -99,6 +101,12 @@ def test_a_surface_that_is_not_there_is_not_looked_for_again_until_the_next_stro
     asked_no_more = after(free, asked=0.0)
     assert asked_no_more.given_up == 0.0
     assert after(asked_no_more).state == APPROACH
+
+
+def test_a_slide_is_remembered_until_touch_is_no_longer_asked_for() -> None:
+    lost = after(machine(SLIDE, weak=0.4), normal=0.1)
+    assert (lost.state, lost.slid) == (LOST, 1.0)
+    assert after(lost, asked=0.0).slid == 0.0
 
 
 def test_a_flicker_of_force_is_no_touch_and_a_flicker_of_none_no_loss() -> None:

@@ -47,7 +47,8 @@ class MachineGains:
         settle_time: how long a touch has to last before the slide, s.
         rest_time: how long the robot holds before it looks for the surface again, s.
         search: how far beyond the surface's nominal place the tip looks for it, m.
-        search_again: how far beyond the place of a loss, m.
+        search_again: how far beyond the place of a loss, m. Before the first slide a touch may have been a
+            false one, far from the surface: then the search goes on as far as the first one would.
     """
 
     touch_force: float = 0.5
@@ -77,6 +78,7 @@ class MachineState(NamedTuple):
         weak: time for which the force has been too low, s.
         strong: time for which a touch has been felt, s.
         given_up: 1 once a surface that was asked for could not be found, until touch is no longer asked for.
+        slid: 1 once the pen has slid, until touch is no longer asked for.
     """
 
     state: Any
@@ -85,6 +87,7 @@ class MachineState(NamedTuple):
     weak: Any
     strong: Any
     given_up: Any
+    slid: Any
 
 
 class Sensed(NamedTuple):
@@ -109,7 +112,7 @@ class Sensed(NamedTuple):
 
 def initial_machine_state() -> MachineState:
     """Free."""
-    return MachineState(FREE, START, 0.0, 0.0, 0.0, 0.0)
+    return MachineState(FREE, START, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 def is_in(state: Any, *which: float) -> Any:
@@ -124,13 +127,16 @@ def advance(gains: Any, machine: MachineState, sensed: Sensed, dt: float) -> Mac
     strong = where(sensed.felt > gains.touch_force, machine.strong + dt, 0.0)
     touched = strong > gains.touch_time - 0.5 * dt
     given_up = where(sensed.asked > 0.5, machine.given_up, 0.0)
+    slid = where(sensed.asked > 0.5, where(is_in(now, SLIDE) > 0.5, 1.0, machine.slid), 0.0)
+    far = where(sensed.sunk > gains.search_again, 1.0, 0.0)
+    far = far * where(slid + where(sensed.beyond > gains.search, 1.0, 0.0) > 0.5, 1.0, 0.0)
     # Each rule: in which states, on what condition, where to, why. The first that holds is taken.
     rules = (
         ((APPROACH, SETTLE, SLIDE, LOST, RECONTACT), sensed.asked < 0.5, RETREAT, OVER),
         ((FREE,), sensed.asked * (1.0 - given_up) > 0.5, APPROACH, ASKED),
         ((APPROACH, LOST, RECONTACT), touched, SETTLE, TOUCHED),
         ((APPROACH,), sensed.beyond > gains.search, RETREAT, NOTHING),
-        ((RECONTACT,), sensed.sunk > gains.search_again, RETREAT, NOTHING),
+        ((RECONTACT,), far > 0.5, RETREAT, NOTHING),
         ((SETTLE, SLIDE), weak > gains.lost_time, LOST, NO_FORCE),
         ((SETTLE,), machine.since > gains.settle_time, SLIDE, CALM),
         ((LOST,), machine.since > gains.rest_time, RECONTACT, RESTED),
@@ -143,4 +149,5 @@ def advance(gains: Any, machine: MachineState, sensed: Sensed, dt: float) -> Mac
     changed = where(state == now, 0.0, 1.0)
     given_up = where(changed * is_in(reason, NOTHING) > 0.5, 1.0, given_up)
     stay = 1.0 - changed
-    return MachineState(state, reason, (machine.since + dt) * stay, weak * stay, strong * stay, given_up)
+    since = (machine.since + dt) * stay
+    return MachineState(state, reason, since, weak * stay, strong * stay, given_up, slid)
