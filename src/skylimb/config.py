@@ -1,19 +1,16 @@
 """TOML tables into frozen dataclasses and back, strictly.
 
-Every configuration of this package is a frozen dataclass with defaults, units in its docstring and its
-checks in `__post_init__`. This module carries values between those dataclasses and TOML: an unknown key, a
-wrong type or a value out of range raises a `ConfigError` that names the dotted key, the value it had, what
-was allowed, and the nearest right name. What one field's type allows is decided by `msgspec`: integers serve
-as floats, nothing else is converted.
+Every configuration of this package is a frozen dataclass whose fields carry a `skylimb.keys.Key`. This module
+carries values between those dataclasses and TOML: an unknown key, a wrong type or a value out of range raises
+a `ConfigError` that names the dotted key, the value it had, what was allowed, and the nearest right name.
+What one field's type allows is decided by `msgspec`: integers serve as floats, nothing else is converted.
 """
 
 from __future__ import annotations
 
 import dataclasses
-import functools
 import math
 import tomllib
-import types
 import typing
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -24,6 +21,9 @@ import numpy as np
 import tomli_w
 
 from skylimb.errors import ConfigError, UnknownNameError, nearest
+from skylimb.keys.checks import RefusedError, choice_problem
+from skylimb.keys.fields import fields_of, members_of, section_of
+from skylimb.keys.key import shown
 
 T = TypeVar("T")
 
@@ -68,7 +68,8 @@ def from_mapping(cls: type[T], mapping: Mapping[str, Any], where: str, at: str =
     try:
         return _build(cls, to_mapping(mapping, keep_none=True), tuple(filter(None, at.split("."))))
     except ConfigError as error:
-        raise type(error)(f"{where}: {error}") from None
+        kind = ConfigError if isinstance(error, RefusedError) else type(error)
+        raise kind(f"{where}: {error}") from None
 
 
 def to_mapping(config: Any, *, keep_none: bool = False) -> Any:
@@ -95,19 +96,21 @@ def flatten(config: Any) -> dict[str, Any]:
     return {".".join(path): value for path, value in _leaves(to_mapping(config), ())}
 
 
-def with_overrides(config: T, overrides: Mapping[str, Any]) -> T:
+def with_overrides(config: T, overrides: Mapping[str, Any], where: str = "override", at: str = "") -> T:
     """A copy of `config` with the values under some dotted keys replaced, checked like a file's.
 
     Args:
         config: a dataclass.
         overrides: dotted key to value; a table as value overrides only the keys it has, None empties an
             optional key.
+        where: the source of the values, for error messages.
+        at: dotted key of `config` itself, where it is a part of a larger table; for error messages.
     """
     tables = to_mapping(config)
     for key, value in overrides.items():
         for path, leaf in _leaves(to_mapping({key: value}, keep_none=True), ()):
             put(tables, ".".join(path), leaf)
-    return from_mapping(type(config), tables, "override")
+    return from_mapping(type(config), tables, where, at)
 
 
 def parse_assignment(text: str) -> tuple[str, Any]:
@@ -206,71 +209,53 @@ def _listed(choices: Sequence[Any]) -> str:
     return ", ".join(repr(choice) for choice in choices)
 
 
-@functools.cache
-def _field_types(cls: type) -> dict[str, Any]:
-    hints = typing.get_type_hints(cls)
-    return {field.name: hints[field.name] for field in dataclasses.fields(cls) if field.init}  # type: ignore[arg-type]
-
-
-def _section(kind: Any) -> type | None:
-    """The dataclass that a field of type `X` or `X | None` holds, else None."""
-    others = [argument for argument in _union_members(kind) if argument is not type(None)]
-    alone = others[0] if len(others) == 1 else None
-    return alone if isinstance(alone, type) and dataclasses.is_dataclass(alone) else None
-
-
-def _union_members(kind: Any) -> tuple[Any, ...]:
-    is_union = typing.get_origin(kind) in (typing.Union, types.UnionType)
-    return typing.get_args(kind) if is_union else (kind,)
-
-
 def _build(cls: type[T], table: Any, path: tuple[str, ...]) -> T:
     if not isinstance(table, dict):
-        raise ConfigError(f"{'.'.join(path) or 'this'} = {_short(table)} should be a table of keys")
-    kinds = _field_types(cls)
+        raise ConfigError(f"{'.'.join(path) or 'this'} = {shown(table)} should be a table of keys")
+    known = fields_of(cls)
     for key in table:
-        if key not in kinds:
+        if key not in known:
             raise _unknown_key((*path, key), cls)
-    values = {key: _convert(kinds[key], value, (*path, key)) for key, value in table.items()}
+    values = {key: _convert(known[key][0], value, (*path, key)) for key, value in table.items()}
     for field in dataclasses.fields(cls):  # type: ignore[arg-type]
         required = field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING
         if field.init and required and field.name not in values:
             raise ConfigError(f"the key '{'.'.join((*path, field.name))}' is missing")
-    return cls(**values)
+    try:
+        return cls(**values)
+    except RefusedError as error:
+        raise error.under(".".join(path)) from None
 
 
 def _convert(kind: Any, value: Any, path: tuple[str, ...]) -> Any:
     """`value` as the type `kind`; dataclasses anywhere inside are built by `_build`, the rest by msgspec."""
-    members = _union_members(kind)
+    members = members_of(kind)
     if value is None and type(None) in members:
         return None
-    section = _section(kind)
+    section = section_of(kind)
     if section is not None:
         return _build(section, value, path)
     origin, arguments = typing.get_origin(kind), typing.get_args(kind)
-    if origin is dict and isinstance(value, dict) and _section(arguments[1]):
+    if origin is dict and isinstance(value, dict) and section_of(arguments[1]):
         return {key: _convert(arguments[1], entry, (*path, key)) for key, entry in value.items()}
-    if origin is tuple and isinstance(value, list) and arguments[1:] == (...,) and _section(arguments[0]):
+    if origin is tuple and isinstance(value, list) and arguments[1:] == (...,) and section_of(arguments[0]):
         return tuple(_convert(arguments[0], entry, (*path, str(i))) for i, entry in enumerate(value))
     if origin is typing.Literal:
-        require_choice(".".join(path[:-1]), path[-1], value, arguments)
+        problem = choice_problem(value, arguments)
+        if problem is not None:
+            raise ConfigError(f"{'.'.join(path)} = {shown(value)} {problem}")
     try:
         return msgspec.convert(value, kind)
     except msgspec.ValidationError as error:
         detail = str(error).replace("`", "").replace(" - at $", " at ")
         detail = detail.replace("object", "a table").replace("array", "a list")  # TOML's words for JSON's
         reason = detail[0].lower() + detail[1:]
-        raise ConfigError(f"{'.'.join(path)} = {_short(value)} has the wrong type: {reason}") from None
-
-
-def _short(value: Any) -> str:
-    text = repr(value)
-    return text if len(text) <= 60 else f"{text[:57]}..."
+        raise ConfigError(f"{'.'.join(path)} = {shown(value)} has the wrong type: {reason}") from None
 
 
 def _unknown_key(path: tuple[str, ...], cls: type) -> UnknownNameError:
     """Names the key of this name in a table below, else the nearest beside it, else the nearest below."""
-    known, below = sorted(_field_types(cls)), _all_keys(cls)
+    known, below = sorted(fields_of(cls)), _all_keys(cls)
     same_name = [key for key in below if key.rpartition(".")[2] == path[-1]]
     guess = same_name[0] if same_name else nearest(path[-1], known) or nearest(path[-1], below)
     hint = f"; did you mean '{'.'.join((*path[:-1], guess))}'?" if guess else ""
@@ -280,8 +265,8 @@ def _unknown_key(path: tuple[str, ...], cls: type) -> UnknownNameError:
 def _all_keys(cls: type) -> list[str]:
     """The dotted key of every value in `cls` and in the tables inside it."""
     keys: list[str] = []
-    for name, kind in _field_types(cls).items():
-        section = _section(kind)
+    for name, (kind, _) in fields_of(cls).items():
+        section = section_of(kind)
         keys += [f"{name}.{key}" for key in _all_keys(section)] if section else [name]
     return keys
 

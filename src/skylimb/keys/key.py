@@ -1,0 +1,122 @@
+"""What one configuration key is: unit, meaning and range."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Key:
+    """What one configuration key is. A range holds for every entry of a tuple.
+
+    Attributes:
+        unit: SI unit; empty for a pure number, a text or a switch.
+        meaning: what it is, in a few words, without its unit.
+        low: smallest value allowed.
+        high: largest value allowed.
+        above: the value must be more than this; in place of `low`.
+        below: the value must be less than this; in place of `high`.
+        finite: false where an infinite value has a meaning. NaN never has one.
+    """
+
+    unit: str = ""
+    meaning: str = ""
+    low: float | None = None
+    high: float | None = None
+    above: float | None = None
+    below: float | None = None
+    finite: bool = True
+
+    @property
+    def bounded(self) -> bool:
+        """Whether both ends of the range are stated; an end may be stated as infinite."""
+        lower, upper = (self.low, self.above), (self.high, self.below)
+        return lower != (None, None) and upper != (None, None)
+
+    @property
+    def range(self) -> str:
+        """The range in words without its unit, for example "0 .. 0.6" or "above 0, at most 5"."""
+        low, high = self._ends()
+        if low == -math.inf and high == math.inf:
+            return "any number"
+        if self.above is None and self.below is None and not math.isinf(low) and not math.isinf(high):
+            return f"{shown(low)} .. {shown(high)}"
+        first = "" if low == -math.inf else f"{'at least' if self.above is None else 'above'} {shown(low)}"
+        last = "" if high == math.inf else f"{'at most' if self.below is None else 'below'} {shown(high)}"
+        return ", ".join(filter(None, (first, last)))
+
+    def allows(self, value: Any) -> bool:
+        """Whether the number `value` is in the range."""
+        if not is_number(value) or (self.finite and is_infinite(value)):
+            return False
+        if isinstance(value, float | np.floating) and math.isnan(value):
+            return False
+        return bool(
+            (self.low is None or value >= self.low)
+            and (self.above is None or value > self.above)
+            and (self.high is None or value <= self.high)
+            and (self.below is None or value < self.below)
+        )
+
+    def problem(self, value: Any) -> str:
+        """What is wrong with a number outside of the range, with a guess at another unit."""
+        if self.range == "any number":
+            return "must be finite"
+        unit = f" {self.unit}" if self.unit else ""
+        if " .. " in self.range:
+            text = f"is outside of {self.range}{unit}"
+        else:
+            text = f"must be {self.range.replace(', ', ' and ')}{unit}"
+        guess = self._unit_guess(value)
+        return f"{text}; {guess}" if guess else text
+
+    def _ends(self) -> tuple[float, float]:
+        low = self.low if self.low is not None else self.above
+        high = self.high if self.high is not None else self.below
+        return (-math.inf if low is None else low), (math.inf if high is None else high)
+
+    def _unit_guess(self, value: float) -> str:
+        """Asks whether `value` was meant in degrees, mm, g or ms; empty where that is not in range either."""
+        if self.unit not in _OTHER_UNITS or is_infinite(value) or abs(value) < 1.0:
+            return ""
+        name, symbol, factor = _OTHER_UNITS[self.unit]
+        if not self.allows(value * factor):
+            return ""
+        return f"is it in {name}? {value:g} {symbol} = {value * factor:.4g} {self.unit}"
+
+
+_OTHER_UNITS = {
+    "rad": ("degrees", "deg", math.pi / 180.0),
+    "m": ("millimetres", "mm", 1e-3),
+    "kg": ("grams", "g", 1e-3),
+    "s": ("milliseconds", "ms", 1e-3),
+}
+
+
+def is_number(value: Any) -> bool:
+    """Whether a value is a real number, Python's or NumPy's; a bool is none."""
+    return isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
+
+
+def is_infinite(value: Any) -> bool:
+    """Whether a number is infinite, NaN, or too large for a float."""
+    try:
+        return not math.isfinite(value)
+    except OverflowError:  # a whole number beyond every float
+        return True
+
+
+def shown(value: Any) -> str:
+    """A value for a message: short, on one line."""
+    if isinstance(value, float | np.floating):
+        return f"{value:g}"
+    text = str(value) if isinstance(value, np.integer) else repr(list(value) if _is_flat(value) else value)
+    return text if len(text) <= 60 else f"{text[:57]}..."
+
+
+def _is_flat(value: Any) -> bool:
+    return isinstance(value, tuple) and all(is_number(entry) for entry in value)
