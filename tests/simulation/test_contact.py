@@ -66,7 +66,7 @@ def test_tick_average_equals_summed_contact_forces():
     reading = ContactReading.of(model)
     tip = model.geom("ball").id
     push = np.array([0.6, 0.3, -1.5])
-    seen = 0
+    seen = dict.fromkeys(("loaded in part", "an overlap without force", "unequal forces"), 0)
     for tick in range(60):
         # Press, let go, press again, so that ticks with partial touch occur.
         push[2] = -1.5 if tick % 16 < 12 else 1.5
@@ -78,16 +78,40 @@ def test_tick_average_equals_summed_contact_forces():
             mujoco.mj_step(model, twin)
             forces.append(summed_contact_force(model, twin, tip))
             touching.append(twin.ncon > 0)
-            points.append(twin.contact[0].pos.copy() if np.any(forces[-1]) else np.zeros(3))
-        acting = np.sum(np.any(forces, axis=1))
+            points.append(twin.contact[0].pos.copy() if twin.ncon else np.full(3, np.nan))
+        weights = np.linalg.norm(forces, axis=1)
         average = reading.average(data.history)
         np.testing.assert_allclose(average.force, np.mean(forces, axis=0), atol=1e-12)
         np.testing.assert_allclose(data.history[reading.force], forces, atol=1e-12)
-        assert average.duty == np.mean(touching)
+        assert average.duty == pytest.approx(np.mean(touching), rel=1e-15)
         assert np.all(np.diff(data.history[reading.time]) > 0)
-        np.testing.assert_allclose(average.position, np.sum(points, axis=0) / max(acting, 1), atol=1e-12)
-        seen += 0.0 < average.duty < 1.0
-    assert seen > 0, "no tick with partial touch was tried"
+        acting = weights > 0.0
+        if not np.any(acting):
+            assert np.all(np.isnan(average.position))
+            continue
+        centre = np.average(np.array(points)[acting], axis=0, weights=weights[acting])
+        np.testing.assert_allclose(average.position, centre, atol=1e-12)
+        seen["loaded in part"] += not np.all(acting)
+        seen["an overlap without force"] += np.any(np.array(touching) & ~acting)
+        seen["unequal forces"] += np.ptp(weights[acting]) > 0.1 * np.max(weights)
+    assert min(seen.values()) > 0, f"not every kind of tick was tried: {seen}"
+
+
+def test_the_mean_force_at_the_mean_point_has_the_mean_torque():
+    model, data = sliding_tip(ContactParameters(friction=0.0))
+    reading = ContactReading.of(model)
+    data.qvel[:3] = (0.4, -0.2, -0.1)
+    turned = 0.0
+    for tick in range(20):
+        data.xfrc_applied[1, 2] = -1.5 if tick % 8 < 4 else 1.5
+        mujoco.mj_step(model, data, nstep=SUBSTEPS)
+        torques = np.cross(data.history[reading.position], data.history[reading.force])
+        average = reading.average(data.history)
+        if np.any(average.force):
+            mean = np.cross(average.position, average.force)
+            np.testing.assert_allclose(mean, np.mean(torques, axis=0), rtol=0, atol=1e-12)
+            turned = max(turned, float(np.linalg.norm(mean)))
+    assert turned > 0.01
 
 
 def test_average_is_the_same_in_casadi():

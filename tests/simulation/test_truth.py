@@ -53,3 +53,24 @@ def test_the_truth_of_a_flight_that_holds_the_mission_back() -> None:
         np.testing.assert_allclose(
             log.reach.values[k], (tip - cog) @ mission.frame.contact, rtol=0.0, atol=1e-12
         )
+
+
+def test_a_contact_has_its_point_on_the_surface_and_its_torque_about_the_centre_of_gravity() -> None:
+    experiment = skylimb.load_experiment("paper")
+    plant, _ = prepare_flight(experiment, skylimb.load_robot(experiment.robot))
+    run = skylimb.run(experiment, controller="hybrid", seed=0)
+    assert run.status == "OK", run.cause
+    log = run.log
+    force, point = log.contact_force.values, log.contact_point.values
+    acting = np.any(force != 0.0, axis=1)
+    assert np.any(acting & (log.contact_duty.values < 1.0))
+    distance = plant.surface.signed_distance(point[acting], log.time.values[acting])
+    assert np.max(np.abs(distance)) < 1e-3
+    near = np.linalg.norm(point[acting] - log.tip_position.values[acting], axis=1)
+    assert np.max(near) < plant.robot.description.tip.radius + 1e-3
+    assert np.all(np.isnan(point[~acting]))
+    lever = point[acting] - log.cog_position.values[acting]
+    np.testing.assert_allclose(
+        log.contact_torque.values[acting], np.cross(lever, force[acting]), rtol=0.0, atol=1e-12
+    )
+    assert np.all(log.contact_torque.values[~acting] == 0.0)

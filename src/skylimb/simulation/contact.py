@@ -19,13 +19,13 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-import casadi as ca
 import mujoco
 import numpy as np
 
 from skylimb.config import require_non_negative, require_positive, require_range
 from skylimb.errors import ConfigError, unknown_name
-from skylimb.spatial import Array, dot, is_symbolic, vector
+from skylimb.spatial import dot
+from skylimb.symbolic import Array, vector, where
 
 PAIR_NAME = "tip_surface"
 SENSOR_NAME = "tip_surface_force"
@@ -202,10 +202,11 @@ class ContactAverage:
     """What the tip felt in one control tick.
 
     Attributes:
-        force: (3,) mean force on the robot over the tick's physics steps, N, world axes; exact, so that force
+        force: (3,) mean force on the robot over the tick's physics steps, N, world axes. It is exact: force
             times the tick's length is the impulse.
         duty: fraction of the steps in which tip and surface overlapped, 0 to 1.
-        position: (3,) mean contact point over the steps in which a force acted, m, world; zero when none did.
+        position: (3,) centre of the force, m, world: the mean of the steps' contact points, each weighted
+            with the magnitude of its force. NaN in a tick without force.
     """
 
     force: Array
@@ -262,19 +263,17 @@ class ContactReading:
 
         `history` is the whole buffer, as a NumPy array or as a CasADi column.
         """
-        steps = range(self.samples)
-        forces = [vector(*(history[int(i)] for i in self.force[step])) for step in steps]
-        points = [vector(*(history[int(i)] for i in self.position[step])) for step in steps]
-        overlap = sum(_as_number(history[int(self.found[step])] > 0.0) for step in steps)
-        acting = sum(_as_number(dot(force, force) > 0.0) for force in forces)
-        # Points of forceless steps are zero, so that their sum needs no mask.
-        position = sum(points[1:], points[0]) / _at_least_one(acting)
-        return ContactAverage(sum(forces[1:], forces[0]) / self.samples, overlap / self.samples, position)
-
-
-def _as_number(condition: Any) -> Any:
-    return condition if is_symbolic(condition) else float(condition)
-
-
-def _at_least_one(count: Any) -> Any:
-    return ca.fmax(count, 1.0) if is_symbolic(count) else max(count, 1.0)
+        rate = 1.0 / self.samples
+        forces = [vector(*(history[int(i)] for i in row)) for row in self.force]
+        points = [vector(*(history[int(i)] for i in row)) for row in self.position]
+        overlap = sum(where(history[int(i)] > 0.0, 1.0, 0.0) for i in self.found)
+        # Weighted with the force, the mean force at the mean point has the steps' mean torque, as far as the
+        # steps' forces are parallel. A step without force has no point, and no weight.
+        weights = [dot(force, force) ** 0.5 for force in forces]
+        total = sum(weights)
+        moment = sum(weight * point for weight, point in zip(weights, points, strict=True))
+        return ContactAverage(
+            force=sum(forces) * rate,
+            duty=overlap * rate,
+            position=moment / where(total > 0.0, total, math.nan),
+        )

@@ -85,7 +85,7 @@ SIGNALS: dict[str, SignalInfo] = {
         _SCALAR, "", "", "fraction of physics steps touching since the last tick", "truth"
     ),
     "contact_point": SignalInfo(
-        _AXIS, "m", "W", "mean touching point since the last tick; zero without", "truth"
+        _AXIS, "m", "W", "centre of the contact force since the last tick; NaN without force", "truth"
     ),
     "slip_speed": SignalInfo(
         _SCALAR, "m/s", "W", "speed of the tip along the surface while touching", "truth"

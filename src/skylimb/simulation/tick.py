@@ -26,7 +26,6 @@ from skylimb.estimation.delay import require_history
 from skylimb.estimation.records import Measurement
 from skylimb.packing import Layout, structure
 from skylimb.simulation.actuators import actuate
-from skylimb.simulation.contact import ContactReading
 from skylimb.simulation.flight import MISSION_TIME
 from skylimb.simulation.plant import Plant
 from skylimb.simulation.sensors import SensorConfig, SensorNoise, SensorState, initial_sensor_state, sense
@@ -109,7 +108,7 @@ def plant_signals(
     plant: Plant, outputs: PlantOutputs, measurement: Measurement, command: Command
 ) -> dict[str, Any]:
     """What is recorded whatever the controller: truth, measurement and command."""
-    force, duty, point = _contact_average(plant.reading, outputs.history)
+    contact = plant.reading.average(outputs.history)
     n = len(plant.robot.description.rotors)
     return {
         "configuration": outputs.qpos,
@@ -122,19 +121,10 @@ def plant_signals(
         "thrusts_command": command.thrusts,
         "joint_angles_command": command.joint_angles,
         "vectoring_angles_command": command.vectoring_angles,
-        "contact_force": force,
-        "contact_duty": duty,
-        "contact_point": point,
+        "contact_force": contact.force,
+        "contact_duty": contact.duty,
+        "contact_point": contact.position,
     }
-
-
-def _contact_average(reading: ContactReading, history: Any) -> tuple[Any, Any, Any]:
-    """Mean force on the robot (W, N), fraction of steps touching, mean touching point (W, m)."""
-    touching = [ca.if_else(history[int(i)] > 0.0, 1.0, 0.0) for i in reading.found]
-    count = sum(touching)
-    force = sum(history[[int(i) for i in row]] for row in reading.force) * (1.0 / reading.samples)
-    point = sum(history[[int(i) for i in row]] for row in reading.position) / ca.fmax(count, 1.0)
-    return force, count * (1.0 / reading.samples), point
 
 
 @dataclass(frozen=True)

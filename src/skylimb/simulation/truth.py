@@ -153,14 +153,15 @@ def contact_truth(
     record = record_contact(
         surface, times[:-1], force[1:], duty[1:], moved.tip_position[:-1], moved.tip_velocity[:-1]
     )
-    point = flight.signal("contact_point")
-    lever = np.where(duty[:, None] > 0.0, point - moved.cog_position, 0.0)
+    lever = flight.signal("contact_point") - moved.cog_position
+    # A tick without force has no point, and no torque.
+    torque = np.where(np.isnan(lever), 0.0, np.cross(lever, force))
     radius = plant.robot.description.tip.radius
     return {
         "contact_normal": surface.normal(moved.tip_position, times),
         "contact_force_normal": _from_second_tick(record.normal_force, 0.0),
         "contact_force_tangential": _from_second_tick(record.tangential_force, 0.0),
-        "contact_torque": np.cross(lever, force),
+        "contact_torque": torque,
         "contact": (duty > 0.0).astype(float),
         "contact_trace": _from_second_tick(record.trace, np.nan),
         "friction_work": _from_second_tick(record.friction_work, 0.0),
