@@ -6,7 +6,11 @@ Draws: friction 0.1 .. 0.8, stiffness of the pen 1 .. 20 N/mm (evenly in its log
 and per rotor, misaligned attitude +-1 degree about each axis, mass +-1 %, centre of gravity +-10 mm along
 each axis, latency 10 .. 30 ms (20 assumed), both directions of the circle; on the paper's board 14 and 20
 degrees toward both sides. docs/following.json keeps every number, and the tables of docs/following.md are
-written anew.
+written anew. `--tables` writes them from the numbers that were kept.
+
+Both presets are held to the same three things: the centre of gravity to the mission's reference, the pen to its
+reference line, and the force. What only `following` has stands in columns of its own: the distance of the
+centre of gravity from the law's own target, and that of the mean force from the one that was wanted.
 """
 
 from __future__ import annotations
@@ -14,6 +18,7 @@ from __future__ import annotations
 import argparse
 import json
 import re
+import tomllib
 from collections.abc import Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
@@ -172,29 +177,34 @@ def scored(run: Run) -> dict[str, Any]:
     x = run.log.tip_position.values[after, 0]
     found["caught"] = float(x.max() - x[0]) if len(x) else None
     mean = found["contact_force_normal_mean"]
-    found["force_off"] = None if mean is None else abs(mean - 1.0)
+    wanted = tomllib.loads(run.config)["controller"]["translation"].get("force")
+    found["force_off"] = None if mean is None or wanted is None else abs(mean - wanted) / wanted
     return found
 
 
 SHOWN = (
-    ("y mm", "error_y_median", 1e3),
+    ("CoG to mission y mm", "error_y_median", 1e3),
     ("z mm", "error_z_median", 1e3),
-    ("force off %", "force_off", 100.0),
+    ("pen to line rms mm", "pen_line_rms", 1e3),
+    ("force N", "contact_force_normal_mean", 1.0),
     ("force std N", "force_slow_std", 1.0),
     ("near %", "near_fraction", 100.0),
-    ("pen rms mm", "pen_line_rms", 1e3),
     ("touch N", "touch_force_peak", 1.0),
     ("time s", "flight_time", 1.0),
+    ("CoG to own target y mm", "target_error_y_median", 1e3),
+    ("z mm", "target_error_z_median", 1e3),
+    ("force off wanted %", "force_off", 100.0),
 )
+"""Columns: title, score, scale. The last three are only there for a law with a target and a wanted force."""
 
 
 def row(name: str, scores: list[dict[str, Any]]) -> list[str]:
-    """A line of a table: median / worst decile of each score, and the flights that were lost."""
+    """A line of a table: the flights that were lost, and median / worst decile of each score; empty for none."""
     kept = [score for score in scores if score["status"] == "OK"]
     cells = [name, f"{len(scores) - len(kept)} of {len(scores)}"]
     for _, key, scale in SHOWN:
         # A score that a flight does not have, such as the peak of a touch that never came, is None.
-        known = [score[key] for score in kept if score[key] is not None]
+        known = [score[key] for score in kept if score.get(key) is not None]
         if not known:
             cells.append("")
             continue
@@ -218,7 +228,11 @@ def main() -> None:
     parser.add_argument("--part-draws", type=int, default=48)
     parser.add_argument("--hybrid-draws", type=int, default=0, help="fewer for the hybrid; 0 for as many")
     parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--tables", action="store_true", help="fly nothing: tables of docs/following.json")
     options = parser.parse_args()
+    if options.tables:
+        write_tables(kept_numbers(), options.part_draws)
+        return
     numbers: dict[str, Any] = {"seed": SEED, "draws": options.draws, "part_draws": options.part_draws}
     counts = {"following": options.draws, "hybrid": options.hybrid_draws or options.draws}
     wanted: dict[str, tuple[Any, ...]] = {
@@ -238,13 +252,42 @@ def main() -> None:
             numbers[name] = job.result()
             (DOCS / "following.json").write_text(compact(numbers), encoding="utf-8")
             print(" | ".join(row(name, numbers[name])), flush=True)
+    write_tables(numbers, few)
+
+
+def write_tables(numbers: Mapping[str, Any], few: int) -> None:
+    """Put both tables into the page."""
     parts = [name for name, _ in PARTS]
-    rows = [row(name, numbers[name]) for name in wanted if name not in parts and name != GONE]
+    flown = [name for name, scores in numbers.items() if isinstance(scores, list)]
+    rows = [row(name, numbers[name]) for name in flown if name not in parts and name != GONE]
     fill("table", f"{table(rows)}\n\n{caught(numbers[GONE])}")
     fill(
         "parts",
         f"On the paper's board, {few} draws.\n\n{table([row(name, numbers[name]) for name in parts])}",
     )
+
+
+def kept_numbers() -> dict[str, Any]:
+    """What docs/following.json holds, an ensemble as a list of scores again."""
+    kept = json.loads((DOCS / "following.json").read_text(encoding="utf-8"))
+    return {
+        key: [dict(zip(value, scores, strict=True)) for scores in zip(*value.values(), strict=True)]
+        if isinstance(value, dict)
+        else value
+        for key, value in kept.items()
+    }
+
+
+def beside_table(numbers: Mapping[str, Any]) -> list[str]:
+    """Both presets on every surface, by what they share; docs/results.md shows it."""
+    shared = SHOWN[:6]
+    lines = ["| surface | preset | lost | " + " | ".join(name for name, _, _ in shared) + " |"]
+    lines.append("|---" * (3 + len(shared)) + "|")
+    for name, _ in EXPERIMENTS:
+        for controller in ("following", "hybrid"):
+            _, lost, *cells = row("", numbers[f"{name}: `{controller}`"])
+            lines.append(f"| {name} | `{controller}` | {lost} | " + " | ".join(cells[: len(shared)]) + " |")
+    return lines
 
 
 def caught(scores: list[dict[str, Any]]) -> str:

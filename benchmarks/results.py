@@ -3,7 +3,8 @@
     python benchmarks/results.py          (about ten minutes; writes docs/*.md and docs/images/)
 
 Every number of those pages comes from here, so that they can be made again after a change. The reproduction's
-ensemble is flown by reproduction.py; its section is filled from the result that was committed.
+ensemble is flown by reproduction.py, that of `following` and the hybrid by following.py; their sections are
+filled from the results that were committed.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from typing import Any
 import numpy as np
 
 import skylimb
+from following import beside_table, kept_numbers
 from reproduction import section
 from skylimb.analysis import write_comparison
 from skylimb.analysis.metrics import DESCRIPTIONS, NUMERIC_KEYS
@@ -190,6 +192,7 @@ def main() -> None:
         "OPEN_VALUES_TABLE": open_values_table(),
         "SEEDS_TABLE": seeds_table(),
         "SURFACES_TABLE": surfaces_table(),
+        "BEYOND_TABLE": beside_table(kept_numbers()),
     }
     images()
     write_page("results.md", {"VERSION": version, **tables, "REPRODUCTION_SECTION": [section()]})

@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from skylimb.analysis.board import Board, board_of, nominal_path, strokes
 
@@ -84,3 +85,14 @@ def test_without_a_surface_the_path_stays_where_the_cog_is_sent(make_log):
     assert board_of(log) is None
     expected = log.cog_position_reference.values[log.phase.values == 4] + [1.2, 0.0, 0.0]
     np.testing.assert_allclose(nominal_path(log, None), expected)
+
+
+def test_a_law_that_leads_the_pen_has_the_pens_reference(make_log):
+    log = make_log(error=(0.0, 0.0, 0.0)).assign_attrs(surface="")
+    tip = log.cog_position_reference + xr.DataArray([1.1, 0.02, 0.03], dims="axis")
+    log = log.assign(tip_position_reference=tip)
+    sliding = log.phase.values == 4
+    expected = log.cog_position_reference.values[sliding] + [1.2, 0.0, 0.0]
+    np.testing.assert_allclose(nominal_path(log, None), expected)
+    led = log.assign(cog_position_target=log.cog_position_reference)
+    np.testing.assert_allclose(nominal_path(led, None), tip.values[sliding])

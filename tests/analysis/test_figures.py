@@ -57,6 +57,20 @@ def test_where_the_surface_was_looked_for_is_shaded(make_log):
     assert "surface lost, looked for again" in [text.get_text() for text in legend.get_texts()]
 
 
+def test_the_laws_own_target_is_drawn_beside_the_missions_reference(make_log):
+    log = make_log()
+    own = log.assign(cog_position_target=log.cog_position_reference + 0.4)
+    figure = over_time.cog_tracking({"a": Run("a", "following", own, {}), "b": Run("b", "hybrid", log, {})})
+    dotted = [[line for line in ax.lines if line.get_linestyle() == ":"] for ax in figure.axes]
+    assert [len(lines) for lines in dotted] == [1, 0, 1, 0]
+    drawn = np.asarray(dotted[0][0].get_ydata())
+    keep = style.thin(log.sizes["time"])
+    np.testing.assert_allclose(drawn, own.cog_position_target.values[keep, 1])
+    assert "the law's own target" in [text.get_text() for text in figure.legends[0].get_texts()]
+    plain = over_time.cog_tracking({"b": Run("b", "hybrid", log, {})})
+    assert "the law's own target" not in [text.get_text() for text in plain.legends[0].get_texts()]
+
+
 @pytest.mark.parametrize("plate", PLATES, ids=lambda plate: plate.name)
 def test_a_failed_flight_is_named_as_one(four_runs, plate):
     words = " ".join(texts(plate.draw(four_runs))) + " ".join(

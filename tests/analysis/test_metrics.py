@@ -4,9 +4,10 @@ import json
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from skylimb.analysis import metrics
-from skylimb.analysis.metrics import DESCRIPTIONS, NUMERIC_KEYS, moving_mean
+from skylimb.analysis.metrics import DESCRIPTIONS, GROUPS, NUMERIC_KEYS, known_groups, moving_mean
 
 
 def sliding(log):
@@ -30,6 +31,39 @@ def test_known_signals_give_known_scores(make_log):
     assert scores["contact_force_normal_peak"] == pytest.approx(1.0)
     assert scores["contact_fraction"] == 1.0
     assert scores["tilt_max"] == pytest.approx(0.01)
+
+
+def test_every_controller_is_held_to_the_mission(make_log):
+    log = make_log(error=(-0.10, 0.05, -0.02))
+    target = log.cog_position_reference + xr.DataArray([-0.08, 0.06, 0.01], dims="axis")
+    aimed = metrics(log.assign(cog_position_target=target))
+    plain = metrics(log)
+    own = ("target_error_y_median", "target_error_z_median", "target_error_x_median")
+    assert [aimed[key] for key in own] == pytest.approx([0.01, 0.03, 0.02], abs=1e-12)
+    assert [plain[key] for key in own] == [None, None, None]
+    assert {key: value for key, value in aimed.items() if key not in own} == {
+        key: value for key, value in plain.items() if key not in own
+    }
+
+
+def test_groups_show_what_some_flight_has(make_log):
+    log = make_log()
+    target = metrics(log.assign(cog_position_target=log.cog_position))
+    plain, lost = metrics(log), metrics(make_log(status="FAILED", cause="fell"))
+    everything = [key for keys in GROUPS.values() for key in keys]
+    assert tuple(everything) == NUMERIC_KEYS
+    assert known_groups([plain, target, lost]) == GROUPS
+    without = [key for keys in known_groups([plain, lost]).values() for key in keys]
+    assert without == [key for key in everything if not key.startswith("target_")]
+    assert known_groups([lost]) == {}
+
+
+def test_a_loss_is_a_gap_that_lasts(make_log):
+    log = make_log(dt=0.005)
+    slide = np.flatnonzero(sliding(log))
+    log.contact[slide[100:105]] = 0
+    log.contact[slide[200:230]] = 0
+    assert metrics(log)["contact_losses"] == 1.0
 
 
 def test_only_the_sliding_period_counts(make_log):

@@ -3,6 +3,7 @@ import pytest
 from scipy.stats import beta, bootstrap
 
 from skylimb.campaign.statistics import (
+    Scores,
     bootstrap_rows,
     compare_paired,
     failure_region,
@@ -11,6 +12,7 @@ from skylimb.campaign.statistics import (
     telling_parameters,
 )
 from skylimb.campaign.statistics.intervals import bootstrap_interval, median
+from skylimb.campaign.summary import medians
 
 
 @pytest.mark.parametrize(("successes", "count"), [(0, 10), (10, 10), (3, 17), (490, 500)])
@@ -60,6 +62,24 @@ def test_losses_decide_the_median_where_they_are_the_majority() -> None:
     assert pair.low == pair.high == np.inf
     assert median(np.array([1.0, 2.0, np.inf])) == 2.0
     assert median(np.array([-np.inf, 2.0])) == -np.inf
+
+
+def test_a_number_that_a_controller_does_not_have_is_no_loss() -> None:
+    finished = np.array([[True, True, True], [True, True, False]])
+    values = np.array([[0.1, np.nan, 0.2], [0.3, np.nan, np.nan]])
+    scores = Scores(
+        ("has", "has not", "loses"),
+        np.arange(2),
+        finished,
+        finished,
+        {"target_error_y_median": values},
+        {},
+        {},
+    )
+    found = medians(scores, "target_error_y_median", bootstrap_rows(2, 0))
+    assert found[0][0] == pytest.approx(0.2)
+    assert np.isnan(found[1]).all()
+    assert found[2][0] == np.inf
 
 
 def test_paired_draws_see_what_unpaired_ones_cannot() -> None:

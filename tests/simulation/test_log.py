@@ -57,6 +57,33 @@ def test_a_flights_transitions_are_in_its_log() -> None:
     assert len(log.contact_reason.attrs["flag_meanings"].split()) == len(REASONS)
 
 
+def test_the_reference_is_the_missions_whatever_the_law_aims_at() -> None:
+    follower = skylimb.run("paper", controller="following", set=SHORT)
+    keeper = skylimb.run(
+        "paper", controller="hybrid", set={**SHORT, "controller.vectoring.purpose": "contact"}
+    )
+    log, plain = follower.log, keeper.log
+    # Both flew the same mission; the follower's clock may have stood still in between.
+    for signal in ("cog_position_reference", "tip_position_reference"):
+        missions = [
+            np.interp(log.mission_time, plain.time, plain[signal].sel(axis=axis)) for axis in ("x", "y", "z")
+        ]
+        np.testing.assert_allclose(log[signal], np.stack(missions, axis=1), atol=1e-9, err_msg=signal)
+    assert float(abs(log.cog_position_target - log.cog_position_reference).max()) > 0.01
+    assert log.cog_position_target.attrs["kind"] == "command"
+    assert log.cog_position_target.attrs["units"] == "m"
+    assert "cog_position_target" not in plain
+    assert follower.metrics["target_error_y_median"] < follower.metrics["error_y_median"]
+    assert keeper.metrics["target_error_y_median"] is None
+
+
+def test_every_gap_of_the_contact_is_in_the_log() -> None:
+    log = skylimb.run("paper", controller="hybrid", set=SHORT).log
+    touching = np.flatnonzero(log.contact.values[1:] > 0)
+    gaps = json.loads(log.attrs["contact_gaps"])
+    assert len(gaps) == np.count_nonzero(np.diff(touching) > 1)
+
+
 def test_a_controller_without_a_state_machine_has_no_transitions() -> None:
     log = skylimb.run("paper", controller="hybrid", set=SHORT).log
     assert "contact_transitions" not in log.attrs

@@ -120,16 +120,18 @@ def strokes(log: xr.Dataset, bridge: float = 0.05) -> list[slice]:
 
 
 def nominal_path(log: xr.Dataset, board: Board | None) -> np.ndarray:
-    """The line that a pen held still in the robot would draw if the CoG kept to its reference.
+    """The line that the pen would draw without any error.
 
+    Of a law that leads the pen it is the pen's reference. Of any other it is the line that a pen held still in
+    the robot would draw if the CoG kept to its reference.
     The pen's place beside the CoG is taken from free flight before the contact, and the path is carried along
     the contact axis onto the board. On a board that slopes, a circle of the CoG becomes an ellipse.
 
     Returns:
         W, m, shape (n, 3), one point a sample of the sliding period.
     """
-    if "contact_state" in log and "tip_position_reference" in log:
-        # The pen was to follow, and the centre of gravity's reference gave way to it.
+    if {"cog_position_target", "tip_position_reference"} <= set(log.variables):
+        # The law leads the pen along its reference, and the centre of gravity to where that takes it.
         path = log.tip_position_reference.values[in_phase(log, "slide")]
         return path if board is None else board.project(path, contact_axis(log).vector)
     free = in_phase(log, "hover") | in_phase(log, "tare")

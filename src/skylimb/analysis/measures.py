@@ -145,8 +145,11 @@ NEAR = 0.003
 SETS = {
     "contact": Measures(
         {
-            "force_slow_std": ("Standard deviation of the 0.2 s mean of the normal force", "N"),
-            "near_fraction": ("Fraction of the time with the tip within 3 mm of the surface", "1"),
+            "force_slow_std": (f"Standard deviation of the {FORCE_WINDOW:g} s mean of the normal force", "N"),
+            "near_fraction": (
+                f"Fraction of the time with the tip within {1e3 * NEAR:g} mm of the surface",
+                "1",
+            ),
             "cog_travel": ("Way of the centre of gravity along the contact axis, peak to peak", "m"),
             "flight_time": ("Length of the flight", "s"),
         },
@@ -155,7 +158,10 @@ SETS = {
     "paper": Measures(
         {
             "estimated_force_x_spread": ("Distance between the quartiles of the estimated force in x", "N"),
-            "error_y_spread": ("Distance between the quartiles of the |y error| of the CoG", "m"),
+            "error_y_spread": (
+                "Distance between the quartiles of the |y error| of the CoG to the mission",
+                "m",
+            ),
             "reach_span": ("Span of the arm's reach (5 to 95 % of the time)", "m"),
             "trace_distance": ("Median distance of the pen's trace from the desired circle", "m"),
             "trace_size": ("Width and height of the pen's trace over those of the desired circle", "1"),

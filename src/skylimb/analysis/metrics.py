@@ -1,11 +1,16 @@
 """The figures of merit of one flight, over its sliding period.
 
-The reference of every error is `cog_position_reference`. A flight that failed is not scored: its numbers
-would be those of a shorter, easier task.
+Every controller is held to the mission: the reference of the centre of gravity is
+`cog_position_reference`, that of the pen is its reference line. A controller that leads the centre of gravity
+elsewhere on purpose, so that the pen keeps to its line, logs that place as `cog_position_target`. How well it
+does so has scores of its own, which begin with `target_`. They compare nothing between controllers.
+
+A flight that failed is not scored: its numbers would be those of a shorter, easier task.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -29,6 +34,7 @@ TOUCH_TIME = 1.0
 _SCORED = (
     "cog_position",
     "cog_position_reference",
+    "cog_position_target",
     "external_force_estimate",
     "contact_force_normal",
     "contact_duty",
@@ -36,42 +42,72 @@ _SCORED = (
     "tilt",
 )
 
-NUMERIC_KEYS = (
-    "error_y_median",
-    "error_z_median",
-    "displacement_x_median",
-    "estimated_force_x_median",
-    "contact_force_normal_mean",
-    "contact_force_normal_std",
-    "contact_force_normal_peak",
-    "contact_fraction",
-    "tilt_max",
-    "pen_line_rms",
-    "pen_line_max",
-    "contact_losses",
-    "touch_force_peak",
-)
+GROUPS = {
+    "Centre of gravity against the mission's reference": (
+        "error_y_median",
+        "error_z_median",
+        "displacement_x_median",
+    ),
+    "Centre of gravity against the control law's own target": (
+        "target_error_y_median",
+        "target_error_z_median",
+        "target_error_x_median",
+    ),
+    "Pen against its reference line": ("pen_line_rms", "pen_line_max"),
+    "Force": (
+        "estimated_force_x_median",
+        "contact_force_normal_mean",
+        "contact_force_normal_std",
+        "contact_force_normal_peak",
+        "touch_force_peak",
+    ),
+    "Contact and attitude": ("contact_fraction", "contact_losses", "tilt_max"),
+}
+"""The numbers by what they measure, as tables show them."""
+
+NUMERIC_KEYS = tuple(key for keys in GROUPS.values() for key in keys)
 """Every number that `metrics` gives, in this order.
 
 y and z stand for the sliding axes, x for the contact axis.
 """
 
 DESCRIPTIONS = {
-    "error_y_median": ("Median |y error| of the CoG", "m"),
-    "error_z_median": ("Median |z error| of the CoG", "m"),
-    "displacement_x_median": ("Median |x displacement| of the CoG", "m"),
+    "error_y_median": ("Median |y error| of the CoG to the mission", "m"),
+    "error_z_median": ("Median |z error| of the CoG to the mission", "m"),
+    "displacement_x_median": ("Median |x displacement| of the CoG from the mission", "m"),
+    "target_error_y_median": ("Median |y error| of the CoG to the law's own target", "m"),
+    "target_error_z_median": ("Median |z error| of the CoG to the law's own target", "m"),
+    "target_error_x_median": ("Median |x error| of the CoG to the law's own target", "m"),
+    "pen_line_rms": ("Distance of the pen from its reference line, root mean square", "m"),
+    "pen_line_max": ("Largest distance of the pen from its reference line", "m"),
     "estimated_force_x_median": ("Median estimated force in x", "N"),
     "contact_force_normal_mean": ("Mean normal contact force (truth)", "N"),
     "contact_force_normal_std": ("Standard deviation of the normal force (truth)", "N"),
-    "contact_force_normal_peak": ("Peak of the 10 ms mean of the normal force (truth)", "N"),
+    "contact_force_normal_peak": (
+        f"Peak of the {1e3 * PEAK_WINDOW:g} ms mean of the normal force (truth)",
+        "N",
+    ),
+    "touch_force_peak": (
+        f"Peak of the {1e3 * PEAK_WINDOW:g} ms mean of the normal force at the first touch",
+        "N",
+    ),
     "contact_fraction": ("Fraction of the time in contact (truth)", "1"),
+    "contact_losses": (f"Times that the touch was lost for longer than {1e3 * LOSS_TIME:g} ms", "1"),
     "tilt_max": ("Largest tilt", "rad"),
-    "pen_line_rms": ("Distance of the drawn line from the asked one, root mean square", "m"),
-    "pen_line_max": ("Largest distance of the drawn line from the asked one", "m"),
-    "contact_losses": ("Times that the touch was lost for longer than 50 ms", "1"),
-    "touch_force_peak": ("Peak of the 10 ms mean of the normal force at the first touch", "N"),
 }
 """What each number is, and its unit."""
+
+
+def known_groups(scores: Iterable[Mapping[str, Any]]) -> dict[str, tuple[str, ...]]:
+    """`GROUPS` without the numbers that none of these flights has, and without groups that are empty then.
+
+    Args:
+        scores: as `metrics` gives them, one a flight.
+    """
+    flown = list(scores)
+    known = {key for key in NUMERIC_KEYS if any(each.get(key) is not None for each in flown)}
+    kept = {title: tuple(key for key in keys if key in known) for title, keys in GROUPS.items()}
+    return {title: keys for title, keys in kept.items() if keys}
 
 
 def metrics(log: xr.Dataset) -> dict[str, Any]:
@@ -83,10 +119,11 @@ def metrics(log: xr.Dataset) -> dict[str, Any]:
 
     Returns:
         `status` and the `NUMERIC_KEYS`: medians of |cog_position - cog_position_reference| along the sliding
-        axes and the contact axis (m), the median estimated external force along the contact axis (N, negative
-        when the surface pushes), mean, standard deviation and peak of the true normal contact force (N), the
-        fraction of the time in touch, and the largest tilt (rad). A number is None where the log lacks its
-        signal or has no sliding period. A failed flight has `status`, `cause` and no numbers.
+        axes and the contact axis (m); the same against `cog_position_target`; distance of the pen from its
+        reference line (m); the median estimated external force along the contact axis (N, negative when the
+        surface pushes); mean, standard deviation and peak of the true normal contact force (N); the fraction
+        of the time in touch; and the largest tilt (rad). A number is None where the log lacks its signal or
+        has no sliding period. A failed flight has `status`, `cause` and no numbers.
     """
     status = str(log.attrs.get("status", "OK"))
     if status != "OK":
@@ -98,15 +135,22 @@ def metrics(log: xr.Dataset) -> dict[str, Any]:
     return {"status": status, **{key: _number(scores.get(key)) for key in NUMERIC_KEYS}}
 
 
+_COG_ERRORS = {
+    "cog_position_reference": ("error_y_median", "error_z_median", "displacement_x_median"),
+    "cog_position_target": ("target_error_y_median", "target_error_z_median", "target_error_x_median"),
+}
+"""Signal that the centre of gravity is compared with, and the scores along both sliding axes and contact."""
+
+
 def _scores(slide: xr.Dataset) -> dict[str, float]:
     first, second = sliding_axes(slide)
     contact = contact_axis(slide)
     scores: dict[str, float] = {}
-    if {"cog_position", "cog_position_reference"} <= set(slide.variables):
-        away = slide.cog_position.values - slide.cog_position_reference.values
-        scores["error_y_median"] = float(np.median(np.abs(first.along(away))))
-        scores["error_z_median"] = float(np.median(np.abs(second.along(away))))
-        scores["displacement_x_median"] = float(np.median(np.abs(contact.along(away))))
+    for signal, keys in _COG_ERRORS.items():
+        if {"cog_position", signal} <= set(slide.variables):
+            away = slide.cog_position.values - slide[signal].values
+            for key, axis in zip(keys, (first, second, contact), strict=True):
+                scores[key] = float(np.median(np.abs(axis.along(away))))
     if "external_force_estimate" in slide:
         scores["estimated_force_x_median"] = float(
             np.median(contact.along(slide.external_force_estimate.values))

@@ -15,7 +15,7 @@ import jinja2
 from skylimb.analysis import style
 from skylimb.analysis.claims import check_claims
 from skylimb.analysis.figures import PLATES
-from skylimb.analysis.metrics import DESCRIPTIONS, NUMERIC_KEYS
+from skylimb.analysis.metrics import DESCRIPTIONS, known_groups
 from skylimb.analysis.paper_numbers import EXPERIMENT, SOURCE, published
 from skylimb.analysis.signals import contact_transitions
 from skylimb.recording import Run
@@ -80,7 +80,7 @@ def render_report(runs: Mapping[str, Run], folder: Path) -> str:
         autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined
     )
     template = environment.from_string(TEMPLATE.read_text(encoding="utf-8"))
-    claims = check_claims(runs)
+    claims, groups = check_claims(runs), _groups(runs)
     return template.render(
         common_style=STYLE.read_text(encoding="utf-8"),
         title=_title(runs),
@@ -90,7 +90,7 @@ def render_report(runs: Mapping[str, Run], folder: Path) -> str:
         seed=first.log.attrs.get("seed"),
         facts=_facts(config),
         columns=[(style.label(name), style.colours(runs)[name], run.failed) for name, run in runs.items()],
-        rows=_rows(runs),
+        groups=groups,
         failures=[
             (style.label(name), run.cause or "no cause was recorded")
             for name, run in runs.items()
@@ -103,7 +103,7 @@ def render_report(runs: Mapping[str, Run], folder: Path) -> str:
             for name, run in runs.items()
             if contact_transitions(run.log)
         ],
-        compared=any(cell.paper for _, _, cells in _rows(runs) for cell in cells),
+        compared=any(cell.paper for _, rows in groups for _, _, cells in rows for cell in cells),
         claims=claims,
         held=sum(claim.holds for claim in claims),
         source=SOURCE,
@@ -126,18 +126,22 @@ def _title(runs: Mapping[str, Run]) -> str:
     return f"{experiment[:1].upper()}{experiment[1:]}: {who}"
 
 
-def _rows(runs: Mapping[str, Run]) -> list[tuple[str, str, list[Cell]]]:
-    """Lines of the table: what, its unit, and a cell for each run."""
-    rows = []
-    for key in NUMERIC_KEYS:
-        text, unit = DESCRIPTIONS[key]
-        cells = []
-        for run in runs.values():
-            value = run.metrics.get(key)
-            number = published(run.controller, key, str(run.log.attrs.get("experiment", "")))
-            cells.append(Cell(_printed(value) or "–", _printed(number)))
-        rows.append((text, "" if unit == "1" else unit, cells))
-    return rows
+Line = tuple[str, str, list[Cell]]
+
+
+def _groups(runs: Mapping[str, Run]) -> list[tuple[str, list[Line]]]:
+    """The table: the title of each group, and its lines with what, its unit, and a cell for each run."""
+    known = known_groups(run.metrics for run in runs.values())
+    return [(title, [_line(runs, key) for key in keys]) for title, keys in known.items()]
+
+
+def _line(runs: Mapping[str, Run], key: str) -> Line:
+    text, unit = DESCRIPTIONS[key]
+    cells = []
+    for run in runs.values():
+        number = published(run.controller, key, str(run.log.attrs.get("experiment", "")))
+        cells.append(Cell(_printed(run.metrics.get(key)) or "–", _printed(number)))
+    return text, "" if unit == "1" else unit, cells
 
 
 def _printed(number: float | None) -> str:

@@ -139,13 +139,16 @@ def _row(key: str, summary: Summary) -> tuple[str, str, list[Cell]]:
     text, unit = describe(key)
     ranks = summary.ranks.get(key, [0] * len(summary.medians[key]))
     cells = [
-        Cell(_number(middle), f"{_number(low)} .. {_number(high)}", place)
+        Cell(_number(middle), "" if np.isnan(middle) else f"{_number(low)} .. {_number(high)}", place)
         for (middle, low, high), place in zip(summary.medians[key], ranks, strict=True)
     ]
     return text, "" if unit == "1" else unit, cells
 
 
 def _number(value: float) -> str:
+    """Three places; a dash for a number that the controller does not have."""
+    if np.isnan(value):
+        return "–"
     return f"{value:.3f}" if np.isfinite(value) else "lost"
 
 

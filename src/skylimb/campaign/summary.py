@@ -68,7 +68,7 @@ def summarize(campaign: Campaign, rows: Mapping[int, Row]) -> Summary:
     return Summary(
         scores=scores,
         rates={name: success_rate(int(scores.success[:, i].sum()), count) for i, name in enumerate(names)},
-        medians={key: _medians(scores, key, resampled) for key in scores.metrics} if count else {},
+        medians={key: medians(scores, key, resampled) for key in scores.metrics} if count else {},
         paired={
             key: {
                 (names[a], names[b]): compare_paired(values[:, a], values[:, b], resampled)
@@ -86,11 +86,19 @@ def summarize(campaign: Campaign, rows: Mapping[int, Row]) -> Summary:
     )
 
 
-def _medians(scores: Scores, key: str, resampled: np.ndarray) -> list[tuple[float, float, float]]:
-    """Medians with their intervals; a loss enters as the bad end of the metric."""
+def medians(scores: Scores, key: str, resampled: np.ndarray) -> list[tuple[float, float, float]]:
+    """Medians with their intervals; a loss enters as the bad end of the metric.
+
+    A controller that finishes and never has the number (such as an error to a target that its law does not
+    have) has no median, NaN.
+    """
     goal = GOALS.get(key, 1.0)
     found = []
-    for column in scores.badness(key).T:
+    known = np.isfinite(scores.metrics[key]).any(axis=0) | ~scores.finished.any(axis=0)
+    for column, has_it in zip(scores.badness(key).T, known, strict=True):
+        if not has_it:
+            found.append((np.nan, np.nan, np.nan))
+            continue
         low, high = bootstrap_interval(lambda values: np.median(values, axis=-1), column, resampled)
         low, high = (low, high) if goal > 0.0 else (-high, -low)
         found.append((goal * median(column), low, high))

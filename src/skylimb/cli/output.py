@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -144,7 +145,7 @@ def working(what: str) -> Iterator[None]:
 
 def scores(runs: Mapping[str, Run]) -> None:
     """The metrics of every run side by side, the paper's numbers in brackets where it prints them."""
-    from skylimb.analysis.metrics import DESCRIPTIONS, NUMERIC_KEYS
+    from skylimb.analysis.metrics import DESCRIPTIONS, known_groups
     from skylimb.analysis.paper_numbers import EXPERIMENT
 
     experiment = next(iter(runs.values())).log.attrs.get("experiment", "")
@@ -153,9 +154,12 @@ def scores(runs: Mapping[str, Run]) -> None:
     for name in runs:
         table.add_column(name, justify="right")
     table.add_row("Status", "", *(_status(run) for run in runs.values()))
-    for key in NUMERIC_KEYS:
-        label, unit = DESCRIPTIONS[key]
-        table.add_row(label, unit.removeprefix("1"), *(_score(run, key) for run in runs.values()))
+    for title, keys in known_groups(run.metrics for run in runs.values()).items():
+        table.add_section()
+        table.add_row(f"[bold]{title}[/bold]")
+        for key in keys:
+            label, unit = DESCRIPTIONS[key]
+            table.add_row(f"  {label}", unit.removeprefix("1"), *(_score(run, key) for run in runs.values()))
     console = _console()
     console.print(table)
     for name, run in runs.items():
@@ -206,6 +210,13 @@ def verification(rows: Sequence[Row]) -> int:
     return 0 if all(row.passed for row in rows) else 1
 
 
+def _median(value: float) -> str:
+    """Three places; a dash for a number that the controller does not have."""
+    if math.isnan(value):
+        return "-"
+    return f"{value:.3f}" if math.isfinite(value) else "lost"
+
+
 @contextmanager
 def campaign_bar() -> Iterator[Callable[[int, int, float, int, bool], None]]:
     """A bar for many flights; hands out what to call with (done, total, rate in 1/s, failures, stopping)."""
@@ -254,7 +265,7 @@ def campaign(
     table.add_row("Success rate", *(ranked(text, "success", i) for i, (text, _) in enumerate(rates.values())))
     for key, values in medians.items():
         label, unit = describe(key)
-        cells = (f"{value:.3f}" if abs(value) < 1e200 else "lost" for value, _, _ in values)
+        cells = (_median(value) for value, _, _ in values)
         table.add_row(
             f"{label} [dim]{unit if unit != '1' else ''}[/dim]",
             *(ranked(text, key, i) for i, text in enumerate(cells)),

@@ -22,12 +22,12 @@ CONTACT_STATE, CONTACT_REASON = "contact_state", "contact_reason"
 _FLAGS = {"phase": PHASES, CONTACT_STATE: STATES, CONTACT_REASON: REASONS}
 """Variables that count names."""
 
-COG_TARGET = "cog_position_target"
-"""Signal of a controller that does not take the mission's reference of the centre of gravity as it is."""
-
 
 def flight_log(plant: Plant, flight: Flight, mission: Mission) -> xr.Dataset:
     """Assemble the log: recorded signals, the reference, and the truth that follows from the physics' state.
+
+    Every reference is the mission's, at the time on the mission's clock that the flight had reached. What a
+    controller made of it is a signal of the controller's own, such as `cog_position_target`.
 
     Raises:
         ConfigError: when a user's controller names a signal that the loop records itself.
@@ -39,7 +39,7 @@ def flight_log(plant: Plant, flight: Flight, mission: Mission) -> xr.Dataset:
     values: dict[str, np.ndarray] = {
         name: flight.signal(name) for name in flight.layout.slices if name != "configuration_velocity"
     }
-    contact, losses = contact_truth(plant, flight, mission, moved)
+    contact, gaps = contact_truth(plant, flight, mission, moved)
     computed = {
         "cog_position_reference": reference.position[:ticks],
         "cog_velocity_reference": reference.velocity[:ticks],
@@ -54,9 +54,6 @@ def flight_log(plant: Plant, flight: Flight, mission: Mission) -> xr.Dataset:
         **moved._asdict(),
         **contact,
     }
-    if COG_TARGET in values:
-        # A controller that follows with the tip makes the centre of gravity's reference itself.
-        computed["cog_position_reference"] = values.pop(COG_TARGET)
     for name in (CONTACT_STATE, CONTACT_REASON):
         if name in values:
             # Of a flight that diverged the last one may be no number.
@@ -67,7 +64,7 @@ def flight_log(plant: Plant, flight: Flight, mission: Mission) -> xr.Dataset:
             f"controller signal '{clash[0]}' is a name that the loop records itself; choose another"
         )
     values |= computed
-    attributes = {"contact_losses": json.dumps([[loss.start, loss.duration] for loss in losses])}
+    attributes = {"contact_gaps": json.dumps([[gap.start, gap.duration] for gap in gaps])}
     if CONTACT_STATE in values and CONTACT_REASON in values:
         attributes["contact_transitions"] = json.dumps(
             contact_transitions(mission.times[:ticks], values[CONTACT_STATE], values[CONTACT_REASON])

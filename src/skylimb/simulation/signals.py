@@ -37,7 +37,12 @@ SIGNALS: dict[str, SignalInfo] = {
     "cog_velocity_estimate": SignalInfo(
         _AXIS, "m/s", "W", "its velocity, as the controller knows it", "estimate"
     ),
-    "cog_position_reference": SignalInfo(_AXIS, "m", "W", "reference of the centre of gravity", "reference"),
+    "cog_position_reference": SignalInfo(
+        _AXIS, "m", "W", "the mission's reference of the centre of gravity", "reference"
+    ),
+    "cog_position_target": SignalInfo(
+        _AXIS, "m", "W", "where the control law wants the centre of gravity", "command"
+    ),
     "cog_velocity_reference": SignalInfo(_AXIS, "m/s", "W", "reference velocity that was sent", "reference"),
     "cog_acceleration_reference": SignalInfo(
         _AXIS, "m/s^2", "W", "reference acceleration that was sent", "reference"

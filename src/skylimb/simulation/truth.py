@@ -22,7 +22,7 @@ from skylimb.simulation.flight import Flight
 from skylimb.simulation.mission import Mission
 from skylimb.simulation.native.function import c_source
 from skylimb.simulation.plant import Plant
-from skylimb.simulation.surfaces.contact_record import ContactLoss, record_contact
+from skylimb.simulation.surfaces.contact_record import ContactGap, record_contact
 from skylimb.spatial import cross, rotation_from_quaternion, rpy_from_rotation
 
 _BLOCK = 256
@@ -142,8 +142,8 @@ def flight_kinematics(plant: Plant, flight: Flight, mission: Mission) -> Kinemat
 
 def contact_truth(
     plant: Plant, flight: Flight, mission: Mission, moved: Kinematics
-) -> tuple[dict[str, np.ndarray], tuple[ContactLoss, ...]]:
-    """What the contact was at every tick, on the surface where it then is, and every time it was lost.
+) -> tuple[dict[str, np.ndarray], tuple[ContactGap, ...]]:
+    """What the contact was at every tick, on the surface where it then is, and every gap in it.
 
     A logged force is the mean since the tick before, so a tick's slip, work and trace are those of the tick
     that ends there.
@@ -167,7 +167,7 @@ def contact_truth(
         "friction_work": _from_second_tick(record.friction_work, 0.0),
         "slip_speed": _from_second_tick(np.linalg.norm(record.slip_velocity, axis=1), 0.0),
         "surface_gap": surface.signed_distance(moved.tip_position, times) - radius,
-    }, record.losses
+    }, record.gaps
 
 
 def _from_second_tick(values: np.ndarray, first: float) -> np.ndarray:

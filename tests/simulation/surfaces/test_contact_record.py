@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from skylimb.simulation.surfaces import Board, SineWall
-from skylimb.simulation.surfaces.contact_record import contact_losses, record_contact
+from skylimb.simulation.surfaces.contact_record import contact_gaps, record_contact
 from skylimb.verification.rig import Bench
 
 TICK = 0.005
@@ -47,7 +47,7 @@ def test_forces_slip_and_work(surface):
     assert record.friction_work[-1] == pytest.approx(work, rel=5e-3)
     assert np.all(np.diff(record.friction_work) >= 0.0)
     np.testing.assert_allclose(np.sum(record.slip_velocity * record.normal, axis=1), 0.0, atol=1e-12)
-    assert all(loss.start < 0.2 for loss in record.losses)  # none once it has settled
+    assert all(gap.start < 0.2 for gap in record.gaps)  # none once it has settled
 
 
 def test_the_trace_is_as_long_as_the_way_on_the_surface():
@@ -57,12 +57,12 @@ def test_the_trace_is_as_long_as_the_way_on_the_surface():
     assert np.nanmax(record.trace[:, 0]) - np.nanmin(record.trace[:, 0]) == pytest.approx(way, rel=5e-3)
 
 
-def test_losses_lie_between_touches():
+def test_gaps_lie_between_touches():
     touching = np.array([0, 0, 1, 1, 0, 0, 0, 1, 0, 1, 0, 0], dtype=bool)
     time = 0.01 * np.arange(12)
-    losses = contact_losses(time, touching, 0.01)
-    assert [(round(loss.start, 6), round(loss.duration, 6)) for loss in losses] == [
+    gaps = contact_gaps(time, touching, 0.01)
+    assert [(round(gap.start, 6), round(gap.duration, 6)) for gap in gaps] == [
         (0.04, 0.03),
         (0.08, 0.01),
     ]
-    assert contact_losses(time, np.zeros(12, dtype=bool), 0.01) == ()
+    assert contact_gaps(time, np.zeros(12, dtype=bool), 0.01) == ()

@@ -12,12 +12,14 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from skylimb.analysis import style
-from skylimb.analysis.figures.boxes import contact_distributions, sliding_errors
+from skylimb.analysis.figures.boxes import WHISKERS, contact_distributions, sliding_errors
+from skylimb.analysis.figures.drawing import SMOOTHING as FORCE_SMOOTHING
 from skylimb.analysis.figures.drawing import drawing
-from skylimb.analysis.figures.over_time import cog_tracking, contact_direction
+from skylimb.analysis.figures.over_time import SMOOTHING, cog_tracking, contact_direction
 from skylimb.analysis.figures.pose_strip import poses
 from skylimb.analysis.figures.traces import pen_traces
-from skylimb.analysis.signals import in_contact
+from skylimb.analysis.pen_line import DRAWN_WITHIN
+from skylimb.analysis.signals import ADAPTATION_THRESHOLD, in_contact
 from skylimb.recording import Run
 
 
@@ -59,46 +61,50 @@ PLATES = (
         "drawing",
         "The drawing",
         "Seen from the robot along the contact axis. Thin: the line that was asked for; thick: where the pen "
-        "touched, coloured by the normal force (0.1 s mean). Below: how far each drawn sample is from the "
+        f"touched, coloured by the normal force (mean of {FORCE_SMOOTHING:g} s). Below: how far each drawn sample is from the "
         "nearest point of the asked line, over the length drawn so far; as drawn counts what the pen touched "
-        "within 10 mm.",
+        f"within {1e3 * DRAWN_WITHIN:g} mm.",
         drawing,
         draws=True,
     ),
     Plate(
         "pen_traces",
         "What the pen drew",
-        "The board as seen from the robot. Dashed: what a pen held still in the robot would draw if the "
-        "centre of gravity kept to its reference; on a sloped board the circle becomes an ellipse. Look "
-        "for how much of it friction takes away, and where the line breaks because the pen lost touch.",
+        "The surface as seen from the robot. Dashed: the line without any error. A law that leads the pen has "
+        "the pen's reference there; of any other it is what a pen held still in the robot would draw if the "
+        "centre of gravity kept to its reference. A sloped surface stretches the path. Look for how much of "
+        "it friction takes away, and where the line breaks because the pen lost touch.",
         pen_traces,
         touches=True,
     ),
     Plate(
         "cog_tracking",
         "Centre of gravity along the sliding directions",
-        "Solid: the centre of gravity; dashed: its reference; yellow: the pen touches. The solid line trails "
-        "the dashed one because of friction and, where the reference is sent as positions alone, for want of "
-        "its velocity. Impedance control resists the former.",
+        "Solid: the centre of gravity; dashed: the mission's reference; yellow: the pen touches. The solid "
+        "line trails the dashed one because of friction and, where the reference is sent as positions alone, "
+        "for want of its velocity. Impedance control resists the former. Dotted, where there is one: the "
+        "control law's own target, for a law that leads the centre of gravity to where the pen is right.",
         cog_tracking,
     ),
     Plate(
         "sliding_errors",
         "Error along the sliding directions",
-        "Absolute error of the centre of gravity over the sliding period. Boxes span the quartiles, the "
-        "bar and the number above are the median, whiskers reach from 5 to 95 %. Diamonds: medians "
-        "that the paper prints (it gives none for z).",
+        "Absolute distance of the centre of gravity from the mission's reference over the sliding period, the "
+        "same reference for every controller. Boxes span the quartiles, the bar and the number above are the "
+        f"median, whiskers reach from {WHISKERS[0]:g} to {WHISKERS[1]:g} %. Diamonds: medians that the paper prints (it gives none for z).",
         sliding_errors,
         compares=True,
     ),
     Plate(
         "contact_direction",
         "Displacement and force along the contact direction",
-        "Above: how far the board pushed the centre of gravity from its reference. Below: the force that "
-        "the controller estimated (coloured) and the true contact force (grey, 0.2 s mean); pushed by the "
-        "board, both are negative. Yellow: the pen touches; pink: it touches and the arm has given way by "
-        "more than 5 mm. Blue, where there is any: the controller held the touch for lost and looked for the "
-        "surface again.",
+        "Above: how far the centre of gravity is from the mission's reference, which in contact lies behind "
+        "the surface. A controller that keeps the centre of gravity is pushed away from it, one that "
+        "regulates the force stays away by itself. Below: the force that the controller estimated (coloured) "
+        f"and the true contact force (grey, mean of {SMOOTHING:g} s); pushed by the surface, both are negative. "
+        "Yellow: the pen touches; pink: it touches and the arm has given way by more than "
+        f"{1e3 * ADAPTATION_THRESHOLD:g} mm. Blue, where there is any: the controller held the touch for lost "
+        "and looked for the surface again.",
         contact_direction,
     ),
     Plate(
@@ -112,8 +118,8 @@ PLATES = (
     Plate(
         "poses",
         "The robot deforms",
-        "Seen from above, at five instants of the lap. Grey: the shape before the contact, moved to the same "
-        "centre of gravity. Under the laws that adapt, the arm folds where the board comes near and "
+        "Seen from above, at five instants of the sliding period. Grey: the shape before the contact, moved "
+        "to the same centre of gravity. Under the laws that adapt, the arm folds where the board comes near and "
         "stretches where it recedes; otherwise the shape stays.",
         poses,
     ),

@@ -28,7 +28,7 @@ Quantity = Callable[[xr.Dataset], np.ndarray]
 
 @style.styled
 def sliding_errors(runs: Mapping[str, Run]) -> Figure:
-    """Box plots of the CoG's absolute errors along the two sliding axes.
+    """Box plots of the CoG's absolute errors to the mission's reference along the two sliding axes.
 
     Args:
         runs: by name, any number of them; a failed flight has no box.
@@ -41,12 +41,12 @@ def sliding_errors(runs: Mapping[str, Run]) -> Figure:
         runs,
         [
             (
-                f"|{first} error| of the CoG (m)",
+                f"|{first} error| of the CoG to the mission (m)",
                 "error_y_median",
                 lambda log: _error(log, sliding_axes(log)[0]),
             ),
             (
-                f"|{second} error| of the CoG (m)",
+                f"|{second} error| of the CoG to the mission (m)",
                 "error_z_median",
                 lambda log: _error(log, sliding_axes(log)[1]),
             ),
@@ -69,7 +69,7 @@ def contact_distributions(runs: Mapping[str, Run]) -> Figure:
         runs,
         [
             (
-                f"|{axis} displacement| (m)",
+                f"|{axis} displacement| from the mission (m)",
                 "displacement_x_median",
                 lambda log: _error(log, contact_axis(log)),
             ),
@@ -91,7 +91,7 @@ def _figure(runs: Mapping[str, Run], quantities: list[tuple[str, str, Quantity]]
             facecolor="#DDDDDD",
             edgecolor=style.INK,
             linewidth=0.8,
-            label="quartiles and median; whiskers 5 to 95 %",
+            label=f"quartiles and median; whiskers {WHISKERS[0]:g} to {WHISKERS[1]:g} %",
         )
     ]
     if printed:

@@ -25,6 +25,9 @@ from skylimb.analysis.pen_line import (
 )
 from skylimb.recording import Run
 
+SMOOTHING = 0.1
+"""Seconds over which the normal force is averaged before it is drawn."""
+
 _BRIDGE = 0.05
 """A loss of touch up to this long, s, does not break the line."""
 _MOST = 4000
@@ -108,7 +111,7 @@ def _drawn(log: xr.Dataset) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Drawn points as seen from the robot, whether each is joined to the next, and the force at each, N."""
     samples, points = drawn_samples(log)
     force = log.contact_force_normal.values[samples] if "contact_force_normal" in log else 0.0 * samples
-    force = _smooth(force)
+    force = _smooth(force, float(np.median(np.diff(log.time.values))) if log.sizes["time"] > 1 else 0.0)
     thin = style.thin(len(samples), _MOST)
     samples, points, force = samples[thin], points[thin], force[thin]
     return as_seen(log, points), _joined(log, samples), force
@@ -130,8 +133,9 @@ def _between(drawn: tuple[np.ndarray, np.ndarray, np.ndarray]) -> np.ndarray:
     return (0.5 * (force[1:] + force[:-1]))[joined]
 
 
-def _smooth(force: np.ndarray, count: int = 20) -> np.ndarray:
-    """The mean over some samples: the eye sees no single one."""
-    if len(force) < count:
+def _smooth(force: np.ndarray, spacing: float) -> np.ndarray:
+    """The mean over `SMOOTHING` of samples that are `spacing` (s) apart: the eye sees no single one."""
+    count = round(SMOOTHING / spacing) if spacing > 0.0 else 1
+    if not 1 < count <= len(force):
         return force
     return np.convolve(force, np.ones(count) / count, mode="same")

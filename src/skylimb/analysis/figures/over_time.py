@@ -34,6 +34,10 @@ _AWAY = ("lost", "recontact")
 """States of the contact in which a touch that there was is missed."""
 
 DASHED = (0, (4, 2.5))
+DOTTED = ":"
+
+TARGET = "cog_position_target"
+"""Where a control law wants the centre of gravity that does not take the mission's reference as it is."""
 
 
 @style.styled
@@ -45,6 +49,7 @@ def cog_tracking(runs: Mapping[str, Run]) -> Figure:
 
     Returns:
         A figure with two panels a run, one for each sliding axis; all panels of an axis share their scale.
+        The reference is the mission's; where the control law had a target of its own, that is dotted.
     """
     figure, pairs = _grid(runs)
     colour = style.colours(runs)
@@ -52,7 +57,8 @@ def cog_tracking(runs: Mapping[str, Run]) -> Figure:
         values = [
             sliding_axes(run.log)[which].along(run.log[signal].values)
             for run in runs.values()
-            for signal in ("cog_position", "cog_position_reference")
+            for signal in ("cog_position", "cog_position_reference", TARGET)
+            if signal in run.log
         ]
         span = style.limits(values)
         for (name, run), pair in zip(runs.items(), pairs, strict=True):
@@ -69,14 +75,20 @@ def cog_tracking(runs: Mapping[str, Run]) -> Figure:
                 linewidth=0.9,
             )
             _line(ax, log, "cog_position", axis, color=colour[name])
+            if TARGET in log:
+                _line(ax, log, TARGET, axis, color=style.INK, linestyle=DOTTED, linewidth=0.9)
             ax.set(ylim=span)
     first, second = next((sliding_axes(run.log) for run in runs.values()), ("y", "z"))
     _label_rows(pairs, f"CoG {first} (m)", f"CoG {second} (m)")
+    target = Line2D([], [], color=style.INK, linestyle=DOTTED, linewidth=0.9, label="the law's own target")
     style.legend_below(
         figure,
         [
             Line2D([], [], color=style.INK, label="CoG"),
-            Line2D([], [], color=style.REFERENCE, linestyle=DASHED, linewidth=0.9, label="reference"),
+            Line2D(
+                [], [], color=style.REFERENCE, linestyle=DASHED, linewidth=0.9, label="mission's reference"
+            ),
+            *([target] if any(TARGET in run.log for run in runs.values()) else []),
             style.swatch(style.CONTACT, "in contact"),
         ],
     )
@@ -91,8 +103,8 @@ def contact_direction(runs: Mapping[str, Run]) -> Figure:
         runs: by name, any number of them.
 
     Returns:
-        A figure with two panels a run: displacement from the reference (m) above; below, the estimated
-        external force (N) and, in grey, the true contact force averaged over 0.2 s. Where a controller held
+        A figure with two panels a run: displacement from the mission's reference (m) above; below, the estimated
+        external force (N) and, in grey, the true contact force averaged over `SMOOTHING`. Where a controller held
         the touch for lost, that is shaded too.
     """
     figure, pairs = _grid(runs)
@@ -126,7 +138,7 @@ def contact_direction(runs: Mapping[str, Run]) -> Figure:
         figure,
         [
             Line2D([], [], color=style.INK, label="displacement, estimated force"),
-            Line2D([], [], color=style.TRUTH, linewidth=0.8, label="true force, 0.2 s mean"),
+            Line2D([], [], color=style.TRUTH, linewidth=0.8, label=f"true force, mean of {SMOOTHING:g} s"),
             style.swatch(style.CONTACT, "in contact"),
             style.swatch(style.ADAPTATION, "in contact, arm adapting"),
             *looking,

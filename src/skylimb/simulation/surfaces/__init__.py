@@ -10,7 +10,7 @@ from skylimb.errors import ConfigError, unknown_name
 from skylimb.simulation.surfaces.ball import Sphere
 from skylimb.simulation.surfaces.board import Board
 from skylimb.simulation.surfaces.checks import require_clear, require_fits, require_path
-from skylimb.simulation.surfaces.contact_record import ContactLoss, ContactRecord, record_contact
+from skylimb.simulation.surfaces.contact_record import ContactGap, ContactRecord, record_contact
 from skylimb.simulation.surfaces.curved import CurvedSurface
 from skylimb.simulation.surfaces.cylinder import Cylinder, Pipe
 from skylimb.simulation.surfaces.friction_map import FrictionMap, Patch
@@ -48,7 +48,7 @@ def surface_from_mapping(mapping: Mapping[str, Any], where: str = "surface") -> 
 __all__ = [
     "SURFACES",
     "Board",
-    "ContactLoss",
+    "ContactGap",
     "ContactRecord",
     "Corrugated",
     "CurvedSurface",

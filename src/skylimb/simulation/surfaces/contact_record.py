@@ -1,4 +1,4 @@
-"""What a contact was, tick by tick: forces, slip, friction's work, losses, and the trace on the surface."""
+"""What a contact was, tick by tick: forces, slip, friction's work, gaps, and the trace on the surface."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from skylimb.simulation.surfaces.surface import Surface
 
 
 @dataclass(frozen=True)
-class ContactLoss:
+class ContactGap:
     """A time without touch between two touches.
 
     Attributes:
@@ -33,7 +33,7 @@ class ContactRecord:
         slip_velocity: (n, 3) of the tip relative to and along the surface, m/s; zero without touch.
         friction_work: (n,) energy that friction has taken up to each tick, J; it never falls.
         trace: (n, 2) unrolled coordinates of the touch on the surface, m; NaN in ticks without touch.
-        losses: every loss between the first touch and the last.
+        gaps: every gap between the first touch and the last, however short.
     """
 
     normal: np.ndarray
@@ -42,7 +42,7 @@ class ContactRecord:
     slip_velocity: np.ndarray
     friction_work: np.ndarray
     trace: np.ndarray
-    losses: tuple[ContactLoss, ...]
+    gaps: tuple[ContactGap, ...]
 
 
 def record_contact(
@@ -82,14 +82,14 @@ def record_contact(
         slip_velocity=slip,
         friction_work=np.cumsum(taken),
         trace=np.where(touching[:, None], trace, np.nan),
-        losses=contact_losses(time, touching, tick),
+        gaps=contact_gaps(time, touching, tick),
     )
 
 
-def contact_losses(time: np.ndarray, touching: np.ndarray, tick: float) -> tuple[ContactLoss, ...]:
+def contact_gaps(time: np.ndarray, touching: np.ndarray, tick: float) -> tuple[ContactGap, ...]:
     """Every run of ticks (s) without touch that lies between two touches."""
     there = np.flatnonzero(touching)
-    gaps = np.flatnonzero(np.diff(there) > 1)
+    ends = np.flatnonzero(np.diff(there) > 1)
     return tuple(
-        ContactLoss(float(time[there[k] + 1]), float((there[k + 1] - there[k] - 1) * tick)) for k in gaps
+        ContactGap(float(time[there[k] + 1]), float((there[k + 1] - there[k] - 1) * tick)) for k in ends
     )
