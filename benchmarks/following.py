@@ -8,8 +8,8 @@ each axis, latency 10 .. 30 ms (20 assumed), both directions of the circle; on t
 degrees toward both sides. docs/following.json keeps every number, and the tables of docs/following.md are
 written anew. `--tables` writes them from the numbers that were kept.
 
-Both presets are held to the same three things: the centre of gravity to the mission's reference, the pen to its
-reference line, and the force. What only `following` has stands in columns of its own: the distance of the
+Both presets are held to the same three things: the centre of gravity to the mission's reference, the pen to
+its reference line, and the force. What only `following` has stands in columns of its own: the distance of the
 centre of gravity from the law's own target, and that of the mean force from the one that was wanted.
 """
 
@@ -199,7 +199,7 @@ SHOWN = (
 
 
 def row(name: str, scores: list[dict[str, Any]]) -> list[str]:
-    """A line of a table: the flights that were lost, and median / worst decile of each score; empty for none."""
+    """A line of a table: the flights that were lost, and median / worst decile of each score, if any."""
     kept = [score for score in scores if score["status"] == "OK"]
     cells = [name, f"{len(scores) - len(kept)} of {len(scores)}"]
     for _, key, scale in SHOWN:

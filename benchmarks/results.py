@@ -17,9 +17,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from following import beside_table, kept_numbers
 
 import skylimb
-from following import beside_table, kept_numbers
 from reproduction import section
 from skylimb.analysis import write_comparison
 from skylimb.analysis.metrics import DESCRIPTIONS, NUMERIC_KEYS

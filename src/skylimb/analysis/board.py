@@ -122,10 +122,10 @@ def strokes(log: xr.Dataset, bridge: float = 0.05) -> list[slice]:
 def nominal_path(log: xr.Dataset, board: Board | None) -> np.ndarray:
     """The line that the pen would draw without any error.
 
-    Of a law that leads the pen it is the pen's reference. Of any other it is the line that a pen held still in
-    the robot would draw if the CoG kept to its reference.
-    The pen's place beside the CoG is taken from free flight before the contact, and the path is carried along
-    the contact axis onto the board. On a board that slopes, a circle of the CoG becomes an ellipse.
+    Of a law that leads the pen it is the pen's reference. Of any other it is the line that a pen held still
+    in the robot would draw if the CoG kept to its reference. The pen's place beside the CoG is taken from
+    free flight before the contact, and the path is carried along the contact axis onto the board. On a board
+    that slopes, a circle of the CoG becomes an ellipse.
 
     Returns:
         W, m, shape (n, 3), one point a sample of the sliding period.

@@ -94,9 +94,8 @@ def medians(scores: Scores, key: str, resampled: np.ndarray) -> list[tuple[float
     """
     goal = GOALS.get(key, 1.0)
     found = []
-    known = np.isfinite(scores.metrics[key]).any(axis=0) | ~scores.finished.any(axis=0)
-    for column, has_it in zip(scores.badness(key).T, known, strict=True):
-        if not has_it:
+    for index, column in enumerate(scores.badness(key).T):
+        if scores.finished[:, index].any() and np.isnan(scores.metrics[key][:, index]).all():
             found.append((np.nan, np.nan, np.nan))
             continue
         low, high = bootstrap_interval(lambda values: np.median(values, axis=-1), column, resampled)

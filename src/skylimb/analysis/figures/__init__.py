@@ -56,71 +56,92 @@ class Plate:
         )
 
 
+def _flow(text: str) -> str:
+    """A text without its line breaks."""
+    return " ".join(text.split())
+
+
 PLATES = (
     Plate(
         "drawing",
         "The drawing",
-        "Seen from the robot along the contact axis. Thin: the line that was asked for; thick: where the pen "
-        f"touched, coloured by the normal force (mean of {FORCE_SMOOTHING:g} s). Below: how far each drawn sample is from the "
-        "nearest point of the asked line, over the length drawn so far; as drawn counts what the pen touched "
-        f"within {1e3 * DRAWN_WITHIN:g} mm.",
+        _flow(f"""
+            Seen from the robot along the contact axis. Thin: the line that was asked for; thick: where the
+            pen touched, coloured by the normal force (mean of {FORCE_SMOOTHING:g} s). Below: how far each
+            drawn sample is from the nearest point of the asked line, over the length drawn so far; as drawn
+            counts what the pen touched within {1e3 * DRAWN_WITHIN:g} mm.
+        """),
         drawing,
         draws=True,
     ),
     Plate(
         "pen_traces",
         "What the pen drew",
-        "The surface as seen from the robot. Dashed: the line without any error. A law that leads the pen has "
-        "the pen's reference there; of any other it is what a pen held still in the robot would draw if the "
-        "centre of gravity kept to its reference. A sloped surface stretches the path. Look for how much of "
-        "it friction takes away, and where the line breaks because the pen lost touch.",
+        _flow("""
+            The surface as seen from the robot. Dashed: the line without any error. A law that leads the pen
+            has the pen's reference there; of any other it is what a pen held still in the robot would draw if
+            the centre of gravity kept to its reference. A sloped surface stretches the path. Look for how
+            much of it friction takes away, and where the line breaks because the pen lost touch.
+        """),
         pen_traces,
         touches=True,
     ),
     Plate(
         "cog_tracking",
         "Centre of gravity along the sliding directions",
-        "Solid: the centre of gravity; dashed: the mission's reference; yellow: the pen touches. The solid "
-        "line trails the dashed one because of friction and, where the reference is sent as positions alone, "
-        "for want of its velocity. Impedance control resists the former. Dotted, where there is one: the "
-        "control law's own target, for a law that leads the centre of gravity to where the pen is right.",
+        _flow("""
+            Solid: the centre of gravity; dashed: the mission's reference; yellow: the pen touches. The solid
+            line trails the dashed one because of friction and, where the reference is sent as positions
+            alone, for want of its velocity. Impedance control resists the former. Dotted, where there is one:
+            the control law's own target, for a law that leads the centre of gravity to where the pen is
+            right.
+        """),
         cog_tracking,
     ),
     Plate(
         "sliding_errors",
         "Error along the sliding directions",
-        "Absolute distance of the centre of gravity from the mission's reference over the sliding period, the "
-        "same reference for every controller. Boxes span the quartiles, the bar and the number above are the "
-        f"median, whiskers reach from {WHISKERS[0]:g} to {WHISKERS[1]:g} %. Diamonds: medians that the paper prints (it gives none for z).",
+        _flow(f"""
+            Absolute distance of the centre of gravity from the mission's reference over the sliding period,
+            the same reference for every controller. Boxes span the quartiles, the bar and the number above
+            are the median, whiskers reach from {WHISKERS[0]:g} to {WHISKERS[1]:g} %. Diamonds: medians that
+            the paper prints (it gives none for z).
+        """),
         sliding_errors,
         compares=True,
     ),
     Plate(
         "contact_direction",
         "Displacement and force along the contact direction",
-        "Above: how far the centre of gravity is from the mission's reference, which in contact lies behind "
-        "the surface. A controller that keeps the centre of gravity is pushed away from it, one that "
-        "regulates the force stays away by itself. Below: the force that the controller estimated (coloured) "
-        f"and the true contact force (grey, mean of {SMOOTHING:g} s); pushed by the surface, both are negative. "
-        "Yellow: the pen touches; pink: it touches and the arm has given way by more than "
-        f"{1e3 * ADAPTATION_THRESHOLD:g} mm. Blue, where there is any: the controller held the touch for lost "
-        "and looked for the surface again.",
+        _flow(f"""
+            Above: how far the centre of gravity is from the mission's reference, which in contact lies behind
+            the surface. A controller that keeps the centre of gravity is pushed away from it, one that
+            regulates the force stays away by itself. Below: the force that the controller estimated
+            (coloured) and the true contact force (grey, mean of {SMOOTHING:g} s); pushed by the surface, both
+            are negative. Yellow: the pen touches; pink: it touches and the arm has given way by more than
+            {1e3 * ADAPTATION_THRESHOLD:g} mm. Blue, where there is any: the controller held the touch for
+            lost and looked for the surface again.
+        """),
         contact_direction,
     ),
     Plate(
         "contact_distributions",
         "Displacement and force, distributions",
-        "The same two quantities over the sliding period, as box plots. An arm that gives way takes up "
-        "part of the board's depth, and the centre of gravity moves less.",
+        _flow("""
+            The same two quantities over the sliding period, as box plots. An arm that gives way takes up part
+            of the board's depth, and the centre of gravity moves less.
+        """),
         contact_distributions,
         compares=True,
     ),
     Plate(
         "poses",
         "The robot deforms",
-        "Seen from above, at five instants of the sliding period. Grey: the shape before the contact, moved "
-        "to the same centre of gravity. Under the laws that adapt, the arm folds where the board comes near and "
-        "stretches where it recedes; otherwise the shape stays.",
+        _flow("""
+            Seen from above, at five instants of the sliding period. Grey: the shape before the contact, moved
+            to the same centre of gravity. Under the laws that adapt, the arm folds where the board comes near
+            and stretches where it recedes; otherwise the shape stays.
+        """),
         poses,
     ),
 )

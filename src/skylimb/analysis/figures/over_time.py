@@ -103,9 +103,9 @@ def contact_direction(runs: Mapping[str, Run]) -> Figure:
         runs: by name, any number of them.
 
     Returns:
-        A figure with two panels a run: displacement from the mission's reference (m) above; below, the estimated
-        external force (N) and, in grey, the true contact force averaged over `SMOOTHING`. Where a controller held
-        the touch for lost, that is shaded too.
+        A figure with two panels a run: displacement from the mission's reference (m) above; below, the
+        estimated external force (N) and, in grey, the true contact force averaged over `SMOOTHING`. Where a
+        controller held the touch for lost, that is shaded too.
     """
     figure, pairs = _grid(runs)
     colour = style.colours(runs)
