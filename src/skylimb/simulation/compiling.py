@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import atexit
+import ctypes
+import functools
 import hashlib
 import os
 import platform
@@ -9,7 +12,8 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Sequence
+import warnings
+from collections.abc import Mapping, Sequence
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -28,35 +32,120 @@ FLAGS = ("-O2", "-ffp-contract=off", "-fno-math-errno", *_WIDE, "-shared", "-fPI
 def built_library(folder: str, stem: str, source: str) -> Path:
     """Path of the shared library made of a C source; built where the cache has none for this machine.
 
+    Where the cache cannot be written, the library is built in a temporary folder and serves this process.
+
     Args:
         folder: below the user's cache.
         stem: how the library's name begins.
         source: the C code; it may include the engine's headers, and links to libm alone.
 
     Raises:
-        CompileError: when no compiler is found, none accepts the source, or the cache cannot be written.
+        CompileError: when no compiler is found or none accepts the source.
     """
     machine = (mujoco.__version__, platform.machine(), platform.system(), *FLAGS)
     key = hashlib.sha256("\0".join((source, *machine)).encode()).hexdigest()[:16]
-    cache = Path(platformdirs.user_cache_dir("skylimb")) / folder
-    library = cache / f"{stem}_{key}.so"
-    if library.is_file():
-        return library
+    library = Path(folder) / f"{stem}_{key}.so"
+    cache = Path(platformdirs.user_cache_dir("skylimb"))
     try:
-        cache.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=cache) as scratch:
-            text, built = Path(scratch) / f"{stem}.c", Path(scratch) / library.name
-            text.write_text(source, encoding="utf-8")
-            compile_c([text], built, FLAGS)
-            # Renaming is atomic, so that two processes that build at once do not see half a file.
-            os.replace(built, library)
+        return _built_below(cache, library, source)
+    # A compiler on a full disk fails as it does over a wrong source, so both are tried elsewhere.
+    except (OSError, CompileError) as error:
+        problems = [error]
+    for parent in _temporary_folders():
+        try:
+            built = _built_below(_process_folder(parent, os.getpid()), library, source)
+        except (OSError, CompileError) as error:
+            problems.append(error)
+            continue
+        _warn_once(cache, problems[0])
+        return built
+    for problem in problems:
+        if isinstance(problem, CompileError):
+            raise problem
+    raise CompileError(f"C code can be compiled nowhere: {'; '.join(map(str, problems))}")
+
+
+def _built_below(root: Path, library: Path, source: str) -> Path:
+    """The library at its path below a folder, which is made when it is not there."""
+    if not root.is_absolute():
+        # Without a home the cache's path begins with "~", which would be a folder in the working directory.
+        raise FileNotFoundError(f"the user's cache '{root}' has no place")
+    final = root / library
+    if final.is_file():
+        return final
+    final.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=final.parent) as scratch:
+        text, built = Path(scratch) / f"{library.stem}.c", Path(scratch) / library.name
+        text.write_text(source, encoding="utf-8")
+        # Compilers leave what they need on the same disk, and zig keeps its own library there.
+        compile_c([text], built, FLAGS, {"TMPDIR": scratch, "ZIG_GLOBAL_CACHE_DIR": str(root / "zig")})
+        # On the disk first, then renamed at once: neither a crash nor a second process sees half a file.
+        with built.open("rb+") as file:
+            os.fsync(file.fileno())
+        os.replace(built, final)
+    return final
+
+
+def _temporary_folders() -> list[Path]:
+    """Folders for files that nobody keeps, the usual one first."""
+    try:
+        usual = [Path(tempfile.gettempdir())]
+    except OSError:  # each of them is full or cannot be written
+        usual = []
+    return [*usual, Path("/dev/shm")]
+
+
+@functools.cache
+def _process_folder(parent: Path, process: int) -> Path:
+    """The folder that a process has below another one until it ends."""
+    folder = Path(tempfile.mkdtemp(prefix="skylimb_", dir=parent))
+
+    def remove() -> None:
+        # A forked process inherits what its parent has registered, but not the folder.
+        if os.getpid() == process:
+            shutil.rmtree(folder, ignore_errors=True)
+
+    atexit.register(remove)
+    return folder
+
+
+_warned: set[Path] = set()
+
+
+def _warn_once(cache: Path, problem: Exception) -> None:
+    if cache in _warned:
+        return
+    _warned.add(cache)
+    reason = "no compiler can write there" if isinstance(problem, CompileError) else problem
+    warnings.warn(
+        f"compiled code cannot be kept in '{cache}' ({reason}): every process makes its own",
+        UserWarning,
+        stacklevel=3,
+    )
+
+
+def load_library(path: Path) -> ctypes.CDLL:
+    """A compiled library.
+
+    Raises:
+        CompileError: when the system refuses it.
+    """
+    try:
+        return ctypes.CDLL(str(path))
     except OSError as error:
-        raise CompileError(f"compiled code cannot be kept in '{cache}': {error}") from error
-    return library
+        raise CompileError(f"the compiled library '{path}' cannot be loaded: {error}") from error
 
 
-def compile_c(sources: Sequence[Path], output: Path, flags: Sequence[str]) -> None:
+def compile_c(
+    sources: Sequence[Path], output: Path, flags: Sequence[str], variables: Mapping[str, str] | None = None
+) -> None:
     """Compile C files into one output with the first compiler that can.
+
+    Args:
+        sources: the files.
+        output: a library, program or object file, as the flags say.
+        flags: of the compiler.
+        variables: of the compiler's environment, besides this process's.
 
     Raises:
         CompileError: with what each compiler said.
@@ -67,7 +156,12 @@ def compile_c(sources: Sequence[Path], output: Path, flags: Sequence[str]) -> No
     for compiler in compilers():
         try:
             result = subprocess.run(
-                [*compiler, *arguments], capture_output=True, text=True, timeout=120, check=False
+                [*compiler, *arguments],
+                capture_output=True,
+                text=True,
+                timeout=120,
+                check=False,
+                env={**os.environ, **(variables or {})},
             )
         except (OSError, subprocess.TimeoutExpired) as error:
             problems.append(f"{compiler[0]}: {error}")
@@ -77,7 +171,8 @@ def compile_c(sources: Sequence[Path], output: Path, flags: Sequence[str]) -> No
         first = (result.stderr.strip() or "no message").splitlines()[0]
         problems.append(f"{' '.join(compiler)}: {first}")
     raise CompileError(
-        "; ".join(problems) or "no C compiler found (looked for cc, gcc, clang and the ziglang package)"
+        "; ".join(problems)
+        or "no C compiler found (cc, gcc, clang); one can be installed: pip install 'skylimb[compiler]'"
     )
 
 

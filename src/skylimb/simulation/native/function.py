@@ -9,8 +9,7 @@ from dataclasses import dataclass
 import casadi as ca
 
 from skylimb.errors import CompileError, ConfigError
-from skylimb.simulation.compiling import built_library
-from skylimb.simulation.native.library import load_library
+from skylimb.simulation.compiling import built_library, load_library
 from skylimb.simulation.plant import Plant
 from skylimb.simulation.scene import USER_WORDS
 from skylimb.simulation.tick import CompiledTick

@@ -12,7 +12,7 @@ from pathlib import Path
 import mujoco
 
 from skylimb.errors import CompileError
-from skylimb.simulation.compiling import built_library, engine_library
+from skylimb.simulation.compiling import built_library, engine_library, load_library
 from skylimb.simulation.native.record import FlightRecord
 
 _SOURCE = Path(__file__).with_name("flight.c")
@@ -54,18 +54,6 @@ def callback_library() -> ctypes.CDLL:
     if library.skylimb_record_size() != ctypes.sizeof(FlightRecord):
         raise CompileError("the compiled driver and its record in Python do not agree on their size")
     return library
-
-
-def load_library(path: Path) -> ctypes.CDLL:
-    """A compiled library.
-
-    Raises:
-        CompileError: when the system refuses it.
-    """
-    try:
-        return ctypes.CDLL(str(path))
-    except OSError as error:
-        raise CompileError(f"the compiled library '{path}' cannot be loaded: {error}") from error
 
 
 _lock = threading.Lock()
