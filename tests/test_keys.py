@@ -76,6 +76,7 @@ class LongArm(Arm):
     """An heir, with one key more and a check of its own."""
 
     length: Annotated[float, Key("m", "of the whole", low=0.1, high=9.0)] = 1.0
+    depth: float = 0.5
 
     def check(self) -> None:
         super().check()
@@ -192,6 +193,13 @@ def test_another_unit_is_guessed(unit, high, value, guess):
     assert Key(unit, "a size", low=0.0, high=high).problem(value).endswith(guess)
 
 
+def test_an_open_end_may_leave_out_infinity_alone():
+    key = Key("", "a number or -inf", low=-math.inf, below=math.inf, finite=False)
+    assert key.allows(-math.inf)
+    assert not key.allows(math.inf)
+    assert key.problem(math.inf) == "must be below inf"
+
+
 @pytest.mark.parametrize("value", [-3.0, 1e9, 0.5])
 def test_no_other_unit_is_guessed_where_it_explains_nothing(value):
     assert Key("m", "a size", low=0.0, high=0.1).problem(value) == "is outside of 0 .. 0.1 m"
@@ -225,6 +233,11 @@ def test_an_heir_checks_its_own_keys_and_its_ancestors(values: dict[str, Any], w
     with pytest.raises(RefusedError, match=words):
         LongArm(**values)
     assert list(keys_of(LongArm))[-1] == "length"
+
+
+def test_an_heir_may_change_a_default_and_keeps_the_key():
+    assert keys_of(LongArm)["depth"].default == LongArm().depth == 0.5
+    assert keys_of(LongArm)["depth"].key is DEPTH
 
 
 def test_the_top_of_a_table_has_no_owner():

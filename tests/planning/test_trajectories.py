@@ -203,7 +203,7 @@ def test_nonsense_is_refused_on_one_line(table, words):
 
 
 def test_nonsense_is_refused_in_python_as_well():
-    with pytest.raises(ConfigError, match="whole number"):
+    with pytest.raises(ConfigError, match=r"TrajectoryConfig\.strokes = 2\.5 .* expected int"):
         TrajectoryConfig(strokes=2.5)  # type: ignore[arg-type]
-    with pytest.raises(ConfigError, match=r"trajectory\.radius"):
+    with pytest.raises(ConfigError, match=r"TrajectoryConfig\.radius"):
         TrajectoryConfig(radius="wide")  # type: ignore[arg-type]

@@ -125,9 +125,9 @@ def test_another_purpose_is_refused():
     ],
 )
 def test_criteria_that_make_no_sense(values):
-    with pytest.raises(ConfigError, match=rf"vectoring criteria\.{next(iter(values))} = "):
+    with pytest.raises(ConfigError, match=rf"VectoringCriteria\.{next(iter(values))} = "):
         VectoringCriteria("mine", **values)
-    with pytest.raises(ConfigError, match=r"sideways = inf must be a number"):
+    with pytest.raises(ConfigError, match=r"sideways = inf must be below inf"):
         VectoringCriteria("mine", sideways=np.inf)
 
 

@@ -187,7 +187,7 @@ def test_effective_mass_counts_a_surface_that_can_move():
 @pytest.mark.parametrize(
     ("keys", "words"),
     [
-        ({"friction": -0.1}, ["friction", "-0.1", "negative"]),
+        ({"friction": -0.1}, ["friction = -0.1 is outside of 0 .. 10"]),
         ({"friction": math.nan}, ["friction", "nan"]),
         ({"stiffness": 10.0}, ["stiffness", "10 N/m", "50"]),
         ({"stiffness": 1e7}, ["stiffness", "50 .. 1e+06 N/m"]),

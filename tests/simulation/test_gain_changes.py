@@ -83,7 +83,7 @@ FORCE = "translation.force"
         ("following", change(5.0, "calibration.feed", 1.0), UnknownNameError, "calibration.feed"),
         ("following", change(5.0, FORCE, 99.0), ConfigError, r"outside of 0 .. 20 N"),
         ("following", change(5.0, FORCE, [1.0, 2.0]), ConfigError, "wrong type"),
-        ("following", change(-1.0, FORCE, 2.0), ConfigError, "gain_changes.time"),
+        ("following", change(-1.0, FORCE, 2.0), ConfigError, r"gain_changes\.0\.time = -1 s"),
         ("following", change(5.0, "contact.machine.touch_force", -1.0), ConfigError, "must be positive"),
         ("following", change(500.0, FORCE, 2.0), ConfigError, "after the flight's end"),
         ("following", {"time": 5.0, "key": FORCE}, ConfigError, "value' is missing"),

@@ -4,51 +4,41 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from skylimb.config import from_mapping, put, read_toml, require_range, to_mapping
+from skylimb.config import from_mapping, put, read_toml, to_mapping
 from skylimb.errors import ConfigError, unknown_name
+from skylimb.keys import Key, configuration
 from skylimb.planning.posture_path import PostureConfig
 from skylimb.planning.trajectories import TrajectoryConfig
 from skylimb.simulation.disturbance import DisturbanceConfig
 from skylimb.simulation.gain_changes import GainChange
-from skylimb.simulation.mission import ApproachConfig, PhaseConfig, contact_frame
+from skylimb.simulation.mission import ApproachConfig, PhaseConfig
 from skylimb.simulation.plant import PlantConfig
 from skylimb.simulation.sensors import SensorConfig
 from skylimb.simulation.surfaces import Surface, surface_from_mapping
+from skylimb.simulation.surfaces.placement import check_unit_vector
 
 EXPERIMENTS = Path(__file__).parent / "library"
 
 
-@dataclass(frozen=True)
+@configuration
 class Settings:
-    """All of an experiment but its surface.
+    """All of an experiment but its surface."""
 
-    Attributes:
-        name: short name.
-        description: one line on what it is.
-        robot: a robot's name, or the folder or file of the user's own.
-        seed: of the sensors' noise.
-        controller_rate: control ticks a second, Hz.
-        contact_axis: nominal direction into the surface, W.
-        trajectory: path in the sliding plane.
-        approach: how the robot comes to the surface and leaves it.
-        phases: how long it waits.
-        posture: postures to go through during the slide; none in contact.
-        disturbance: a push on the flying robot.
-        sensors: what it measures.
-        plant: how the real robot differs from its description.
-        gain_changes: gains of the controller that change in flight.
-    """
-
-    name: str = ""
-    description: str = ""
-    robot: str = "hydrus_xi_quad"
-    seed: int = 0
-    controller_rate: float = 200.0
-    contact_axis: tuple[float, float, float] = (1.0, 0.0, 0.0)
+    name: Annotated[str, Key("", "short name")] = ""
+    description: Annotated[str, Key("", "one line on what it is")] = ""
+    robot: Annotated[str, Key("", "a robot's name, or the folder or flight file of your own")] = (
+        "hydrus_xi_quad"
+    )
+    seed: Annotated[int, Key("", "of the sensors' noise", low=0, high=2**63 - 1)] = 0
+    controller_rate: Annotated[float, Key("Hz", "control ticks a second", low=10.0, high=10_000.0)] = 200.0
+    contact_axis: Annotated[
+        tuple[float, float, float],
+        Key("", "unit vector in W, the nominal direction into the surface", low=-1.001, high=1.001),
+    ] = (1.0, 0.0, 0.0)
     trajectory: TrajectoryConfig = field(default_factory=TrajectoryConfig)
     approach: ApproachConfig = field(default_factory=ApproachConfig)
     phases: PhaseConfig = field(default_factory=PhaseConfig)
@@ -58,24 +48,20 @@ class Settings:
     plant: PlantConfig = field(default_factory=PlantConfig)
     gain_changes: tuple[GainChange, ...] = ()
 
-    def __post_init__(self) -> None:
-        require_range("experiment", "controller_rate", self.controller_rate, 10.0, 10_000.0, "Hz")
-        require_range("experiment", "seed", self.seed, 0, 2**63 - 1)
-        contact_frame(self.contact_axis)
+    def check(self) -> None:
+        """Refuse a contact axis that is no unit vector."""
+        check_unit_vector(self, "contact_axis")
 
 
-@dataclass(frozen=True)
+@configuration
 class Experiment(Settings):
-    """An experiment.
-
-    Attributes:
-        surface: what is touched.
-        controller: tables of a preset to fly where nobody names another, as a run's own config.toml has
-            them; empty for none.
-    """
+    """An experiment: everything that a flight needs besides the controller."""
 
     surface: Surface = field(default_factory=lambda: surface_from_mapping({}))
-    controller: Mapping[str, Any] = field(default_factory=dict)
+    controller: Annotated[
+        Mapping[str, Any],
+        Key("", "tables of a preset to fly where nobody names another; a run's own config.toml has them"),
+    ] = field(default_factory=dict)
 
     @property
     def control_period(self) -> float:

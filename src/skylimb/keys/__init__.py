@@ -13,7 +13,7 @@ logs), and by the reader of TOML files, `skylimb.config`. A check that needs sev
 `check` of the class; it is called after the keys are checked, and raises what `refused` returns.
 """
 
-from skylimb.keys.checks import RefusedError
+from skylimb.keys.checks import RefusedError, choice_problem
 from skylimb.keys.configuration import configuration, is_configuration, refused
 from skylimb.keys.key import Key
 from skylimb.keys.listing import REQUIRED, KeyInfo, described, keys_of, units_of
@@ -23,6 +23,7 @@ __all__ = [
     "Key",
     "KeyInfo",
     "RefusedError",
+    "choice_problem",
     "configuration",
     "described",
     "is_configuration",

@@ -13,16 +13,24 @@ from skylimb.keys.key import Key
 
 @functools.cache
 def fields_of(cls: type) -> dict[str, tuple[Any, Key | None]]:
-    """Type and `Key` of every field that a dataclass is built from; None where a field has no key."""
+    """Type and `Key` of every field that a dataclass is built from; None where a field has no key.
+
+    A field that an heir declares again without a key, to give it another default, keeps its ancestor's key.
+    """
     hints = typing.get_type_hints(cls, include_extras=True)
-    found = {}
+    ancestors = [fields_of(base) for base in cls.__mro__[1:] if dataclasses.is_dataclass(base)]
+    found: dict[str, tuple[Any, Key | None]] = {}
     for field in dataclasses.fields(cls):  # type: ignore[arg-type]
         if not field.init:
             continue
-        kind, key = hints[field.name], None
+        kind: Any = hints[field.name]
+        key: Key | None = None
         if typing.get_origin(kind) is typing.Annotated:
             kind, *notes = typing.get_args(kind)
             key = next((note for note in notes if isinstance(note, Key)), None)
+        else:
+            inherited = (fields[field.name][1] for fields in ancestors if field.name in fields)
+            key = next(filter(None, inherited), None)
         found[field.name] = (kind, key)
     return found
 

@@ -41,13 +41,15 @@ class Key:
     def range(self) -> str:
         """The range in words without its unit, for example "0 .. 0.6" or "above 0, at most 5"."""
         low, high = self._ends()
-        if low == -math.inf and high == math.inf:
-            return "any number"
-        if self.above is None and self.below is None and not math.isinf(low) and not math.isinf(high):
+        closed = self.above is None and self.below is None
+        if closed and not math.isinf(low) and not math.isinf(high):
             return f"{shown(low)} .. {shown(high)}"
-        first = "" if low == -math.inf else f"{'at least' if self.above is None else 'above'} {shown(low)}"
-        last = "" if high == math.inf else f"{'at most' if self.below is None else 'below'} {shown(high)}"
-        return ", ".join(filter(None, (first, last)))
+        ends = []
+        if self.above is not None or low > -math.inf:
+            ends.append(f"{'at least' if self.above is None else 'above'} {shown(low)}")
+        if self.below is not None or high < math.inf:
+            ends.append(f"{'at most' if self.below is None else 'below'} {shown(high)}")
+        return ", ".join(ends) or "any number"
 
     def allows(self, value: Any) -> bool:
         """Whether the number `value` is in the range."""

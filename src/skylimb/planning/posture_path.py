@@ -2,34 +2,34 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
-from skylimb.config import require_non_negative, require_positive
 from skylimb.errors import ConfigError, UnreachableError
+from skylimb.keys import Key, configuration
 from skylimb.robots.model import Robot
 
 _PEAK = 1.875  # greatest speed of a quintic over its mean speed
 
 
-@dataclass(frozen=True)
+@configuration
 class PostureConfig:
-    """Postures to go through while the robot holds or follows its path.
+    """Postures to go through while the robot holds or follows its path."""
 
-    Attributes:
-        waypoints: joint angles of each posture, rad; empty keeps the nominal posture.
-        speed: greatest joint speed on the way, rad/s.
-        hold: time at each posture, s.
-    """
-
-    waypoints: tuple[tuple[float, ...], ...] = ()
-    speed: float = 0.4
-    hold: float = 2.0
-
-    def __post_init__(self) -> None:
-        require_positive("posture", "speed", self.speed, "rad/s")
-        require_non_negative("posture", "hold", self.hold, "s")
+    waypoints: Annotated[
+        tuple[tuple[float, ...], ...],
+        Key(
+            "rad",
+            "joint angles of each posture; empty keeps the nominal posture",
+            low=-2.0 * math.pi,
+            high=2.0 * math.pi,
+        ),
+    ] = ()
+    speed: Annotated[float, Key("rad/s", "greatest joint speed on the way", above=0.0, high=20.0)] = 0.4
+    hold: Annotated[float, Key("s", "time at each posture", low=0.0, high=3600.0)] = 2.0
 
 
 @dataclass(frozen=True)

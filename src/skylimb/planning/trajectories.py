@@ -14,12 +14,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 
-from skylimb.config import require_choice, require_non_negative, require_range
 from skylimb.errors import ConfigError
+from skylimb.keys import Key, configuration, refused
 from skylimb.planning.drawing import LARGEST, Strokes, fitted, nearest_first
 from skylimb.planning.drawing_sources import svg_strokes, text_strokes
 from skylimb.planning.pen_motion import pen_motion
@@ -28,77 +28,123 @@ from skylimb.planning.smooth_step import STEEPEST, smooth_step
 Samples = tuple[np.ndarray, np.ndarray, np.ndarray]
 """Position (k, 2) in m, velocity in m/s, acceleration in m/s^2."""
 
+TURN = 2.0 * math.pi
 
-@dataclass(frozen=True)
+
+@configuration
 class TrajectoryConfig:
-    """Which path, how large and how fast; each shape reads the fields that it names here.
+    """Which path, how large and how fast; a key that begins with names of shapes counts for those only."""
 
-    Attributes:
-        shape: "hold" (rest in the middle), "circle" and "lemniscate" (figure eight), "line", "lawnmower"
-            (parallel strokes that fill an area), "waypoints", "drawing" (an SVG file, or words).
-        radius: circle and lemniscate: half the width, m.
-        period: circle and lemniscate: time of one lap, s.
-        direction: +1 turns from u toward v (or flies the shape in the order given), -1 the other way.
-        start_angle: circle and lemniscate: phase at the start, rad; -pi/2 is the bottom of the circle and the
-            left end of the lemniscate.
-        laps: circle and lemniscate: how many.
-        ramp: circle and lemniscate: time to get up to speed, and as long to stop, s; 0 starts at full speed.
-        length: line and lawnmower: length of a stroke, m.
-        spacing: lawnmower: distance between strokes, m.
-        strokes: lawnmower: how many.
-        angle: line and lawnmower: direction of the strokes from u toward v, rad.
-        waypoints: waypoints: (u, v) of each, m; corners are rounded, the first and the last are met exactly.
-        file: drawing: an SVG file.
-        text: drawing: words, in place of a file.
-        font: drawing: of the words; one of the Hershey fonts, "futural", "rowmans" and "scripts" have single
-            strokes.
-        width: drawing: of the box that it fills, its proportions kept, m; 0 for no limit.
-        height: drawing: of that box, m; 0 for no limit.
-        order: drawing: of its strokes, "given", or "nearest" for short ways between them.
-        lift_time: drawing: time to lift the pen from the surface, and as long to put it back, s.
-        speed: line, lawnmower, waypoints and drawing: along the straight parts, m/s.
-        acceleration: line, lawnmower, waypoints and drawing: largest, at ends and corners, m/s^2; more of it
-            makes the corners of waypoints sharper, and a drawing faster.
-        duration: hold: how long, s.
-        feedforward: what the controller is told besides positions: "none", "velocity", or "full"
-            (velocity and acceleration). The paper's y errors appear only with "none": p_ref' = 0 in e_v.
-    """
+    shape: Annotated[
+        Literal["hold", "line", "circle", "lemniscate", "lawnmower", "waypoints", "drawing"],
+        Key(
+            "",
+            "path: hold rests in the middle, lemniscate is a figure eight, lawnmower draws parallel strokes, "
+            "drawing an SVG file or words",
+        ),
+    ] = "circle"
+    radius: Annotated[float, Key("m", "circle, lemniscate: half the width", low=0.01, high=5.0)] = 0.30
+    period: Annotated[float, Key("s", "circle, lemniscate: time of one lap", low=1.0, high=3600.0)] = 14.0
+    direction: Annotated[
+        Literal[1, -1], Key("", "1 turns from u toward v, or flies in the order given; -1 the other way")
+    ] = 1
+    start_angle: Annotated[
+        float,
+        Key(
+            "rad",
+            "circle, lemniscate: phase at the start; -pi/2 is the bottom of the circle and the left end of "
+            "the lemniscate",
+            low=-TURN,
+            high=TURN,
+        ),
+    ] = -math.pi / 2
+    laps: Annotated[float, Key("", "circle, lemniscate: how many", low=0.01, high=1000.0)] = 1.0
+    ramp: Annotated[
+        float,
+        Key(
+            "s",
+            "circle, lemniscate: time to get up to speed, and as long to stop; 0 starts at full speed",
+            low=0.0,
+            high=3600.0,
+        ),
+    ] = 0.0
+    length: Annotated[float, Key("m", "line, lawnmower: length of a stroke", low=0.01, high=10.0)] = 0.60
+    spacing: Annotated[float, Key("m", "lawnmower: distance between strokes", low=0.005, high=5.0)] = 0.10
+    strokes: Annotated[int, Key("", "lawnmower: how many strokes", low=1, high=1000)] = 4
+    angle: Annotated[
+        float, Key("rad", "line, lawnmower: direction of the strokes, from u toward v", low=-TURN, high=TURN)
+    ] = 0.0
+    waypoints: Annotated[
+        tuple[tuple[float, float], ...],
+        Key(
+            "m",
+            "waypoints: (u, v) of each; corners are rounded, the first and the last are met exactly",
+            low=-10.0,
+            high=10.0,
+        ),
+    ] = ()
+    file: Annotated[str, Key("", "drawing: an SVG file")] = ""
+    text: Annotated[str, Key("", "drawing: words, in place of a file")] = ""
+    font: Annotated[
+        str,
+        Key("", "drawing: Hershey font of the words; futural, rowmans and scripts have single strokes"),
+    ] = "futural"
+    width: Annotated[
+        float,
+        Key(
+            "m",
+            "drawing: width of the box that it fills, its proportions kept; 0 for no limit",
+            low=0.0,
+            high=LARGEST,
+        ),
+    ] = 0.60
+    height: Annotated[
+        float, Key("m", "drawing: height of that box; 0 for no limit", low=0.0, high=LARGEST)
+    ] = 0.0
+    order: Annotated[
+        Literal["given", "nearest"],
+        Key("", "drawing: order of its strokes; nearest makes the ways between them short"),
+    ] = "given"
+    lift_time: Annotated[
+        float,
+        Key(
+            "s",
+            "drawing: time to lift the pen from the surface, and as long to put it back",
+            low=0.1,
+            high=60.0,
+        ),
+    ] = 2.0
+    speed: Annotated[
+        float,
+        Key(
+            "m/s",
+            "line, lawnmower, waypoints, drawing: along the straight parts",
+            low=0.001,
+            high=5.0,
+        ),
+    ] = 0.10
+    acceleration: Annotated[
+        float,
+        Key(
+            "m/s^2",
+            "line, lawnmower, waypoints, drawing: largest, at ends and corners; more of it makes the corners "
+            "of waypoints sharper, and a drawing faster",
+            low=0.001,
+            high=20.0,
+        ),
+    ] = 0.30
+    duration: Annotated[float, Key("s", "hold: how long", low=0.0, high=36000.0)] = 10.0
+    feedforward: Annotated[
+        Literal["none", "velocity", "full"],
+        Key(
+            "",
+            "what the controller gets besides positions; full is velocity and acceleration, the paper's y "
+            "errors appear only with none",
+        ),
+    ] = "none"
 
-    shape: Literal["hold", "line", "circle", "lemniscate", "lawnmower", "waypoints", "drawing"] = "circle"
-    radius: float = 0.30
-    period: float = 14.0
-    direction: int = 1
-    start_angle: float = -math.pi / 2
-    laps: float = 1.0
-    ramp: float = 0.0
-    length: float = 0.60
-    spacing: float = 0.10
-    strokes: int = 4
-    angle: float = 0.0
-    waypoints: tuple[tuple[float, float], ...] = ()
-    file: str = ""
-    text: str = ""
-    font: str = "futural"
-    width: float = 0.60
-    height: float = 0.0
-    order: Literal["given", "nearest"] = "given"
-    lift_time: float = 2.0
-    speed: float = 0.10
-    acceleration: float = 0.30
-    duration: float = 10.0
-    feedforward: Literal["none", "velocity", "full"] = "none"
-
-    def __post_init__(self) -> None:
-        require_choice("trajectory", "shape", self.shape, tuple(_SHAPES))
-        require_choice("trajectory", "feedforward", self.feedforward, ("none", "velocity", "full"))
-        require_choice("trajectory", "direction", self.direction, (1, -1))
-        require_choice("trajectory", "order", self.order, ("given", "nearest"))
-        for name, low, high, unit in _RANGES:
-            require_range("trajectory", name, getattr(self, name), low, high, unit)
-        require_non_negative("trajectory", "ramp", self.ramp, "s")
-        for u, v in self.waypoints:
-            require_range("trajectory", "waypoints", u, -10.0, 10.0, "m")
-            require_range("trajectory", "waypoints", v, -10.0, 10.0, "m")
+    def check(self) -> None:
+        """Refuse keys that do not go together."""
         if self.shape == "waypoints":
             if len(self.waypoints) < 2:
                 raise ConfigError(
@@ -117,29 +163,7 @@ class TrajectoryConfig:
             raise ConfigError("a drawing needs trajectory.width or trajectory.height, in m")
         laps_time = self.laps * self.period
         if self.ramp > laps_time:
-            raise ConfigError(
-                f"trajectory.ramp = {self.ramp:g} s is longer than the laps take, {laps_time:g} s"
-            )
-        if self.strokes != int(self.strokes):
-            raise ConfigError(f"trajectory.strokes = {self.strokes:g} must be a whole number")
-
-
-_RANGES = (
-    ("radius", 0.01, 5.0, "m"),
-    ("period", 1.0, 3600.0, "s"),
-    ("start_angle", -2.0 * math.pi, 2.0 * math.pi, "rad"),
-    ("laps", 0.01, 1000.0, ""),
-    ("length", 0.01, 10.0, "m"),
-    ("spacing", 0.005, 5.0, "m"),
-    ("strokes", 1, 1000, ""),
-    ("angle", -2.0 * math.pi, 2.0 * math.pi, "rad"),
-    ("width", 0.0, LARGEST, "m"),
-    ("height", 0.0, LARGEST, "m"),
-    ("lift_time", 0.1, 60.0, "s"),
-    ("speed", 0.001, 5.0, "m/s"),
-    ("acceleration", 0.001, 20.0, "m/s^2"),
-    ("duration", 0.0, 36000.0, "s"),
-)
+            raise refused(self, "ramp", f"is longer than the laps take, {laps_time:g} s")
 
 
 @dataclass(frozen=True)
@@ -268,7 +292,8 @@ def drawing_strokes(config: TrajectoryConfig) -> Strokes:
     Raises:
         ConfigError: where the configuration describes no drawing, or the drawing cannot be had.
     """
-    require_choice("trajectory", "shape", config.shape, ("drawing",))
+    if config.shape != "drawing":
+        raise refused(config, "shape", "is no drawing")
     source = svg_strokes(config.file) if config.file else text_strokes(config.text, config.font)
     strokes = fitted(source, config.width, config.height)
     if config.order == "nearest":

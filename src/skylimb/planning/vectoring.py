@@ -11,8 +11,8 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from skylimb.config import require_choice
-from skylimb.errors import UnreachableError
+from skylimb.errors import ConfigError, UnreachableError
+from skylimb.keys import choice_problem
 from skylimb.planning import vectoring_files
 from skylimb.planning.control_torque import guaranteed_control_torque
 from skylimb.planning.vectoring_criteria import CONTACT, TORQUE, VectoringCriteria
@@ -127,7 +127,9 @@ def vectoring_table(robot: Robot, purpose: str = "torque", *, cache: bool = True
 
 
 def _criteria(robot: Robot, purpose: str) -> VectoringCriteria:
-    require_choice("", "purpose", purpose, list(PURPOSES))
+    problem = choice_problem(purpose, tuple(PURPOSES))
+    if problem is not None:
+        raise ConfigError(f"purpose = {purpose!r} {problem}")
     criteria, tip = PURPOSES[purpose], robot.description.tip
     if criteria.about_contact and tip.stem is not None:
         along = tip.position - tip.stem

@@ -3,61 +3,79 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from typing import Annotated
 
-from skylimb.config import require_non_negative, require_positive, require_range
-from skylimb.errors import ConfigError
+from skylimb.keys import Key, configuration
 from skylimb.planning.posture import posture_family
 from skylimb.robots import Robot
 
 
-@dataclass(frozen=True)
+@configuration
 class VectoringCriteria:
     """What the search for psi(theta) keeps while it maximises the guaranteed control torque.
 
     All of it holds at the nodes of the search, and between them to a per cent or so.
-
-    Attributes:
-        purpose: short name, in the name of the file.
-        degree: of each joint's polynomial, at least 3.
-        smoothing: guaranteed torque given up for a smoother path, N m per (rad/rad)^2.
-        slope: greatest |dpsi/dtheta|, rad/rad.
-        tilt: greatest hover tilt, rad: in roll and in pitch, where the tip counts in both together.
-        thrust_margin: share of each rotor's range of thrusts that hover keeps from both of its ends.
-        leak: greatest |X_xy| and |X_xz| of `tip_force_map`, what a push across the surface adds to the
-            pressing force; inf where it does not count.
-        sideways: least X_yy of `tip_force_map`; -inf where it does not count.
-        effort: greatest `lateral_effort`, rad/N; inf where it does not count. It makes the search ten times
-            as long.
-        reachable: search the postures within the joint limits, not all that are described.
-
-    Raises:
-        ConfigError: a value that makes no sense.
     """
 
-    purpose: str
-    degree: int = 7
-    smoothing: float = 0.03
-    slope: float = 1.95
-    tilt: float = 5e-4
-    thrust_margin: float = 0.0
-    leak: float = math.inf
-    sideways: float = -math.inf
-    effort: float = math.inf
-    reachable: bool = False
-
-    def __post_init__(self) -> None:
-        owner = "vectoring criteria"
-        require_range(owner, "degree", self.degree, 3, 15)
-        require_non_negative(owner, "smoothing", self.smoothing, "N m")
-        require_positive(owner, "slope", self.slope, "rad/rad")
-        require_range(owner, "tilt", self.tilt, 1e-6, 0.5, "rad")
-        require_range(owner, "thrust_margin", self.thrust_margin, 0.0, 0.45)
-        for name in ("leak", "effort"):
-            if not getattr(self, name) > 0.0:
-                raise ConfigError(f"{owner}.{name} = {getattr(self, name)} must be positive, or inf for none")
-        if not self.sideways < math.inf:
-            raise ConfigError(f"{owner}.sideways = {self.sideways} must be a number, or -inf for none")
+    purpose: Annotated[str, Key("", "short name, in the name of the file")]
+    degree: Annotated[int, Key("", "of each joint's polynomial", low=3, high=15)] = 7
+    smoothing: Annotated[
+        float,
+        Key("N m", "guaranteed torque given up for a path smoother by 1 (rad/rad)^2", low=0.0, high=100.0),
+    ] = 0.03
+    slope: Annotated[float, Key("rad/rad", "greatest |dpsi/dtheta|", above=0.0, high=100.0)] = 1.95
+    tilt: Annotated[
+        float,
+        Key(
+            "rad",
+            "greatest hover tilt, in roll and in pitch; where the tip counts, in both together",
+            low=1e-6,
+            high=0.5,
+        ),
+    ] = 5e-4
+    thrust_margin: Annotated[
+        float,
+        Key(
+            "",
+            "share of each rotor's range of thrusts that hover keeps from both of its ends",
+            low=0.0,
+            high=0.45,
+        ),
+    ] = 0.0
+    leak: Annotated[
+        float,
+        Key(
+            "",
+            "greatest |X_xy| and |X_xz| of `tip_force_map`, what a push across the surface adds to the "
+            "pressing force; inf where it does not count",
+            above=0.0,
+            high=math.inf,
+            finite=False,
+        ),
+    ] = math.inf
+    sideways: Annotated[
+        float,
+        Key(
+            "",
+            "least X_yy of `tip_force_map`; -inf where it does not count",
+            low=-math.inf,
+            below=math.inf,
+            finite=False,
+        ),
+    ] = -math.inf
+    effort: Annotated[
+        float,
+        Key(
+            "rad/N",
+            "greatest `lateral_effort`; inf where it does not count. It makes the search ten times as long",
+            above=0.0,
+            high=math.inf,
+            finite=False,
+        ),
+    ] = math.inf
+    reachable: Annotated[
+        bool, Key("", "whether to search the postures within the joint limits, not all that are described")
+    ] = False
 
     @property
     def about_contact(self) -> bool:

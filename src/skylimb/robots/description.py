@@ -7,9 +7,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
+
+from skylimb.keys import Key, configuration
 
 
 def _zeros() -> np.ndarray:
@@ -104,21 +106,14 @@ class Joint(_Fixed):
     friction: float
 
 
-@dataclass(frozen=True)
+@configuration
 class Servo:
-    """A position servo: torque = stiffness * error - damping * speed, within limits.
+    """A position servo: torque = stiffness * error - damping * speed, within limits."""
 
-    Attributes:
-        stiffness: N m/rad.
-        damping: N m s/rad.
-        torque_limit: N m.
-        speed_limit: of the set point it follows, rad/s.
-    """
-
-    stiffness: float
-    damping: float
-    torque_limit: float
-    speed_limit: float
+    stiffness: Annotated[float, Key("N m/rad", "torque per error", above=0.0, high=1e6)]
+    damping: Annotated[float, Key("N m s/rad", "torque per speed", low=0.0, high=1e5)]
+    torque_limit: Annotated[float, Key("N m", "greatest torque", above=0.0, high=1e5)]
+    speed_limit: Annotated[float, Key("rad/s", "speed of the set point it follows", above=0.0, high=1e3)]
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,88 +2,112 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import math
+from dataclasses import field
+from typing import Annotated, Literal
 
+from skylimb.keys import Key, configuration, refused
 from skylimb.robots.description import Servo
 
+_TURN = 2.0 * math.pi
+_Place = tuple[float, float, float]
 
-@dataclass(frozen=True)
+
+@configuration
 class ShapeSection:
-    """`[shape]`: the joints that bend the chain, in the order of q, and their servo."""
+    """The joints that bend the chain, and their servo."""
 
-    joints: tuple[str, ...]
+    joints: Annotated[tuple[str, ...], Key("", "names, in the order of the joint angles q")]
     servo: Servo
 
 
-@dataclass(frozen=True)
+@configuration
 class VectoringSection:
-    """`[vectoring]`: joints that turn the rotors, in the order of psi, their servo, a start guess (rad)."""
+    """The joints that turn the rotors, and their servo."""
 
-    joints: tuple[str, ...]
+    joints: Annotated[tuple[str, ...], Key("", "names, in the order of the vectoring angles psi")]
     servo: Servo
-    start: tuple[float, ...]
+    start: Annotated[
+        tuple[float, ...],
+        Key("rad", "where the search for good vectoring angles begins", low=-2.0 * _TURN, high=2.0 * _TURN),
+    ]
 
 
-@dataclass(frozen=True)
+@configuration
 class RotorSection:
-    """`[[rotors]]`: one rotor; `xyz` (m) and `rpy` (rad) place {F_i} on `link`; zero when that is {F_i}."""
+    """One rotor; the thrust acts along z of its frame {F_i}."""
 
-    link: str
-    spin: int
-    drag_torque_coefficient: float
-    thrust_min: float
-    thrust_max: float
-    lag: float
-    xyz: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    rpy: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    name: str | None = None
+    link: Annotated[str, Key("", "link that {F_i} is fixed to")]
+    spin: Annotated[Literal[1, -1], Key("", "1 where it turns about +z, -1 about -z")]
+    drag_torque_coefficient: Annotated[
+        float, Key("m", "drag torque per thrust, without sign: that follows from spin", low=0.0, high=1.0)
+    ]
+    thrust_min: Annotated[float, Key("N", "least thrust, below thrust_max", low=0.0, high=1e4)]
+    thrust_max: Annotated[float, Key("N", "greatest thrust", above=0.0, high=1e4)]
+    lag: Annotated[float, Key("s", "time constant of the thrust", above=0.0, high=10.0)]
+    xyz: Annotated[_Place, Key("m", "origin of {F_i} in the link's frame", low=-10.0, high=10.0)] = (
+        0.0,
+        0.0,
+        0.0,
+    )
+    rpy: Annotated[
+        _Place, Key("rad", "roll, pitch and yaw of {F_i} in the link's frame", low=-_TURN, high=_TURN)
+    ] = (0.0, 0.0, 0.0)
+    name: Annotated[str | None, Key("", "short name; rotor1, rotor2 ... where there is none")] = None
+
+    def check(self) -> None:
+        """Refuse thrust limits that leave no range."""
+        if not self.thrust_min < self.thrust_max:
+            raise refused(self, "thrust_min", f"must be below thrust_max = {self.thrust_max:g} N")
 
 
-@dataclass(frozen=True)
+@configuration
 class TipSection:
-    """`[tip]`: centre (m, in the link's frame) and radius (m) of the ball that touches.
+    """The ball that touches, and the stick that carries it; the stick is drawn, and weighs nothing."""
 
-    `stem` (m, same frame) is where a stick that carries it begins; it is drawn, and weighs nothing.
-    """
+    link: Annotated[str, Key("", "link that carries it")]
+    position: Annotated[_Place, Key("m", "centre of the ball in the link's frame", low=-10.0, high=10.0)]
+    radius: Annotated[float, Key("m", "radius of the ball", above=0.0, high=1.0)]
+    stem: Annotated[
+        _Place | None, Key("m", "where the stick begins, in the link's frame", low=-10.0, high=10.0)
+    ] = None
 
-    link: str
-    position: tuple[float, float, float]
-    radius: float
-    stem: tuple[float, float, float] | None = None
 
-
-@dataclass(frozen=True)
+@configuration
 class PostureSection:
-    """`[posture]`: q = offset + slope * theta for theta_min <= theta <= theta_max (eq:joint angles), rad."""
+    """Postures with one parameter, the shape angle: q = offset + slope theta (eq:joint angles)."""
 
-    offset: tuple[float, ...]
-    slope: tuple[float, ...]
-    theta_min: float
-    theta_max: float
-    theta_nominal: float
+    offset: Annotated[tuple[float, ...], Key("rad", "q at theta = 0", low=-_TURN, high=_TURN)]
+    slope: Annotated[tuple[float, ...], Key("rad/rad", "dq/dtheta", low=-100.0, high=100.0)]
+    theta_min: Annotated[float, Key("rad", "smallest theta", low=-_TURN, high=_TURN)]
+    theta_max: Annotated[float, Key("rad", "largest theta", low=-_TURN, high=_TURN)]
+    theta_nominal: Annotated[float, Key("rad", "theta that it flies with", low=-_TURN, high=_TURN)]
+
+    def check(self) -> None:
+        """Refuse a nominal posture outside of the range, and an empty range."""
+        low, high = self.theta_min, self.theta_max
+        if not low < high:
+            raise refused(self, "theta_min", f"must be below theta_max = {high:g} rad")
+        if not low <= self.theta_nominal <= high:
+            raise refused(
+                self, "theta_nominal", f"is outside of theta_min = {low:g} .. theta_max = {high:g} rad"
+            )
 
 
-@dataclass(frozen=True)
+@configuration
 class FlightFile:
-    """A whole flight TOML.
+    """A whole flight TOML."""
 
-    Attributes:
-        name: short name of the robot.
-        urdf: file name of the URDF, beside the TOML.
-        measured_link: the link whose pose and twist are measured.
-        rotors: in the order of the thrust vector.
-        summary: one line for people.
-        root_link: when the URDF has massless links above the first real one (ROS does that), the name of the
-            real one.
-    """
-
-    name: str
-    urdf: str
-    measured_link: str
+    name: Annotated[str, Key("", "short name of the robot")]
+    urdf: Annotated[str, Key("", "file name of the URDF, beside the TOML")]
+    measured_link: Annotated[str, Key("", "the link whose pose and twist are measured")]
     shape: ShapeSection
     vectoring: VectoringSection
     tip: TipSection
     posture: PostureSection
     rotors: tuple[RotorSection, ...] = field(default_factory=tuple)
-    summary: str = ""
-    root_link: str | None = None
+    summary: Annotated[str, Key("", "one line for people")] = ""
+    root_link: Annotated[
+        str | None,
+        Key("", "where the URDF has massless links above the first real one, the name of the real one"),
+    ] = None

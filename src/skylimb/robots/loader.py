@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import hashlib
-import math
 from collections.abc import Iterable, Sequence
 from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 
-from skylimb.config import from_mapping, read_toml, require_range
+from skylimb.config import from_mapping, read_toml
 from skylimb.errors import ConfigError, DescriptionError, nearest, unknown_name
 from skylimb.robots.description import PostureFamily, RobotDescription, Rotor, Tip
 from skylimb.robots.flight import FlightFile, RotorSection
@@ -151,8 +150,6 @@ def _require_known(key: str, names: Iterable[str], known: Sequence[str]) -> None
 
 
 def _rotor(section: RotorSection, index: int) -> Rotor:
-    for angle in section.rpy:
-        require_range(f"rotors.{index}", "rpy", angle, -2.0 * math.pi, 2.0 * math.pi, "rad")
     return Rotor(
         name=section.name or f"rotor{index + 1}",
         link=section.link,

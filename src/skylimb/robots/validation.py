@@ -1,4 +1,7 @@
-"""Refuse descriptions of what cannot exist, naming the thing, its value and what was allowed."""
+"""Refuse descriptions of what cannot exist, naming the thing, its value and what was allowed.
+
+The ranges of the flight TOML's own keys stand with the keys, in `skylimb.robots.flight`.
+"""
 
 from __future__ import annotations
 
@@ -9,18 +12,15 @@ from collections.abc import Sequence
 import numpy as np
 
 from skylimb.errors import DescriptionError
-from skylimb.robots.description import Inertial, Joint, RobotDescription, Rotor, Servo
+from skylimb.robots.description import Inertial, Joint, RobotDescription
 from skylimb.robots.model import GRAVITY
 
 _GYRATION_MAX = 3.0
 """Greatest believable radius of gyration of one link, m."""
 
-_DRAG_MAX = 1.0
-"""Greatest believable drag torque per thrust, m."""
-
 
 def check_description(description: RobotDescription) -> None:
-    """Check every link, joint, rotor and number on its own.
+    """Check every link and joint on its own, and that names and numbers of entries fit together.
 
     Raises:
         DescriptionError: the first thing that no physical robot can have.
@@ -35,12 +35,7 @@ def check_description(description: RobotDescription) -> None:
             f"'{description.name}' has {len(description.rotors)} rotors; thrust and three torques need at "
             "least 4"
         )
-    for rotor in description.rotors:
-        _check_rotor(rotor)
     _check_unique("rotor", [rotor.name for rotor in description.rotors])
-    _check_servo("shape.servo", description.shape_servo)
-    _check_servo("vectoring.servo", description.vectoring_servo)
-    _positive("tip.radius", description.tip.radius, "m")
     _check_root(description)
     _check_weight(description)
     _check_posture(description)
@@ -133,38 +128,6 @@ def _check_unique(kind: str, names: Sequence[str]) -> None:
             raise DescriptionError(f"{kind} '{name}' is named {count} times")
 
 
-def _positive(name: str, value: float, unit: str) -> None:
-    if not (math.isfinite(value) and value > 0.0):
-        raise DescriptionError(f"{name} is {value:g} {unit}; it must be positive and finite")
-
-
-def _check_rotor(rotor: Rotor) -> None:
-    if rotor.spin not in (1, -1):
-        raise DescriptionError(f"spin of {rotor.name} is {rotor.spin}; it is 1 (about +z) or -1")
-    _positive(f"thrust_max of {rotor.name}", rotor.thrust_max, "N")
-    _positive(f"lag of {rotor.name}", rotor.lag, "s")
-    if not 0.0 <= rotor.thrust_min < rotor.thrust_max:
-        raise DescriptionError(
-            f"thrust_min of {rotor.name} is {rotor.thrust_min:g} N; allowed is 0 up to thrust_max = "
-            f"{rotor.thrust_max:g} N"
-        )
-    drag = -rotor.spin * rotor.drag_torque_coefficient
-    if not 0.0 <= drag <= _DRAG_MAX:
-        raise DescriptionError(
-            f"drag_torque_coefficient of {rotor.name} is {drag:g} m; give its size, 0 .. {_DRAG_MAX:g} m: "
-            "the sign follows "
-            "from spin"
-        )
-
-
-def _check_servo(name: str, servo: Servo) -> None:
-    _positive(f"{name}.stiffness", servo.stiffness, "N m/rad")
-    _positive(f"{name}.torque_limit", servo.torque_limit, "N m")
-    _positive(f"{name}.speed_limit", servo.speed_limit, "rad/s")
-    if not (math.isfinite(servo.damping) and servo.damping >= 0.0):
-        raise DescriptionError(f"{name}.damping is {servo.damping:g} N m s/rad; it must not be negative")
-
-
 def _check_root(description: RobotDescription) -> None:
     """A massless root that the robot is bolted to means a robot bolted to the ground."""
     root = description.link(description.root)
@@ -204,19 +167,6 @@ def _check_weight(description: RobotDescription) -> None:
 
 def _check_posture(description: RobotDescription) -> None:
     posture = description.posture
-    for key in ("theta_min", "theta_max", "theta_nominal"):
-        value = getattr(posture, key)
-        if not math.isfinite(value) or abs(value) > 2.0 * math.pi:
-            raise DescriptionError(f"posture.{key} is {value:g} rad, more than a turn; is it degrees?")
-    if (
-        not posture.theta_min <= posture.theta_nominal <= posture.theta_max
-        or posture.theta_min >= posture.theta_max
-    ):
-        raise DescriptionError(
-            f"posture.theta_nominal is {posture.theta_nominal:g} rad; allowed is theta_min = "
-            f"{posture.theta_min:g} .. "
-            f"theta_max = {posture.theta_max:g} rad"
-        )
     nominal = posture.offset + posture.slope * posture.theta_nominal
     for name, angle in zip(description.shape_joints, nominal, strict=True):
         joint = description.joint(name)

@@ -17,56 +17,71 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import mujoco
 import numpy as np
 
-from skylimb.config import require_non_negative, require_positive, require_range
 from skylimb.errors import ConfigError, unknown_name
+from skylimb.keys import Key, configuration
 from skylimb.spatial import dot
 from skylimb.symbolic import Array, vector, where
 
 PAIR_NAME = "tip_surface"
 SENSOR_NAME = "tip_surface_force"
 _IMPEDANCE = 1e-4  # the smallest that the engine keeps (mjMINIMP)
-_STIFFNESS_RANGE = (50.0, 1e6)
 
 
-@dataclass(frozen=True)
+Friction = Annotated[float, Key("", "Coulomb coefficient mu", low=0.0, high=10.0)]
+Stiffness = Annotated[float, Key("N/m", "normal stiffness k", low=50.0, high=1e6)]
+DampingRatio = Annotated[
+    float,
+    Key(
+        "",
+        "damping ratio zeta of the normal direction: c = 2 zeta sqrt(k m), m the tip's effective mass",
+        low=0.0,
+        high=10.0,
+    ),
+]
+Damping = Annotated[
+    float | None, Key("N s/m", "normal damping c, in place of damping_ratio", low=0.0, high=1e5)
+]
+Adhesion = Annotated[
+    float, Key("N", "force with which the surface can pull the tip before it lets go", low=0.0, high=1e3)
+]
+
+
+@configuration
 class ContactParameters:
     """How the tip and a surface push on each other.
 
-    Attributes:
-        friction: Coulomb coefficient mu, 0 or more.
-        stiffness: normal stiffness k, N/m.
-        damping_ratio: zeta of the normal direction; c = 2 zeta sqrt(k m), m the tip's effective mass.
-        damping: c itself in N s/m, in place of `damping_ratio`.
-        stick_damping: c_t in N s/m; a tip that sticks under a tangential force F_t creeps at F_t / c_t.
-        friction_rate: b_f in 1/s, rate at which slip reaches the cone. Below 200 an
-            oblique bounce gains energy.
-        adhesion: force in N with which the surface can pull before it lets go. It adds to the normal force
-            that friction acts on, but only while the contact is pressed: the engine has no friction under
-            a net pull.
+    Adhesion adds to the normal force that friction acts on, but only while the contact is pressed: the
+    engine has no friction under a net pull.
     """
 
-    friction: float = 0.4
-    stiffness: float = 5000.0
-    damping_ratio: float = 0.3
-    damping: float | None = None
-    stick_damping: float = 8e4
-    friction_rate: float = 200.0
-    adhesion: float = 0.0
-
-    def __post_init__(self) -> None:
-        require_non_negative("surface", "friction", self.friction)
-        require_range("surface", "stiffness", self.stiffness, *_STIFFNESS_RANGE, "N/m")
-        require_range("surface", "damping_ratio", self.damping_ratio, 0.0, 10.0)
-        if self.damping is not None:
-            require_non_negative("surface", "damping", self.damping, "N s/m")
-        require_positive("surface", "stick_damping", self.stick_damping, "N s/m")
-        require_positive("surface", "friction_rate", self.friction_rate, "1/s")
-        require_non_negative("surface", "adhesion", self.adhesion, "N")
+    friction: Friction = 0.4
+    stiffness: Stiffness = 5000.0
+    damping_ratio: DampingRatio = 0.3
+    damping: Damping = None
+    stick_damping: Annotated[
+        float,
+        Key(
+            "N s/m",
+            "damping c_t of a tip that sticks: under a tangential force F_t it creeps at F_t / c_t",
+            above=0.0,
+            high=1e9,
+        ),
+    ] = 8e4
+    friction_rate: Annotated[
+        float,
+        Key(
+            "1/s",
+            "rate b_f at which slip reaches the friction cone; below 200 an oblique bounce gains energy",
+            above=0.0,
+            high=1e6,
+        ),
+    ] = 200.0
+    adhesion: Adhesion = 0.0
 
     def normal_damping(self, effective_mass: float) -> float:
         """Damping c of the normal direction, N s/m, for a tip of this effective mass (kg)."""

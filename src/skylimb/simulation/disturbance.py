@@ -3,37 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import Annotated
 
 import mujoco
 import numpy as np
 
-from skylimb.config import require_non_negative, require_range
+from skylimb.keys import Key, configuration
 
 
-@dataclass(frozen=True)
+@configuration
 class DisturbanceConfig:
-    """The push.
+    """A push on the flying robot."""
 
-    Attributes:
-        force: W, N, through the true centre of gravity.
-        torque: W, N m.
-        start: s.
-        duration: s.
-    """
-
-    force: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    torque: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    start: float = 0.0
-    duration: float = 0.0
-
-    def __post_init__(self) -> None:
-        for entry in self.force:
-            require_range("disturbance", "force", entry, -100.0, 100.0, "N")
-        for entry in self.torque:
-            require_range("disturbance", "torque", entry, -50.0, 50.0, "N m")
-        require_non_negative("disturbance", "start", self.start, "s")
-        require_non_negative("disturbance", "duration", self.duration, "s")
+    force: Annotated[
+        tuple[float, float, float],
+        Key("N", "in W, through the true centre of gravity", low=-100.0, high=100.0),
+    ] = (0.0, 0.0, 0.0)
+    torque: Annotated[tuple[float, float, float], Key("N m", "in W", low=-50.0, high=50.0)] = (0.0, 0.0, 0.0)
+    start: Annotated[float, Key("s", "time since take-off at which it begins", low=0.0, high=1e5)] = 0.0
+    duration: Annotated[float, Key("s", "how long it lasts; 0 for none", low=0.0, high=1e5)] = 0.0
 
 
 def active(config: DisturbanceConfig, times: np.ndarray) -> np.ndarray:

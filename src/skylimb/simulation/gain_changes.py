@@ -6,39 +6,41 @@ change into the flight's own copy of the gains before each tick.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
-from skylimb.config import require_range, with_overrides
+from skylimb.config import with_overrides
 from skylimb.control.cascade import Cascade
 from skylimb.control.controller import Controller
 from skylimb.control.preset import SLOTS
 from skylimb.errors import ConfigError, unknown_name
+from skylimb.keys import Key, configuration
 from skylimb.packing import Layout
 
 
-@dataclass(frozen=True)
+@configuration
 class GainChange:
-    """One change: from what a gain is at the time to a new value, along a straight line.
+    """A gain that changes in flight, along a straight line from what it is at the time to a new value."""
 
-    Attributes:
-        time: at which it begins, since take-off, s.
-        key: of the gain in the preset, for example "translation.force" or "contact.machine.touch_force".
-        value: new; as many numbers as the gain has.
-        blend: how long the change takes, s; 0 for a jump.
-    """
-
-    time: float
-    key: str
-    value: float | tuple[float, ...]
-    blend: float = 0.5
-
-    def __post_init__(self) -> None:
-        require_range("gain_changes", "time", self.time, 0.0, 1e5, "s")
-        require_range("gain_changes", "blend", self.blend, 0.0, 1e4, "s")
+    time: Annotated[float, Key("s", "time since take-off at which the change begins", low=0.0, high=1e5)]
+    key: Annotated[
+        str,
+        Key("", "the gain's key in the preset, for example translation.force or contact.machine.touch_force"),
+    ]
+    value: Annotated[
+        float | tuple[float, ...],
+        Key(
+            "",
+            "the new value, as many numbers as the gain has; in its unit, within its range",
+            low=-math.inf,
+            high=math.inf,
+        ),
+    ]
+    blend: Annotated[float, Key("s", "how long the change takes; 0 for a jump", low=0.0, high=1e4)] = 0.5
 
 
 @dataclass(frozen=True)
@@ -73,13 +75,8 @@ def require_gain_changes(changes: Sequence[GainChange], controller: Controller) 
             raise unknown_name(f"gain of controller {controller.name} in gain_changes", change.key, known)
         part, _, key = change.key.partition(".")
         owner = getattr(controller.preset, part)
-        try:
-            with_overrides(owner.gains if part in SLOTS else owner, {key: change.value})
-        except ConfigError as error:
-            reason = str(error).removeprefix("override: ")
-            raise ConfigError(
-                f"gain_changes: {change.key} of controller {controller.name}: {reason}"
-            ) from None
+        where = f"gain_changes of controller {controller.name}"
+        with_overrides(owner.gains if part in SLOTS else owner, {key: change.value}, where, at=part)
 
 
 def gain_rows(

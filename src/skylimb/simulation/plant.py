@@ -9,13 +9,14 @@ from __future__ import annotations
 import dataclasses
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Annotated
 
 import mujoco
 import numpy as np
 
-from skylimb.config import require_positive, require_range
 from skylimb.control.records import Reference
 from skylimb.errors import ConfigError
+from skylimb.keys import Key, configuration
 from skylimb.robots.description import Inertial, Link, RobotDescription
 from skylimb.robots.model import Robot
 from skylimb.simulation.contact import ContactReading, tune_contact_pair
@@ -26,38 +27,32 @@ from skylimb.spatial import quaternion_from_rotation, rot_z
 _SAG_ITERATIONS = 5
 
 
-@dataclass(frozen=True)
+@configuration
 class PlantConfig:
-    """How the physics is stepped, and how the real robot differs from its description.
+    """How the physics is stepped, and how the real robot differs from its description."""
 
-    Attributes:
-        physics_step: s; a control period must be a whole number of them.
-        thrust_scale: true over commanded thrust, all rotors.
-        rotor_scale: the same for each rotor on its own; empty for ones.
-        rotor_lag: time constant of the thrust, s; negative keeps the description's.
-        mass_scale: true over described mass and inertia, all links.
-        cog_offset: true less described centre of gravity, root link's axes, m.
-        servo_stiffness_scale: true over described stiffness of the shape servos.
-    """
-
-    physics_step: float = 0.001
-    thrust_scale: float = 1.0
-    rotor_scale: tuple[float, ...] = ()
-    rotor_lag: float = -1.0
-    mass_scale: float = 1.0
-    cog_offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    servo_stiffness_scale: float = 1.0
-
-    def __post_init__(self) -> None:
-        require_range("plant", "physics_step", self.physics_step, 1e-5, 0.01, "s")
-        require_range("plant", "thrust_scale", self.thrust_scale, 0.5, 1.5, "")
-        for entry in self.rotor_scale:
-            require_range("plant", "rotor_scale", entry, 0.0, 1.5, "")
-        require_range("plant", "rotor_lag", self.rotor_lag, -1.0, 1.0, "s")
-        require_range("plant", "mass_scale", self.mass_scale, 0.5, 2.0, "")
-        for entry in self.cog_offset:
-            require_range("plant", "cog_offset", entry, -0.2, 0.2, "m")
-        require_positive("plant", "servo_stiffness_scale", self.servo_stiffness_scale, "")
+    physics_step: Annotated[
+        float,
+        Key("s", "time step of the physics; a control period is a whole number of them", low=1e-5, high=0.01),
+    ] = 0.001
+    thrust_scale: Annotated[float, Key("", "true over commanded thrust, all rotors", low=0.5, high=1.5)] = 1.0
+    rotor_scale: Annotated[
+        tuple[float, ...], Key("", "the same for each rotor on its own; empty for ones", low=0.0, high=1.5)
+    ] = ()
+    rotor_lag: Annotated[
+        float,
+        Key("s", "time constant of the thrust; negative keeps the description's", low=-1.0, high=1.0),
+    ] = -1.0
+    mass_scale: Annotated[
+        float, Key("", "true over described mass and inertia, all links", low=0.5, high=2.0)
+    ] = 1.0
+    cog_offset: Annotated[
+        tuple[float, float, float],
+        Key("m", "true less described centre of gravity, root link's axes", low=-0.2, high=0.2),
+    ] = (0.0, 0.0, 0.0)
+    servo_stiffness_scale: Annotated[
+        float, Key("", "true over described stiffness of the shape servos", above=0.0, high=100.0)
+    ] = 1.0
 
 
 def plant_description(description: RobotDescription, config: PlantConfig) -> RobotDescription:

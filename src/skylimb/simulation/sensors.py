@@ -9,57 +9,45 @@ row of noise, the same in every driver.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from skylimb.config import require_positive, require_range
 from skylimb.estimation.records import Measurement
+from skylimb.keys import Key, configuration
 from skylimb.spatial import quaternion_product
 from skylimb.symbolic import Array, clip, vector
 
 
-@dataclass(frozen=True)
+@configuration
 class SensorConfig:
-    """Motion capture of the robot's measured link, and encoders. Noise as standard deviations.
+    """Motion capture of the robot's measured link, and encoders. Noise as standard deviations."""
 
-    Attributes:
-        rate: frames a second of the motion capture, Hz; 0 for one at every control tick.
-        latency: age of a frame when it comes, s.
-        position_noise: m.
-        velocity_noise: m/s.
-        attitude_noise: rad, about each axis.
-        angular_velocity_noise: rad/s.
-        joint_noise: of the shape joints' encoders, rad.
-        vectoring_noise: of the vectoring joints' encoders, rad.
-        attitude_misalignment: constant rotation vector from the true to the measured body axes, rad.
-    """
-
-    rate: float = 100.0
-    latency: float = 0.010
-    position_noise: float = 0.001
-    velocity_noise: float = 0.005
-    attitude_noise: float = 0.001
-    angular_velocity_noise: float = 0.005
-    joint_noise: float = 0.0005
-    vectoring_noise: float = 0.0005
-    attitude_misalignment: tuple[float, float, float] = (0.0, 0.0, 0.0)
-
-    def __post_init__(self) -> None:
-        require_range("sensors", "rate", self.rate, 0.0, 1e4, "Hz")
-        require_range("sensors", "latency", self.latency, 0.0, 0.2, "s")
-        for name, high, unit in (
-            ("position_noise", 0.1, "m"),
-            ("velocity_noise", 1.0, "m/s"),
-            ("attitude_noise", 0.2, "rad"),
-            ("angular_velocity_noise", 1.0, "rad/s"),
-            ("joint_noise", 0.1, "rad"),
-            ("vectoring_noise", 0.1, "rad"),
-        ):
-            require_range("sensors", name, getattr(self, name), 0.0, high, unit)
-        for entry in self.attitude_misalignment:
-            require_range("sensors", "attitude_misalignment", entry, -0.3, 0.3, "rad")
+    rate: Annotated[
+        float,
+        Key(
+            "Hz", "frames a second of the motion capture; 0 for one at every control tick", low=0.0, high=1e4
+        ),
+    ] = 100.0
+    latency: Annotated[float, Key("s", "age of a frame when it comes", low=0.0, high=0.2)] = 0.010
+    position_noise: Annotated[float, Key("m", "noise of the position", low=0.0, high=0.1)] = 0.001
+    velocity_noise: Annotated[float, Key("m/s", "noise of the velocity", low=0.0, high=1.0)] = 0.005
+    attitude_noise: Annotated[
+        float, Key("rad", "noise of the attitude, about each axis", low=0.0, high=0.2)
+    ] = 0.001
+    angular_velocity_noise: Annotated[
+        float, Key("rad/s", "noise of the angular velocity", low=0.0, high=1.0)
+    ] = 0.005
+    joint_noise: Annotated[float, Key("rad", "noise of the shape joints' encoders", low=0.0, high=0.1)] = (
+        0.0005
+    )
+    vectoring_noise: Annotated[
+        float, Key("rad", "noise of the vectoring joints' encoders", low=0.0, high=0.1)
+    ] = 0.0005
+    attitude_misalignment: Annotated[
+        tuple[float, float, float],
+        Key("rad", "constant rotation vector from the true to the measured body axes", low=-0.3, high=0.3),
+    ] = (0.0, 0.0, 0.0)
 
 
 class SensorNoise(NamedTuple):
@@ -91,7 +79,6 @@ def history_depth(config: SensorConfig, dt: float) -> int:
 
 def initial_sensor_state(config: SensorConfig, dt: float, root: np.ndarray) -> SensorState:
     """A robot that has been at rest in this root state, (13,), for as long as the history goes back."""
-    require_positive("sensors", "dt", dt, "s")
     return SensorState((np.asarray(root, dtype=float),) * history_depth(config, dt))
 
 

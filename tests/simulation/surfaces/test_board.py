@@ -80,7 +80,7 @@ def test_tables_select_the_surface_and_survive_a_round_trip():
         ({"friction": -0.2}, ["surface.friction", "-0.2"]),
         ({"stiffness": 10}, ["surface.stiffness", "50"]),
         ({"contact_axis": [1.0, 1.0, 0.0]}, ["surface.contact_axis", "unit vector"]),
-        ({"position": [1000.0, 0.0, 0.0]}, ["surface.position (x)", "1000"]),
+        ({"position": [1000.0, 0.0, 0.0]}, ["surface.position = 1000 m (entry 1 of 3)"]),
         ({"size": [0.0, 1.0]}, ["surface.size"]),
         ({"advance_speed": 0.0}, ["surface.advance_speed"]),
         ({"friction": "high"}, ["friction", "high"]),

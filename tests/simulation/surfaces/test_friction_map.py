@@ -93,14 +93,14 @@ def test_a_sticky_patch_holds_until_its_force_is_exceeded(scene_of):
 @pytest.mark.parametrize(
     ("table", "words"),
     [
-        ({"patches": {"wet": {"friction": -0.1}}}, ["patch.friction", "-0.1"]),
-        ({"patches": {"wet": {"radius": 0.0}}}, ["patch.radius"]),
+        ({"patches": {"wet": {"friction": -0.1}}}, ["surface.friction_map.patches.wet.friction = -0.1 "]),
+        ({"patches": {"wet": {"radius": 0.0}}}, ["surface.friction_map.patches.wet.radius = 0 m"]),
         ({"patches": {"wet": {"centre": [0.0, 0.0]}}}, ["centre", "center"]),
-        ({"table": [[0.1, -0.2]]}, ["-0.2", "row 1, column 2"]),
+        ({"table": [[0.1, -0.2]]}, ["surface.friction_map.table = -0.2 (entry 1 of 1, 2 of 2)"]),
         ({"table": [[0.1], [0.1, 0.2]]}, ["different lengths"]),
         ({"file": "nowhere.npy"}, ["nowhere.npy", "no such file"]),
         ({"table": [[0.1]], "file": "a.png"}, ["not both"]),
-        ({"blend": 0.0}, ["friction_map.blend"]),
+        ({"blend": 0.0}, ["surface.friction_map.blend = 0 m"]),
     ],
 )
 def test_bad_maps_are_named(table, words):

@@ -57,7 +57,7 @@ def rows_with(value):
 @pytest.mark.parametrize(
     ("table", "words"),
     [
-        ({"heights": rows_with(np.nan)}, ["surface.heights", "row 3, column 4", "not finite"]),
+        ({"heights": rows_with(np.nan)}, ["surface.heights = nan (entry 3 of 6, 4 of 6)"]),
         ({"heights": ((0.0,) * 5,) * 3}, ["3 x 5", "4 or more"]),
         ({"heights": ((0.0, 1.0), (0.0,))}, ["different lengths"]),
         ({}, ["surface.file", "surface.heights"]),

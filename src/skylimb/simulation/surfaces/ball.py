@@ -2,31 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
-from skylimb.config import require_range
+from skylimb.keys import Key, configuration
 from skylimb.simulation.surfaces.surface import COLOR, GEOM, Surface
 
 
-@dataclass(frozen=True)
+@configuration
 class Sphere(Surface):
-    """A sphere that bulges toward the robot and touches its flat plane at the origin.
-
-    Attributes:
-        radius: m.
-    """
+    """A sphere that bulges toward the robot and touches its flat plane at the origin."""
 
     kind: Literal["sphere"] = "sphere"
-    radius: float = 1.0
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        require_range("surface", "radius", self.radius, 0.01, 1000.0, "m")
+    radius: Annotated[float, Key("m", "radius", low=0.01, high=1000.0)] = 1.0
 
     def height(self, u: ArrayLike, v: ArrayLike) -> np.ndarray:
         """Distance of the front half from the flat plane, m."""

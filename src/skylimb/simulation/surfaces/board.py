@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Literal
 
 import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
+from skylimb.keys import configuration
 from skylimb.simulation.surfaces.surface import COLOR, GEOM, Surface
 
 _THICKNESS = 0.02  # m, of the board that is looked at
 _HALF_WALL = 25.0  # m, of the box that stands for a plane when the board moves
 
 
-@dataclass(frozen=True)
+@configuration
 class Board(Surface):
     """A flat board, without end for the contact; `size` is what is drawn of it."""
 

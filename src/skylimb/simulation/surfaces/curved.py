@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import abc
 import zlib
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -13,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from skylimb.errors import ConfigError
+from skylimb.keys import configuration
 from skylimb.simulation.surfaces.collision import install_collision
 from skylimb.simulation.surfaces.shape import MARK, Shape
 from skylimb.simulation.surfaces.surface import COLOR, GEOM, Surface
@@ -25,7 +25,7 @@ FAR = 30.0
 _THICKNESS = 0.02  # m, of what is looked at
 
 
-@dataclass(frozen=True)
+@configuration
 class CurvedSurface(Surface, abc.ABC):
     """A surface with a `Shape`."""
 

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
-from skylimb.config import require_range
 from skylimb.errors import ConfigError
+from skylimb.keys import Key, configuration
 from skylimb.simulation.surfaces.curved import FAR, CurvedSurface
 from skylimb.simulation.surfaces.profile import Profile, arc, corner_arc, straight
 from skylimb.simulation.surfaces.surface import COLOR, GEOM
@@ -19,22 +18,20 @@ from skylimb.simulation.surfaces.surface import COLOR, GEOM
 _WIDEST = math.radians(85.0)  # half of the angle that a hollow cylinder may span
 
 
-@dataclass(frozen=True)
+@configuration
 class Cylinder(CurvedSurface):
     """A cylinder along v (`roll` turns it) that touches its flat plane at the origin.
 
-    Attributes:
-        radius: m.
-        concave: hollow, around the robot, instead of bulging toward it. A hollow one spans `size` along u.
+    A hollow one spans `size` along u.
     """
 
     kind: Literal["cylinder"] = "cylinder"
-    radius: float = 1.0
-    concave: bool = False
+    radius: Annotated[float, Key("m", "radius", low=0.01, high=1000.0)] = 1.0
+    concave: Annotated[bool, Key("", "hollow, around the robot, instead of bulging toward it")] = False
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        require_range("surface", "radius", self.radius, 0.01, 1000.0, "m")
+    def check(self) -> None:
+        """Refuse a hollow cylinder that would be wider than its arc."""
+        super().check()
         if self.concave and 0.5 * self.size[0] > self.radius * math.sin(_WIDEST):
             widest = 2.0 * self.radius * math.sin(_WIDEST)
             raise ConfigError(
@@ -86,7 +83,7 @@ class Cylinder(CurvedSurface):
         body.add_geom(size=[self.radius, 0.5 * self.size[1], 0.0], rgba=COLOR, group=1, **common)
 
 
-@dataclass(frozen=True)
+@configuration
 class Pipe(Cylinder):
     """A pipe, touched from outside; along u by default, as pipes lie, with `roll` to turn it."""
 

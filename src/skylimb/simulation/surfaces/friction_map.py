@@ -7,41 +7,30 @@ is: once a control tick is exact to the distance that the tip travels in one.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 
-from skylimb.config import require_non_negative, require_positive
 from skylimb.errors import ConfigError
+from skylimb.keys import Key, configuration
+from skylimb.simulation.contact import Adhesion, Friction
 from skylimb.simulation.surfaces.tables import checked_rows, on_grid, read_values
 
 
-@dataclass(frozen=True)
+@configuration
 class Patch:
-    """A rectangle or a disc with a friction of its own.
+    """A rectangle or a disc with a friction of its own."""
 
-    Attributes:
-        center: (u, v), m.
-        size: of a rectangle along u and v, m.
-        radius: of a disc, m, in place of `size`.
-        friction: Coulomb coefficient inside.
-        adhesion: N with which it can pull the tip.
-    """
-
-    center: tuple[float, float] = (0.0, 0.0)
-    size: tuple[float, float] = (0.1, 0.1)
-    radius: float | None = None
-    friction: float = 0.4
-    adhesion: float = 0.0
-
-    def __post_init__(self) -> None:
-        for extent in self.size:
-            require_positive("patch", "size", extent, "m")
-        if self.radius is not None:
-            require_positive("patch", "radius", self.radius, "m")
-        require_non_negative("patch", "friction", self.friction)
-        require_non_negative("patch", "adhesion", self.adhesion, "N")
+    center: Annotated[tuple[float, float], Key("m", "its middle (u, v)", low=-100.0, high=100.0)] = (0.0, 0.0)
+    size: Annotated[tuple[float, float], Key("m", "of a rectangle, along u and v", above=0.0, high=100.0)] = (
+        0.1,
+        0.1,
+    )
+    radius: Annotated[float | None, Key("m", "of a disc, in place of size", above=0.0, high=100.0)] = None
+    friction: Friction = 0.4
+    adhesion: Adhesion = 0.0
 
     def distance(self, u: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Distance from the patch's border, m; negative inside."""
@@ -52,31 +41,34 @@ class Patch:
         return np.hypot(np.maximum(x, 0.0), np.maximum(y, 0.0)) + np.minimum(np.maximum(x, y), 0.0)
 
 
-@dataclass(frozen=True)
+@configuration
 class FrictionMap:
     """How friction varies over (u, v); where it says nothing, the surface's own friction holds.
 
-    Attributes:
-        patches: by name; later ones lie over earlier ones.
-        blend: width, m, over which a patch's border passes from outside to inside.
-        table: rows of coefficients over the surface's `size`, laid out like a height map (first row on top,
-            first column on the viewer's left), bilinear between them.
-        file: an image or numbers in place of `table`.
-        low: coefficient of the value 0 in `file`.
-        high: coefficient of the value 1 in `file`.
+    Patches have names; later ones lie over earlier ones.
     """
 
     patches: dict[str, Patch] = field(default_factory=dict)
-    blend: float = 0.002
-    table: tuple[tuple[float, ...], ...] = ()
-    file: str = ""
-    low: float = 0.0
-    high: float = 1.0
+    blend: Annotated[
+        float,
+        Key("m", "width over which a patch's border passes from outside to inside", above=0.0, high=10.0),
+    ] = 0.002
+    table: Annotated[
+        tuple[tuple[float, ...], ...],
+        Key(
+            "",
+            "rows of coefficients over the surface's size, bilinear between them; first row on top, first "
+            "column on the viewer's left",
+            low=0.0,
+            high=10.0,
+        ),
+    ] = ()
+    file: Annotated[str, Key("", "an image or numbers, in place of table")] = ""
+    low: Annotated[float, Key("", "coefficient of the value 0 in file", low=0.0, high=10.0)] = 0.0
+    high: Annotated[float, Key("", "coefficient of the value 1 in file", low=0.0, high=10.0)] = 1.0
 
-    def __post_init__(self) -> None:
-        require_positive("friction_map", "blend", self.blend, "m")
-        require_non_negative("friction_map", "low", self.low)
-        require_non_negative("friction_map", "high", self.high)
+    def check(self) -> None:
+        """Refuse coefficients below zero in a file, and two sources at once."""
         if self.table and self.file:
             raise ConfigError("surface.friction_map: give a table or a file, not both")
         values = self.values()

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from scipy import ndimage
 
-from skylimb.config import require_range
 from skylimb.errors import ConfigError
+from skylimb.keys import Key, configuration, refused
 from skylimb.simulation.surfaces.curved import CurvedSurface
 from skylimb.simulation.surfaces.spline import Spline
 from skylimb.simulation.surfaces.tables import checked_rows, on_grid, read_values
@@ -19,33 +18,45 @@ from skylimb.simulation.surfaces.tables import checked_rows, on_grid, read_value
 _MOST_NODES = 400_000
 
 
-@dataclass(frozen=True)
+@configuration
 class HeightMap(CurvedSurface):
     """A relief on a wall, stretched over `size`, as someone who stands before the wall sees it.
 
     The first row is the top (largest v), the first column the viewer's left: where v is up, that is the
     largest u.
-
-    Attributes:
-        file: an image (its brightness, 0 to 1), or numbers in .npy, .csv or .txt.
-        heights: rows of numbers, in place of a file.
-        relief: how far, in m, a value of 1 stands out toward the robot. Use 1 for values in metres.
-        smoothing: standard deviation, m, of a Gaussian that is laid over the values; 0 for none.
-        resolution: pitch, m, of the grid of the smooth surface that goes through the values.
     """
 
     kind: Literal["heightmap"] = "heightmap"
-    file: str = ""
-    heights: tuple[tuple[float, ...], ...] = ()
-    relief: float = 0.05
-    smoothing: float = 0.0
-    resolution: float = 0.01
+    file: Annotated[str, Key("", "an image (its brightness, 0 to 1), or numbers in .npy, .csv or .txt")] = ""
+    heights: Annotated[
+        tuple[tuple[float, ...], ...], Key("", "rows of numbers, in place of a file", low=-1e6, high=1e6)
+    ] = ()
+    relief: Annotated[
+        float,
+        Key(
+            "m",
+            "how far a value of 1 stands out toward the robot; 1 for values in metres",
+            low=-10.0,
+            high=10.0,
+        ),
+    ] = 0.05
+    smoothing: Annotated[
+        float,
+        Key(
+            "m",
+            "standard deviation of a Gaussian that is laid over the values; 0 for none",
+            low=0.0,
+            high=10.0,
+        ),
+    ] = 0.0
+    resolution: Annotated[
+        float,
+        Key("m", "pitch of the grid of the smooth surface that goes through the values", low=1e-4, high=1.0),
+    ] = 0.01
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        require_range("surface", "relief", self.relief, -10.0, 10.0, "m")
-        require_range("surface", "smoothing", self.smoothing, 0.0, 10.0, "m")
-        require_range("surface", "resolution", self.resolution, 1e-4, 1.0, "m")
+    def check(self) -> None:
+        """Refuse values that make no surface."""
+        super().check()
         if bool(self.file) == bool(self.heights):
             raise ConfigError(
                 "surface 'heightmap' needs either surface.file or surface.heights, and not both"
@@ -54,9 +65,11 @@ class HeightMap(CurvedSurface):
         nodes = self.size[0] * self.size[1] / self.resolution**2
         if nodes > _MOST_NODES:
             finest = (self.size[0] * self.size[1] / _MOST_NODES) ** 0.5
-            raise ConfigError(
-                f"surface.resolution = {self.resolution:g} m makes {nodes:.3g} grid points of "
-                f"{self.size[0]:g} m x {self.size[1]:g} m: at least {finest:.2g} m"
+            raise refused(
+                self,
+                "resolution",
+                f"makes {nodes:.3g} grid points of {self.size[0]:g} m x {self.size[1]:g} m: at least "
+                f"{finest:.2g} m",
             )
 
     @property

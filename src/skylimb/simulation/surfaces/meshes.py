@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 
-from skylimb.config import require_positive, require_range
 from skylimb.errors import ConfigError
+from skylimb.keys import Key, configuration
 from skylimb.simulation.surfaces.curved import CurvedSurface
 from skylimb.simulation.surfaces.spline import Spline
 from skylimb.spatial import rotation_from_rpy
@@ -18,39 +17,38 @@ from skylimb.spatial import rotation_from_rpy
 _LARGEST = 50.0  # m: a wall beyond this was given in millimetres
 
 
-@dataclass(frozen=True)
+@configuration
 class MeshSurface(CurvedSurface):
     """The front of a mesh: what a ray along the contact axis meets first, made smooth by a cubic B-spline.
 
     The mesh's x axis points into the surface, y along u and z along v, after `mesh_rpy`; the middle of its
     bounding box comes to u = v = 0. Its front must cover all of `size`, and the smooth surface must agree
     with it to `tolerance`.
-
-    Attributes:
-        file: STL, OBJ, PLY or another format that trimesh reads.
-        scale: m per unit of the file; 0.001 for millimetres.
-        mesh_rpy: roll, pitch and yaw that turn the mesh's axes into (w, u, v), rad.
-        allow_open: whether a mesh with a border, such as a scanned sheet, is welcome.
-        resolution: pitch of the grid of the smooth surface, m.
-        tolerance: largest distance allowed between mesh and smooth surface, m.
     """
 
     kind: Literal["mesh"] = "mesh"
     size: tuple[float, float] = (0.8, 0.8)
-    file: str = ""
-    scale: float = 1.0
-    mesh_rpy: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    allow_open: bool = False
-    resolution: float = 0.005
-    tolerance: float = 0.001
+    file: Annotated[str, Key("", "STL, OBJ, PLY or another format that trimesh reads")] = ""
+    scale: Annotated[
+        float, Key("m", "length of one unit of the file; 0.001 for millimetres", above=0.0, high=1000.0)
+    ] = 1.0
+    mesh_rpy: Annotated[
+        tuple[float, float, float],
+        Key("rad", "roll, pitch and yaw that turn the mesh's axes into (w, u, v)", low=-6.3, high=6.3),
+    ] = (0.0, 0.0, 0.0)
+    allow_open: Annotated[
+        bool, Key("", "whether a mesh with a border, such as a scanned sheet, is welcome")
+    ] = False
+    resolution: Annotated[float, Key("m", "pitch of the grid of the smooth surface", low=1e-4, high=0.1)] = (
+        0.005
+    )
+    tolerance: Annotated[
+        float, Key("m", "largest distance allowed between mesh and smooth surface", low=1e-6, high=0.1)
+    ] = 0.001
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        require_positive("surface", "scale", self.scale)
-        for angle in self.mesh_rpy:
-            require_range("surface", "mesh_rpy", angle, -6.3, 6.3, "rad")
-        require_range("surface", "resolution", self.resolution, 1e-4, 0.1, "m")
-        require_range("surface", "tolerance", self.tolerance, 1e-6, 0.1, "m")
+    def check(self) -> None:
+        """Refuse a mesh that is no wall."""
+        super().check()
         if not self.file:
             raise ConfigError("surface 'mesh' needs surface.file, the path of an STL or OBJ file")
         _ = self.shape  # the mesh's checks

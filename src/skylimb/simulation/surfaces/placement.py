@@ -9,32 +9,24 @@ turns the shape in its own plane, for example the waves of a sine.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
-from skylimb.config import require_range
-from skylimb.errors import ConfigError
+from skylimb.keys import refused
 from skylimb.spatial import rot_x, rot_y, rot_z, rotation_from_axis_angle
 
 
-def check_placement(
-    position: tuple[float, ...],
-    contact_axis: tuple[float, ...],
-    slope: float,
-    pitch: float,
-    roll: float = 0.0,
-) -> None:
-    """Raise a `ConfigError` for a placement that no surface can have."""
-    for name, entry in zip(("x", "y", "z"), position, strict=True):
-        require_range("surface", f"position ({name})", entry, -100.0, 100.0, "m")
-    length = float(np.linalg.norm(contact_axis))
+def check_unit_vector(config: Any, key: str) -> None:
+    """Raise a `ConfigError` unless the field `key` of a configuration is a unit vector."""
+    length = float(np.linalg.norm(getattr(config, key)))
     if not abs(length - 1.0) < 1e-3:
-        raise ConfigError(
-            f"surface.contact_axis = {list(contact_axis)} has length {length:.4g}: it must be a unit vector, "
-            "for example [1.0, 0.0, 0.0] for a wall or [0.0, 0.0, 1.0] for a ceiling"
+        raise refused(
+            config,
+            key,
+            f"has length {length:.4g}: it must be a unit vector, for example [1.0, 0.0, 0.0] for a wall or "
+            "[0.0, 0.0, 1.0] for a ceiling",
         )
-    require_range("surface", "slope", slope, -1.4, 1.4, "rad")
-    require_range("surface", "pitch", pitch, -1.4, 1.4, "rad")
-    require_range("surface", "roll", roll, -3.2, 3.2, "rad")
 
 
 def base_rotation(contact_axis: tuple[float, ...] | np.ndarray) -> np.ndarray:

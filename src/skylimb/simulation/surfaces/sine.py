@@ -2,39 +2,35 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 
-from skylimb.config import require_range
+from skylimb.keys import Key, configuration
 from skylimb.simulation.surfaces.curved import CurvedSurface
 from skylimb.simulation.surfaces.wave import Wave
 
 
-@dataclass(frozen=True)
+@configuration
 class SineWall(CurvedSurface):
     """A wall w = a sin(2 pi u / wavelength + phase), shifted so that `position` lies on it.
 
     `roll` turns the waves.
-
-    Attributes:
-        amplitude: a, m: half of the height from trough to crest.
-        wavelength: m.
-        phase: rad at u = 0; 0 has the wall recede toward +u there, -pi/2 has the crest that is nearest to
-            the robot.
     """
 
     kind: Literal["sine"] = "sine"
-    amplitude: float = 0.1
-    wavelength: float = 1.2
-    phase: float = 0.0
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        require_range("surface", "amplitude", self.amplitude, 0.0, 2.0, "m")
-        require_range("surface", "wavelength", self.wavelength, 0.01, 100.0, "m")
-        require_range("surface", "phase", self.phase, -6.3, 6.3, "rad")
+    amplitude: Annotated[float, Key("m", "half of the height from trough to crest", low=0.0, high=2.0)] = 0.1
+    wavelength: Annotated[float, Key("m", "from crest to crest", low=0.01, high=100.0)] = 1.2
+    phase: Annotated[
+        float,
+        Key(
+            "rad",
+            "phase at u = 0: 0 has the wall recede toward +u there, -pi/2 has the crest that is nearest to "
+            "the robot",
+            low=-6.3,
+            high=6.3,
+        ),
+    ] = 0.0
 
     def drawn_u(self) -> np.ndarray:
         """Sixteen places a wave."""
@@ -46,7 +42,7 @@ class SineWall(CurvedSurface):
         return Wave(self.amplitude, self.wavelength, self.phase, 0.5 * self.size[0], 0.5 * self.size[1])
 
 
-@dataclass(frozen=True)
+@configuration
 class Corrugated(SineWall):
     """A corrugated sheet: the sine of a roofing sheet, 18 mm deep every 76 mm."""
 

@@ -4,36 +4,33 @@ from __future__ import annotations
 
 import abc
 import math
-from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 
-from skylimb.config import require_range
+from skylimb.keys import Key, configuration, refused
 from skylimb.simulation.surfaces.curved import FAR, CurvedSurface
 from skylimb.simulation.surfaces.profile import Profile, polyline
 
 
-@dataclass(frozen=True)
+@configuration
 class FacedSurface(CurvedSurface, abc.ABC):
-    """Flat faces that meet in edges along v (`roll` turns them).
+    """Flat faces that meet in edges along v (`roll` turns them)."""
 
-    Attributes:
-        offset: u of the step, the ridge or the ramp's middle, m.
-        edge_radius: of bulging edges, m; 0 for sharp ones.
-        fillet_radius: of hollow corners, m; it must not be below the tip's radius.
-    """
+    offset: Annotated[
+        float, Key("m", "u of the step, the ridge or the ramp's middle", low=-50.0, high=50.0)
+    ] = 0.0
+    edge_radius: Annotated[float, Key("m", "of bulging edges; 0 for sharp ones", low=0.0, high=10.0)] = 0.002
+    fillet_radius: Annotated[
+        float, Key("m", "of hollow corners; not below the tip's radius", low=0.0, high=10.0)
+    ] = 0.01
 
-    offset: float = 0.0
-    edge_radius: float = 0.002
-    fillet_radius: float = 0.01
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
+    def check(self) -> None:
+        """Refuse a step beside the surface, and faces without room."""
+        super().check()
         half = 0.5 * self.size[0]
-        require_range("surface", "offset", self.offset, -half, half, "m")
-        require_range("surface", "edge_radius", self.edge_radius, 0.0, 10.0, "m")
-        require_range("surface", "fillet_radius", self.fillet_radius, 0.0, 10.0, "m")
+        if abs(self.offset) > half:
+            raise refused(self, "offset", f"is outside of the surface, {-half:g} .. {half:g} m")
         _ = self.shape  # refuses faces that leave no room for their roundings
 
     @property
@@ -64,23 +61,17 @@ class FacedSurface(CurvedSurface, abc.ABC):
         return Profile(polyline(points, self.edge_radius, self.fillet_radius))
 
 
-@dataclass(frozen=True)
+@configuration
 class Step(FacedSurface):
-    """A step in a flat wall: beyond `offset` toward +u the wall stands `rise` closer to the robot.
-
-    Attributes:
-        rise: m; negative recedes instead.
-        riser_angle: of the riser against the wall, rad.
-    """
+    """A step in a flat wall: beyond `offset` toward +u the wall stands `rise` closer to the robot."""
 
     kind: Literal["step"] = "step"
-    rise: float = 0.01
-    riser_angle: float = 0.25 * math.pi
-
-    def __post_init__(self) -> None:
-        require_range("surface", "rise", self.rise, -1.0, 1.0, "m")
-        require_range("surface", "riser_angle", self.riser_angle, 0.01, math.radians(89.0), "rad")
-        super().__post_init__()
+    rise: Annotated[
+        float, Key("m", "height of the step, toward the robot; negative recedes", low=-1.0, high=1.0)
+    ] = 0.01
+    riser_angle: Annotated[
+        float, Key("rad", "of the riser against the wall", low=0.01, high=math.radians(89.0))
+    ] = 0.25 * math.pi
 
     @property
     def corners(self) -> list[tuple[float, float]]:
@@ -91,23 +82,18 @@ class Step(FacedSurface):
         return [(-half, 0.0), (half, -self.rise)]
 
 
-@dataclass(frozen=True)
+@configuration
 class Ridge(FacedSurface):
-    """A ridge across a flat wall, like a roof's.
-
-    Attributes:
-        rise: of its top over the wall, toward the robot, m; negative is a groove.
-        width: of its foot along u, m.
-    """
+    """A ridge across a flat wall, like a roof's."""
 
     kind: Literal["ridge"] = "ridge"
-    rise: float = 0.02
-    width: float = 0.1
-
-    def __post_init__(self) -> None:
-        require_range("surface", "rise", self.rise, -1.0, 1.0, "m")
-        require_range("surface", "width", self.width, 1e-3, 10.0, "m")
-        super().__post_init__()
+    rise: Annotated[
+        float,
+        Key(
+            "m", "height of its top over the wall, toward the robot; negative is a groove", low=-1.0, high=1.0
+        ),
+    ] = 0.02
+    width: Annotated[float, Key("m", "of its foot along u", low=1e-3, high=10.0)] = 0.1
 
     @property
     def corners(self) -> list[tuple[float, float]]:
@@ -116,25 +102,17 @@ class Ridge(FacedSurface):
         return [(-half, 0.0), (0.0, -self.rise), (half, 0.0)]
 
 
-@dataclass(frozen=True)
+@configuration
 class Ramp(FacedSurface):
-    """A ramp between two parallel planes.
-
-    Attributes:
-        rise: by which the plane toward +u stands closer to the robot, m.
-        width: of the ramp along u, m.
-    """
+    """A ramp between two parallel planes."""
 
     kind: Literal["ramp"] = "ramp"
-    rise: float = 0.1
-    width: float = 0.4
+    rise: Annotated[
+        float, Key("m", "by which the plane toward +u stands closer to the robot", low=-2.0, high=2.0)
+    ] = 0.1
+    width: Annotated[float, Key("m", "of the ramp along u", low=1e-3, high=10.0)] = 0.4
     edge_radius: float = 0.02
     fillet_radius: float = 0.05
-
-    def __post_init__(self) -> None:
-        require_range("surface", "rise", self.rise, -2.0, 2.0, "m")
-        require_range("surface", "width", self.width, 1e-3, 10.0, "m")
-        super().__post_init__()
 
     @property
     def corners(self) -> list[tuple[float, float]]:

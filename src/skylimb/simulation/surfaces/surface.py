@@ -17,11 +17,13 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
-from skylimb.config import require_positive, require_range, to_mapping
+from skylimb.config import to_mapping
+from skylimb.keys import configuration
 from skylimb.simulation.contact import ContactParameters
 from skylimb.simulation.surfaces import motion as moving
-from skylimb.simulation.surfaces.friction_map import FrictionMap, static_excess
-from skylimb.simulation.surfaces.placement import check_placement, surface_rotation
+from skylimb.simulation.surfaces.friction_map import static_excess
+from skylimb.simulation.surfaces.placement import surface_rotation
+from skylimb.simulation.surfaces.surface_keys import SurfaceKeys
 from skylimb.spatial import quaternion_from_rotation
 
 BODY = "surface"
@@ -48,72 +50,9 @@ class SurfaceParts:
     joint: str | None
 
 
-@dataclass(frozen=True)
-class Surface(abc.ABC):
-    """A surface in the world: the fields that all kinds share.
-
-    Attributes:
-        kind: which surface it is.
-        position: a point of the surface, W, m: the shape's own origin (u = v = 0).
-        contact_axis: unit vector from the robot into the surface, W, before `slope` and `pitch`.
-        slope: turn about the surface's v axis, rad; positive recedes toward +u.
-        pitch: turn about its u axis, rad; positive recedes toward +v.
-        roll: turn of the shape in its own plane, rad.
-        size: extent along u and v, m: what is drawn, and where a path may go. The collision geometry may be
-        larger.
-        friction: Coulomb coefficient.
-        friction_map: how friction and adhesion vary over the surface; None where they do not.
-        static_ratio: friction at rest over friction in motion, 1 or more (stick-slip).
-        static_speed: slip speed over which it falls from the one to the other, m/s.
-        stiffness: N/m.
-        damping_ratio: of the tip's mass on that stiffness.
-        damping: N s/m, in place of `damping_ratio`.
-        adhesion: force in N with which it can pull the tip.
-        advance_distance: m that it moves along `motion_direction`; 0 for a surface at rest.
-        advance_speed: m/s.
-        advance_start: s.
-        sway_amplitude: m of a sine along `motion_direction`.
-        sway_frequency: Hz.
-        motion_direction: unit vector, W, along which it moves; against the contact axis, onto the robot, by
-            default.
-    """
-
-    kind: str = ""
-    position: tuple[float, float, float] = (1.0, 0.0, 1.0)
-    contact_axis: tuple[float, float, float] = (1.0, 0.0, 0.0)
-    slope: float = 0.0
-    pitch: float = 0.0
-    roll: float = 0.0
-    size: tuple[float, float] = (2.0, 2.0)
-    friction: float = 0.4
-    friction_map: FrictionMap | None = None
-    static_ratio: float = 1.0
-    static_speed: float = 0.005
-    stiffness: float = 5000.0
-    damping_ratio: float = 0.3
-    damping: float | None = None
-    adhesion: float = 0.0
-    advance_distance: float = 0.0
-    advance_speed: float = 0.02
-    advance_start: float = 0.0
-    sway_amplitude: float = 0.0
-    sway_frequency: float = 0.5
-    motion_direction: tuple[float, float, float] | None = None
-
-    def __post_init__(self) -> None:
-        check_placement(self.position, self.contact_axis, self.slope, self.pitch, self.roll)
-        for extent in self.size:
-            require_range("surface", "size", extent, 0.01, 100.0, "m")
-        _ = self.contact  # its own checks
-        require_range("surface", "static_ratio", self.static_ratio, 1.0, 10.0)
-        require_range("surface", "static_speed", self.static_speed, 1e-4, 1.0, "m/s")
-        require_range("surface", "advance_distance", self.advance_distance, -10.0, 10.0, "m")
-        require_positive("surface", "advance_speed", self.advance_speed, "m/s")
-        require_range("surface", "advance_start", self.advance_start, -1e6, 1e6, "s")
-        require_range("surface", "sway_amplitude", self.sway_amplitude, 0.0, 1.0, "m")
-        require_range("surface", "sway_frequency", self.sway_frequency, 0.0, 50.0, "Hz")
-        if self.motion_direction is not None:
-            check_placement(self.position, self.motion_direction, 0.0, 0.0)
+@configuration
+class Surface(SurfaceKeys, abc.ABC):
+    """A surface in the world: its keys, and what follows from them and from its shape."""
 
     # What a kind of surface says about its shape, in its own axes. Points are (..., 3) arrays of (w, u, v).
 
