@@ -1,76 +1,68 @@
-"""The collision function: both forms agree, threads agree, and other ellipsoids stay the engine's."""
+"""The collision function: what it needs, threads agree, and other ellipsoids stay the engine's."""
 
-import json
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import mujoco
 import mujoco.batch
 import numpy as np
 import pytest
 
-from skylimb.simulation.surfaces import SineWall
+from skylimb.errors import CompileError
+from skylimb.simulation import compiling
+from skylimb.simulation.surfaces import SineWall, collision
 from skylimb.simulation.surfaces.collision import install_collision
 
-SLIDE = """
-import json, sys
-sys.path.insert(0, sys.argv[1])
-import numpy as np
-from conftest import make_scene
-from skylimb.simulation.surfaces import HeightMap, Ramp, SineWall
-from skylimb.simulation.surfaces.collision import install_collision
-import mujoco
-rows = []
-relief = tuple(tuple(0.3 * np.sin(0.9 * i) * np.cos(0.7 * j) for j in range(8)) for i in range(8))
-for surface in (SineWall(), Ramp(offset=0.05), HeightMap(heights=relief, size=(1.0, 1.0))):
-    scene = make_scene(surface)
-    foot = surface.to_world(np.array([surface.height(-0.05, 0.02), -0.05, 0.02]))
-    scene.touch(foot + 0.0039 * surface.normal(foot))
-    scene.data.qvel[:3] = (0.02, 0.15, 0.05)
-    scene.data.xfrc_applied[-1, :3] = (1.5, 0.3, 0.1)
-    mujoco.mj_step(scene.model, scene.data, nstep=150)
-    rows.append(scene.data.qpos.tolist())
-print(json.dumps([install_collision(), rows]))
+WITHOUT_COMPILER = """
+import sys
+from skylimb.cli import main
+from skylimb.simulation import compiling
+compiling.compilers = list
+sys.exit(main(["run", "sine_gentle", "--no-video", "--out", sys.argv[1]]))
 """
 
 
-def slide(form):
-    folder = os.path.dirname(__file__)
+def test_without_a_compiler_a_surface_with_a_shape_of_its_own_says_what_to_install(tmp_path: Path) -> None:
     done = subprocess.run(
-        [sys.executable, "-c", SLIDE, folder],
+        [sys.executable, "-c", WITHOUT_COMPILER, str(tmp_path / "out")],
         capture_output=True,
         text=True,
         check=False,
-        env={**os.environ, "SKYLIMB_COLLISION": form},
+        env={**os.environ, "XDG_CACHE_HOME": str(tmp_path), "HOME": str(tmp_path)},
     )
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout)
+    assert done.returncode == 2, done.stderr
+    [line] = done.stderr.strip().splitlines()
+    assert "need a C compiler" in line
+    assert "pip install 'skylimb[compiler]'" in line
 
 
-def test_python_form_gives_the_same_motion():
-    used, plain = slide("python")
-    assert used == "python"
-    _, compiled = slide("compiled")
-    np.testing.assert_allclose(plain, compiled, rtol=0, atol=1e-9)
+def test_a_collision_function_that_cannot_be_built_leaves_the_engines_own(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    install_collision()
+    slot = collision._SPHERE * collision._KINDS + collision._ELLIPSOID
+    before = collision._collision_table()[slot]
+
+    def refuse(*_: object) -> Path:
+        raise CompileError("refused")
+
+    monkeypatch.setattr(collision, "built_library", refuse)
+    with pytest.raises(CompileError, match="need a C compiler: refused"):
+        install_collision.__wrapped__()
+    assert collision._collision_table()[slot] == before
 
 
-def test_without_a_compiler_the_python_form_serves_and_says_so(tmp_path):
-    code = "from skylimb.simulation.surfaces.collision import install_collision; print(install_collision())"
-    env = {
-        **os.environ,
-        "SKYLIMB_COLLISION": "compiled",
-        "XDG_CACHE_HOME": str(tmp_path),
-        "HOME": str(tmp_path),
-        "PATH": "",
-        "CC": "no-such-compiler",
-    }
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False, env=env)
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.strip() in ("python", "compiled")  # compiled where the ziglang package is installed
-    if done.stdout.strip() == "python":
-        assert "no-such-compiler" in done.stderr
-        assert "slower" in done.stderr
+def test_ziglang_builds_it_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    zig = [command for command in compiling.compilers() if "ziglang" in command]
+    if not zig:
+        pytest.skip("the ziglang package is not installed")
+    monkeypatch.setattr(compiling, "compilers", lambda: zig)
+    source = tmp_path / "collision.c"
+    source.write_text("#define MARK 1.0\n" + collision._SOURCE.read_text("utf-8"))
+    compiling.compile_c([source], tmp_path / "collision.so", compiling.FLAGS)
+    assert compiling.load_library(tmp_path / "collision.so").skylimb_collide
 
 
 def test_other_ellipsoids_still_collide_as_the_engine_says():

@@ -4,18 +4,18 @@
    whose user value is MARK stands for it. Any other sphere-ellipsoid pair goes to the engine's own function. Nothing
    here has state of its own, so that copies of a model on many threads collide alike.
 
-   Axes of the surface: w into it, u and v along it. Numbers: MARK, identity, kind, then
+   Axes of the surface: w into it, u and v along it. Numbers: MARK, kind, then
      profile (1): n, and n pieces of 8: kind (0 straight, 1 round outward, 2 round inward), u, w (start, or
                   centre), du, dw (unit tangent, or the unit direction to the arc's middle), length or radius, cosine of
                   the arc's half angle, unused;
      wave (2):    amplitude, wave number, phase, offset;
      spline (3):  nu, nv, u0, v0, pitch, then nu x nv coefficients of a cubic B-spline, v running fastest.
-   The same geometry stands in Python in profile.py, wave.py and spline.py, which also explain it. */
+   MARK is defined by collision.py, from shape.py. The same geometry stands in Python in profile.py, wave.py and
+   spline.py, which also explain it. */
 
 #include <math.h>
 #include <mujoco/mujoco.h>
 
-#define MARK 7349205613.0
 #define MAX_DEPTH 0.05 /* m that a sphere's centre may be behind the surface */
 #define SEAM 1e-12     /* pieces overlap by this much, so that nothing falls between them */
 
@@ -32,7 +32,7 @@ EXPORT void skylimb_set_engines_own(mjfCollision function) { engines_own = funct
 static const mjtNum* surface_numbers(const mjModel* m) {
   for (int i = 0; i < m->nnumeric; i++) {
     const mjtNum* numbers = m->numeric_data + m->numeric_adr[i];
-    if (m->numeric_size[i] > 3 && numbers[0] == MARK) return numbers;
+    if (m->numeric_size[i] > 2 && numbers[0] == MARK) return numbers;
   }
   return 0;
 }
@@ -195,8 +195,8 @@ EXPORT int skylimb_collide(const mjModel* m, mjData* d, mjPreContact* con, int g
   for (int i = 0; i < 3; i++) p[i] = R[i] * r[0] + R[3 + i] * r[1] + R[6 + i] * r[2];
   Touch t = {{0, 0, 0}, 0};
   mjtNum reach = radius + margin;
-  int kind = (int)numbers[2];
-  int found = kind == 1 ? touch_profile(numbers + 3, p, &t) : touch_graph(kind, numbers + 3, p, reach, &t);
+  int kind = (int)numbers[1];
+  int found = kind == 1 ? touch_profile(numbers + 2, p, &t) : touch_graph(kind, numbers + 2, p, reach, &t);
   if (!found || t.distance > reach || t.distance < -MAX_DEPTH) return 0;
   con->dist = t.distance - radius;
   mjtNum back = t.distance - 0.5 * con->dist; /* the contact point lies midway between sphere and surface */

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import abc
-import zlib
 from functools import cached_property
 from typing import Any
 
@@ -67,16 +66,15 @@ class CurvedSurface(Surface, abc.ABC):
     def add_geometry(self, spec: mujoco.MjSpec, body: mujoco.MjsBody) -> None:
         """An ellipsoid that stands for the shape in the collision function, and a mesh to look at."""
         install_collision()
-        identity, numbers = self._numbers
         if any(numeric.name == _NUMERIC for numeric in spec.numerics):
             raise ConfigError("a scene can hold one curved surface: it has one already")
-        spec.add_numeric(name=_NUMERIC, data=numbers)
+        spec.add_numeric(name=_NUMERIC, data=np.concatenate([[MARK], self.shape.numbers()]))
         body.add_geom(
             name=GEOM,
             type=mujoco.mjtGeom.mjGEOM_ELLIPSOID,
             # Only its bounding sphere counts.
             size=[FAR] * 3,
-            userdata=[MARK, identity],
+            userdata=[MARK],
             group=4,
             rgba=[0.0, 0.0, 0.0, 0.0],
             contype=0,
@@ -85,15 +83,6 @@ class CurvedSurface(Surface, abc.ABC):
         )
         u, v, w = self.drawn
         add_sheet(spec, body, u, v, w)
-
-    @cached_property
-    def _numbers(self) -> tuple[float, np.ndarray]:
-        from skylimb.simulation.surfaces.collision_python import register_numbers
-
-        numbers = self.shape.numbers()
-        identity = float(zlib.crc32(numbers.tobytes()))
-        register_numbers(identity, numbers)
-        return identity, np.concatenate([[MARK, identity], numbers])
 
     @cached_property
     def drawn(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -10,7 +10,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-MARK = 7349205613.0
+MARK = 7349205614.0
 """First number of every surface's data in a physics model, and user value of the geom that stands for it."""
 
 
@@ -30,7 +30,7 @@ class Shape(Protocol):
         ...
 
     def numbers(self) -> np.ndarray:
-        """Kind and parameters as the collision function reads them, after the mark and the identity."""
+        """Kind and parameters as the collision function reads them, after the mark."""
         ...
 
     @property
