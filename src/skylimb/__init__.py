@@ -15,12 +15,13 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from skylimb.control.controller import Controller, load_controller
-    from skylimb.control.records import Command, Reference
+    from skylimb.control.records import Command
     from skylimb.errors import SkylimbError
     from skylimb.estimation.records import Measurement
     from skylimb.experiments.experiment import Experiment, load_experiment
     from skylimb.experiments.listing import list_controllers, list_experiments
-    from skylimb.experiments.run import compare, run
+    from skylimb.flights.public import begin, compare, run
+    from skylimb.missions.reference import Reference
     from skylimb.recording.run import Run
     from skylimb.robots.loader import list_robots, load_robot
     from skylimb.robots.model import Robot
@@ -32,18 +33,19 @@ _HOME = {
     "Controller": "skylimb.control.controller",
     "Experiment": "skylimb.experiments.experiment",
     "Measurement": "skylimb.estimation.records",
-    "Reference": "skylimb.control.records",
+    "Reference": "skylimb.missions.reference",
     "Robot": "skylimb.robots.model",
     "Run": "skylimb.recording.run",
     "SkylimbError": "skylimb.errors",
-    "compare": "skylimb.experiments.run",
+    "begin": "skylimb.flights.public",
+    "compare": "skylimb.flights.public",
     "list_controllers": "skylimb.experiments.listing",
     "list_experiments": "skylimb.experiments.listing",
     "list_robots": "skylimb.robots.loader",
     "load_controller": "skylimb.control.controller",
     "load_experiment": "skylimb.experiments.experiment",
     "load_robot": "skylimb.robots.loader",
-    "run": "skylimb.experiments.run",
+    "run": "skylimb.flights.public",
 }
 
 __all__ = [
@@ -55,6 +57,7 @@ __all__ = [
     "Robot",
     "Run",
     "SkylimbError",
+    "begin",
     "compare",
     "list_controllers",
     "list_experiments",

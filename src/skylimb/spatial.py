@@ -118,3 +118,15 @@ def rpy_from_rotation(R: Array) -> Array:
 def rotation_error(R: Array, R_ref: Array) -> Array:
     """e_R of eq:error of rotation: the vee of (R_ref^T R - R^T R_ref) / 2, in the frame of R."""
     return 0.5 * vee(R_ref.T @ R - R.T @ R_ref)
+
+
+def rotation_from_x_to(axis: tuple[float, ...] | np.ndarray) -> np.ndarray:
+    """(3, 3) the smallest rotation that takes the world's x to `axis`."""
+    w = np.asarray(axis, dtype=float)
+    w = w / np.linalg.norm(w)
+    x = np.array([1.0, 0.0, 0.0])
+    turn = np.cross(x, w)
+    sine = float(np.linalg.norm(turn))
+    if sine < 1e-12:
+        return np.eye(3) if w[0] > 0 else rot_z(np.pi)
+    return rotation_from_axis_angle((turn / sine).tolist(), float(np.arctan2(sine, w[0])))

@@ -6,7 +6,6 @@ compiled equations. Any worker on any machine gives the same row for the same jo
 
 from __future__ import annotations
 
-import dataclasses
 import json
 import tempfile
 import threading
@@ -17,34 +16,23 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import mujoco
-import numpy as np
 
 from skylimb.analysis.measures import measured
 from skylimb.campaign.frozen import NATIVE, Campaign, campaign_from_mapping
 from skylimb.campaign.rows import FAILED, REFUSED, Row, make_row
-from skylimb.control.cascade import Cascade
 from skylimb.control.controller import Controller
 from skylimb.errors import ConfigError, SkylimbError
-from skylimb.experiments.experiment import Experiment
-from skylimb.experiments.flyable import first_row
-from skylimb.experiments.run import documented, fly_mission, prepare_flight, scored, vectoring_purpose
-from skylimb.packing import Layout
+from skylimb.flights.drivers.native import fly_native, unavailable
+from skylimb.flights.flying import fly_here
+from skylimb.flights.record import documented, scored
+from skylimb.flights.takeoff import Takeoff, prepare
+from skylimb.loop.flight import Flight
 from skylimb.recording.run import Run
 from skylimb.recording.versions import versions
 from skylimb.robots.loader import load_robot
-from skylimb.robots.model import Robot
-from skylimb.simulation.drivers import mission_rows
-from skylimb.simulation.flight import Flight
-from skylimb.simulation.gain_changes import require_gain_changes
-from skylimb.simulation.mission import Mission
-from skylimb.simulation.native import NativeJob, fly_native, unavailable
-from skylimb.simulation.plant import Plant, initial_data
-from skylimb.simulation.tick import CompiledTick, compile_tick, initial_tick_state
 
 # A process flies one flight at a time, also where a cluster's worker has several threads.
 _ONE_AT_A_TIME = threading.Lock()
-
-_MOST_TICKS = 64
 
 
 class Job(NamedTuple):
@@ -88,16 +76,6 @@ def fly_jobs(campaign: Mapping[str, Any], jobs: Sequence[Job]) -> list[Flown]:
         return bench.fly(jobs)
 
 
-class _Ready(NamedTuple):
-    """A flight ready to take off."""
-
-    experiment: Experiment
-    robot: Robot
-    controller: Controller
-    plant: Plant
-    mission: Mission
-
-
 class Bench:
     """A campaign's robot and controllers, loaded once."""
 
@@ -113,7 +91,6 @@ class Bench:
         if reason:
             raise ConfigError(f"the campaign flies natively, and this worker cannot: {reason}")
         self._campaign = campaign
-        self._ticks: dict[Any, tuple[Cascade, CompiledTick]] = {}
         self._robots = {name: load_robot(name) for name in campaign.robots}
         for name, robot in self._robots.items():
             if robot.description.digest != campaign.robots[name]:
@@ -125,14 +102,14 @@ class Bench:
     def fly(self, jobs: Sequence[Job]) -> list[Flown]:
         """The row of each flight, and its log if it is wanted."""
         prepared = [self._prepare(job) for job in jobs]
-        ready = [item for item in prepared if isinstance(item, _Ready)]
+        ready = [item for item in prepared if isinstance(item, Takeoff)]
         flights = iter(self._native_flights(ready))
         return [
             item if isinstance(item, Flown) else self._flown(job, item, next(flights))
             for job, item in zip(jobs, prepared, strict=True)
         ]
 
-    def _prepare(self, job: Job) -> _Ready | Flown:
+    def _prepare(self, job: Job) -> Takeoff | Flown:
         """What a job needs to take off; its row where it never will."""
         campaign = self._campaign
         index, name = campaign.split(job.flight)
@@ -142,56 +119,25 @@ class Bench:
             robot = self._robots[experiment.robot]
             gains = {**campaign.gains_of(drawn, name), **dict(job.gains)}
             controller = self._controller(name, experiment.robot, json.dumps(gains, sort_keys=True))
-            require_gain_changes(experiment.gain_changes, controller)
-            return _Ready(
-                experiment,
-                robot,
-                controller,
-                *prepare_flight(experiment, robot, vectoring_purpose(controller)),
-            )
+            return prepare(experiment, robot, controller)
         except SkylimbError as error:
             return Flown(make_row(campaign, job.flight, REFUSED, _line(error), {}), None)
 
-    def _native_flights(self, ready: Sequence[_Ready]) -> list[Flight | None]:
+    def _native_flights(self, ready: Sequence[Takeoff]) -> list[Flight | None]:
         """What the native driver can fly of them, all at once; None where another driver must."""
-        native = [
-            item for item in ready if self._campaign.driver == NATIVE and isinstance(item.controller, Cascade)
-        ]
+        native = [item for item in ready if self._campaign.driver == NATIVE and item.traceable]
         if not native:
             return [None] * len(ready)
-        made = iter(fly_native([self._native_job(item) for item in native]))
+        made = iter(fly_native(native))
         taken = {id(item) for item in native}
         return [next(made) if id(item) in taken else None for item in ready]
 
-    def _native_job(self, item: _Ready) -> NativeJob:
-        experiment, plant = item.experiment, item.plant
-        assert isinstance(item.controller, Cascade)
-        data = initial_data(plant, first_row(item.mission))
-        rows = mission_rows(plant, item.mission, experiment.sensors, experiment.seed, item.controller.paced)
-        tick = self._tick(item, data)
-        rows = rows.with_changes(experiment.gain_changes, tick, experiment.control_period)
-        return NativeJob(tick, plant, data, item.mission, rows, experiment.disturbance)
-
-    def _tick(self, item: _Ready, data: mujoco.MjData) -> CompiledTick:
-        """The controller's tick, traced once for every structure of plant and sensors that it meets."""
-        controller, sensors, dt = item.controller, item.experiment.sensors, item.experiment.control_period
-        assert isinstance(controller, Cascade)
-        root = np.concatenate([data.qpos[0:7], data.qvel[0:6]])
-        key = (id(controller), sensors, dt, int(item.plant.model.signature), item.plant.substeps)
-        if key not in self._ticks:
-            if len(self._ticks) >= _MOST_TICKS:
-                self._ticks.clear()
-            # The controller is kept with its tick, so that no other one can get its identity.
-            self._ticks[key] = (controller, compile_tick(controller, item.plant, sensors, root, dt))
-        state = initial_tick_state(controller, sensors, root, dt)
-        return dataclasses.replace(self._ticks[key][1], state=Layout(state).pack(state))
-
-    def _flown(self, job: Job, item: _Ready, flight: Flight | None) -> Flown:
+    def _flown(self, job: Job, item: Takeoff, flight: Flight | None) -> Flown:
         """The row of a flight; it is flown by the Python driver where it has not been yet."""
         try:
             if flight is None:
-                flight = fly_mission(item.experiment, item.plant, item.mission, item.controller)
-            run = scored(item.experiment, item.robot, item.controller, item.plant, item.mission, flight)
+                flight = fly_here(item)
+            run = scored(item, flight)
         except (OSError, MemoryError):
             raise  # says something of this machine, nothing of the flight
         except Exception as error:  # one odd flight must not end a night of them; its row says what happened
@@ -204,7 +150,7 @@ class Bench:
         wanted = job.log == "always" or (job.log == "failed" and run.failed)
         if not wanted:
             return Flown(row, None)
-        return Flown(row, _bytes(documented(run, item.experiment, item.controller, item.plant)))
+        return Flown(row, _bytes(documented(run, item)))
 
     def _load(self, name: str, robot: str, gains: str) -> Controller:
         return self._campaign.load(name, self._robots[robot], json.loads(gains))

@@ -35,7 +35,7 @@ from skylimb.campaign.store import (
 )
 from skylimb.campaign.summary import Summary, summarize, summary_json
 from skylimb.errors import ConfigError, OutputError
-from skylimb.experiments.run import prepare_flight
+from skylimb.flights.takeoff import plant_and_mission
 from skylimb.robots.loader import load_robot
 
 MOST_WORKERS = 1024
@@ -105,7 +105,7 @@ def run_campaign(
     folder = Path(out)
     if not folder.exists():
         first = campaign.experiment_of(campaign.draw(0))
-        prepare_flight(first, load_robot(first.robot))
+        plant_and_mission(first, load_robot(first.robot))
     stop, report = StopSign(), progress or _silent
     with watching_interrupts(stop), open_store(folder, campaign, resume) as store:
         engine = _engine(campaign.to_mapping(), workers, scheduler, slurm)
@@ -177,7 +177,7 @@ def local_engine(tables: Mapping[str, Any], workers: int | None) -> Engine:
 
 def best_driver() -> str:
     """The native driver where a C compiler has built it, else the Python driver."""
-    from skylimb.simulation.native import native_available
+    from skylimb.flights.drivers.native import native_available
 
     return NATIVE if native_available() else PYTHON
 

@@ -35,7 +35,7 @@ class ExportC:
             raise ConfigError(f"--rate = {self.rate:g} Hz is outside 10 .. 10000 Hz")
         folder = new_folder(self.folder, "")
         import skylimb
-        from skylimb.simulation.native.export import export_c
+        from skylimb.flights.export import export_c
 
         controller = skylimb.load_controller(self.controller, skylimb.load_robot(self.robot))
         for path in export_c(controller, folder, 1.0 / self.rate):

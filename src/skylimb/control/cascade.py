@@ -13,12 +13,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from skylimb.config import to_mapping
 from skylimb.control.allocation import allocate, rotor_wrench
 from skylimb.control.attitude.target import attitude_target
 from skylimb.control.lateral import lateral_move
 from skylimb.control.leak import LeakState, follow_leak, initial_leak_state, without_leak
-from skylimb.control.preset import SLOTS, Preset
-from skylimb.control.records import Command, LawInput, Reference
+from skylimb.control.needs import Needs
+from skylimb.control.preset import PARTS, SLOTS, Preset
+from skylimb.control.records import Command, LawInput
 from skylimb.estimation.body_state import (
     AngleRateState,
     angle_rates,
@@ -34,6 +36,7 @@ from skylimb.estimation.delay import (
     lead_thrusts,
     predict,
     remember,
+    require_history,
 )
 from skylimb.estimation.force_filter import ForceFilterState, filter_force
 from skylimb.estimation.momentum_observer import (
@@ -44,6 +47,7 @@ from skylimb.estimation.momentum_observer import (
 )
 from skylimb.estimation.records import BodyState, Measurement, Wrench
 from skylimb.estimation.tare import TareState, initial_tare_state, tare
+from skylimb.missions.reference import Reference
 from skylimb.packing import numeric
 from skylimb.planning.posture import ReachFamily, posture_family
 from skylimb.planning.vectoring import VectoringTable, vectoring_table
@@ -123,6 +127,39 @@ class Cascade:
     def name(self) -> str:
         """The preset's name."""
         return self.preset.name
+
+    @property
+    def needs(self) -> Needs:
+        """What its laws need of the loop."""
+        return Needs(paced=self.paced, vectoring=self.preset.vectoring.purpose)
+
+    def require(self, dt: float) -> None:
+        """Raise a `ConfigError` when a law cannot be flown with ticks of `dt` seconds."""
+        require_history(self.preset.delay, dt)
+
+    def structure(self) -> tuple[Any, ...]:
+        """Everything that the traced step depends on besides its arguments."""
+        family, table = self.family, self.vectoring
+        # Functions are compared by identity, so that a law that was loaded anew is traced anew.
+        return (
+            type(self),
+            self.robot,
+            tuple(getattr(self.preset, slot).law.step for slot in SLOTS),
+            self.preset.tare,
+            (family.theta_min, family.theta_max, family.theta_nominal, family.described, family.coefficients),
+            (table.theta_min, table.theta_max, table.digest, np.asarray(table.coefficients).tobytes()),
+        )
+
+    def tables(self) -> dict[str, Any]:
+        """The preset as plain tables."""
+        preset = self.preset
+        tables: dict[str, Any] = {"name": preset.name, "description": preset.description, "tare": preset.tare}
+        for part in PARTS:
+            tables[part] = to_mapping(getattr(preset, part))
+        for slot in SLOTS:
+            filled = getattr(preset, slot)
+            tables[slot] = {"law": filled.name, **to_mapping(filled.gains)}
+        return tables
 
     def gains(self) -> CascadeGains:
         """The preset's gains as arrays."""

@@ -5,14 +5,16 @@ from __future__ import annotations
 import copy
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeGuard, runtime_checkable
 
 from skylimb.config import put
 from skylimb.control.cascade import Cascade, build_cascade
-from skylimb.control.preset import PARTS, SLOTS, load_module, preset_from_mapping, preset_mapping
-from skylimb.control.records import Command, Reference
+from skylimb.control.needs import Needs
+from skylimb.control.preset import load_module, preset_from_mapping, preset_mapping
+from skylimb.control.records import Command
 from skylimb.errors import ConfigError
 from skylimb.estimation.records import Measurement
+from skylimb.missions.reference import Reference
 from skylimb.robots.model import Robot
 
 
@@ -41,6 +43,38 @@ class Controller(Protocol):
     ) -> tuple[Any, Command, Mapping[str, Any]]:
         """One tick of `dt` seconds: the new state, the command, and signals to record under their names."""
         ...
+
+
+@runtime_checkable
+class TraceableController(Controller, Protocol):
+    """A controller whose step may be traced with symbols and compiled."""
+
+    @property
+    def robot(self) -> Robot:
+        """The robot that it believes in."""
+        ...
+
+    @property
+    def needs(self) -> Needs:
+        """What it needs of the loop."""
+        ...
+
+    def structure(self) -> tuple[Any, ...]:
+        """Everything that its traced step depends on besides its arguments; hashable."""
+        ...
+
+    def require(self, dt: float) -> None:
+        """Raise a `ConfigError` when it cannot be flown with ticks of `dt` seconds."""
+        ...
+
+    def tables(self) -> dict[str, Any]:
+        """The controller as plain tables for a run's record."""
+        ...
+
+
+def is_traceable(controller: Controller) -> TypeGuard[TraceableController]:
+    """Whether a controller's step may be traced and compiled; a user's plain Python class may not."""
+    return isinstance(controller, TraceableController)
 
 
 def load_controller(
@@ -91,17 +125,6 @@ def _users_controller(path: Path, robot: Robot) -> Controller:
     return made
 
 
-def resolved_preset(controller: Controller) -> dict[str, Any]:
-    """A cascade's preset as plain tables, for a run's record; only the name for a user's own controller."""
-    from skylimb.config import to_mapping
-
-    if not isinstance(controller, Cascade):
-        return {"name": controller.name}
-    preset = controller.preset
-    tables: dict[str, Any] = {"name": preset.name, "description": preset.description, "tare": preset.tare}
-    for part in PARTS:
-        tables[part] = to_mapping(getattr(preset, part))
-    for slot in SLOTS:
-        filled = getattr(preset, slot)
-        tables[slot] = {"law": filled.name, **to_mapping(filled.gains)}
-    return tables
+def resolved_tables(controller: Controller) -> dict[str, Any]:
+    """A controller as plain tables for a run's record; only the name for a user's own."""
+    return controller.tables() if is_traceable(controller) else {"name": controller.name}

@@ -4,60 +4,9 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple, Protocol
 
-import numpy as np
-
 from skylimb.estimation.records import BodyState, Wrench
+from skylimb.missions.reference import Reference
 from skylimb.symbolic import Array
-
-
-class Reference(NamedTuple):
-    """What the robot should do at a tick.
-
-    Attributes:
-        position: of the centre of gravity in W, m, (3,).
-        velocity: m/s, zero when positions alone are sent.
-        acceleration: m/s^2, zero when positions alone are sent.
-        heading: of the tip link about W's z in the nominal posture, rad.
-        reach: tip to centre of gravity along the tip link, m (r_ref of eq:admittance control).
-        joint_angles: nominal posture q, rad; the shape law's change of reach comes on top of it.
-        vectoring_angles: nominal psi of that posture, rad.
-        contact_axis: unit vector in W pointing from the robot into the surface, (3,).
-        tare: 1 while the observer's bias is averaged, else 0.
-        align: 1 to turn the whole robot so that the tip link keeps its heading though the joints give way,
-            else 0.
-        adapt: 1 while the shape law may answer to force, else 0.
-        tip_position: of the tip on its path over the nominal surface, in W, m, (3,): before the approach it
-            stands off, afterwards it lies on the nominal surface, wherever the real one is.
-        tip_velocity: its rate, m/s, whether or not velocities are sent.
-        tip_acceleration: m/s^2.
-        touch: 1 while the tip is to touch, or to go on until it does, else 0.
-        wait: 1 while the mission should not go on without touch, else 0.
-        sliding_axis: unit vector u of the sliding plane in W, (3,); the other one is contact_axis x u.
-    """
-
-    position: Array
-    velocity: Array
-    acceleration: Array
-    heading: Any
-    reach: Any
-    joint_angles: Array
-    vectoring_angles: Array
-    contact_axis: Array
-    tare: Any
-    align: Any
-    adapt: Any
-    tip_position: Array
-    tip_velocity: Array
-    tip_acceleration: Array
-    touch: Any
-    wait: Any
-    sliding_axis: Array
-
-
-def zero_reference(n_joints: int, n_vectoring: int) -> Reference:
-    """A reference of zeros, which tells the sizes of all entries."""
-    z3, q, psi = np.zeros(3), np.zeros(n_joints), np.zeros(n_vectoring)
-    return Reference(z3, z3, z3, 0.0, 0.0, q, psi, z3, 0.0, 0.0, 0.0, z3, z3, z3, 0.0, 0.0, z3)
 
 
 class Command(NamedTuple):

@@ -11,11 +11,12 @@ from typing import Annotated, Any
 from skylimb.config import from_mapping, put, read_toml, to_mapping
 from skylimb.errors import ConfigError, unknown_name
 from skylimb.keys import Key, configuration
+from skylimb.loop.terminations import Terminations
+from skylimb.missions.configuration import ApproachConfig, PhaseConfig
 from skylimb.planning.posture_path import PostureConfig
 from skylimb.planning.trajectories import TrajectoryConfig
 from skylimb.simulation.disturbance import DisturbanceConfig
 from skylimb.simulation.gain_changes import GainChange
-from skylimb.simulation.mission import ApproachConfig, PhaseConfig
 from skylimb.simulation.plant import PlantConfig
 from skylimb.simulation.sensors import SensorConfig
 from skylimb.simulation.surfaces import Surface, surface_from_mapping
@@ -46,6 +47,7 @@ class Settings:
     disturbance: DisturbanceConfig = field(default_factory=DisturbanceConfig)
     sensors: SensorConfig = field(default_factory=SensorConfig)
     plant: PlantConfig = field(default_factory=PlantConfig)
+    terminations: Terminations = field(default_factory=Terminations)
     gain_changes: tuple[GainChange, ...] = ()
 
     def check(self) -> None:

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from skylimb.analysis import style
 from skylimb.analysis.signals import in_phase
-from skylimb.experiments.run import run
+from skylimb.flights.public import run
 from skylimb.recording.run import Run
 from skylimb.reproduction.printed_forms import (
     admittance_as_printed,

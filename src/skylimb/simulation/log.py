@@ -10,8 +10,8 @@ import xarray as xr
 
 from skylimb.control.contact.machine import REASONS, STATES
 from skylimb.errors import ConfigError
-from skylimb.simulation.flight import Flight, flown_mission
-from skylimb.simulation.mission import PHASES, Mission
+from skylimb.loop.flight import Flight, flown_mission
+from skylimb.missions.mission import PHASES, Mission
 from skylimb.simulation.plant import Plant
 from skylimb.simulation.signals import SIGNALS, SignalInfo
 from skylimb.simulation.truth import contact_truth, flight_kinematics

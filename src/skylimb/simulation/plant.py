@@ -14,9 +14,9 @@ from typing import Annotated
 import mujoco
 import numpy as np
 
-from skylimb.control.records import Reference
 from skylimb.errors import ConfigError
 from skylimb.keys import Key, configuration
+from skylimb.missions.reference import Reference
 from skylimb.robots.description import Inertial, Link, RobotDescription
 from skylimb.robots.model import Robot
 from skylimb.simulation.contact import ContactReading, tune_contact_pair

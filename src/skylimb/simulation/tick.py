@@ -1,11 +1,12 @@
-"""One control tick as one compiled function: sensors, controller, actuators and what is recorded.
+"""One control tick of a simulated flight as one compiled function.
 
-    (state, plant outputs, row, reference, gains) -> (state, controls, signals)
+    (state, plant outputs, row, references, gains) -> (state, controls, signals)
 
-The row holds what is known of a tick before the flight: age of the motion capture's frame, noise. The
-reference is the mission's, at the tick that the mission's own clock shows: a controller may hold that clock
-back. All of it is pure, so that a driver in any language gives the same flight; gains are inputs, so that
-changing one rebuilds nothing.
+Sensors, controller, actuators and everything that is recorded are traced once with CasADi's symbols. The row
+holds what is known of a tick before the flight: age of the motion capture's frame, noise. The references are
+the mission's, from the tick that its own clock shows: a controller may hold that clock back. All of it is
+pure, so that a driver in any language gives the same flight; gains are inputs, so that changing one rebuilds
+nothing.
 """
 
 from __future__ import annotations
@@ -18,35 +19,19 @@ import casadi as ca
 import mujoco
 import numpy as np
 
-from skylimb.control.cascade import Cascade
-from skylimb.control.preset import SLOTS
-from skylimb.control.records import Command, Reference, zero_reference
+from skylimb.control.controller import TraceableController
+from skylimb.control.needs import needs_of
+from skylimb.control.records import Command
 from skylimb.errors import DescriptionError
-from skylimb.estimation.delay import require_history
 from skylimb.estimation.records import Measurement
+from skylimb.loop.flight import MISSION_TIME, PACE
+from skylimb.missions.clock import next_clock, start_of_mission
+from skylimb.missions.table import Window, window_of
 from skylimb.packing import Layout, structure
 from skylimb.simulation.actuators import actuate
-from skylimb.simulation.flight import MISSION_TIME
 from skylimb.simulation.plant import Plant
-from skylimb.simulation.sensors import SensorConfig, SensorNoise, SensorState, initial_sensor_state, sense
-from skylimb.symbolic import floor, where
-
-_FASTEST = 100.0
-"""No mission goes faster than this many times its own pace."""
-
-
-class TickRow(NamedTuple):
-    """What is known of a tick before the flight, whatever the mission asks at it."""
-
-    age: Any
-    noise: SensorNoise
-
-
-class Clock(NamedTuple):
-    """Where a flight is on the mission's own clock, in ticks, and how fast that goes (1 is its own speed)."""
-
-    ticks: Any
-    pace: Any
+from skylimb.simulation.rows import TickRow, reference_layout, row_layout
+from skylimb.simulation.sensors import SensorConfig, SensorState, initial_sensor_state, sense
 
 
 class PlantOutputs(NamedTuple):
@@ -56,42 +41,6 @@ class PlantOutputs(NamedTuple):
     qvel: Any
     act: Any
     history: Any
-
-
-def row_layout(plant: Plant) -> Layout[TickRow]:
-    """Layout of a row for this robot."""
-    description = plant.robot.description
-    z3, nq, nv = np.zeros(3), len(description.shape_joints), len(description.vectoring_joints)
-    return Layout(TickRow(0.0, SensorNoise(z3, z3, z3, z3, np.zeros(nq), np.zeros(nv))))
-
-
-def reference_layout(plant: Plant) -> Layout[Reference]:
-    """Layout of what the mission asks of this robot at a tick."""
-    return Layout(zero_reference(plant.robot.n_joints, plant.robot.n_vectoring))
-
-
-def reference_between(here: Reference, there: Reference, clock: Clock) -> Reference:
-    """The reference of a clock between two ticks, its rates slowed down as the clock is.
-
-    Args:
-        here: at the last whole tick of the mission.
-        there: at the next one.
-        clock: where the flight is.
-    """
-    part = clock.ticks - floor(clock.ticks)
-    mixed = Reference(*(a + part * (b - a) for a, b in zip(here, there, strict=True)))
-    return mixed._replace(
-        velocity=mixed.velocity * clock.pace,
-        acceleration=mixed.acceleration * clock.pace**2,
-        tip_velocity=mixed.tip_velocity * clock.pace,
-        tip_acceleration=mixed.tip_acceleration * clock.pace**2,
-    )
-
-
-def next_clock(clock: Clock, pace: Any) -> Clock:
-    """The clock a tick later; no pace derails it, be it negative, beyond reason or no number."""
-    pace = where(pace > 0.0, where(pace < _FASTEST, pace, _FASTEST), 0.0)
-    return Clock(clock.ticks + pace, pace)
 
 
 def sense_plant(
@@ -129,15 +78,16 @@ def plant_signals(
 
 @dataclass(frozen=True)
 class CompiledTick:
-    """A cascade's tick, ready for a driver.
+    """A controller's tick, ready for a driver.
 
     Attributes:
-        function: (state, qpos, qvel, act, history, row, reference, gains) -> (state, controls, signals), all
-            flat. `reference` holds the mission's row, and where the controller sets the pace also the next.
+        function: (state, qpos, qvel, act, history, row, references, gains) -> (state, controls, signals), all
+            flat. `references` holds the rows of the mission that `window` says, one behind the other.
         state: the state before the first tick, flat.
-        gains: the preset's gains, flat.
+        gains: the controller's gains, flat.
         gains_layout: where each gain stands.
         rows: layout of a row.
+        window: which rows of the mission a tick reads.
         clock: where in the state the mission's clock is, or None where it goes with the flight's.
         signals: layout of the signals.
     """
@@ -147,6 +97,7 @@ class CompiledTick:
     gains: np.ndarray
     gains_layout: Layout[Any]
     rows: Layout[TickRow]
+    window: Window
     signals: Layout[dict[str, Any]]
     clock: int | None = None
 
@@ -177,8 +128,10 @@ class _Traced(NamedTuple):
     clock: int | None
 
 
-def initial_tick_state(controller: Cascade, sensors: SensorConfig, root: np.ndarray, dt: float) -> Any:
-    """Sensors, controller and clock before the first tick.
+def initial_tick_state(
+    controller: TraceableController, sensors: SensorConfig, root: np.ndarray, dt: float
+) -> Any:
+    """Sensors, controller and mission clock before the first tick.
 
     Args:
         controller: what flies.
@@ -186,7 +139,7 @@ def initial_tick_state(controller: Cascade, sensors: SensorConfig, root: np.ndar
         root: pose and twist of the measured link before take-off, (13,).
         dt: control period, s.
     """
-    clock = Clock(0.0, 1.0) if controller.paced else ()
+    clock = start_of_mission() if needs_of(controller).paced else ()
     return initial_sensor_state(sensors, dt, root), controller.initial_state(), clock
 
 
@@ -200,7 +153,7 @@ def forget_ticks() -> None:
 
 
 def compile_tick(
-    controller: Cascade, plant: Plant, sensors: SensorConfig, root: np.ndarray, dt: float
+    controller: TraceableController, plant: Plant, sensors: SensorConfig, root: np.ndarray, dt: float
 ) -> CompiledTick:
     """Trace the whole tick with symbols and make one function of it.
 
@@ -208,20 +161,22 @@ def compile_tick(
     are data, so that thousands of flights that differ in those share a function.
 
     Args:
-        controller: a cascade of laws that can be traced.
+        controller: one that can be traced.
         plant: what it flies; only addresses and limits are taken from it.
         sensors: rate and latency give the depth of the history.
         root: pose and twist of the measured link before take-off, (13,).
         dt: control period, s.
     """
     check_measured_link(plant)
-    require_history(controller.preset.delay, dt)
+    controller.require(dt)
+    needs = needs_of(controller)
+    window = window_of(needs.preview, needs.paced, dt)
     initial = initial_tick_state(controller, sensors, root, dt)
     gains = controller.gains()
-    key = _structure(controller, plant, initial, gains, dt)
+    key = _structure(controller, plant, initial, gains, window, dt)
     traced = _traced.get(key)
     if traced is None:
-        traced = _traced[key] = _trace(controller, plant, initial, gains, dt)
+        traced = _traced[key] = _trace(controller, plant, initial, gains, window, dt)
         while len(_traced) > _MOST_TRACED:
             _traced.popitem(last=False)
     return CompiledTick(
@@ -230,60 +185,55 @@ def compile_tick(
         traced.gains_layout.pack(gains),
         traced.gains_layout,
         traced.rows,
+        window,
         traced.signals,
         traced.clock,
     )
 
 
-def _structure(controller: Cascade, plant: Plant, initial: Any, gains: Any, dt: float) -> tuple[Any, ...]:
+def _structure(
+    controller: TraceableController, plant: Plant, initial: Any, gains: Any, window: Window, dt: float
+) -> tuple[Any, ...]:
     """Everything that ends up in a traced function rather than in its arguments."""
-    preset, family, table, model = controller.preset, controller.family, controller.vectoring, plant.model
-    reading = plant.reading
-    # Functions are compared by identity, so that a law that was loaded anew is traced anew.
-    laws = tuple(getattr(preset, slot).law.step for slot in SLOTS)
+    model, reading = plant.model, plant.reading
     return (
-        type(controller),
-        controller.robot,
-        laws,
-        preset.tare,
+        controller.structure(),
         structure(gains),
         structure(initial),
-        (family.theta_min, family.theta_max, family.theta_nominal, family.described, family.coefficients),
-        (table.theta_min, table.theta_max, table.digest, np.asarray(table.coefficients).tobytes()),
         (plant.joint_qpos, plant.vectoring_qpos, len(plant.robot.description.rotors)),
         tuple(int(size) for size in (model.nq, model.nv, model.na, model.nhistory)),
         tuple(part.tobytes() for part in (reading.found, reading.force, reading.position)),
+        window,
         dt,
     )
 
 
-def _trace(controller: Cascade, plant: Plant, initial: Any, gains: Any, dt: float) -> _Traced:
-    states, gain_layout, rows = Layout(initial), Layout(gains), row_layout(plant)
-
-    references, paced = reference_layout(plant), controller.paced
+def _trace(
+    controller: TraceableController, plant: Plant, initial: Any, gains: Any, window: Window, dt: float
+) -> _Traced:
+    states, gain_layout = Layout(initial), Layout(gains)
+    rows, references = row_layout(plant.robot), reference_layout(plant.robot)
     x, row, given, p = (
         ca.SX.sym(name, size)
         for name, size in (
             ("state", states.size),
             ("row", rows.size),
-            ("reference", references.size * (2 if paced else 1)),
+            ("references", references.size * window.rows),
             ("gains", gain_layout.size),
         )
     )
     outputs = symbolic_outputs(plant.model)
     sensor_state, controller_state, clock = states.unpack(x)
-    known, reference = rows.unpack(row), references.unpack(given[: references.size])
-    if paced:
-        reference = reference_between(reference, references.unpack(given[references.size :]), clock)
+    known, reference = rows.unpack(row), window.read(references, given, clock)
     sensor_state, measurement = sense_plant(plant, sensor_state, outputs, known, dt)
     controller_state, command, inner = controller.step(
         gain_layout.unpack(p), controller_state, measurement, reference, dt
     )
     controls = actuate(controller.robot.description, command, outputs.act, dt)
-    recorded = plant_signals(plant, outputs, measurement, command) | inner
-    if paced:
+    recorded = {**plant_signals(plant, outputs, measurement, command), **inner}
+    if window.paced:
         recorded[MISSION_TIME] = clock.ticks * dt
-        clock = next_clock(clock, inner["pace"])
+        clock = next_clock(clock, inner[PACE])
     signals = Layout(recorded)
     function = ca.Function(
         "tick",
@@ -296,8 +246,9 @@ def _trace(controller: Cascade, plant: Plant, initial: Any, gains: Any, dt: floa
                 signals.pack(recorded),
             )
         ],
-        ["state", "qpos", "qvel", "act", "history", "row", "reference", "gains"],
+        ["state", "qpos", "qvel", "act", "history", "row", "references", "gains"],
         ["next_state", "controls", "signals"],
         {"cse": True},
     )
-    return _Traced(function, gain_layout, rows, signals, states.slices["2.ticks"].start if paced else None)
+    clock_at = states.slices["2.ticks"].start if window.paced else None
+    return _Traced(function, gain_layout, rows, signals, clock_at)

@@ -14,13 +14,13 @@ from typing import Any, NamedTuple
 import casadi as ca
 import numpy as np
 
+from skylimb.c_code import c_source
 from skylimb.errors import CompileError
+from skylimb.loop.flight import Flight
+from skylimb.missions.mission import Mission
 from skylimb.packing import Layout
 from skylimb.robots.model import Robot
 from skylimb.simulation.compiling import built_library
-from skylimb.simulation.flight import Flight
-from skylimb.simulation.mission import Mission
-from skylimb.simulation.native.function import c_source
 from skylimb.simulation.plant import Plant
 from skylimb.simulation.surfaces.contact_record import ContactGap, record_contact
 from skylimb.spatial import cross, rotation_from_quaternion, rpy_from_rotation

@@ -9,7 +9,7 @@ import numpy as np
 
 from skylimb.campaign.frozen import Campaign
 from skylimb.campaign.spec import Search
-from skylimb.control.controller import resolved_preset
+from skylimb.control.controller import resolved_tables
 from skylimb.errors import ConfigError
 from skylimb.robots.loader import load_robot
 
@@ -26,7 +26,7 @@ def present_gains(campaign: Campaign, name: str, search: Search) -> Gains:
     if "preset" not in campaign.controllers[name]:
         raise ConfigError(f"controller '{name}' is a Python file; its gains cannot be searched from outside")
     robot = load_robot(campaign.experiment_of(campaign.draw(0)).robot)
-    tables = resolved_preset(campaign.load(name, robot))
+    tables = resolved_tables(campaign.load(name, robot))
     found: Gains = {}
     for key in search.gains:
         node: Any = tables

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from skylimb.keys import refused
-from skylimb.spatial import rot_x, rot_y, rot_z, rotation_from_axis_angle
+from skylimb.spatial import rot_x, rot_y, rot_z, rotation_from_x_to
 
 
 def check_unit_vector(config: Any, key: str) -> None:
@@ -29,20 +29,8 @@ def check_unit_vector(config: Any, key: str) -> None:
         )
 
 
-def base_rotation(contact_axis: tuple[float, ...] | np.ndarray) -> np.ndarray:
-    """(3, 3) the smallest rotation that takes the world's x to `contact_axis`."""
-    w = np.asarray(contact_axis, dtype=float)
-    w = w / np.linalg.norm(w)
-    x = np.array([1.0, 0.0, 0.0])
-    turn = np.cross(x, w)
-    sine = float(np.linalg.norm(turn))
-    if sine < 1e-12:
-        return np.eye(3) if w[0] > 0 else rot_z(np.pi)
-    return rotation_from_axis_angle((turn / sine).tolist(), float(np.arctan2(sine, w[0])))
-
-
 def surface_rotation(
     contact_axis: tuple[float, ...], slope: float, pitch: float, roll: float = 0.0
 ) -> np.ndarray:
     """(3, 3) R_WS, whose columns are the surface's axes w (into it), u and v in the world."""
-    return base_rotation(contact_axis) @ rot_z(-slope) @ rot_y(pitch) @ rot_x(roll)
+    return rotation_from_x_to(contact_axis) @ rot_z(-slope) @ rot_y(pitch) @ rot_x(roll)

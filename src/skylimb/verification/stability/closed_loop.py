@@ -33,7 +33,7 @@ from scipy.linalg import eig
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
-from skylimb.control.cascade import Cascade
+from skylimb.control.controller import TraceableController
 from skylimb.experiments.experiment import Experiment
 from skylimb.simulation.tick import CompiledTick
 from skylimb.verification.stability.modes import Mode
@@ -157,7 +157,9 @@ def _parts(names: list[str], left: np.ndarray, right: np.ndarray) -> tuple[tuple
 
 
 def linearise(
-    experiment: Experiment | OperatingPoint, controller: Cascade | None = None, at: float | None = None
+    experiment: Experiment | OperatingPoint,
+    controller: TraceableController | None = None,
+    at: float | None = None,
 ) -> ClosedLoop:
     """The closed loop at a moment of a flight, or at a point at hand.
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from skylimb.verification.stability.closed_loop import ClosedLoop
 from skylimb.verification.stability.modes import Mode
-from skylimb.verification.stability.point import OperatingPoint, step
+from skylimb.verification.stability.point import OperatingPoint
 
 
 def flown_growth(
@@ -42,16 +42,16 @@ _Moment = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
 def _fly(point: OperatingPoint, moved: np.ndarray, ticks: int) -> list[_Moment]:
     """Positions, velocities, activations and the tick's state at every tick."""
-    model, data, state = point.plant.model, point.data(), point.state
+    model, data = point.plant.model, point.data()
     nv, na = model.nv, model.na
     mujoco.mj_integratePos(model, data.qpos, moved[:nv], 1.0)
     data.qvel[:] += moved[nv : 2 * nv]
     data.act[:] += moved[2 * nv : 2 * nv + na]
-    state = state + moved[2 * nv + na :]
+    driver = point.driver(data, ticks, point.state + moved[2 * nv + na :])
     moments = []
     for k in range(ticks):
-        moments.append((data.qpos.copy(), data.qvel.copy(), data.act.copy(), state))
-        state = step(point, state, data, k)
+        moments.append((data.qpos.copy(), data.qvel.copy(), data.act.copy(), driver.state(k).copy()))
+        driver.tick(k)
     return moments
 
 

@@ -9,18 +9,18 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from skylimb.control.cascade import Cascade
+from skylimb.control.controller import TraceableController
 from skylimb.errors import ConfigError, UnreachableError, unknown_name
 from skylimb.experiments.experiment import Experiment, experiment_with
-from skylimb.experiments.flyable import first_row
-from skylimb.experiments.run import prepare_flight, vectoring_purpose
+from skylimb.flights.drivers.compiled import CompiledDriver
+from skylimb.flights.takeoff import prepare
+from skylimb.loop.terminations import Terminations
+from skylimb.missions.mission import Mission
 from skylimb.packing import Layout
 from skylimb.robots.loader import load_robot
-from skylimb.simulation.drivers import mission_rows
-from skylimb.simulation.flight import MAX_TILT
-from skylimb.simulation.mission import PHASES, Mission
-from skylimb.simulation.plant import Plant, initial_data
-from skylimb.simulation.tick import CompiledTick, compile_tick, initial_tick_state
+from skylimb.simulation.plant import Plant
+from skylimb.simulation.rows import FlightRows
+from skylimb.simulation.tick import CompiledTick
 
 LONGEST_LATENCY = 0.10
 """Greatest true latency that a point's sensor history goes back for, s."""
@@ -40,7 +40,8 @@ class OperatingPoint:
         qpos, qvel, act: MuJoCo's state.
         state: flat state of the tick.
         row: what is known of a tick beforehand: age of the frame, no noise.
-        mission: packed references of every tick of the mission, and the last one once more.
+        mission: packed references of every tick of the mission, and copies of the last one.
+        last: the mission's last tick.
         ticks: how many ticks the mission had gone, for a controller that follows the flight's clock.
         period: s.
     """
@@ -55,13 +56,20 @@ class OperatingPoint:
     state: np.ndarray
     row: np.ndarray
     mission: np.ndarray
+    last: int
     ticks: int
     period: float
 
     @property
     def references(self) -> np.ndarray:
-        """The mission's row now, and for a controller that sets the pace also the next one."""
-        return references_at(self, self.state, 0)
+        """The mission's rows that the tick reads now."""
+        return self.mission[self.at : self.at + self.tick.window.rows]
+
+    @property
+    def at(self) -> int:
+        """The mission's whole tick."""
+        clock = self.tick.clock
+        return min(self.ticks if clock is None else int(self.state[clock]), self.last)
 
     @property
     def latency(self) -> float:
@@ -94,6 +102,21 @@ class OperatingPoint:
         mujoco.mj_forward(self.plant.model, data)
         return data
 
+    def driver(self, data: mujoco.MjData, ticks: int, state: np.ndarray | None = None) -> CompiledDriver:
+        """A driver that flies on from here.
+
+        Args:
+            data: of the plant; it is advanced.
+            ticks: how many at most.
+            state: flat state of the tick to begin with; the point's own when None.
+        """
+        tick = dataclasses.replace(self.tick, state=self.state if state is None else state, gains=self.gains)
+        references = self.mission[self.at :]
+        # Beyond the mission's end the last reference stays.
+        references = np.vstack([references, np.repeat(references[-1:], ticks + 1, axis=0)])
+        rows = FlightRows(np.tile(self.row, (ticks, 1)), references, len(references) - 1)
+        return CompiledDriver(tick, self.plant, data, rows, start=self.at)
+
     def _slice(self, name: str) -> slice:
         slices = self.tick.gains_layout.slices
         if name not in slices:
@@ -107,12 +130,14 @@ def quiet(experiment: Experiment) -> Experiment:
     return experiment_with(experiment, {**noise, "sensors.rate": 0.0})
 
 
-def operating_point(experiment: Experiment, controller: Cascade, at: float | None = None) -> OperatingPoint:
+def operating_point(
+    experiment: Experiment, controller: TraceableController, at: float | None = None
+) -> OperatingPoint:
     """Fly to a moment of a mission and stop there.
 
     Args:
         experiment: what to fly; its noise is left out.
-        controller: a cascade.
+        controller: one that can be traced.
         at: the moment on the mission's clock, s; the middle of the slide when None.
 
     Raises:
@@ -121,8 +146,8 @@ def operating_point(experiment: Experiment, controller: Cascade, at: float | Non
             moment cannot know: a surface that moves, or friction that varies.
     """
     experiment = quiet(experiment)
-    robot = load_robot(experiment.robot)
-    plant, mission = prepare_flight(experiment, robot, vectoring_purpose(controller))
+    takeoff = prepare(experiment, load_robot(experiment.robot), controller)
+    plant, mission = takeoff.plant, takeoff.mission
     if plant.surface.moves or plant.surface.friction_varies:
         raise ConfigError(
             f"surface '{plant.surface.kind}' moves or its friction varies; a linearisation needs one that "
@@ -131,61 +156,43 @@ def operating_point(experiment: Experiment, controller: Cascade, at: float | Non
     at = _middle_of_slide(mission) if at is None else at
     if not 0.0 < at < mission.times[-1]:
         raise ConfigError(f"at = {at:g} s is outside of the mission, 0 .. {mission.times[-1]:g} s")
-    dt = experiment.control_period
-    data = initial_data(plant, first_row(mission))
-    root = np.concatenate([data.qpos[0:7], data.qvel[0:6]])
-    sensors = dataclasses.replace(experiment.sensors, latency=LONGEST_LATENCY)
-    tick = compile_tick(controller, plant, sensors, root, dt)
-    rows = mission_rows(plant, mission, experiment.sensors, 0, controller.paced)
+    late = dataclasses.replace(
+        takeoff,
+        experiment=experiment_with(experiment, {"sensors.latency": LONGEST_LATENCY}),
+    )
+    names = state_names(late.initial_tick_state)
+    data, tick = takeoff.data(), late.tick
     point = OperatingPoint(
-        plant, tick, state_names(initial_tick_state(controller, sensors, root, dt)), tick.gains.copy(),
-        data.qpos.copy(), data.qvel.copy(), data.act.copy(), tick.state.copy(), rows.ticks[0],
-        rows.references, 0, dt,
+        plant, tick, names, tick.gains.copy(), data.qpos.copy(), data.qvel.copy(), data.act.copy(),
+        tick.state.copy(), takeoff.rows.ticks[0], takeoff.rows.references, takeoff.rows.last, 0,
+        takeoff.period,
     )  # fmt: skip
-    return _fly(point, data, len(rows.ticks), at)
+    return _fly(point, data, len(takeoff.rows), at, experiment.terminations)
 
 
-def _fly(point: OperatingPoint, data: mujoco.MjData, most: int, at: float) -> OperatingPoint:
-    tick, state, clock = point.tick, point.state, 0.0
+def _fly(
+    point: OperatingPoint, data: mujoco.MjData, most: int, at: float, limits: Terminations
+) -> OperatingPoint:
+    tick, driver, clock = point.tick, point.driver(data, most), 0.0
     for k in range(most):
+        state = driver.state(k)
         if clock * point.period >= at - 1e-9:
             return dataclasses.replace(
-                point, qpos=data.qpos.copy(), qvel=data.qvel.copy(), act=data.act.copy(), state=state, ticks=k
+                point,
+                qpos=data.qpos.copy(),
+                qvel=data.qvel.copy(),
+                act=data.act.copy(),
+                state=state.copy(),
+                ticks=k,
             )
-        state = step(point, state, data, k)
-        tilt = 1.0 - 2.0 * (data.qpos[4] ** 2 + data.qpos[5] ** 2)
-        if not (np.isfinite(state).all() and tilt > np.cos(MAX_TILT)):
+        driver.tick(k)
+        upright = 1.0 - 2.0 * (data.qpos[4] ** 2 + data.qpos[5] ** 2)
+        if not (np.isfinite(driver.state(k + 1)).all() and upright > np.cos(limits.tilt)):
             raise UnreachableError(f"the flight is lost at t = {k * point.period:.3f} s, before {at:g} s")
-        clock = k + 1.0 if tick.clock is None else float(state[tick.clock])
+        clock = k + 1.0 if tick.clock is None else float(driver.state(k + 1)[tick.clock])
     raise UnreachableError(
         f"the controller holds the mission back: it is at {clock * point.period:.3f} s of {at:g} s"
     )
-
-
-def step(point: OperatingPoint, state: np.ndarray, data: mujoco.MjData, later: int) -> np.ndarray:
-    """One tick of the flight: the next state of the tick; `data` is advanced.
-
-    Args:
-        point: what flies.
-        state: flat state of the tick.
-        data: of the plant.
-        later: ticks since the point.
-    """
-    state, data.ctrl[:] = evaluate(
-        point.tick, state, data, point.row, references_at(point, state, later), point.gains
-    )
-    mujoco.mj_step(point.plant.model, data, point.plant.substeps)
-    return state
-
-
-def references_at(point: OperatingPoint, state: np.ndarray, later: int) -> np.ndarray:
-    """Rows of the mission that the tick of this state is given, `later` ticks after the point."""
-    clock = point.tick.clock
-    last = len(point.mission) - 2
-    if clock is None:
-        return point.mission[min(point.ticks + later, last)][None]
-    at = min(int(state[clock]), last)
-    return point.mission[at : at + 2]
 
 
 def evaluate(
@@ -217,7 +224,7 @@ def state_names(initial: Any) -> tuple[str, ...]:
 
 
 def _middle_of_slide(mission: Mission) -> float:
-    slide = np.flatnonzero(mission.phase == PHASES.index("slide"))
+    slide = np.flatnonzero(mission.in_phase("slide"))
     if not len(slide):
         raise ConfigError("the mission has no slide; say at which moment to linearise")
     return float(mission.times[slide[len(slide) // 2]])

@@ -1,4 +1,4 @@
-"""Keeps the engine from looking at the clock while it flies.
+"""Keeps the engine from reading a clock while it flies.
 
 The engine's Python bindings hand it a clock, which it then reads many times in every physics step to fill
 timers that nobody here looks at: a tenth of a flight. Without a clock the numbers are the same to the bit.
@@ -21,7 +21,7 @@ _clock: int | None = None
 
 
 @contextmanager
-def without_clock() -> Iterator[None]:
+def without_timer() -> Iterator[None]:
     """Take the engine's clock away; who comes last puts it back."""
     global _users, _clock  # noqa: PLW0603 - the engine has one clock for the whole process
     slot = _slot()

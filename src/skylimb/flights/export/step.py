@@ -9,9 +9,9 @@ import casadi as ca
 import numpy as np
 
 from skylimb.control.cascade import Cascade
-from skylimb.control.records import Command, Reference, zero_reference
-from skylimb.estimation.delay import require_history
+from skylimb.control.records import Command
 from skylimb.estimation.records import Measurement
+from skylimb.missions.reference import Reference, zero_reference
 from skylimb.packing import Layout
 from skylimb.robots.model import Robot
 
@@ -45,7 +45,7 @@ class ControllerStep:
 
 def controller_step(controller: Cascade, dt: float) -> ControllerStep:
     """Trace a cascade's tick for control period `dt`, s."""
-    require_history(controller.preset.delay, dt)
+    controller.require(dt)
     initial, gains = controller.initial_state(), controller.gains()
     states, gains_layout = Layout(initial), Layout(gains)
     robot = controller.robot

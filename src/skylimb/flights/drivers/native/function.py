@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 
+from skylimb.c_code import c_source
 from skylimb.errors import CompileError, ConfigError
 from skylimb.simulation.compiling import built_library, load_library
 from skylimb.simulation.plant import Plant
@@ -30,13 +31,6 @@ class NativeTick:
     tick: CompiledTick
     library: ctypes.CDLL
     address: int
-
-
-def c_source(function: ca.Function, header: bool = False) -> str:
-    """A CasADi function of scalars as a C file that needs nothing but libm and allocates nothing."""
-    generator = ca.CodeGenerator(f"{function.name()}.c", {"with_header": header})
-    generator.add(function)
-    return generator.dump()
 
 
 _loaded: OrderedDict[int, tuple[ca.Function, ctypes.CDLL, int]] = OrderedDict()

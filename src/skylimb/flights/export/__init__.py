@@ -1,5 +1,5 @@
 """A controller as C for a flight computer."""
 
-from skylimb.simulation.native.export.files import export_c
+from skylimb.flights.export.files import export_c
 
 __all__ = ["export_c"]

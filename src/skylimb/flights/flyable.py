@@ -5,29 +5,22 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from skylimb.control.records import Reference
-from skylimb.simulation.mission import PHASES, Mission
+from skylimb.missions.mission import Mission
 from skylimb.simulation.plant import Plant, initial_data
 from skylimb.simulation.robot_bodies import TIP_SITE
 from skylimb.simulation.surfaces import Surface, require_clear, require_fits, require_path
-
-
-def first_row(mission: Mission) -> Reference:
-    """What the mission asks for before take-off."""
-    return Reference(*(entry[0] for entry in mission.reference))
 
 
 def require_flyable(plant: Plant, mission: Mission) -> None:
     """Raise a `ConfigError` unless the tip fits the surface, the robot starts clear and the path stays on."""
     surface, tip = plant.surface, plant.robot.description.tip
     require_fits(surface, tip.radius)
-    data = initial_data(plant, first_row(mission))
+    data = initial_data(plant, mission.first)
     bodies = data.xpos[1:][[not name.startswith("surface") for name in _body_names(plant.model)]]
     points = np.vstack([bodies, data.site(TIP_SITE).xpos])
     require_clear(surface, points, tip.radius, plant.robot.name)
-    sliding = np.isin(mission.phase, [PHASES.index(name) for name in ("slide", "lift")])
     if mission.contact:
-        require_path(surface, mission.tip_path[sliding])
+        require_path(surface, mission.tip_path[mission.in_phase("slide", "lift")])
 
 
 def _body_names(model: mujoco.MjModel) -> list[str]:
@@ -44,7 +37,7 @@ def standing_out(surface: Surface, mission: Mission) -> float:
     Returns:
         m, from the plane along the contact axis; 0 where nothing stands out or nothing is lifted.
     """
-    lifted = mission.phase == PHASES.index("lift")
+    lifted = mission.in_phase("lift")
     if not lifted.any():
         return 0.0
     axis = mission.frame.contact

@@ -11,16 +11,17 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from skylimb.flights.takeoff import Takeoff
+from skylimb.loop.loop import CHECK_INTERVAL
+from skylimb.loop.terminations import Terminations, watched_columns
+from skylimb.missions.mission import Mission
 from skylimb.packing import Layout
 from skylimb.simulation.contact import PAIR_NAME
-from skylimb.simulation.disturbance import DisturbanceConfig, active, pushes
-from skylimb.simulation.drivers import FlightRows, friction_writer
-from skylimb.simulation.flight import CHECK_INTERVAL, MAX_DISTANCE, MAX_TILT, MIN_HEIGHT, watched_columns
-from skylimb.simulation.mission import Mission
+from skylimb.simulation.disturbance import active, pushes
+from skylimb.simulation.interventions import friction_writer
 from skylimb.simulation.plant import Plant
 from skylimb.simulation.robot_bodies import TIP_SITE
 from skylimb.simulation.surfaces.pair_friction import friction_table
-from skylimb.simulation.tick import CompiledTick
 
 MARK = 1936419121.0
 """Second word of `data.userdata` of a flight; the first is its record's address."""
@@ -63,6 +64,7 @@ class Aloft:
         log: one row of signals a tick; NaN where nothing was flown.
         mission: what is flown.
         layout: of the log's rows.
+        limits: beyond which the flight is lost.
         kept: arrays that the record points to.
     """
 
@@ -71,6 +73,7 @@ class Aloft:
     log: np.ndarray
     mission: Mission
     layout: Layout[Any]
+    limits: Terminations
     kept: list[np.ndarray] = field(default_factory=list)
 
     @property
@@ -95,33 +98,22 @@ class Aloft:
         return kept.ctypes.data
 
 
-def begin_flight(
-    tick: CompiledTick,
-    function: int,
-    plant: Plant,
-    data: mujoco.MjData,
-    mission: Mission,
-    rows: FlightRows,
-    disturbance: DisturbanceConfig,
-) -> Aloft:
+def begin_flight(takeoff: Takeoff, function: int) -> Aloft:
     """A flight before its first tick.
 
     Args:
-        tick: layouts, gains and first state.
+        takeoff: what is flown.
         function: address of the tick's compiled function.
-        plant: what is flown.
-        data: the plant's state before the first tick.
-        mission: what is flown.
-        rows: what is known before.
-        disturbance: the push.
     """
-    count, times = len(rows), np.arange(len(rows)) * (mission.times[1] - mission.times[0])
+    tick, plant, mission, rows = takeoff.tick, takeoff.plant, takeoff.mission, takeoff.rows
+    count, times = len(rows), takeoff.times
+    limits, disturbance = takeoff.experiment.terminations, takeoff.experiment.disturbance
     model = plant.model
     if plant.surface.friction_varies:
         model = copy.copy(model)
-        friction_writer(plant, data, times, model)(0)
+        friction_writer(plant, takeoff.data(), times, model)(0)
     log = np.full((count, tick.signals.size), np.nan)
-    flight = Aloft(FlightRecord(), model, log, mission, tick.signals)
+    flight = Aloft(FlightRecord(), model, log, mission, tick.signals, limits)
     record, keep = flight.record, flight.keep
     record.tick = function
     record.count, record.substeps, record.interval = count, plant.substeps, CHECK_INTERVAL
@@ -138,7 +130,11 @@ def begin_flight(
     record.position = keep(mission.reference.position)
     watched = watched_columns(tick.signals)
     record.watched, record.n_watched = keep(watched, np.int64), len(watched)
-    record.limits = (math.cos(MAX_TILT) - _SLACK, MAX_DISTANCE + _CLOSE, MIN_HEIGHT - _SLACK)
+    record.limits = (
+        math.cos(min(limits.tilt, math.pi)) - _SLACK,
+        limits.distance + _CLOSE,
+        limits.height - _SLACK,
+    )
     record.fresh, record.warned = 1, -1
     record.wall_qpos, record.wall_dof = plant.wall_joint or (-1, -1)
     record.wall = keep(np.stack(plant.surface.motion(times), axis=1))

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
+
 import numpy as np
 
 from skylimb.planning.posture import posture_family
@@ -9,11 +12,33 @@ from skylimb.planning.posture_path import PostureConfig, posture_path
 from skylimb.planning.vectoring import vectoring_table
 from skylimb.planning.vectoring_path import vectoring_path
 from skylimb.robots.model import Robot
-from skylimb.simulation.mission import PosturePlan
 from skylimb.spatial import rot_z
 
 _KNOT = 0.1
 """Time between two knots at which vectoring angles are sought, s."""
+
+
+@dataclass(frozen=True)
+class PosturePlan:
+    """The nominal posture over time, counted from the beginning of the slide.
+
+    Attributes:
+        reach: r_ref, m.
+        tip: from the centre of gravity to the tip in the level robot whose tip link points along x, m, (3,).
+        tip_radius: m.
+        duration: time that the plan takes, s; 0 for a posture that stays.
+        joint_angles: times (k,) -> q (k, nq), rad.
+        vectoring_angles: times (k,) -> psi (k, nv), rad.
+        tip_heading: times (k,) -> yaw of the tip link in C less that of the first posture, (k,), rad.
+    """
+
+    reach: float
+    tip: np.ndarray
+    tip_radius: float
+    duration: float
+    joint_angles: Callable[[np.ndarray], np.ndarray]
+    vectoring_angles: Callable[[np.ndarray], np.ndarray]
+    tip_heading: Callable[[np.ndarray], np.ndarray]
 
 
 def posture_plan(config: PostureConfig, robot: Robot, purpose: str = "torque") -> PosturePlan:

@@ -12,8 +12,8 @@ from pathlib import Path
 import mujoco
 
 from skylimb.errors import CompileError
+from skylimb.flights.drivers.native.record import FlightRecord
 from skylimb.simulation.compiling import built_library, engine_library, load_library
-from skylimb.simulation.native.record import FlightRecord
 
 _SOURCE = Path(__file__).with_name("flight.c")
 _CONTROL = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)

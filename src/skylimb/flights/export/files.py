@@ -8,19 +8,19 @@ from typing import Any
 
 import numpy as np
 
+from skylimb.c_code import c_source
 from skylimb.control.cascade import Cascade
 from skylimb.control.controller import Controller
 from skylimb.errors import ConfigError
-from skylimb.packing import Layout
-from skylimb.recording.files import new_folder
-from skylimb.simulation.native.export.step import (
+from skylimb.flights.export.step import (
     NAME,
     ControllerStep,
     Vector,
     controller_step,
     example_vector,
 )
-from skylimb.simulation.native.function import c_source
+from skylimb.packing import Layout
+from skylimb.recording.files import new_folder
 
 _TEMPLATES = Path(__file__).parent
 TOLERANCE = 1e-12

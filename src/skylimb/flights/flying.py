@@ -1,0 +1,47 @@
+"""Fly a take-off: choose the driver that suits it, and run the loop."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from skylimb.flights.drivers.compiled import CompiledDriver
+from skylimb.flights.drivers.free import FreeDriver
+from skylimb.flights.drivers.native import fly_native, native_available
+from skylimb.flights.takeoff import Takeoff
+from skylimb.loop.flight import Flight
+from skylimb.loop.loop import Driver, Loop
+from skylimb.simulation.engine_timer import without_timer
+from skylimb.simulation.interventions import interventions
+from skylimb.simulation.vehicle import SimulatedVehicle
+
+Progress = Callable[[int, int], None]
+"""Called now and then with (ticks flown, ticks in all)."""
+
+
+def fly(takeoff: Takeoff, progress: Progress | None = None) -> Flight:
+    """Fly to the end with the fastest driver that this machine has; every driver gives the same flight."""
+    if takeoff.traceable and native_available():
+        return fly_native([takeoff], progress=progress)[0]
+    return fly_here(takeoff, progress)
+
+
+def fly_here(takeoff: Takeoff, progress: Progress | None = None) -> Flight:
+    """Fly to the end in this process, with the compiled driver or the free one."""
+    with without_timer():
+        return begin_loop(takeoff).fly(progress)
+
+
+def begin_loop(takeoff: Takeoff) -> Loop:
+    """The loop of a simulated flight before its first tick, to be stepped from outside."""
+    limits = takeoff.experiment.terminations
+    return Loop(simulated_driver(takeoff), takeoff.mission, limits, len(takeoff.times))
+
+
+def simulated_driver(takeoff: Takeoff) -> Driver:
+    """`compiled` for a controller that can be traced, else `free` on the simulated vehicle."""
+    plant, data, rows = takeoff.plant, takeoff.data(), takeoff.rows
+    outside = interventions(plant, data, takeoff.times, takeoff.experiment.disturbance)
+    if takeoff.traceable:
+        return CompiledDriver(takeoff.tick, plant, data, rows, outside)
+    vehicle = SimulatedVehicle(plant, data, rows.ticks, takeoff.experiment.sensors, takeoff.period, outside)
+    return FreeDriver(takeoff.controller, vehicle, plant.robot, takeoff.mission, len(rows))

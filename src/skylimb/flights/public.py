@@ -1,0 +1,145 @@
+"""The calls that users make: fly one controller, compare several, or step a flight by hand."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from skylimb.control.controller import Controller, controller_from_tables, load_controller
+from skylimb.errors import ConfigError
+from skylimb.experiments.experiment import Experiment, experiment_with, load_experiment
+from skylimb.flights.flying import begin_loop, fly
+from skylimb.flights.record import recorded
+from skylimb.flights.stepped import SteppedFlight
+from skylimb.flights.takeoff import Takeoff, prepare
+from skylimb.recording.run import Run
+from skylimb.robots.loader import load_robot
+from skylimb.robots.model import Robot
+
+Progress = Callable[[str, int, int], None]
+"""Called now and then with (controller, ticks flown, ticks in all)."""
+
+DEFAULT_CONTROLLER = "hybrid"
+PAPER_CONTROLLERS = ("pid", "impedance", "admittance", "hybrid")
+
+
+def run(
+    experiment: str | Experiment = "paper",
+    controller: str | Controller | None = None,
+    seed: int | None = None,
+    set: Mapping[str, Any] | None = None,
+    progress: Progress | None = None,
+) -> Run:
+    """Fly one controller through one experiment.
+
+    Args:
+        experiment: a name, a TOML file, or an experiment at hand.
+        controller: a preset's name, a preset's TOML file, a Python file, or a controller at hand; when
+            None, the one that the experiment's file brings along (as a run's config.toml does), else
+            "hybrid".
+        seed: of the sensors' noise; the experiment's own when None.
+        set: dotted keys of the experiment and new values; keys that begin with "controller." go to the
+            preset.
+        progress: told how far the flight is.
+
+    Returns:
+        The run; a flight that is lost has status FAILED and its cause, and no scores.
+
+    Raises:
+        SkylimbError: when anything asked for cannot be flown; nothing has flown then.
+    """
+    (takeoff,) = take_off(experiment, (controller,), seed, set)
+    return _flown(takeoff, progress)
+
+
+def begin(
+    experiment: str | Experiment = "paper",
+    controller: str | Controller | None = None,
+    seed: int | None = None,
+    set: Mapping[str, Any] | None = None,
+) -> SteppedFlight:
+    """A flight before its first tick, to be stepped from outside.
+
+    Arguments are those of `run`.
+
+    Returns:
+        A flight with `tick`, `signal` and `finish`; driven to its end it is the flight of `run`.
+    """
+    (takeoff,) = take_off(experiment, (controller,), seed, set)
+    return SteppedFlight(takeoff, begin_loop(takeoff))
+
+
+def compare(
+    experiment: str | Experiment = "paper",
+    controllers: Sequence[str | Controller] = PAPER_CONTROLLERS,
+    seed: int | None = None,
+    set: Mapping[str, Any] | None = None,
+    progress: Progress | None = None,
+) -> dict[str, Run]:
+    """Fly several controllers through the same experiment with the same seed.
+
+    Arguments are those of `run`.
+
+    Returns:
+        Runs by the controllers' names, in the order given.
+    """
+    ready = take_off(experiment, controllers, seed, set)
+    names = [takeoff.controller.name for takeoff in ready]
+    alike = sorted({name for name in names if names.count(name) > 1})
+    if alike:
+        raise ConfigError(f"two controllers are called '{alike[0]}'; a comparison needs a name for each")
+    return {takeoff.controller.name: _flown(takeoff, progress) for takeoff in ready}
+
+
+def _flown(takeoff: Takeoff, progress: Progress | None) -> Run:
+    """Fly a take-off to its end."""
+
+    def report(done: int, total: int) -> None:
+        if progress is not None:
+            progress(takeoff.controller.name, done, total)
+
+    return recorded(takeoff, fly(takeoff, report))
+
+
+def take_off(
+    experiment: str | Experiment,
+    controllers: Sequence[str | Controller | None],
+    seed: int | None = None,
+    set: Mapping[str, Any] | None = None,
+) -> list[Takeoff]:
+    """Load and check everything before anything flies: one take-off for each controller.
+
+    Arguments are those of `run` and `compare`.
+    """
+    given = dict(set or {})
+    gains = {
+        key.removeprefix("controller."): given.pop(key)
+        for key in list(given)
+        if key.startswith("controller.")
+    }
+    if seed is not None:
+        given["seed"] = seed
+    if isinstance(experiment, Experiment):
+        experiment = experiment_with(experiment, given)
+    else:
+        experiment = load_experiment(experiment, given)
+    robot = load_robot(experiment.robot)
+    ready = [_controller(item, experiment, robot, gains) for item in controllers]
+    return [prepare(experiment, robot, controller) for controller in ready]
+
+
+def _controller(
+    given: str | Controller | None, experiment: Experiment, robot: Robot, gains: Mapping[str, Any]
+) -> Controller:
+    if given is None and experiment.controller:
+        # A user's own Python controller leaves only its name behind.
+        if set(experiment.controller) == {"name"}:
+            raise ConfigError(
+                f"experiment {experiment.name} was flown by '{experiment.controller['name']}', a Python "
+                "controller that its file does not hold; name it with --controller"
+            )
+        return controller_from_tables(experiment.controller, Path("config.toml"), robot, gains)
+    if given is None or isinstance(given, str):
+        return load_controller(given or DEFAULT_CONTROLLER, robot, gains)
+    return given

@@ -1,0 +1,50 @@
+"""A flight as a run: its log with everything that produced it, and its scores."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+
+from skylimb.analysis.metrics import metrics
+from skylimb.config import write_toml
+from skylimb.control.controller import resolved_tables
+from skylimb.flights.asked_line import with_asked_line
+from skylimb.flights.takeoff import Takeoff
+from skylimb.loop.flight import Flight
+from skylimb.recording.run import Run
+from skylimb.recording.versions import versions
+from skylimb.simulation.log import flight_log
+
+
+def recorded(takeoff: Takeoff, flight: Flight) -> Run:
+    """The run of a flight: log, scores, configuration, versions and scene."""
+    return documented(scored(takeoff, flight), takeoff)
+
+
+def scored(takeoff: Takeoff, flight: Flight) -> Run:
+    """The run of a flight with its scores; `documented` adds what only a record that is kept needs."""
+    experiment, plant, mission = takeoff.experiment, takeoff.plant, takeoff.mission
+    log = with_asked_line(flight_log(plant, flight, mission), experiment.trajectory)
+    frame, name = mission.frame, takeoff.controller.name
+    log.attrs |= {
+        "robot": takeoff.robot.name,
+        "experiment": experiment.name,
+        "controller": name,
+        "seed": experiment.seed,
+        "status": "FAILED" if flight.cause else "OK",
+        "cause": flight.cause,
+        "surface": json.dumps(plant.surface.describe()),
+        "contact_axis": frame.contact.tolist(),
+        "sliding_axes": [*frame.sliding_u.tolist(), *frame.sliding_v.tolist()],
+        "path_center": json.dumps([float(x) for x in experiment.surface.position]),
+    }
+    return Run(name=name, controller=name, log=log, metrics=metrics(log))
+
+
+def documented(run: Run, takeoff: Takeoff) -> Run:
+    """The run with all that produced it in its log: configuration, versions and scene."""
+    config = {**takeoff.experiment.to_mapping(), "controller": resolved_tables(takeoff.controller)}
+    log = run.log.assign_attrs(
+        config=write_toml(config), versions=json.dumps(versions()), scene=takeoff.plant.scene
+    )
+    return dataclasses.replace(run, log=log)

@@ -1,0 +1,156 @@
+"""A flight about to begin: everything that a driver needs, made in one place."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from skylimb.control.controller import Controller, TraceableController, is_traceable
+from skylimb.control.needs import needs_of
+from skylimb.errors import ConfigError
+from skylimb.experiments.experiment import Experiment
+from skylimb.flights.flyable import require_flyable, standing_out
+from skylimb.missions.configuration import MissionConfig
+from skylimb.missions.frame import contact_frame
+from skylimb.missions.mission import Mission
+from skylimb.missions.plan import plan_mission
+from skylimb.missions.posture import posture_plan
+from skylimb.missions.table import Window, window_of
+from skylimb.robots.model import Robot
+from skylimb.simulation.gain_changes import require_gain_changes
+from skylimb.simulation.plant import Plant, build_plant, initial_data
+from skylimb.simulation.rows import FlightRows, flight_rows
+from skylimb.simulation.tick import CompiledTick, compile_tick, initial_tick_state
+
+
+@dataclass(frozen=True)
+class Takeoff:
+    """A flight about to begin.
+
+    Attributes:
+        experiment: what is flown.
+        robot: as it is described; plant and nominal posture are made from it.
+        controller: what flies it; it may believe in another robot.
+        plant: the robot that really flies, and its surface.
+        mission: what the controller is asked to do.
+    """
+
+    experiment: Experiment
+    robot: Robot
+    controller: Controller
+    plant: Plant
+    mission: Mission
+
+    @property
+    def period(self) -> float:
+        """Control period, s."""
+        return self.experiment.control_period
+
+    @cached_property
+    def window(self) -> Window:
+        """Which rows of the mission a tick reads."""
+        needs = needs_of(self.controller)
+        return window_of(needs.preview, needs.paced, self.period)
+
+    @cached_property
+    def times(self) -> np.ndarray:
+        """Times since take-off of every tick that the flight may have, s."""
+        return self.mission.flight_times(self.window.paced)
+
+    @property
+    def traceable(self) -> bool:
+        """Whether sensors, controller and actuators can be compiled to one function."""
+        return is_traceable(self.controller)
+
+    @cached_property
+    def initial_tick_state(self) -> Any:
+        """Sensors, controller and mission clock before the first tick, as a record."""
+        return initial_tick_state(self._traced_controller, self.experiment.sensors, self._root, self.period)
+
+    @cached_property
+    def tick(self) -> CompiledTick:
+        """The compiled tick; only for a controller that can be traced."""
+        controller, sensors = self._traced_controller, self.experiment.sensors
+        return compile_tick(controller, self.plant, sensors, self._root, self.period)
+
+    @property
+    def _traced_controller(self) -> TraceableController:
+        if not is_traceable(self.controller):
+            raise ConfigError(f"controller '{self.controller.name}' is a Python class that cannot be traced")
+        return self.controller
+
+    @property
+    def _root(self) -> np.ndarray:
+        """Pose and twist of the root link before take-off, (13,)."""
+        return np.concatenate([self._initial.qpos[0:7], self._initial.qvel[0:6]])
+
+    @cached_property
+    def rows(self) -> FlightRows:
+        """All that is known of the flight beforehand: references, noise, changing gains."""
+        experiment = self.experiment
+        rows = flight_rows(self.plant.robot, self.mission, experiment.sensors, experiment.seed, self.window)
+        if not experiment.gain_changes:
+            return rows
+        tick = self.tick
+        return rows.with_changes(experiment.gain_changes, tick.gains, tick.gains_layout, self.period)
+
+    @cached_property
+    def _initial(self) -> mujoco.MjData:
+        return initial_data(self.plant, self.mission.first)
+
+    def data(self) -> mujoco.MjData:
+        """The plant's state before the first tick, as a copy of its own."""
+        data = mujoco.MjData(self.plant.model)
+        mujoco.mj_copyData(data, self.plant.model, self._initial)
+        return data
+
+
+def prepare(experiment: Experiment, robot: Robot, controller: Controller) -> Takeoff:
+    """Make plant and mission of an experiment, and check everything against each other.
+
+    Args:
+        experiment: what to fly.
+        robot: the description that plant and nominal posture are made from.
+        controller: what flies it.
+
+    Raises:
+        ConfigError: when a gain that is to change does not exist, or as `plant_and_mission` does.
+    """
+    require_gain_changes(experiment.gain_changes, controller)
+    vectoring = needs_of(controller).vectoring
+    return Takeoff(experiment, robot, controller, *plant_and_mission(experiment, robot, vectoring))
+
+
+def plant_and_mission(
+    experiment: Experiment, robot: Robot, vectoring: str = "torque"
+) -> tuple[Plant, Mission]:
+    """The plant and the mission of an experiment, checked against each other.
+
+    Args:
+        experiment: what to fly.
+        robot: the description that plant and nominal posture are made from.
+        vectoring: which vectoring angles the nominal posture has (`Needs.vectoring`).
+
+    Raises:
+        ConfigError: when the robot would start inside of the surface, its tip does not fit, or the path
+            leaves the surface.
+    """
+    dt = experiment.control_period
+    plant = build_plant(robot, experiment.surface, experiment.plant, dt)
+    plan = (
+        MissionConfig(experiment.phases, experiment.approach, experiment.trajectory),
+        contact_frame(experiment.contact_axis),
+        np.asarray(experiment.surface.position, dtype=float),
+        posture_plan(experiment.posture, robot, vectoring),
+        dt,
+    )
+    mission = plan_mission(*plan)
+    clearance = standing_out(plant.surface, mission)
+    if clearance > 0.0:
+        mission = plan_mission(*plan, clearance)
+    require_flyable(plant, mission)
+    return plant, mission

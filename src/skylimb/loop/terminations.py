@@ -1,0 +1,140 @@
+"""When a flight counts as lost: small functions with limits that the experiment states.
+
+Each function sees a stretch of a flight and says for every tick whether the flight is lost there. The first
+tick at which any of them says so ends the flight, and its words are the flight's cause.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from skylimb.config import require_range
+from skylimb.loop.flight import CONFIGURATION, Flight, mission_ticks
+from skylimb.missions.mission import Mission
+from skylimb.packing import Layout
+
+
+@dataclass(frozen=True)
+class Terminations:
+    """Limits beyond which a flight is lost. A flight whose numbers are not finite is always lost.
+
+    Attributes:
+        tilt: of the measured link against the vertical, rad.
+        distance: of the measured link from the reference position, m.
+        height: of the measured link above the floor, m; below it the robot has hit the floor.
+    """
+
+    tilt: float = 1.0
+    distance: float = 2.0
+    height: float = 0.05
+
+    def __post_init__(self) -> None:
+        require_range("terminations", "tilt", self.tilt, 0.05, 3.15, "rad")
+        require_range("terminations", "distance", self.distance, 0.01, 1000.0, "m")
+        require_range("terminations", "height", self.height, -1000.0, 100.0, "m")
+
+
+class Stretch(NamedTuple):
+    """What terminations look at: some ticks of a flight.
+
+    Attributes:
+        position: of the measured link, W, m, (k, 3).
+        quaternion: its attitude, (k, 4).
+        reference: position that the mission asks for, W, m, (k, 3).
+        finite: whether every watched number of the tick is finite, (k,).
+    """
+
+    position: np.ndarray
+    quaternion: np.ndarray
+    reference: np.ndarray
+    finite: np.ndarray
+
+
+def not_finite(seen: Stretch, limits: Terminations) -> tuple[np.ndarray, str]:
+    """A watched number is NaN or infinite."""
+    return ~seen.finite, "diverged: a signal is no longer a finite number"
+
+
+def tilt(seen: Stretch, limits: Terminations) -> tuple[np.ndarray, str]:
+    """The measured link tilts too far."""
+    x, y = seen.quaternion[:, 1], seen.quaternion[:, 2]
+    angle = np.arccos(np.clip(1.0 - 2.0 * (x**2 + y**2), -1.0, 1.0))
+    return angle > limits.tilt, f"lost attitude: tilt above {limits.tilt:g} rad"
+
+
+def distance(seen: Stretch, limits: Terminations) -> tuple[np.ndarray, str]:
+    """The measured link is too far from the reference."""
+    away = np.linalg.norm(seen.position - seen.reference, axis=1)
+    return away > limits.distance, f"lost position: more than {limits.distance:g} m from the reference"
+
+
+def height(seen: Stretch, limits: Terminations) -> tuple[np.ndarray, str]:
+    """The measured link is on the floor."""
+    return seen.position[:, 2] < limits.height, f"hit the floor: below {limits.height:g} m"
+
+
+TERMINATIONS: tuple[Callable[[Stretch, Terminations], tuple[np.ndarray, str]], ...] = (
+    not_finite,
+    tilt,
+    distance,
+    height,
+)
+"""In the order in which they are named when several hold at one tick."""
+
+
+def find_loss(
+    flight: Flight, mission: Mission, limits: Terminations, first: int = 0
+) -> tuple[int, str] | None:
+    """The first tick from `first` on at which a flight is lost, and why; None while it is not.
+
+    Args:
+        flight: as far as it has come.
+        mission: what was to be flown.
+        limits: of the experiment.
+        first: where to begin.
+    """
+    seen = _stretch(flight, mission, first)
+    with np.errstate(invalid="ignore"):
+        checks = [termination(seen, limits) for termination in TERMINATIONS]
+    found = [(int(np.argmax(lost)), cause) for lost, cause in checks if lost.any()]
+    if not found:
+        return None
+    index, cause = min(found, key=lambda item: item[0])
+    tick = first + index
+    return tick, f"{cause} at t = {tick * mission.period:.3f} s"
+
+
+def _stretch(flight: Flight, mission: Mission, first: int) -> Stretch:
+    layout, rows = flight.layout, flight.signals[first : flight.ticks]
+    reference = mission.reference.position[mission_ticks(mission, flight, first).astype(int)]
+    if flight.has(CONFIGURATION):
+        pose = rows[:, layout.slices[CONFIGURATION]]
+        position, quaternion = pose[:, 0:3], pose[:, 3:7]
+    else:
+        position = rows[:, layout.slices["root_position_measured"]]
+        quaternion = rows[:, layout.slices["root_quaternion_measured"]]
+    finite = np.all(np.isfinite(rows[:, watched_columns(layout)]), axis=1)
+    return Stretch(position, quaternion, reference, np.asarray(finite))
+
+
+_WATCHED = (
+    CONFIGURATION,
+    "configuration_velocity",
+    "root_position_measured",
+    "root_quaternion_measured",
+    "thrusts_command",
+    "joint_angles_command",
+    "contact_force",
+)
+
+
+@functools.lru_cache(maxsize=16)
+def watched_columns(layout: Layout[dict[str, object]]) -> np.ndarray:
+    """Columns of a log that must be finite; a user's controller may leave its own signals open."""
+    names = [name for name in _WATCHED if name in layout.slices]
+    return np.concatenate([np.arange(layout.size)[layout.slices[name]] for name in names])

@@ -1,0 +1,47 @@
+"""What the loop flies: anything that can be measured and commanded once a tick."""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+import numpy as np
+
+from skylimb.control.records import Command
+from skylimb.estimation.records import Measurement
+from skylimb.packing import Layout
+
+
+class Vehicle(Protocol):
+    """A simulated plant, the same in real time, a recorded log, or a robot behind a network.
+
+    The loop calls, in every tick and in this order, `measure`, `record` and `apply`.
+    """
+
+    @property
+    def layout(self) -> Layout[dict[str, Any]]:
+        """Where each signal stands in what `record` returns."""
+        ...
+
+    def measure(self) -> Measurement:
+        """What the sensors say now."""
+        ...
+
+    def record(self, measurement: Measurement, command: Command) -> np.ndarray:
+        """The tick's signals besides the controller's own: measurement, command, and truth where it is known.
+
+        Args:
+            measurement: of this tick.
+            command: that is about to be applied.
+
+        Returns:
+            Flat, in the order of `layout`.
+        """
+        ...
+
+    def apply(self, command: Command) -> None:
+        """Pass the command on; returns when the next tick is due."""
+        ...
+
+    def fault(self) -> str:
+        """Why the vehicle's state can no longer be trusted; empty while it can."""
+        ...

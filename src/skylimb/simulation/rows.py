@@ -1,0 +1,84 @@
+"""All that is known of a simulated flight before take-off: references, sensor noise, changing gains."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from skylimb.missions.mission import Mission
+from skylimb.missions.reference import Reference, zero_reference
+from skylimb.missions.table import Window, reference_table
+from skylimb.packing import Layout, pack_rows
+from skylimb.robots.model import Robot
+from skylimb.simulation.gain_changes import GainChange, GainRows, gain_rows
+from skylimb.simulation.sensors import SensorConfig, SensorNoise, draw_noise, frame_ages
+
+
+class TickRow(NamedTuple):
+    """What is known of a tick before the flight, whatever the mission asks at it."""
+
+    age: Any
+    noise: SensorNoise
+
+
+def row_layout(robot: Robot) -> Layout[TickRow]:
+    """Layout of a `TickRow` for this robot."""
+    z3, nq, nv = np.zeros(3), robot.n_joints, robot.n_vectoring
+    return Layout(TickRow(0.0, SensorNoise(z3, z3, z3, z3, np.zeros(nq), np.zeros(nv))))
+
+
+def reference_layout(robot: Robot) -> Layout[Reference]:
+    """Layout of one row of the mission's references for this robot."""
+    return Layout(zero_reference(robot.n_joints, robot.n_vectoring))
+
+
+@dataclass(frozen=True)
+class FlightRows:
+    """What is known of a flight before it begins.
+
+    Attributes:
+        ticks: one packed `TickRow` for every tick that the flight may have.
+        references: packed `Reference` rows of the mission, and copies of the last one.
+        last: the mission's last tick.
+        gains: those that change in flight, if any do.
+    """
+
+    ticks: np.ndarray
+    references: np.ndarray
+    last: int
+    gains: GainRows | None = None
+
+    def __len__(self) -> int:
+        return len(self.ticks)
+
+    def with_changes(
+        self, changes: Sequence[GainChange], gains: np.ndarray, layout: Layout[Any], dt: float
+    ) -> FlightRows:
+        """The rows of a flight with ticks of `dt` seconds in which some of its flat gains change."""
+        times = np.arange(len(self)) * dt
+        return dataclasses.replace(self, gains=gain_rows(changes, gains, layout, times))
+
+
+def flight_rows(
+    robot: Robot, mission: Mission, sensors: SensorConfig, seed: int, window: Window
+) -> FlightRows:
+    """Ages of the frames, noise drawn from `seed`, and references.
+
+    Args:
+        robot: what is flown.
+        mission: what is asked.
+        sensors: rate, latency and noise.
+        seed: of the noise.
+        window: rows of the mission that a tick reads.
+    """
+    times = mission.flight_times(window.paced)
+    rng = np.random.default_rng(seed)
+    noise = draw_noise(sensors, times, robot.n_joints, robot.n_vectoring, rng)
+    ticks = pack_rows(row_layout(robot), TickRow(frame_ages(sensors, times), noise), len(times))
+    return FlightRows(
+        ticks, reference_table(mission, reference_layout(robot), window), len(mission.times) - 1
+    )
