@@ -191,7 +191,7 @@ def test_an_engine_that_cannot_be_is_refused(
 
 def test_both_drivers_give_the_same_table_to_a_billionth(write_spec: SpecWriter) -> None:
     from skylimb.campaign.bench import Job, fly_jobs
-    from skylimb.simulation.native import native_available
+    from skylimb.flights.drivers.native import native_available
 
     if not native_available():
         pytest.skip("no C compiler here: the Python driver flies everything")

@@ -11,12 +11,13 @@ import skylimb
 from skylimb.control.contact import following as contact_law
 from skylimb.control.contact.machine import SLIDE
 from skylimb.control.lateral import Vectoring, lateral_move
-from skylimb.control.records import ContactView, LawInput, no_contact, zero_reference
+from skylimb.control.records import ContactView, LawInput, no_contact
 from skylimb.control.shape import recentring
 from skylimb.control.translation import following
 from skylimb.errors import ConfigError
 from skylimb.estimation.momentum_observer import GRAVITY
 from skylimb.estimation.records import BodyState, Wrench
+from skylimb.missions.reference import zero_reference
 from skylimb.packing import numeric
 from skylimb.planning.vectoring import vectoring_table
 from skylimb.robots.model import Robot, RobotState

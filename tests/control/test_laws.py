@@ -12,11 +12,12 @@ import skylimb
 from skylimb.control.allocation import allocate, rotor_wrench
 from skylimb.control.attitude import impedance as attitude
 from skylimb.control.attitude.target import attitude_target
-from skylimb.control.records import LawInput, zero_reference
+from skylimb.control.records import LawInput
 from skylimb.control.shape import admittance
 from skylimb.control.translation import impedance, pid
 from skylimb.errors import SkylimbError
 from skylimb.estimation.records import BodyState, Wrench
+from skylimb.missions.reference import zero_reference
 from skylimb.packing import numeric
 from skylimb.planning.vectoring import vectoring_table
 from skylimb.robots.model import RobotState

@@ -1,6 +1,7 @@
 """Exported C is the controller: it passes its own test vector, and flies the same flight."""
 
 import ctypes
+import dataclasses
 import shutil
 import subprocess
 from collections.abc import Callable
@@ -12,14 +13,16 @@ import pytest
 
 import skylimb
 from skylimb.control.cascade import Cascade
-from skylimb.control.records import Command, Reference
+from skylimb.control.needs import Needs, needs_of
+from skylimb.control.records import Command
 from skylimb.errors import ConfigError, OutputError
 from skylimb.estimation.records import Measurement
+from skylimb.flights.export import export_c
+from skylimb.flights.export.step import ControllerStep, controller_step
+from skylimb.flights.flying import fly_here
+from skylimb.flights.takeoff import Takeoff
+from skylimb.missions.reference import Reference
 from skylimb.simulation.compiling import FLAGS, compile_c
-from skylimb.simulation.native import NativeJob, export_c, fly_native
-from skylimb.simulation.native.export.step import ControllerStep, controller_step
-from skylimb.simulation.python_driver import fly_python
-from skylimb.simulation.sensors import SensorConfig
 
 SOURCES = ("controller.c", "controller_function.c")
 PEDANTIC = ("-O1", "-std=c99", "-Wall", "-Werror", "-pedantic", "-ffp-contract=off")
@@ -89,8 +92,8 @@ class InC:
 
     name = "exported"
 
-    def __init__(self, library: ctypes.CDLL, step: ControllerStep, paced: bool) -> None:
-        self._library, self._step, self.paced = library, step, paced
+    def __init__(self, library: ctypes.CDLL, step: ControllerStep, needs: Needs) -> None:
+        self._library, self._step, self.needs = library, step, needs
 
     def gains(self) -> Any:
         return None
@@ -113,17 +116,17 @@ class InC:
 
 @pytest.mark.parametrize("name", ["hybrid", "following"])
 def test_exported_c_flies_the_same_flight(
-    name: str, make_job: Callable[..., NativeJob], tmp_path: Path
+    name: str, make_takeoff: Callable[..., Takeoff], tmp_path: Path
 ) -> None:
-    folder, job = tmp_path / "export", make_job("paper", name)
+    folder, takeoff = tmp_path / "export", make_takeoff("paper", name)
     controller = cascade(name)
     export_c(controller, folder)
     compile_c([folder / source for source in SOURCES], tmp_path / "controller.so", FLAGS)
     flown = InC(
-        ctypes.CDLL(str(tmp_path / "controller.so")), controller_step(controller, 0.005), controller.paced
+        ctypes.CDLL(str(tmp_path / "controller.so")), controller_step(controller, 0.005), needs_of(controller)
     )
-    [wanted] = fly_native([job])
-    found = fly_python(flown, job.plant, job.data, job.mission, job.rows, SensorConfig(), 0.005)
+    wanted = fly_here(takeoff)
+    found = fly_here(dataclasses.replace(takeoff, controller=flown))
     assert (found.ticks, found.cause) == (wanted.ticks, wanted.cause)
     assert found.signal("contact_duty").max() > 0.0
     for signal in wanted.layout.slices:

@@ -1,6 +1,8 @@
 """A controller that sets the pace of the mission's own clock."""
 
+import dataclasses
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -8,17 +10,12 @@ import pytest
 
 import skylimb
 from skylimb.config import write_toml
-from skylimb.control.cascade import Cascade
-from skylimb.control.controller import load_controller
+from skylimb.control.needs import needs_of
 from skylimb.control.preset import preset_mapping
-from skylimb.experiments.flyable import first_row
-from skylimb.experiments.run import prepare_flight
-from skylimb.simulation.drivers import fly_compiled, mission_rows
-from skylimb.simulation.flight import Flight
-from skylimb.simulation.native import NativeJob, fly_native, native_available
-from skylimb.simulation.plant import initial_data
-from skylimb.simulation.python_driver import fly_python
-from skylimb.simulation.tick import Clock, compile_tick, reference_between
+from skylimb.flights.flying import fly, fly_here
+from skylimb.flights.public import take_off
+from skylimb.loop.flight import Flight
+from skylimb.missions.clock import Clock, reference_between
 
 MISSION = {
     "phases.hover": 0.2,
@@ -69,24 +66,18 @@ def preset(tmp_path: Path) -> Any:
     return write
 
 
-def flights(controller: str, patience: float) -> tuple[Flight, Flight, Flight | None]:
-    """The same flight by the compiled tick, the plain loop and the native driver."""
-    experiment = skylimb.load_experiment("paper", {**MISSION, "phases.patience": patience})
-    robot = skylimb.load_robot("hydrus_xi_quad")
-    cascade = load_controller(controller, robot)
-    assert isinstance(cascade, Cascade)
-    plant, mission = prepare_flight(experiment, robot)
-    rows = mission_rows(plant, mission, experiment.sensors, 0, cascade.paced)
-    dt, start = experiment.control_period, first_row(mission)
-    data = initial_data(plant, start)
-    root = np.concatenate([data.qpos[0:7], data.qvel[0:6]])
-    tick = compile_tick(cascade, plant, experiment.sensors, root, dt)
-    native = None
-    if native_available():
-        [native] = fly_native([NativeJob(tick, plant, data, mission, rows)])
-    compiled = fly_compiled(tick, plant, data, mission, rows)
-    plain = fly_python(cascade, plant, initial_data(plant, start), mission, rows, experiment.sensors, dt)
-    return compiled, plain, native
+def flights(controller: str, patience: float) -> tuple[Flight, Flight, Flight]:
+    """The same flight by the compiled driver, the free one and the fastest of this machine."""
+    (takeoff,) = take_off("paper", (controller,), set={**MISSION, "phases.patience": patience})
+    inner = takeoff.controller
+    hidden: Any = SimpleNamespace(
+        name=inner.name,
+        needs=needs_of(inner),
+        gains=inner.gains,
+        initial_state=inner.initial_state,
+        step=inner.step,
+    )
+    return fly_here(takeoff), fly_here(dataclasses.replace(takeoff, controller=hidden)), fly(takeoff)
 
 
 @pytest.mark.parametrize("pace", [1.0, 0.5])
@@ -114,18 +105,16 @@ def test_half_the_pace_takes_twice_the_time(pace: float, preset: Any) -> None:
 def test_every_driver_keeps_the_same_clock(preset: Any) -> None:
     compiled, plain, native = flights(preset(0.6), 2.0)
     for other in (plain, native):
-        if other is not None:
-            assert (other.ticks, other.cause) == (compiled.ticks, compiled.cause) == (compiled.ticks, "")
-            for name in ("mission_time", "configuration", "thrusts_command"):
-                np.testing.assert_allclose(other.signal(name), compiled.signal(name), atol=1e-9, err_msg=name)
+        assert (other.ticks, other.cause) == (compiled.ticks, compiled.cause) == (compiled.ticks, "")
+        for name in ("mission_time", "configuration", "thrusts_command"):
+            np.testing.assert_allclose(other.signal(name), compiled.signal(name), atol=1e-9, err_msg=name)
 
 
 def test_a_mission_that_never_goes_on_fails_and_says_so(preset: Any) -> None:
     compiled, plain, native = flights(preset(0.0), 1.0)
     for flight in (compiled, plain, native):
-        if flight is not None:
-            assert "the controller held the mission back, which was at 0.000 s of" in flight.cause
-            assert flight.ticks == compiled.ticks
+        assert "the controller held the mission back, which was at 0.000 s of" in flight.cause
+        assert flight.ticks == compiled.ticks
     run = skylimb.run("paper", controller=preset(0.0), set={**MISSION, "phases.patience": 1.5})
     assert run.status == "FAILED"
     assert "1.5 times its time were over" in run.cause
@@ -138,36 +127,46 @@ def test_a_mission_that_never_goes_on_fails_and_says_so(preset: Any) -> None:
 def test_a_pace_beyond_reason_breaks_nothing(pace: float, preset: Any) -> None:
     compiled, _, native = flights(preset(pace), 1.0)
     assert ("held the mission back" in compiled.cause) == (pace < 0.0)
-    if native is not None:
-        assert (native.ticks, native.cause) == (compiled.ticks, compiled.cause)
-        np.testing.assert_allclose(native.signal("mission_time"), compiled.signal("mission_time"), atol=1e-12)
+    assert (native.ticks, native.cause) == (compiled.ticks, compiled.cause)
+    np.testing.assert_allclose(native.signal("mission_time"), compiled.signal("mission_time"), atol=1e-12)
 
 
-def test_a_users_controller_with_a_pace_has_to_tell_it(tmp_path: Path) -> None:
+def test_a_users_controller_that_sets_the_pace_has_to_have_the_signal(tmp_path: Path) -> None:
     file = tmp_path / "own.py"
     file.write_text(
-        "from skylimb.control.controller import load_controller\n\n\n"
-        "class Paced:\n    name, paced, tells = 'own', True, False\n\n"
+        "from skylimb.control.controller import load_controller\n"
+        "from skylimb.control.needs import Needs\n\n\n"
+        "class Paced:\n    name, needs = 'own', Needs(paced=True)\n\n"
         "    def __init__(self, robot):\n        self.inner = load_controller('pid', robot)\n"
         "        self.gains, self.initial_state = self.inner.gains, self.inner.initial_state\n\n"
         "    def step(self, *given):\n        return self.inner.step(*given)\n\n\n"
         "def controller(robot):\n    return Paced(robot)\n"
     )
-    with pytest.raises(skylimb.SkylimbError, match="tells no signal 'pace'"):
+    with pytest.raises(skylimb.SkylimbError, match="has no signal 'pace'"):
         skylimb.run("paper", controller=str(file), set=MISSION)
 
 
 def test_between_two_ticks_rates_slow_down_with_the_clock() -> None:
-    _, mission = prepare_flight(
-        skylimb.load_experiment("paper", MISSION), skylimb.load_robot("hydrus_xi_quad")
-    )
-    here, there = (type(mission.reference)(*(entry[k] for entry in mission.reference)) for k in (150, 151))
+    (takeoff,) = take_off("paper", ("hybrid",), set=MISSION)
+    here, there = takeoff.mission.row(150), takeoff.mission.row(151)
     found = reference_between(here, there, Clock(150.25, 0.5))
     np.testing.assert_allclose(found.position, 0.75 * here.position + 0.25 * there.position)
     np.testing.assert_allclose(found.velocity, 0.5 * (0.75 * here.velocity + 0.25 * there.velocity))
     np.testing.assert_allclose(
         found.acceleration, 0.25 * (0.75 * here.acceleration + 0.25 * there.acceleration)
     )
+
+
+def test_the_logged_reference_velocity_is_the_derivative_of_the_logged_position(preset: Any) -> None:
+    """The log shows what a controller was sent whose clock is slower than the mission's."""
+    run = skylimb.run("paper", controller=preset(0.5), set=MISSION)
+    t, position = run.log.time.values, run.log.cog_position_reference.values
+    derivative = np.gradient(position, t, axis=0)
+    velocity = run.log.cog_velocity_reference.values
+    sliding = (run.log.phase == 4).values
+    inside = np.convolve(sliding, np.ones(9), "same") == 9.0
+    assert abs(velocity[inside]).max() > 0.03
+    np.testing.assert_allclose(velocity[inside], derivative[inside], atol=1e-3)
 
 
 def test_a_surface_that_is_not_there_is_given_up_and_the_mission_goes_on() -> None:

@@ -3,8 +3,8 @@ import ctypes
 import mujoco
 import pytest
 
-from skylimb.simulation.clock import without_clock
 from skylimb.simulation.compiling import engine_library
+from skylimb.simulation.engine_timer import without_timer
 
 MODEL = '<mujoco><worldbody><body><freejoint/><geom size="0.1"/></body></worldbody></mujoco>'
 
@@ -24,8 +24,8 @@ def test_the_engine_has_no_clock_within_and_has_it_back_after() -> None:
     before = clock()
     if before is None:
         pytest.skip("these bindings hand the engine no clock")
-    with without_clock():
-        with without_clock():
+    with without_timer():
+        with without_timer():
             assert timed() == 0.0
         assert clock() is None
     assert clock() == before

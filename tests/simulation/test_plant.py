@@ -6,8 +6,7 @@ import pytest
 
 import skylimb
 from skylimb.errors import SkylimbError
-from skylimb.experiments.flyable import first_row
-from skylimb.experiments.run import prepare_flight
+from skylimb.flights.takeoff import plant_and_mission
 from skylimb.robots.model import Robot
 from skylimb.simulation.plant import Plant, PlantConfig, build_plant, initial_data, plant_description
 from skylimb.simulation.surfaces import surface_from_mapping
@@ -27,8 +26,8 @@ Q, PSI = np.array([1.0, 1.0, -0.5]), np.array([3.0, 0.2, 2.9, -0.1])
 
 
 def hovering(robot: Robot) -> tuple[Plant, mujoco.MjData]:
-    built, mission = prepare_flight(skylimb.load_experiment("push"), robot)
-    return built, initial_data(built, first_row(mission))
+    built, mission = plant_and_mission(skylimb.load_experiment("push"), robot)
+    return built, initial_data(built, mission.first)
 
 
 def test_mass_and_inertia_are_the_models(robot: Robot, plant: Plant) -> None:

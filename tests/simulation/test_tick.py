@@ -8,27 +8,20 @@ from typing import Any
 import numpy as np
 import pytest
 
-import skylimb
 from skylimb.control.cascade import Cascade
 from skylimb.control.translation import pid
-from skylimb.experiments.flyable import first_row
-from skylimb.experiments.run import prepare_flight
-from skylimb.simulation.plant import initial_data
-from skylimb.simulation.tick import CompiledTick, compile_tick, forget_ticks
+from skylimb.flights.public import take_off
+from skylimb.simulation.tick import CompiledTick, forget_ticks
 
 
 def compiled(set: dict[str, Any] | None = None, name: str = "pid", law: Any = None) -> CompiledTick:
-    experiment = skylimb.load_experiment("paper", set)
-    robot = skylimb.load_robot(experiment.robot)
-    cascade = skylimb.load_controller(name, robot)
+    (takeoff,) = take_off("paper", (name,), set=set)
+    cascade = takeoff.controller
     assert isinstance(cascade, Cascade)
     if law is not None:
         slot = dataclasses.replace(cascade.preset.translation, law=law)
         cascade = dataclasses.replace(cascade, preset=dataclasses.replace(cascade.preset, translation=slot))
-    plant, mission = prepare_flight(experiment, robot)
-    data = initial_data(plant, first_row(mission))
-    root = np.concatenate([data.qpos[0:7], data.qvel[0:6]])
-    return compile_tick(cascade, plant, experiment.sensors, root, experiment.control_period)
+    return dataclasses.replace(takeoff, controller=cascade).tick
 
 
 @pytest.mark.parametrize(

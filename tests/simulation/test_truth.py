@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 
 import skylimb
-from skylimb.experiments.run import prepare_flight
+from skylimb.flights.drivers.native import native_available
+from skylimb.flights.takeoff import plant_and_mission
 from skylimb.simulation import truth
-from skylimb.simulation.native import native_available
 from skylimb.spatial import rotation_from_quaternion
 
 SHORT = {
@@ -22,7 +22,7 @@ SHORT = {
 def test_machine_code_gives_the_same_kinematics_at_any_number_of_ticks() -> None:
     if not native_available():
         pytest.skip("no C compiler here")
-    plant, _ = prepare_flight(skylimb.load_experiment("paper"), skylimb.load_robot("hydrus_xi_quad"))
+    plant, _ = plant_and_mission(skylimb.load_experiment("paper"), skylimb.load_robot("hydrus_xi_quad"))
     size = (int(plant.model.nq), int(plant.model.nv))
     functions = [
         truth._kinematics_function(plant.robot, plant.joint_qpos, plant.vectoring_qpos, *size, built)[0]
@@ -39,7 +39,7 @@ def test_machine_code_gives_the_same_kinematics_at_any_number_of_ticks() -> None
 
 def test_the_truth_of_a_flight_that_holds_the_mission_back() -> None:
     experiment, robot = skylimb.load_experiment("paper", SHORT), skylimb.load_robot("hydrus_xi_quad")
-    _, mission = prepare_flight(experiment, robot)
+    _, mission = plant_and_mission(experiment, robot)
     run = skylimb.run(experiment, controller="following")
     assert run.status == "OK", run.cause
     log = run.log

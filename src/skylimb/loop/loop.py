@@ -32,8 +32,9 @@ class Driver(Protocol):
         """One row of signals a tick; NaN where nothing has been flown yet."""
         ...
 
-    def tick(self, k: int) -> int:
-        """Fly tick `k` and return the whole tick of the mission that comes next."""
+    @property
+    def tick(self) -> Callable[[int], int]:
+        """Flies tick `k` and returns the whole tick of the mission that comes next."""
         ...
 
     def fault(self) -> str:

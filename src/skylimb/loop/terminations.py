@@ -8,35 +8,33 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from skylimb.config import require_range
+from skylimb.keys import Key, configuration
 from skylimb.loop.flight import CONFIGURATION, Flight, mission_ticks
 from skylimb.missions.mission import Mission
 from skylimb.packing import Layout
 
 
-@dataclass(frozen=True)
+@configuration
 class Terminations:
-    """Limits beyond which a flight is lost. A flight whose numbers are not finite is always lost.
+    """Limits beyond which a flight is lost. A flight whose numbers are not finite is always lost."""
 
-    Attributes:
-        tilt: of the measured link against the vertical, rad.
-        distance: of the measured link from the reference position, m.
-        height: of the measured link above the floor, m; below it the robot has hit the floor.
-    """
-
-    tilt: float = 1.0
-    distance: float = 2.0
-    height: float = 0.05
-
-    def __post_init__(self) -> None:
-        require_range("terminations", "tilt", self.tilt, 0.05, 3.15, "rad")
-        require_range("terminations", "distance", self.distance, 0.01, 1000.0, "m")
-        require_range("terminations", "height", self.height, -1000.0, 100.0, "m")
+    tilt: Annotated[float, Key("rad", "of the measured link against the vertical", low=0.05, high=3.15)] = 1.0
+    distance: Annotated[
+        float, Key("m", "of the measured link from the reference position", low=0.01, high=1000.0)
+    ] = 2.0
+    height: Annotated[
+        float,
+        Key(
+            "m",
+            "of the measured link above the floor; below it the robot has hit it",
+            low=-1000.0,
+            high=100.0,
+        ),
+    ] = 0.05
 
 
 class Stretch(NamedTuple):

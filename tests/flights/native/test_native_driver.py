@@ -1,4 +1,4 @@
-"""The native driver flies what the Python driver flies, alone and in company."""
+"""The native driver flies what the compiled driver flies, alone and in company."""
 
 import copy
 import ctypes
@@ -11,13 +11,18 @@ import mujoco
 import numpy as np
 import pytest
 
-from skylimb.simulation.flight import CHECK_INTERVAL, Flight
-from skylimb.simulation.native import NativeJob, compile_native, fly_native
-from skylimb.simulation.native import fly as fly_module
-from skylimb.simulation.native.library import control_callback
+from skylimb.flights.drivers.native import compile_native, fly_native
+from skylimb.flights.drivers.native import fly as fly_module
+from skylimb.flights.drivers.native.library import control_callback
+from skylimb.flights.flying import fly_here
+from skylimb.flights.takeoff import Takeoff
+from skylimb.loop.flight import Flight
+from skylimb.loop.loop import CHECK_INTERVAL
+from skylimb.missions.clock import entries
+from skylimb.missions.mission import Mission
+from skylimb.missions.reference import Reference
 
-MakeJob = Callable[..., NativeJob]
-FlySlowly = Callable[[NativeJob], Flight]
+Make = Callable[..., Takeoff]
 
 SLIPPERY = {
     "surface.friction_map.patches.spot.center": [0.03, 0.0],
@@ -97,10 +102,10 @@ def assert_same(found: Flight, wanted: Flight) -> None:
 
 
 @pytest.mark.parametrize("name", FLIGHTS)
-def test_both_drivers_fly_the_same(name: str, make_job: MakeJob, fly_slowly: FlySlowly) -> None:
-    job = make_job(*FLIGHTS[name])
-    [found] = fly_native([job])
-    assert_same(found, fly_slowly(job))
+def test_both_drivers_fly_the_same(name: str, make_takeoff: Make) -> None:
+    takeoff = make_takeoff(*FLIGHTS[name])
+    [found] = fly_native([takeoff])
+    assert_same(found, fly_here(takeoff))
     assert LOST.get(name, "") in found.cause
     assert bool(found.cause) == (name in LOST)
     if FLIGHTS[name][0] not in ("free_flight", "push") and not found.cause:
@@ -108,56 +113,69 @@ def test_both_drivers_fly_the_same(name: str, make_job: MakeJob, fly_slowly: Fly
 
 
 @pytest.fixture(scope="module")
-def company(make_job: MakeJob) -> list[NativeJob]:
+def company(make_takeoff: Make) -> list[Takeoff]:
     """Flights of every kind: other scenes, controllers, lengths, some lost, two that share a plant."""
-    jobs = [make_job(*flight, seed=seed) for seed, flight in enumerate(FLIGHTS.values())]
-    patchy = make_job(*FLIGHTS["friction of the place"], seed=50)
-    return [*jobs, patchy, dataclasses.replace(patchy, rows=make_job("paper", "hybrid", SLIPPERY, 51).rows)]
+    takeoffs = [make_takeoff(*flight, seed=seed) for seed, flight in enumerate(FLIGHTS.values())]
+    patchy = make_takeoff(*FLIGHTS["friction of the place"], seed=50)
+    seeded = make_takeoff("paper", "hybrid", SLIPPERY, 51)
+    return [*takeoffs, patchy, dataclasses.replace(patchy, experiment=seeded.experiment)]
 
 
-def test_any_number_of_threads_gives_the_same_bits(company: list[NativeJob], fly_slowly: FlySlowly) -> None:
+def test_any_number_of_threads_gives_the_same_bits(company: list[Takeoff]) -> None:
     one, two, eight = (fly_native(company, threads) for threads in (1, 2, 8))
-    for job, a, b, c in zip(company, one, two, eight, strict=True):
+    for takeoff, a, b, c in zip(company, one, two, eight, strict=True):
         assert (a.ticks, a.cause) == (b.ticks, b.cause) == (c.ticks, c.cause)
         assert np.array_equal(a.signals[: a.ticks], b.signals[: b.ticks], equal_nan=True)
         assert np.array_equal(a.signals[: a.ticks], c.signals[: c.ticks], equal_nan=True)
-        assert_same(a, fly_slowly(job))
+        assert_same(a, fly_here(takeoff))
 
 
-def test_a_flight_leaves_its_job_as_it_was(make_job: MakeJob) -> None:
-    job = make_job("paper", "hybrid", {**SLIPPERY, **MOVING})
-    state, friction = job.data.qpos.copy(), job.plant.model.pair_friction.copy()
-    first, second = fly_native([job])[0], fly_native([job])[0]
-    assert np.array_equal(job.data.qpos, state)
-    assert np.array_equal(job.plant.model.pair_friction, friction)
+def test_a_flight_leaves_its_takeoff_as_it_was(make_takeoff: Make) -> None:
+    takeoff = make_takeoff("paper", "hybrid", {**SLIPPERY, **MOVING})
+    state, friction = takeoff.data().qpos.copy(), takeoff.plant.model.pair_friction.copy()
+    first, second = fly_native([takeoff])[0], fly_native([takeoff])[0]
+    assert np.array_equal(takeoff.data().qpos, state)
+    assert np.array_equal(takeoff.plant.model.pair_friction, friction)
     assert np.array_equal(first.signals, second.signals, equal_nan=True)
+
+
+def until(takeoff: Takeoff, ticks: int) -> Mission:
+    """The first ticks of a mission."""
+    whole = takeoff.mission
+    return dataclasses.replace(
+        whole,
+        times=whole.times[:ticks],
+        reference=Reference(*(entry[:ticks] for entry in entries(whole.reference))),
+        phase=whole.phase[:ticks],
+        tip_path=whole.tip_path[:ticks],
+    )
 
 
 @pytest.mark.parametrize("ticks", [50, 100, 250])
 def test_the_engines_warnings_end_a_flight(
-    ticks: int, make_job: MakeJob, fly_slowly: FlySlowly, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ticks: int, make_takeoff: Make, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)  # where the engine leaves its log
-    job = make_job("paper", "hybrid", MOVING)
-    model = copy.copy(job.plant.model)
+    takeoff = make_takeoff("paper", "hybrid", MOVING)
+    model = copy.copy(takeoff.plant.model)
     wall = model.body("surface").id
     # The engine warns of the board's inertia; as its place is written at every tick, nothing else is amiss.
     model.body_mass[wall], model.body_inertia[wall] = 1e-17, 1e-17
     ghost = dataclasses.replace(
-        job, plant=dataclasses.replace(job.plant, model=model), rows=job.rows.until(ticks)
+        takeoff, plant=dataclasses.replace(takeoff.plant, model=model), mission=until(takeoff, ticks)
     )
-    wanted = fly_slowly(ghost)
+    wanted = fly_here(ghost)
     assert "the physics engine warned (mjWARN_INERTIA)" in wanted.cause
     assert wanted.ticks == min(ticks, CHECK_INTERVAL)
-    first, healthy, last = fly_native([ghost, job, ghost], 1)
+    first, healthy, last = fly_native([ghost, takeoff, ghost], 1)
     assert_same(first, wanted)
     assert_same(last, wanted)
     assert healthy.cause == ""
 
 
-def test_gains_seeds_and_the_plants_numbers_share_one_build(make_job: MakeJob) -> None:
-    job = make_job("paper", "hybrid")
-    other = make_job(
+def test_gains_seeds_and_the_plants_numbers_share_one_build(make_takeoff: Make) -> None:
+    takeoff = make_takeoff("paper", "hybrid")
+    other = make_takeoff(
         "paper",
         "hybrid",
         {
@@ -168,40 +186,39 @@ def test_gains_seeds_and_the_plants_numbers_share_one_build(make_job: MakeJob) -
         },
         seed=9,
     )
-    assert other.compiled.function is job.compiled.function
-    address = compile_native(job.compiled, job.plant).address
-    assert compile_native(other.compiled, other.plant).address == address
-    assert compile_native(make_job("paper", "pid").compiled, job.plant).address != address
+    assert other.tick.function is takeoff.tick.function
+    address = compile_native(takeoff.tick, takeoff.plant).address
+    assert compile_native(other.tick, other.plant).address == address
+    assert compile_native(make_takeoff("paper", "pid").tick, takeoff.plant).address != address
 
 
-def test_gains_are_data(make_job: MakeJob, fly_slowly: FlySlowly) -> None:
-    job = make_job("paper", "hybrid")
-    where = job.compiled.gains_layout.slices["translation.normalized_stiffness"]
-    gains = job.compiled.gains.copy()
-    gains[where] *= 1.3
-    stiffer = dataclasses.replace(job, tick=dataclasses.replace(job.compiled, gains=gains))
-    soft, stiff = fly_native([job, stiffer], 2)
-    assert_same(stiff, fly_slowly(stiffer))
+def test_gains_are_data(make_takeoff: Make) -> None:
+    takeoff = make_takeoff("paper", "hybrid")
+    gain = {"controller.translation.normalized_stiffness": [3.2, 3.2, 2.0]}
+    stiffer = make_takeoff("paper", "hybrid", gain)
+    assert stiffer.tick.function is takeoff.tick.function
+    soft, stiff = fly_native([takeoff, stiffer], 2)
+    assert_same(stiff, fly_here(stiffer))
     assert np.nanmax(np.abs(stiff.signals - soft.signals)) > 1e-3
 
 
-def test_without_a_compiler_the_python_driver_serves_and_says_so(
-    make_job: MakeJob, fly_slowly: FlySlowly, monkeypatch: pytest.MonkeyPatch
+def test_without_a_compiler_the_compiled_driver_serves_and_says_so(
+    make_takeoff: Make, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(fly_module, "unavailable", lambda: "no C compiler found")
-    job = make_job("paper", "hybrid")
-    with pytest.warns(UserWarning, match="Python driver: no C compiler found"):
-        [found] = fly_native([job], 2)
-    assert_same(found, fly_slowly(job))
+    takeoff = make_takeoff("paper", "hybrid")
+    with pytest.warns(UserWarning, match="compiled driver: no C compiler found"):
+        [found] = fly_native([takeoff], 2)
+    assert_same(found, fly_here(takeoff))
 
 
-def test_progress_reaches_the_end_and_nothing_is_nothing(make_job: MakeJob) -> None:
-    jobs = [make_job("paper", "pid"), make_job("push", "pid", {"trajectory.duration": 9.0})]
-    told: list[tuple[int, int]] = []
-    fly_native(jobs, 2, lambda done, total: told.append((done, total)))
-    total = sum(len(job.rows) for job in jobs)
-    assert told[-1] == (total, total)
-    assert [done for done, _ in told] == sorted(done for done, _ in told)
+def test_progress_reaches_the_end_and_nothing_is_nothing(make_takeoff: Make) -> None:
+    takeoffs = [make_takeoff("paper", "pid"), make_takeoff("push", "pid", {"trajectory.duration": 9.0})]
+    reported: list[tuple[int, int]] = []
+    fly_native(takeoffs, 2, lambda done, total: reported.append((done, total)))
+    total = sum(len(takeoff.rows) for takeoff in takeoffs)
+    assert reported[-1] == (total, total)
+    assert [done for done, _ in reported] == sorted(done for done, _ in reported)
     assert fly_native([], 4) == []
 
 

@@ -29,55 +29,11 @@ typedef struct {
   mjfGeneric previous; /* control callback of the program around us, or null */
 } Engine;
 
-/* The fields of record.py, in its order. */
-typedef struct {
-  Tick tick;
-  int64_t count, substeps, n_row, n_signals, interval;
-  int64_t n_reference;
-  int64_t last;      /* tick of the mission */
-  int64_t clock;     /* where in the state the mission's clock is; -1 where it goes with the flight's */
-  int64_t at;        /* tick of the mission that comes next */
-  int64_t finished;  /* 1 when the mission is over */
-  const double* rows;        /* (count, n_row) */
-  const double* references;  /* (last + 2, n_reference) */
-  double* log;         /* (count, n_signals) */
-  double* state[2];    /* before the tick at hand and after it; they change places at every tick */
-  double* gains;
-  int64_t n_changing;            /* gains that change in flight */
-  const int64_t* changing;       /* where they stand */
-  const double* changing_values; /* what they are, (count, n_changing) */
-  double* work;
-  const double* position;  /* of the root's reference, (last + 1, 3), m */
-  const int64_t* watched;  /* columns of the log that must be finite */
-  int64_t n_watched;
-  double limits[3];        /* cosine of the tilt, distance (m) and height (m) beyond which a flight is surely lost */
-
-  int64_t done;     /* physics steps made */
-  int64_t stopped;  /* 1 when nothing is flown any more */
-  int64_t fresh;    /* 1 when the engine's warnings must be counted anew, as data may have served another flight */
-  int64_t closed;   /* 1 when the engine went on after the last tick, and its warnings were looked at before */
-  int64_t warned;   /* ticks flown when a warning was found, or -1 */
-  int64_t warnings[mjNWARNING];  /* how many of each there had been before this flight was continued; then, how many new */
-
-  int64_t wall_qpos, wall_dof; /* -1 for a surface at rest */
-  const double* wall;          /* its displacement and speed at every tick, (count, 2) */
-
-  const uint8_t* pushes; /* whether the push acts in each tick; null without one */
-  int64_t body;
-  double force[3], torque[3];
-
-  mjModel* model;           /* of this flight alone, whose friction is written; null where friction is constant */
-  int64_t pair, site;
-  int64_t cells[2];
-  const double *frictions, *adhesions; /* (cells[0], cells[1]) */
-  double origin[3], axis[3], w[3], u[3], v[3], half[2], ratio, speed, stiffness;
-} Flight;
-
+/* `Flight`, the record of one flight, is declared here from its twin in record.py, which says what its fields are. */
+@FLIGHT@
 static Engine engine;
 
 void skylimb_set_engine(const Engine* functions) { engine = *functions; }
-
-int64_t skylimb_record_size(void) { return (int64_t)sizeof(Flight); }
 
 /* Whether the flight is past saving. The verdict is Python's; this keeps a lost flight from burning time. */
 static int surely_lost(const Flight* f, const mjData* d, int64_t k) {

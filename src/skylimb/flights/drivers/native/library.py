@@ -13,6 +13,7 @@ import mujoco
 
 from skylimb.errors import CompileError
 from skylimb.flights.drivers.native.record import FlightRecord
+from skylimb.simulation.c_struct import c_declaration
 from skylimb.simulation.compiling import built_library, engine_library, load_library
 
 _SOURCE = Path(__file__).with_name("flight.c")
@@ -49,11 +50,8 @@ def callback_library() -> ctypes.CDLL:
     Raises:
         CompileError: when it cannot be built or loaded.
     """
-    library = load_library(built_library("native", "flight", _SOURCE.read_text("utf-8")))
-    library.skylimb_record_size.restype = ctypes.c_int64
-    if library.skylimb_record_size() != ctypes.sizeof(FlightRecord):
-        raise CompileError("the compiled driver and its record in Python do not agree on their size")
-    return library
+    source = _SOURCE.read_text("utf-8").replace("@FLIGHT@", c_declaration(FlightRecord, "Flight"))
+    return load_library(built_library("native", "flight", source))
 
 
 _lock = threading.Lock()

@@ -16,6 +16,7 @@ from skylimb.loop.loop import CHECK_INTERVAL
 from skylimb.loop.terminations import Terminations, watched_columns
 from skylimb.missions.mission import Mission
 from skylimb.packing import Layout
+from skylimb.simulation.c_struct import address
 from skylimb.simulation.contact import PAIR_NAME
 from skylimb.simulation.disturbance import active, pushes
 from skylimb.simulation.interventions import friction_writer
@@ -27,27 +28,41 @@ MARK = 1936419121.0
 """Second word of `data.userdata` of a flight; the first is its record's address."""
 
 _SLACK, _CLOSE = 1e-6, 0.01  # the callback stops only flights that `find_loss` is sure to call lost
-_Word, _Number, _Pointer = ctypes.c_int64, ctypes.c_double, ctypes.c_void_p
+_Word, _Number = ctypes.c_int64, ctypes.c_double
+_Numbers, _Given, _Words = address("double*"), address("const double*"), address("const int64_t*")
 _WARNINGS = int(mujoco.mjtWarning.mjNWARNING)
 
 
 class FlightRecord(ctypes.Structure):
-    """`Flight` of flight.c, field by field."""
+    """What the callback reads and writes; `Flight` of flight.c is declared from these fields.
+
+    tick: the compiled function. clock: where in its state the mission's clock is, -1 where it goes with the
+    flight's. at, last: the mission's tick that comes next, and its last one. state: before the tick at hand
+    and after it; they change places at every tick. position: of the root's reference, (last + 1, 3), m.
+    watched: columns of the log that must be finite. limits: cosine of the tilt, distance (m) and height (m)
+    beyond which a flight is surely lost. done: physics steps made. stopped: 1 when nothing is flown any more.
+    finished: 1 when the mission is over. fresh: 1 when the engine's warnings must be counted anew, as data may
+    have served another flight. closed: 1 when the engine went on after the last tick, and its warnings were
+    looked at before. warned: ticks flown when a warning was found, or -1. warnings: how many of each there had
+    been before this flight was continued; then, how many new. wall: displacement and speed of a moving surface
+    at every tick, (count, 2). pushes: whether the push acts in each tick; null without one. model: of this
+    flight alone, whose friction is written; null where friction is constant.
+    """
 
     _fields_ = (
-        ("tick", _Pointer),
+        ("tick", address("Tick")),
         ("count", _Word), ("substeps", _Word), ("n_row", _Word), ("n_signals", _Word), ("interval", _Word),
         ("n_reference", _Word), ("last", _Word), ("clock", _Word), ("at", _Word), ("finished", _Word),
-        ("rows", _Pointer), ("references", _Pointer), ("log", _Pointer), ("state", _Pointer * 2),
-        ("gains", _Pointer), ("n_changing", _Word), ("changing", _Pointer), ("changing_values", _Pointer),
-        ("work", _Pointer),
-        ("position", _Pointer), ("watched", _Pointer), ("n_watched", _Word), ("limits", _Number * 3),
+        ("rows", _Given), ("references", _Given), ("log", _Numbers), ("state", _Numbers * 2),
+        ("gains", _Numbers), ("n_changing", _Word), ("changing", _Words), ("changing_values", _Given),
+        ("work", _Numbers),
+        ("position", _Given), ("watched", _Words), ("n_watched", _Word), ("limits", _Number * 3),
         ("done", _Word), ("stopped", _Word), ("fresh", _Word), ("closed", _Word),
         ("warned", _Word), ("warnings", _Word * _WARNINGS),
-        ("wall_qpos", _Word), ("wall_dof", _Word), ("wall", _Pointer),
-        ("pushes", _Pointer), ("body", _Word), ("force", _Number * 3), ("torque", _Number * 3),
-        ("model", _Pointer), ("pair", _Word), ("site", _Word), ("cells", _Word * 2),
-        ("frictions", _Pointer), ("adhesions", _Pointer),
+        ("wall_qpos", _Word), ("wall_dof", _Word), ("wall", _Given),
+        ("pushes", address("const uint8_t*")), ("body", _Word), ("force", _Number * 3), ("torque", _Number * 3),
+        ("model", address("mjModel*")), ("pair", _Word), ("site", _Word), ("cells", _Word * 2),
+        ("frictions", _Given), ("adhesions", _Given),
         ("origin", _Number * 3), ("axis", _Number * 3),
         ("w", _Number * 3), ("u", _Number * 3), ("v", _Number * 3), ("half", _Number * 2),
         ("ratio", _Number), ("speed", _Number), ("stiffness", _Number),
