@@ -10,7 +10,7 @@ import pytest
 
 import skylimb
 from skylimb.campaign.spec import CampaignSpec, StopRule
-from skylimb.control.controller import resolved_preset
+from skylimb.control.controller import resolved_tables
 from skylimb.estimation.delay import DEPTH
 from skylimb.planning.pen_motion import ROUNDING, SHARP
 
@@ -28,7 +28,7 @@ def entry(tables: Mapping[str, Any], key: str) -> Any:
 @pytest.fixture(scope="module")
 def following() -> dict[str, Any]:
     robot = skylimb.load_robot("hydrus_xi_quad")
-    return resolved_preset(skylimb.load_controller("following", robot))
+    return resolved_tables(skylimb.load_controller("following", robot))
 
 
 def rows(page: str, heading: str) -> list[list[str]]:

@@ -57,7 +57,7 @@ def test_the_truth_of_a_flight_that_holds_the_mission_back() -> None:
 
 def test_a_contact_has_its_point_on_the_surface_and_its_torque_about_the_centre_of_gravity() -> None:
     experiment = skylimb.load_experiment("paper")
-    plant, _ = prepare_flight(experiment, skylimb.load_robot(experiment.robot))
+    plant, _ = plant_and_mission(experiment, skylimb.load_robot(experiment.robot))
     run = skylimb.run(experiment, controller="hybrid", seed=0)
     assert run.status == "OK", run.cause
     log = run.log

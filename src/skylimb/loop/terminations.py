@@ -30,7 +30,7 @@ class Terminations:
         float,
         Key(
             "m",
-            "of the measured link above the floor; below it the robot has hit it",
+            "of the measured link; below it the robot has hit the floor",
             low=-1000.0,
             high=100.0,
         ),

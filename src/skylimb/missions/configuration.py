@@ -28,7 +28,7 @@ class PhaseConfig:
         float,
         Key(
             "",
-            "how many times the mission's time a flight may take whose controller sets the pace",
+            "times the mission's time that a flight may take whose controller sets the pace",
             1.0,
             20.0,
         ),

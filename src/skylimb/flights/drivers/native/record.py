@@ -36,17 +36,18 @@ _WARNINGS = int(mujoco.mjtWarning.mjNWARNING)
 class FlightRecord(ctypes.Structure):
     """What the callback reads and writes; `Flight` of flight.c is declared from these fields.
 
-    tick: the compiled function. clock: where in its state the mission's clock is, -1 where it goes with the
-    flight's. at, last: the mission's tick that comes next, and its last one. state: before the tick at hand
-    and after it; they change places at every tick. position: of the root's reference, (last + 1, 3), m.
-    watched: columns of the log that must be finite. limits: cosine of the tilt, distance (m) and height (m)
-    beyond which a flight is surely lost. done: physics steps made. stopped: 1 when nothing is flown any more.
-    finished: 1 when the mission is over. fresh: 1 when the engine's warnings must be counted anew, as data may
-    have served another flight. closed: 1 when the engine went on after the last tick, and its warnings were
-    looked at before. warned: ticks flown when a warning was found, or -1. warnings: how many of each there had
-    been before this flight was continued; then, how many new. wall: displacement and speed of a moving surface
-    at every tick, (count, 2). pushes: whether the push acts in each tick; null without one. model: of this
-    flight alone, whose friction is written; null where friction is constant.
+    tick: the compiled function. clock: where in its state the mission's clock is, -1 where it goes with
+    the flight's. at, last: the mission's tick that comes next, and its last one. state: before the tick
+    at hand and after it; they change places at every tick. position: of the root's reference, (last + 1,
+    3), m. watched: columns of the log that must be finite. limits: cosine of the tilt, distance (m) and
+    height (m) beyond which a flight is surely lost. done: physics steps made. stopped: 1 when nothing is
+    flown any more. finished: 1 when the mission is over. fresh: 1 when the engine's warnings must be
+    counted anew, as data may have served another flight. closed: 1 when the engine went on after the last
+    tick, and its warnings were looked at before. warned: ticks flown when a warning was found, or -1.
+    warnings: how many of each there had been before this flight was continued; then, how many new. wall:
+    displacement and speed of a moving surface at every tick, (count, 2). pushes: whether the push acts in
+    each tick; null without one. model: of this flight alone, whose friction is written; null where
+    friction is constant.
     """
 
     _fields_ = (
@@ -60,7 +61,8 @@ class FlightRecord(ctypes.Structure):
         ("done", _Word), ("stopped", _Word), ("fresh", _Word), ("closed", _Word),
         ("warned", _Word), ("warnings", _Word * _WARNINGS),
         ("wall_qpos", _Word), ("wall_dof", _Word), ("wall", _Given),
-        ("pushes", address("const uint8_t*")), ("body", _Word), ("force", _Number * 3), ("torque", _Number * 3),
+        ("pushes", address("const uint8_t*")), ("body", _Word),
+        ("force", _Number * 3), ("torque", _Number * 3),
         ("model", address("mjModel*")), ("pair", _Word), ("site", _Word), ("cells", _Word * 2),
         ("frictions", _Given), ("adhesions", _Given),
         ("origin", _Number * 3), ("axis", _Number * 3),
