@@ -6,6 +6,7 @@ import pytest
 EXAMPLES = Path(__file__).parents[1] / "examples"
 
 EXPECTED = {
+    "stepped": ["touched at", "stopped from outside", "pressed with up to"],
     "run": ["hybrid: OK", "error_y_median", "estimated force while in touch"],
     "own_controller": ["hybrid: OK", " upright: OK"],
     "own_slope": ["20 degrees, leak as in the paper: OK", "FAILED, lost position", "leak compensated: OK"],

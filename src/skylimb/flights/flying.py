@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from skylimb.flights.drivers.compiled import CompiledDriver
 from skylimb.flights.drivers.free import FreeDriver
-from skylimb.flights.drivers.native import fly_native, native_available
+from skylimb.flights.drivers.native import fly_native, native_available, worth_building
 from skylimb.flights.takeoff import Takeoff
 from skylimb.loop.flight import Flight
 from skylimb.loop.loop import Driver, Loop
@@ -19,8 +19,8 @@ Progress = Callable[[int, int], None]
 
 
 def fly(takeoff: Takeoff, progress: Progress | None = None) -> Flight:
-    """Fly to the end with the fastest driver that this machine has; every driver gives the same flight."""
-    if takeoff.traceable and native_available():
+    """Fly to the end with the driver that takes the least time here; every driver gives the same flight."""
+    if takeoff.traceable and worth_building(takeoff.tick) and native_available():
         return fly_native([takeoff], progress=progress)[0]
     return fly_here(takeoff, progress)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import atexit
+import contextlib
 import ctypes
 import functools
 import hashlib
@@ -42,10 +43,7 @@ def built_library(folder: str, stem: str, source: str) -> Path:
     Raises:
         CompileError: when no compiler is found or none accepts the source.
     """
-    machine = (mujoco.__version__, platform.machine(), platform.system(), *FLAGS)
-    key = hashlib.sha256("\0".join((source, *machine)).encode()).hexdigest()[:16]
-    library = Path(folder) / f"{stem}_{key}.so"
-    cache = Path(platformdirs.user_cache_dir("skylimb"))
+    library, cache = _library_name(folder, stem, source), _cache()
     try:
         return _built_below(cache, library, source)
     # A compiler on a full disk fails as it does over a wrong source, so both are tried elsewhere.
@@ -63,6 +61,34 @@ def built_library(folder: str, stem: str, source: str) -> Path:
         if isinstance(problem, CompileError):
             raise problem
     raise CompileError(f"C code can be compiled nowhere: {'; '.join(map(str, problems))}")
+
+
+def met_before(folder: str, stem: str, source: str) -> bool:
+    """Whether this machine's cache has the library of a C source, or has been asked for it before.
+
+    A library pays only after some flights. So whoever flies once asks this first: the answer is no the first
+    time, and yes from then on. Where the cache cannot be written it stays no.
+    """
+    path = _cache() / _library_name(folder, stem, source)
+    mark = path.with_suffix(".met")
+    if path.is_file() or mark.is_file():
+        return True
+    if path.is_absolute():
+        with contextlib.suppress(OSError):
+            mark.parent.mkdir(parents=True, exist_ok=True)
+            mark.touch()
+    return False
+
+
+def _cache() -> Path:
+    return Path(platformdirs.user_cache_dir("skylimb"))
+
+
+def _library_name(folder: str, stem: str, source: str) -> Path:
+    """Path of the library below the cache: its digest holds all that decides what is in it."""
+    machine = (mujoco.__version__, platform.machine(), platform.system(), *FLAGS)
+    key = hashlib.sha256("\0".join((source, *machine)).encode()).hexdigest()[:16]
+    return Path(folder) / f"{stem}_{key}.so"
 
 
 def _built_below(root: Path, library: Path, source: str) -> Path:

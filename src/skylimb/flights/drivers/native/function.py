@@ -10,12 +10,13 @@ import casadi as ca
 
 from skylimb.c_code import c_source
 from skylimb.errors import CompileError, ConfigError
-from skylimb.simulation.compiling import built_library, load_library
+from skylimb.simulation.compiling import built_library, load_library, met_before
 from skylimb.simulation.plant import Plant
 from skylimb.simulation.scene import USER_WORDS
 from skylimb.simulation.tick import CompiledTick
 
 _ARGUMENTS, _RESULTS = 8, 3  # as in flight.c
+_FOLDER = "native"
 
 
 @dataclass(frozen=True)
@@ -58,10 +59,20 @@ def compile_native(tick: CompiledTick, plant: Plant) -> NativeTick:
     return NativeTick(tick, library, address)
 
 
+def worth_building(tick: CompiledTick) -> bool:
+    """Whether a single flight should use machine code: it is loaded, in the cache, or flown again.
+
+    Building takes as long as it saves over some ten flights, so a tick that is met for the first time on this
+    machine flies with the compiled driver.
+    """
+    function = tick.function
+    return hash(function) in _loaded or met_before(_FOLDER, function.name(), c_source(function))
+
+
 def _build(function: ca.Function) -> tuple[ctypes.CDLL, int]:
     if (function.sz_arg(), function.sz_res(), function.sz_iw()) != (_ARGUMENTS, _RESULTS, 0):
         raise CompileError(f"function '{function.name()}' needs more work space than the native driver has")
-    library = load_library(built_library("native", function.name(), c_source(function)))
+    library = load_library(built_library(_FOLDER, function.name(), c_source(function)))
     address = ctypes.cast(getattr(library, function.name()), ctypes.c_void_p).value
     assert address is not None
     return library, address
