@@ -12,7 +12,8 @@ def main() -> None:
     run = skylimb.run("paper", controller="hybrid", seed=1)
     print(f"{run.controller}: {run.status}")
     for name, value in run.metrics.items():
-        print(f"  {name:28} {value if isinstance(value, str) else f'{value:.3f}'}")
+        if value is not None:
+            print(f"  {name:28} {value if isinstance(value, str) else f'{value:.3f}'}")
 
     # The log is an xarray dataset: signals by name, axes by name, units as attributes.
     sliding = run.log.isel(time=np.flatnonzero(run.log.contact > 0))
