@@ -50,20 +50,28 @@ class Show:
     def __call__(self) -> int:
         """Print it."""
         import skylimb
-        from skylimb.config import write_toml
-        from skylimb.control.preset import preset_mapping
+        from skylimb.cli import key_tables
+        from skylimb.control.preset import load_preset
+        from skylimb.keys import tables_of
+        from skylimb.robots.loader import load_flight_file
 
         experiments, controllers, robots = (
             skylimb.list_experiments(),
             skylimb.list_controllers(),
             skylimb.list_robots(),
         )
-        if self.name in experiments or self.name.endswith(".toml"):
-            output.toml(write_toml(skylimb.load_experiment(self.name).to_mapping()))
-        elif self.name in controllers:
-            output.toml(preset_mapping(self.name)[1].read_text(encoding="utf-8"))
+        if self.name in controllers:
+            hint = f"Change a key: skylimb run --controller {self.name} --set controller.KEY=VALUE"
+            preset = load_preset(self.name)
+            key_tables.show(f"{self.name}: {preset.description}", preset_tables(preset), hint)
+        elif self.name in experiments or self.name.endswith(".toml"):
+            experiment = skylimb.load_experiment(self.name)
+            hint = f"Change a key: skylimb run {self.name} --set TABLE.KEY=VALUE"
+            key_tables.show(f"{experiment.name}: {experiment.description}", tables_of(experiment), hint)
         elif self.name in robots:
             output.robot(skylimb.load_robot(self.name))
+            hint = "A robot of your own: copy the folder of this one, and name it where a robot is named"
+            key_tables.show(f"{self.name}: its flight file", tables_of(load_flight_file(self.name)), hint)
         else:
             known = [*experiments, *controllers, *robots]
             raise unknown_name("experiment, controller or robot", self.name, known)

@@ -34,7 +34,7 @@ class Settings:
     robot: Annotated[str, Key("", "a robot's name, or the folder or flight file of your own")] = (
         "hydrus_xi_quad"
     )
-    seed: Annotated[int, Key("", "of the sensors' noise", low=0, high=2**63 - 1)] = 0
+    seed: Annotated[int, Key("", "seed of the sensors' noise", low=0, high=2**63 - 1)] = 0
     controller_rate: Annotated[float, Key("Hz", "control ticks a second", low=10.0, high=10_000.0)] = 200.0
     contact_axis: Annotated[
         tuple[float, float, float],

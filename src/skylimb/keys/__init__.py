@@ -16,18 +16,32 @@ logs), and by the reader of TOML files, `skylimb.config`. A check that needs sev
 from skylimb.keys.checks import RefusedError, choice_problem
 from skylimb.keys.configuration import configuration, is_configuration, refused
 from skylimb.keys.key import Key
-from skylimb.keys.listing import REQUIRED, KeyInfo, described, keys_of, units_of
+from skylimb.keys.listing import (
+    ANY_NAME,
+    ANY_NUMBER,
+    REQUIRED,
+    KeyInfo,
+    Table,
+    described,
+    keys_of,
+    tables_of,
+    units_of,
+)
 
 __all__ = [
+    "ANY_NAME",
+    "ANY_NUMBER",
     "REQUIRED",
     "Key",
     "KeyInfo",
     "RefusedError",
+    "Table",
     "choice_problem",
     "configuration",
     "described",
     "is_configuration",
     "keys_of",
     "refused",
+    "tables_of",
     "units_of",
 ]

@@ -3,16 +3,28 @@
 from __future__ import annotations
 
 import dataclasses
+import inspect
 import typing
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from skylimb.keys.fields import default_of, entry_section, fields_of, has_numbers, members_of, section_of
+from skylimb.keys.fields import (
+    default_of,
+    entry_section,
+    fields_of,
+    has_numbers,
+    holds_configurations,
+    members_of,
+    section_of,
+)
 from skylimb.keys.key import Key
 
 REQUIRED: Any = dataclasses.MISSING
 """The default of a key that has none."""
+
+ANY_NAME, ANY_NUMBER = "<name>", "<n>"
+"""What stands in a dotted key for the name of an entry of a dict, and for the place in a tuple."""
 
 
 @dataclass(frozen=True)
@@ -49,41 +61,69 @@ class KeyInfo:
         return self.key.range if has_numbers(self.type) else ""
 
 
-def keys_of(cls: type, at: str = "") -> dict[str, KeyInfo]:
-    """Every key of a configuration class and of those inside it, by dotted name.
+@dataclass(frozen=True)
+class Table:
+    """One table of a configuration, without the tables inside it.
+
+    Attributes:
+        path: its dotted key, one entry a part; empty for the whole.
+        meaning: the first line of its class's docstring.
+        rows: name, value and description of each key.
+        given: false for an optional table that the configuration does not have; its values are defaults.
+    """
+
+    path: tuple[str, ...]
+    meaning: str
+    rows: tuple[tuple[str, Any, KeyInfo], ...]
+    given: bool = True
+
+
+def tables_of(config: Any, at: tuple[str, ...] = (), given: bool = True) -> Iterator[Table]:
+    """Every table of a configuration, the outer ones first; of a class, with the keys' defaults as values."""
+    cls = config if isinstance(config, type) else type(config)
+    rows, parts = [], []
+    for field in dataclasses.fields(cls):
+        kind, key = fields_of(cls)[field.name]
+        default = default_of(field)
+        value = default if config is cls else getattr(config, field.name)
+        if key is None and holds_configurations(kind):
+            parts += _parts(kind, value, (*at, field.name))
+        else:
+            rows.append((field.name, value, KeyInfo(key or Key(), kind, default)))
+    yield Table(at, (inspect.getdoc(cls) or "").partition("\n")[0], tuple(rows), given)
+    for part, path, here in parts:
+        yield from tables_of(part, path, given and here)
+
+
+def keys_of(cls: type) -> dict[str, KeyInfo]:
+    """Every key of a configuration class and of those inside it, by dotted key.
 
     `<name>` stands for the name of an entry of a dict of configurations, `<n>` for the place in a tuple.
     """
-    found: dict[str, KeyInfo] = {}
-    for field in dataclasses.fields(cls):  # type: ignore[arg-type]
-        kind, key = fields_of(cls)[field.name]
-        name = f"{at}.{field.name}" if at else field.name
-        section = section_of(kind)
-        if key is None and section is not None:
-            found |= keys_of(section, name)
-        elif key is None and entry_section(kind) is not None:
-            mark = "<name>" if typing.get_origin(kind) is dict else "<n>"
-            found |= keys_of(typing.cast(type, entry_section(kind)), f"{name}.{mark}")
-        else:
-            found[name] = KeyInfo(key or Key(), kind, default_of(field))
-    return found
+    return {".".join((*table.path, name)): info for table in tables_of(cls) for name, _, info in table.rows}
 
 
 def described(config: Any, at: str = "") -> Iterator[tuple[str, Any, KeyInfo]]:
-    """Dotted key, value and description of every value in a configuration, in the order of its fields."""
-    for field in dataclasses.fields(config):
-        kind, key = fields_of(type(config))[field.name]
-        name, value = (f"{at}.{field.name}" if at else field.name), getattr(config, field.name)
-        if key is None and dataclasses.is_dataclass(value):
-            yield from described(value, name)
-        elif key is None and entry_section(kind) is not None:
-            entries = value.items() if isinstance(value, Mapping) else enumerate(value)
-            for place, part in entries:
-                yield from described(part, f"{name}.{place}")
-        elif value is not None or section_of(kind) is None:
-            yield name, value, KeyInfo(key or Key(), kind, default_of(field))
+    """Dotted key, value and description of every value that a configuration has."""
+    for table in tables_of(config, tuple(filter(None, at.split(".")))):
+        if table.given:
+            yield from ((".".join((*table.path, name)), value, info) for name, value, info in table.rows)
 
 
-def units_of(config: Any) -> dict[str, str]:
+def units_of(config: Any, at: str = "") -> dict[str, str]:
     """Unit of every value in a configuration that has one, by dotted key."""
-    return {name: info.unit for name, _, info in described(config) if info.unit}
+    return {name: info.unit for name, _, info in described(config, at) if info.unit}
+
+
+def _parts(kind: Any, value: Any, path: tuple[str, ...]) -> list[tuple[Any, tuple[str, ...], bool]]:
+    """The configurations in a field: each, or its class where there is none, its path, and whether it is."""
+    section = section_of(kind)
+    if value is REQUIRED:
+        value = None
+    if section is not None:
+        return [(section, path, False) if value is None else (value, path, True)]
+    named = typing.get_origin(kind) is dict
+    entries: dict[Any, Any] = dict(value or {}) if named else dict(enumerate(value or ()))
+    if not entries:
+        return [(entry_section(kind), (*path, ANY_NAME if named else ANY_NUMBER), False)]
+    return [(part, (*path, str(name)), True) for name, part in entries.items()]

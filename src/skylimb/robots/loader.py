@@ -47,6 +47,17 @@ def load_robot(name_or_path: str | Path) -> Robot:
     return _load(_flight_path(name_or_path).resolve())
 
 
+def load_flight_file(name_or_path: str | Path) -> FlightFile:
+    """The flight TOML of a robot, as `load_robot` finds it, its keys checked but not its URDF.
+
+    Raises:
+        UnknownNameError: no robot of that name comes with the package.
+        ConfigError: the file is missing, unreadable, or has an unknown key, a wrong type or a value out of
+            range.
+    """
+    return _flight_file(_flight_path(name_or_path).resolve())
+
+
 @lru_cache(maxsize=16)
 def _load_unchanged(path: Path, digest: str) -> Robot:
     robot = Robot(_describe(path, digest))

@@ -1,0 +1,172 @@
+"""The keys of an experiment, controller or robot: a table for a terminal, a commented TOML file for a pipe."""
+
+from __future__ import annotations
+
+import re
+import sys
+import textwrap
+from collections.abc import Iterable, Iterator, Sequence
+from typing import TYPE_CHECKING, Any
+
+from skylimb.keys import ANY_NAME, ANY_NUMBER, REQUIRED, KeyInfo, Table
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+_WIDTH = 79
+"""Columns of the comments in a TOML file."""
+
+_WIDEST_VALUE, _WIDEST_RANGE = 24, 26
+"""Columns of a value and of a range in a table; a longer value is cut, a longer range takes more lines."""
+
+_NARROW = 100
+"""Columns of a terminal below which the meaning of a key goes under the key."""
+
+
+def show(title: str, tables: Iterable[Table], hint: str) -> None:
+    """Print every key with value, unit, range and meaning; into a pipe, as TOML that can be read back.
+
+    Args:
+        title: what it is that has these keys.
+        tables: the keys.
+        hint: how one of them is changed.
+    """
+    if not sys.stdout.isatty():
+        print("\n".join(commented_toml(title, tables, hint)))
+        return
+    from rich.console import Console
+
+    print_tables(Console(highlight=False), title, tables, hint)
+
+
+def commented_toml(title: str, tables: Iterable[Table], hint: str) -> Iterator[str]:
+    """The lines of a TOML file with every key, its meaning, range and unit above it.
+
+    What has no value, or belongs to a table that is not there, is commented out.
+    """
+    import tomli_w
+
+    yield from _comment(title)
+    yield from _comment(hint)
+    last: dict[str, Any] = {}
+    for table in tables:
+        off = "" if table.given else "# "
+        if table.path:
+            yield ""
+            yield from _comment(table.meaning)
+            yield off + _header(table.path)
+        for name, value, info in table.rows:
+            if isinstance(value, dict):
+                last |= {name: value} if value else {}
+                continue
+            yield ""
+            yield from _comment(_explained(info))
+            if value is None or value is REQUIRED:
+                yield f"# {name} ="
+            else:
+                yield f"{off}{name} = {_toml(value)}"
+    if last:
+        yield from ("", tomli_w.dumps(last).rstrip())
+
+
+def print_tables(console: Console, title: str, tables: Iterable[Table], hint: str) -> None:
+    """Every key in columns, a heading for each table; `show` says what the arguments are."""
+    from rich.text import Text
+
+    tables = [table for table in tables if table.rows]
+    cells = [_cells(row) for table in tables for row in table.rows]
+    widths = [max(len(row[column]) for row in cells) for column in range(2)]
+    console.print(Text(title, "bold"))
+    for table in tables:
+        heading = Text.assemble((_header(table.path), "bold"), " ", table.meaning) if table.path else Text()
+        if not table.given:
+            heading.append("  (not set)", "dim")
+        console.print(heading)
+        if console.width < _NARROW:
+            _print_stacked(console, table, widths)
+        else:
+            _print_columns(console, table, widths)
+        console.print()
+    console.print(Text(hint))
+
+
+def _print_columns(console: Console, table: Table, widths: Sequence[int]) -> None:
+    from rich.table import Table as Grid
+    from rich.text import Text
+
+    grid = Grid(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
+    for width, style in zip(widths, ("cyan", "" if table.given else "dim"), strict=True):
+        grid.add_column(min_width=width, style=style, no_wrap=True)
+    grid.add_column(min_width=_WIDEST_RANGE, max_width=_WIDEST_RANGE)
+    grid.add_column(style="dim")
+    for row in table.rows:
+        grid.add_row(*map(Text, _cells(row)))
+    console.print(grid)
+
+
+def _print_stacked(console: Console, table: Table, widths: Sequence[int]) -> None:
+    """The meaning of each key on lines of its own, for a terminal with few columns."""
+    from rich.padding import Padding
+    from rich.text import Text
+
+    for row in table.rows:
+        name, value, allowed, meaning = _cells(row)
+        shown = "" if table.given else "dim"
+        line = Text.assemble((name.ljust(widths[0]), "cyan"), "  ", (value.ljust(widths[1]), shown))
+        beside = len(line) + 2 + len(allowed) <= console.width
+        console.print(line.append(f"  {allowed}") if beside else line)
+        for text in ("" if beside else allowed, meaning):
+            if text:
+                console.print(Padding(Text(text, "dim"), (0, 0, 0, 4)))
+
+
+def _cells(row: tuple[str, Any, KeyInfo]) -> tuple[str, str, str, str]:
+    name, value, info = row
+    return name, _short(value), _allowed(info), info.meaning
+
+
+def _comment(text: str) -> list[str]:
+    return textwrap.wrap(text, _WIDTH, initial_indent="# ", subsequent_indent="# ")
+
+
+def _header(path: Sequence[str]) -> str:
+    """The header of a table; the place of an entry in a list becomes the double brackets of TOML."""
+    if path[-1] == ANY_NUMBER or path[-1].isdecimal():
+        return f"[[{'.'.join(path[:-1])}]]"
+    names = ("NAME" if name == ANY_NAME else name for name in path)
+    return f"[{'.'.join(name if re.fullmatch(r'[A-Za-z0-9_-]+', name) else repr(name) for name in names)}]"
+
+
+def _allowed(info: KeyInfo) -> str:
+    """Range and unit in words; a lone unit where there is no range."""
+    return " ".join(filter(None, (info.range, info.unit)))
+
+
+def _explained(info: KeyInfo) -> str:
+    allowed = _allowed(info)
+    return f"{info.meaning} ({allowed})" if info.meaning and allowed else info.meaning or allowed
+
+
+def _toml(value: Any) -> str:
+    """A value as TOML has it, on one line."""
+    import tomli_w
+
+    if isinstance(value, tuple | list):
+        return f"[{', '.join(map(_toml, value))}]"
+    return tomli_w.dumps({"value": value}).removeprefix("value = ").rstrip()
+
+
+def _short(value: Any) -> str:
+    """A value as TOML has it, numbers with few digits, and cut where it is long."""
+    text = "-" if value is None or value is REQUIRED else _text(value)
+    return text if len(text) <= _WIDEST_VALUE else f"{text[: _WIDEST_VALUE - 3]}..."
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, float):
+        return f"{value:g}"
+    if isinstance(value, tuple | list):
+        return f"[{', '.join(map(_text, value))}]"
+    return f'"{value}"' if isinstance(value, str) else str(value)
