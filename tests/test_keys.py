@@ -267,8 +267,8 @@ def test_every_key_is_listed_with_what_it_is():
     assert (depth.default, depth.unit, depth.meaning, depth.range, depth.type) == (
         0.18, "m", "how far", "0 .. 0.6", float,
     )  # fmt: skip
-    assert found["arm.speed"].range == "above 0, below 5"
-    assert found["arm.limit"].range == "at least 0"
+    assert found["arm.speed"].range == "> 0, < 5"
+    assert found["arm.limit"].range == ">= 0"
     assert found["arm.value"].range == "any number"
     assert found["arm.shape"].range == "circle, line"
     assert found["arm.shape"].choices == ("circle", "line")

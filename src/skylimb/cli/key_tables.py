@@ -1,4 +1,4 @@
-"""The keys of an experiment, controller or robot: a table for a terminal, a commented TOML file for a pipe."""
+"""The keys of an experiment, controller or robot: a table for a terminal, a commented TOML file elsewhere."""
 
 from __future__ import annotations
 
@@ -12,12 +12,15 @@ from skylimb.keys import ANY_NAME, ANY_NUMBER, REQUIRED, KeyInfo, Table
 
 if TYPE_CHECKING:
     from rich.console import Console
+    from rich.table import Table as Grid
 
 _WIDTH = 79
 """Columns of the comments in a TOML file."""
 
-_WIDEST_VALUE, _WIDEST_RANGE = 24, 26
+_WIDEST_VALUE, _WIDEST_RANGE = 20, 24
 """Columns of a value and of a range in a table; a longer value is cut, a longer range takes more lines."""
+
+_COLUMNS = ("Key", "Value", "Unit", "Range", "Meaning")
 
 _NARROW = 100
 """Columns of a terminal below which the meaning of a key goes under the key."""
@@ -51,16 +54,18 @@ def commented_toml(title: str, tables: Iterable[Table], hint: str) -> Iterator[s
     last: dict[str, Any] = {}
     for table in tables:
         off = "" if table.given else "# "
+        again = bool(table.path) and table.path[-1].isdecimal() and int(table.path[-1]) > 0
         if table.path:
             yield ""
-            yield from _comment(table.meaning)
+            yield from _comment("" if again else table.meaning)
             yield off + _header(table.path)
         for name, value, info in table.rows:
             if isinstance(value, dict):
                 last |= {name: value} if value else {}
                 continue
-            yield ""
-            yield from _comment(_explained(info))
+            if not again:
+                yield ""
+                yield from _comment(_explained(info))
             if value is None or value is REQUIRED:
                 yield f"# {name} ="
             else:
@@ -74,34 +79,37 @@ def print_tables(console: Console, title: str, tables: Iterable[Table], hint: st
     from rich.text import Text
 
     tables = [table for table in tables if table.rows]
-    cells = [_cells(row) for table in tables for row in table.rows]
-    widths = [max(len(row[column]) for row in cells) for column in range(2)]
+    cells = [_COLUMNS, *(_cells(row) for table in tables for row in table.rows)]
+    widths = [min(_WIDEST_RANGE, max(len(row[column]) for row in cells)) for column in range(4)]
+    narrow = console.width < _NARROW
     console.print(Text(title, "bold"))
+    console.print()
+    if not narrow:
+        console.print(_grid([_COLUMNS], widths, "bold"))
     for table in tables:
         heading = Text.assemble((_header(table.path), "bold"), " ", table.meaning) if table.path else Text()
         if not table.given:
             heading.append("  (not set)", "dim")
         console.print(heading)
-        if console.width < _NARROW:
+        if narrow:
             _print_stacked(console, table, widths)
         else:
-            _print_columns(console, table, widths)
+            console.print(_grid(map(_cells, table.rows), widths, "" if table.given else "dim"))
         console.print()
     console.print(Text(hint))
 
 
-def _print_columns(console: Console, table: Table, widths: Sequence[int]) -> None:
+def _grid(rows: Iterable[Sequence[str]], widths: Sequence[int], style: str) -> Grid:
     from rich.table import Table as Grid
     from rich.text import Text
 
     grid = Grid(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
-    for width, style in zip(widths, ("cyan", "" if table.given else "dim"), strict=True):
-        grid.add_column(min_width=width, style=style, no_wrap=True)
-    grid.add_column(min_width=_WIDEST_RANGE, max_width=_WIDEST_RANGE)
+    for width, colour in zip(widths, ("cyan", "", "", ""), strict=True):
+        grid.add_column(min_width=width, max_width=width, style=colour)
     grid.add_column(style="dim")
-    for row in table.rows:
-        grid.add_row(*map(Text, _cells(row)))
-    console.print(grid)
+    for row in rows:
+        grid.add_row(*map(Text, row), style=style)
+    return grid
 
 
 def _print_stacked(console: Console, table: Table, widths: Sequence[int]) -> None:
@@ -110,9 +118,11 @@ def _print_stacked(console: Console, table: Table, widths: Sequence[int]) -> Non
     from rich.text import Text
 
     for row in table.rows:
-        name, value, allowed, meaning = _cells(row)
-        shown = "" if table.given else "dim"
-        line = Text.assemble((name.ljust(widths[0]), "cyan"), "  ", (value.ljust(widths[1]), shown))
+        name, value, unit, allowed, meaning = _cells(row)
+        style = "" if table.given else "dim"
+        line = Text.assemble(
+            (name.ljust(widths[0]), "cyan"), "  ", ((value if value == "-" else f"{value} {unit}").ljust(widths[1] + 1 + widths[2]), style)
+        )
         beside = len(line) + 2 + len(allowed) <= console.width
         console.print(line.append(f"  {allowed}") if beside else line)
         for text in ("" if beside else allowed, meaning):
@@ -120,9 +130,10 @@ def _print_stacked(console: Console, table: Table, widths: Sequence[int]) -> Non
                 console.print(Padding(Text(text, "dim"), (0, 0, 0, 4)))
 
 
-def _cells(row: tuple[str, Any, KeyInfo]) -> tuple[str, str, str, str]:
+def _cells(row: tuple[str, Any, KeyInfo]) -> tuple[str, ...]:
+    """Entries of the five columns."""
     name, value, info = row
-    return name, _short(value), _allowed(info), info.meaning
+    return name, _short(value), info.unit, info.range, info.meaning
 
 
 def _comment(text: str) -> list[str]:
@@ -137,13 +148,8 @@ def _header(path: Sequence[str]) -> str:
     return f"[{'.'.join(name if re.fullmatch(r'[A-Za-z0-9_-]+', name) else repr(name) for name in names)}]"
 
 
-def _allowed(info: KeyInfo) -> str:
-    """Range and unit in words; a lone unit where there is no range."""
-    return " ".join(filter(None, (info.range, info.unit)))
-
-
 def _explained(info: KeyInfo) -> str:
-    allowed = _allowed(info)
+    allowed = " ".join(filter(None, (info.range, info.unit)))
     return f"{info.meaning} ({allowed})" if info.meaning and allowed else info.meaning or allowed
 
 

@@ -39,17 +39,10 @@ class Key:
 
     @property
     def range(self) -> str:
-        """The range in words without its unit, for example "0 .. 0.6" or "above 0, at most 5"."""
-        low, high = self._ends()
-        closed = self.above is None and self.below is None
-        if closed and not math.isinf(low) and not math.isinf(high):
-            return f"{shown(low)} .. {shown(high)}"
-        ends = []
-        if self.above is not None or low > -math.inf:
-            ends.append(f"{'at least' if self.above is None else 'above'} {shown(low)}")
-        if self.below is not None or high < math.inf:
-            ends.append(f"{'at most' if self.below is None else 'below'} {shown(high)}")
-        return ", ".join(ends) or "any number"
+        """The range without its unit, for example "0 .. 0.6" or "> 0, <= 5"."""
+        if self._closed:
+            return f"{shown(self.low)} .. {shown(self.high)}"
+        return ", ".join(self._ends(">=", ">", "<=", "<")) or "any number"
 
     def allows(self, value: Any) -> bool:
         """Whether the number `value` is in the range."""
@@ -66,20 +59,26 @@ class Key:
 
     def problem(self, value: Any) -> str:
         """What is wrong with a number outside of the range, with a guess at another unit."""
-        if self.range == "any number":
-            return "must be finite"
         unit = f" {self.unit}" if self.unit else ""
-        if " .. " in self.range:
+        ends = self._ends("at least", "above", "at most", "below")
+        if self._closed:
             text = f"is outside of {self.range}{unit}"
         else:
-            text = f"must be {self.range.replace(', ', ' and ')}{unit}"
+            text = f"must be {' and '.join(ends)}{unit}" if ends else "must be finite"
         guess = self._unit_guess(value)
         return f"{text}; {guess}" if guess else text
 
-    def _ends(self) -> tuple[float, float]:
-        low = self.low if self.low is not None else self.above
-        high = self.high if self.high is not None else self.below
-        return (-math.inf if low is None else low), (math.inf if high is None else high)
+    @property
+    def _closed(self) -> bool:
+        """Whether both ends are finite and belong to the range."""
+        return all(end is not None and math.isfinite(end) for end in (self.low, self.high))
+
+    def _ends(self, at_least: str, above: str, at_most: str, below: str) -> list[str]:
+        """Each end of the range in the given words; an infinite end that belongs to it says nothing."""
+        low = None if self.low == -math.inf else self.low
+        high = None if self.high == math.inf else self.high
+        ends = ((at_least, low), (above, self.above), (at_most, high), (below, self.below))
+        return [f"{word} {shown(end)}" for word, end in ends if end is not None]
 
     def _unit_guess(self, value: float) -> str:
         """Asks whether `value` was meant in degrees, mm, g or ms; empty where that is not in range either."""
