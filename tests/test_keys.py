@@ -283,7 +283,7 @@ def test_a_configuration_is_described_with_its_values():
     assert rows["arm.named.left.angle"] == (0.5, "rad")
     assert rows["arm.row.1.angle"] == (1.0, "rad")
     assert not any(name.startswith("arm.spare") for name in rows)
-    units = units_of(whole)
+    units = units_of(tables_of(whole))
     assert units["arm.offset"] == "m"
     assert "arm.count" not in units
 

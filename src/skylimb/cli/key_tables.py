@@ -22,7 +22,7 @@ _WIDEST_VALUE, _WIDEST_RANGE = 20, 24
 
 _COLUMNS = ("Key", "Value", "Unit", "Range", "Meaning")
 
-_NARROW = 100
+_NARROW = 110
 """Columns of a terminal below which the meaning of a key goes under the key."""
 
 
@@ -121,7 +121,9 @@ def _print_stacked(console: Console, table: Table, widths: Sequence[int]) -> Non
         name, value, unit, allowed, meaning = _cells(row)
         style = "" if table.given else "dim"
         line = Text.assemble(
-            (name.ljust(widths[0]), "cyan"), "  ", ((value if value == "-" else f"{value} {unit}").ljust(widths[1] + 1 + widths[2]), style)
+            (name.ljust(widths[0]), "cyan"),
+            "  ",
+            (f"{value} {unit}".ljust(widths[1] + 1 + widths[2]), style),
         )
         beside = len(line) + 2 + len(allowed) <= console.width
         console.print(line.append(f"  {allowed}") if beside else line)

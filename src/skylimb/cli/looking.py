@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, ClassVar
@@ -31,9 +32,10 @@ class List:
 
 @dataclass(frozen=True)
 class Show:
-    """Show an experiment, a controller or a robot in full.
+    """Show every key of an experiment, a controller or a robot: value, unit, range and meaning.
 
-    For an experiment that is every key that --set can change, with its value.
+    For an experiment and a controller these are the keys that --set can change. Into a file, it is written
+    as that file would have to be.
     """
 
     examples: ClassVar[str] = """
@@ -51,7 +53,8 @@ class Show:
         """Print it."""
         import skylimb
         from skylimb.cli import key_tables
-        from skylimb.control.preset import load_preset
+        from skylimb.control.preset import preset_from_mapping, preset_mapping
+        from skylimb.control.preset_keys import preset_tables
         from skylimb.keys import tables_of
         from skylimb.robots.loader import load_flight_file
 
@@ -62,16 +65,19 @@ class Show:
         )
         if self.name in controllers:
             hint = f"Change a key: skylimb run --controller {self.name} --set controller.KEY=VALUE"
-            preset = load_preset(self.name)
+            preset = preset_from_mapping(*preset_mapping(self.name))
             key_tables.show(f"{self.name}: {preset.description}", preset_tables(preset), hint)
         elif self.name in experiments or self.name.endswith(".toml"):
             experiment = skylimb.load_experiment(self.name)
             hint = f"Change a key: skylimb run {self.name} --set TABLE.KEY=VALUE"
             key_tables.show(f"{experiment.name}: {experiment.description}", tables_of(experiment), hint)
         elif self.name in robots:
-            output.robot(skylimb.load_robot(self.name))
-            hint = "A robot of your own: copy the folder of this one, and name it where a robot is named"
-            key_tables.show(f"{self.name}: its flight file", tables_of(load_flight_file(self.name)), hint)
+            robot = skylimb.load_robot(self.name)
+            if sys.stdout.isatty():
+                output.robot(robot)
+            title = f"{self.name}: {robot.description.summary}; {robot.mass:.4f} kg"
+            hint = "A robot of your own: a folder with a URDF and a file like this one, flight.toml"
+            key_tables.show(title, tables_of(load_flight_file(self.name)), hint)
         else:
             known = [*experiments, *controllers, *robots]
             raise unknown_name("experiment, controller or robot", self.name, known)

@@ -7,9 +7,12 @@ import json
 
 from skylimb.analysis.metrics import metrics
 from skylimb.config import write_toml
-from skylimb.control.controller import resolved_tables
+from skylimb.control.controller import Controller, resolved_tables
+from skylimb.control.preset_keys import controller_units
+from skylimb.experiments.experiment import Experiment
 from skylimb.flights.asked_line import with_asked_line
 from skylimb.flights.takeoff import Takeoff
+from skylimb.keys import tables_of, units_of
 from skylimb.loop.flight import Flight
 from skylimb.recording.run import Run
 from skylimb.recording.versions import versions
@@ -42,9 +45,21 @@ def scored(takeoff: Takeoff, flight: Flight) -> Run:
 
 
 def documented(run: Run, takeoff: Takeoff) -> Run:
-    """The run with all that produced it in its log: configuration, versions and scene."""
+    """The run with all that produced it in its log: configuration and its units, versions and scene."""
     config = {**takeoff.experiment.to_mapping(), "controller": resolved_tables(takeoff.controller)}
     log = run.log.assign_attrs(
-        config=write_toml(config), versions=json.dumps(versions()), scene=takeoff.plant.scene
+        config=write_toml(config),
+        config_units=json.dumps(config_units(takeoff.experiment, takeoff.controller)),
+        versions=json.dumps(versions()),
+        scene=takeoff.plant.scene,
     )
     return dataclasses.replace(run, log=log)
+
+
+def config_units(experiment: Experiment, controller: Controller) -> dict[str, str]:
+    """Unit of every value in a run's configuration that has one, by dotted key."""
+    gains = controller_units(controller)
+    return {
+        **units_of(tables_of(experiment)),
+        **{f"controller.{key}": unit for key, unit in gains.items()},
+    }

@@ -24,6 +24,7 @@ from skylimb.keys.listing import (
     Table,
     described,
     keys_of,
+    rows_of,
     tables_of,
     units_of,
 )
@@ -42,6 +43,7 @@ __all__ = [
     "is_configuration",
     "keys_of",
     "refused",
+    "rows_of",
     "tables_of",
     "units_of",
 ]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import inspect
 import typing
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -105,14 +105,19 @@ def keys_of(cls: type) -> dict[str, KeyInfo]:
 
 def described(config: Any, at: str = "") -> Iterator[tuple[str, Any, KeyInfo]]:
     """Dotted key, value and description of every value that a configuration has."""
-    for table in tables_of(config, tuple(filter(None, at.split(".")))):
+    return rows_of(tables_of(config, tuple(filter(None, at.split(".")))))
+
+
+def rows_of(tables: Iterable[Table]) -> Iterator[tuple[str, Any, KeyInfo]]:
+    """Dotted key, value and description of every value in the tables that are there."""
+    for table in tables:
         if table.given:
             yield from ((".".join((*table.path, name)), value, info) for name, value, info in table.rows)
 
 
-def units_of(config: Any, at: str = "") -> dict[str, str]:
-    """Unit of every value in a configuration that has one, by dotted key."""
-    return {name: info.unit for name, _, info in described(config, at) if info.unit}
+def units_of(tables: Iterable[Table]) -> dict[str, str]:
+    """Unit of every value that has one, by dotted key."""
+    return {name: info.unit for name, _, info in rows_of(tables) if info.unit}
 
 
 def _parts(kind: Any, value: Any, path: tuple[str, ...]) -> list[tuple[Any, tuple[str, ...], bool]]:

@@ -35,7 +35,7 @@ class Run:
         log: signals over `time` (s), with named axes; each variable's attributes hold `units` (SI), `frame`,
             `long_name` and `kind` (truth, estimate, reference, command or measurement). The dataset's
             attributes hold `status`, `cause`, `seed`, `config` (the resolved configuration as TOML),
-            `versions` (JSON) and `scene` (what a replay needs).
+            `config_units` (JSON), `versions` (JSON) and `scene` (what a replay needs).
         metrics: the figures of merit, see `skylimb.analysis.metrics`; empty where nobody asked for them yet.
     """
 
@@ -63,6 +63,11 @@ class Run:
     def config(self) -> str:
         """The resolved configuration as TOML text."""
         return str(self.log.attrs.get("config", ""))
+
+    @property
+    def config_units(self) -> dict[str, str]:
+        """Unit of every value of the configuration that has one, by dotted key."""
+        return dict(json.loads(self.log.attrs.get("config_units", "") or "{}"))
 
     @property
     def versions(self) -> dict[str, str]:

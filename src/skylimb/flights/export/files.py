@@ -11,6 +11,7 @@ import numpy as np
 from skylimb.c_code import c_source
 from skylimb.control.cascade import Cascade
 from skylimb.control.controller import Controller
+from skylimb.control.preset_keys import preset_tables
 from skylimb.errors import ConfigError
 from skylimb.flights.export.step import (
     NAME,
@@ -19,6 +20,7 @@ from skylimb.flights.export.step import (
     controller_step,
     example_vector,
 )
+from skylimb.keys import rows_of
 from skylimb.packing import Layout
 from skylimb.recording.files import new_folder
 
@@ -67,7 +69,7 @@ def export_c(controller: Controller, folder: str | Path, control_period: float =
     return [Path(folder) / name for name in texts]
 
 
-_UNITS = {
+_ABOUT = {
     "measurement.position": "origin of the measured link, W, m",
     "measurement.quaternion": "its attitude, w x y z",
     "measurement.velocity": "of that origin, W, m/s",
@@ -106,14 +108,15 @@ def _header(controller: Cascade, step: ControllerStep, dt: float) -> str:
         ("command", step.commands),
         ("signals", step.signals),
     ]
+    about = {**_ABOUT, **_about_gains(controller)}
     lines = [f"#define SKYLIMB_STATE_SIZE {len(step.state)}"]
     for part, layout in parts:
         lines += ["", f"#define SKYLIMB_{part.upper()}_SIZE {layout.size}"]
         for name, where in layout.slices.items():
             width = where.stop - where.start
-            unit = _UNITS.get(f"{part}.{name}")
-            about = f"{width} {'number' if width == 1 else 'numbers'}" + (f": {unit}" if unit else "")
-            lines.append(f"#define SKYLIMB_{part.upper()}_{_upper(name)} {where.start} /* {about} */")
+            words = [f"{width} {'number' if width == 1 else 'numbers'}", about.get(f"{part}.{name}", "")]
+            comment = ": ".join(filter(None, words))
+            lines.append(f"#define SKYLIMB_{part.upper()}_{_upper(name)} {where.start} /* {comment} */")
     template = (_TEMPLATES / "controller_template.h").read_text("utf-8")
     return (
         template.replace("@CONTROLLER@", controller.name)
@@ -121,6 +124,16 @@ def _header(controller: Cascade, step: ControllerStep, dt: float) -> str:
         .replace("@PERIOD@", repr(float(dt)))
         .replace("@SIZES@", "\n".join(lines))
     )
+
+
+def _about_gains(controller: Cascade) -> dict[str, str]:
+    """Meaning, range and unit of every gain, in words that end no comment of C."""
+    rows = rows_of(preset_tables(controller.preset))
+    words = {f"gains.{name}": (info.meaning, info.range, info.unit) for name, _, info in rows}
+    return {
+        name: ", ".join(filter(None, (meaning, f"{allowed} {unit}".strip()))).replace("*/", "* /")
+        for name, (meaning, allowed, unit) in words.items()
+    }
 
 
 def _upper(name: str) -> str:

@@ -1,0 +1,43 @@
+"""The keys of a preset: the law of every slot and its gains, each with unit, range and meaning."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Iterator
+from typing import Literal
+
+from skylimb.control.cascade import Cascade
+from skylimb.control.controller import Controller
+from skylimb.control.preset import PARTS, SLOTS, Preset, Slot, law_names
+from skylimb.keys import Key, KeyInfo, Table, tables_of, units_of
+
+_LAW = Key("", "the law that fills the slot: one of these, or a Python file of your own")
+
+_OWN = {
+    "name": KeyInfo(Key("", "short name"), str, ""),
+    "description": KeyInfo(Key("", "one line on what it is"), str, ""),
+    "tare": KeyInfo(Key("", "whether the observer's free-flight bias is taken off"), bool, True),
+}
+"""Keys outside of the tables."""
+
+
+def preset_tables(preset: Preset) -> Iterator[Table]:
+    """The tables of a preset as a TOML file has them, with every key that may be set."""
+    yield Table((), "", tuple((name, getattr(preset, name), info) for name, info in _OWN.items()))
+    for slot in SLOTS:
+        yield from _slot_tables(slot, getattr(preset, slot))
+    for part in PARTS:
+        yield from tables_of(getattr(preset, part), (part,))
+
+
+def controller_units(controller: Controller) -> dict[str, str]:
+    """Unit of every gain that has one, by dotted key; empty for a user's own Python class."""
+    return units_of(preset_tables(controller.preset)) if isinstance(controller, Cascade) else {}
+
+
+def _slot_tables(slot: str, filled: Slot) -> Iterator[Table]:
+    first, *inside = tables_of(filled.gains, (slot,))
+    info = KeyInfo(_LAW, Literal[tuple(law_names(slot))], filled.name)
+    meaning = (inspect.getdoc(filled.law) or "").partition("\n")[0]
+    yield Table(first.path, meaning, (("law", filled.name, info), *first.rows))
+    yield from inside
