@@ -28,17 +28,13 @@ from typing import Any
 import numpy as np
 
 from skylimb.analysis.measures import measured
-from skylimb.control.cascade import Cascade
 from skylimb.control.controller import load_controller
 from skylimb.experiments.experiment import load_experiment
-from skylimb.experiments.flyable import first_row
-from skylimb.experiments.run import prepare_flight, recorded, vectoring_purpose
+from skylimb.flights.drivers.native import fly_native
+from skylimb.flights.record import recorded
+from skylimb.flights.takeoff import Takeoff, prepare
 from skylimb.recording.run import Run
 from skylimb.robots.loader import load_robot
-from skylimb.simulation.drivers import mission_rows
-from skylimb.simulation.native import NativeJob, fly_native
-from skylimb.simulation.plant import initial_data
-from skylimb.simulation.tick import compile_tick
 
 DOCS = Path(__file__).parents[1] / "docs"
 SEED, CHUNK = 7, 16
@@ -141,9 +137,8 @@ def ensemble(
     """Scores of every draw: metrics, status and cause."""
     robot = load_robot("hydrus_xi_quad")
     flown = load_controller(controller, robot, gains)
-    assert isinstance(flown, Cascade)
     scores: list[dict[str, Any]] = []
-    ready: list[tuple[Any, NativeJob]] = []
+    ready: list[Takeoff] = []
     for index, drawn in enumerate(draws(experiment, count)):
         given = {**drawn, **changes}
         if given.pop("level cog", False):
@@ -153,17 +148,10 @@ def ensemble(
         if given.pop("compass", False):
             # The measured link's third axis is vertical in flight.
             given["sensors.attitude_misalignment"] = [*given["sensors.attitude_misalignment"][:2], 0.0]
-        asked = load_experiment(experiment, given)
-        plant, mission = prepare_flight(asked, robot, vectoring_purpose(flown))
-        data = initial_data(plant, first_row(mission))
-        root = np.concatenate([data.qpos[0:7], data.qvel[0:6]])
-        tick = compile_tick(flown, plant, asked.sensors, root, asked.control_period)
-        rows = mission_rows(plant, mission, asked.sensors, asked.seed, flown.paced)
-        ready.append((asked, NativeJob(tick, plant, data, mission, rows, asked.disturbance)))
+        ready.append(prepare(load_experiment(experiment, given), robot, flown))
         if len(ready) == CHUNK or index == count - 1:
-            flights = fly_native([job for _, job in ready])
-            for (what, job), flight in zip(ready, flights, strict=True):
-                scores.append(scored(recorded(what, robot, flown, job.plant, job.mission, flight)))
+            for takeoff, flight in zip(ready, fly_native(ready), strict=True):
+                scores.append(scored(recorded(takeoff, flight)))
             ready.clear()
     return scores
 

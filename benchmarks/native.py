@@ -23,17 +23,14 @@ from mujoco.batch import Batch
 from rich.console import Console
 from rich.table import Table
 
-import skylimb
-from skylimb.analysis.metrics import metrics
-from skylimb.control.cascade import Cascade
-from skylimb.experiments.flyable import first_row
-from skylimb.experiments.run import prepare_flight
-from skylimb.simulation.clock import without_clock
-from skylimb.simulation.drivers import fly_compiled, interventions, mission_rows
-from skylimb.simulation.log import flight_log
-from skylimb.simulation.native import NativeJob, compile_native, fly_native, unavailable
-from skylimb.simulation.plant import initial_data
-from skylimb.simulation.tick import compile_tick
+from skylimb.flights.drivers.compiled import CompiledDriver
+from skylimb.flights.drivers.native import compile_native, fly_native, unavailable
+from skylimb.flights.public import take_off
+from skylimb.flights.record import scored
+from skylimb.flights.takeoff import Takeoff
+from skylimb.loop.loop import Loop
+from skylimb.simulation.engine_timer import without_timer
+from skylimb.simulation.interventions import interventions
 
 RATIO_WANTED = 0.95
 MINUTES_WANTED, FLIGHTS_WANTED = 2.5, 1000
@@ -42,38 +39,32 @@ MEMORY_WANTED = 400.0  # MB
 _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 
 
-def prepare(experiment: skylimb.Experiment, robot: skylimb.Robot, controller: str) -> NativeJob:
+def prepare(experiment: str, controller: str) -> Takeoff:
     """Everything before a flight."""
-    cascade = skylimb.load_controller(controller, robot)
-    if not isinstance(cascade, Cascade):
-        raise SystemExit(f"{controller} is not one of the compiled controllers")
-    plant, mission = prepare_flight(experiment, robot)
-    data = initial_data(plant, first_row(mission))
-    root = np.concatenate([data.qpos[0:7], data.qvel[0:6]])
-    tick = compile_tick(cascade, plant, experiment.sensors, root, experiment.control_period)
-    rows = mission_rows(plant, mission, experiment.sensors, experiment.seed)
-    return NativeJob(compile_native(tick, plant), plant, data, mission, rows, experiment.disturbance)
+    (takeoff,) = take_off(experiment, (controller,))
+    compile_native(takeoff.tick, takeoff.plant)
+    return takeoff
 
 
-def with_seed(job: NativeJob, experiment: skylimb.Experiment, seed: int) -> NativeJob:
+def with_seed(takeoff: Takeoff, seed: int) -> Takeoff:
     """The same flight with other noise."""
-    return dataclasses.replace(job, rows=mission_rows(job.plant, job.mission, experiment.sensors, seed))
+    return dataclasses.replace(takeoff, experiment=dataclasses.replace(takeoff.experiment, seed=seed))
 
 
-def controls_of(job: NativeJob) -> tuple[np.ndarray, np.ndarray]:
-    """The controls of every physics step, as the Python driver flies, and the state at the end."""
-    plant, data = job.plant, mujoco.MjData(job.plant.model)
-    mujoco.mj_copyData(data, plant.model, job.data)
-    controls = np.zeros((len(job.rows), plant.model.nu))
+def controls_of(takeoff: Takeoff) -> tuple[np.ndarray, np.ndarray]:
+    """The controls of every physics step, as the compiled driver flies, and the state at the end."""
+    plant, data = takeoff.plant, takeoff.data()
+    controls = np.zeros((len(takeoff.rows), plant.model.nu))
 
     def watch(k: int) -> None:
         controls[k] = data.ctrl
 
-    outside = interventions(plant, data, job.mission.times, job.disturbance)
-    flight = fly_compiled(job.compiled, plant, data, job.mission, job.rows, [*outside, watch])
+    outside = interventions(plant, data, takeoff.times, takeoff.experiment.disturbance)
+    driver = CompiledDriver(takeoff.tick, plant, data, takeoff.rows, [*outside, watch])
+    flight = Loop(driver, takeoff.mission, takeoff.experiment.terminations, len(takeoff.rows)).fly()
     if flight.cause:
         raise SystemExit(f"the flight failed: {flight.cause}")
-    return np.repeat(controls, plant.substeps, axis=0), np.concatenate([data.qpos, data.qvel])
+    return np.repeat(controls[: flight.ticks], plant.substeps, axis=0), np.concatenate([data.qpos, data.qvel])
 
 
 def seconds(work: Callable[[], object], clock: Callable[[], float] = time.perf_counter) -> float:
@@ -87,25 +78,25 @@ def fastest(repeats: int, *works: Callable[[], float]) -> list[float]:
     return [min(times) for times in zip(*([work() for work in works] for _ in range(repeats)), strict=True)]
 
 
-def closed_over_replay(job: NativeJob, repeats: int) -> list[float]:
-    """Processor seconds of the closed loop, of the raw replay, and of that without the engine's clock.
+def closed_over_replay(takeoff: Takeoff, repeats: int) -> list[float]:
+    """Processor seconds of the closed loop, of the raw replay, and of that without the engine's timer.
 
     Each is on the caller's thread alone.
     """
-    controls, end = controls_of(job)
+    controls, end = controls_of(takeoff)
 
     def replay() -> float:
-        batch = Batch(job.plant.model, 1, 1)
-        mujoco.mj_getState(job.plant.model, job.data, batch.state[0], _STATE)
+        batch = Batch(takeoff.plant.model, 1, 1)
+        mujoco.mj_getState(takeoff.plant.model, takeoff.data(), batch.state[0], _STATE)
         took = seconds(lambda: batch.rollout(len(controls), controls[None], record=()), time.thread_time)
         if not np.array_equal(np.concatenate([batch.qpos[0], batch.qvel[0]]), end):
             raise SystemExit("the replay did not end where the flight did: the comparison means nothing")
         return took
 
     def closed() -> float:
-        return seconds(lambda: fly_native([job]), time.thread_time)
+        return seconds(lambda: fly_native([takeoff]), time.thread_time)
 
-    return fastest(repeats, closed, replay, without_clock()(replay))
+    return fastest(repeats, closed, replay, without_timer()(replay))
 
 
 def memory() -> float:
@@ -124,7 +115,7 @@ class Figures:
         substeps: physics steps of a tick.
         closed: processor seconds of a flight.
         raw: processor seconds of the raw replay of its controls, the engine as its bindings set it up.
-        bare: the same without the engine's clock, which the driver takes away as well.
+        bare: the same without the engine's timer, which the driver takes away as well.
         threads: number of threads -> wall seconds a flight, many at once.
         before: seconds for scene, mission and noise of a flight.
         after: seconds for log and metrics of a flight.
@@ -149,38 +140,38 @@ class Figures:
 
     @property
     def strict(self) -> float:
-        """Closed loop over the replay without the engine's clock, in speed."""
+        """Closed loop over the replay without the engine's timer, in speed."""
         return self.bare / self.closed
 
 
 def measure(name: str, controller: str, flights: int, repeats: int) -> Figures:
     """Fly one, replay it, fly many, and time what comes before and after."""
-    experiment = skylimb.load_experiment(name)
-    robot = skylimb.load_robot(experiment.robot)
-    job = prepare(experiment, robot, controller)
-    closed, raw, bare = closed_over_replay(job, repeats)
-    many = [with_seed(job, experiment, seed) for seed in range(flights)]
+    takeoff = prepare(name, controller)
+    closed, raw, bare = closed_over_replay(takeoff, repeats)
+    many = [with_seed(takeoff, seed) for seed in range(flights)]
+    for one in many:
+        _ = one.rows  # drawn before the clock starts
     one, two = fastest(
         repeats,
         lambda: seconds(lambda: fly_native(many, 1)),
         lambda: seconds(lambda: fly_native(many, 2)),
     )
-    [flight] = fly_native([job])
+    [flight] = fly_native([takeoff])
 
     def scene() -> None:
-        plant, mission = prepare_flight(experiment, robot)
-        initial_data(plant, first_row(mission))
-        mission_rows(plant, mission, experiment.sensors, experiment.seed)
+        (fresh,) = take_off(name, (takeoff.controller,))
+        fresh.data()
+        _ = fresh.tick, fresh.rows
 
     before, after = fastest(
         repeats,
         lambda: seconds(scene),
-        lambda: seconds(lambda: metrics(flight_log(job.plant, flight, job.mission))),
+        lambda: seconds(lambda: scored(takeoff, flight)),
     )
     return Figures(
-        flown=float(job.mission.times[-1]),
-        ticks=len(job.rows),
-        substeps=job.plant.substeps,
+        flown=flight.ticks * takeoff.period,
+        ticks=flight.ticks,
+        substeps=takeoff.plant.substeps,
         closed=closed,
         raw=raw,
         bare=bare,
@@ -223,7 +214,7 @@ def report(options: argparse.Namespace, found: Figures) -> int:
     console.print(
         f"{options.experiment}, {options.controller}: {found.flown:.1f} s of flight in {found.ticks} ticks "
         f"of {found.substeps} steps, {options.flights} at once, fastest of {options.repeats}; closed loop "
-        f"over a replay without the engine's clock {found.strict:.3f}"
+        f"over a replay without the engine's timer {found.strict:.3f}"
     )
     table = Table("", "measured", "wanted", "", box=None, pad_edge=False)
     for name, value, wanted, good in figures:

@@ -16,10 +16,10 @@ from pathlib import Path
 from typing import Any
 
 import compare
-import loop
 import native
 
 import campaign
+import loop
 from skylimb.recording.versions import versions
 
 HERE = Path(__file__).parent

@@ -8,12 +8,11 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from loop import prepare as prepare_python
 from native import prepare as prepare_native
 from native import with_seed
 
-import skylimb
-from skylimb.simulation.native import fly_native, unavailable
+from loop import prepare as prepare_python
+from skylimb.flights.drivers.native import fly_native, unavailable
 
 EXPERIMENT, CONTROLLER = "paper", "hybrid"
 
@@ -33,18 +32,17 @@ def main() -> None:
     options = json.loads(sys.argv[1])
     repeats, count = options["repeats"], options["batches"][-1]
     bench, _ = prepare_python(EXPERIMENT, CONTROLLER)
-    flight = len(bench.rows) * bench.experiment.control_period
-    rate = round(1.0 / bench.experiment.control_period)
-    single = least(repeats, lambda: bench.closed_loop(bench.data()))
+    flight = bench.ticks * bench.takeoff.period
+    rate = round(1.0 / bench.takeoff.period)
+    single = least(repeats, lambda: bench.closed_loop(bench.takeoff.data()))
     rows = {"Python driver": {"one": {"simulated": flight, "wall": single}, "many": []}}
     if not unavailable():
-        experiment = skylimb.load_experiment(EXPERIMENT)
-        job = prepare_native(experiment, skylimb.load_robot(experiment.robot), CONTROLLER)
-        jobs = [with_seed(job, experiment, seed) for seed in range(count)]
+        takeoff = prepare_native(EXPERIMENT, CONTROLLER)
+        takeoffs = [with_seed(takeoff, seed) for seed in range(count)]
         for threads in (1, 2):
-            made = least(repeats, lambda threads=threads: fly_native(jobs, threads))
+            made = least(repeats, lambda threads=threads: fly_native(takeoffs, threads))
             rows[f"native driver, {threads} thread{'s' * (threads > 1)}"] = {
-                "one": {"simulated": flight, "wall": least(repeats, lambda: fly_native([job]))},
+                "one": {"simulated": flight, "wall": least(repeats, lambda: fly_native([takeoff]))},
                 "many": [{"flights": count, "simulated": count * flight, "wall": made}],
             }
     print(json.dumps({"control_rate": rate, "rows": rows}))

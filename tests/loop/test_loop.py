@@ -44,9 +44,9 @@ class Scripted:
 
 
 def mission(ticks: int = 250, patience: float = 1.0) -> Mission:
-    reference = Reference(
-        *(np.tile(entry, (ticks, *np.ones(np.ndim(entry), int))) for entry in zero_reference(1, 1)[:-1])
-    )
+    zeros = zero_reference(1, 1)._asdict()
+    zeros.pop("ahead")
+    reference = Reference(**{name: np.zeros((ticks, *np.shape(entry))) for name, entry in zeros.items()})
     reference = reference._replace(position=np.tile([0.0, 0.0, 1.0], (ticks, 1)))
     return Mission(
         np.arange(ticks) * 0.01,
