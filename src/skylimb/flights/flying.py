@@ -6,12 +6,13 @@ from collections.abc import Callable
 
 from skylimb.flights.drivers.compiled import CompiledDriver
 from skylimb.flights.drivers.free import FreeDriver
-from skylimb.flights.drivers.native import fly_native, native_available, worth_building
+from skylimb.flights.drivers.native import fly_native, machine_code, native_available, worth_building
 from skylimb.flights.takeoff import Takeoff
 from skylimb.loop.flight import Flight
 from skylimb.loop.loop import Driver, Loop
 from skylimb.simulation.engine_timer import without_timer
 from skylimb.simulation.interventions import interventions
+from skylimb.simulation.tick import CompiledTick
 from skylimb.simulation.vehicle import SimulatedVehicle
 
 Progress = Callable[[int, int], None]
@@ -37,11 +38,17 @@ def begin_loop(takeoff: Takeoff) -> Loop:
     return Loop(simulated_driver(takeoff), takeoff.mission, limits, len(takeoff.times))
 
 
+def fastest_tick(takeoff: Takeoff) -> CompiledTick:
+    """The compiled tick as machine code where that pays, else on CasADi's virtual machine; same bits."""
+    tick = takeoff.tick
+    return machine_code(tick) if worth_building(tick) and native_available() else tick
+
+
 def simulated_driver(takeoff: Takeoff) -> Driver:
     """`compiled` for a controller that can be traced, else `free` on the simulated vehicle."""
     plant, data, rows = takeoff.plant, takeoff.data(), takeoff.rows
     outside = interventions(plant, data, takeoff.times, takeoff.experiment.disturbance)
     if takeoff.traceable:
-        return CompiledDriver(takeoff.tick, plant, data, rows, outside)
+        return CompiledDriver(fastest_tick(takeoff), plant, data, rows, outside)
     vehicle = SimulatedVehicle(plant, data, rows.ticks, takeoff.experiment.sensors, takeoff.period, outside)
     return FreeDriver(takeoff.controller, vehicle, plant.robot, takeoff.mission, len(rows))

@@ -1,7 +1,15 @@
 """The native driver: ticks as machine code on the engine's own threads."""
 
 from skylimb.flights.drivers.native.fly import fly_native
-from skylimb.flights.drivers.native.function import NativeTick, compile_native, worth_building
+from skylimb.flights.drivers.native.function import NativeTick, compile_native, machine_code, worth_building
 from skylimb.flights.drivers.native.library import native_available, unavailable
 
-__all__ = ["NativeTick", "compile_native", "fly_native", "native_available", "unavailable", "worth_building"]
+__all__ = [
+    "NativeTick",
+    "compile_native",
+    "fly_native",
+    "machine_code",
+    "native_available",
+    "unavailable",
+    "worth_building",
+]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import dataclasses
 from collections import OrderedDict
 from dataclasses import dataclass
 
@@ -67,6 +68,17 @@ def worth_building(tick: CompiledTick) -> bool:
     """
     function = tick.function
     return hash(function) in _loaded or met_before(_FOLDER, function.name(), c_source(function))
+
+
+def machine_code(tick: CompiledTick) -> CompiledTick:
+    """The same tick, its function evaluated as machine code; built or taken from the cache.
+
+    Raises:
+        CompileError: when there is no compiler that builds it.
+    """
+    function = tick.function
+    path = built_library(_FOLDER, function.name(), c_source(function))
+    return dataclasses.replace(tick, function=ca.external(function.name(), str(path)))
 
 
 def _build(function: ca.Function) -> tuple[ctypes.CDLL, int]:
