@@ -46,7 +46,8 @@ class Scripted:
 def mission(ticks: int = 250, patience: float = 1.0) -> Mission:
     zeros = zero_reference(1, 1)._asdict()
     zeros.pop("ahead")
-    reference = Reference(**{name: np.zeros((ticks, *np.shape(entry))) for name, entry in zeros.items()})
+    rows: dict[str, Any] = {name: np.zeros((ticks, *np.shape(entry))) for name, entry in zeros.items()}
+    reference = Reference(**rows)
     reference = reference._replace(position=np.tile([0.0, 0.0, 1.0], (ticks, 1)))
     return Mission(
         np.arange(ticks) * 0.01,
