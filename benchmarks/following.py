@@ -61,7 +61,7 @@ HARDER: tuple[tuple[str, Changes, Changes], ...] = (
     ("touched at 50 mm/s", {}, {"contact.approach_speed": 0.05}),
     ("friction 0.78 on 20 degrees that come toward the pen", WEDGE, {}),
     ("the same, pressing on where the pen stays behind", WEDGE, {"contact.least_ease": 1.0}),
-    ("latency 50 ms, and known", {"sensors.latency": 0.05}, {"delay.latency": 0.05}),
+    ("latency 50 ms, and known", {"sensors.latency": 0.05}, {"estimation.delay.latency": 0.05}),
     ("latency 50 ms, 20 ms assumed", {"sensors.latency": 0.05}, {}),
     ("control at 40 Hz", {"controller_rate": 40.0}, {}),
 )
@@ -74,17 +74,23 @@ REMOVED = {
 }
 PARTS: tuple[tuple[str, Changes], ...] = (
     ("as it is", {}),
-    ("vectoring angles for torque, not for contact", {"vectoring.purpose": "torque"}),
-    ("torque thrusts that may lift", {"vectoring.lift": False}),
-    ("no leak compensation", {"leak.compensate": False}),
-    ("bias not fed forward", {"calibration.feed": False}),
+    ("vectoring angles for torque, not for contact", {"allocation.vectoring.purpose": "torque"}),
+    ("torque thrusts that may lift", {"allocation.hold_lift": False}),
+    ("no leak compensation", {"allocation.leak.compensate": False}),
+    ("bias not fed forward", {"estimation.calibration.feed": False}),
     (
         "attitude and centre of gravity not calibrated",
-        {"calibration.attitude": False, "calibration.cog": False},
+        {"estimation.calibration.attitude": False, "estimation.calibration.cog": False},
     ),
-    ("the paper's slow observer", {"observer.force": [3.0, 3.0, 3.0], "observer.torque": [1.0, 1.0, 1.0]}),
-    ("no delay compensation, no lead", {"delay.compensate": False}),
-    ("no lead on the rotors", {"delay.lead": 1.0}),
+    (
+        "the paper's slow observer",
+        {"estimation.observer.force": [3.0, 3.0, 3.0], "estimation.observer.torque": [1.0, 1.0, 1.0]},
+    ),
+    (
+        "no delay compensation, no lead",
+        {"estimation.delay.latency": 0.0, "allocation.rotor_lag.compensate": False},
+    ),
+    ("no lead on the rotors", {"allocation.rotor_lag.lead": 1.0}),
     ("friction not cancelled", {"translation.cancel": [0.0, 0.0]}),
     ("no force integral", {"translation.force_integral": 0.0}),
     ("as heavy as it is, mu = 1", {"translation.press_mass_ratio": 1.0}),
@@ -101,8 +107,11 @@ PARTS: tuple[tuple[str, Changes], ...] = (
             "attitude.virtual_inertia_ratio": [10.0, 10.0, 5.0],
         },
     ),
-    ("no small moves of the vectoring angles", {"vectoring.move": False}),
-    ("vectoring angles not led", {"vectoring.lead": 1.0, "vectoring.cutoff": 1.0}),
+    (
+        "no small moves of the vectoring angles",
+        {"allocation.law": "pseudoinverse", "allocation.hold_lift": True, "allocation.leak.steady": True},
+    ),
+    ("vectoring angles not led", {"allocation.vectoring.lead": 1.0, "allocation.vectoring.cutoff": 1.0}),
     ("calm body: the arm takes the surface's motion", {"shape.arm_share": 0.5}),
 )
 

@@ -128,7 +128,7 @@ def _nearest(result: dict[str, Any]) -> str:
         ]
         given = near["parameters"]
         sent = "positions" if given["trajectory.feedforward"] == "none" else "velocities"
-        tared = "tared" if given["controller.tare"] else "raw"
+        tared = "tared" if given["controller.estimation.tare"] else "raw"
         lines.append(
             f"| {near['draw']} | {near['distance']:.2f} | {rows[0]} | {rows[1]} | {rows[2]} "
             f"| {given['surface.friction']:.2f} | {given['approach.depth']:.2f} m | {sent}, {tared} |"

@@ -41,8 +41,8 @@ OPEN_VALUES: dict[str, list[tuple[str, dict[str, Any]]]] = {
     "latency": [("30 ms", {"sensors.latency": 0.030}), ("50 ms", {"sensors.latency": 0.050})],
     "rate of control": [("40 Hz", {"controller_rate": 40.0})],
     "low pass of the contact force": [
-        ("0.5 Hz", {"controller.force_filter.cutoff": 0.5}),
-        ("10 Hz", {"controller.force_filter.cutoff": 10.0}),
+        ("0.5 Hz", {"controller.estimation.force_filter.cutoff": 0.5}),
+        ("10 Hz", {"controller.estimation.force_filter.cutoff": 10.0}),
     ],
     "rotor lag": [("20 ms", {"plant.rotor_lag": 0.02}), ("100 ms", {"plant.rotor_lag": 0.1})],
     "thrust": [("2 % less", {"plant.thrust_scale": 0.98})],
@@ -51,7 +51,7 @@ OPEN_VALUES: dict[str, list[tuple[str, dict[str, Any]]]] = {
         ("+1 degree", {"sensors.attitude_misalignment": [0.0, math.radians(1.0), 0.0]}),
         ("-1 degree", {"sensors.attitude_misalignment": [0.0, -math.radians(1.0), 0.0]}),
     ],
-    "leak": [("compensated", {"controller.leak.compensate": True})],
+    "leak": [("compensated", {"controller.allocation.leak.compensate": True})],
 }
 """Values that the paper does not print, each with what else it could be."""
 
@@ -118,7 +118,10 @@ def surfaces_table() -> list[str]:
     for name in skylimb.list_experiments():
         if not skylimb.load_experiment(name).approach.contact:
             continue
-        runs = [*skylimb.compare(name).values(), skylimb.run(name, set={"controller.leak.compensate": True})]
+        runs = [
+            *skylimb.compare(name).values(),
+            skylimb.run(name, set={"controller.allocation.leak.compensate": True}),
+        ]
         cells = [_told(run) for run in runs]
         lines.append(f"| `{name}` | " + " | ".join(cells) + " |")
     return lines

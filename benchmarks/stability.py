@@ -69,14 +69,17 @@ STIFFNESS = np.geomspace(300.0, 50e3, 9)
 LATENCY = np.linspace(0.0, 0.1, 11)
 PANELS: list[tuple[str, dict[str, np.ndarray]]] = [
     ("latency, 20 ms assumed", {"latency": LATENCY, "stiffness": STIFFNESS}),
-    ("latency, true and assumed", {"latency": LATENCY, "delay.latency": np.linspace(0.0, 0.075, 11)}),
+    (
+        "latency, true and assumed",
+        {"latency": LATENCY, "estimation.delay.latency": np.linspace(0.0, 0.075, 11)},
+    ),
     ("press damping", {"x translation.press_damping": np.geomspace(0.3, 10.0, 11), "stiffness": STIFFNESS}),
     ("force integral", {"x translation.force_integral": np.geomspace(0.3, 40.0, 11), "stiffness": STIFFNESS}),
 ]
 LABELS = {
     "stiffness": ("stiffness of the surface (N/mm)", 1e-3),
     "latency": ("true latency (ms)", 1e3),
-    "delay.latency": ("assumed latency (ms)", 1e3),
+    "estimation.delay.latency": ("assumed latency (ms)", 1e3),
     "x translation.press_damping": ("press damping over the preset's", 1.0),
     "x translation.force_integral": ("force integral over the preset's", 1.0),
 }

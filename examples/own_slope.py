@@ -16,16 +16,18 @@ import skylimb
 
 def main() -> None:
     for degrees, compensate in ((20, False), (10, False), (0, False), (-10, False), (-10, True)):
-        settings = {"surface.slope": math.radians(degrees), "controller.leak.compensate": compensate}
+        settings = {
+            "surface.slope": math.radians(degrees),
+            "controller.allocation.leak.compensate": compensate,
+        }
         run = skylimb.run("paper", controller="hybrid", set=settings)
-        told = (
-            f"{degrees:4d} degrees, leak {'compensated' if compensate else 'as in the paper'}: {run.status}"
-        )
+        leak = "compensated" if compensate else "as in the paper"
+        line = f"{degrees:4d} degrees, leak {leak}: {run.status}"
         if run.failed:
-            print(f"{told}, {run.cause}")
+            print(f"{line}, {run.cause}")
         else:
             moved, touch = run.metrics["displacement_x_median"], run.metrics["contact_fraction"]
-            print(f"{told}, moved {moved:.3f} m in x, in touch {touch:.0%} of the time")
+            print(f"{line}, moved {moved:.3f} m in x, in touch {touch:.0%} of the time")
 
 
 if __name__ == "__main__":

@@ -16,7 +16,7 @@ SHORT = [
     "approach.speed=0.2",
     "approach.retreat_speed=0.4",
     "trajectory.lift_time=2.0",
-    "controller.leak.compensate=true",
+    "controller.allocation.leak.compensate=true",
 ]
 
 

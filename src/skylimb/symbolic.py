@@ -57,6 +57,19 @@ def exp(value: Any) -> Any:
     return ca.exp(value) if is_symbolic(value) else np.exp(value)
 
 
+def low_pass(before: Any, value: Any, rate: Any, dt: Any) -> Any:
+    """One step of a first-order low pass, exact for a value that is held over the step.
+
+    Args:
+        before: filtered value of the last step.
+        value: to be filtered.
+        rate: the pole, 1/s: the inverse of the time constant, 2 pi times a cutoff in Hz.
+        dt: length of the step, s.
+    """
+    decay = exp(-rate * dt)
+    return decay * before + (1.0 - decay) * value
+
+
 def arctan2(y: Any, x: Any) -> Any:
     """The angle of (x, y)."""
     return ca.atan2(y, x) if is_symbolic(y, x) else np.arctan2(y, x)

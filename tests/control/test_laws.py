@@ -9,14 +9,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import skylimb
-from skylimb.control.allocation import allocate, rotor_wrench
 from skylimb.control.attitude import impedance as attitude
-from skylimb.control.attitude.target import attitude_target
+from skylimb.control.attitude_target import attitude_target
 from skylimb.control.records import LawInput
 from skylimb.control.shape import admittance
+from skylimb.control.thrusts import allocate, rotor_wrench
 from skylimb.control.translation import impedance, pid
 from skylimb.errors import SkylimbError
-from skylimb.estimation.records import BodyState, Wrench
+from skylimb.estimation.records import BodyState, Estimate, Start, Wrench
 from skylimb.missions.reference import zero_reference
 from skylimb.packing import numeric
 from skylimb.planning.vectoring import vectoring_table
@@ -49,7 +49,15 @@ def inputs(model: Any, **changes: Any) -> LawInput:
     reference = zero_reference(3, 4)._replace(
         reach=1.09, contact_axis=np.array([1.0, 0, 0]), align=1.0, adapt=1.0
     )
-    return LawInput(body, reference, Wrench(values["force"], values["torque"]), values["contact"], 0.005)
+    wrench = Wrench(values["force"], values["torque"])
+    estimate = Estimate(body, wrench, wrench, values["contact"], z3, Wrench(z3, z3))
+    nobody: Any = None
+    return LawInput(nobody, nobody, reference, 0.005, estimate)
+
+
+def start(reach: float = 1.09) -> Start:
+    nobody: Any = None
+    return Start(nobody, reach, np.zeros(4))
 
 
 vec3 = st.tuples(*[st.floats(-1.0, 1.0)] * 3).map(np.array)
@@ -60,7 +68,7 @@ def test_impedance_closes_to_its_own_dynamics(position: Any, velocity: Any, forc
     """Put f_cmd into eq:dynamics: what is left must be eq:impedance control 1."""
     m = SimpleNamespace(mass=4.12)
     gains = numeric(HYBRID)
-    _, command = impedance.step(gains, (), inputs(m, position=position, velocity=velocity, force=force))
+    _, command, _ = impedance.step(gains, (), inputs(m, position=position, velocity=velocity, force=force))
     acceleration = (command + force) / m.mass - G
     M_d = m.mass * gains.virtual_mass_ratio
     K = M_d * gains.normalized_stiffness
@@ -70,7 +78,7 @@ def test_impedance_closes_to_its_own_dynamics(position: Any, velocity: Any, forc
 
 def test_a_ratio_of_one_feeds_nothing_back() -> None:
     m = SimpleNamespace(mass=4.0)
-    _, command = impedance.step(numeric(HYBRID), (), inputs(m, force=np.array([1.0, 1.0, 1.0])))
+    _, command, _ = impedance.step(numeric(HYBRID), (), inputs(m, force=np.array([1.0, 1.0, 1.0])))
     np.testing.assert_allclose(command - 4.0 * G, [0.0, -2.0 / 3.0, 0.0], atol=1e-12)
 
 
@@ -78,11 +86,11 @@ def test_pid_terms_and_limits() -> None:
     ones, low, high = (1.0, 1.0, 1.0), (0.1, 0.1, 0.1), (1.5, 1.5, 1.5)
     gains = numeric(pid.Gains((2.0, 2.0, 2.0), ones, (3.0, 3.0, 3.0), ones, low, ones, high))
     m = SimpleNamespace(mass=2.0)
-    state = pid.initial_state(gains)
-    _, command = pid.step(gains, state, inputs(m, position=np.array([-0.1, 0.0, 0.0])))
+    state = pid.initial_state(gains, start())
+    _, command, _ = pid.step(gains, state, inputs(m, position=np.array([-0.1, 0.0, 0.0])))
     np.testing.assert_allclose(command, 2.0 * (np.array([0.2 + 0.0005, 0, 0]) + G), atol=1e-12)
     for _ in range(1000):
-        state, command = pid.step(gains, state, inputs(m, position=np.array([-10.0, 0.0, 0.0])))
+        state, command, _ = pid.step(gains, state, inputs(m, position=np.array([-10.0, 0.0, 0.0])))
     assert state.integral[0] == pytest.approx(0.1)
     np.testing.assert_allclose(command, 2.0 * (np.array([1.1, 0, 0]) + G), atol=1e-12)
 
@@ -104,7 +112,7 @@ def test_attitude_closes_to_its_own_dynamics(model: RobotState) -> None:
     omega, torque = np.array([0.1, -0.2, 0.3]), np.array([0.05, 0.02, -0.03])
     R = rotation_from_rpy(0.05, -0.04, 0.1)
     at = inputs(model, R=R, omega=omega, torque=torque)
-    _, command = attitude.step(gains, (), at, np.eye(3))
+    _, command, _ = attitude.step(gains, (), at, np.eye(3))
     inertia = model.inertia_C
     acceleration = np.linalg.solve(inertia, command + torque - np.cross(omega, inertia @ omega))
     e_R = 0.5 * np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
@@ -121,10 +129,10 @@ def test_admittance_follows_its_differential_equation(model: RobotState) -> None
     from scipy.signal import StateSpace, lsim
 
     gains = admittance.Gains(40.0, 55.0, 16.0)
-    state, push, found = admittance.initial_state(gains, 1.09), -1.0, []
+    state, push, found = admittance.initial_state(gains, start()), -1.0, []
     for _ in range(4000):
-        state, reach = admittance.step(gains, state, inputs(model, contact=push), (0.5, 1.2))
-        found.append(reach)
+        state, arm, _ = admittance.step(gains, state, inputs(model, contact=push), (0.5, 1.2))
+        found.append(arm.reach)
     system = StateSpace([[0, 1], [-16 / 40, -55 / 40]], [[0], [1 / 40]], [[1, 0]], [[0]])
     _, exact, _ = lsim(system, np.full(4000, push), np.arange(4000) * 0.005)
     np.testing.assert_allclose(np.array(found[:-1]) - 1.09, exact[1:], atol=3e-4)
@@ -132,12 +140,12 @@ def test_admittance_follows_its_differential_equation(model: RobotState) -> None
 
 
 def test_admittance_leaves_its_limit_as_soon_as_the_force_turns(model: RobotState) -> None:
-    gains, state, reach = admittance.Gains(40.0, 55.0, 16.0), admittance.State(1.0, 0.0), 1.0
+    gains, state = admittance.Gains(40.0, 55.0, 16.0), admittance.State(1.0, 0.0)
     for _ in range(3000):
-        state, reach = admittance.step(gains, state, inputs(model, contact=-5.0), (0.95, 1.15))
-    assert reach == 0.95
-    state, reach = admittance.step(gains, state, inputs(model, contact=5.0), (0.95, 1.15))
-    assert reach > 0.95
+        state, _, _ = admittance.step(gains, state, inputs(model, contact=-5.0), (0.95, 1.15))
+    assert state == (0.95, 0.0)
+    state, arm, _ = admittance.step(gains, state, inputs(model, contact=5.0), (0.95, 1.15))
+    assert arm.reach > 0.95
 
 
 @given(force=vec3, torque=vec3)
@@ -146,9 +154,9 @@ def test_allocation_gives_the_wanted_lift_and_torque(force: Any, torque: Any) ->
     model = robot.at([np.pi / 3, np.pi / 3, -np.pi / 6], vectoring_table(robot).angles(np.pi / 6))
     R = rotation_from_rpy(0.05, 0.1, 0.4)
     wanted = 4.1 * G + force
-    thrusts = allocate(model, R, wanted, 0.2 * torque, np.zeros(4), np.full(4, 30.0))
-    _, given_torque = rotor_wrench(model, R, thrusts.total)
-    np.testing.assert_allclose(given_torque, 0.2 * torque, atol=1e-9)
+    body = BodyState(np.zeros(3), np.zeros(3), R, np.zeros(3), model)
+    thrusts = allocate(body, wanted, 0.2 * torque, (np.zeros(4), np.full(4, 30.0)))
+    np.testing.assert_allclose(rotor_wrench(body, thrusts.total).torque, 0.2 * torque, atol=1e-9)
     np.testing.assert_allclose(
         (model.allocation_C @ (thrusts.total - thrusts.rotation))[2], R[:, 2] @ wanted, atol=1e-9
     )
@@ -158,7 +166,8 @@ def test_allocation_gives_the_wanted_lift_and_torque(force: Any, torque: Any) ->
 
 
 def test_allocation_keeps_within_the_limits(model: RobotState) -> None:
-    thrusts = allocate(model, np.eye(3), 10.0 * 4.1 * G, np.ones(3), np.ones(4), np.full(4, 30.0))
+    body = BodyState(np.zeros(3), np.zeros(3), np.eye(3), np.zeros(3), model)
+    thrusts = allocate(body, 10.0 * 4.1 * G, np.ones(3), (np.ones(4), np.full(4, 30.0)))
     assert thrusts.total.min() >= 1.0
     assert thrusts.total.max() <= 30.0
 

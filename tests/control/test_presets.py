@@ -5,7 +5,8 @@ import pytest
 
 import skylimb
 from skylimb.control.cascade import Cascade
-from skylimb.control.controller import load_controller
+from skylimb.control.controller import controller_from_tables, load_controller
+from skylimb.control.preset import preset_from_mapping, preset_mapping, preset_names
 from skylimb.errors import ConfigError, UnknownNameError
 from skylimb.robots.model import Robot
 
@@ -19,8 +20,8 @@ def test_the_presets_hold_the_papers_gains(robot: Robot) -> None:
     hybrid = load_controller("hybrid", robot)
     assert isinstance(hybrid, Cascade)
     gains = hybrid.gains()
-    assert list(gains.observer.force) == [3.0, 3.0, 3.0]
-    assert list(gains.observer.torque) == [1.0, 1.0, 1.0]
+    assert list(gains.estimation.observer.force) == [3.0, 3.0, 3.0]
+    assert list(gains.estimation.observer.torque) == [1.0, 1.0, 1.0]
     assert list(gains.translation.virtual_mass_ratio) == [1.0, 3.0, 1.0]
     assert list(gains.translation.normalized_stiffness) == [2.5, 2.5, 1.5]
     assert list(gains.translation.damping_ratio) == [0.6, 0.6, 0.7]
@@ -29,7 +30,7 @@ def test_the_presets_hold_the_papers_gains(robot: Robot) -> None:
     assert list(gains.attitude.damping_ratio) == [1.1, 1.1, 0.8]
     assert (gains.shape.mass, gains.shape.damping, gains.shape.stiffness) == (40.0, 55.0, 16.0)
     assert gains.shape.force_reference == 0.0
-    assert not hybrid.preset.leak.compensate
+    assert not hybrid.preset.slots.allocation.gains.leak.compensate
 
 
 @pytest.mark.parametrize(
@@ -40,7 +41,10 @@ def test_the_presets_hold_the_papers_gains(robot: Robot) -> None:
 def test_the_four_controllers_are_two_slots(robot: Robot, name: str, translation: str, shape: str) -> None:
     controller = load_controller(name, robot)
     assert isinstance(controller, Cascade)
-    assert (controller.preset.translation.name, controller.preset.shape.name) == (translation, shape)
+    assert (controller.preset.slots.translation.name, controller.preset.slots.shape.name) == (
+        translation,
+        shape,
+    )
 
 
 @pytest.mark.parametrize(
@@ -73,10 +77,11 @@ def test_a_users_own_law_fills_a_slot(tmp_path: Path, robot: Robot) -> None:
     """One file, one line in the preset."""
     (tmp_path / "halfway.py").write_text(
         "from dataclasses import dataclass\n"
+        "from skylimb.control.records import ArmTarget\n"
         "@dataclass(frozen=True)\nclass Gains:\n    share: float = 0.5\n"
-        "def initial_state(gains, reach):\n    return ()\n"
+        "def initial_state(gains, start):\n    return ()\n"
         "def step(gains, state, inputs, reach_limits):\n"
-        "    return state, inputs.reference.reach + gains.share * 0.02\n"
+        "    return state, ArmTarget(inputs.reference.reach + gains.share * 0.02), {}\n"
     )
     whole = (Path(skylimb.__file__).parent / "control" / "presets" / "impedance.toml").read_text()
     file = tmp_path / "mine.toml"
@@ -86,12 +91,75 @@ def test_a_users_own_law_fills_a_slot(tmp_path: Path, robot: Robot) -> None:
 
 
 def test_gains_can_be_set_from_outside(robot: Robot) -> None:
-    changed = load_controller("hybrid", robot, {"shape.stiffness": 30.0, "leak.compensate": True})
+    changed = load_controller("hybrid", robot, {"shape.stiffness": 30.0, "allocation.leak.compensate": True})
     assert isinstance(changed, Cascade)
     assert changed.gains().shape.stiffness == 30.0
-    assert changed.preset.leak.compensate
+    assert changed.preset.slots.allocation.gains.leak.compensate
 
 
 def test_unknown_controller_names_the_nearest(robot: Robot) -> None:
     with pytest.raises(UnknownNameError, match="did you mean 'hybrid'"):
         load_controller("hybird", robot)
+
+
+@pytest.mark.parametrize(
+    ("key", "right"),
+    [
+        ("leak.compensate", "allocation.leak.compensate"),
+        ("observer.force", "estimation.observer.force"),
+        ("tare", "estimation.tare"),
+        ("calibration.feed", "estimation.calibration.feed"),
+        ("delay.latency", "estimation.delay.latency"),
+        ("delay.rotor_lag", "allocation.rotor_lag.time_constant"),
+        ("delay.compensate", 'estimation.law = "predictive"'),
+        ("vectoring.move", 'allocation.law = "vectored"'),
+        ("vectoring.cutoff", "allocation.vectoring.cutoff"),
+        ("force_filter.cutof", "estimation.force_filter"),
+    ],
+)
+def test_a_key_without_its_slot_is_refused_with_the_whole_one(robot: Robot, key: str, right: str) -> None:
+    with pytest.raises(UnknownNameError, match=f"'controller.{key}' of controller hybrid.*") as refused:
+        load_controller("hybrid", robot, {key: True})
+    assert str(refused.value).endswith(f"did you mean 'controller.{right}'?")
+
+
+@pytest.mark.parametrize("name", ["pid", "impedance", "admittance", "hybrid"])
+def test_any_of_the_papers_four_can_have_what_they_lack(robot: Robot, name: str) -> None:
+    changed = load_controller(
+        name,
+        robot,
+        {
+            "allocation.leak.compensate": True,
+            "allocation.rotor_lag.compensate": True,
+            "estimation.delay.latency": 0.03,
+            "estimation.law": "predictive",
+        },
+    )
+    assert isinstance(changed, Cascade)
+    gains = changed.gains()
+    assert changed.preset.slots.estimation.name == "predictive"
+    assert gains.estimation.delay.latency == 0.03
+    assert list(gains.estimation.observer.force) == [3.0, 3.0, 3.0]
+    assert gains.allocation.leak.compensate
+    assert gains.allocation.rotor_lag.lead == 2.0
+
+
+def test_another_law_keeps_the_gains_that_it_has_in_common(robot: Robot) -> None:
+    changed = load_controller("following", robot, {"allocation.law": "pseudoinverse"})
+    assert isinstance(changed, Cascade)
+    allocation = changed.preset.slots.allocation
+    assert allocation.name == "pseudoinverse"
+    assert (allocation.gains.leak.compensate, allocation.gains.leak.cutoff) == (True, 3.0)
+    assert (allocation.gains.hold_lift, allocation.gains.vectoring.purpose) == (False, "contact")
+    assert changed.needs.vectoring == "contact"
+    with pytest.raises(UnknownNameError, match=r"allocation\.vectoring\.lead"):
+        load_controller(
+            "following", robot, {"allocation.law": "pseudoinverse", "allocation.vectoring.lead": 2.0}
+        )
+
+
+def test_tables_are_read_back(robot: Robot) -> None:
+    for name in preset_names():
+        made = controller_from_tables(*preset_mapping(name), robot)
+        again = preset_from_mapping(made.tables(), Path("x.toml"))
+        assert again == made.preset

@@ -3,17 +3,19 @@
 See docs/errata.md. The printed forms themselves are in `skylimb.reproduction.printed_forms` and nowhere else.
 """
 
-from collections.abc import Iterator
+from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
-import pytest
 
 import skylimb
-from skylimb.control import cascade as cascade_module
-from skylimb.control.allocation import Thrusts, allocate, rotor_wrench
-from skylimb.control.cascade import Cascade
-from skylimb.control.controller import load_controller
+from skylimb.control.controller import controller_from_tables, load_controller
+from skylimb.control.preset import preset_mapping
+from skylimb.control.records import Allocated, Command, Demand, LawInput
+from skylimb.control.slots import Slot
+from skylimb.control.thrusts import allocate, rotor_wrench
+from skylimb.estimation.records import BodyState
 from skylimb.planning.vectoring import vectoring_table
 from skylimb.reproduction.printed_forms import (
     admittance_as_printed,
@@ -22,18 +24,9 @@ from skylimb.reproduction.printed_forms import (
     impedance_with_mass_times_force,
     leak_matrix,
 )
-from skylimb.simulation.tick import forget_ticks
 
 HOVER_ONLY = {"phases.hover": 2.0, "phases.tare": 0.5, "phases.settle": 0.0, "phases.hover_end": 0.0,
               "approach.contact": False, "trajectory.shape": "hold", "trajectory.duration": 1.0}  # fmt: skip
-
-
-@pytest.fixture(autouse=True)
-def _trace_anew() -> Iterator[None]:
-    """Code is exchanged under the tick here, so no tick that was traced before or after may be used."""
-    forget_ticks()
-    yield
-    forget_ticks()
 
 
 def robot() -> skylimb.Robot:
@@ -90,47 +83,33 @@ def test_rotational_thrusts_do_push_sideways() -> None:
     assert np.linalg.norm(leak[:, 2]) > 0.5
     state = robot().at([np.pi / 2 - theta, 2 * theta, -theta], vectoring_table(robot()).angles(theta))
     Q = state.allocation_C
-    force, torque = rotor_wrench(state, np.eye(3), np.linalg.pinv(Q[3:]) @ np.array([0.0, 0.0, 1.0]))
-    np.testing.assert_allclose(torque, [0.0, 0.0, 1.0], atol=1e-9)
-    assert np.linalg.norm(force) > 0.5
+    body = BodyState(np.zeros(3), np.zeros(3), np.eye(3), np.zeros(3), state)
+    pushed = rotor_wrench(body, np.linalg.pinv(Q[3:]) @ np.array([0.0, 0.0, 1.0]))
+    np.testing.assert_allclose(pushed.torque, [0.0, 0.0, 1.0], atol=1e-9)
+    assert np.linalg.norm(pushed.force) > 0.5
 
 
-def test_an_observer_fed_with_the_wish_is_biased(monkeypatch: pytest.MonkeyPatch) -> None:
-    """f_cmd of eq:external wrench estimation is what the rotors are told, not the wish before saturation."""
+def test_an_observer_fed_with_thrusts_before_saturation_is_biased() -> None:
+    """f_cmd of eq:external wrench estimation is what the rotors really get, after saturation."""
     weak = {**HOVER_ONLY, "phases.hover": 4.0}
-    honest = load_controller("impedance", robot())
-    assert isinstance(honest, Cascade)
-    limit = (
-        float(
-            robot()
-            .at([np.pi / 3, np.pi / 3, -np.pi / 6], honest.vectoring.angles(np.pi / 6))
-            .hover_thrusts.max()
-        )
-        - 0.3
-    )
+    cascade = controller_from_tables(*preset_mapping("impedance"), robot())
+    hover = robot().at([np.pi / 3, np.pi / 3, -np.pi / 6], cascade.vectoring.angles(np.pi / 6)).hover_thrusts
+    limits = np.zeros(4), np.full(4, float(hover.max()) - 0.3)
+    none = -1e3 * np.ones(4), 1e3 * np.ones(4)
 
-    def clipped(model: Any, R_WC: Any, force: Any, torque: Any, low: Any, high: Any, lift: Any) -> Thrusts:
-        return allocate(model, R_WC, force, torque, low, np.full(4, limit), lift)
+    def flown(known: tuple[np.ndarray, np.ndarray]) -> skylimb.Run:
+        """Rotors that saturate, and an estimation that knows the thrusts within the limits `known`."""
 
-    monkeypatch.setattr(cascade_module, "allocate", clipped)
-    fair = skylimb.run("push", controller="impedance", set=weak)
+        def step(gains: Any, state: Any, inputs: LawInput, demand: Demand) -> Any:
+            body = inputs.estimate.body
+            real, believed = (allocate(body, demand.force, demand.torque, at).total for at in (limits, known))
+            command = Command(real, demand.joint_angles, demand.vectoring_angles)
+            return state, Allocated(command, rotor_wrench(body, believed)), {}
 
-    def wishing(model: Any, R_WC: Any, thrusts: Any) -> Any:
-        return rotor_wrench(model, R_WC, thrusts)
-
-    wishes: list[Any] = []
-
-    def remember(model: Any, R_WC: Any, force: Any, torque: Any, low: Any, high: Any, lift: Any) -> Thrusts:
-        wishes.append(allocate(model, R_WC, force, torque, -1e3 * np.ones(4), 1e3 * np.ones(4)).total)
-        return clipped(model, R_WC, force, torque, low, high, lift)
-
-    def wished_wrench(model: Any, R_WC: Any, thrusts: Any) -> Any:
-        return wishing(model, R_WC, wishes[-1])
-
-    monkeypatch.setattr(cascade_module, "allocate", remember)
-    monkeypatch.setattr(cascade_module, "rotor_wrench", wished_wrench)
-    forget_ticks()
-    biased = skylimb.run("push", controller="impedance", set=weak)
+        slot = cascade.preset.slots.allocation
+        law = SimpleNamespace(aim=slot.law.aim, initial_state=slot.law.initial_state, step=step)
+        preset = cascade.preset.with_slot("allocation", Slot("weak", law, slot.gains))
+        return skylimb.run("push", controller=replace(cascade, preset=preset), set=weak)
 
     def bias(run: skylimb.Run) -> float:
         log = run.log
@@ -138,5 +117,6 @@ def test_an_observer_fed_with_the_wish_is_biased(monkeypatch: pytest.MonkeyPatch
         seen = raw.where((log["time"] > 1.0) & (log["time"] < 2.0), drop=True).mean("time")
         return float(np.linalg.norm(seen.values))
 
-    assert bias(biased) > 3.0 * bias(fair)
-    assert bias(biased) > 0.15
+    fair, biased = bias(flown(limits)), bias(flown(none))
+    assert biased > 3.0 * fair
+    assert biased > 0.15

@@ -79,8 +79,6 @@ def test_nothing_is_done_that_was_not_asked_for(model: RobotState) -> None:
     assert not fed_bias(Calibration(), state, 0.3).force.any()
     fed = fed_bias(Calibration(feed=True), state, 0.3)
     np.testing.assert_allclose(fed.force, rot_z(0.3) @ np.ones(3))
-    assert not Calibration().used
-    assert Calibration(feed=True).used
     with pytest.raises(ConfigError, match=r"calibration\.rate"):
         Calibration(rate=0.0)
 
@@ -96,7 +94,7 @@ def test_the_bias_comes_in_after_the_tare_and_smoothly() -> None:
 
 
 def hover(**changes: Any) -> Any:
-    on = {f"controller.calibration.{name}": True for name in ("feed", "attitude", "cog")}
+    on = {f"controller.estimation.calibration.{name}": True for name in ("feed", "attitude", "cog")}
     run = skylimb.run("paper", controller="following", set={**HOVER, **on, **changes})
     assert run.status == "OK", run.cause
     log = run.log
@@ -121,7 +119,9 @@ def test_in_flight_the_bias_tells_the_misalignment(axis: tuple[float, float, flo
 def test_in_flight_corrections_bring_tip_and_robot_to_their_places() -> None:
     wrong = {"sensors.attitude_misalignment": list(MISALIGNED), "plant.cog_offset": list(SHIFTED)}
     log = hover(**wrong)
-    raw = hover(**wrong, **{f"controller.calibration.{name}": False for name in ("attitude", "cog")})
+    raw = hover(
+        **wrong, **{f"controller.estimation.calibration.{name}": False for name in ("attitude", "cog")}
+    )
 
     def away(log: Any) -> float:
         return float(np.linalg.norm((log.tip_position_estimate - log.tip_position).values.mean(axis=0)))

@@ -6,10 +6,10 @@ import pytest
 from skylimb.estimation.momentum_observer import (
     ObserverGains,
     initial_observer_state,
+    known_wrench,
     observe,
-    with_known_wrench,
 )
-from skylimb.estimation.records import BodyState
+from skylimb.estimation.records import BodyState, Wrench
 from skylimb.packing import numeric
 from skylimb.robots import load_robot
 
@@ -33,7 +33,8 @@ def estimates(
         # The rotors carry the weight and cancel the gyroscopic torque, so that momentum grows by the external
         # wrench alone.
         gyroscopic = np.cross(omega, model.inertia_C @ omega)
-        state = with_known_wrench(state, body, np.array([0.0, 0.0, model.mass * 9.80665]), gyroscopic)
+        known = known_wrench(body, Wrench(np.array([0.0, 0.0, model.mass * 9.80665]), gyroscopic))
+        state = state._replace(known_force=known.force, known_torque=known.torque)
         velocity = velocity + force / model.mass * DT
         momentum = momentum + torque * DT
     table = np.array(found)

@@ -18,7 +18,7 @@ def test_displacement_of_hybrid_over_impedance_is_that_of_springs_in_series() ->
         "approach.depth": 0.0,
         "trajectory.shape": "hold",
         "trajectory.duration": 40.0,
-        "controller.leak.compensate": True,
+        "controller.allocation.leak.compensate": True,
     }
     runs = skylimb.compare("paper", ("impedance", "hybrid"), set=settings)
     moved = {}

@@ -32,9 +32,8 @@ MISSION = {
 LAW = '''
 """Keeps the mission's clock at one pace, from the beginning of the path on."""
 from dataclasses import dataclass
+from skylimb.control.needs import Needs
 from skylimb.control.records import no_contact
-
-PACED = True
 
 
 @dataclass(frozen=True)
@@ -42,7 +41,11 @@ class Gains:
     pace: float
 
 
-def initial_state(gains):
+def needs(gains):
+    return Needs(paced=True)
+
+
+def initial_state(gains, start):
     return ()
 
 

@@ -6,7 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from skylimb.control.allocation import allocate
+from skylimb.control.thrusts import allocate
+from skylimb.estimation.records import BodyState
 from skylimb.planning.tip_force import tip_force_map
 from skylimb.planning.vectoring import vectoring_table
 from skylimb.robots import load_robot
@@ -52,7 +53,8 @@ def test_the_cascade_holds_the_attitude_with_the_same_force(purpose):
     state = ROBOT.at(joints(0.5), vectoring_table(ROBOT, purpose).angles(0.5))
     push = np.array([0.3, -0.8, 0.0])  # in {C}; a push along z would change the lift that is wanted
     weight = np.array([0.0, 0.0, state.mass * 9.80665])
-    held = allocate(state, np.eye(3), weight, -np.cross(state.tip_C, push), 0.0, 100.0).total
+    body = BodyState(np.zeros(3), np.zeros(3), np.eye(3), np.zeros(3), state)
+    held = allocate(body, weight, -np.cross(state.tip_C, push), (np.zeros(4), np.full(4, 100.0))).total
     force = push + (state.allocation_C @ held)[:3] - (state.allocation_C @ state.hover_thrusts)[:3]
     turn = rot_z(state.tip_heading)
     # The least-norm thrusts for the torque may lift a little; that is along z of {C} and no sideways force.

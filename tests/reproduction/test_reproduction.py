@@ -112,7 +112,7 @@ def test_gains_go_to_those_that_have_them() -> None:
     drawn = campaign.draw(1)
     assert "translation.proportional" in campaign.gains_of(drawn, "pid")
     assert "translation.proportional" not in campaign.gains_of(drawn, "impedance")
-    assert "tare" in campaign.gains_of(drawn, "impedance")
+    assert "estimation.tare" in campaign.gains_of(drawn, "impedance")
 
 
 def test_one_factor_scales_a_list() -> None:
@@ -142,7 +142,7 @@ def test_a_prior_that_does_not_hold_is_refused(text: str, message: str, tmp_path
 def test_only_names_gains_and_controllers_that_exist(tmp_path: Path) -> None:
     path = tmp_path / "prior.toml"
     path.write_text(
-        'experiment = "paper"\ncontrollers = ["pid"]\n[unknown."controller.tare"]\n'
+        'experiment = "paper"\ncontrollers = ["pid"]\n[unknown."controller.estimation.tare"]\n'
         'choice = [true, false]\nreason = "because"\ncontrollers = ["hybird"]\n'
     )
     with pytest.raises(ConfigError, match="hybird"):

@@ -61,11 +61,14 @@ def test_a_change_after_the_flight_is_refused() -> None:
 
 
 def test_an_experiment_keeps_its_changes_and_mentions_none_otherwise() -> None:
-    changes = [change(5, "translation.force", 2), change(6.0, "observer.force", [3, 3, 3], blend=1.0)]
+    changes = [
+        change(5, "translation.force", 2),
+        change(6.0, "estimation.observer.force", [3, 3, 3], blend=1.0),
+    ]
     experiment = skylimb.load_experiment("paper", set={"gain_changes": changes})
     assert experiment.gain_changes == (
         GainChange(5.0, "translation.force", 2.0),
-        GainChange(6.0, "observer.force", (3.0, 3.0, 3.0), 1.0),
+        GainChange(6.0, "estimation.observer.force", (3.0, 3.0, 3.0), 1.0),
     )
     again = from_mapping(GainChange, to_mapping(experiment.gain_changes[1]), "a table")
     assert again == experiment.gain_changes[1]
@@ -80,7 +83,7 @@ FORCE = "translation.force"
     [
         ("following", change(5.0, "translation.forse", 2.0), UnknownNameError, f"did you mean '{FORCE}'"),
         ("pid", change(5.0, FORCE, 2.0), UnknownNameError, "controller pid"),
-        ("following", change(5.0, "calibration.feed", 1.0), UnknownNameError, "calibration.feed"),
+        ("following", change(5.0, "estimation.calibration.feed", 1.0), UnknownNameError, "calibration.feed"),
         ("following", change(5.0, FORCE, 99.0), ConfigError, r"outside of 0 .. 20 N"),
         ("following", change(5.0, FORCE, [1.0, 2.0]), ConfigError, "wrong type"),
         ("following", change(-1.0, FORCE, 2.0), ConfigError, r"gain_changes\.0\.time = -1 s"),

@@ -5,9 +5,8 @@ import json
 import numpy as np
 
 import skylimb
-from skylimb.control.contact.machine import (
+from skylimb.control.contact_machine import (
     APPROACH,
-    ASKED,
     CALM,
     FREE,
     REASONS,
@@ -16,6 +15,7 @@ from skylimb.control.contact.machine import (
     START,
     STATES,
     TOUCHED,
+    WANTED,
 )
 from skylimb.simulation.log import contact_transitions
 
@@ -32,7 +32,7 @@ SHORT = {
 
 def test_transitions_are_told_in_words() -> None:
     state = np.array([FREE, APPROACH, APPROACH, SETTLE, SLIDE])
-    reason = np.array([START, ASKED, ASKED, TOUCHED, CALM])
+    reason = np.array([START, WANTED, WANTED, TOUCHED, CALM])
     assert contact_transitions(0.1 * np.arange(5), state, reason) == [
         (0.1, "free", "approach", "the mission asks for touch"),
         (0.3, "approach", "settle", "touched"),
@@ -60,7 +60,7 @@ def test_a_flights_transitions_are_in_its_log() -> None:
 def test_the_reference_is_the_missions_whatever_the_law_aims_at() -> None:
     follower = skylimb.run("paper", controller="following", set=SHORT)
     keeper = skylimb.run(
-        "paper", controller="hybrid", set={**SHORT, "controller.vectoring.purpose": "contact"}
+        "paper", controller="hybrid", set={**SHORT, "controller.allocation.vectoring.purpose": "contact"}
     )
     log, plain = follower.log, keeper.log
     # Both flew the same mission; the follower's clock may have stood still in between.

@@ -19,8 +19,8 @@ def compiled(set: dict[str, Any] | None = None, name: str = "pid", law: Any = No
     cascade = takeoff.controller
     assert isinstance(cascade, Cascade)
     if law is not None:
-        slot = dataclasses.replace(cascade.preset.translation, law=law)
-        cascade = dataclasses.replace(cascade, preset=dataclasses.replace(cascade.preset, translation=slot))
+        slot = dataclasses.replace(cascade.preset.slots.translation, law=law)
+        cascade = dataclasses.replace(cascade, preset=cascade.preset.with_slot("translation", slot))
     return dataclasses.replace(takeoff, controller=cascade).tick
 
 

@@ -92,7 +92,7 @@ def test_clocks_and_means_are_outside_of_the_loop(loop: ClosedLoop) -> None:
     inside = {name for name, member in zip(loop.names, loop.in_loop, strict=True) if member}
     assert "controller.translation.integral" in inside
     assert "velocity joint2" in inside
-    assert not [name for name in inside if name.startswith(("clock", "controller.tare"))]
+    assert not [name for name in inside if name.startswith(("clock", "controller.estimation.tare"))]
     assert "controller.contact.machine.since" not in inside
 
 

@@ -19,37 +19,31 @@ from typing import Any
 
 import casadi as ca
 
-from skylimb.config import require_choice, require_positive, require_range
+from skylimb.config import require_positive, require_range
+from skylimb.control.records import Demand, LawInput
 from skylimb.robots.model import Robot
-from skylimb.symbolic import Array, clip, exp, matrix, right_inverse, stack
+from skylimb.symbolic import Array, clip, low_pass, matrix, right_inverse, stack
 
 
 @dataclass(frozen=True)
-class Vectoring:
-    """How the vectoring angles are used.
+class Moves:
+    """How far and how fast the angles move.
 
     Attributes:
-        purpose: which table of angles over the posture: "torque", the paper's, or "contact".
-        move: whether small moves around them give side force.
         limit: greatest move of an angle, rad.
         damping: mu, N^2/rad^2; keeps moves small where they do little.
+        cutoff: of the low pass on the moves, Hz; the wanted force is noisy.
         lead: how many times faster than their servos, which lag, the angles are made to follow.
-        cutoff: of the low pass on the moves, Hz; wishes are noisy.
-        lift: whether the thrusts for a torque are chosen so that they do not lift.
     """
 
-    purpose: str = "torque"
-    move: bool = False
     limit: float = 0.5
     damping: float = 0.5
     cutoff: float = 1.0
-    lift: bool = False
     lead: float = 1.0
 
     def __post_init__(self) -> None:
-        require_choice("vectoring", "purpose", self.purpose, ("torque", "contact"))
-        require_positive("vectoring", "limit", self.limit, "rad")
         require_range("vectoring", "lead", self.lead, 1.0, 10.0)
+        require_positive("vectoring", "limit", self.limit, "rad")
         require_positive("vectoring", "damping", self.damping, "N^2/rad^2")
 
 
@@ -67,36 +61,24 @@ def _side_force(robot: Robot) -> ca.Function:
     return ca.Function("side_force", [q, at, psi, lift, torque], ca.cse([side, ca.jacobian(side, psi)]))
 
 
-def lateral_move(
-    robot: Robot,
-    gains: Any,
-    move: Array,
-    joint_angles: Array,
-    vectoring_angles: Array,
-    force: Array,
-    torque: Array,
-    dt: float,
-) -> tuple[Array, Array]:
+def lateral_move(gains: Any, move: Array, inputs: LawInput, demand: Demand) -> tuple[Array, Array]:
     """Move of the vectoring angles, rad, (nv,), and the side force without any, C, N, (3,).
 
     Args:
-        robot: the controller's model.
-        gains: a `Vectoring`.
+        gains: a `Moves`.
         move: of the last tick, rad, (nv,): each tick makes one Gauss-Newton step from there.
-        joint_angles: q, rad.
-        vectoring_angles: nominal psi of that posture, rad.
-        force: wanted in C of the nominal angles, N.
-        torque: wanted there, N m.
-        dt: control period, s.
+        inputs: of this tick.
+        demand: force, torque and nominal vectoring angles.
     """
-    found = _side_force(robot)(joint_angles, vectoring_angles, vectoring_angles + move, force[2], torque)
-    side, J = found
+    nominal, force = demand.vectoring_angles, inputs.estimate.body.R_WC.T @ demand.force
+    side, J = _side_force(inputs.robot)(
+        inputs.measurement.joint_angles, nominal, nominal + move, force[2], demand.torque
+    )
     a = J[0, :] @ J[0, :].T + gains.damping
     b = J[0, :] @ J[1, :].T
     d = J[1, :] @ J[1, :].T + gains.damping
     inverse = matrix([[d, -b], [-b, a]]) / (a * d - b * b)
     # The least move that gives what is missing, where the move so far counts for what it does alone.
     new = J.T @ (inverse @ (force[0:2] - side + J @ move))
-    decay = exp(-2.0 * math.pi * gains.cutoff * dt)
-    new = decay * move + (1.0 - decay) * clip(new, -gains.limit, gains.limit)
+    new = low_pass(move, clip(new, -gains.limit, gains.limit), 2.0 * math.pi * gains.cutoff, inputs.dt)
     return new, stack(side - J @ move, 0.0)

@@ -11,51 +11,64 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, NamedTuple
-
-import numpy as np
+from typing import Any
 
 from skylimb.config import require_positive
-from skylimb.symbolic import Array, exp
+from skylimb.control.records import LawInput
+from skylimb.control.thrusts import Thrusts, rotor_wrench
+from skylimb.symbolic import Array, low_pass, right_inverse, stack
 
 
 @dataclass(frozen=True)
-class LeakCompensation:
+class Leak:
     """Whether the leak is compensated, and how fast.
 
     Attributes:
         compensate: off in the paper's presets.
         cutoff: of the low pass on the leak, Hz; it must stay below the attitude loop's own bandwidth.
-        steady: whether it is the leak of the torque that holds the attitude against the estimated
-            disturbance, rather than of the torque that is commanded: free of the attitude loop's own motion,
-            it may be followed faster.
     """
 
     compensate: bool = False
     cutoff: float = 0.5
-    steady: bool = False
 
     def __post_init__(self) -> None:
         require_positive("leak", "cutoff", self.cutoff, "Hz")
 
 
-class LeakState(NamedTuple):
-    """Low-passed leak R Q_t lambda_r in W, N."""
+@dataclass(frozen=True)
+class TorqueLeak(Leak):
+    """The leak of the rotational thrusts alone.
 
-    force: Array
+    Attributes:
+        steady: whether it is the leak of the torque that holds the attitude against the estimated
+            disturbance, rather than of the torque that is commanded. It is free of the attitude loop's own
+            motion, so it may be followed faster.
+    """
 
-
-def initial_leak_state() -> LeakState:
-    """No leak known."""
-    return LeakState(np.zeros(3))
-
-
-def without_leak(gains: Any, state: LeakState, force: Array) -> Array:
-    """The wanted force less what the rotational thrusts are known to add to it, W, N."""
-    return force - state.force if gains.compensate else force
+    steady: bool = False
 
 
-def follow_leak(gains: Any, state: LeakState, leak: Array, dt: float) -> LeakState:
-    """One step of the low pass on the leak R Q_t lambda_r of this tick."""
-    decay = exp(-2.0 * math.pi * gains.cutoff * dt)
-    return LeakState(decay * state.force + (1.0 - decay) * leak)
+def without_leak(gains: Any, leak: Array, force: Array) -> Array:
+    """The wanted force less the known leak, W, N."""
+    return force - leak if gains.compensate else force
+
+
+def side_force(gains: Any, inputs: LawInput, thrusts: Thrusts) -> Array:
+    """R Q_t lambda_r, W, N, (3,): the force of the thrusts that turn the robot, or that hold its attitude.
+
+    Args:
+        gains: a `TorqueLeak`.
+        inputs: of this tick.
+        thrusts: of this tick.
+    """
+    estimate = inputs.estimate
+    rotation = thrusts.rotation
+    if gains.steady:
+        holding = -estimate.wrench.torque - estimate.bias.torque
+        rotation = right_inverse(estimate.body.model.allocation_C[2:, :]) @ stack(0.0, holding)
+    return rotor_wrench(estimate.body, rotation).force
+
+
+def follow_leak(gains: Any, leak: Array, now: Array, dt: float) -> Array:
+    """The leak behind its low pass, W, N, (3,), from that of the last tick and the one of this tick."""
+    return low_pass(leak, now, 2.0 * math.pi * gains.cutoff, dt)

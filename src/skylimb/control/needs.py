@@ -1,4 +1,4 @@
-"""What a controller needs of the loop that flies it, declared beside its code."""
+"""What a law or a controller needs of the loop around it."""
 
 from __future__ import annotations
 
@@ -6,21 +6,26 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
+from skylimb.errors import ConfigError
+
+TORQUE = "torque"
+"""Purpose of the paper's vectoring angles."""
+
 
 @dataclass(frozen=True)
 class Needs:
-    """What a law or a controller declares.
+    """What has to be there before the first tick.
 
     Attributes:
-        paced: it sets the pace of the mission's clock, by a signal "pace" between 0 and 1.
-        preview: times ahead on the mission's clock at which it wants the reference too, s, rising; they come
-            as `reference.ahead` in this order.
-        vectoring: which vectoring angles the nominal posture has, "torque" or "contact".
+        paced: whether it sets the pace of the mission's clock, by a signal "pace" between 0 and 1.
+        preview: times ahead on the mission's own clock, s, at which it wants the reference; the loop hands
+            them over as `reference.ahead`, in this order.
+        vectoring: purpose of the vectoring angles that the robot takes off with, "torque" or "contact".
     """
 
     paced: bool = False
     preview: tuple[float, ...] = ()
-    vectoring: str = "torque"
+    vectoring: str = TORQUE
 
 
 def needs_of(controller: Any) -> Needs:
@@ -28,9 +33,22 @@ def needs_of(controller: Any) -> Needs:
     return getattr(controller, "needs", Needs())
 
 
-def merged(parts: Iterable[Needs]) -> Needs:
-    """What all of them together need."""
-    parts = tuple(parts)
-    preview = sorted({time for part in parts for time in part.preview})
-    vectoring = next((part.vectoring for part in parts if part.vectoring != "torque"), "torque")
-    return Needs(any(part.paced for part in parts), tuple(preview), vectoring)
+def merged(needs: Iterable[Needs]) -> Needs:
+    """The needs of several laws together.
+
+    Raises:
+        ConfigError: when two laws want different previews, or different vectoring angles.
+    """
+    needs = list(needs)
+    previews = {need.preview for need in needs if need.preview}
+    purposes = {need.vectoring for need in needs if need.vectoring != TORQUE}
+    if len(previews) > 1:
+        listed = " and ".join(str(list(preview)) for preview in sorted(previews))
+        raise ConfigError(f"two laws want different previews: {listed} s; they have to agree")
+    if len(purposes) > 1:
+        raise ConfigError(f"two laws want different vectoring angles: {' and '.join(sorted(purposes))}")
+    return Needs(
+        any(need.paced for need in needs),
+        next(iter(previews), ()),
+        next(iter(purposes), TORQUE),
+    )

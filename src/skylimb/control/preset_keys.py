@@ -6,17 +6,15 @@ import inspect
 from collections.abc import Iterator
 from typing import Literal
 
-from skylimb.control.cascade import Cascade
-from skylimb.control.controller import Controller
-from skylimb.control.preset import PARTS, SLOTS, Preset, Slot, law_names
-from skylimb.keys import Key, KeyInfo, Table, tables_of, units_of
+from skylimb.control.preset import Preset
+from skylimb.control.slots import SLOTS, Slot, law_names
+from skylimb.keys import Key, KeyInfo, Table, tables_of
 
 _LAW = Key("", "the law that fills the slot: one of these, or a Python file of your own")
 
 _OWN = {
     "name": KeyInfo(Key("", "short name"), str, ""),
     "description": KeyInfo(Key("", "one line on what it is"), str, ""),
-    "tare": KeyInfo(Key("", "whether the observer's free-flight bias is taken off"), bool, True),
 }
 """Keys outside of the tables."""
 
@@ -24,15 +22,8 @@ _OWN = {
 def preset_tables(preset: Preset) -> Iterator[Table]:
     """The tables of a preset as a TOML file has them, with every key that may be set."""
     yield Table((), "", tuple((name, getattr(preset, name), info) for name, info in _OWN.items()))
-    for slot in SLOTS:
-        yield from _slot_tables(slot, getattr(preset, slot))
-    for part in PARTS:
-        yield from tables_of(getattr(preset, part), (part,))
-
-
-def controller_units(controller: Controller) -> dict[str, str]:
-    """Unit of every gain that has one, by dotted key; empty for a user's own Python class."""
-    return units_of(preset_tables(controller.preset)) if isinstance(controller, Cascade) else {}
+    for slot, filled in zip(SLOTS, preset.slots, strict=True):
+        yield from _slot_tables(slot, filled)
 
 
 def _slot_tables(slot: str, filled: Slot) -> Iterator[Table]:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
-from skylimb.estimation.records import BodyState, Wrench
+from skylimb.estimation.records import Estimate, Measurement, Wrench
 from skylimb.missions.reference import Reference
+from skylimb.robots.model import Robot
 from skylimb.symbolic import Array
 
 
 class Command(NamedTuple):
-    """What the actuators are told: thrusts (N), joint angles q (rad), vectoring angles psi (rad)."""
+    """What the actuators are to do: thrusts (N), joint angles q (rad), vectoring angles psi (rad)."""
 
     thrusts: Array
     joint_angles: Array
@@ -18,7 +19,7 @@ class Command(NamedTuple):
 
 
 class ContactView(NamedTuple):
-    """What a contact law tells the others.
+    """What a contact law knows.
 
     Attributes:
         engaged: 1 while the force is to be regulated, else 0.
@@ -47,92 +48,65 @@ def no_contact() -> ContactView:
     return ContactView(*(0.0 for _ in ContactView._fields))._replace(ease=1.0)
 
 
-class LawInput(NamedTuple):
-    """What every law of the cascade may look at.
+class ArmTarget(NamedTuple):
+    """What a shape law wants of the arm.
 
     Attributes:
-        body: state of {C} and the model at the measured angles.
-        reference: of this tick.
-        wrench: tared external wrench.
-        contact_force: f_hat, the filtered force along the contact axis, N, negative when pushed back.
-        dt: control period, s.
-        arm: from the centre of gravity to the tip in W, m, (3,).
-        bias: wrench that the rotors have to make up in free flight, as a calibration knows it.
-        contact: what the contact law tells.
-        reach_rate: at which the arm was told to reach out at the last tick, m/s.
+        reach: from now on, m.
+        rate: at which the reach was commanded to change until now, m/s.
     """
 
-    body: BodyState
+    reach: Any
+    rate: Any = 0.0
+
+
+class LawInput(NamedTuple):
+    """What every law after the estimation may look at.
+
+    Attributes:
+        robot: the controller's model of the robot.
+        measurement: of this tick.
+        reference: of this tick.
+        dt: control period, s.
+        estimate: of the estimation law.
+        contact: of the contact law; nothing for the contact law itself.
+        arm: of the shape law; at rest for the laws before it.
+    """
+
+    robot: Robot
+    measurement: Measurement
     reference: Reference
-    wrench: Wrench
-    contact_force: Any
     dt: float
-    arm: Array = None
-    bias: Any = None
+    estimate: Estimate
     contact: ContactView = no_contact()
-    reach_rate: Any = 0.0
+    arm: ArmTarget = ArmTarget(0.0)
 
 
-class TranslationLaw(Protocol):
-    """A module that turns position error and external force into a wanted force f_cmd in W, N."""
+class Demand(NamedTuple):
+    """What the rotors have to give.
 
-    Gains: type
+    Attributes:
+        force: wanted force with the bias of free flight made up for, W, N, (3,).
+        aimed: the part of it that the attitude target was made for, W, N, (3,).
+        torque: wanted torque with the bias made up for, C, N m, (3,).
+        joint_angles: of the commanded posture, rad.
+        vectoring_angles: nominal ones of that posture, rad.
+    """
 
-    @staticmethod
-    def initial_state(gains: Any) -> Any:
-        """The law's state before the first tick, a record of arrays (or an empty tuple)."""
-        ...
-
-    @staticmethod
-    def step(gains: Any, state: Any, inputs: LawInput) -> tuple[Any, Array]:
-        """New state and f_cmd, (3,)."""
-        ...
-
-
-class ContactLaw(Protocol):
-    """A module that judges the contact, and may set the mission's pace."""
-
-    Gains: type
-    PACED: bool
-
-    @staticmethod
-    def initial_state(gains: Any) -> Any:
-        """The law's state before the first tick."""
-        ...
-
-    @staticmethod
-    def step(gains: Any, state: Any, inputs: LawInput) -> tuple[Any, ContactView, dict[str, Any]]:
-        """New state, what the other laws may know, and signals to record; "pace" is one if PACED."""
-        ...
+    force: Array
+    aimed: Array
+    torque: Array
+    joint_angles: Array
+    vectoring_angles: Array
 
 
-class AttitudeLaw(Protocol):
-    """A module that turns attitude error and external torque into a wanted torque tau_cmd in C, N m."""
+class Allocated(NamedTuple):
+    """What an allocation law makes of a demand.
 
-    Gains: type
+    Attributes:
+        command: to the actuators.
+        wrench: that the rotors make until the next tick, as far as the law knows, W and C.
+    """
 
-    @staticmethod
-    def initial_state(gains: Any) -> Any:
-        """The law's state before the first tick."""
-        ...
-
-    @staticmethod
-    def step(gains: Any, state: Any, inputs: LawInput, R_target: Array) -> tuple[Any, Array]:
-        """New state and tau_cmd, (3,)."""
-        ...
-
-
-class ShapeLaw(Protocol):
-    """A module that turns the contact force into a reach, m."""
-
-    Gains: type
-
-    @staticmethod
-    def initial_state(gains: Any, reach: float) -> Any:
-        """The law's state before the first tick, at the nominal reach."""
-        ...
-
-    @staticmethod
-    def step(gains: Any, state: Any, inputs: LawInput, reach_limits: tuple[float, float]) -> tuple[Any, Any]:
-        """New state and the commanded reach, m, within the limits."""
-        ...
+    command: Command
+    wrench: Wrench

@@ -11,7 +11,7 @@ from skylimb.config import require_positive
 from skylimb.estimation.records import BodyState, Measurement
 from skylimb.robots.model import Robot
 from skylimb.spatial import cross, rotation_from_quaternion
-from skylimb.symbolic import Array, exp, stack
+from skylimb.symbolic import Array, low_pass, stack
 
 
 @dataclass(frozen=True)
@@ -49,8 +49,7 @@ def initial_angle_rate_state(robot: Robot) -> AngleRateState:
 def angle_rates(gains: Any, state: AngleRateState, angles: Array, dt: float) -> tuple[AngleRateState, Array]:
     """Angle rates: the slope of the low-passed angles, the filter's pole held exactly."""
     previous = state.smoothed * state.started + angles * (1.0 - state.started)
-    decay = exp(-gains.bandwidth * dt)
-    smoothed = decay * previous + (1.0 - decay) * angles
+    smoothed = low_pass(previous, angles, gains.bandwidth, dt)
     return AngleRateState(smoothed, 1.0), (smoothed - previous) * (1.0 / dt)
 
 
@@ -63,7 +62,7 @@ def body_state(robot: Robot, measurement: Measurement, rates: Array) -> BodyStat
 
     Args:
         robot: the controller's model; its measured link must be the root link.
-        measurement: the sensors' word.
+        measurement: of this tick.
         rates: of the joint and vectoring angles, rad/s, (n_joints + n_vectoring,).
     """
     model = robot.model(measurement.joint_angles, measurement.vectoring_angles)

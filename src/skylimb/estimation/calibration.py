@@ -27,7 +27,7 @@ from skylimb.symbolic import Array, exp, vector
 
 @dataclass(frozen=True)
 class Calibration:
-    """What is done with the hover's bias; all of it is off in the paper's presets.
+    """What is done with the hover's bias.
 
     Attributes:
         feed: whether the bias is fed forward, so that no position error has to make it up.
@@ -40,11 +40,6 @@ class Calibration:
     attitude: bool = False
     cog: bool = False
     rate: float = 1.0
-
-    @property
-    def used(self) -> bool:
-        """Whether anything is done with it."""
-        return self.feed or self.attitude or self.cog
 
     def __post_init__(self) -> None:
         require_positive("calibration", "rate", self.rate, "1/s")

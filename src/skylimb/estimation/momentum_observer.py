@@ -7,7 +7,7 @@ ticks the commanded wrench is held, so with decay a = exp(-K dt) the recursion
 
 holds without a discretisation error: h is momentum (m p' in W, I omega in C) and u what is known to act
 (rotor force less weight; rotor torque less omega x I omega). u must be built from the thrusts really
-commanded, after saturation: fed with the wish before it, the estimate is off by the difference.
+commanded, after saturation: with those before it, the estimate is off by the difference.
 """
 
 from __future__ import annotations
@@ -19,12 +19,9 @@ import numpy as np
 
 from skylimb.config import require_positive
 from skylimb.estimation.records import BodyState, Wrench
-from skylimb.robots import model as robots
+from skylimb.robots.model import GRAVITY_W
 from skylimb.spatial import cross
-from skylimb.symbolic import Array, exp
-
-GRAVITY = np.array([0.0, 0.0, robots.GRAVITY])
-"""g of eq:dynamics: m (p'' + g) = f_cmd + f_ext, m/s^2, W with z up."""
+from skylimb.symbolic import Array, low_pass
 
 
 @dataclass(frozen=True)
@@ -72,7 +69,7 @@ def observe(gains: Any, state: ObserverState, body: BodyState, dt: float) -> tup
 
     Args:
         gains: K_ti, K_ri, 1/s, as arrays (`packing.numeric`) or symbols.
-        state: of the last tick, completed by `with_known_wrench`.
+        state: of the last tick, completed by `known_wrench`.
         body: state of {C} now.
         dt: time since the last tick, s.
 
@@ -81,30 +78,23 @@ def observe(gains: Any, state: ObserverState, body: BodyState, dt: float) -> tup
     """
     linear = body.model.mass * body.velocity
     angular = body.model.inertia_C @ body.angular_velocity
-    decay_f, decay_t = exp(-gains.force * dt), exp(-gains.torque * dt)
     force_now = (linear - state.linear_momentum) * (1.0 / dt) - state.known_force
     torque_now = (angular - state.angular_momentum) * (1.0 / dt) - state.known_torque
     # There is no difference to take at the first tick.
-    force = decay_f * state.force + (1.0 - decay_f) * force_now * state.started
-    torque = decay_t * state.torque + (1.0 - decay_t) * torque_now * state.started
+    force = low_pass(state.force, force_now * state.started, gains.force, dt)
+    torque = low_pass(state.torque, torque_now * state.started, gains.torque, dt)
     new = state._replace(
         force=force, torque=torque, linear_momentum=linear, angular_momentum=angular, started=1.0
     )
     return new, Wrench(force, torque)
 
 
-def with_known_wrench(
-    state: ObserverState, body: BodyState, rotor_force: Array, rotor_torque: Array
-) -> ObserverState:
-    """The state with the wrench that acts until the next tick.
+def known_wrench(body: BodyState, rotors: Wrench) -> Wrench:
+    """What is known to act: rotor force less weight (W, N), rotor torque less omega x I omega (C, N m).
 
     Args:
-        state: from `observe`.
         body: state of {C} now.
-        rotor_force: R_WC Q_t lambda of the saturated thrusts, W, N.
-        rotor_torque: Q_r lambda of the saturated thrusts, C, N m.
+        rotors: wrench of the saturated thrusts, force in W and torque in C.
     """
     gyroscopic = cross(body.angular_velocity, body.model.inertia_C @ body.angular_velocity)
-    return state._replace(
-        known_force=rotor_force - body.model.mass * GRAVITY, known_torque=rotor_torque - gyroscopic
-    )
+    return Wrench(rotors.force - body.model.mass * GRAVITY_W, rotors.torque - gyroscopic)

@@ -6,14 +6,20 @@ hovering frame at the centre of gravity, B the measured body's own frame.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from skylimb.robots.model import RobotState
+import numpy as np
+
+from skylimb.missions.reference import Reference
+from skylimb.robots.model import Robot, RobotState
 from skylimb.symbolic import Array
+
+Signals = dict[str, Any]
+"""What a law records at a tick, by its public name."""
 
 
 class Measurement(NamedTuple):
-    """What the sensors say at a control tick.
+    """What the sensors measure at a control tick.
 
     Attributes:
         position: origin of the measured body in W, m, (3,).
@@ -55,3 +61,53 @@ class Wrench(NamedTuple):
 
     force: Array
     torque: Array
+
+
+class Sensed(NamedTuple):
+    """What an estimation law works on.
+
+    Attributes:
+        robot: the controller's model of the robot.
+        measurement: of this tick.
+        reference: of this tick; it names the contact axis and the ticks of the tare.
+        dt: control period, s.
+    """
+
+    robot: Robot
+    measurement: Measurement
+    reference: Reference
+    dt: float
+
+
+class Estimate(NamedTuple):
+    """What an estimation law knows at a tick.
+
+    Attributes:
+        body: state of {C} and the model at the measured angles.
+        wrench: external wrench, its bias in free flight taken off.
+        raw: external wrench with that bias.
+        contact_force: filtered force along the contact axis, N, negative when the robot is pushed back.
+        arm: from the centre of gravity to the tip in W, m, (3,).
+        bias: wrench that the rotors have to make up in free flight; zero where it is not known.
+    """
+
+    body: BodyState
+    wrench: Wrench
+    raw: Wrench
+    contact_force: Any
+    arm: Array
+    bias: Wrench
+
+
+class Start(NamedTuple):
+    """What every law knows before the first tick.
+
+    Attributes:
+        robot: the controller's model of the robot.
+        reach: of the nominal posture, m.
+        hover_thrusts: of the nominal posture, N, (n,).
+    """
+
+    robot: Robot
+    reach: float
+    hover_thrusts: np.ndarray

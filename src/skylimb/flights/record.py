@@ -7,8 +7,7 @@ import json
 
 from skylimb.analysis.metrics import metrics
 from skylimb.config import write_toml
-from skylimb.control.controller import Controller, resolved_tables
-from skylimb.control.preset_keys import controller_units
+from skylimb.control.controller import Controller, controller_units, resolved_tables
 from skylimb.experiments.experiment import Experiment
 from skylimb.flights.asked_line import with_asked_line
 from skylimb.flights.takeoff import Takeoff

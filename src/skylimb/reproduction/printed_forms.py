@@ -12,8 +12,11 @@ from typing import Any
 import numpy as np
 
 from skylimb.control.cascade import Cascade
-from skylimb.control.controller import load_controller
+from skylimb.control.controller import controller_from_tables
+from skylimb.control.preset import preset_mapping
+from skylimb.control.records import ArmTarget
 from skylimb.control.shape import admittance
+from skylimb.control.translation import impedance
 from skylimb.planning.vectoring import vectoring_table
 from skylimb.robots.model import Robot
 from skylimb.symbolic import clip
@@ -43,39 +46,31 @@ def hybrid_with(acceleration: Acceleration, robot: Robot) -> Cascade:
     """The hybrid preset with another equation for its arm."""
 
     def step(gains: Any, state: admittance.State, inputs: Any, reach_limits: tuple[float, float]) -> Any:
-        push = (inputs.contact_force - gains.force_reference) * inputs.reference.adapt
+        push = (inputs.estimate.contact_force - gains.force_reference) * inputs.reference.adapt
         extension = inputs.reference.reach - state.reach
         rate = state.rate + acceleration(gains, push, extension, state.rate) * inputs.dt
         reach = clip(state.reach + rate * inputs.dt, *reach_limits)
-        return admittance.State(reach, rate), reach
+        return admittance.State(reach, rate), ArmTarget(reach, state.rate), {}
 
-    controller = _cascade("hybrid", robot)
-    law: Any = _Law(admittance, step)
-    shape = replace(controller.preset.shape, name="printed", law=law)
-    return replace(controller, preset=replace(controller.preset, shape=shape))
+    return _with_step("hybrid", robot, "shape", step)
 
 
 def impedance_with_mass_times_force(robot: Robot) -> Cascade:
     """eq:thrust translation 2: the impedance preset, its thrusts allocated for m f_cmd."""
-    controller = _cascade("impedance", robot)
-    slot = controller.preset.translation
 
     def step(gains: Any, state: Any, inputs: Any) -> Any:
-        state, force = slot.law.step(gains, state, inputs)
-        return state, force * inputs.body.model.mass
+        state, force, signals = impedance.step(gains, state, inputs)
+        return state, force * inputs.estimate.body.model.mass, signals
 
-    law: Any = _Law(slot.law, step)
-    return replace(
-        controller,
-        preset=replace(controller.preset, translation=replace(slot, name="printed", law=law)),
-    )
+    return _with_step("impedance", robot, "translation", step)
 
 
-def _cascade(name: str, robot: Robot) -> Cascade:
-    controller = load_controller(name, robot)
-    if not isinstance(controller, Cascade):
-        raise TypeError(f"the preset {name} is no cascade")
-    return controller
+def _with_step(preset: str, robot: Robot, slot: str, step: Callable[..., Any]) -> Cascade:
+    """A preset whose law of one slot makes another step."""
+    cascade = controller_from_tables(*preset_mapping(preset), robot)
+    filled = getattr(cascade.preset.slots, slot)
+    other = replace(filled, name="printed", law=_Law(filled.law, step))
+    return replace(cascade, preset=cascade.preset.with_slot(slot, other))
 
 
 def leak_matrix(robot: Robot, theta: float) -> np.ndarray:

@@ -38,7 +38,7 @@ RATIOS = (
 )
 """What the choice of one law for the other changes, within a draw."""
 
-READINGS = ("trajectory.feedforward", "controller.tare")
+READINGS = ("trajectory.feedforward", "controller.estimation.tare")
 """Unknowns whose values are also shown apart.
 
 They are no tolerances but readings of the paper: what was sent, and what was fed back. That these two were
@@ -159,7 +159,7 @@ def reading(campaign: Campaign, index: int) -> str:
     values = campaign.draw(index).values
     words = {
         "trajectory.feedforward": {"none": "positions sent", "velocity": "velocities sent"},
-        "controller.tare": {True: "estimate tared", False: "raw estimate"},
+        "controller.estimation.tare": {True: "estimate tared", False: "raw estimate"},
     }
     return ", ".join(words[key].get(values[key], str(values[key])) for key in READINGS if key in values)
 

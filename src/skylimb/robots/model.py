@@ -20,6 +20,9 @@ Array = Any
 GRAVITY = 9.80665
 """Standard gravity, m/s^2."""
 
+GRAVITY_W = np.array([0.0, 0.0, GRAVITY])
+"""g of eq:dynamics, m (p'' + g) = f_cmd + f_ext, in W with z up, m/s^2."""
+
 _CONDITION_MAX = 1e7
 
 

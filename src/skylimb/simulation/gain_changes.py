@@ -13,10 +13,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from skylimb.config import with_overrides
-from skylimb.control.cascade import Cascade
-from skylimb.control.controller import Controller
-from skylimb.control.preset import SLOTS
+from skylimb.control.controller import Controller, is_traceable
 from skylimb.errors import ConfigError, unknown_name
 from skylimb.keys import Key, configuration
 from skylimb.packing import Layout
@@ -64,7 +61,7 @@ def require_gain_changes(changes: Sequence[GainChange], controller: Controller) 
     """Raise a `ConfigError` unless every change is of a gain of the controller, to a value that it allows."""
     if not changes:
         return
-    if not isinstance(controller, Cascade):
+    if not is_traceable(controller):
         raise ConfigError(
             f"gain_changes: controller '{controller.name}' is a Python class of its own; only the gains of a "
             "preset can be changed in flight"
@@ -73,10 +70,7 @@ def require_gain_changes(changes: Sequence[GainChange], controller: Controller) 
     for change in changes:
         if change.key not in known:
             raise unknown_name(f"gain of controller {controller.name} in gain_changes", change.key, known)
-        part, _, key = change.key.partition(".")
-        owner = getattr(controller.preset, part)
-        where = f"gain_changes of controller {controller.name}"
-        with_overrides(owner.gains if part in SLOTS else owner, {key: change.value}, where, at=part)
+        controller.check_gain(change.key, change.value, f"gain_changes of controller {controller.name}")
 
 
 def gain_rows(

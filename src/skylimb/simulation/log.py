@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from skylimb.control.contact.machine import REASONS, STATES
+from skylimb.control.contact_machine import REASONS, STATES
 from skylimb.errors import ConfigError
 from skylimb.loop.flight import Flight, flown_mission
 from skylimb.missions.mission import PHASES, Mission

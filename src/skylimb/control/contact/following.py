@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from skylimb.config import require_positive, require_range
-from skylimb.control.contact.machine import (
+from skylimb.control.contact_machine import (
     APPROACH,
     FREE,
     LOST,
@@ -25,20 +25,20 @@ from skylimb.control.contact.machine import (
     RETREAT,
     SETTLE,
     SLIDE,
+    Cues,
     MachineGains,
     MachineState,
-    Sensed,
     advance,
     initial_machine_state,
     is_in,
 )
+from skylimb.control.needs import Needs
 from skylimb.control.records import ContactView, LawInput
 from skylimb.errors import ConfigError
+from skylimb.estimation.records import Signals, Start, Wrench
 from skylimb.estimation.surface import SurfaceGains, SurfaceState, follow_surface, initial_surface_state
 from skylimb.spatial import cross, dot
 from skylimb.symbolic import Array, clip, vector, where
-
-PACED = True
 
 
 @dataclass(frozen=True)
@@ -100,7 +100,7 @@ class State(NamedTuple):
     Attributes:
         machine: of the contact.
         surface: under the pen.
-        axis_position: of the tip along the contact axis that is asked for, m.
+        axis_position: wanted of the tip along the contact axis, m.
         lost_at: where along it the last touch was lost, m.
         anchor: of the centre of gravity along it, m.
         pace: of the mission.
@@ -116,34 +116,38 @@ class State(NamedTuple):
     speed: Any
 
 
-def initial_state(gains: Gains) -> State:
+def needs(gains: Gains) -> Needs:
+    """It sets the pace."""
+    return Needs(paced=True)
+
+
+def initial_state(gains: Gains, start: Start) -> State:
     """In the air, at rest."""
     return State(initial_machine_state(), initial_surface_state(), 0.0, 0.0, 0.0, 1.0, 0.0)
 
 
-def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView, dict[str, Any]]:
+def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView, Signals]:
     """Machine, surface, references along the contact axis, and pace of one tick."""
-    reference, dt = inputs.reference, inputs.dt
+    reference, estimate, dt = inputs.reference, inputs.estimate, inputs.dt
     a, u = reference.contact_axis, reference.sliding_axis
     v = cross(a, u)
-    tip = inputs.body.position + inputs.arm
+    tip = estimate.body.position + estimate.arm
     place = vector(dot(a, tip), dot(u, tip), dot(v, tip))
-    wished = dot(a, reference.tip_position)
+    nominal = dot(a, reference.tip_position)
 
     before = state.machine
     slope = state.surface.estimate[1:3]
-    normal_force = _normal_force(inputs, slope, (a, u, v))
-    felt = -dot(a, inputs.wrench.force)
+    normal_force = _normal_force(estimate.wrench, slope, (a, u, v))
     machine = advance(
         gains.machine,
         before,
-        Sensed(
-            asked=reference.touch,
-            felt=felt,
-            normal=-inputs.contact_force,
-            beyond=state.axis_position - wished,
+        Cues(
+            touch=reference.touch,
+            force=-dot(a, estimate.wrench.force),
+            smooth_force=-estimate.contact_force,
+            beyond=state.axis_position - nominal,
             sunk=state.axis_position - state.lost_at,
-            clear=where(abs(state.axis_position - wished) < 1e-3, 1.0, 0.0),
+            clear=where(abs(state.axis_position - nominal) < 1e-3, 1.0, 0.0),
         ),
         dt,
     )
@@ -157,9 +161,9 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
         gains.surface,
         state.surface,
         place,
-        engaged * where(-inputs.contact_force > gains.machine.lost_force, 1.0, fresh),
+        engaged * where(-estimate.contact_force > gains.machine.lost_force, 1.0, fresh),
         fresh,
-        _seen_across(inputs, path, speed, (a, u, v)),
+        _seen_across(estimate.wrench, path, speed, (a, u, v)),
         dt,
     )
     slope = surface.estimate[1:3]
@@ -168,18 +172,18 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     # Out of contact the tip is led along the axis: with the mission, toward the surface, not at all, or back.
     searching = is_in(machine.state, APPROACH, RECONTACT)
     retreating = is_in(machine.state, RETREAT)
-    back = clip(wished - state.axis_position, -gains.retreat_speed * dt, gains.retreat_speed * dt) / dt
+    back = clip(nominal - state.axis_position, -gains.retreat_speed * dt, gains.retreat_speed * dt) / dt
     free_velocity = dot(a, reference.tip_velocity)
     gathering = clip(machine.since / gains.approach_ramp, 0.0, 1.0)
     axis_velocity = searching * gains.approach_speed * gathering + retreating * back
     led = state.axis_position + axis_velocity * dt
-    axis_position = where(is_in(machine.state, FREE) > 0.5, wished, where(engaged > 0.5, place[0], led))
+    axis_position = where(is_in(machine.state, FREE) > 0.5, nominal, where(engaged > 0.5, place[0], led))
     axis_velocity = axis_velocity + is_in(machine.state, FREE) * free_velocity
     lost_at = where(
         is_in(machine.state, LOST) * (1.0 - is_in(before.state, LOST)) > 0.5, place[0], state.lost_at
     )
 
-    centre = dot(a, inputs.body.position)
+    centre = dot(a, estimate.body.position)
     carried = state.anchor + gains.body_share * surface_velocity * dt
     anchor = where(engaged * engaged_before > 0.5, carried, centre)
 
@@ -216,8 +220,8 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     )
 
 
-def _seen_across(inputs: LawInput, path: Array, speed: Any, axes: tuple[Array, Array, Array]) -> Array:
-    """What the force tells of the slope across the path, where friction has no part in it.
+def _seen_across(wrench: Wrench, path: Array, speed: Any, axes: tuple[Array, Array, Array]) -> Array:
+    """What the force shows of the slope across the path, where friction has no part in it.
 
     Returns:
         Direction across the path in the sliding plane, times how far it can be trusted, and the slope there.
@@ -226,17 +230,16 @@ def _seen_across(inputs: LawInput, path: Array, speed: Any, axes: tuple[Array, A
     along = path / (speed + 1e-9)
     moving = clip(speed / 0.02, 0.0, 1.0)
     across = vector(-along[1], along[0])
-    pressed = dot(a, inputs.wrench.force)
-    seen = (across[0] * dot(u, inputs.wrench.force) + across[1] * dot(v, inputs.wrench.force)) / where(
-        pressed < -0.3, pressed, -0.3
-    )
+    pressed = dot(a, wrench.force)
+    sideways = across[0] * dot(u, wrench.force) + across[1] * dot(v, wrench.force)
+    seen = sideways / where(pressed < -0.3, pressed, -0.3)
     known = moving * where(pressed < -0.3, 1.0, 0.0)
     return vector(across[0] * known, across[1] * known, seen)
 
 
-def _normal_force(inputs: LawInput, slope: Array, axes: tuple[Array, Array, Array]) -> Any:
+def _normal_force(wrench: Wrench, slope: Array, axes: tuple[Array, Array, Array]) -> Any:
     """f_hat . n of the estimated surface, N: friction lies in the surface and drops out."""
     a, u, v = axes
-    force = inputs.wrench.force
+    force = wrench.force
     length = (1.0 + slope[0] ** 2 + slope[1] ** 2) ** 0.5
     return -(dot(a, force) - slope[0] * dot(u, force) - slope[1] * dot(v, force)) / length

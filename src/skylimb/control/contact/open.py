@@ -6,9 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from skylimb.control.records import ContactView, LawInput, no_contact
-
-PACED = False
-"""Whether the law sets the mission's pace."""
+from skylimb.estimation.records import Signals, Start
 
 
 @dataclass(frozen=True)
@@ -16,11 +14,11 @@ class Gains:
     """Nothing to choose."""
 
 
-def initial_state(gains: Gains) -> tuple[()]:
+def initial_state(gains: Gains, start: Start) -> tuple[()]:
     """No memory."""
     return ()
 
 
-def step(gains: Any, state: tuple[()], inputs: LawInput) -> tuple[tuple[()], ContactView, dict[str, Any]]:
+def step(gains: Any, state: tuple[()], inputs: LawInput) -> tuple[tuple[()], ContactView, Signals]:
     """Nothing is known, and nothing is recorded."""
     return state, no_contact(), {}

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from skylimb.config import require_positive, require_range
-from skylimb.control.records import LawInput
+from skylimb.control.records import ArmTarget, LawInput
+from skylimb.estimation.records import Signals, Start
 from skylimb.symbolic import Array, clip, where
 
 
@@ -45,19 +46,21 @@ class State(NamedTuple):
     rate: float | Array
 
 
-def initial_state(gains: Gains, reach: float) -> State:
+def initial_state(gains: Gains, start: Start) -> State:
     """At rest at the nominal reach."""
-    return State(reach, 0.0)
+    return State(start.reach, 0.0)
 
 
-def step(gains: Any, state: State, inputs: LawInput, reach_limits: tuple[float, float]) -> tuple[State, Any]:
+def step(
+    gains: Any, state: State, inputs: LawInput, reach_limits: tuple[float, float]
+) -> tuple[State, ArmTarget, Signals]:
     """eq:difference method1 (right signs) and eq:difference method2: rate first, then reach.
 
-    Outside of the adapting phases the force is not listened to and the spring alone brings the arm back. At
+    Outside of the adapting phases the force does not count, and the spring alone brings the arm back. At
     the end of its travel the arm stops, so that it leaves the limit as soon as the force turns.
     """
     dt = inputs.dt
-    push = (inputs.contact_force - gains.force_reference) * inputs.reference.adapt
+    push = (inputs.estimate.contact_force - gains.force_reference) * inputs.reference.adapt
     acceleration = (
         push + gains.stiffness * (inputs.reference.reach - state.reach) - gains.damping * state.rate
     ) / gains.mass
@@ -65,4 +68,4 @@ def step(gains: Any, state: State, inputs: LawInput, reach_limits: tuple[float, 
     free = state.reach + rate * dt
     reach = clip(free, reach_limits[0], reach_limits[1])
     rate = where(reach == free, rate, 0.0)
-    return State(reach, rate), reach
+    return State(reach, rate), ArmTarget(reach, state.rate), {}

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from skylimb.control.records import LawInput
+from skylimb.control.records import ArmTarget, LawInput
+from skylimb.estimation.records import Signals, Start
 
 
 @dataclass(frozen=True)
@@ -13,13 +14,13 @@ class Gains:
     """Nothing to choose."""
 
 
-def initial_state(gains: Gains, reach: float) -> tuple[()]:
+def initial_state(gains: Gains, start: Start) -> tuple[()]:
     """No memory."""
     return ()
 
 
 def step(
     gains: Any, state: tuple[()], inputs: LawInput, reach_limits: tuple[float, float]
-) -> tuple[tuple[()], Any]:
+) -> tuple[tuple[()], ArmTarget, Signals]:
     """The reference's reach, m."""
-    return state, inputs.reference.reach
+    return state, ArmTarget(inputs.reference.reach), {}

@@ -12,9 +12,10 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from skylimb.config import require_positive, require_range
-from skylimb.control.records import LawInput
+from skylimb.control.records import ArmTarget, LawInput
+from skylimb.estimation.records import Signals, Start
 from skylimb.spatial import dot
-from skylimb.symbolic import Array, clip, where
+from skylimb.symbolic import clip, where
 
 
 @dataclass(frozen=True)
@@ -41,25 +42,26 @@ class Gains:
 
 
 class State(NamedTuple):
-    """Commanded reach, m."""
+    """Commanded reach, m, and its rate, m/s."""
 
     reach: Any
+    rate: Any
 
 
-def initial_state(gains: Gains, reach: float) -> State:
+def initial_state(gains: Gains, start: Start) -> State:
     """At the nominal reach."""
-    return State(reach)
+    return State(start.reach, 0.0)
 
 
 def step(
     gains: Any, state: State, inputs: LawInput, reach_limits: tuple[float, float]
-) -> tuple[State, Array]:
+) -> tuple[State, ArmTarget, Signals]:
     """The commanded reach, m, within its limits."""
     contact, dt = inputs.contact, inputs.dt
-    ahead = dot(inputs.reference.contact_axis, inputs.body.position) - contact.anchor
+    ahead = dot(inputs.reference.contact_axis, inputs.estimate.body.position) - contact.anchor
     following = gains.arm_share * contact.surface_velocity + gains.rate * ahead
     home = inputs.reference.reach + gains.offset
     rate = where(contact.engaged > 0.5, following, gains.rate * (home - state.reach))
     reach = state.reach + clip(rate, -gains.rate_limit, gains.rate_limit) * dt
     reach = clip(reach, reach_limits[0], reach_limits[1])
-    return State(reach), reach
+    return State(reach, (reach - state.reach) * (1.0 / dt)), ArmTarget(reach, state.rate), {}

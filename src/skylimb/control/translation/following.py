@@ -28,9 +28,10 @@ import numpy as np
 
 from skylimb.config import require_non_negative, require_positive, require_range
 from skylimb.control.records import LawInput
-from skylimb.estimation.momentum_observer import GRAVITY
+from skylimb.estimation.records import Signals, Start
+from skylimb.robots.model import GRAVITY_W
 from skylimb.spatial import cross, dot
-from skylimb.symbolic import Array, clip, exp, vector, where
+from skylimb.symbolic import Array, clip, low_pass, vector, where
 
 Vector3 = tuple[float, float, float]
 
@@ -102,66 +103,73 @@ class Gains:
 
 
 class State(NamedTuple):
-    """Integral of the force error (N), energy in the tank (J), felt force in the sliding plane (N, (2,))."""
+    """What the law remembers.
+
+    Attributes:
+        integral: of the force error, N.
+        tank: energy in the tank, J.
+        rubbing: low-passed force in the sliding plane, N, (2,).
+    """
 
     integral: Any
     tank: Any
-    felt: Array
+    rubbing: Array
 
 
-def initial_state(gains: Gains) -> State:
+def initial_state(gains: Gains, start: Start) -> State:
     """No integral, a full tank."""
     return State(0.0, gains.tank, np.zeros(2))
 
 
-def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, Array]:
+def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, Array, Signals]:
     """f_cmd in W, N, (3,)."""
-    body, reference, contact = inputs.body, inputs.reference, inputs.contact
-    m, dt = body.model.mass, inputs.dt
+    estimate, reference, contact = inputs.estimate, inputs.reference, inputs.contact
+    body, dt = estimate.body, inputs.dt
+    m = body.model.mass
     a, u = reference.contact_axis, reference.sliding_axis
     v = cross(a, u)
     damping = 2.0 * gains.damping_ratio * gains.stiffness**0.5
-    force = inputs.wrench.force
+    force = estimate.wrench.force
 
     target = cog_target(gains, inputs)
     share = clip(contact.speed / gains.cancel_speed, 0.0, 1.0)
-    total, slow = m * GRAVITY, []
+    total, slow = m * GRAVITY_W, []
     for axis, i in ((u, 1), (v, 2)):
         error = clip(dot(axis, body.position - target), -gains.error_limit, gains.error_limit)
         error_rate = dot(axis, body.velocity - reference.tip_velocity)
         wanted = dot(axis, reference.tip_acceleration) - damping[i] * error_rate - gains.stiffness[i] * error
-        felt = clip(dot(axis, force), -gains.cancel_limit, gains.cancel_limit)
-        decay = exp(-2.0 * math.pi * gains.cancel_cutoff[i - 1] * dt)
-        slow.append(decay * state.felt[i - 1] + (1.0 - decay) * felt)
+        rubbing = clip(dot(axis, force), -gains.cancel_limit, gains.cancel_limit)
+        slow.append(low_pass(state.rubbing[i - 1], rubbing, 2.0 * math.pi * gains.cancel_cutoff[i - 1], dt))
         total = total + axis * (m * wanted - share * gains.cancel[i - 1] * slow[-1])
 
     speed = dot(a, body.velocity)
-    tip = dot(a, body.position + inputs.arm)
+    tip = dot(a, body.position + estimate.arm)
     led = m * (
         -damping[0] * (speed - contact.axis_velocity) - gains.stiffness[0] * (tip - contact.axis_position)
     )
     push, integral, tank = _press(gains, state, inputs, speed)
     anchored = -m * gains.press_stiffness * (dot(a, body.position) - contact.anchor)
     pressed = push + anchored
-    return State(integral, tank, vector(*slow)), total + a * where(contact.engaged > 0.5, pressed, led)
+    total = total + a * where(contact.engaged > 0.5, pressed, led)
+    return State(integral, tank, vector(*slow)), total, {"cog_position_target": target}
 
 
 def cog_target(gains: Any, inputs: LawInput) -> Array:
     """Where the centre of gravity should be, W, m: behind the tip's reference by the arm as it is now."""
-    reference, contact = inputs.reference, inputs.contact
+    reference, contact, arm = inputs.reference, inputs.contact, inputs.estimate.arm
     a = reference.contact_axis
-    by_pen = reference.tip_position - inputs.arm
+    by_pen = reference.tip_position - arm
     target = reference.position + gains.pen * (by_pen - reference.position)
-    along = where(contact.engaged > 0.5, contact.anchor, contact.axis_position - dot(a, inputs.arm))
+    along = where(contact.engaged > 0.5, contact.anchor, contact.axis_position - dot(a, arm))
     return target + a * (along - dot(a, target))
 
 
 def _press(gains: Any, state: State, inputs: LawInput, speed: Any) -> tuple[Any, Any, Any]:
     """Force along the axis besides the anchor's spring, N, and the new integral and tank."""
-    contact, m, dt = inputs.contact, inputs.body.model.mass, inputs.dt
+    contact, m, dt = inputs.contact, inputs.estimate.body.model.mass, inputs.dt
     engaged = contact.engaged
     # The body follows what the surface does less what the arm makes up.
-    relative = speed - (contact.surface_velocity - inputs.reach_rate)
+    relative = speed - (contact.surface_velocity - inputs.arm.rate)
     damper = m * gains.press_damping * relative
     wanted = gains.force * contact.ease
     missing = wanted - contact.normal_force
@@ -172,7 +180,7 @@ def _press(gains: Any, state: State, inputs: LawInput, speed: Any) -> tuple[Any,
     # The work that the integral takes back always fills the tank; what it spends needs energy in it.
     used = integral * where(power > 0.0, alive, 1.0)
     tank = clip(state.tank + (damper * relative - used * relative) * dt, 0.0, gains.tank)
-    estimated = dot(inputs.reference.contact_axis, inputs.wrench.force)
+    estimated = dot(inputs.reference.contact_axis, inputs.estimate.wrench.force)
     inertia = (1.0 / gains.press_mass_ratio - 1.0) * (estimated + wanted)
     return (
         wanted + used + inertia - damper,

@@ -7,7 +7,8 @@ from typing import Any
 
 from skylimb.config import require_positive
 from skylimb.control.records import LawInput
-from skylimb.estimation.momentum_observer import GRAVITY
+from skylimb.estimation.records import Signals, Start
+from skylimb.robots.model import GRAVITY_W
 from skylimb.symbolic import Array
 
 
@@ -35,18 +36,19 @@ class Gains:
                 require_positive("translation", name, entry, unit)
 
 
-def initial_state(gains: Gains) -> tuple[()]:
+def initial_state(gains: Gains, start: Start) -> tuple[()]:
     """An impedance has no memory of its own."""
     return ()
 
 
-def step(gains: Any, state: tuple[()], inputs: LawInput) -> tuple[tuple[()], Array]:
+def step(gains: Any, state: tuple[()], inputs: LawInput) -> tuple[tuple[()], Array, Signals]:
     """f_cmd of eq:imp cmd for trans2, W, N, plus the reference's acceleration (zero when it is not sent)."""
-    body, reference = inputs.body, inputs.reference
+    body, reference = inputs.estimate.body, inputs.reference
     mass = body.model.mass
     error = body.position - reference.position
     velocity_error = body.velocity - reference.velocity
     damping = 2.0 * gains.damping_ratio * gains.normalized_stiffness**0.5
-    feedback = (1.0 / gains.virtual_mass_ratio - 1.0) * inputs.wrench.force
+    feedback = (1.0 / gains.virtual_mass_ratio - 1.0) * inputs.estimate.wrench.force
     spring = damping * velocity_error + gains.normalized_stiffness * error
-    return state, feedback + mass * (reference.acceleration - spring + GRAVITY)
+    force = feedback + mass * (reference.acceleration - spring + GRAVITY_W)
+    return state, force, {}

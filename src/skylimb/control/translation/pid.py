@@ -9,7 +9,8 @@ import numpy as np
 
 from skylimb.config import require_positive, require_range
 from skylimb.control.records import LawInput
-from skylimb.estimation.momentum_observer import GRAVITY
+from skylimb.estimation.records import Signals, Start
+from skylimb.robots.model import GRAVITY_W
 from skylimb.symbolic import Array, clip
 
 Vector3 = tuple[float, float, float]
@@ -17,7 +18,7 @@ Vector3 = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Gains:
-    """Gains and limits per axis of W; limits are on the acceleration that a term may ask for, m/s^2.
+    """Gains and limits per axis of W; limits are on the acceleration of a term, m/s^2.
 
     Attributes:
         proportional: 1/s^2.
@@ -47,19 +48,19 @@ class Gains:
 
 
 class State(NamedTuple):
-    """What the integral term asks for, m/s^2, W."""
+    """Acceleration of the integral term, m/s^2, W, (3,)."""
 
     integral: Array
 
 
-def initial_state(gains: Gains) -> State:
+def initial_state(gains: Gains, start: Start) -> State:
     """An empty integrator."""
     return State(np.zeros(3))
 
 
-def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, Array]:
+def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, Array, Signals]:
     """f_cmd = m (g + a_ref + P + I + D), W, N, each term within its limit."""
-    body, reference = inputs.body, inputs.reference
+    body, reference = inputs.estimate.body, inputs.reference
     error = reference.position - body.position
     velocity_error = reference.velocity - body.velocity
     integral = state.integral + gains.integral * error * inputs.dt
@@ -67,4 +68,5 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, Array]:
     proportional = clip(gains.proportional * error, -gains.proportional_limit, gains.proportional_limit)
     derivative = clip(gains.derivative * velocity_error, -gains.derivative_limit, gains.derivative_limit)
     acceleration = clip(proportional + integral + derivative, -gains.sum_limit, gains.sum_limit)
-    return State(integral), body.model.mass * (acceleration + reference.acceleration + GRAVITY)
+    force = body.model.mass * (acceleration + reference.acceleration + GRAVITY_W)
+    return State(integral), force, {}

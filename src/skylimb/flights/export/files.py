@@ -9,9 +9,7 @@ from typing import Any
 import numpy as np
 
 from skylimb.c_code import c_source
-from skylimb.control.cascade import Cascade
-from skylimb.control.controller import Controller
-from skylimb.control.preset_keys import preset_tables
+from skylimb.control.controller import Controller, TraceableController, is_traceable
 from skylimb.errors import ConfigError
 from skylimb.flights.export.step import (
     NAME,
@@ -49,7 +47,7 @@ def export_c(controller: Controller, folder: str | Path, control_period: float =
         ConfigError: when the controller cannot be traced, or the period is not positive.
         OutputError: when the folder exists or cannot be written.
     """
-    if not isinstance(controller, Cascade):
+    if not is_traceable(controller):
         raise ConfigError(
             f"controller '{controller.name}' is a Python class of its own; only presets can be written as C"
         )
@@ -100,7 +98,7 @@ _ABOUT = {
 }
 
 
-def _header(controller: Cascade, step: ControllerStep, dt: float) -> str:
+def _header(controller: TraceableController, step: ControllerStep, dt: float) -> str:
     parts: list[tuple[str, Layout[Any]]] = [
         ("measurement", step.measurements),
         ("reference", step.references),
@@ -126,9 +124,9 @@ def _header(controller: Cascade, step: ControllerStep, dt: float) -> str:
     )
 
 
-def _about_gains(controller: Cascade) -> dict[str, str]:
+def _about_gains(controller: TraceableController) -> dict[str, str]:
     """Meaning, range and unit of every gain, in words that end no comment of C."""
-    rows = rows_of(preset_tables(controller.preset))
+    rows = rows_of(controller.key_tables())
     words = {f"gains.{name}": (info.meaning, info.range, info.unit) for name, _, info in rows}
     return {
         name: ", ".join(filter(None, (meaning, f"{allowed} {unit}".strip()))).replace("*/", "* /")

@@ -8,11 +8,13 @@ from typing import Any, NamedTuple
 import casadi as ca
 import numpy as np
 
-from skylimb.control.cascade import Cascade
+from skylimb.control.controller import TraceableController
 from skylimb.control.records import Command
 from skylimb.estimation.records import Measurement
 from skylimb.missions.reference import Reference, zero_reference
 from skylimb.packing import Layout
+from skylimb.planning.posture import posture_family
+from skylimb.planning.vectoring import vectoring_table
 from skylimb.robots.model import Robot
 
 NAME = "skylimb_controller_function"
@@ -43,7 +45,7 @@ class ControllerStep:
     signals: Layout[dict[str, Any]]
 
 
-def controller_step(controller: Cascade, dt: float) -> ControllerStep:
+def controller_step(controller: TraceableController, dt: float) -> ControllerStep:
     """Trace a cascade's tick for control period `dt`, s."""
     controller.require(dt)
     initial, gains = controller.initial_state(), controller.gains()
@@ -61,6 +63,7 @@ def controller_step(controller: Cascade, dt: float) -> ControllerStep:
     new, command, inner = controller.step(
         gains_layout.unpack(p), states.unpack(x), measurements.unpack(m), references.unpack(r), dt
     )
+    inner = dict(inner)
     commands, signals = Layout(command), Layout(inner)
     function = ca.Function(
         NAME,
@@ -107,11 +110,12 @@ TICKS = 60
 _TARE, _ADAPT = (10, 20), 30  # ticks at which the bias is averaged, and from which the arm may give way
 
 
-def example_vector(controller: Cascade, step: ControllerStep, seed: int = 0) -> Vector:
+def example_vector(controller: TraceableController, step: ControllerStep, seed: int = 0) -> Vector:
     """A hovering robot that is shaken about, and then pushed back: every law has something to do."""
     rng, robot = np.random.default_rng(seed), controller.robot
-    theta, reach = controller.family.theta_nominal, controller.family.reach_nominal
-    q, psi = controller.family.joint_angles(theta), controller.vectoring.angles(theta)
+    family = posture_family(robot)
+    theta, reach = family.theta_nominal, family.reach_nominal
+    q, psi = family.joint_angles(theta), vectoring_table(robot, controller.needs.vectoring).angles(theta)
     hover = robot.at(q, psi)
     home, a = np.array([0.0, 0.0, 1.2]), np.array([1.0, 0.0, 0.0])
     state, rows = step.state, []

@@ -34,7 +34,7 @@ def at(point: OperatingPoint, axis: str, value: float) -> OperatingPoint:
     if axis == "latency":
         return point.with_latency(value)
     if axis == "known latency":
-        return point.with_latency(value).with_gains({"delay.latency": value})
+        return point.with_latency(value).with_gains({"estimation.delay.latency": value})
     if axis.startswith(SCALE):
         name = axis.removeprefix(SCALE)
         return point.with_gains({name: value * point.gain(name)})

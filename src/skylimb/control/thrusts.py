@@ -4,15 +4,21 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from skylimb.robots.model import GRAVITY, RobotState
+import numpy as np
+
+from skylimb.estimation.records import BodyState, Wrench
+from skylimb.robots.model import GRAVITY, Robot
 from skylimb.symbolic import Array, clip, right_inverse, stack
+
+Limits = tuple[Array, Array]
+"""Least and greatest thrust, N, (n,) each."""
 
 
 class Thrusts(NamedTuple):
     """Thrusts in N, (n,).
 
     Attributes:
-        total: lambda of eq:thrust within the rotors' limits: what the rotors are told.
+        total: lambda of eq:thrust within the rotors' limits.
         rotation: lambda_r of eq:thrust rotation 1 before the limits, from which the leak is known.
     """
 
@@ -20,14 +26,17 @@ class Thrusts(NamedTuple):
     rotation: Array
 
 
+def thrust_limits(robot: Robot) -> Limits:
+    """What each rotor can do."""
+    rotors = robot.description.rotors
+    return (
+        np.array([rotor.thrust_min for rotor in rotors]),
+        np.array([rotor.thrust_max for rotor in rotors]),
+    )
+
+
 def allocate(
-    model: RobotState,
-    R_WC: Array,
-    force: Array,
-    torque: Array,
-    thrust_min: Array,
-    thrust_max: Array,
-    hold_lift: bool = False,
+    body: BodyState, force: Array, torque: Array, limits: Limits, hold_lift: bool = False
 ) -> Thrusts:
     """Lambda = lambda_t + lambda_r, held within the limits.
 
@@ -35,25 +44,24 @@ def allocate(
     0.6 s.
 
     Args:
-        model: allocation matrix at the measured angles.
-        R_WC: rotation of C seen from W.
+        body: attitude, and the allocation matrix at the measured angles.
         force: f_cmd in W, N.
         torque: tau_cmd in C, N m.
-        thrust_min: N, (n,).
-        thrust_max: N, (n,).
+        limits: of the thrusts, N.
         hold_lift: whether lambda_r is chosen so that it does not lift, [Q_tz; Q_r] lambda_r = [0; tau_cmd],
             where the paper takes the least-norm one.
     """
+    model = body.model
     Q = model.allocation_C
-    wanted = R_WC[:, 2].T @ force
+    wanted = body.R_WC[:, 2].T @ force
     # The thrusts that lift without turning, eq:thrust translation 2, are the hover thrusts in proportion:
     # those solve the same four rows for the weight.
     lifting = model.hover_thrusts * (wanted / (model.mass * GRAVITY))
     rotation = right_inverse(Q[2:, :]) @ stack(0.0, torque) if hold_lift else right_inverse(Q[3:, :]) @ torque
-    return Thrusts(clip(lifting + rotation, thrust_min, thrust_max), rotation)
+    return Thrusts(clip(lifting + rotation, limits[0], limits[1]), rotation)
 
 
-def rotor_wrench(model: RobotState, R_WC: Array, thrusts: Array) -> tuple[Array, Array]:
+def rotor_wrench(body: BodyState, thrusts: Array) -> Wrench:
     """What the rotors do, eq:allocation for wrench: force in W (N) and torque in C (N m)."""
-    wrench = model.allocation_C @ thrusts
-    return R_WC @ wrench[0:3], wrench[3:6]
+    wrench = body.model.allocation_C @ thrusts
+    return Wrench(body.R_WC @ wrench[0:3], wrench[3:6])

@@ -1,13 +1,13 @@
 r"""The contact's state machine: free, approach, settle, slide, lost, recontact, retreat.
 
-    free ---asked---> approach ---touched---> settle ---calm---> slide
+    free ---wanted--> approach ---touched---> settle ---calm---> slide
      ^                   |                      ^  \               |
      |                   | nothing there        |   \--no force----+---> lost ---rested---> recontact
    clear                 v                   touched                                            |
      +--------------- retreat <-----------------+--------------- nothing there -----------------+
 
-Every transition has a reason that is recorded with it. Whatever the state, an end of the mission's wish to
-touch leads to retreat. All of it is arithmetic on numbers, so that it compiles into the tick.
+Every transition has a reason that is recorded with it. Whatever the state, the robot retreats once the
+mission wants no touch. All of it is arithmetic on numbers, so that it compiles into the tick.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ REASONS = (
     "the mission asks for no touch",
     "clear of the surface",
 )
-START, ASKED, TOUCHED, CALM, NO_FORCE, RESTED, NOTHING, OVER, CLEAR = (float(i) for i in range(len(REASONS)))
+START, WANTED, TOUCHED, CALM, NO_FORCE, RESTED, NOTHING, OVER, CLEAR = (float(i) for i in range(len(REASONS)))
 
 
 @dataclass(frozen=True)
@@ -40,8 +40,8 @@ class MachineGains:
     """When the machine changes its state.
 
     Attributes:
-        touch_force: felt force that counts as touch, N.
-        touch_time: how long it has to be felt, s.
+        touch_force: force that counts as touch, N.
+        touch_time: how long it has to last, s.
         lost_force: normal force below which the touch may be lost, N.
         lost_time: how long it has to be that low, s.
         settle_time: how long a touch has to last before the slide, s.
@@ -76,9 +76,9 @@ class MachineState(NamedTuple):
         reason: index of `REASONS`.
         since: time in the state, s.
         weak: time for which the force has been too low, s.
-        strong: time for which a touch has been felt, s.
-        given_up: 1 once a surface that was asked for could not be found, until touch is no longer asked for.
-        slid: 1 once the pen has slid, until touch is no longer asked for.
+        strong: time for which the force has been that of a touch, s.
+        given_up: 1 once no surface could be found, until the mission wants no touch any more.
+        slid: 1 once the pen has slid, until the mission wants no touch any more.
     """
 
     state: Any
@@ -90,21 +90,21 @@ class MachineState(NamedTuple):
     slid: Any
 
 
-class Sensed(NamedTuple):
+class Cues(NamedTuple):
     """What transitions depend on.
 
     Attributes:
-        asked: 1 while the mission wants touch.
-        felt: force against the tip, N.
-        normal: what it is behind a low pass, N.
+        touch: 1 while the mission wants touch.
+        force: against the tip, N.
+        smooth_force: what it is behind a low pass, N.
         beyond: of the tip beyond the surface's nominal place, along the contact axis, m.
         sunk: of the tip beyond the place of the last loss, m.
         clear: 1 when the tip is back where the mission wants it without touch.
     """
 
-    asked: Any
-    felt: Any
-    normal: Any
+    touch: Any
+    force: Any
+    smooth_force: Any
     beyond: Any
     sunk: Any
     clear: Any
@@ -120,27 +120,27 @@ def is_in(state: Any, *which: float) -> Any:
     return sum((where(state == one, 1.0, 0.0) for one in which), start=0.0)
 
 
-def advance(gains: Any, machine: MachineState, sensed: Sensed, dt: float) -> MachineState:
+def advance(gains: Any, machine: MachineState, cues: Cues, dt: float) -> MachineState:
     """One tick of the machine; at most one transition."""
     now = machine.state
-    weak = where(sensed.normal < gains.lost_force, machine.weak + dt, 0.0) * is_in(now, SETTLE, SLIDE)
-    strong = where(sensed.felt > gains.touch_force, machine.strong + dt, 0.0)
+    weak = where(cues.smooth_force < gains.lost_force, machine.weak + dt, 0.0) * is_in(now, SETTLE, SLIDE)
+    strong = where(cues.force > gains.touch_force, machine.strong + dt, 0.0)
     touched = strong > gains.touch_time - 0.5 * dt
-    given_up = where(sensed.asked > 0.5, machine.given_up, 0.0)
-    slid = where(sensed.asked > 0.5, where(is_in(now, SLIDE) > 0.5, 1.0, machine.slid), 0.0)
-    far = where(sensed.sunk > gains.search_again, 1.0, 0.0)
-    far = far * where(slid + where(sensed.beyond > gains.search, 1.0, 0.0) > 0.5, 1.0, 0.0)
+    given_up = where(cues.touch > 0.5, machine.given_up, 0.0)
+    slid = where(cues.touch > 0.5, where(is_in(now, SLIDE) > 0.5, 1.0, machine.slid), 0.0)
+    far = where(cues.sunk > gains.search_again, 1.0, 0.0)
+    far = far * where(slid + where(cues.beyond > gains.search, 1.0, 0.0) > 0.5, 1.0, 0.0)
     # Each rule: in which states, on what condition, where to, why. The first that holds is taken.
     rules = (
-        ((APPROACH, SETTLE, SLIDE, LOST, RECONTACT), sensed.asked < 0.5, RETREAT, OVER),
-        ((FREE,), sensed.asked * (1.0 - given_up) > 0.5, APPROACH, ASKED),
+        ((APPROACH, SETTLE, SLIDE, LOST, RECONTACT), cues.touch < 0.5, RETREAT, OVER),
+        ((FREE,), cues.touch * (1.0 - given_up) > 0.5, APPROACH, WANTED),
         ((APPROACH, LOST, RECONTACT), touched, SETTLE, TOUCHED),
-        ((APPROACH,), sensed.beyond > gains.search, RETREAT, NOTHING),
+        ((APPROACH,), cues.beyond > gains.search, RETREAT, NOTHING),
         ((RECONTACT,), far > 0.5, RETREAT, NOTHING),
         ((SETTLE, SLIDE), weak > gains.lost_time, LOST, NO_FORCE),
         ((SETTLE,), machine.since > gains.settle_time, SLIDE, CALM),
         ((LOST,), machine.since > gains.rest_time, RECONTACT, RESTED),
-        ((RETREAT,), sensed.clear > 0.5, FREE, CLEAR),
+        ((RETREAT,), cues.clear > 0.5, FREE, CLEAR),
     )
     state, reason = now, machine.reason
     for states, condition, target, why in reversed(rules):

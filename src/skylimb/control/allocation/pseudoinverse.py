@@ -1,0 +1,84 @@
+"""The paper's allocation: lift and torque by the thrusts, side force by the tilt of the whole robot.
+
+What the paper does not have is off unless a preset switches it on: compensation of the leak and of the
+rotors' lag, thrusts for a torque that do not lift, vectoring angles for contact.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from skylimb.config import require_choice
+from skylimb.control.leak import TorqueLeak, follow_leak, side_force, without_leak
+from skylimb.control.needs import Needs
+from skylimb.control.records import Allocated, Command, Demand, LawInput
+from skylimb.control.rotor_lag import RotorLag, lead_thrusts
+from skylimb.control.thrusts import allocate, rotor_wrench, thrust_limits
+from skylimb.estimation.records import Signals, Start
+from skylimb.symbolic import Array
+
+
+@dataclass(frozen=True)
+class Vectoring:
+    """The nominal vectoring angles.
+
+    Attributes:
+        purpose: of the table of angles over the posture, "torque", the paper's, or "contact".
+    """
+
+    purpose: str = "torque"
+
+    def __post_init__(self) -> None:
+        require_choice("vectoring", "purpose", self.purpose, ("torque", "contact"))
+
+
+@dataclass(frozen=True)
+class Gains:
+    """What is done besides the paper's allocation.
+
+    Attributes:
+        hold_lift: whether the thrusts for a torque are chosen so that they do not lift.
+        leak: compensation of the rotational thrusts' side force.
+        rotor_lag: compensation of the rotors' lag.
+        vectoring: the nominal vectoring angles.
+    """
+
+    hold_lift: bool = False
+    leak: TorqueLeak = field(default_factory=TorqueLeak)
+    rotor_lag: RotorLag = field(default_factory=RotorLag)
+    vectoring: Vectoring = field(default_factory=Vectoring)
+
+
+class State(NamedTuple):
+    """Known leak, W, N, (3,), and modelled thrusts, N, (n,)."""
+
+    leak: Array
+    thrusts: Array
+
+
+def needs(gains: Gains) -> Needs:
+    """The vectoring angles to take off with."""
+    return Needs(vectoring=gains.vectoring.purpose)
+
+
+def initial_state(gains: Gains, start: Start) -> State:
+    """Hovering; no leak known."""
+    return State(np.zeros(3), start.hover_thrusts)
+
+
+def aim(gains: Any, state: State, inputs: LawInput, force: Array) -> Array:
+    """The part of the wanted force that the tilt has to give, W, N: all that does not leak anyway."""
+    return without_leak(gains.leak, state.leak, force)
+
+
+def step(gains: Any, state: State, inputs: LawInput, demand: Demand) -> tuple[State, Allocated, Signals]:
+    """Thrusts for the aimed force and the torque; the vectoring angles stay nominal."""
+    body, limits, dt = inputs.estimate.body, thrust_limits(inputs.robot), inputs.dt
+    thrusts = allocate(body, demand.aimed, demand.torque, limits, gains.hold_lift)
+    led = lead_thrusts(gains.rotor_lag, state.thrusts, thrusts.total, limits, dt)
+    leak = follow_leak(gains.leak, state.leak, side_force(gains.leak, inputs, thrusts), dt)
+    command = Command(led.command, demand.joint_angles, demand.vectoring_angles)
+    return State(leak, led.end), Allocated(command, rotor_wrench(body, led.mean)), {}

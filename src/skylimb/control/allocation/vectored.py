@@ -1,0 +1,84 @@
+"""Lift and torque by the thrusts, side force by small moves of the vectoring angles and by the tilt.
+
+The rotors turn by a few degrees at once, where a tilt takes its time (`control.lateral`). The side force
+that the thrusts make without any move is the leak, and the tilt gives the rest.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from skylimb.control.allocation import pseudoinverse
+from skylimb.control.lateral import Moves, lateral_move
+from skylimb.control.leak import Leak, follow_leak, without_leak
+from skylimb.control.needs import Needs
+from skylimb.control.records import Allocated, Command, Demand, LawInput
+from skylimb.control.rotor_lag import RotorLag, lead_thrusts
+from skylimb.control.thrusts import allocate, rotor_wrench, thrust_limits
+from skylimb.estimation.records import Signals, Start
+from skylimb.symbolic import Array
+
+
+@dataclass(frozen=True)
+class Vectoring(Moves, pseudoinverse.Vectoring):
+    """Nominal vectoring angles, and the moves around them."""
+
+    def __post_init__(self) -> None:
+        Moves.__post_init__(self)
+        pseudoinverse.Vectoring.__post_init__(self)
+
+
+@dataclass(frozen=True)
+class Gains:
+    """How the rotors are used.
+
+    Attributes:
+        hold_lift: whether the thrusts for a torque are chosen so that they do not lift.
+        leak: compensation of the side force that is there without any move.
+        rotor_lag: compensation of the rotors' lag.
+        vectoring: the nominal vectoring angles and the moves around them.
+    """
+
+    hold_lift: bool = True
+    leak: Leak = field(default_factory=Leak)
+    rotor_lag: RotorLag = field(default_factory=RotorLag)
+    vectoring: Vectoring = field(default_factory=Vectoring)
+
+
+class State(NamedTuple):
+    """Known leak, W, N, (3,), modelled thrusts, N, (n,), and move of the vectoring angles, rad, (nv,)."""
+
+    leak: Array
+    thrusts: Array
+    move: Array
+
+
+def needs(gains: Gains) -> Needs:
+    """The vectoring angles to take off with."""
+    return Needs(vectoring=gains.vectoring.purpose)
+
+
+def initial_state(gains: Gains, start: Start) -> State:
+    """Hovering; no leak known, no move made."""
+    return State(np.zeros(3), start.hover_thrusts, np.zeros(start.robot.n_vectoring))
+
+
+def aim(gains: Any, state: State, inputs: LawInput, force: Array) -> Array:
+    """The part of the wanted force that the tilt has to give, W, N: all but the known leak."""
+    return without_leak(gains.leak, state.leak, force)
+
+
+def step(gains: Any, state: State, inputs: LawInput, demand: Demand) -> tuple[State, Allocated, Signals]:
+    """Thrusts for lift and torque, and vectoring angles for the side force."""
+    body, limits, dt = inputs.estimate.body, thrust_limits(inputs.robot), inputs.dt
+    thrusts = allocate(body, demand.force, demand.torque, limits, gains.hold_lift)
+    led = lead_thrusts(gains.rotor_lag, state.thrusts, thrusts.total, limits, dt)
+    move, side = lateral_move(gains.vectoring, state.move, inputs, demand)
+    leak = follow_leak(gains.leak, state.leak, body.R_WC @ side, dt)
+    angles = demand.vectoring_angles + move
+    angles = angles + (gains.vectoring.lead - 1.0) * (angles - inputs.measurement.vectoring_angles)
+    command = Command(led.command, demand.joint_angles, angles)
+    return State(leak, led.end, move), Allocated(command, rotor_wrench(body, led.mean)), {}

@@ -1,0 +1,70 @@
+"""The lag of the rotors: known, and shortened by a lead.
+
+A thrust follows its command with a first-order lag. With lambda the modelled thrust now,
+
+    lambda_cmd = lambda + lead (lambda_wanted - lambda)
+
+makes it follow `lead` times faster, at most as fast as it is there within a tick.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from skylimb.config import require_range
+from skylimb.symbolic import Array, clip, exp
+
+
+@dataclass(frozen=True)
+class RotorLag:
+    """What is assumed about the lag, and whether it is shortened.
+
+    Attributes:
+        compensate: off in the paper's presets; then thrusts are taken to follow at once.
+        time_constant: assumed time constant of the thrusts, s.
+        lead: how many times faster than by themselves the thrusts follow.
+    """
+
+    compensate: bool = False
+    time_constant: float = 0.05
+    lead: float = 2.0
+
+    def __post_init__(self) -> None:
+        require_range("rotor_lag", "time_constant", self.time_constant, 1e-4, 1.0, "s")
+        require_range("rotor_lag", "lead", self.lead, 1.0, 10.0)
+
+
+class Led(NamedTuple):
+    """Thrusts that are led, N, (n,).
+
+    Attributes:
+        command: within the limits.
+        mean: modelled thrust over the tick to come.
+        end: modelled thrust at the end of that tick.
+    """
+
+    command: Array
+    mean: Array
+    end: Array
+
+
+def lead_thrusts(gains: Any, thrusts: Array, wanted: Array, limits: tuple[Array, Array], dt: float) -> Led:
+    """The command that makes the rotors follow faster.
+
+    Args:
+        gains: a `RotorLag`.
+        thrusts: modelled now, N, (n,).
+        wanted: within the limits, N, (n,).
+        limits: least and greatest thrust, N, (n,) each.
+        dt: control period, s.
+    """
+    if not gains.compensate:
+        return Led(wanted, wanted, wanted)
+    decay = exp(-dt / gains.time_constant)
+    # More would lead past the wanted thrust, and ring.
+    lead = clip(gains.lead, 1.0, 1.0 / (1.0 - decay))
+    command = clip(thrusts + lead * (wanted - thrusts), limits[0], limits[1])
+    away = thrusts - command
+    mean = command + away * (gains.time_constant / dt) * (1.0 - decay)
+    return Led(command, mean, command + away * decay)

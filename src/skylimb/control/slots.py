@@ -1,0 +1,147 @@
+"""The six slots of the cascade, and how a law is found for one of them."""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import pkgutil
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+from typing import Any, NamedTuple
+
+from skylimb.control.needs import Needs
+from skylimb.errors import ConfigError, unknown_name
+from skylimb.keys import keys_of
+
+
+class Slots(NamedTuple):
+    """One thing for each slot, in the order of the pipeline: laws, gains or states.
+
+    Attributes:
+        estimation: what is known of body and wrench (estimation/laws).
+        contact: what is made of the contact (control/contact).
+        shape: what the arm does (control/shape).
+        translation: what keeps the centre of gravity (control/translation).
+        attitude: what keeps the attitude (control/attitude).
+        allocation: what makes thrusts of force and torque (control/allocation).
+    """
+
+    estimation: Any
+    contact: Any
+    shape: Any
+    translation: Any
+    attitude: Any
+    allocation: Any
+
+
+SLOTS = Slots._fields
+_FOLDERS = {"estimation": "skylimb.estimation.laws"}
+_FUNCTIONS = {"estimation": ("step", "commanded"), "allocation": ("aim", "step")}
+
+
+@dataclass(frozen=True)
+class Slot:
+    """One filled slot.
+
+    Attributes:
+        name: the law's name in the preset.
+        law: its module, see `control.laws`.
+        gains: an instance of the law's `Gains`.
+    """
+
+    name: str
+    law: Any
+    gains: Any
+
+    @property
+    def needs(self) -> Needs:
+        """What the law needs of the loop; nothing unless it says so."""
+        return self.law.needs(self.gains) if hasattr(self.law, "needs") else Needs()
+
+    def require(self, dt: float) -> None:
+        """Raise a `ConfigError` where the law cannot work at a control period of `dt` s."""
+        if hasattr(self.law, "require"):
+            self.law.require(self.gains, dt)
+
+
+def traced_functions(slot: str) -> tuple[str, ...]:
+    """Names of the functions of a slot's law that end up in the tick."""
+    return _FUNCTIONS.get(slot, ("step",))
+
+
+def law_names(slot: str) -> list[str]:
+    """The laws that ship for a slot: the files of its folder."""
+    package = importlib.import_module(_folder(slot))
+    return sorted(module.name for module in pkgutil.iter_modules(package.__path__))
+
+
+def find_law(slot: str, name: str, folder: Path) -> ModuleType:
+    """The module of a law, by name or by the path of a user's own file (relative to the preset's folder).
+
+    Raises:
+        UnknownNameError: when there is no such law.
+        ConfigError: when the file cannot be used as one.
+    """
+    if name.endswith(".py"):
+        return load_module((folder / name).resolve(), ("Gains", "initial_state", *traced_functions(slot)))
+    if name not in law_names(slot):
+        raise unknown_name(f"{slot} law", name, law_names(slot))
+    return importlib.import_module(f"{_folder(slot)}.{name}")
+
+
+def keys_of_law(law: Any) -> list[str]:
+    """Dotted key of every gain of a law."""
+    return list(keys_of(law.Gains))
+
+
+_RENAMED = {
+    "delay.compensate": 'estimation.law = "predictive"',
+    "delay.rotor_lag": "allocation.rotor_lag.time_constant",
+    "delay.lead": "allocation.rotor_lag.lead",
+    "vectoring.move": 'allocation.law = "vectored"',
+    "vectoring.lift": "allocation.hold_lift",
+}
+"""Keys of presets before there were six slots, where more than the place has changed."""
+
+
+def right_key(key: str) -> str | None:
+    """The whole key that is meant by one without its slot: "allocation.leak.cutoff" by "leak.cutoff"."""
+    if key in _RENAMED:
+        return _RENAMED[key]
+    known = [
+        f"{slot}.{name}"
+        for slot in SLOTS
+        for law in law_names(slot)
+        for name in keys_of_law(find_law(slot, law, Path()))
+    ]
+    ending = [name for name in known if name.endswith(f".{key}")]
+    head = f".{key.partition('.')[0]}."
+    inside = [name.partition(head)[0] + head[:-1] for name in known if head in name]
+    return next(iter([*ending, *inside]), None)
+
+
+def load_module(path: Path, needed: tuple[str, ...]) -> ModuleType:
+    """A user's Python file as a module, checked to define every name in `needed`.
+
+    Raises:
+        ConfigError: when the file is missing, fails to import, or lacks a name.
+    """
+    if not path.is_file():
+        raise ConfigError(f"file '{path}' does not exist")
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    if spec is None or spec.loader is None:
+        raise ConfigError(f"file '{path}' is not a Python module")
+    module = importlib.util.module_from_spec(spec)
+    try:
+        spec.loader.exec_module(module)
+    except Exception as error:
+        raise ConfigError(f"file '{path}' fails to import: {type(error).__name__}: {error}") from error
+    missing = [name for name in needed if not hasattr(module, name)]
+    if missing:
+        raise ConfigError(f"file '{path}' does not define {', '.join(missing)} (needed: {', '.join(needed)})")
+    return module
+
+
+def _folder(slot: str) -> str:
+    return _FOLDERS.get(slot, f"skylimb.control.{slot}")

@@ -1,0 +1,48 @@
+"""The rotors' lag and its lead against what a first-order lag really does."""
+
+import numpy as np
+import pytest
+
+from skylimb.control.rotor_lag import RotorLag, lead_thrusts
+
+DT = 0.005
+
+
+def test_the_lead_makes_a_first_order_lag_faster() -> None:
+    gains = RotorLag(compensate=True, time_constant=0.05, lead=2.0)
+    wanted, limits = np.array([10.0]), (np.array([0.0]), np.array([30.0]))
+    modelled, thrust, fine = np.array([5.0]), 5.0, 200
+    decay = np.exp(-DT / fine / 0.05)
+    found = []
+    for _ in range(40):
+        command, mean, end = lead_thrusts(gains, modelled, wanted, limits, DT)
+        # The rotors as they are, in small steps.
+        total = 0.0
+        for _ in range(fine):
+            after = command[0] + (thrust - command[0]) * decay
+            total += 0.5 * (thrust + after)
+            thrust = after
+        assert end[0] == pytest.approx(thrust, abs=1e-9)
+        assert mean[0] == pytest.approx(total / fine, abs=1e-5)
+        modelled = end
+        found.append(thrust)
+    # Twice as fast: what is missing decays as exp(-2 t / lag) does, up to the tick's own length.
+    missing = (10.0 - np.array(found)) / 5.0
+    np.testing.assert_allclose(missing, np.exp(-2.0 * DT / 0.05 * np.arange(1, 41)), atol=0.02)
+
+
+def test_the_command_stays_within_the_limits_and_the_model_knows_it() -> None:
+    gains, limits = RotorLag(compensate=True, lead=10.0), (np.array([1.0]), np.array([12.0]))
+    command, _, end = lead_thrusts(gains, np.array([5.0]), np.array([20.0]), limits, DT)
+    assert command[0] == 12.0
+    assert 5.0 < end[0] < 12.0
+
+
+@pytest.mark.parametrize("lag", [1e-4, 0.001, 0.005])
+def test_rotors_without_a_lag_are_not_led_into_ringing(lag: float) -> None:
+    gains, limits = RotorLag(compensate=True, time_constant=lag, lead=3.0), (np.zeros(1), np.full(1, 30.0))
+    end = np.array([5.0])
+    for _ in range(10):
+        _, _, end = lead_thrusts(gains, end, np.array([10.0]), limits, DT)
+        assert end[0] <= 10.0 + 1e-9
+    assert end[0] == pytest.approx(10.0, abs=1e-6)
