@@ -47,7 +47,7 @@ def test_a_ramp_arrives_and_its_speed_is_its_slope(distance: float, speed: float
 
 def test_the_papers_mission() -> None:
     experiment = skylimb.load_experiment("paper")
-    _, mission = plant_and_mission(experiment, skylimb.load_robot(experiment.robot))
+    _, mission, _ = plant_and_mission(experiment, skylimb.load_robot(experiment.robot))
     reference, phase = mission.reference, mission.phase
     assert [PHASES[i] for i in np.unique(phase)] == [name for name in PHASES if name != "lift"]
     sliding = phase == PHASES.index("slide")
@@ -70,7 +70,7 @@ def test_feedforward_sends_the_derivatives_of_the_positions() -> None:
     experiment = skylimb.load_experiment(
         "paper", set={"trajectory.feedforward": "full", "trajectory.ramp": 1.0}
     )
-    _, mission = plant_and_mission(experiment, skylimb.load_robot(experiment.robot))
+    _, mission, _ = plant_and_mission(experiment, skylimb.load_robot(experiment.robot))
     reference, dt = mission.reference, experiment.control_period
     velocity = np.gradient(reference.position, dt, axis=0)
     acceleration = np.gradient(reference.velocity, dt, axis=0)

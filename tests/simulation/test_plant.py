@@ -26,7 +26,7 @@ Q, PSI = np.array([1.0, 1.0, -0.5]), np.array([3.0, 0.2, 2.9, -0.1])
 
 
 def hovering(robot: Robot) -> tuple[Plant, mujoco.MjData]:
-    built, mission = plant_and_mission(skylimb.load_experiment("push"), robot)
+    built, mission, _ = plant_and_mission(skylimb.load_experiment("push"), robot)
     return built, initial_data(built, mission.first)
 
 

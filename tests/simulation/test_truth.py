@@ -22,7 +22,7 @@ SHORT = {
 def test_machine_code_gives_the_same_kinematics_at_any_number_of_ticks() -> None:
     if not native_available():
         pytest.skip("no C compiler here")
-    plant, _ = plant_and_mission(skylimb.load_experiment("paper"), skylimb.load_robot("hydrus_xi_quad"))
+    plant, _, _ = plant_and_mission(skylimb.load_experiment("paper"), skylimb.load_robot("hydrus_xi_quad"))
     size = (int(plant.model.nq), int(plant.model.nv))
     functions = [
         truth._kinematics_function(plant.robot, plant.joint_qpos, plant.vectoring_qpos, *size, built)[0]
@@ -39,7 +39,7 @@ def test_machine_code_gives_the_same_kinematics_at_any_number_of_ticks() -> None
 
 def test_the_truth_of_a_flight_that_holds_the_mission_back() -> None:
     experiment, robot = skylimb.load_experiment("paper", SHORT), skylimb.load_robot("hydrus_xi_quad")
-    _, mission = plant_and_mission(experiment, robot)
+    _, mission, _ = plant_and_mission(experiment, robot)
     run = skylimb.run(experiment, controller="following")
     assert run.status == "OK", run.cause
     log = run.log
@@ -57,7 +57,7 @@ def test_the_truth_of_a_flight_that_holds_the_mission_back() -> None:
 
 def test_a_contact_has_its_point_on_the_surface_and_its_torque_about_the_centre_of_gravity() -> None:
     experiment = skylimb.load_experiment("paper")
-    plant, _ = plant_and_mission(experiment, skylimb.load_robot(experiment.robot))
+    plant, _, _ = plant_and_mission(experiment, skylimb.load_robot(experiment.robot))
     run = skylimb.run(experiment, controller="hybrid", seed=0)
     assert run.status == "OK", run.cause
     log = run.log

@@ -6,18 +6,23 @@ import mujoco
 import numpy as np
 
 from skylimb.missions.mission import Mission
-from skylimb.simulation.plant import Plant, initial_data
+from skylimb.simulation.plant import Plant
 from skylimb.simulation.robot_bodies import TIP_SITE
 from skylimb.simulation.surfaces import Surface, require_clear, require_fits, require_path
 
 
-def require_flyable(plant: Plant, mission: Mission) -> None:
-    """Raise a `ConfigError` unless the tip fits the surface, the robot starts clear and the path stays on."""
+def require_flyable(plant: Plant, mission: Mission, start: mujoco.MjData) -> None:
+    """Raise a `ConfigError` unless the tip fits the surface, the robot starts clear and the path stays on.
+
+    Args:
+        plant: what flies, and its surface.
+        mission: what is asked.
+        start: the plant's state before take-off.
+    """
     surface, tip = plant.surface, plant.robot.description.tip
     require_fits(surface, tip.radius)
-    data = initial_data(plant, mission.first)
-    bodies = data.xpos[1:][[not name.startswith("surface") for name in _body_names(plant.model)]]
-    points = np.vstack([bodies, data.site(TIP_SITE).xpos])
+    bodies = start.xpos[1:][[not name.startswith("surface") for name in _body_names(plant.model)]]
+    points = np.vstack([bodies, start.site(TIP_SITE).xpos])
     require_clear(surface, points, tip.radius, plant.robot.name)
     if mission.contact:
         require_path(surface, mission.tip_path[mission.in_phase("slide", "lift")])

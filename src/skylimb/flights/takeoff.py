@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+from collections.abc import Hashable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -20,6 +22,7 @@ from skylimb.missions.mission import Mission
 from skylimb.missions.plan import plan_mission
 from skylimb.missions.posture import posture_plan
 from skylimb.missions.table import Window, window_of
+from skylimb.planning.posture_path import PostureConfig
 from skylimb.robots.model import Robot
 from skylimb.simulation.gain_changes import require_gain_changes
 from skylimb.simulation.plant import Plant, build_plant, initial_data
@@ -37,6 +40,7 @@ class Takeoff:
         controller: what flies it; it may believe in another robot.
         plant: the robot that really flies, and its surface.
         mission: what the controller is asked to do.
+        start: the plant's state before the first tick.
     """
 
     experiment: Experiment
@@ -44,6 +48,7 @@ class Takeoff:
     controller: Controller
     plant: Plant
     mission: Mission
+    start: mujoco.MjData
 
     @property
     def period(self) -> float:
@@ -86,7 +91,7 @@ class Takeoff:
     @property
     def _root(self) -> np.ndarray:
         """Pose and twist of the root link before take-off, (13,)."""
-        return np.concatenate([self._initial.qpos[0:7], self._initial.qvel[0:6]])
+        return np.concatenate([self.start.qpos[0:7], self.start.qvel[0:6]])
 
     @cached_property
     def rows(self) -> FlightRows:
@@ -98,14 +103,10 @@ class Takeoff:
         tick = self.tick
         return rows.with_changes(experiment.gain_changes, tick.gains, tick.gains_layout, self.period)
 
-    @cached_property
-    def _initial(self) -> mujoco.MjData:
-        return initial_data(self.plant, self.mission.first)
-
     def data(self) -> mujoco.MjData:
         """The plant's state before the first tick, as a copy of its own."""
         data = mujoco.MjData(self.plant.model)
-        mujoco.mj_copyData(data, self.plant.model, self._initial)
+        mujoco.mj_copyData(data, self.plant.model, self.start)
         return data
 
 
@@ -121,14 +122,15 @@ def prepare(experiment: Experiment, robot: Robot, controller: Controller) -> Tak
         ConfigError: when a gain that is to change does not exist, or as `plant_and_mission` does.
     """
     require_gain_changes(experiment.gain_changes, controller)
-    vectoring = needs_of(controller).vectoring
-    return Takeoff(experiment, robot, controller, *plant_and_mission(experiment, robot, vectoring))
+    return Takeoff(
+        experiment, robot, controller, *plant_and_mission(experiment, robot, needs_of(controller).vectoring)
+    )
 
 
 def plant_and_mission(
     experiment: Experiment, robot: Robot, vectoring: str = "torque"
-) -> tuple[Plant, Mission]:
-    """The plant and the mission of an experiment, checked against each other.
+) -> tuple[Plant, Mission, mujoco.MjData]:
+    """The plant and the mission of an experiment, checked against each other, and the plant's first state.
 
     Args:
         experiment: what to fly.
@@ -141,16 +143,48 @@ def plant_and_mission(
     """
     dt = experiment.control_period
     plant = build_plant(robot, experiment.surface, experiment.plant, dt)
+    config = MissionConfig(experiment.phases, experiment.approach, experiment.trajectory)
     plan = (
-        MissionConfig(experiment.phases, experiment.approach, experiment.trajectory),
-        contact_frame(experiment.contact_axis),
-        np.asarray(experiment.surface.position, dtype=float),
-        posture_plan(experiment.posture, robot, vectoring),
-        dt,
-    )
-    mission = plan_mission(*plan)
+        config, tuple(experiment.contact_axis), tuple(experiment.surface.position), experiment.posture,
+        robot, vectoring, dt,
+    )  # fmt: skip
+    # A drawing is read from a file, which may change from one flight to the next.
+    shared = experiment.trajectory.shape != "drawing" and _is_hashable(plan)
+    planned = _planned if shared else _planned.__wrapped__
+    mission = planned(*plan)
     clearance = standing_out(plant.surface, mission)
     if clearance > 0.0:
-        mission = plan_mission(*plan, clearance)
-    require_flyable(plant, mission)
-    return plant, mission
+        mission = planned(*plan, clearance)
+    start = initial_data(plant, mission.first)
+    require_flyable(plant, mission, start)
+    return plant, mission, start
+
+
+@functools.lru_cache(maxsize=8)
+def _planned(
+    config: MissionConfig,
+    contact_axis: tuple[float, float, float],
+    center: tuple[float, float, float],
+    posture: PostureConfig,
+    robot: Robot,
+    vectoring: str,
+    dt: float,
+    clearance: float = 0.0,
+) -> Mission:
+    """The mission of a configuration; flights that differ in noise, plant or surface share one."""
+    return plan_mission(
+        config,
+        contact_frame(contact_axis),
+        np.asarray(center, dtype=float),
+        posture_plan(posture, robot, vectoring),
+        dt,
+        clearance,
+    )
+
+
+def _is_hashable(value: Hashable) -> bool:
+    try:
+        hash(value)
+    except TypeError:  # a configuration made in Python may hold lists
+        return False
+    return True

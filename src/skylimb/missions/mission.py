@@ -16,7 +16,7 @@ from skylimb.missions.reference import Reference
 PHASES = ("hover", "tare", "approach", "settle", "slide", "retreat", "hover_end", "lift")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Mission:
     """The table of a flight.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -48,12 +49,15 @@ def window_of(preview: Sequence[float], paced: bool, period: float) -> Window:
     return Window(tuple(round(time / period) for time in preview), paced)
 
 
+@functools.lru_cache(maxsize=8)
 def reference_table(mission: Mission, layout: Layout[Reference], window: Window) -> np.ndarray:
     """One packed row for every tick of the mission, and copies of the last one for windows that go beyond.
 
     Returns:
-        (ticks + extra, layout.size); there is at least one extra row, so that a driver may fetch the row
-        after the last.
+        (ticks + extra, layout.size), read only, as flights of one mission share it. There is at least one
+        extra row, so that a driver may fetch the row after the last.
     """
     rows = pack_rows(layout, mission.reference, len(mission.times))
-    return np.vstack([rows, np.repeat(rows[-1:], max(window.rows - 1, 1), axis=0)])
+    table = np.vstack([rows, np.repeat(rows[-1:], max(window.rows - 1, 1), axis=0)])
+    table.setflags(write=False)
+    return table

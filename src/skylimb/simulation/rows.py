@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -31,6 +32,7 @@ def row_layout(robot: Robot) -> Layout[TickRow]:
     return Layout(TickRow(0.0, SensorNoise(z3, z3, z3, z3, np.zeros(nq), np.zeros(nv))))
 
 
+@functools.lru_cache(maxsize=16)
 def reference_layout(robot: Robot) -> Layout[Reference]:
     """Layout of one row of the mission's references for this robot."""
     return Layout(zero_reference(robot.n_joints, robot.n_vectoring))
