@@ -1,7 +1,9 @@
 """A run comes back from its file bit for bit, and whatever is not a run is refused clearly."""
 
 import json
+import sys
 
+import h5py
 import numpy as np
 import pytest
 import xarray as xr
@@ -66,6 +68,53 @@ def test_the_file_is_compressed_netcdf4(run, tmp_path):
     with_zeros = Run("b", "b", log, {}).save(tmp_path / "b.nc").stat().st_size
     assert with_zeros - small < 400 * 3 * 8  # less than the numbers that were added
     assert (tmp_path / "a.nc").read_bytes()[:8] == b"\x89HDF\r\n\x1a\n"
+
+
+def test_every_kind_of_signal_comes_back(run, tmp_path):
+    log = run.log.assign(
+        touching=(("time",), run.log.contact.values > 0, {"units": ""}),
+        word=(("axis",), np.array(["a", "b°", ""])),
+        count=(("time",), np.arange(400)),
+        single=((), 2.5),
+        nothing=(("none", "axis"), np.zeros((0, 3))),
+        beside=(("plain", "axis"), np.arange(6.0).reshape(2, 3)),
+    ).assign_coords(place=("axis", [1.0, 2.0, 3.0]), middle=0.5)
+    log.attrs |= {"contact_axis": [1.0, 0.0, 0.0], "sliding_axes": ["y", "z"], "tared": 1}
+    back = Run.load(Run("a", "hybrid", log, {}).save(tmp_path / "log.nc"))
+    xr.testing.assert_identical(back.log, log)
+    assert back.log.touching.dtype == bool
+    assert back.log["count"].dtype == np.int64
+
+
+def test_what_no_record_can_hold_is_named(run, tmp_path):
+    log = run.log.assign(turn=(("time",), np.full(400, 1j)))
+    with pytest.raises(OutputError, match="variable 'turn' holds complex128; a record has numbers"):
+        Run("a", "a", log, {}).save(tmp_path / "log.nc")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no limit on the size of a file")
+def test_a_full_disk_is_one_line_and_leaves_nothing(run, tmp_path):
+    import resource
+
+    old = resource.getrlimit(resource.RLIMIT_FSIZE)
+    try:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (5_000, old[1]))
+        with pytest.raises(OutputError, match=r"^cannot write run file '.*': File too large$"):
+            run.save(tmp_path / "log.nc")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, old)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_dimensions_are_those_of_netcdf(run, tmp_path):
+    path = run.save(tmp_path / "log.nc")
+    with h5py.File(path) as file:
+        time, signal = file["time"], file["cog_position"]
+        assert time.is_scale
+        assert [signal.dims[axis][0].name for axis in (0, 1)] == ["/time", "/axis"]
+        assert file["phase"].dims[0][0] == time
+        assert [file[name].attrs["_Netcdf4Dimid"] for name in ("time", "axis")] == [0, 1]
 
 
 def test_a_folder_stands_for_its_log(run, tmp_path):

@@ -13,6 +13,7 @@ import xarray as xr
 
 from skylimb.errors import OutputError, unknown_name
 from skylimb.recording.files import new_file
+from skylimb.recording.netcdf import netcdf_bytes
 
 FORMAT = "skylimb run"
 FORMAT_VERSION = 1
@@ -22,7 +23,6 @@ LOG_FILE = "log.nc"
 """The name of the record inside a run's folder."""
 
 _OWN_ATTRIBUTES = ("format", "name", "metrics")
-_COMPRESSION = {"zlib": True, "complevel": 4, "shuffle": True}
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,7 @@ class Run:
             The path written.
 
         Raises:
-            OutputError: if the file exists or cannot be written.
+            OutputError: if the file exists or cannot be written, or a signal is neither number nor word.
         """
         stored = self.log.assign_attrs(
             format=FORMAT,
@@ -103,14 +103,13 @@ class Run:
             controller=self.controller,
             metrics=json.dumps(dict(self.metrics), allow_nan=False),
         )
-        encoding = {
-            str(name): dict(_COMPRESSION)
-            for name, variable in stored.variables.items()
-            if variable.ndim > 0 and variable.dtype.kind in "fiub"
-        }
+        try:
+            content = netcdf_bytes(stored)
+        except TypeError as error:
+            raise OutputError(f"cannot write run file '{path}': {error}") from error
         try:
             with new_file(path) as aside:
-                stored.to_netcdf(aside, engine="h5netcdf", format="NETCDF4", encoding=encoding)
+                aside.write_bytes(content)
         except OSError as error:
             raise OutputError(f"cannot write run file '{path}': {error.strerror or error}") from error
         return Path(path)
