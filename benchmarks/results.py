@@ -21,7 +21,7 @@ from following import beside_table, kept_numbers
 
 import skylimb
 from reproduction import section
-from skylimb.analysis import write_comparison
+from skylimb.analysis import write_comparison, write_videos
 from skylimb.analysis.metrics import DESCRIPTIONS, NUMERIC_KEYS
 from skylimb.analysis.paper_numbers import published
 from skylimb.verification import Row, verify_contact
@@ -167,7 +167,9 @@ def images() -> None:
 
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary) / "demo"
-        write_comparison(skylimb.compare("paper"), folder)
+        runs = skylimb.compare("paper")
+        write_comparison(runs, folder)
+        write_videos(runs, folder)
         (DOCS / "images").mkdir(exist_ok=True)
         for name in ("pen_traces", "contact_direction", "poses"):
             shutil.copy(folder / "figures" / f"{name}.png", DOCS / "images" / f"{name}.png")

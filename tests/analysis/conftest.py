@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from skylimb.analysis import metrics
+from skylimb.analysis.metrics import metrics
 from skylimb.recording import Run
 
 PHASES = "hover tare approach settle slide retreat hover_end"

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from skylimb.analysis import metrics
-from skylimb.analysis.metrics import DESCRIPTIONS, GROUPS, NUMERIC_KEYS, known_groups, moving_mean
+from skylimb.analysis.metrics import DESCRIPTIONS, GROUPS, NUMERIC_KEYS, known_groups, metrics, moving_mean
 
 
 def sliding(log):

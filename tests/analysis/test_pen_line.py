@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 from skylimb.analysis.figures import PLATES
-from skylimb.analysis.figures.drawing import drawing
+from skylimb.analysis.figures.drawing import drawn_line
 from skylimb.analysis.pen_line import as_seen, asked_line, drawn_fraction, pen_deviation, pen_line
 from skylimb.analysis.signals import in_phase
 from skylimb.recording import Run
@@ -105,11 +105,11 @@ def test_the_figure_shows_drawings_only(make_log, make_run):
     run = Run("hybrid", "hybrid", log)
     assert plate.suits({"hybrid": run})
     assert not plate.suits({"hybrid": make_run()})
-    figure = drawing({"hybrid": run, "other": run})
+    figure = drawn_line({"hybrid": run, "other": run})
     texts = [
         text.get_text() for ax in figure.axes if (legend := ax.get_legend()) for text in legend.get_texts()
     ]
     assert any("rms" in text and "mm" in text for text in texts)
     untouched = log.copy()
     untouched["contact"] = ("time", np.zeros(log.sizes["time"]))
-    assert drawing({"hybrid": Run("hybrid", "hybrid", untouched)}).axes
+    assert drawn_line({"hybrid": Run("hybrid", "hybrid", untouched)}).axes

@@ -58,15 +58,53 @@ def test_the_trace_grows_on_the_face_of_the_board(make_run):
     assert (np.diff(ink.since) > 0).all()
     assert log.contact.values[ink.since].all()
     view = mujoco.MjvScene(mujoco.MjModel.from_xml_string("<mujoco/>"), 2000)
-    still = np.zeros((log.sizes["time"], 3))
-    scene.draw_ink(view, ink, int(ink.since[0]) - 1, board_of(log), still)
-    assert view.ngeom == 0
-    scene.draw_ink(view, ink, int(ink.since[9]), board_of(log), still)
-    assert view.ngeom == 10
     board = board_of(log)
     assert board is not None
+    lines = scene.Lines([ink], board, np.zeros((log.sizes["time"], 3)))
+    for since, expected in ((int(ink.since[0]) - 1, 0), (int(ink.since[9]), 10), (int(ink.since[4]), 5)):
+        view.ngeom = 0
+        lines.draw(view, since)
+        assert view.ngeom == expected
     offset = (view.geoms[5].pos - ink.ends[5].mean(axis=0)) @ board.normal
     assert offset == pytest.approx(scene.LIFT, rel=1e-3)
+
+
+def drawn_places(lines, view, sample, others=0):
+    view.ngeom = others
+    lines.draw(view, sample)
+    return np.array([view.geoms[index].pos for index in range(others, view.ngeom)])
+
+
+@pytest.mark.parametrize("moving", [False, True])
+def test_lines_are_the_same_whichever_moments_were_drawn_before(make_run, moving):
+    log = make_run(error=(0.0, 0.0, 0.0)).log
+    board = board_of(log)
+    inks = [scene.nominal_ink(log, board), scene.trace_ink(log, np.array([1.0, 0.0, 0.0]))]
+    motion = np.linspace(0.0, 0.1 if moving else 0.0, log.sizes["time"])[:, None] * np.array([1.0, 0.0, 0.0])
+    view = mujoco.MjvScene(mujoco.MjModel.from_xml_string("<mujoco/>"), 2000)
+    lines = scene.Lines(inks, board, motion)
+    early, late = int(inks[1].since[3]), int(inks[1].since[40])
+    at_once = drawn_places(scene.Lines(inks, board, motion), view, late)
+    assert len(at_once) == len(inks[0].since) + 41
+    for sample in (early, late):
+        grown = drawn_places(lines, view, sample)
+    np.testing.assert_array_equal(grown, at_once)
+    # More of the model's own geoms in front of them, and back again.
+    np.testing.assert_array_equal(drawn_places(lines, view, late, others=7), at_once)
+    np.testing.assert_array_equal(drawn_places(lines, view, late), at_once)
+    few = mujoco.MjvScene(mujoco.MjModel.from_xml_string("<mujoco/>"), 20)
+    assert len(drawn_places(scene.Lines(inks, board, motion), few, late)) == 20
+
+
+def test_a_line_moves_with_its_surface_from_when_it_was_drawn(make_run):
+    log = make_run(error=(0.0, 0.0, 0.0)).log
+    board = board_of(log)
+    ink = scene.trace_ink(log, np.array([1.0, 0.0, 0.0]))
+    motion = np.arange(log.sizes["time"])[:, None] * np.array([1e-4, 0.0, 0.0])
+    view = mujoco.MjvScene(mujoco.MjModel.from_xml_string("<mujoco/>"), 2000)
+    lines, since = scene.Lines([ink], board, motion), int(ink.since[5])
+    first, later = drawn_places(lines, view, since), drawn_places(lines, view, since + 100)
+    np.testing.assert_allclose(later[5] - first[5], [0.01, 0.0, 0.0], atol=1e-6)
 
 
 def test_the_camera_stands_on_the_side_that_the_board_faces(make_run):
@@ -122,7 +160,7 @@ def test_a_flight_becomes_a_film(make_run, tmp_path):
 
 
 def test_without_a_renderer_it_says_so(make_run, tmp_path, monkeypatch, fresh_probe):
-    monkeypatch.setattr(video, "_film", lambda: ["false"])
+    monkeypatch.setattr(video, "_probe", lambda: ["false"])
     assert find_renderer() is None
     with pytest.raises(OutputError, match=r"no off-screen renderer works here \(tried MUJOCO_GL = "):
         write_video(make_run(slide=1.0), tmp_path / "x.mp4")
@@ -153,7 +191,8 @@ def test_what_cannot_be_filmed_is_refused(make_run, tmp_path):
 
 
 def test_the_drawing_process_explains_itself(tmp_path, capsys):
-    assert main([str(tmp_path / "none.nc"), str(tmp_path / "x.mp4")]) == 1
+    options = ["--size", "320", "180", "--fps", "10", "--speed", "2"]
+    assert main([str(tmp_path / "none.nc"), str(tmp_path / "x.mp4"), *options]) == 1
     assert "none.nc' does not exist" in capsys.readouterr().err
 
 

@@ -2,7 +2,9 @@
 
 import base64
 import csv
+import errno
 import json
+import os
 import re
 import shutil
 from html.parser import HTMLParser
@@ -10,11 +12,19 @@ from html.parser import HTMLParser
 import pytest
 import xarray as xr
 
-from skylimb.analysis import load_runs, output, style, write_comparison, write_report, write_run
+from skylimb.analysis import (
+    output,
+    style,
+    videos,
+    write_comparison,
+    write_report,
+    write_run,
+    write_videos,
+)
 from skylimb.analysis.metrics import NUMERIC_KEYS
 from skylimb.analysis.report import render_report
 from skylimb.errors import OutputError
-from skylimb.recording import Run
+from skylimb.recording import Run, load_runs
 
 
 @pytest.fixture(autouse=True, scope="module")
@@ -28,7 +38,7 @@ def coarse_pictures():
 @pytest.fixture(scope="module")
 def comparison(four_runs, tmp_path_factory):
     """The folder of a comparison, to be looked at; who changes it takes a copy."""
-    return write_comparison(four_runs, tmp_path_factory.mktemp("comparison") / "out", video=False).folder
+    return write_comparison(four_runs, tmp_path_factory.mktemp("comparison") / "out")
 
 
 class Page(HTMLParser):
@@ -59,11 +69,9 @@ class Page(HTMLParser):
 
 def test_a_run_leaves_its_files(make_run, tmp_path):
     run = make_run(slide=2.0)
-    written = write_run(run, tmp_path / "out", video=False)
-    assert written.folder == tmp_path / "out"
-    assert written.warnings == ()
+    assert write_run(run, tmp_path / "out") == tmp_path / "out"
     names = {path.name for path in (tmp_path / "out").iterdir()}
-    assert names == {"log.nc", "metrics.json", "config.toml", "figures"}
+    assert names == {"log.nc", "metrics.json", "config.toml", "figures", "report.html"}
     assert json.loads((tmp_path / "out/metrics.json").read_text()) == run.metrics
     assert (tmp_path / "out/config.toml").read_text() == run.config
     xr.testing.assert_identical(load_runs(tmp_path / "out")["hybrid"].log, Run.load(tmp_path / "out").log)
@@ -124,7 +132,7 @@ def test_the_report_lists_what_the_controller_made_of_the_contact(make_log, tmp_
 def test_words_of_the_users_are_not_taken_for_markup(make_log, tmp_path):
     log = make_log(status="FAILED", cause="<b>1 & 2</b>", slide=1.0)
     runs = {"a<i>b".replace("<i>", "-"): Run("a-b", "<script>x</script>", log, {})}
-    write_comparison(runs, tmp_path / "out", video=False)
+    write_comparison(runs, tmp_path / "out")
     text = (tmp_path / "out/report.html").read_text()
     assert "<script>" not in text
     assert "&lt;b&gt;1 &amp; 2&lt;/b&gt;" in text
@@ -137,7 +145,7 @@ def test_an_existing_folder_is_refused_before_anything_is_drawn(make_run, tmp_pa
     (tmp_path / "out/mine").write_text("mine")
     monkeypatch.setattr(output, "write_figures", lambda *_: pytest.fail("must not draw"))
     with pytest.raises(OutputError, match="exists already"):
-        write(run if write is write_run else {"a": run}, tmp_path / "out", video=False)
+        write(run if write is write_run else {"a": run}, tmp_path / "out")
     assert [path.name for path in tmp_path.rglob("*")] == ["out", "mine"]
 
 
@@ -147,29 +155,119 @@ def test_an_error_on_the_way_leaves_nothing(make_run, tmp_path, monkeypatch):
 
     monkeypatch.setattr(output, "render_report", fail)
     with pytest.raises(RuntimeError, match="disk on fire"):
-        write_comparison({"a": make_run(slide=1.0)}, tmp_path / "deep" / "out", video=False)
+        write_comparison({"a": make_run(slide=1.0)}, tmp_path / "deep" / "out")
     assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("name", ["../up", "figures", ".hidden", "a/b", ""])
 def test_names_that_cannot_be_folders_are_refused(make_run, tmp_path, name):
     with pytest.raises(OutputError, match="cannot be the name of a folder"):
-        write_comparison({name: make_run(slide=1.0)}, tmp_path / "out", video=False)
+        write_comparison({name: make_run(slide=1.0)}, tmp_path / "out")
     with pytest.raises(OutputError, match="at least one run"):
-        write_comparison({}, tmp_path / "out", video=False)
+        write_comparison({}, tmp_path / "out")
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_video_that_cannot_be_drawn_is_a_warning(make_run, tmp_path, monkeypatch, caplog):
-    def fail(*_):
-        raise OutputError("no video of 'hybrid': no off-screen renderer works here")
+def test_each_run_of_a_comparison_has_its_record_and_no_figures_of_its_own(comparison, four_runs):
+    for name in four_runs:
+        names = {path.name for path in (comparison / name).iterdir()}
+        assert names == {"log.nc", "metrics.json", "config.toml"}
 
-    monkeypatch.setattr(output, "write_video", fail)
-    written = write_run(make_run(slide=1.0), tmp_path / "out")
-    assert written.warnings == ("no video of 'hybrid': no off-screen renderer works here",)
+
+@pytest.fixture
+def filmed(monkeypatch):
+    """A camera that only notes what it was asked to film."""
+    taken = []
+
+    def film(run, log, path, *, progress, threads):
+        progress(1, 2)
+        taken.append((run.name, log.relative_to(path.parent).as_posix(), threads))
+        path.write_bytes(f"film of {run.name}".encode())
+
+    monkeypatch.setattr(videos, "film_record", film)
+    return taken
+
+
+def test_the_report_is_there_before_its_videos_and_shows_them_after(make_run, tmp_path, filmed):
+    runs = {name: make_run(name, slide=1.0) for name in ("pid", "hybrid")}
+    folder = write_comparison(runs, tmp_path / "out", videos_follow=True)
+    page = Page((folder / "report.html").read_text())
+    assert [video["src"] for video in page.all("video")] == ["pid/video.mp4", "hybrid/video.mp4"]
+    assert "Reload the page" in page.text
+    told = []
+    assert write_videos(runs, folder, lambda *step: told.append(step)) == ()
+    assert sorted(told) == [("hybrid", 1, 2), ("pid", 1, 2)]
+    assert sorted(filmed)[0][:2] == ("hybrid", "log.nc")
+    page = Page((folder / "report.html").read_text())
+    sources = [base64.b64decode(video["src"].split(",")[1]) for video in page.all("video")]
+    assert sources == [b"film of pid", b"film of hybrid"]
+    assert "Reload the page" not in page.text
+
+
+def test_the_video_of_a_single_run_lies_beside_its_log(make_run, tmp_path, filmed):
+    run = make_run(slide=1.0)
+    folder = write_run(run, tmp_path / "out", videos_follow=True)
+    assert write_videos({run.name: run}, folder) == ()
+    assert (folder / "video.mp4").read_bytes() == b"film of hybrid"
+    assert len(Page((folder / "report.html").read_text()).all("video")) == 1
+    with pytest.raises(OutputError, match="does not exist"):
+        write_videos({run.name: run}, tmp_path / "nowhere")
+
+
+def test_cores_are_shared_among_the_videos(make_run, tmp_path, monkeypatch, filmed):
+    monkeypatch.setattr("os.cpu_count", lambda: 8)
+    runs = {name: make_run(name, slide=1.0) for name in ("pid", "hybrid")}
+    write_videos(runs, write_comparison(runs, tmp_path / "out"))
+    assert [threads for _, _, threads in filmed] == [4, 4]
+
+
+def test_a_video_that_cannot_be_drawn_is_a_warning(make_run, tmp_path, monkeypatch, caplog):
+    def film(run, _log, path, **_):
+        if run.name == "hybrid":
+            raise OutputError("no video of 'hybrid': no off-screen renderer works here")
+        path.write_bytes(b"film")
+
+    monkeypatch.setattr(videos, "film_record", film)
+    runs = {name: make_run(name, slide=1.0) for name in ("pid", "hybrid")}
+    folder = write_comparison(runs, tmp_path / "out", videos_follow=True)
+    assert write_videos(runs, folder) == ("no video of 'hybrid': no off-screen renderer works here",)
     assert "no off-screen renderer" in caplog.text
-    assert (tmp_path / "out/log.nc").is_file()
-    assert not (tmp_path / "out/video.mp4").exists()
+    assert not (folder / "hybrid/video.mp4").exists()
+    page = Page((folder / "report.html").read_text())
+    assert len(page.all("video")) == 1
+    assert "Reload the page" not in page.text
+
+
+def test_an_interruption_keeps_the_report_and_the_videos_that_are_there(make_run, tmp_path, monkeypatch):
+    def film(run, _log, path, *, progress, threads):
+        path.write_bytes(b"film")
+        progress(1, 1)
+
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(videos, "film_record", film)
+    run = make_run(slide=1.0)
+    folder = write_run(run, tmp_path / "out", videos_follow=True)
+    with pytest.raises(KeyboardInterrupt):
+        write_videos({run.name: run}, folder, interrupt)
+    page = Page((folder / "report.html").read_text())
+    assert len(page.all("video")) == 1
+    assert "Reload the page" not in page.text
+
+
+def test_a_full_disk_is_one_line(make_run, tmp_path, monkeypatch):
+    def full(*_):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    run = make_run(slide=1.0)
+    folder = write_run(run, tmp_path / "out")
+    monkeypatch.setattr(output, "write_figures", full)
+    with pytest.raises(OutputError, match=r"^cannot write '.*other': No space left on device$"):
+        write_run(run, tmp_path / "other")
+    with pytest.raises(OutputError, match=r"^cannot write '.*out': No space left on device$"):
+        write_report({run.name: run}, folder)
+    assert [path.name for path in tmp_path.iterdir()] == ["out"]
 
 
 def test_a_report_can_be_made_anew_from_the_logs_alone(comparison, tmp_path):
@@ -196,7 +294,7 @@ def test_a_report_can_be_made_anew_from_the_logs_alone(comparison, tmp_path):
 
 
 def test_a_single_run_can_have_a_report_as_well(make_run, tmp_path):
-    folder = write_run(make_run(slide=2.0), tmp_path / "out", video=False).folder
+    folder = write_run(make_run(slide=2.0), tmp_path / "out")
     write_report(load_runs(folder), folder)
     page = Page((folder / "report.html").read_text())
     assert len(page.all("img")) == 4
@@ -207,7 +305,7 @@ def test_a_single_run_can_have_a_report_as_well(make_run, tmp_path):
 
 def test_large_videos_are_linked_and_not_put_into_the_page(make_run, tmp_path, monkeypatch):
     monkeypatch.setattr("skylimb.analysis.report.EMBED_BYTES", 3)
-    folder = write_comparison({"a": make_run(slide=1.0)}, tmp_path / "out", video=False).folder
+    folder = write_comparison({"a": make_run(slide=1.0)}, tmp_path / "out")
     (folder / "a/video.mp4").write_bytes(b"film")
     write_report(load_runs(folder), folder)
     assert Page((folder / "report.html").read_text()).all("video")[0]["src"] == "a/video.mp4"

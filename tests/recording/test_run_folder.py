@@ -5,7 +5,8 @@ import pytest
 import xarray as xr
 
 from skylimb.errors import OutputError
-from skylimb.recording import Run, load_runs, versions
+from skylimb.recording import Run, load_runs
+from skylimb.recording.versions import versions
 
 
 def make(name):

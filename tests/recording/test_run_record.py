@@ -100,7 +100,7 @@ def test_a_full_disk_is_one_line_and_leaves_nothing(run, tmp_path):
     old = resource.getrlimit(resource.RLIMIT_FSIZE)
     try:
         resource.setrlimit(resource.RLIMIT_FSIZE, (5_000, old[1]))
-        with pytest.raises(OutputError, match=r"^cannot write run file '.*': File too large$"):
+        with pytest.raises(OutputError, match=r"^cannot write '.*log.nc': File too large$"):
             run.save(tmp_path / "log.nc")
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, old)

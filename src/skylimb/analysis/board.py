@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from scipy.interpolate import RegularGridInterpolator
 
 from skylimb.analysis.signals import contact_axis, in_contact, in_phase, sliding_axes, spans, surface_of
 
@@ -30,6 +29,8 @@ class Relief:
 
     def at(self, u: np.ndarray, v: np.ndarray) -> np.ndarray:
         """The height at (u, v), m; beyond the grid, that at its edge."""
+        from scipy.interpolate import RegularGridInterpolator  # slow to import, and few surfaces are curved
+
         within = np.stack([np.clip(u, self.u[0], self.u[-1]), np.clip(v, self.v[0], self.v[-1])], axis=-1)
         return RegularGridInterpolator((self.u, self.v), self.height)(within)
 

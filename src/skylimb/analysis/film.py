@@ -17,13 +17,11 @@ import numpy as np
 from av.error import FFmpegError
 from PIL import ImageColor
 
-from skylimb.analysis import scene, style
+from skylimb.analysis import palette, scene
 from skylimb.analysis.board import board_of
 from skylimb.analysis.overlay import Overlay
 from skylimb.errors import OutputError
 from skylimb.recording import Run
-
-_PROBE = "<mujoco><worldbody><light/><geom size='.1'/></worldbody></mujoco>"
 
 
 def frame_samples(times: np.ndarray, fps: float, speed: float) -> np.ndarray:
@@ -55,10 +53,10 @@ def pictures(run: Run, size: tuple[int, int], fps: float, speed: float) -> Itera
     data = mujoco.MjData(model)
     board = board_of(log)
     camera = scene.place_camera(log, board)
-    rgb = np.array(ImageColor.getrgb(style.colours({run.name: run})[run.name])) / 255
-    inks = scene.nominal_ink(log, board), scene.trace_ink(log, rgb)
+    rgb = np.array(ImageColor.getrgb(palette.colours({run.name: run})[run.name])) / 255
     configuration = log.configuration.values
     motion = scene.surface_motion(model, configuration)
+    lines = scene.Lines([scene.nominal_ink(log, board), scene.trace_ink(log, rgb)], board, motion)
     overlay = Overlay(run, size, speed)
     with mujoco.Renderer(model, height=size[1], width=size[0], max_geom=4000) as renderer:
         for sample in frame_samples(log.time.values, fps, speed):
@@ -67,18 +65,28 @@ def pictures(run: Run, size: tuple[int, int], fps: float, speed: float) -> Itera
             mujoco.mj_comPos(model, data)
             mujoco.mj_camlight(model, data)
             renderer.update_scene(data, camera)
-            for ink in inks:
-                scene.draw_ink(renderer.scene, ink, sample, board, motion[sample] - motion)
+            lines.draw(renderer.scene, sample)
             yield overlay.draw(renderer.render(), sample)
 
 
-def encode(frames: Iterable[np.ndarray], path: Path, size: tuple[int, int], fps: int) -> int:
-    """Write pictures as an MP4 that every browser plays (H.264, yuv420p), and return how many there were."""
+def encode(
+    frames: Iterable[np.ndarray], path: Path, size: tuple[int, int], fps: int, threads: int = 0
+) -> int:
+    """Write pictures as an MP4 that every browser plays (H.264, yuv420p), and return how many there were.
+
+    Args:
+        frames: RGB pictures, shape (height, width, 3), bytes.
+        path: of the film.
+        size: width and height in pixels.
+        fps: pictures a second.
+        threads: that encode; 0 for as many as there are cores.
+    """
     count = 0
     with av.open(str(path), "w", format="mp4", options={"movflags": "+faststart"}) as container:
         stream = container.add_stream("libx264", rate=fps, options={"preset": "veryfast", "crf": "24"})
         stream.width, stream.height = size
         stream.pix_fmt = "yuv420p"
+        stream.codec_context.thread_count = threads
         for pixels in frames:
             count += 1
             container.mux(stream.encode(av.VideoFrame.from_ndarray(pixels, format="rgb24")))
@@ -95,24 +103,21 @@ def _reported(frames: Iterable[np.ndarray], total: int) -> Iterator[np.ndarray]:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Entry point of the drawing process: LOG MP4, or --probe to find out whether drawing works at all."""
+    """Entry point of the drawing process."""
     parser = argparse.ArgumentParser(prog="film")
-    parser.add_argument("--probe", action="store_true")
-    parser.add_argument("log", nargs="?", type=Path)
-    parser.add_argument("film", nargs="?", type=Path)
-    parser.add_argument("--size", nargs=2, type=int, default=(1280, 720))
-    parser.add_argument("--fps", type=int, default=20)
-    parser.add_argument("--speed", type=float, default=2.0)
-    asked = parser.parse_args(arguments)
-    if asked.probe:
-        with mujoco.Renderer(mujoco.MjModel.from_xml_string(_PROBE), 16, 16) as renderer:
-            renderer.update_scene(mujoco.MjData(renderer.model))
-            return 0 if renderer.render().shape == (16, 16, 3) else 1
+    parser.add_argument("log", type=Path)
+    parser.add_argument("film", type=Path)
+    parser.add_argument("--size", nargs=2, type=int, required=True)
+    parser.add_argument("--fps", type=int, required=True)
+    parser.add_argument("--speed", type=float, required=True)
+    parser.add_argument("--threads", type=int, default=0)
+    given = parser.parse_args(arguments)
     try:
-        run = Run.load(asked.log)
-        size = asked.size[0], asked.size[1]
-        total = len(frame_samples(run.log.time.values, asked.fps, asked.speed))
-        encode(_reported(pictures(run, size, asked.fps, asked.speed), total), asked.film, size, asked.fps)
+        run = Run.load(given.log)
+        size = given.size[0], given.size[1]
+        total = len(frame_samples(run.log.time.values, given.fps, given.speed))
+        frames = _reported(pictures(run, size, given.fps, given.speed), total)
+        encode(frames, given.film, size, given.fps, given.threads)
     except (OutputError, ValueError, KeyError, FFmpegError, mujoco.FatalError) as error:
         print(f"{type(error).__name__}: {error}", file=sys.stderr)
         return 1

@@ -1,70 +1,54 @@
-"""Writes what a run or a comparison leaves: records, scores, figures, videos and the report."""
+"""Writes what a run or a comparison leaves: records, scores, figures and the report; see `videos` for videos.
+
+A run's folder holds log.nc, metrics.json, config.toml, figures/ and report.html. A comparison's folder holds
+a subfolder with the first three for each run, and metrics.csv, figures/ and report.html for all of them.
+"""
 
 from __future__ import annotations
 
 import csv
 import io
 import json
-import logging
-import os
-import tempfile
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 
 from skylimb.analysis.figures import write_figures
 from skylimb.analysis.metrics import NUMERIC_KEYS, metrics
 from skylimb.analysis.report import render_report
-from skylimb.analysis.video import write_video
 from skylimb.errors import OutputError
-from skylimb.recording import LOG_FILE, Run, new_folder
+from skylimb.recording import LOG_FILE, Run, new_folder, replace_text, writing
 
 CONFIG_FILE = "config.toml"
 METRICS_FILE = "metrics.json"
 TABLE_FILE = "metrics.csv"
-VIDEO_FILE = "video.mp4"
 REPORT_FILE = "report.html"
 FIGURES_FOLDER = "figures"
 
-_log = logging.getLogger(__name__)
 
+def write_run(run: Run, folder: str | Path, videos_follow: bool = False) -> Path:
+    """Write a run into a new folder, which appears under its name when it is complete.
 
-@dataclass(frozen=True)
-class Written:
-    """What was written.
-
-    Attributes:
-        folder: where.
-        warnings: what could not be made, one line each; each was logged as well.
-    """
-
-    folder: Path
-    warnings: tuple[str, ...]
-
-
-def write_run(run: Run, folder: str | Path, video: bool = True, report: bool = False) -> Written:
-    """Write log.nc, metrics.json, config.toml, figures/ and video.mp4 into a new folder.
-
-    The folder appears under its name when it is complete. A video that cannot be drawn is a warning, not an
-    error. With `report` there is a report.html too.
+    Args:
+        run: what flew.
+        folder: must not exist.
+        videos_follow: whether the report leaves room for a video that is drawn next.
 
     Raises:
         OutputError: if the folder exists or cannot be written; nothing is left behind then.
     """
     with new_folder(folder) as aside:
-        warnings = _fill(run, aside, video)
-        if report:
-            _text(aside / REPORT_FILE, render_report({run.name: run}, aside))
-    return Written(Path(folder), tuple(warnings))
+        _record(run, aside)
+        _draw({run.name: run}, aside, videos_follow)
+    return Path(folder)
 
 
-def write_comparison(runs: Mapping[str, Run], folder: str | Path, video: bool = True) -> Written:
-    """Write each run into a subfolder of its name, and metrics.csv, figures/ and report.html beside them.
+def write_comparison(runs: Mapping[str, Run], folder: str | Path, videos_follow: bool = False) -> Path:
+    """Write a comparison into a new folder, which appears under its name when it is complete.
 
     Args:
         runs: by name, which becomes a folder's name.
-        folder: must not exist; it appears under its name when it is complete.
-        video: whether to draw videos; one that cannot be drawn is a warning, not an error.
+        folder: must not exist.
+        videos_follow: whether the report leaves room for videos that are drawn next.
 
     Raises:
         OutputError: if the folder exists or cannot be written, or a name cannot be a folder's name; nothing
@@ -74,15 +58,13 @@ def write_comparison(runs: Mapping[str, Run], folder: str | Path, video: bool = 
         raise OutputError("a comparison needs at least one run, got none")
     for name in runs:
         _require_folder_name(name)
-    warnings: list[str] = []
     with new_folder(folder) as aside:
         for name, run in runs.items():
             (aside / name).mkdir()
-            warnings += _fill(run, aside / name, video)
-        _text(aside / TABLE_FILE, metrics_table(runs))
-        write_figures(runs, aside / FIGURES_FOLDER)
-        _text(aside / REPORT_FILE, render_report(runs, aside))
-    return Written(Path(folder), tuple(dict.fromkeys(warnings)))
+            _record(run, aside / name)
+        replace_text(aside / TABLE_FILE, metrics_table(runs))
+        _draw(runs, aside, videos_follow)
+    return Path(folder)
 
 
 def write_report(runs: Mapping[str, Run], folder: str | Path) -> Path:
@@ -104,27 +86,18 @@ def write_report(runs: Mapping[str, Run], folder: str | Path) -> Path:
     if not folder.is_dir():
         raise OutputError(f"run folder '{folder}' does not exist")
     fresh = {name: Run(name, run.controller, run.log, metrics(run.log)) for name, run in runs.items()}
-    try:
-        with tempfile.TemporaryDirectory(prefix=".report.", dir=folder) as temporary:
-            aside = Path(temporary)
-            places = {name: folder / name for name in fresh} if not (folder / LOG_FILE).is_file() else {}
-            for name, run in fresh.items():
-                home = aside / name if name in places else aside
-                write_figures({name: run}, home / FIGURES_FOLDER)
-                _text(home / METRICS_FILE, _metrics_json(run))
-            if places:
-                _text(aside / TABLE_FILE, metrics_table(fresh))
-                write_figures(fresh, aside / FIGURES_FOLDER)
-            for made in sorted(path for path in aside.rglob("*") if path.is_file()):
-                target = folder / made.relative_to(aside)
-                target.parent.mkdir(parents=True, exist_ok=True)
-                os.replace(made, target)
-            page = aside / REPORT_FILE
-            _text(page, render_report(fresh, folder))
-            os.replace(page, folder / REPORT_FILE)
-    except OSError as error:
-        raise OutputError(f"cannot write report in '{folder}': {error.strerror or error}") from error
+    with writing(folder):
+        for name, run in fresh.items():
+            replace_text(home(folder, name) / METRICS_FILE, _metrics_json(run))
+        if not (folder / LOG_FILE).is_file():
+            replace_text(folder / TABLE_FILE, metrics_table(fresh))
+        _draw(fresh, folder, False)
     return folder / REPORT_FILE
+
+
+def home(folder: Path, name: str) -> Path:
+    """Where a run's own files are: the folder itself, or its subfolder in that of a comparison."""
+    return folder if (folder / LOG_FILE).is_file() else folder / name
 
 
 def metrics_table(runs: Mapping[str, Run]) -> str:
@@ -140,20 +113,17 @@ def metrics_table(runs: Mapping[str, Run]) -> str:
     return text.getvalue()
 
 
-def _fill(run: Run, folder: Path, video: bool) -> list[str]:
-    """Write one run's files, and return what could not be made."""
+def _record(run: Run, folder: Path) -> None:
+    """Write one run's record, scores and configuration."""
     run.save(folder / LOG_FILE)
-    _text(folder / METRICS_FILE, _metrics_json(run))
-    _text(folder / CONFIG_FILE, run.config)
-    write_figures({run.name: run}, folder / FIGURES_FOLDER)
-    if not video:
-        return []
-    try:
-        write_video(run, folder / VIDEO_FILE)
-    except OutputError as error:
-        _log.warning("%s", error)
-        return [str(error)]
-    return []
+    (folder / METRICS_FILE).write_text(_metrics_json(run), encoding="utf-8")
+    (folder / CONFIG_FILE).write_text(run.config, encoding="utf-8")
+
+
+def _draw(runs: Mapping[str, Run], folder: Path, videos_follow: bool) -> None:
+    """Draw the figures of all runs together, and put the report around them."""
+    write_figures(runs, folder / FIGURES_FOLDER)
+    replace_text(folder / REPORT_FILE, render_report(runs, folder, videos_follow))
 
 
 def _metrics_json(run: Run) -> str:
@@ -164,8 +134,3 @@ def _require_folder_name(name: str) -> None:
     bad = name in {"", FIGURES_FOLDER} or name.startswith(".") or any(mark in name for mark in '/\\:*?"<>|\n')
     if bad:
         raise OutputError(f"run name '{name}' cannot be the name of a folder; rename the run")
-
-
-def _text(path: Path, text: str) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(text, encoding="utf-8")

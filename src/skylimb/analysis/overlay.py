@@ -8,7 +8,7 @@ import matplotlib
 import numpy as np
 from PIL import Image, ImageColor, ImageDraw, ImageFont
 
-from skylimb.analysis import style
+from skylimb.analysis import palette
 from skylimb.analysis.signals import contact_axis, phase_names
 from skylimb.recording import Run
 
@@ -31,8 +31,8 @@ class Overlay:
         self._unit = max(size[1] / 720, 0.3)
         self._title, self._text = self._font("DejaVuSans-Bold", 30), self._font("DejaVuSans", 20)
         self._small = self._font("DejaVuSans", 15)
-        self._name = style.label(run.name) + (" (failed)" if run.failed else "")
-        self._colour = ImageColor.getrgb(style.colours({run.name: run})[run.name])
+        self._name = palette.label(run.name) + (" (failed)" if run.failed else "")
+        self._colour = ImageColor.getrgb(palette.colours({run.name: run})[run.name])
         self._speed = "" if speed == 1 else f"{speed:g} times real time"
         log = run.log
         self._times = log.time.values

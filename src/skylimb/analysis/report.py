@@ -12,13 +12,13 @@ from typing import Any
 
 import jinja2
 
-from skylimb.analysis import style
+from skylimb.analysis import palette
 from skylimb.analysis.claims import check_claims
 from skylimb.analysis.figures import PLATES
 from skylimb.analysis.metrics import DESCRIPTIONS, known_groups
 from skylimb.analysis.paper_numbers import EXPERIMENT, SOURCE, published
 from skylimb.analysis.signals import contact_transitions
-from skylimb.recording import Run
+from skylimb.recording import LOG_FILE, Run
 
 TEMPLATE = Path(__file__).with_name("report_template.html")
 STYLE = Path(__file__).with_name("report_style.css")
@@ -26,6 +26,8 @@ STYLE = Path(__file__).with_name("report_style.css")
 
 EMBED_BYTES = 12_000_000
 """Videos are put into the page up to this size together; larger ones are linked."""
+
+VIDEO_FILE = "video.mp4"
 
 FACTS = (
     ("trajectory.shape", "Path", ""),
@@ -64,12 +66,13 @@ class Film:
     source: str
 
 
-def render_report(runs: Mapping[str, Run], folder: Path) -> str:
+def render_report(runs: Mapping[str, Run], folder: Path, videos_follow: bool = False) -> str:
     """Put the report together from runs and from the figures and videos that already lie in `folder`.
 
     Args:
         runs: by name.
         folder: holds figures/NAME.png for each figure, and video.mp4 or one in a subfolder for each run.
+        videos_follow: whether videos are drawn after this; the page points to where they will be.
 
     Returns:
         HTML.
@@ -89,17 +92,19 @@ def render_report(runs: Mapping[str, Run], folder: Path) -> str:
         experiment=str(first.log.attrs.get("experiment", "")),
         seed=first.log.attrs.get("seed"),
         facts=_facts(config),
-        columns=[(style.label(name), style.colours(runs)[name], run.failed) for name, run in runs.items()],
+        columns=[
+            (palette.label(name), palette.colours(runs)[name], run.failed) for name, run in runs.items()
+        ],
         groups=groups,
         failures=[
-            (style.label(name), run.cause or "no cause was recorded")
+            (palette.label(name), run.cause or "no cause was recorded")
             for name, run in runs.items()
             if run.failed
         ],
         finished=sum(not run.failed for run in runs.values()),
         total=len(runs),
         transitions=[
-            (style.label(name), contact_transitions(run.log))
+            (palette.label(name), contact_transitions(run.log))
             for name, run in runs.items()
             if contact_transitions(run.log)
         ],
@@ -112,9 +117,10 @@ def render_report(runs: Mapping[str, Run], folder: Path) -> str:
             for plate in PLATES
             if (folder / "figures" / f"{plate.name}.png").is_file()
         ],
-        films=_films(runs, folder),
+        films=_films(runs, folder, videos_follow),
+        videos_follow=videos_follow,
         command=_command(runs),
-        configs=[(style.label(name), run.config) for name, run in runs.items()],
+        configs=[(palette.label(name), run.config) for name, run in runs.items()],
         versions=first.versions,
     )
 
@@ -122,7 +128,7 @@ def render_report(runs: Mapping[str, Run], folder: Path) -> str:
 def _title(runs: Mapping[str, Run]) -> str:
     first = next(iter(runs.values()))
     experiment = str(first.log.attrs.get("experiment", "")) or "flight"
-    who = style.label(first.name) if len(runs) == 1 else f"{len(runs)} controllers compared"
+    who = palette.label(first.name) if len(runs) == 1 else f"{len(runs)} controllers compared"
     return f"{experiment[:1].upper()}{experiment[1:]}: {who}"
 
 
@@ -187,14 +193,16 @@ def _command(runs: Mapping[str, Run]) -> str:
     return f"skylimb compare {experiment} --controllers {controllers} --seed {seed}"
 
 
-def _films(runs: Mapping[str, Run], folder: Path) -> list[Film]:
-    places = {name: folder / name / "video.mp4" for name in runs}
-    if len(runs) == 1:
-        places = {name: path if path.is_file() else folder / "video.mp4" for name, path in places.items()}
-    there = {name: path for name, path in places.items() if path.is_file()}
-    embed = sum(path.stat().st_size for path in there.values()) <= EMBED_BYTES
+def _films(runs: Mapping[str, Run], folder: Path, follow: bool) -> list[Film]:
+    places = {name: folder / name / VIDEO_FILE for name in runs}
+    if (folder / LOG_FILE).is_file():
+        places = dict.fromkeys(runs, folder / VIDEO_FILE)
+    there = {name: path for name, path in places.items() if follow or path.is_file()}
+    embed = not follow and sum(path.stat().st_size for path in there.values()) <= EMBED_BYTES
     return [
-        Film(style.label(name), _inline(path, "video/mp4") if embed else path.relative_to(folder).as_posix())
+        Film(
+            palette.label(name), _inline(path, "video/mp4") if embed else path.relative_to(folder).as_posix()
+        )
         for name, path in there.items()
     ]
 

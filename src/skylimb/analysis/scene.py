@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import mujoco
@@ -49,7 +50,7 @@ def load_model(scene: str, size: tuple[int, int]) -> mujoco.MjModel:
     spec.visual.quality.numslices = 20
     spec.visual.quality.numstacks = 10
     spec.visual.quality.numquads = 1
-    spec.visual.quality.shadowsize = 2048
+    spec.visual.quality.shadowsize = 1024
     spec.visual.quality.offsamples = 0
     if not spec.lights:
         spec.worldbody.add_light(pos=[-1.0, -2.0, 5.0], dir=[0.3, 0.4, -0.9], diffuse=[0.6, 0.6, 0.6])
@@ -93,37 +94,62 @@ def nominal_ink(log: xr.Dataset, board: Board | None) -> Ink:
     return Ink(np.zeros(len(dashes), dtype=int), dashes, _rgba(np.array([0.35, 0.35, 0.35])), 0.005)
 
 
-def draw_ink(scene: mujoco.MjvScene, ink: Ink, sample: int, board: Board | None, shift: np.ndarray) -> None:
-    """Add the segments that are seen at `sample`.
+class Lines:
+    """Draws the segments of some lines that are seen at a moment.
+
+    Successive moments are cheap: a segment that stands in the scene already is not made again.
 
     Args:
-        scene: to add to.
-        ink: the segments.
-        sample: number of the log's sample.
-        board: whose face the line lies on; flat on it where it is a plane.
-        shift: how far the surface has moved since each sample, W, m, shape (time, 3).
+        inks: the lines.
+        board: whose face they lie on; flat on it where it is a plane.
+        motion: where the surface stands at each sample, W, m, shape (time, 3).
     """
-    flat = board is not None and board.relief is None
-    normal = board.normal if board is not None else np.zeros(3)
-    for since, (begin, end) in zip(ink.since, ink.ends, strict=True):
-        if since > sample or scene.ngeom >= scene.maxgeom:
-            break
-        offset = LIFT * normal + shift[since]
-        geom = scene.geoms[scene.ngeom]
-        if flat:
+
+    def __init__(self, inks: Sequence[Ink], board: Board | None, motion: np.ndarray) -> None:
+        order = np.argsort(np.concatenate([ink.since for ink in inks]), kind="stable")
+        self._since = np.concatenate([ink.since for ink in inks])[order]
+        self._ends = np.concatenate([ink.ends for ink in inks])[order]
+        self._rgba = np.concatenate([np.tile(ink.rgba, (len(ink.since), 1)) for ink in inks])[order]
+        self._width = np.concatenate([np.full(len(ink.since), ink.width) for ink in inks])[order]
+        self._board, self._motion = board, motion
+        self._moves = bool(np.any(motion != motion[:1]))
+        self._first = self._made = 0
+
+    def draw(self, scene: mujoco.MjvScene, sample: int) -> None:
+        """Add what is seen at `sample` behind the geoms that `scene` has.
+
+        Args:
+            scene: the same at every call, with the model's geoms and nothing else that was added.
+            sample: number of the log's sample.
+        """
+        seen = int(np.searchsorted(self._since, sample, side="right"))
+        seen = min(seen, scene.maxgeom - scene.ngeom)
+        if self._moves or scene.ngeom != self._first:
+            self._first, self._made = scene.ngeom, 0
+        for index in range(self._made, seen):
+            self._make(scene.geoms[self._first + index], index, sample)
+        self._made = max(self._made, seen)
+        scene.ngeom = self._first + seen
+
+    def _make(self, geom: mujoco.MjvGeom, index: int, sample: int) -> None:
+        shift = self._motion[sample] - self._motion[self._since[index]]
+        normal = self._board.normal if self._board is not None else np.zeros(3)
+        begin, end = self._ends[index] + LIFT * normal + shift
+        width, rgba = self._width[index], self._rgba[index]
+        if self._board is not None and self._board.relief is None:
             along = end - begin
             length = float(np.linalg.norm(along))
             along = along / length
             axes = np.stack([along, np.cross(normal, along), normal], axis=1)
-            half = np.array([0.5 * length + 0.2 * ink.width, 0.5 * ink.width, 0.001])
-            middle = 0.5 * (begin + end) + offset
-            mujoco.mjv_initGeom(geom, mujoco.mjtGeom.mjGEOM_BOX, half, middle, axes.ravel(), ink.rgba)
+            half = np.array([0.5 * length + 0.2 * width, 0.5 * width, 0.001])
+            mujoco.mjv_initGeom(
+                geom, mujoco.mjtGeom.mjGEOM_BOX, half, 0.5 * (begin + end), axes.ravel(), rgba
+            )
         else:
             kind = mujoco.mjtGeom.mjGEOM_CAPSULE
-            mujoco.mjv_initGeom(geom, kind, np.zeros(3), np.zeros(3), _FLAT, ink.rgba)
-            mujoco.mjv_connector(geom, kind, 0.5 * ink.width, begin + offset, end + offset)
+            mujoco.mjv_initGeom(geom, kind, np.zeros(3), np.zeros(3), _FLAT, rgba)
+            mujoco.mjv_connector(geom, kind, 0.5 * width, begin, end)
         geom.category = mujoco.mjtCatBit.mjCAT_DECOR
-        scene.ngeom += 1
 
 
 def surface_motion(model: mujoco.MjModel, configuration: np.ndarray) -> np.ndarray:

@@ -1,12 +1,12 @@
 """The one look of every figure: sizes, fonts, colours, and how a figure is saved.
 
-Colours follow the Okabe-Ito palette, which people with the common kinds of colour blindness can tell apart. A
-controller has the same colour in every figure. Figures are built on matplotlib's objects alone, so that no
-window, backend or global state of the caller's is touched.
+Figures are built on matplotlib's objects alone, so that no window, backend or global state of the caller's is
+touched.
 """
 
 from __future__ import annotations
 
+import io
 from collections.abc import Callable, Mapping, Sequence
 from functools import wraps
 from pathlib import Path
@@ -14,12 +14,18 @@ from typing import Any, ParamSpec, TypeVar
 
 import matplotlib
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.legend_handler import HandlerTuple
+from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from skylimb.analysis.fonts import families
-from skylimb.recording import Run
+from skylimb.analysis.palette import CONTROLLER_COLOURS, OTHER_COLOURS, colours, label
+from skylimb.recording import Run, replacing
+
+__all__ = ["CONTROLLER_COLOURS", "OTHER_COLOURS", "colours", "label"]
 
 Parameters = ParamSpec("Parameters")
 Result = TypeVar("Result")
@@ -31,8 +37,9 @@ DPI = 200
 POINTS = 600
 """A line is drawn through at most about this many samples; more would not show at this size."""
 
-CONTROLLER_COLOURS = {"pid": "#D55E00", "impedance": "#0072B2", "admittance": "#009E73", "hybrid": "#7A3E9D"}
-OTHER_COLOURS = ("#56B4E9", "#CC79A7", "#8C6D00", "#000000", "#B2182B", "#4D4D4D")
+MOST_SIGNS = 6
+"""Colours that a sign in a legend shows side by side, at most."""
+
 REFERENCE = "#555555"
 TRUTH = "#9A9A9A"
 CONTACT = "#FBEFB5"
@@ -40,8 +47,6 @@ ADAPTATION = "#F8D5E2"
 LOST = "#C9DDF0"
 INK = "#1A1A1A"
 FAILURE = "#B00020"
-
-LABELS = {"pid": "PID", "impedance": "Impedance", "admittance": "Admittance", "hybrid": "Hybrid"}
 
 RC: dict[Any, Any] = {
     "font.family": "sans-serif",
@@ -90,24 +95,6 @@ def styled(function: Callable[Parameters, Result]) -> Callable[Parameters, Resul
     return inner
 
 
-def colours(runs: Mapping[str, Run]) -> dict[str, str]:
-    """A colour for each run.
-
-    It is its controller's own, and another where two runs share a controller or it is not one of ours.
-    """
-    others = iter(OTHER_COLOURS * (1 + len(runs) // len(OTHER_COLOURS)))
-    found: dict[str, str] = {}
-    for name, run in runs.items():
-        own = CONTROLLER_COLOURS.get(run.controller)
-        found[name] = own if own and own not in found.values() else next(others)
-    return found
-
-
-def label(name: str) -> str:
-    """How a run is called in print."""
-    return LABELS.get(name, name)
-
-
 def title(ax: Axes, name: str, run: Run) -> None:
     """Head a panel with the run's name; a failed flight says so."""
     ax.set_title(
@@ -137,12 +124,30 @@ def swatch(colour: str, text: str) -> Patch:
     return Patch(facecolor=colour, edgecolor="none", label=text)
 
 
-def legend_below(figure: Figure, handles: Sequence[Any]) -> None:
-    """One legend for the whole figure under the panels, in as few rows as its width allows."""
-    widest = max(len(str(handle.get_label())) for handle in handles)
-    fitting = int(figure.get_figwidth() / (0.5 + 0.058 * widest))  # inches for the sign and for a letter
-    columns = max(1, min(fitting, len(handles)))
-    figure.legend(handles=list(handles), loc="outside lower center", ncols=columns, handlelength=1.8)
+def in_all_colours(runs: Mapping[str, Run], text: str, **line: Any) -> tuple[Line2D, ...]:
+    """A legend's sign for curves that have the colour of their run: the line, or mark, in each colour."""
+    signs = [Line2D([], [], color=colour, label=text, **line) for colour in colours(runs).values()]
+    return tuple(signs[:MOST_SIGNS])
+
+
+def legend_below(figure: Figure, signs: Sequence[Artist | tuple[Line2D, ...]]) -> None:
+    """One legend for the whole figure under the panels, in as few rows as its width allows.
+
+    Args:
+        figure: to draw on.
+        signs: what stands for each kind of curve; of a tuple its parts stand side by side.
+    """
+    texts = [str((sign[0] if isinstance(sign, tuple) else sign).get_label()) for sign in signs]
+    fitting = int(figure.get_figwidth() / (0.5 + 0.058 * max(map(len, texts))))  # inches, sign and letters
+    columns = max(1, min(fitting, len(signs)))
+    figure.legend(
+        list(signs),  # pyright: ignore[reportArgumentType]  # tuples have a handler below
+        texts,
+        loc="outside lower center",
+        ncols=columns,
+        handlelength=2.4 if any(isinstance(sign, tuple) and len(sign) > 1 for sign in signs) else 1.8,
+        handler_map={tuple: HandlerTuple(ndivide=None, pad=0.15)},
+    )
 
 
 def label_outer(axes: np.ndarray, used: int, below: str, beside: str) -> None:
@@ -172,12 +177,31 @@ def limits(values: Sequence[np.ndarray], margin: float = 0.06) -> tuple[float, f
 
 @styled
 def save(figure: Figure, stem: Path) -> tuple[Path, Path]:
-    """Write a figure as STEM.png (200 dpi) and STEM.pdf (vectors, fonts embedded).
+    """Write a figure as STEM.png (200 dpi) and STEM.pdf (vectors, fonts embedded), each in one step.
 
-    The layout is solved once and both files take it, so they look alike and the second costs little.
+    The layout is solved once and both files take it, so they look alike and each is drawn once.
+
+    Raises:
+        OSError: when a file cannot be written.
     """
     picture, document = stem.with_suffix(".png"), stem.with_suffix(".pdf")
-    figure.savefig(picture, dpi=DPI, pil_kwargs={"compress_level": 4})
-    figure.set_layout_engine(None)
-    figure.savefig(document, metadata={"CreationDate": None})
+    with replacing(picture, durable=False) as aside:
+        aside.write_bytes(png(figure))
+    with replacing(document, durable=False) as aside:
+        figure.savefig(aside, format="pdf", metadata={"CreationDate": None})
     return picture, document
+
+
+@styled
+def png(figure: Figure, dpi: float | None = None) -> bytes:
+    """A figure as PNG. Its layout is solved here, and stays as it is from then on."""
+    engine = figure.get_layout_engine()
+    if engine is not None:
+        # Matplotlib would solve it twice, and draw the figure once more in between.
+        engine.execute(figure)
+        figure.set_layout_engine(None)
+    picture = io.BytesIO()
+    figure.savefig(
+        picture, format="png", dpi=dpi or DPI, metadata={"Software": None}, pil_kwargs={"compress_level": 4}
+    )
+    return picture.getvalue()

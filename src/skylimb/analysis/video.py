@@ -17,7 +17,7 @@ from pathlib import Path
 from skylimb.errors import OutputError
 from skylimb.recording import LOG_FILE, Run, new_file
 
-SIZE = (1280, 720)
+SIZE = (960, 540)
 FPS = 20
 SPEED = 2.0
 """Seconds of flight in a second of film."""
@@ -38,7 +38,7 @@ def find_renderer() -> str | None:
     for name in _candidates():
         try:
             probe = subprocess.run(
-                [*_film(), "--probe"],
+                _probe(),
                 env=_environment(name),
                 capture_output=True,
                 timeout=PROBE_SECONDS,
@@ -83,6 +83,37 @@ def write_video(
     Raises:
         OutputError: if the file exists, the log holds no scene, or this machine has no renderer.
     """
+    with tempfile.TemporaryDirectory() as folder:
+        log = run.save(Path(folder) / LOG_FILE)
+        return film_record(run, log, path, size=size, fps=fps, speed=speed, progress=progress)
+
+
+def film_record(
+    run: Run,
+    log: Path,
+    path: str | Path,
+    *,
+    size: tuple[int, int] = SIZE,
+    fps: int = FPS,
+    speed: float = SPEED,
+    progress: FilmProgress | None = None,
+    threads: int = 0,
+) -> Path:
+    """The same of a run whose record lies in a file already.
+
+    Args:
+        run: what the record holds.
+        log: the record.
+        path: as for `write_video`.
+        size: as for `write_video`.
+        fps: as for `write_video`.
+        speed: as for `write_video`.
+        progress: as for `write_video`.
+        threads: of a renderer in software; 0 leaves them to it.
+
+    Raises:
+        OutputError: as for `write_video`.
+    """
     missing = [
         name for name in ("configuration", "tip_position", "cog_position") if name not in run.log.variables
     ]
@@ -99,17 +130,17 @@ def write_video(
         raise OutputError(
             f"no video of '{run.name}': no off-screen renderer works here (tried MUJOCO_GL = {tried})"
         )
-    with tempfile.TemporaryDirectory() as folder, new_file(path) as aside:
-        log = run.save(Path(folder) / LOG_FILE)
+    with new_file(path) as aside:
         options = ["--size", str(size[0]), str(size[1]), "--fps", str(fps), "--speed", str(speed)]
-        _draw([*_film(), str(log), str(aside), *options], renderer, run.name, progress)
+        command = [*_film(), str(log), str(aside), *options, "--threads", str(threads)]
+        _draw(command, _environment(renderer, threads), run.name, progress)
     return Path(path)
 
 
-def _draw(command: list[str], renderer: str, name: str, progress: FilmProgress | None) -> None:
+def _draw(command: list[str], environment: dict[str, str], name: str, progress: FilmProgress | None) -> None:
     with tempfile.TemporaryFile("w+") as complaints:
         process = subprocess.Popen(
-            command, env=_environment(renderer), stdout=subprocess.PIPE, stderr=complaints, text=True
+            command, env=environment, stdout=subprocess.PIPE, stderr=complaints, text=True
         )
         try:
             for line in process.stdout or ():
@@ -131,8 +162,15 @@ def _film() -> list[str]:
     return [sys.executable, "-m", "skylimb.analysis.film"]
 
 
-def _environment(renderer: str) -> dict[str, str]:
+def _probe() -> list[str]:
+    return [sys.executable, "-m", "skylimb.analysis.renderer_probe"]
+
+
+def _environment(renderer: str, threads: int = 0) -> dict[str, str]:
     """The child's environment: how to draw, and where this package lies however it was found here."""
     home = str(Path(__file__).parents[2])
     path = os.pathsep.join(part for part in (home, os.environ.get("PYTHONPATH", "")) if part)
-    return {**os.environ, "MUJOCO_GL": renderer, "PYTHONPATH": path}
+    environment = {**os.environ, "MUJOCO_GL": renderer, "PYTHONPATH": path}
+    if threads:
+        environment.setdefault("LP_NUM_THREADS", str(threads))  # of Mesa's renderer without a graphics card
+    return environment

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import io
 from typing import NamedTuple
 
 import numpy as np
@@ -170,9 +169,6 @@ def _broken(text: str, width: int = 26) -> str:
     return "\n".join([*lines, line])
 
 
-@style.styled
 def _plate(name: str, title: str, caption: str, figure: Figure) -> Plate:
-    picture = io.BytesIO()
-    figure.savefig(picture, format="png", dpi=170, metadata={"Software": None})
-    source = f"data:image/png;base64,{base64.b64encode(picture.getvalue()).decode('ascii')}"
+    source = f"data:image/png;base64,{base64.b64encode(style.png(figure, 170)).decode('ascii')}"
     return Plate(name, title, caption, source)

@@ -78,22 +78,21 @@ class Draw:
         what = Path(self.file).stem if self.file else self.text
         folder = new_folder(self.out, f"{_word(what)}-on-{_word(stem(self.surface))}")
         import skylimb
-        from skylimb.analysis import write_run
 
         experiment = self._experiment(what, settings)
         gains = {key: value for key, value in settings.items() if key.startswith("controller.")}
         with output.flights() as progress:
             run = skylimb.run(experiment, self.controller or _usual(), seed, gains, progress)
-        with output.working(
-            "drawing figures, report and video (a minute without a graphics card)"
-            if self.video
-            else "drawing figures and report"
-        ):
-            written = write_run(run, folder, video=self.video, report=True)
+        with output.working("writing log, figures and report"):
+            from skylimb.analysis import write_run
+
+            write_run(run, folder, videos_follow=self.video)
         output.drawing(experiment.name, _rows(run))
         if run.failed:
             print(f"{run.name} FAILED: {run.cause}")
-        output.places(folder, written.warnings)
+        output.places(folder)
+        if self.video:
+            output.videos({run.name: run}, folder)
         return 1 if run.failed else 0
 
     def _experiment(self, what: str, settings: dict[str, Any]) -> Any:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, ClassVar
@@ -31,7 +31,8 @@ if TYPE_CHECKING:
 class Run:
     """Fly one controller through one experiment.
 
-    Leaves log.nc, metrics.json, config.toml, figures/ and video.mp4. The exit code is 1 for a failed flight.
+    Leaves log.nc, metrics.json, config.toml, figures/, report.html and, after all of them, video.mp4. The
+    exit code is 1 for a failed flight.
     """
 
     examples: ClassVar[str] = """
@@ -64,27 +65,24 @@ class Run:
             self.out, "-".join(stem(name) for name in (self.experiment, self.controller) if name)
         )
         import skylimb
-        from skylimb.analysis import write_run
 
         with output.flights() as progress:
             run = skylimb.run(
                 self.experiment, self.controller or None, seed=seed, set=settings, progress=progress
             )
-        with output.working(
-            "drawing figures and video (a minute without a graphics card)"
-            if self.video
-            else "drawing figures"
-        ):
-            written = write_run(run, folder, video=self.video)
-        return _summary({run.name: run}, folder, written.warnings)
+        with output.working("writing log, figures and report"):
+            from skylimb.analysis import write_run
+
+            write_run(run, folder, videos_follow=self.video)
+        return _hand_over({run.name: run}, folder, self.video)
 
 
 @dataclass(frozen=True)
 class Compare:
     """Fly several controllers through the same experiment with the same seed.
 
-    Leaves a folder per controller, metrics.csv, the figures that compare them and report.html. The exit code
-    is 1 when a flight failed.
+    Leaves a folder per controller, metrics.csv, the figures that compare them, report.html and, after all of
+    them, a video per controller. The exit code is 1 when a flight failed.
     """
 
     examples: ClassVar[str] = """
@@ -112,22 +110,22 @@ class Compare:
         settings, seed = settings_of(self.set), whole_number("--seed", self.seed)
         folder = new_folder(self.out, f"{stem(self.experiment)}-comparison")
         import skylimb
-        from skylimb.analysis import write_comparison
 
         with output.flights() as progress:
             runs = skylimb.compare(
                 self.experiment, self.controllers, seed=seed, set=settings, progress=progress
             )
-        with output.working(
-            "drawing figures, report and videos (a minute each without a graphics card)"
-            if self.video
-            else "drawing figures and report"
-        ):
-            written = write_comparison(runs, folder, video=self.video)
-        return _summary(runs, folder, written.warnings)
+        with output.working("writing logs, figures and report"):
+            from skylimb.analysis import write_comparison
+
+            write_comparison(runs, folder, videos_follow=self.video)
+        return _hand_over(runs, folder, self.video)
 
 
-def _summary(runs: Mapping[str, RunRecord], folder: Path, warnings: Sequence[str] = ()) -> int:
+def _hand_over(runs: Mapping[str, RunRecord], folder: Path, video: bool) -> int:
+    """Show the scores and where the results lie, then draw the videos."""
     output.scores(runs)
-    output.places(folder, warnings)
+    output.places(folder)
+    if video:
+        output.videos(runs, folder)
     return 1 if any(run.failed for run in runs.values()) else 0

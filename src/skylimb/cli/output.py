@@ -181,11 +181,24 @@ def _score(run: Run, key: str) -> str:
     return f"{value:.3f} ({known:.3f})" if known is not None else f"{value:.3f}"
 
 
-def places(folder: Path, warnings: Sequence[str] = ()) -> None:
-    """What could not be made, and where the results lie, the page to read first in front."""
-    for warning in warnings:
-        print(f"note: {warning}")
+def places(folder: Path) -> None:
+    """Where the results lie, the page to read first in front."""
     for pattern in ("report.html", "contact.html", "video.mp4", "*/video.mp4", "figures"):
+        if any(folder.glob(pattern)):
+            print(f"  {folder / pattern}", flush=True)
+
+
+def videos(runs: Mapping[str, Run], folder: Path) -> None:
+    """Draw the videos of a folder with a bar each; say where they lie, and what could not be drawn."""
+    from skylimb.analysis import write_videos
+
+    count = f"{len(runs)} videos" if len(runs) > 1 else "the video"
+    print(f"drawing {count}; the report is ready, and shows them when they are there", flush=True)
+    with flights() as progress:
+        problems = write_videos(runs, folder, progress)
+    for problem in problems:
+        print(f"note: {problem}")
+    for pattern in ("video.mp4", "*/video.mp4"):
         if any(folder.glob(pattern)):
             print(f"  {folder / pattern}")
 

@@ -7,8 +7,6 @@ read, the search runs anew.
 from __future__ import annotations
 
 import logging
-import os
-import tempfile
 import tomllib
 from pathlib import Path
 
@@ -17,6 +15,7 @@ import numpy as np
 from skylimb.planning.vectoring_criteria import TORQUE, VectoringCriteria
 from skylimb.planning.vectoring_digest import robot_digest
 from skylimb.planning.vectoring_search import search_vectoring
+from skylimb.recording.files import replace_text
 from skylimb.robots import SHIPPED, Robot
 
 _DECIMALS = 10
@@ -113,11 +112,4 @@ def write_table(
         f"coefficients = [\n{rows},\n]\n"
     )
     path.parent.mkdir(parents=True, exist_ok=True)
-    handle, aside = tempfile.mkstemp(dir=path.parent, prefix=path.stem, suffix=".part")
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(text)
-        os.replace(aside, path)
-    except OSError:
-        Path(aside).unlink(missing_ok=True)
-        raise
+    replace_text(path, text)

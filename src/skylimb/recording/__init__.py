@@ -1,21 +1,10 @@
 """The run record: what a flight left behind, in memory and on disk.
 
 This package knows nothing of simulation or control, so that the log of a real flight is as good a `Run` as a
-simulated one.
+simulated one. Its names (`__init__.pyi`) are loaded when they are first used: who writes a file needs no
+dataset.
 """
 
-from skylimb.recording.files import new_file, new_folder, require_new
-from skylimb.recording.folder import load_runs
-from skylimb.recording.run import FORMAT_VERSION, LOG_FILE, Run
-from skylimb.recording.versions import versions
+import lazy_loader
 
-__all__ = [
-    "FORMAT_VERSION",
-    "LOG_FILE",
-    "Run",
-    "load_runs",
-    "new_file",
-    "new_folder",
-    "require_new",
-    "versions",
-]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -107,11 +107,8 @@ class Run:
             content = netcdf_bytes(stored)
         except TypeError as error:
             raise OutputError(f"cannot write run file '{path}': {error}") from error
-        try:
-            with new_file(path) as aside:
-                aside.write_bytes(content)
-        except OSError as error:
-            raise OutputError(f"cannot write run file '{path}': {error.strerror or error}") from error
+        with new_file(path) as aside:
+            aside.write_bytes(content)
         return Path(path)
 
     @classmethod

@@ -36,7 +36,7 @@ _TALLEST = 4.5
 
 
 @style.styled
-def drawing(runs: Mapping[str, Run]) -> Figure:
+def drawn_line(runs: Mapping[str, Run]) -> Figure:
     """The asked and the drawn line as seen from the robot, coloured by force, and below their distance.
 
     Args:

@@ -84,7 +84,7 @@ def cog_tracking(runs: Mapping[str, Run]) -> Figure:
     style.legend_below(
         figure,
         [
-            Line2D([], [], color=style.INK, label="CoG"),
+            style.in_all_colours(runs, "CoG"),
             Line2D(
                 [], [], color=style.REFERENCE, linestyle=DASHED, linewidth=0.9, label="mission's reference"
             ),
@@ -137,7 +137,7 @@ def contact_direction(runs: Mapping[str, Run]) -> Figure:
     style.legend_below(
         figure,
         [
-            Line2D([], [], color=style.INK, label="displacement, estimated force"),
+            style.in_all_colours(runs, "displacement, estimated force"),
             Line2D([], [], color=style.TRUTH, linewidth=0.8, label=f"true force, mean of {SMOOTHING:g} s"),
             style.swatch(style.CONTACT, "in contact"),
             style.swatch(style.ADAPTATION, "in contact, arm adapting"),

@@ -68,7 +68,7 @@ def poses(runs: Mapping[str, Run]) -> Figure:
     style.legend_below(
         figure,
         [
-            Line2D([], [], color=style.INK, linewidth=2.6, label="links"),
+            style.in_all_colours(runs, "links", linewidth=2.6),
             Line2D([], [], color=GHOST, linewidth=2.6, label="shape before contact"),
             Line2D([], [], color=style.INK, marker="P", markersize=5, linestyle="", label="CoG"),
             Line2D([], [], color=BOARD, linewidth=2.0, label="board"),

@@ -54,8 +54,10 @@ def pen_traces(runs: Mapping[str, Run]) -> Figure:
         figure,
         [
             Line2D([], [], color=style.REFERENCE, linestyle=DASHED, linewidth=0.9, label="nominal path"),
-            Line2D([], [], color=style.INK, linewidth=1.6, label="drawn by the pen"),
-            Line2D([], [], color=style.INK, marker="o", markersize=4.5, linestyle="", label="first touch"),
+            style.in_all_colours(runs, "drawn by the pen", linewidth=1.6),
+            style.in_all_colours(
+                runs, "first touch", marker="o", markersize=4.5, markeredgecolor="white", linestyle=""
+            ),
         ],
     )
     return figure

@@ -1,0 +1,10 @@
+from .boxes import contact_distributions as contact_distributions
+from .boxes import sliding_errors as sliding_errors
+from .drawing import drawn_line as drawn_line
+from .over_time import cog_tracking as cog_tracking
+from .over_time import contact_direction as contact_direction
+from .plates import PLATES as PLATES
+from .plates import Plate as Plate
+from .plates import write_figures as write_figures
+from .pose_strip import poses as poses
+from .traces import pen_traces as pen_traces

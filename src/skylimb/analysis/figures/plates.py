@@ -1,0 +1,156 @@
+"""Every figure that a report can show, with its words."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+from skylimb.analysis import style
+from skylimb.analysis.figures.boxes import WHISKERS, contact_distributions, sliding_errors
+from skylimb.analysis.figures.drawing import SMOOTHING as FORCE_SMOOTHING
+from skylimb.analysis.figures.drawing import drawn_line
+from skylimb.analysis.figures.over_time import SMOOTHING, cog_tracking, contact_direction
+from skylimb.analysis.figures.pose_strip import poses
+from skylimb.analysis.figures.traces import pen_traces
+from skylimb.analysis.pen_line import DRAWN_WITHIN
+from skylimb.analysis.signals import ADAPTATION_THRESHOLD, in_contact
+from skylimb.recording import Run
+
+
+@dataclass(frozen=True)
+class Plate:
+    """A figure with what a reader needs to read it.
+
+    Attributes:
+        name: of its files, without the ending.
+        title: a few words.
+        caption: what is drawn, and what to look for.
+        draw: makes the figure from runs by name.
+        compares: whether it only makes sense with several runs.
+        touches: whether it only makes sense where something was touched.
+        draws: whether it only makes sense for a drawing.
+    """
+
+    name: str
+    title: str
+    caption: str
+    draw: Callable[[Mapping[str, Run]], Figure]
+    compares: bool = False
+    touches: bool = False
+    draws: bool = False
+
+    def suits(self, runs: Mapping[str, Run]) -> bool:
+        """Whether these runs have something to show in it."""
+        touched = any(in_contact(run.log).any() for run in runs.values())
+        drawing = all("asked_line" in run.log for run in runs.values())
+        return (
+            (len(runs) > 1 or not self.compares)
+            and (touched or not self.touches)
+            and (drawing or not self.draws)
+        )
+
+
+def _flow(text: str) -> str:
+    """A text without its line breaks."""
+    return " ".join(text.split())
+
+
+PLATES = (
+    Plate(
+        "drawing",
+        "The drawing",
+        _flow(f"""
+            Seen from the robot along the contact axis. Thin: the line that was asked for; thick: where the
+            pen touched, coloured by the normal force (mean of {FORCE_SMOOTHING:g} s). Below: how far each
+            drawn sample is from the nearest point of the asked line, over the length drawn so far; as drawn
+            counts what the pen touched within {1e3 * DRAWN_WITHIN:g} mm.
+        """),
+        drawn_line,
+        draws=True,
+    ),
+    Plate(
+        "pen_traces",
+        "What the pen drew",
+        _flow("""
+            The surface as seen from the robot. Dashed: the line without any error. A law that leads the pen
+            has the pen's reference there; of any other it is what a pen held still in the robot would draw if
+            the centre of gravity kept to its reference. A sloped surface stretches the path. Look for how
+            much of it friction takes away, and where the line breaks because the pen lost touch.
+        """),
+        pen_traces,
+        touches=True,
+    ),
+    Plate(
+        "cog_tracking",
+        "Centre of gravity along the sliding directions",
+        _flow("""
+            Solid: the centre of gravity; dashed: the mission's reference; yellow: the pen touches. The solid
+            line trails the dashed one because of friction and, where the reference is sent as positions
+            alone, for want of its velocity. Impedance control resists the former. Dotted, where there is one:
+            the control law's own target, for a law that leads the centre of gravity to where the pen is
+            right.
+        """),
+        cog_tracking,
+    ),
+    Plate(
+        "sliding_errors",
+        "Error along the sliding directions",
+        _flow(f"""
+            Absolute distance of the centre of gravity from the mission's reference over the sliding period,
+            the same reference for every controller. Boxes span the quartiles, the bar and the number above
+            are the median, whiskers reach from {WHISKERS[0]:g} to {WHISKERS[1]:g} %. Diamonds: medians that
+            the paper prints (it gives none for z).
+        """),
+        sliding_errors,
+        compares=True,
+    ),
+    Plate(
+        "contact_direction",
+        "Displacement and force along the contact direction",
+        _flow(f"""
+            Above: how far the centre of gravity is from the mission's reference, which in contact lies behind
+            the surface. A controller that keeps the centre of gravity is pushed away from it, one that
+            regulates the force stays away by itself. Below: the force that the controller estimated
+            (coloured) and the true contact force (grey, mean of {SMOOTHING:g} s); pushed by the surface, both
+            are negative. Yellow: the pen touches; pink: it touches and the arm has given way by more than
+            {1e3 * ADAPTATION_THRESHOLD:g} mm. Blue, where there is any: the controller held the touch for
+            lost and looked for the surface again.
+        """),
+        contact_direction,
+    ),
+    Plate(
+        "contact_distributions",
+        "Displacement and force, distributions",
+        _flow("""
+            The same two quantities over the sliding period, as box plots. An arm that gives way takes up part
+            of the board's depth, and the centre of gravity moves less.
+        """),
+        contact_distributions,
+        compares=True,
+    ),
+    Plate(
+        "poses",
+        "The robot deforms",
+        _flow("""
+            Seen from above, at five instants of the sliding period. Grey: the shape before the contact, moved
+            to the same centre of gravity. Under the laws that adapt, the arm folds where the board comes near
+            and stretches where it recedes; otherwise the shape stays.
+        """),
+        poses,
+    ),
+)
+"""Every figure, in the order in which a report shows them."""
+
+
+def write_figures(runs: Mapping[str, Run], folder: Path) -> list[Path]:
+    """Draw every figure that suits these runs into `folder`, as PNG and PDF, and return the PNG paths.
+
+    Raises:
+        OSError: when a file cannot be written.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    wanted = [plate for plate in PLATES if plate.suits(runs)]
+    return [style.save(plate.draw(runs), folder / plate.name)[0] for plate in wanted]

@@ -1,0 +1,10 @@
+from .files import new_file as new_file
+from .files import new_folder as new_folder
+from .files import replace_text as replace_text
+from .files import replacing as replacing
+from .files import require_new as require_new
+from .files import writing as writing
+from .folder import load_runs as load_runs
+from .run import FORMAT_VERSION as FORMAT_VERSION
+from .run import LOG_FILE as LOG_FILE
+from .run import Run as Run
