@@ -7,12 +7,12 @@ from .experiments.experiment import Experiment as Experiment
 from .experiments.experiment import load_experiment as load_experiment
 from .experiments.listing import list_controllers as list_controllers
 from .experiments.listing import list_experiments as list_experiments
-from .robots.loader import list_robots as list_robots
 from .flights.public import begin as begin
 from .flights.public import compare as compare
 from .flights.public import run as run
 from .missions.reference import Reference as Reference
 from .recording.run import Run as Run
+from .robots.loader import list_robots as list_robots
 from .robots.loader import load_robot as load_robot
 from .robots.model import Robot as Robot
 
