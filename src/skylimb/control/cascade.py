@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 from skylimb.config import with_overrides
@@ -122,10 +123,18 @@ class Cascade:
 
     def gains(self) -> Slots:
         """The preset's gains as arrays: every number that may change without a new trace."""
+        return self._gains
+
+    @cached_property
+    def _gains(self) -> Slots:
         return numeric(Slots(*(slot.gains for slot in self.preset.slots)))
 
     def initial_state(self) -> Slots:
         """The state before the first tick, hovering in the nominal posture."""
+        return self._initial_state
+
+    @cached_property
+    def _initial_state(self) -> Slots:
         theta = self.family.theta_nominal
         hover = self.robot.at(self.family.joint_angles(theta), self.vectoring.angles(theta)).hover_thrusts
         start = Start(self.robot, self.family.reach_nominal, hover)
@@ -161,6 +170,10 @@ class Cascade:
 
     def structure(self) -> Hashable:
         """Everything that ends up in the traced function rather than in its arguments."""
+        return self._structure
+
+    @cached_property
+    def _structure(self) -> Hashable:
         # Functions are compared by identity, so that a law that was loaded anew is traced anew.
         functions = tuple(
             getattr(slot.law, function)

@@ -65,7 +65,7 @@ class TraceableController(Controller, Protocol):
         ...
 
     def structure(self) -> Hashable:
-        """Everything that ends up in the traced function rather than in its arguments."""
+        """Everything that its traced step depends on besides numbers: laws, robot, kinds of gains and state."""
         ...
 
     def require(self, dt: float) -> None:
