@@ -65,7 +65,7 @@ class TraceableController(Controller, Protocol):
         ...
 
     def structure(self) -> Hashable:
-        """Everything that its traced step depends on besides numbers: laws, robot, kinds of gains and state."""
+        """Everything that its traced step depends on besides numbers: laws, robot, structure of its state."""
         ...
 
     def require(self, dt: float) -> None:
