@@ -51,3 +51,13 @@ def test_symbols_and_numbers_give_the_same(name: str) -> None:
     function, angle_symbol = getattr(spatial, name), ca.SX.sym("a")
     traced = ca.Function("f", [angle_symbol], [function(angle_symbol)])
     np.testing.assert_allclose(traced(0.7).full(), function(0.7), atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("angle", "same"),
+    [(0.5, 0.5), (3.5, 3.5 - 2 * np.pi), (-3.5, 2 * np.pi - 3.5), (np.pi, -np.pi), (7.0, 7.0 - 2 * np.pi)],
+)
+def test_an_angle_is_wrapped_to_half_a_turn_either_way(angle: float, turns: int) -> None:
+    same = angle + 2.0 * np.pi * turns
+    assert spatial.wrapped(angle) == pytest.approx(same)
+    np.testing.assert_allclose(spatial.wrapped(np.array([angle, 0.0])), [same, 0.0])

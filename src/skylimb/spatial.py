@@ -23,6 +23,11 @@ def _cos_sin(angle: Any) -> tuple[Any, Any]:
     return np.cos(angle), np.sin(angle)
 
 
+def wrapped(angle: Any) -> Any:
+    """The same angle within -pi .. pi (NumPy only), entry by entry; pi itself becomes -pi."""
+    return (angle + np.pi) % (2.0 * np.pi) - np.pi
+
+
 def hat(v: Array) -> Array:
     """The skew-symmetric matrix of a 3-vector; its product with w is the cross product of v and w."""
     return matrix([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])

@@ -75,7 +75,7 @@ def test_an_experiment_keeps_its_changes_and_mentions_none_otherwise() -> None:
     assert "gain_changes" not in skylimb.load_experiment("paper").to_mapping()
 
 
-FORCE = "translation.force"
+FORCE, TOUCH = "translation.force", "contact.machine.touch_force"
 
 
 @pytest.mark.parametrize(
@@ -87,7 +87,12 @@ FORCE = "translation.force"
         ("following", change(5.0, FORCE, 99.0), ConfigError, r"outside of 0 .. 20 N"),
         ("following", change(5.0, FORCE, [1.0, 2.0]), ConfigError, "wrong type"),
         ("following", change(-1.0, FORCE, 2.0), ConfigError, r"gain_changes\.0\.time = -1 s"),
-        ("following", change(5.0, "contact.machine.touch_force", -1.0), ConfigError, "must be positive"),
+        (
+            "following",
+            change(5.0, TOUCH, -1.0),
+            ConfigError,
+            "above 0 and at most 100 N",
+        ),
         ("following", change(500.0, FORCE, 2.0), ConfigError, "after the flight's end"),
         ("following", {"time": 5.0, "key": FORCE}, ConfigError, "value' is missing"),
         ("following", change(5.0, FORCE, 2.0, blnd=1.0), UnknownNameError, "blend"),

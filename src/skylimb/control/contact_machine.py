@@ -12,10 +12,9 @@ mission wants no touch. All of it is arithmetic on numbers, so that it compiles 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
-from skylimb.config import require_positive, require_range
+from skylimb.keys import Key, configuration
 from skylimb.symbolic import where
 
 STATES = ("free", "approach", "settle", "slide", "lost", "recontact", "retreat")
@@ -35,37 +34,32 @@ REASONS = (
 START, WANTED, TOUCHED, CALM, NO_FORCE, RESTED, NOTHING, OVER, CLEAR = (float(i) for i in range(len(REASONS)))
 
 
-@dataclass(frozen=True)
+@configuration
 class MachineGains:
     """When the machine changes its state.
 
-    Attributes:
-        touch_force: force that counts as touch, N.
-        touch_time: how long it has to last, s.
-        lost_force: normal force below which the touch may be lost, N.
-        lost_time: how long it has to be that low, s.
-        settle_time: how long a touch has to last before the slide, s.
-        rest_time: how long the robot holds before it looks for the surface again, s.
-        search: how far beyond the surface's nominal place the tip looks for it, m.
-        search_again: how far beyond the place of a loss, m. Before the first slide a touch may have been a
-            false one, far from the surface: then the search goes on as far as the first one would.
+    Before the first slide a touch may have been a false one, far from the surface: then the search after a
+    loss goes on as far as the first one would.
     """
 
-    touch_force: float = 0.5
-    touch_time: float = 0.015
-    lost_force: float = 0.25
-    lost_time: float = 0.2
-    settle_time: float = 1.0
-    rest_time: float = 0.5
-    search: float = 0.25
-    search_again: float = 0.10
-
-    def __post_init__(self) -> None:
-        for name, unit in (("touch_force", "N"), ("lost_time", "s"), ("search", "m"), ("search_again", "m")):
-            require_positive("contact", name, getattr(self, name), unit)
-        require_range("contact", "lost_force", self.lost_force, 0.0, 10.0, "N")
-        require_range("contact", "settle_time", self.settle_time, 0.0, 60.0, "s")
-        require_range("contact", "rest_time", self.rest_time, 0.0, 60.0, "s")
+    touch_force: Annotated[float, Key("N", "force that counts as touch", above=0.0, high=100.0)] = 0.5
+    touch_time: Annotated[float, Key("s", "how long it has to last", low=0.0, high=10.0)] = 0.015
+    lost_force: Annotated[float, Key("N", "force below which the touch may be lost", low=0.0, high=10.0)] = (
+        0.25
+    )
+    lost_time: Annotated[float, Key("s", "how long it has to be that low", above=0.0, high=60.0)] = 0.2
+    settle_time: Annotated[float, Key("s", "how long a touch lasts before the slide", low=0.0, high=60.0)] = (
+        1.0
+    )
+    rest_time: Annotated[
+        float, Key("s", "rest before the surface is looked for again", low=0.0, high=60.0)
+    ] = 0.5
+    search: Annotated[
+        float, Key("m", "how far beyond its nominal place the surface is looked for", above=0.0, high=10.0)
+    ] = 0.25
+    search_again: Annotated[
+        float, Key("m", "how far beyond the place of a loss it is looked for", above=0.0, high=10.0)
+    ] = 0.10
 
 
 class MachineState(NamedTuple):

@@ -14,37 +14,31 @@ from __future__ import annotations
 
 import functools
 import math
-from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import casadi as ca
 
-from skylimb.config import require_positive, require_range
 from skylimb.control.records import Demand, LawInput
+from skylimb.keys import Key, configuration
 from skylimb.robots.model import Robot
 from skylimb.symbolic import Array, clip, low_pass, matrix, right_inverse, stack
 
 
-@dataclass(frozen=True)
+@configuration
 class Moves:
-    """How far and how fast the angles move.
+    """How far and how fast the angles move."""
 
-    Attributes:
-        limit: greatest move of an angle, rad.
-        damping: mu, N^2/rad^2; keeps moves small where they do little.
-        cutoff: of the low pass on the moves, Hz; the wanted force is noisy.
-        lead: how many times faster than their servos, which lag, the angles are made to follow.
-    """
-
-    limit: float = 0.5
-    damping: float = 0.5
-    cutoff: float = 1.0
-    lead: float = 1.0
-
-    def __post_init__(self) -> None:
-        require_range("vectoring", "lead", self.lead, 1.0, 10.0)
-        require_positive("vectoring", "limit", self.limit, "rad")
-        require_positive("vectoring", "damping", self.damping, "N^2/rad^2")
+    limit: Annotated[float, Key("rad", "greatest move of an angle", above=0.0, high=3.2)] = 0.5
+    damping: Annotated[
+        float,
+        Key("N^2/rad^2", "mu, which keeps moves small where they do little", above=0.0, high=1e6),
+    ] = 0.5
+    cutoff: Annotated[
+        float, Key("Hz", "low pass on the moves, as the wanted force is noisy", above=0.0, high=1e4)
+    ] = 1.0
+    lead: Annotated[
+        float, Key("", "how many times faster than by their servos the angles follow", low=1.0, high=10.0)
+    ] = 1.0
 
 
 @functools.lru_cache(maxsize=16)

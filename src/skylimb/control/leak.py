@@ -10,42 +10,36 @@ force before the attitude target is formed cures it. Off in the paper's presets.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
-from skylimb.config import require_positive
 from skylimb.control.records import LawInput
 from skylimb.control.thrusts import Thrusts, rotor_wrench
+from skylimb.keys import Key, configuration
 from skylimb.symbolic import Array, low_pass, right_inverse, stack
 
 
-@dataclass(frozen=True)
+@configuration
 class Leak:
-    """Whether the leak is compensated, and how fast.
+    """Whether the leak is compensated, and how fast."""
 
-    Attributes:
-        compensate: off in the paper's presets.
-        cutoff: of the low pass on the leak, Hz; it must stay below the attitude loop's own bandwidth.
-    """
-
-    compensate: bool = False
-    cutoff: float = 0.5
-
-    def __post_init__(self) -> None:
-        require_positive("leak", "cutoff", self.cutoff, "Hz")
+    compensate: Annotated[bool, Key("", "whether the leak is taken off; off in the paper's presets")] = False
+    cutoff: Annotated[
+        float,
+        Key("Hz", "low pass on the leak; below the attitude loop's own bandwidth", above=0.0, high=100.0),
+    ] = 0.5
 
 
-@dataclass(frozen=True)
+@configuration
 class TorqueLeak(Leak):
     """The leak of the rotational thrusts alone.
 
-    Attributes:
-        steady: whether it is the leak of the torque that holds the attitude against the estimated
-            disturbance, rather than of the torque that is commanded. It is free of the attitude loop's own
-            motion, so it may be followed faster.
+    The torque that holds the attitude against the estimated disturbance is free of the attitude loop's own
+    motion, so that its leak may be followed faster than that of the commanded torque.
     """
 
-    steady: bool = False
+    steady: Annotated[
+        bool, Key("", "whether it is the leak of the torque that holds, not of the commanded one")
+    ] = False
 
 
 def without_leak(gains: Any, leak: Array, force: Array) -> Array:

@@ -9,30 +9,25 @@ makes it follow `lead` times faster, at most as fast as it is there within a tic
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
-from skylimb.config import require_range
+from skylimb.keys import Key, configuration
 from skylimb.symbolic import Array, clip, exp
 
 
-@dataclass(frozen=True)
+@configuration
 class RotorLag:
-    """What is assumed about the lag, and whether it is shortened.
+    """What is assumed about the lag, and whether it is shortened."""
 
-    Attributes:
-        compensate: off in the paper's presets; then thrusts are taken to follow at once.
-        time_constant: assumed time constant of the thrusts, s.
-        lead: how many times faster than by themselves the thrusts follow.
-    """
-
-    compensate: bool = False
-    time_constant: float = 0.05
-    lead: float = 2.0
-
-    def __post_init__(self) -> None:
-        require_range("rotor_lag", "time_constant", self.time_constant, 1e-4, 1.0, "s")
-        require_range("rotor_lag", "lead", self.lead, 1.0, 10.0)
+    compensate: Annotated[
+        bool, Key("", "whether the lag is shortened; without, thrusts are taken to follow at once")
+    ] = False
+    time_constant: Annotated[float, Key("s", "assumed time constant of the thrusts", low=1e-4, high=1.0)] = (
+        0.05
+    )
+    lead: Annotated[
+        float, Key("", "how many times faster than by themselves the thrusts follow", low=1.0, high=10.0)
+    ] = 2.0
 
 
 class Led(NamedTuple):

@@ -2,31 +2,29 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from skylimb.config import require_positive
 from skylimb.estimation.records import BodyState, Measurement
+from skylimb.keys import Key, configuration
 from skylimb.robots.model import Robot
 from skylimb.spatial import cross, rotation_from_quaternion
 from skylimb.symbolic import Array, low_pass, stack
 
 
-@dataclass(frozen=True)
+@configuration
 class AngleRateFilter:
     """The low pass behind which the encoders' angles are differenced.
 
-    Attributes:
-        bandwidth: rad/s. 30 passes the arm's motion (below 0.5 Hz) and keeps the encoders' noise below that
-            of motion capture for an observer of 3 1/s; a faster observer wants less of it.
+    30 rad/s pass the arm's motion (below 0.5 Hz) and keep the encoders' noise below that of motion capture
+    for an observer of 3 1/s; a faster observer wants less of it.
     """
 
-    bandwidth: float = 30.0
-
-    def __post_init__(self) -> None:
-        require_positive("angle_rates", "bandwidth", self.bandwidth, "rad/s")
+    bandwidth: Annotated[
+        float,
+        Key("rad/s", "low pass on the measured angles before they are differenced", above=0.0, high=1e4),
+    ] = 30.0
 
 
 class AngleRateState(NamedTuple):

@@ -14,35 +14,26 @@ model by 2 % each read as about 3 mm of d; nothing in a hover tells the two apar
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
-from skylimb.config import require_positive
 from skylimb.estimation.records import BodyState, Wrench
 from skylimb.estimation.tare import TareState
+from skylimb.keys import Key, configuration
 from skylimb.robots.model import GRAVITY
 from skylimb.spatial import cross, rot_z
 from skylimb.symbolic import Array, exp, vector
 
 
-@dataclass(frozen=True)
+@configuration
 class Calibration:
-    """What is done with the hover's bias.
+    """What is done with the hover's bias."""
 
-    Attributes:
-        feed: whether the bias is fed forward, so that no position error has to make it up.
-        attitude: whether the measured attitude is corrected.
-        cog: whether the modelled centre of gravity is corrected.
-        rate: at which corrections come in after the tare, 1/s; nothing jumps.
-    """
-
-    feed: bool = False
-    attitude: bool = False
-    cog: bool = False
-    rate: float = 1.0
-
-    def __post_init__(self) -> None:
-        require_positive("calibration", "rate", self.rate, "1/s")
+    feed: Annotated[bool, Key("", "whether the rotors make up the bias, so that no error has to")] = False
+    attitude: Annotated[bool, Key("", "whether the measured attitude is corrected")] = False
+    cog: Annotated[bool, Key("", "whether the modelled centre of gravity is corrected")] = False
+    rate: Annotated[
+        float, Key("1/s", "rate at which corrections come in after the tare", above=0.0, high=100.0)
+    ] = 1.0
 
 
 class Correction(NamedTuple):

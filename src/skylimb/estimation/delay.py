@@ -15,14 +15,13 @@ So the known wrench of every tick is kept in a short history, from which
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from skylimb.config import require_range
 from skylimb.errors import ConfigError
 from skylimb.estimation.records import BodyState, Wrench
+from skylimb.keys import Key, configuration
 from skylimb.spatial import hat
 from skylimb.symbolic import Array, clip, stack
 
@@ -30,18 +29,11 @@ DEPTH = 16
 """Ticks of history; at 200 Hz latencies up to 75 ms can be predicted."""
 
 
-@dataclass(frozen=True)
+@configuration
 class Delay:
-    """What is assumed about the latency.
+    """What is assumed about the latency."""
 
-    Attributes:
-        latency: assumed age of a measurement, s.
-    """
-
-    latency: float = 0.02
-
-    def __post_init__(self) -> None:
-        require_range("delay", "latency", self.latency, 0.0, 0.2, "s")
+    latency: Annotated[float, Key("s", "assumed age of a measurement", low=0.0, high=0.2)] = 0.02
 
 
 class DelayState(NamedTuple):

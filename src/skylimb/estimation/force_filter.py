@@ -3,25 +3,17 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
-from skylimb.config import require_positive
+from skylimb.keys import Key, configuration
 from skylimb.symbolic import low_pass
 
 
-@dataclass(frozen=True)
+@configuration
 class ForceFilter:
-    """The low pass.
+    """The low pass."""
 
-    Attributes:
-        cutoff: Hz.
-    """
-
-    cutoff: float = 2.0
-
-    def __post_init__(self) -> None:
-        require_positive("force_filter", "cutoff", self.cutoff, "Hz")
+    cutoff: Annotated[float, Key("Hz", "low pass on the contact force, f_hat", above=0.0, high=1e4)] = 2.0
 
 
 def filter_force(gains: Any, before: Any, force: Any, dt: float) -> Any:

@@ -12,29 +12,25 @@ commanded, after saturation: with those before it, the estimate is off by the di
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from skylimb.config import require_positive
 from skylimb.estimation.records import BodyState, Wrench
+from skylimb.keys import Key, configuration
 from skylimb.robots.model import GRAVITY_W
 from skylimb.spatial import cross
 from skylimb.symbolic import Array, low_pass
 
+Vector3 = tuple[float, float, float]
 
-@dataclass(frozen=True)
+
+@configuration
 class ObserverGains:
-    """K_ti and K_ri of eq:external wrench estimation, 1/s, per axis."""
+    """Gains of eq:external wrench estimation."""
 
-    force: tuple[float, float, float] = (3.0, 3.0, 3.0)
-    torque: tuple[float, float, float] = (1.0, 1.0, 1.0)
-
-    def __post_init__(self) -> None:
-        for name in ("force", "torque"):
-            for entry in getattr(self, name):
-                require_positive("observer", name, entry, "1/s")
+    force: Annotated[Vector3, Key("1/s", "K_ti, of the force in W", above=0.0, high=1e4)] = (3.0, 3.0, 3.0)
+    torque: Annotated[Vector3, Key("1/s", "K_ri, of the torque in C", above=0.0, high=1e4)] = (1.0, 1.0, 1.0)
 
 
 class ObserverState(NamedTuple):

@@ -14,33 +14,36 @@ The outward normal of the surface, which points to the robot, is n = -(a - s_u u
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from skylimb.config import require_positive
+from skylimb.keys import Key, configuration
 from skylimb.symbolic import Array, clip, exp, matrix, vector
 
 
-@dataclass(frozen=True)
+@configuration
 class SurfaceGains:
-    """What is assumed about pen and surface.
+    """What is assumed about pen and surface."""
 
-    Attributes:
-        drift: growth of the slope's variance a metre of path, 1/m.
-        height_noise: standard deviation of the tip's measured place along the contact axis, m.
-        cross_noise: standard deviation of the slope across the path that a tick's force tells, 1.
-    """
-
-    drift: float = 0.5
-    height_noise: float = 0.003
-    cross_noise: float = 3.0
-
-    def __post_init__(self) -> None:
-        require_positive("surface", "drift", self.drift, "1/m")
-        require_positive("surface", "height_noise", self.height_noise, "m")
-        require_positive("surface", "cross_noise", self.cross_noise, "")
+    drift: Annotated[
+        float, Key("1/m", "growth of the slope's variance for a metre of path", above=0.0, high=1e6)
+    ] = 0.5
+    height_noise: Annotated[
+        float,
+        Key(
+            "m", "standard deviation of the tip's measured place along the contact axis", above=0.0, high=1.0
+        ),
+    ] = 0.003
+    cross_noise: Annotated[
+        float,
+        Key(
+            "",
+            "standard deviation of the slope across the path that one tick's force shows",
+            above=0.0,
+            high=1e9,
+        ),
+    ] = 3.0
 
 
 class SurfaceState(NamedTuple):

@@ -17,6 +17,7 @@ from scipy.interpolate import BSpline
 from scipy.ndimage import uniform_filter1d
 
 from skylimb.planning.drawing import Strokes
+from skylimb.spatial import wrapped
 
 SHARP = math.radians(60.0)
 """A corner that turns by more is a stop."""
@@ -84,7 +85,7 @@ def _stretches(line: np.ndarray) -> list[np.ndarray]:
     """A stroke cut at its sharp corners."""
     sides = np.diff(line, axis=0)
     headings = np.arctan2(sides[:, 1], sides[:, 0])
-    turns = np.abs((np.diff(headings) + np.pi) % (2.0 * np.pi) - np.pi)
+    turns = np.abs(wrapped(np.diff(headings)))
     cuts = [0, *(np.flatnonzero(turns > SHARP) + 1).tolist(), len(line) - 1]
     return [line[begin : end + 1] for begin, end in itertools.pairwise(cuts)]
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from skylimb.errors import ConfigError, DescriptionError, UnreachableError
 from skylimb.robots import Robot
+from skylimb.spatial import wrapped
 
 _SLACK = 1e-9
 _TOLERANCE = 1e-10
@@ -165,10 +166,10 @@ def _closed_form(
 def _wrapped(q: np.ndarray, robot: Robot, close: np.ndarray) -> np.ndarray:
     """The same angles plus whole turns: within the limits where possible, then close to `close`."""
     lower, upper = robot.joint_limits()
-    around = close + (q - close + np.pi) % (2.0 * np.pi) - np.pi
+    around = close + wrapped(q - close)
     around = np.where(around > upper + _SLACK, around - 2.0 * np.pi, around)
     around = np.where(around < lower - _SLACK, around + 2.0 * np.pi, around)
-    around = np.where(around > upper + _SLACK, (q + np.pi) % (2.0 * np.pi) - np.pi, around)
+    around = np.where(around > upper + _SLACK, wrapped(q), around)
     return np.where(
         np.abs(around - np.clip(around, lower, upper)) <= _SLACK, np.clip(around, lower, upper), around
     )
@@ -200,7 +201,7 @@ def _numeric(
 
     def error(q: np.ndarray) -> np.ndarray:
         tip, angle = chain.forward(q)
-        return np.array([*(tip - target), (angle - heading + np.pi) % (2.0 * np.pi) - np.pi])
+        return np.array([*(tip - target), wrapped(angle - heading)])
 
     def distance(q: np.ndarray) -> float:
         return float(np.sum((q - close) ** 2))

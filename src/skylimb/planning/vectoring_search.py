@@ -31,6 +31,7 @@ from skylimb.planning.tip_force import tip_force_map
 from skylimb.planning.vectoring_criteria import TORQUE, VectoringCriteria
 from skylimb.robots import Robot
 from skylimb.robots.flight_check import golden_steps
+from skylimb.spatial import wrapped
 
 VERSION = 1
 """Counts up when the search changes, so that tables found by an older one are not used."""
@@ -69,7 +70,7 @@ def search_vectoring(robot: Robot, criteria: VectoringCriteria = TORQUE) -> np.n
     ranked = sorted((path for path in paths if path is not None), key=lambda path: path[0], reverse=True)
     distinct: list[tuple[float, np.ndarray]] = []
     for path in ranked:
-        if all(np.max(np.abs(_wrap(path[1][:, 0] - other[1][:, 0]))) > _SAME for other in distinct):
+        if all(np.max(np.abs(wrapped(path[1][:, 0] - other[1][:, 0]))) > _SAME for other in distinct):
             distinct.append(path)
     fine = _PathProgram(posture, criteria, criteria.degree, 24, 150)
     refined = [fine.solve(coefficients) for _, coefficients in distinct[:_REFINED]]
@@ -89,15 +90,11 @@ def evaluate(coefficients: np.ndarray, low: float, high: float, theta: Any, orde
     return np.moveaxis(chebyshev.chebval(x, series.T), 0, -1)
 
 
-def _wrap(angle: np.ndarray) -> np.ndarray:
-    return (angle + np.pi) % (2.0 * np.pi) - np.pi
-
-
 def _near_zero(robot: Robot, span: tuple[float, float], coefficients: np.ndarray) -> np.ndarray:
     """The same path, whole turns away: at the nominal posture each joint is within half a turn of zero."""
     nominal = evaluate(coefficients, *span, robot.description.posture.theta_nominal)
     moved = coefficients.copy()
-    moved[:, 0] += _wrap(nominal) - nominal
+    moved[:, 0] += wrapped(nominal) - nominal
     return moved
 
 
@@ -149,9 +146,9 @@ def _starts(robot: Robot, posture: _Posture) -> list[np.ndarray]:
             solution = solver(x0=[*start, 1.0], p=angle, lbg=posture.low, ubg=posture.high)
             if solver.stats()["success"]:
                 x = solution["x"].full().ravel()
-                optima.append((float(x[n]), _wrap(x[:n])))
+                optima.append((float(x[n]), wrapped(x[:n])))
         for _, candidate in sorted(optima, key=lambda optimum: optimum[0], reverse=True):
-            if all(np.max(np.abs(_wrap(candidate - other))) > _SAME for other in found):
+            if all(np.max(np.abs(wrapped(candidate - other))) > _SAME for other in found):
                 found.append(candidate)
     return found
 

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from skylimb.robots import GRAVITY
 from skylimb.simulation.surfaces import Board
 from skylimb.verification.rig import RADIUS, Bench
 from skylimb.verification.row import Evidence, Row, worst
 
-_GRAVITY = 9.80665
 _FLOOR = (0.0, 0.0, -1.0)  # contact axis of a floor; u is then the world's y, downhill for a positive slope
 
 
@@ -42,8 +42,8 @@ def _incline_acceleration(mu: float, angle: float) -> float:
     floor = Board(contact_axis=_FLOOR, slope=angle, friction=mu)
     mass = 2.0
     # Starts as deep as its weight presses it in, so that it does not bounce.
-    bench = Bench(floor, mass, gap=-mass * _GRAVITY * math.cos(angle) / floor.stiffness)
-    bench.model.opt.gravity[:] = (0.0, 0.0, -_GRAVITY)
+    bench = Bench(floor, mass, gap=-mass * GRAVITY * math.cos(angle) / floor.stiffness)
+    bench.model.opt.gravity[:] = (0.0, 0.0, -GRAVITY)
     trace = bench.run(0.5).after(0.2)
     return float(np.polyfit(trace.time, trace.velocity[:, 1], 1)[0])
 

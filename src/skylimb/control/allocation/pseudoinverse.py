@@ -6,47 +6,38 @@ rotors' lag, thrusts for a torque that do not lift, vectoring angles for contact
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from dataclasses import field
+from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
 
-from skylimb.config import require_choice
 from skylimb.control.leak import TorqueLeak, follow_leak, side_force, without_leak
 from skylimb.control.needs import Needs
 from skylimb.control.records import Allocated, Command, Demand, LawInput
 from skylimb.control.rotor_lag import RotorLag, lead_thrusts
 from skylimb.control.thrusts import allocate, rotor_wrench, thrust_limits
 from skylimb.estimation.records import Signals, Start
+from skylimb.keys import Key, configuration
 from skylimb.symbolic import Array
 
 
-@dataclass(frozen=True)
+@configuration
 class Vectoring:
-    """The nominal vectoring angles.
+    """The nominal vectoring angles."""
 
-    Attributes:
-        purpose: of the table of angles over the posture, "torque", the paper's, or "contact".
-    """
-
-    purpose: str = "torque"
-
-    def __post_init__(self) -> None:
-        require_choice("vectoring", "purpose", self.purpose, ("torque", "contact"))
+    purpose: Annotated[
+        Literal["torque", "contact"],
+        Key("", "what the angles over the posture were chosen for; the paper's for torque"),
+    ] = "torque"
 
 
-@dataclass(frozen=True)
+@configuration
 class Gains:
-    """What is done besides the paper's allocation.
+    """What is done besides the paper's allocation."""
 
-    Attributes:
-        hold_lift: whether the thrusts for a torque are chosen so that they do not lift.
-        leak: compensation of the rotational thrusts' side force.
-        rotor_lag: compensation of the rotors' lag.
-        vectoring: the nominal vectoring angles.
-    """
-
-    hold_lift: bool = False
+    hold_lift: Annotated[
+        bool, Key("", "whether the thrusts for a torque are chosen so that they do not lift")
+    ] = False
     leak: TorqueLeak = field(default_factory=TorqueLeak)
     rotor_lag: RotorLag = field(default_factory=RotorLag)
     vectoring: Vectoring = field(default_factory=Vectoring)

@@ -6,8 +6,8 @@ that the thrusts make without any move is the leak, and the tilt gives the rest.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from dataclasses import field
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
@@ -19,30 +19,22 @@ from skylimb.control.records import Allocated, Command, Demand, LawInput
 from skylimb.control.rotor_lag import RotorLag, lead_thrusts
 from skylimb.control.thrusts import allocate, rotor_wrench, thrust_limits
 from skylimb.estimation.records import Signals, Start
+from skylimb.keys import Key, configuration
 from skylimb.symbolic import Array
 
 
-@dataclass(frozen=True)
+@configuration
 class Vectoring(Moves, pseudoinverse.Vectoring):
     """Nominal vectoring angles, and the moves around them."""
 
-    def __post_init__(self) -> None:
-        Moves.__post_init__(self)
-        pseudoinverse.Vectoring.__post_init__(self)
 
-
-@dataclass(frozen=True)
+@configuration
 class Gains:
-    """How the rotors are used.
+    """How the rotors are used."""
 
-    Attributes:
-        hold_lift: whether the thrusts for a torque are chosen so that they do not lift.
-        leak: compensation of the side force that is there without any move.
-        rotor_lag: compensation of the rotors' lag.
-        vectoring: the nominal vectoring angles and the moves around them.
-    """
-
-    hold_lift: bool = True
+    hold_lift: Annotated[
+        bool, Key("", "whether the thrusts for a torque are chosen so that they do not lift")
+    ] = True
     leak: Leak = field(default_factory=Leak)
     rotor_lag: RotorLag = field(default_factory=RotorLag)
     vectoring: Vectoring = field(default_factory=Vectoring)

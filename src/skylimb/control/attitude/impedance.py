@@ -2,38 +2,27 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
-from skylimb.config import require_positive
 from skylimb.control.records import LawInput
 from skylimb.estimation.records import Signals, Start
+from skylimb.keys import Key, configuration
 from skylimb.spatial import cross, rotation_error
 from skylimb.symbolic import Array
 
+Vector3 = tuple[float, float, float]
 
-@dataclass(frozen=True)
+
+@configuration
 class Gains:
-    """The impedance in C, per axis.
+    """The impedance about the axes of C.
 
-    Attributes:
-        virtual_inertia_ratio: I_d I^-1. Above one the estimated torque is fed back to resist it.
-        normalized_stiffness: K_rd / I_d, 1/s^2.
-        damping_ratio: Z_rd of eq:damping rate.
+    Above a ratio of one, the estimated torque is fed back to resist it.
     """
 
-    virtual_inertia_ratio: tuple[float, float, float]
-    normalized_stiffness: tuple[float, float, float]
-    damping_ratio: tuple[float, float, float]
-
-    def __post_init__(self) -> None:
-        for name, unit in (
-            ("virtual_inertia_ratio", ""),
-            ("normalized_stiffness", "1/s^2"),
-            ("damping_ratio", ""),
-        ):
-            for entry in getattr(self, name):
-                require_positive("attitude", name, entry, unit)
+    virtual_inertia_ratio: Annotated[Vector3, Key("", "I_d I^-1", above=0.0, high=1e3)]
+    normalized_stiffness: Annotated[Vector3, Key("1/s^2", "K_rd / I_d", above=0.0, high=1e5)]
+    damping_ratio: Annotated[Vector3, Key("", "Z_rd of eq:damping rate", above=0.0, high=100.0)]
 
 
 def initial_state(gains: Gains, start: Start) -> tuple[()]:

@@ -13,10 +13,9 @@ the friction with it, grow until the pen is wedged.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from dataclasses import field
+from typing import Annotated, Any, NamedTuple
 
-from skylimb.config import require_positive, require_range
 from skylimb.control.contact_machine import (
     APPROACH,
     FREE,
@@ -34,64 +33,71 @@ from skylimb.control.contact_machine import (
 )
 from skylimb.control.needs import Needs
 from skylimb.control.records import ContactView, LawInput
-from skylimb.errors import ConfigError
 from skylimb.estimation.records import Signals, Start, Wrench
 from skylimb.estimation.surface import SurfaceGains, SurfaceState, follow_surface, initial_surface_state
+from skylimb.keys import Key, configuration, refused
 from skylimb.spatial import cross, dot
 from skylimb.symbolic import Array, clip, vector, where
 
 
-@dataclass(frozen=True)
+@configuration
 class Gains:
-    """Machine, surface estimate and pace.
+    """Machine, surface estimate and pace."""
 
-    Attributes:
-        approach_speed: at which the tip looks for the surface, m/s.
-        approach_ramp: time over which it gets to that speed, s.
-        retreat_speed: m/s.
-        axis_speed: greatest speed along the contact axis that body and arm should have to follow, m/s.
-        least_pace: the path never goes slower than this for the surface's sake.
-        path_acceleration: at which the path gathers speed, m/s^2.
-        wait_beyond: distance of the pen from its reference at which the path all but waits for it, m; up to
-            half of it the path goes on as it would.
-        body_share: share of the surface's motion along the contact axis that the centre of gravity takes, 0
-            to 1; the arm takes the rest as far as it reaches.
-        ease_beyond: distances of the pen from its reference between which the wanted force goes down, m.
-        least_ease: share of the wanted force that is left beyond the second; 1 to press on as before.
-        machine: when the state changes.
-        surface: what is assumed about pen and surface.
-    """
-
-    approach_speed: float = 0.05
-    approach_ramp: float = 1.0
-    retreat_speed: float = 0.10
-    axis_speed: float = 0.04
-    least_pace: float = 0.25
-    path_acceleration: float = 0.1
-    wait_beyond: float = 0.08
-    body_share: float = 0.5
-    ease_beyond: tuple[float, float] = (0.015, 0.04)
-    least_ease: float = 1.0
+    approach_speed: Annotated[
+        float, Key("m/s", "at which the tip looks for the surface", above=0.0, high=10.0)
+    ] = 0.05
+    approach_ramp: Annotated[
+        float, Key("s", "time over which it gets to that speed", above=0.0, high=60.0)
+    ] = 1.0
+    retreat_speed: Annotated[float, Key("m/s", "at which the tip goes back", above=0.0, high=10.0)] = 0.10
+    axis_speed: Annotated[
+        float,
+        Key(
+            "m/s",
+            "greatest speed along the contact axis that body and arm follow",
+            above=0.0,
+            high=100.0,
+        ),
+    ] = 0.04
+    least_pace: Annotated[
+        float, Key("", "the path never goes slower than this for the surface's sake", low=0.01, high=1.0)
+    ] = 0.25
+    path_acceleration: Annotated[
+        float, Key("m/s^2", "at which the path gathers speed", above=0.0, high=100.0)
+    ] = 0.1
+    wait_beyond: Annotated[
+        float,
+        Key(
+            "m",
+            "distance of the pen from its path at which the path waits for it",
+            above=0.0,
+            high=10.0,
+        ),
+    ] = 0.08
+    body_share: Annotated[
+        float,
+        Key("", "share of the surface's motion that the body takes, the arm the rest", low=0.0, high=1.0),
+    ] = 0.5
+    ease_beyond: Annotated[
+        tuple[float, float],
+        Key(
+            "m",
+            "distances of the pen from its path between which the press eases",
+            low=0.0,
+            high=1.0,
+        ),
+    ] = (0.015, 0.04)
+    least_ease: Annotated[
+        float, Key("", "share of the wanted force beyond the second; 1 to press on", low=0.05, high=1.0)
+    ] = 1.0
     machine: MachineGains = field(default_factory=MachineGains)
     surface: SurfaceGains = field(default_factory=SurfaceGains)
 
-    def __post_init__(self) -> None:
-        for name, unit in (
-            ("approach_speed", "m/s"),
-            ("approach_ramp", "s"),
-            ("retreat_speed", "m/s"),
-            ("axis_speed", "m/s"),
-            ("path_acceleration", "m/s^2"),
-            ("wait_beyond", "m"),
-        ):
-            require_positive("contact", name, getattr(self, name), unit)
-        require_range("contact", "least_pace", self.least_pace, 0.01, 1.0)
-        require_range("contact", "body_share", self.body_share, 0.0, 1.0)
-        require_range("contact", "least_ease", self.least_ease, 0.05, 1.0)
-        begin, end = self.ease_beyond
-        require_range("contact", "ease_beyond", begin, 0.0, 1.0, "m")
-        if not end > begin:
-            raise ConfigError(f"contact.ease_beyond = [{begin}, {end}] m: the second has to be larger")
+    def check(self) -> None:
+        """The distances rise."""
+        if not self.ease_beyond[1] > self.ease_beyond[0]:
+            raise refused(self, "ease_beyond", "has to rise from the first to the second")
 
 
 class State(NamedTuple):

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 from skylimb.control.records import ContactView, LawInput, no_contact
 from skylimb.estimation.records import Signals, Start
+from skylimb.keys import configuration
 
 
-@dataclass(frozen=True)
+@configuration
 class Gains:
     """Nothing to choose."""
 

@@ -8,35 +8,24 @@ reach into the surface (docs/errata.md).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
-from skylimb.config import require_positive, require_range
 from skylimb.control.records import ArmTarget, LawInput
 from skylimb.estimation.records import Signals, Start
+from skylimb.keys import Key, configuration
 from skylimb.symbolic import Array, clip, where
 
 
-@dataclass(frozen=True)
+@configuration
 class Gains:
-    """The virtual mass, damper and spring.
+    """The virtual mass, damper and spring."""
 
-    Attributes:
-        mass: m_a, kg.
-        damping: c_a, N s/m.
-        stiffness: k_a, N/m.
-        force_reference: f_ref along the contact axis, N; negative asks for a push.
-    """
-
-    mass: float
-    damping: float
-    stiffness: float
-    force_reference: float = 0.0
-
-    def __post_init__(self) -> None:
-        for name, unit in (("mass", "kg"), ("damping", "N s/m"), ("stiffness", "N/m")):
-            require_positive("shape", name, getattr(self, name), unit)
-        require_range("shape", "force_reference", self.force_reference, -20.0, 20.0, "N")
+    mass: Annotated[float, Key("kg", "m_a", above=0.0, high=1e5)]
+    damping: Annotated[float, Key("N s/m", "c_a", above=0.0, high=1e6)]
+    stiffness: Annotated[float, Key("N/m", "k_a", above=0.0, high=1e6)]
+    force_reference: Annotated[
+        float, Key("N", "f_ref along the contact axis; negative for a push", low=-20.0, high=20.0)
+    ] = 0.0
 
 
 class State(NamedTuple):

@@ -8,37 +8,28 @@ bounce. Out of contact the arm goes back to its nominal reach.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
-from skylimb.config import require_positive, require_range
 from skylimb.control.records import ArmTarget, LawInput
 from skylimb.estimation.records import Signals, Start
+from skylimb.keys import Key, configuration
 from skylimb.spatial import dot
 from skylimb.symbolic import clip, where
 
 
-@dataclass(frozen=True)
+@configuration
 class Gains:
-    """How the arm moves.
+    """How the arm moves."""
 
-    Attributes:
-        rate: k, 1/s.
-        arm_share: share of the surface's motion that the arm takes ahead of any error, 0 to 1.
-        rate_limit: m/s.
-        offset: of the reach in contact before the slide from the nominal one, m.
-    """
-
-    rate: float = 0.3
-    arm_share: float = 0.5
-    rate_limit: float = 0.08
-    offset: float = 0.0
-
-    def __post_init__(self) -> None:
-        require_positive("shape", "rate", self.rate, "1/s")
-        require_range("shape", "arm_share", self.arm_share, 0.0, 1.0)
-        require_positive("shape", "rate_limit", self.rate_limit, "m/s")
-        require_range("shape", "offset", self.offset, -0.5, 0.5, "m")
+    rate: Annotated[float, Key("1/s", "k of the way back to the anchor", above=0.0, high=100.0)] = 0.3
+    arm_share: Annotated[
+        float,
+        Key("", "share of the surface's motion that the arm takes ahead of any error", low=0.0, high=1.0),
+    ] = 0.5
+    rate_limit: Annotated[float, Key("m/s", "greatest speed of the arm", above=0.0, high=10.0)] = 0.08
+    offset: Annotated[
+        float, Key("m", "of the reach out of contact from the nominal one", low=-0.5, high=0.5)
+    ] = 0.0
 
 
 class State(NamedTuple):

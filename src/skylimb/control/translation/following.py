@@ -21,14 +21,13 @@ Out of contact the tip is led along the axis by position.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from skylimb.config import require_non_negative, require_positive, require_range
 from skylimb.control.records import LawInput
 from skylimb.estimation.records import Signals, Start
+from skylimb.keys import Key, configuration
 from skylimb.robots.model import GRAVITY_W
 from skylimb.spatial import cross, dot
 from skylimb.symbolic import Array, clip, low_pass, vector, where
@@ -36,70 +35,62 @@ from skylimb.symbolic import Array, clip, low_pass, vector, where
 Vector3 = tuple[float, float, float]
 
 
-@dataclass(frozen=True)
+@configuration
 class Gains:
-    """Gains in the frame of the task: contact axis, then the two sliding axes.
+    """Gains in the frame of the task: contact axis, then the two sliding axes."""
 
-    Attributes:
-        stiffness: K / m out of contact along the axis, and always along the sliding axes, 1/s^2.
-        damping_ratio: of those springs.
-        press_stiffness: K_a / m of the anchor, 1/s^2.
-        press_damping: D_a / m, 1/s.
-        press_mass_ratio: mu = M_d / m along the axis while the force is regulated.
-        force: N_ref, N.
-        force_integral: k_i, 1/s.
-        force_integral_limit: on I, N.
-        tank: greatest energy of the tank, J.
-        cancel: shares of the estimated force along the sliding axes that are cancelled.
-        cancel_cutoff: of the low pass on that force, Hz, along the sliding axes.
-        cancel_limit: on the cancelled force, N; friction and slope cannot give more at the wanted force.
-        cancel_speed: speed of the path from which it is cancelled in full, m/s.
-        error_limit: position error along a sliding axis beyond which the spring pulls no harder, m.
-        pen: 1 when the pen follows the path, 0 when the centre of gravity does.
-    """
-
-    stiffness: Vector3
-    damping_ratio: Vector3
-    press_stiffness: float = 0.3
-    press_damping: float = 3.3
-    press_mass_ratio: float = 0.6
-    force: float = 1.0
-    force_integral: float = 0.5
-    force_integral_limit: float = 3.0
-    tank: float = 0.5
-    cancel: tuple[float, float] = (1.0, 1.0)
-    cancel_cutoff: tuple[float, float] = (5.0, 5.0)
-    cancel_limit: float = 1.0
-    cancel_speed: float = 0.06
-    error_limit: float = 0.1
-    pen: float = 1.0
-
-    def __post_init__(self) -> None:
-        for entry in self.stiffness:
-            require_positive("translation", "stiffness", entry, "1/s^2")
-        for entry in self.damping_ratio:
-            require_positive("translation", "damping_ratio", entry, "")
-        for name, unit in (
-            ("press_damping", "1/s"),
-            ("press_mass_ratio", ""),
-            ("cancel_speed", "m/s"),
-            ("cancel_limit", "N"),
-            ("error_limit", "m"),
-            ("tank", "J"),
-        ):
-            require_positive("translation", name, getattr(self, name), unit)
-        for name, unit in (
-            ("press_stiffness", "1/s^2"),
-            ("force_integral", "1/s"),
-            ("force_integral_limit", "N"),
-        ):
-            require_non_negative("translation", name, getattr(self, name), unit)
-        require_range("translation", "force", self.force, 0.0, 20.0, "N")
-        for entry in self.cancel_cutoff:
-            require_positive("translation", "cancel_cutoff", entry, "Hz")
-        for entry in self.cancel:
-            require_range("translation", "cancel", entry, 0.0, 1.0)
-        require_range("translation", "pen", self.pen, 0.0, 1.0)
+    stiffness: Annotated[
+        Vector3,
+        Key(
+            "1/s^2",
+            "K / m; along the contact axis only out of contact",
+            above=0.0,
+            high=1e4,
+        ),
+    ]
+    damping_ratio: Annotated[Vector3, Key("", "of those springs", above=0.0, high=100.0)]
+    press_stiffness: Annotated[float, Key("1/s^2", "K_a / m of the anchor", low=0.0, high=1e4)] = 0.3
+    press_damping: Annotated[
+        float, Key("1/s", "D_a / m of the relative motion along the axis", above=0.0, high=1e3)
+    ] = 3.3
+    press_mass_ratio: Annotated[
+        float, Key("", "mu = M_d / m along the axis while the force is regulated", above=0.0, high=1e3)
+    ] = 0.6
+    force: Annotated[float, Key("N", "N_ref, the wanted force", low=0.0, high=20.0)] = 1.0
+    force_integral: Annotated[float, Key("1/s", "k_i of the force error", low=0.0, high=1e3)] = 0.5
+    force_integral_limit: Annotated[float, Key("N", "on the integral I", low=0.0, high=100.0)] = 3.0
+    tank: Annotated[float, Key("J", "greatest energy of the tank", above=0.0, high=1e3)] = 0.5
+    cancel: Annotated[
+        tuple[float, float],
+        Key("", "shares of the estimated force along the sliding axes that are cancelled", low=0.0, high=1.0),
+    ] = (1.0, 1.0)
+    cancel_cutoff: Annotated[
+        tuple[float, float], Key("Hz", "low pass on that force", above=0.0, high=1e4)
+    ] = (5.0, 5.0)
+    cancel_limit: Annotated[
+        float,
+        Key(
+            "N",
+            "on the cancelled force; friction and slope give no more",
+            above=0.0,
+            high=1e3,
+        ),
+    ] = 1.0
+    cancel_speed: Annotated[
+        float, Key("m/s", "speed of the path from which it is cancelled in full", above=0.0, high=10.0)
+    ] = 0.06
+    error_limit: Annotated[
+        float,
+        Key(
+            "m",
+            "position error beyond which a sliding spring pulls no harder",
+            above=0.0,
+            high=10.0,
+        ),
+    ] = 0.1
+    pen: Annotated[
+        float, Key("", "1: the pen follows the path; 0: the centre of gravity does", low=0.0, high=1.0)
+    ] = 1.0
 
 
 class State(NamedTuple):

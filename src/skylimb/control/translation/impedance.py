@@ -2,38 +2,27 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
-from skylimb.config import require_positive
 from skylimb.control.records import LawInput
 from skylimb.estimation.records import Signals, Start
+from skylimb.keys import Key, configuration
 from skylimb.robots.model import GRAVITY_W
 from skylimb.symbolic import Array
 
+Vector3 = tuple[float, float, float]
 
-@dataclass(frozen=True)
+
+@configuration
 class Gains:
-    """The impedance in W, per axis.
+    """The impedance along the axes of W; C_td / M_d = 2 Z_td sqrt(K_td / M_d), eq:damping rate.
 
-    Attributes:
-        virtual_mass_ratio: M_d / m. Above one the robot feels heavier than it is, and resists disturbances.
-        normalized_stiffness: K_td / M_d, 1/s^2.
-        damping_ratio: Z_td of eq:damping rate; C_td / M_d = 2 Z_td sqrt(K_td / M_d).
+    Above a mass ratio of one, the robot feels heavier than it is, and resists disturbances.
     """
 
-    virtual_mass_ratio: tuple[float, float, float]
-    normalized_stiffness: tuple[float, float, float]
-    damping_ratio: tuple[float, float, float]
-
-    def __post_init__(self) -> None:
-        for name, unit in (
-            ("virtual_mass_ratio", ""),
-            ("normalized_stiffness", "1/s^2"),
-            ("damping_ratio", ""),
-        ):
-            for entry in getattr(self, name):
-                require_positive("translation", name, entry, unit)
+    virtual_mass_ratio: Annotated[Vector3, Key("", "M_d / m", above=0.0, high=1e3)]
+    normalized_stiffness: Annotated[Vector3, Key("1/s^2", "K_td / M_d", above=0.0, high=1e4)]
+    damping_ratio: Annotated[Vector3, Key("", "Z_td of eq:damping rate", above=0.0, high=100.0)]
 
 
 def initial_state(gains: Gains, start: Start) -> tuple[()]:

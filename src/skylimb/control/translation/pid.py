@@ -2,49 +2,32 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from skylimb.config import require_positive, require_range
 from skylimb.control.records import LawInput
 from skylimb.estimation.records import Signals, Start
+from skylimb.keys import Key, configuration
 from skylimb.robots.model import GRAVITY_W
 from skylimb.symbolic import Array, clip
 
 Vector3 = tuple[float, float, float]
 
 
-@dataclass(frozen=True)
+@configuration
 class Gains:
-    """Gains and limits per axis of W; limits are on the acceleration of a term, m/s^2.
+    """Gains and limits along the axes of W; a limit is on the acceleration that a term gives."""
 
-    Attributes:
-        proportional: 1/s^2.
-        integral: 1/s^3.
-        derivative: 1/s.
-        proportional_limit: m/s^2.
-        integral_limit: m/s^2; the integrator stops there.
-        derivative_limit: m/s^2.
-        sum_limit: m/s^2, on the three together.
-    """
-
-    proportional: Vector3
-    integral: Vector3
-    derivative: Vector3
-    proportional_limit: Vector3
-    integral_limit: Vector3
-    derivative_limit: Vector3
-    sum_limit: Vector3
-
-    def __post_init__(self) -> None:
-        for name, unit in (("proportional", "1/s^2"), ("integral", "1/s^3"), ("derivative", "1/s")):
-            for entry in getattr(self, name):
-                require_range("translation", name, entry, 0.0, 1e3, unit)
-        for name in ("proportional_limit", "integral_limit", "derivative_limit", "sum_limit"):
-            for entry in getattr(self, name):
-                require_positive("translation", name, entry, "m/s^2")
+    proportional: Annotated[Vector3, Key("1/s^2", "of the position error", low=0.0, high=1e3)]
+    integral: Annotated[Vector3, Key("1/s^3", "of its integral", low=0.0, high=1e3)]
+    derivative: Annotated[Vector3, Key("1/s", "of the velocity error", low=0.0, high=1e3)]
+    proportional_limit: Annotated[Vector3, Key("m/s^2", "on the proportional term", above=0.0, high=1e3)]
+    integral_limit: Annotated[
+        Vector3, Key("m/s^2", "on the integral term; the integrator stops there", above=0.0, high=1e3)
+    ]
+    derivative_limit: Annotated[Vector3, Key("m/s^2", "on the derivative term", above=0.0, high=1e3)]
+    sum_limit: Annotated[Vector3, Key("m/s^2", "on the three together", above=0.0, high=1e3)]
 
 
 class State(NamedTuple):

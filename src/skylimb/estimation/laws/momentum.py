@@ -7,8 +7,8 @@ The paper prints no tare. One degree of attitude error reads as 0.6 N, so it is 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from dataclasses import field
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
@@ -30,24 +30,18 @@ from skylimb.estimation.momentum_observer import (
 )
 from skylimb.estimation.records import Estimate, Sensed, Signals, Start, Wrench
 from skylimb.estimation.tare import TareState, initial_tare_state, tare
+from skylimb.keys import Key, configuration
 from skylimb.spatial import dot, rpy_from_rotation
 
 
-@dataclass(frozen=True)
+@configuration
 class Gains:
-    """Gains of the parts.
-
-    Attributes:
-        angle_rates: how the encoders' angles are differenced.
-        observer: gains of the momentum observer.
-        force_filter: low pass of the contact force.
-        tare: whether the observer's bias in free flight is taken off.
-    """
+    """Gains of the parts."""
 
     angle_rates: AngleRateFilter = field(default_factory=AngleRateFilter)
     observer: ObserverGains = field(default_factory=ObserverGains)
     force_filter: ForceFilter = field(default_factory=ForceFilter)
-    tare: bool = True
+    tare: Annotated[bool, Key("", "whether the observer's bias in free flight is taken off")] = True
 
 
 class State(NamedTuple):

@@ -8,7 +8,7 @@ hovers freely shows errors of the model; the calibration corrects them.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, NamedTuple
 
 from skylimb.estimation.calibration import (
@@ -31,17 +31,13 @@ from skylimb.estimation.delay import (
 from skylimb.estimation.laws import momentum
 from skylimb.estimation.momentum_observer import known_wrench
 from skylimb.estimation.records import Estimate, Sensed, Signals, Start, Wrench
+from skylimb.keys import configuration
 from skylimb.spatial import rpy_from_rotation
 
 
-@dataclass(frozen=True)
+@configuration
 class Gains(momentum.Gains):
-    """Gains of the parts.
-
-    Attributes:
-        delay: how old a measurement is.
-        calibration: what is done with the observer's bias besides the tare.
-    """
+    """Gains of the parts."""
 
     delay: Delay = field(default_factory=Delay)
     calibration: Calibration = field(default_factory=Calibration)
