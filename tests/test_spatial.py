@@ -53,10 +53,7 @@ def test_symbols_and_numbers_give_the_same(name: str) -> None:
     np.testing.assert_allclose(traced(0.7).full(), function(0.7), atol=1e-15)
 
 
-@pytest.mark.parametrize(
-    ("angle", "same"),
-    [(0.5, 0.5), (3.5, 3.5 - 2 * np.pi), (-3.5, 2 * np.pi - 3.5), (np.pi, -np.pi), (7.0, 7.0 - 2 * np.pi)],
-)
+@pytest.mark.parametrize(("angle", "turns"), [(0.5, 0), (3.5, -1), (-3.5, 1), (np.pi, -1), (7.0, -1)])
 def test_an_angle_is_wrapped_to_half_a_turn_either_way(angle: float, turns: int) -> None:
     same = angle + 2.0 * np.pi * turns
     assert spatial.wrapped(angle) == pytest.approx(same)
