@@ -163,3 +163,46 @@ def test_tables_are_read_back(robot: Robot) -> None:
         made = controller_from_tables(*preset_mapping(name), robot)
         again = preset_from_mapping(made.tables(), Path("x.toml"))
         assert again == made.preset
+
+
+_SPRING = '''
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from skylimb.keys import Key, configuration
+
+
+@dataclass
+class Plain:
+    number: float = 1.0
+
+
+@configuration
+class Gains:
+    """A spring."""
+
+    stiffness: Annotated[float, Key("1/s^2", "stiffness of the spring", above=0.0, high=100.0)] = 3.0
+
+
+def initial_state(gains, start):
+    return ()
+
+
+def step(gains, state, inputs):
+    return state, inputs.body.model.mass * gains.stiffness, {}
+'''
+
+
+def test_keys_of_a_users_own_law_are_checked_and_named_in_full(tmp_path: Path, robot: Robot) -> None:
+    (tmp_path / "spring.py").write_text(_SPRING)
+    (tmp_path / "bouncy").mkdir()
+    (tmp_path / "bouncy" / "spring.py").write_text(_SPRING.replace("3.0", "5.0"))
+    tables = preset_mapping("hybrid")[0]
+    for folder, stiffness in ((tmp_path, 3.0), (tmp_path / "bouncy", 5.0)):
+        preset = preset_from_mapping({**tables, "translation": {"law": "spring.py"}}, folder / "mine.toml")
+        assert preset.slots.translation.gains.stiffness == stiffness
+    table = {"law": "spring.py", "stiffness": 300.0}
+    with pytest.raises(ConfigError, match=r"translation\.stiffness = 300 1/s\^2 must be above 0"):
+        preset_from_mapping({**tables, "translation": table}, tmp_path / "mine.toml")

@@ -5,6 +5,8 @@ from __future__ import annotations
 import importlib
 import importlib.util
 import pkgutil
+import sys
+import zlib
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
@@ -129,10 +131,13 @@ def load_module(path: Path, needed: tuple[str, ...]) -> ModuleType:
     """
     if not path.is_file():
         raise ConfigError(f"file '{path}' does not exist")
-    spec = importlib.util.spec_from_file_location(path.stem, path)
+    # A name of its own among the loaded modules, where dataclasses look up what annotations mean.
+    name = f"skylimb_user_{path.stem}_{zlib.crc32(str(path).encode()):08x}"
+    spec = importlib.util.spec_from_file_location(name, path)
     if spec is None or spec.loader is None:
         raise ConfigError(f"file '{path}' is not a Python module")
     module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
     try:
         spec.loader.exec_module(module)
     except Exception as error:

@@ -22,15 +22,17 @@ from skylimb.packing import Layout
 class Terminations:
     """Limits beyond which a flight is lost. A flight whose numbers are not finite is always lost."""
 
-    tilt: Annotated[float, Key("rad", "of the measured link against the vertical", low=0.05, high=3.15)] = 1.0
+    tilt: Annotated[
+        float, Key("rad", "tilt of the measured link against the vertical", low=0.05, high=3.15)
+    ] = 1.0
     distance: Annotated[
-        float, Key("m", "of the measured link from the reference position", low=0.01, high=1000.0)
+        float, Key("m", "distance of the measured link from the reference position", low=0.01, high=1000.0)
     ] = 2.0
     height: Annotated[
         float,
         Key(
             "m",
-            "of the measured link; below it the robot has hit the floor",
+            "height of the measured link; below it the robot has hit the floor",
             low=-1000.0,
             high=100.0,
         ),

@@ -18,7 +18,7 @@ class VectoringCriteria:
     """
 
     purpose: Annotated[str, Key("", "short name, in the name of the file")]
-    degree: Annotated[int, Key("", "of each joint's polynomial", low=3, high=15)] = 7
+    degree: Annotated[int, Key("", "degree of each joint's polynomial", low=3, high=15)] = 7
     smoothing: Annotated[
         float,
         Key("N m", "guaranteed torque given up for a path smoother by 1 (rad/rad)^2", low=0.0, high=100.0),

@@ -17,9 +17,13 @@ class DisturbanceConfig:
 
     force: Annotated[
         tuple[float, float, float],
-        Key("N", "in W, through the true centre of gravity", low=-100.0, high=100.0),
+        Key("N", "force in W, through the true centre of gravity", low=-100.0, high=100.0),
     ] = (0.0, 0.0, 0.0)
-    torque: Annotated[tuple[float, float, float], Key("N m", "in W", low=-50.0, high=50.0)] = (0.0, 0.0, 0.0)
+    torque: Annotated[tuple[float, float, float], Key("N m", "torque in W", low=-50.0, high=50.0)] = (
+        0.0,
+        0.0,
+        0.0,
+    )
     start: Annotated[float, Key("s", "time since take-off at which it begins", low=0.0, high=1e5)] = 0.0
     duration: Annotated[float, Key("s", "how long it lasts; 0 for none", low=0.0, high=1e5)] = 0.0
 

@@ -24,11 +24,15 @@ class Patch:
     """A rectangle or a disc with a friction of its own."""
 
     center: Annotated[tuple[float, float], Key("m", "its middle (u, v)", low=-100.0, high=100.0)] = (0.0, 0.0)
-    size: Annotated[tuple[float, float], Key("m", "of a rectangle, along u and v", above=0.0, high=100.0)] = (
+    size: Annotated[
+        tuple[float, float], Key("m", "sides of a rectangle, along u and v", above=0.0, high=100.0)
+    ] = (
         0.1,
         0.1,
     )
-    radius: Annotated[float | None, Key("m", "of a disc, in place of size", above=0.0, high=100.0)] = None
+    radius: Annotated[float | None, Key("m", "radius of a disc, in place of size", above=0.0, high=100.0)] = (
+        None
+    )
     friction: Friction = 0.4
     adhesion: Adhesion = 0.0
 

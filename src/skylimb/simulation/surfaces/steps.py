@@ -20,9 +20,11 @@ class FacedSurface(CurvedSurface, abc.ABC):
     offset: Annotated[
         float, Key("m", "u of the step, the ridge or the ramp's middle", low=-50.0, high=50.0)
     ] = 0.0
-    edge_radius: Annotated[float, Key("m", "of bulging edges; 0 for sharp ones", low=0.0, high=10.0)] = 0.002
+    edge_radius: Annotated[
+        float, Key("m", "radius of bulging edges; 0 for sharp ones", low=0.0, high=10.0)
+    ] = 0.002
     fillet_radius: Annotated[
-        float, Key("m", "of hollow corners; not below the tip's radius", low=0.0, high=10.0)
+        float, Key("m", "radius of hollow corners; not below the tip's radius", low=0.0, high=10.0)
     ] = 0.01
 
     def check(self) -> None:
@@ -70,7 +72,7 @@ class Step(FacedSurface):
         float, Key("m", "height of the step, toward the robot; negative recedes", low=-1.0, high=1.0)
     ] = 0.01
     riser_angle: Annotated[
-        float, Key("rad", "of the riser against the wall", low=0.01, high=math.radians(89.0))
+        float, Key("rad", "angle of the riser against the wall", low=0.01, high=math.radians(89.0))
     ] = 0.25 * math.pi
 
     @property
@@ -93,7 +95,7 @@ class Ridge(FacedSurface):
             "m", "height of its top over the wall, toward the robot; negative is a groove", low=-1.0, high=1.0
         ),
     ] = 0.02
-    width: Annotated[float, Key("m", "of its foot along u", low=1e-3, high=10.0)] = 0.1
+    width: Annotated[float, Key("m", "width of its foot along u", low=1e-3, high=10.0)] = 0.1
 
     @property
     def corners(self) -> list[tuple[float, float]]:
@@ -110,7 +112,7 @@ class Ramp(FacedSurface):
     rise: Annotated[
         float, Key("m", "by which the plane toward +u stands closer to the robot", low=-2.0, high=2.0)
     ] = 0.1
-    width: Annotated[float, Key("m", "of the ramp along u", low=1e-3, high=10.0)] = 0.4
+    width: Annotated[float, Key("m", "width of the ramp along u", low=1e-3, high=10.0)] = 0.4
     edge_radius: float = 0.02
     fillet_radius: float = 0.05
 
