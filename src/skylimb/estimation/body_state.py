@@ -6,7 +6,7 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from skylimb.estimation.records import BodyState, Measurement
+from skylimb.estimation.records import BodyState, Measurement, Sensed
 from skylimb.keys import Key, configuration
 from skylimb.robots.model import Robot
 from skylimb.spatial import cross, rotation_from_quaternion
@@ -76,6 +76,9 @@ def body_state(robot: Robot, measurement: Measurement, rates: Array) -> BodyStat
     )
 
 
-def measured_angles(measurement: Measurement) -> Array:
-    """Joint and vectoring angles as one vector, in the order of `cog_jacobian`'s columns."""
-    return stack(measurement.joint_angles, measurement.vectoring_angles)
+def see_body(gains: Any, state: AngleRateState, sensed: Sensed) -> tuple[AngleRateState, BodyState]:
+    """The body's state from a measurement; `gains` is an `AngleRateFilter`."""
+    measurement = sensed.measurement
+    angles = stack(measurement.joint_angles, measurement.vectoring_angles)
+    state, rates = angle_rates(gains, state, angles, sensed.dt)
+    return state, body_state(sensed.robot, measurement, rates)

@@ -10,17 +10,14 @@ from __future__ import annotations
 from dataclasses import field
 from typing import Annotated, Any, NamedTuple
 
-import numpy as np
-
 from skylimb.estimation.body_state import (
     AngleRateFilter,
     AngleRateState,
-    angle_rates,
-    body_state,
     initial_angle_rate_state,
-    measured_angles,
+    see_body,
 )
-from skylimb.estimation.force_filter import ForceFilter, filter_force
+from skylimb.estimation.estimate import PushState, estimate_of, initial_push_state
+from skylimb.estimation.force_filter import ForceFilter
 from skylimb.estimation.momentum_observer import (
     ObserverGains,
     ObserverState,
@@ -29,9 +26,7 @@ from skylimb.estimation.momentum_observer import (
     observe,
 )
 from skylimb.estimation.records import Estimate, Sensed, Signals, Start, Wrench
-from skylimb.estimation.tare import TareState, initial_tare_state, tare
 from skylimb.keys import Key, configuration
-from skylimb.spatial import dot, rpy_from_rotation
 
 
 @configuration
@@ -45,34 +40,24 @@ class Gains:
 
 
 class State(NamedTuple):
-    """States of the parts, and the filtered contact force, N."""
+    """States of the parts."""
 
     angle_rates: AngleRateState
     observer: ObserverState
-    tare: TareState
-    contact_force: Any
+    push: PushState
 
 
 def initial_state(gains: Gains, start: Start) -> State:
     """Nothing is known of any wrench."""
-    return State(initial_angle_rate_state(start.robot), initial_observer_state(), initial_tare_state(), 0.0)
+    return State(initial_angle_rate_state(start.robot), initial_observer_state(), initial_push_state())
 
 
 def step(gains: Any, state: State, sensed: Sensed) -> tuple[State, Estimate, Signals]:
     """The estimate of this tick."""
-    robot, measurement, reference, dt = sensed
-    rates, angle_rate = angle_rates(gains.angle_rates, state.angle_rates, measured_angles(measurement), dt)
-    body = body_state(robot, measurement, angle_rate)
-    observer, raw = observe(gains.observer, state.observer, body, dt)
-    yaw = rpy_from_rotation(body.R_WC)[2]
-    bias, tared = tare(state.tare, raw, yaw, reference.tare)
-    wrench = tared if gains.tare else raw
-    pushed = dot(wrench.force, reference.contact_axis)
-    contact_force = filter_force(gains.force_filter, state.contact_force, pushed, dt)
-    arm = body.R_WC @ body.model.tip_C
-    nothing = Wrench(np.zeros(3), np.zeros(3))
-    estimate = Estimate(body, wrench, raw, contact_force, arm, nothing)
-    return State(rates, observer, bias, contact_force), estimate, {}
+    rates, body = see_body(gains.angle_rates, state.angle_rates, sensed)
+    observer, raw = observe(gains.observer, state.observer, body, sensed.dt)
+    push, estimate = estimate_of(gains, state.push, body, raw, sensed)
+    return State(rates, observer, push), estimate, {}
 
 
 def commanded(gains: Any, state: State, estimate: Estimate, rotors: Wrench, dt: float) -> State:

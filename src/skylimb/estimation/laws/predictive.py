@@ -69,7 +69,7 @@ def step(gains: Any, state: State, sensed: Sensed) -> tuple[State, Estimate, Sig
     body = predict(gains.delay, state.delay, then.body, then.raw, dt)
     bias = fed_bias(gains.calibration, state.correction, yaw)
     body, arm = calibrated(gains.calibration, state.correction, body)
-    correction = follow_bias(gains.calibration, state.correction, basic.tare, sensed.reference.tare, dt)
+    correction = follow_bias(gains.calibration, state.correction, basic.push.tare, sensed.reference.tare, dt)
     return State(basic, state.delay, correction), then._replace(body=body, arm=arm, bias=bias), signals
 
 
