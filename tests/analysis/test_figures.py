@@ -8,6 +8,7 @@ import matplotlib
 import numpy as np
 import pytest
 from matplotlib.colors import to_hex
+from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 from PIL import Image
 
@@ -193,20 +194,45 @@ def test_the_papers_medians_only_stand_beside_the_papers_experiment(make_run):
     assert not [line for line in left.lines if line.get_marker() == "D"]
 
 
-def test_poses_come_at_quarters_of_the_lap(make_run):
+def test_poses_come_at_quarters_of_the_path(make_run):
     run = make_run("hybrid", slide=6.0)
     figure = pose_strip.poses({"hybrid": run})
-    titles = [float(ax.get_title().removeprefix("t = ").removesuffix(" s")) for ax in figure.axes]
-    assert titles == pytest.approx([0.0, 1.5, 3.0, 4.5, 6.0], abs=0.02)
+    titles = [ax.get_title() for ax in figure.axes]
+    assert titles == ["start of the path", *(f"{part}% of the path" for part in (25, 50, 75, 100))]
     shown = [next(text.get_text() for text in ax.texts if "reach" in text.get_text()) for ax in figure.axes]
     reach = run.log.reach.values[run.log.phase.values == 4]
     assert shown == [f"reach {reach[round(f * (len(reach) - 1))]:.2f} m" for f in pose_strip.FRACTIONS]
 
 
+def test_a_clock_that_was_held_back_takes_no_pose_from_the_others(make_run):
+    quick, slow = make_run("hybrid", slide=3.0, dt=0.01), make_run("following", slide=6.0, dt=0.01)
+    sliding = slow.log.phase.values == 4
+    clock = np.cumsum(np.where(sliding, 0.005, 0.01))
+    paced = Run("following", "following", slow.log.assign(mission_time=("time", clock)), {})
+    figure = pose_strip.poses({"quick": quick, "paced": paced})
+    shown = [any("reach" in text.get_text() for text in ax.texts) for ax in figure.axes]
+    assert shown == [True] * 10
+    unpaced = pose_strip.poses({"quick": quick, "slow": slow})
+    assert [any("reach" in text.get_text() for text in ax.texts) for ax in unpaced.axes].count(True) == 8
+
+
+def test_panels_fill_their_rows():
+    assert [style.panels(count) for count in (1, 4, 5, 6, 9)] == [(1, 1), (1, 4), (2, 3), (2, 3), (3, 3)]
+    assert style.panels(3, 2) == (2, 2)
+
+
+def test_a_legend_has_the_colours_of_the_runs(make_run):
+    runs = {name: make_run(name, slide=1.0, dt=0.02) for name in ("pid", "hybrid")}
+    wanted = set(colours(runs).values())
+    for draw in (over_time.cog_tracking, over_time.contact_direction, traces.pen_traces, pose_strip.poses):
+        legend = draw(runs).legends[0]
+        assert wanted <= {to_hex(line.get_color()).upper() for line in legend.findobj(Line2D)}, draw.__name__
+
+
 def test_each_run_has_a_colour_of_its_own(make_run):
     names = ("pid", "impedance", "admittance", "hybrid")
     runs = {name: make_run(name, slide=1.0, dt=0.02) for name in names}
-    assert colours(runs) == CONTROLLER_COLOURS
+    assert colours(runs) == {name: CONTROLLER_COLOURS[name] for name in names}
     same = {f"hybrid {i}": Run(f"hybrid {i}", "hybrid", runs["hybrid"].log, {}) for i in range(6)}
     assert len(set(colours(same).values())) == 6
 

@@ -6,7 +6,16 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from skylimb.analysis.metrics import DESCRIPTIONS, GROUPS, NUMERIC_KEYS, known_groups, metrics, moving_mean
+from skylimb.analysis.metrics import (
+    DESCRIPTIONS,
+    GROUPS,
+    NUMERIC_KEYS,
+    ROWS,
+    known_groups,
+    metrics,
+    moving_mean,
+    printed,
+)
 
 
 def sliding(log):
@@ -15,7 +24,7 @@ def sliding(log):
 
 def test_exactly_the_promised_keys(make_log):
     assert tuple(metrics(make_log())) == ("status", *NUMERIC_KEYS)
-    assert set(DESCRIPTIONS) == set(NUMERIC_KEYS)
+    assert set(DESCRIPTIONS) == set(ROWS) == set(NUMERIC_KEYS)
 
 
 def test_known_signals_give_known_scores(make_log):
@@ -55,6 +64,13 @@ def test_groups_show_what_some_flight_has(make_log):
     without = [key for keys in known_groups([plain, lost]).values() for key in keys]
     assert without == [key for key in everything if not key.startswith("target_")]
     assert known_groups([lost]) == {}
+
+
+def test_numbers_are_printed_as_what_they_are():
+    assert printed("tilt_max", 0.0615) == "0.061"
+    assert printed("estimated_force_x_median", -0.5) == "\N{MINUS SIGN}0.500"
+    assert printed("contact_losses", 2.0) == "2"
+    assert printed("tilt_max", None) == ""
 
 
 def test_a_loss_is_a_gap_that_lasts(make_log):

@@ -43,17 +43,17 @@ _SCORED = (
 )
 
 GROUPS = {
-    "Centre of gravity against the mission's reference": (
+    "Distance of the centre of gravity from the mission's reference": (
         "error_y_median",
         "error_z_median",
         "displacement_x_median",
     ),
-    "Centre of gravity against the control law's own target": (
+    "Distance of the centre of gravity from the control law's own target": (
         "target_error_y_median",
         "target_error_z_median",
         "target_error_x_median",
     ),
-    "Pen against its reference line": ("pen_line_rms", "pen_line_max"),
+    "Distance of the pen from its reference line": ("pen_line_rms", "pen_line_max"),
     "Force": (
         "estimated_force_x_median",
         "contact_force_normal_mean",
@@ -96,6 +96,33 @@ DESCRIPTIONS = {
     "tilt_max": ("Largest tilt", "rad"),
 }
 """What each number is, and its unit."""
+
+ROWS = {
+    "error_y_median": "|y error|, median",
+    "error_z_median": "|z error|, median",
+    "displacement_x_median": "|x displacement|, median",
+    "target_error_y_median": "|y error|, median",
+    "target_error_z_median": "|z error|, median",
+    "target_error_x_median": "|x error|, median",
+    "pen_line_rms": "root mean square",
+    "pen_line_max": "largest",
+    "estimated_force_x_median": "estimated in x, median",
+    "contact_force_normal_mean": "normal (truth), mean",
+    "contact_force_normal_std": "normal (truth), standard deviation",
+    "contact_force_normal_peak": f"normal (truth), peak of its {1e3 * PEAK_WINDOW:g} ms mean",
+    "touch_force_peak": "the same at the first touch",
+    "contact_fraction": "fraction of the time in contact (truth)",
+    "contact_losses": f"losses of touch for longer than {1e3 * LOSS_TIME:g} ms",
+    "tilt_max": "largest tilt",
+}
+"""What each number is called in a table whose lines stand below the titles of `GROUPS`."""
+
+
+def printed(key: str, value: float | None) -> str:
+    """A number in a table: three places, none for a count, and a true minus sign; empty for no number."""
+    if value is None:
+        return ""
+    return f"{value:.{0 if key == 'contact_losses' else 3}f}".replace("-", "\N{MINUS SIGN}")
 
 
 def known_groups(scores: Iterable[Mapping[str, Any]]) -> dict[str, tuple[str, ...]]:

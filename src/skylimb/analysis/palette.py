@@ -10,10 +10,22 @@ from collections.abc import Mapping
 
 from skylimb.recording import Run
 
-CONTROLLER_COLOURS = {"pid": "#D55E00", "impedance": "#0072B2", "admittance": "#009E73", "hybrid": "#7A3E9D"}
-OTHER_COLOURS = ("#56B4E9", "#CC79A7", "#8C6D00", "#000000", "#B2182B", "#4D4D4D")
+CONTROLLER_COLOURS = {
+    "pid": "#D55E00",
+    "impedance": "#0072B2",
+    "admittance": "#009E73",
+    "hybrid": "#7A3E9D",
+    "following": "#3A9FD8",
+}
+OTHER_COLOURS = ("#CC79A7", "#8C6D00", "#000000", "#B2182B", "#4D4D4D", "#66A61E")
 
-LABELS = {"pid": "PID", "impedance": "Impedance", "admittance": "Admittance", "hybrid": "Hybrid"}
+LABELS = {
+    "pid": "PID",
+    "impedance": "Impedance",
+    "admittance": "Admittance",
+    "hybrid": "Hybrid",
+    "following": "Following",
+}
 
 
 def colours(runs: Mapping[str, Run]) -> dict[str, str]:

@@ -15,7 +15,7 @@ import jinja2
 from skylimb.analysis import palette
 from skylimb.analysis.claims import check_claims
 from skylimb.analysis.figures import PLATES
-from skylimb.analysis.metrics import DESCRIPTIONS, known_groups
+from skylimb.analysis.metrics import DESCRIPTIONS, ROWS, known_groups, printed
 from skylimb.analysis.paper_numbers import EXPERIMENT, SOURCE, published
 from skylimb.analysis.signals import contact_transitions
 from skylimb.recording import LOG_FILE, Run
@@ -142,17 +142,12 @@ def _groups(runs: Mapping[str, Run]) -> list[tuple[str, list[Line]]]:
 
 
 def _line(runs: Mapping[str, Run], key: str) -> Line:
-    text, unit = DESCRIPTIONS[key]
+    unit = DESCRIPTIONS[key][1]
     cells = []
     for run in runs.values():
         number = published(run.controller, key, str(run.log.attrs.get("experiment", "")))
-        cells.append(Cell(_printed(run.metrics.get(key)) or "–", _printed(number)))
-    return text, "" if unit == "1" else unit, cells
-
-
-def _printed(number: float | None) -> str:
-    """Three places and a true minus sign; nothing for no number."""
-    return "" if number is None else f"{number:.3f}".replace("-", "\u2212")
+        cells.append(Cell(printed(key, run.metrics.get(key)) or "–", printed(key, number)))
+    return ROWS[key], "" if unit == "1" else unit, cells
 
 
 def _config(run: Run) -> dict[str, Any]:

@@ -114,9 +114,9 @@ def shade(ax: Axes, stretches: Sequence[tuple[float, float]], colour: str) -> No
 
 
 def panels(count: int, most: int = 4) -> tuple[int, int]:
-    """Rows and columns for `count` panels, at most `most` beside each other."""
-    columns = min(count, most)
-    return -(-count // columns), columns
+    """Rows and columns for `count` panels, at most `most` beside each other and the rows equally full."""
+    rows = -(-count // most)
+    return rows, -(-count // rows)
 
 
 def swatch(colour: str, text: str) -> Patch:

@@ -145,7 +145,7 @@ def working(what: str) -> Iterator[None]:
 
 def scores(runs: Mapping[str, Run]) -> None:
     """The metrics of every run side by side, the paper's numbers in brackets where it prints them."""
-    from skylimb.analysis.metrics import DESCRIPTIONS, known_groups
+    from skylimb.analysis.metrics import DESCRIPTIONS, ROWS, known_groups
     from skylimb.analysis.paper_numbers import EXPERIMENT
 
     experiment = next(iter(runs.values())).log.attrs.get("experiment", "")
@@ -158,8 +158,8 @@ def scores(runs: Mapping[str, Run]) -> None:
         table.add_section()
         table.add_row(f"[bold]{title}[/bold]")
         for key in keys:
-            label, unit = DESCRIPTIONS[key]
-            table.add_row(f"  {label}", unit.removeprefix("1"), *(_score(run, key) for run in runs.values()))
+            unit = DESCRIPTIONS[key][1].removeprefix("1")
+            table.add_row(f"  {ROWS[key]}", unit, *(_score(run, key) for run in runs.values()))
     console = _console()
     console.print(table)
     for name, run in runs.items():
@@ -172,13 +172,12 @@ def _status(run: Run) -> str:
 
 
 def _score(run: Run, key: str) -> str:
+    from skylimb.analysis.metrics import printed
     from skylimb.analysis.paper_numbers import published
 
-    value = run.metrics.get(key)
-    if value is None:
-        return "-"
-    known = published(run.controller, key, str(run.log.attrs.get("experiment", "")))
-    return f"{value:.3f} ({known:.3f})" if known is not None else f"{value:.3f}"
+    known = printed(key, published(run.controller, key, str(run.log.attrs.get("experiment", ""))))
+    shown = printed(key, run.metrics.get(key)) or "-"
+    return f"{shown} ({known})" if known else shown
 
 
 def places(folder: Path) -> None:

@@ -154,7 +154,7 @@ def _box(ax: Axes, place: int, values: np.ndarray, colour: str) -> None:
         capprops=edge,
     )
     above = {"textcoords": "offset points", "xytext": (0, 3), "ha": "center", "fontsize": 6.5}
-    ax.annotate(f"{median:.3f}", (place, high), color=style.INK, **above)
+    ax.annotate(f"{median:.3f}".replace("-", "\N{MINUS SIGN}"), (place, high), color=style.INK, **above)
 
 
 def _error(log: xr.Dataset, axis: Direction) -> np.ndarray:

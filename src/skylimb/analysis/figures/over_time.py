@@ -104,7 +104,7 @@ def contact_direction(runs: Mapping[str, Run]) -> Figure:
 
     Returns:
         A figure with two panels a run: displacement from the mission's reference (m) above; below, the
-        estimated external force (N) and, in grey, the true contact force averaged over `SMOOTHING`. Where a
+        estimated external force (N) and, in black, the true contact force averaged over `SMOOTHING`. Where a
         controller held the touch for lost, that is shaded too.
     """
     figure, pairs = _grid(runs)
@@ -124,10 +124,10 @@ def contact_direction(runs: Mapping[str, Run]) -> Figure:
             style.shade(ax, _looking(log), style.LOST)
             ax.axhline(0.0, color=style.REFERENCE, linewidth=0.5)
         above.plot(time, displacements[name][keep], color=colour[name])
-        if truth is not None:
-            below.plot(time, truth[keep], color=style.TRUTH, linewidth=0.8)
         if estimate is not None:
             below.plot(time, estimate[keep], color=colour[name], linewidth=0.9)
+        if truth is not None:
+            below.plot(time, truth[keep], color=style.INK, linewidth=0.8)
         above.set(ylim=upper)
         below.set(ylim=lower)
     axis = next((contact_axis(run.log) for run in runs.values()), "x")
@@ -138,7 +138,7 @@ def contact_direction(runs: Mapping[str, Run]) -> Figure:
         figure,
         [
             style.in_all_colours(runs, "displacement, estimated force"),
-            Line2D([], [], color=style.TRUTH, linewidth=0.8, label=f"true force, mean of {SMOOTHING:g} s"),
+            Line2D([], [], color=style.INK, linewidth=0.8, label=f"true force, mean of {SMOOTHING:g} s"),
             style.swatch(style.CONTACT, "in contact"),
             style.swatch(style.ADAPTATION, "in contact, arm adapting"),
             *looking,

@@ -114,10 +114,10 @@ PLATES = (
             Above: how far the centre of gravity is from the mission's reference, which in contact lies behind
             the surface. A controller that keeps the centre of gravity is pushed away from it, one that
             regulates the force stays away by itself. Below: the force that the controller estimated
-            (coloured) and the true contact force (grey, mean of {SMOOTHING:g} s); pushed by the surface, both
-            are negative. Yellow: the pen touches; pink: it touches and the arm has given way by more than
-            {1e3 * ADAPTATION_THRESHOLD:g} mm. Blue, where there is any: the controller held the touch for
-            lost and looked for the surface again.
+            (coloured) and the true contact force (black, mean of {SMOOTHING:g} s); pushed by the surface,
+            both are negative. Yellow: the pen touches; pink: it touches and the arm has given way by more
+            than {1e3 * ADAPTATION_THRESHOLD:g} mm. Blue, where there is any: the controller held the touch
+            for lost and looked for the surface again.
         """),
         contact_direction,
     ),

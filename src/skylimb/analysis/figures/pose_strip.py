@@ -33,15 +33,15 @@ def poses(runs: Mapping[str, Run]) -> Figure:
     """The robot from above at five instants of the sliding period, a row a run.
 
     Args:
-        runs: by name, any number of them. The instants are those of the longest sliding period; a flight that
-            ended before has fewer poses.
+        runs: by name, any number of them. The instants are parts of the mission's sliding period; a flight
+            that ended before it was over has fewer poses.
 
     Returns:
         A figure; in every panel the shape before the contact stands behind in grey, shifted to the same
         centre of gravity, so that what is seen to differ is the shape. The line at the right is the board at
         the pen's height.
     """
-    period = max((_sliding_period(run.log) for run in runs.values()), default=0.0)
+    period = max((_progress(run.log)[-1] for run in runs.values()), default=0.0)
     instants = {name: _instants(run.log, period) for name, run in runs.items()}
     points = [run.log.skeleton.values[index] for name, run in runs.items() for index in instants[name]]
     boards = [_board_line(run.log, index) for name, run in runs.items() for index in instants[name]]
@@ -63,7 +63,7 @@ def poses(runs: Mapping[str, Run]) -> Figure:
         for ax, index in zip(row, instants[name], strict=False):
             _pose(ax, run.log, index, colour[name])
     for ax, fraction in zip(axes[0], FRACTIONS, strict=True):
-        ax.set_title(f"t = {fraction * period:.3g} s")
+        ax.set_title(f"{fraction:.0%} of the path" if fraction else "start of the path")
     _scale_bar(axes[0, 0], across[0], high)
     style.legend_below(
         figure,
@@ -77,9 +77,14 @@ def poses(runs: Mapping[str, Run]) -> Figure:
     return figure
 
 
-def _sliding_period(log: xr.Dataset) -> float:
-    times = log.time.values[in_phase(log, "slide")]
-    return float(times[-1] - times[0]) if times.size else 0.0
+def _progress(log: xr.Dataset) -> np.ndarray:
+    """How much of the sliding period was over at each of its samples, s on the mission's clock; 0 for none.
+
+    A controller may hold that clock back: then the same part of the path comes later in its flight.
+    """
+    clock = log.mission_time if "mission_time" in log else log.time
+    times = clock.values[in_phase(log, "slide")]
+    return times - times[0] if times.size else np.zeros(1)
 
 
 def _instants(log: xr.Dataset, period: float) -> list[int]:
@@ -87,10 +92,9 @@ def _instants(log: xr.Dataset, period: float) -> list[int]:
     sliding = np.flatnonzero(in_phase(log, "slide"))
     if not sliding.size or "skeleton" not in log:
         return []
-    times = log.time.values[sliding]
-    wanted = times[0] + np.asarray(FRACTIONS) * period
-    seen = wanted <= times[-1] + 0.02 * period
-    return [int(sliding[np.argmin(np.abs(times - instant))]) for instant in wanted[seen]]
+    passed, wanted = _progress(log), np.asarray(FRACTIONS) * period
+    seen = wanted <= passed[-1] + 0.02 * period
+    return [int(sliding[np.argmin(np.abs(passed - instant))]) for instant in wanted[seen]]
 
 
 def _pose(ax: Axes, log: xr.Dataset, index: int, colour: str) -> None:
