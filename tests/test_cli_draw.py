@@ -4,7 +4,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from skylimb.analysis.pen_line import asked_line, pen_line
+from skylimb.analysis.pen_line import pen_line, reference_line
 from skylimb.cli import main
 from skylimb.recording import Run
 
@@ -41,7 +41,7 @@ def test_words_are_drawn_and_shown(tmp_path: Path, capsys: pytest.CaptureFixture
     assert "config.toml" in page
     assert json.loads((folder / "metrics.json").read_text())["status"] == "OK"
     run = Run.load(folder)
-    lines = asked_line(run.log)
+    lines = reference_line(run.log)
     assert len(lines) >= 2
     low, high = np.vstack(lines).min(axis=0), np.vstack(lines).max(axis=0)
     np.testing.assert_allclose([low[0], high[0]], [-0.1, 0.1])
@@ -59,7 +59,7 @@ def test_a_folder_of_a_drawing_flies_again(tmp_path: Path, capsys: pytest.Captur
     assert call(again, capsys)[0] == 0
     a, b = Run.load(tmp_path / "a").log, Run.load(tmp_path / "b").log
     np.testing.assert_array_equal(a.tip_position.values, b.tip_position.values)
-    np.testing.assert_array_equal(a.asked_line.values, b.asked_line.values)
+    np.testing.assert_array_equal(a.reference_line.values, b.reference_line.values)
 
 
 @pytest.mark.parametrize(

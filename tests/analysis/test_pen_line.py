@@ -6,7 +6,7 @@ import xarray as xr
 
 from skylimb.analysis.figures import PLATES
 from skylimb.analysis.figures.drawing import drawn_line
-from skylimb.analysis.pen_line import as_seen, asked_line, drawn_fraction, pen_deviation, pen_line
+from skylimb.analysis.pen_line import as_seen, drawn_fraction, pen_deviation, pen_line, reference_line
 from skylimb.analysis.signals import in_phase
 from skylimb.recording import Run
 
@@ -14,10 +14,10 @@ CENTRE = [1.2, 0.0, 1.2]
 
 
 def with_drawing(log, lines, tip_uv=None):
-    """The log with an asked line, and the tip moved to (u, v) during the slide."""
+    """The log with an reference line, and the tip moved to (u, v) during the slide."""
     gap = np.full((1, 2), np.nan)
     points = np.vstack([row for line in lines for row in (np.array(line, dtype=float), gap)][:-1])
-    log = log.assign(asked_line=xr.Variable(("asked_point", "plane"), points))
+    log = log.assign(reference_line=xr.Variable(("reference_point", "plane"), points))
     log.attrs["path_center"] = json.dumps(CENTRE)
     if tip_uv is not None:
         slide = np.flatnonzero(in_phase(log, "slide"))
@@ -38,7 +38,7 @@ def test_a_line_drawn_beside_the_asked_one(make_log):
 
 def test_the_gap_between_two_strokes_is_not_asked_for(make_log):
     asked = [[[-0.3, 0.0], [-0.1, 0.0]], [[0.1, 0.0], [0.3, 0.0]]]
-    assert len(asked_line(with_drawing(make_log(), asked))) == 2
+    assert len(reference_line(with_drawing(make_log(), asked))) == 2
     log = with_drawing(make_log(), asked, lambda s: (-0.3 + 0.6 * s, 0.0 * s))
     root, largest = pen_line(log)
     assert largest == pytest.approx(0.1, abs=1e-3)

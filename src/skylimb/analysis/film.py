@@ -1,6 +1,6 @@
 """Draws a run's flight picture by picture and encodes it, in a process of its own (see `video`).
 
-The process is told by its environment (MUJOCO_GL) how to draw without a window. A graphics driver that
+The environment of the process (MUJOCO_GL) says how to draw without a window. A graphics driver that
 crashes takes this process with it and nothing else.
 """
 

@@ -1,4 +1,4 @@
-"""How well the pen drew the line that was asked for, seen along the contact axis.
+"""How well the pen drew its reference line, seen along the contact axis.
 
 Everything here lives in the sliding plane: (u, v) along the log's sliding axes about its `path_center`, m. So
 a line on a curved surface is judged as one sees it from the robot.
@@ -16,13 +16,13 @@ from skylimb.analysis.board import nominal_path
 from skylimb.analysis.signals import contact_axis, in_contact, in_phase, phase_names, sliding_axes
 
 DRAWN_WITHIN = 0.010
-"""A place of the asked line counts as drawn where the pen touched within this distance of it, m."""
+"""A place of the reference line counts as drawn where the pen touched within this distance of it, m."""
 _PITCH = 0.0005
 """Spacing at which a line is looked up, m."""
 
 
 def pen_line(log: xr.Dataset) -> tuple[float, float]:
-    """Distance of the drawn line from the asked one, over the samples in touch of the sliding period.
+    """Distance of the drawn line from the reference line, over the samples in touch of the sliding period.
 
     A lift between two strokes belongs to it: a pen that does not leave the surface draws there.
 
@@ -30,8 +30,8 @@ def pen_line(log: xr.Dataset) -> tuple[float, float]:
         log: a run's log.
 
     Returns:
-        Root mean square and largest distance to the nearest point of the asked line, m; NaN for both where
-        the pen touched nothing, or the log does not say where the tip was or what was asked.
+        Root mean square and largest distance to the nearest point of the reference line, m; NaN for both
+        where the pen touched nothing, or the log does not say where the tip or its reference was.
     """
     away = pen_deviation(log)
     if not len(away):
@@ -40,11 +40,11 @@ def pen_line(log: xr.Dataset) -> tuple[float, float]:
 
 
 def drawn_fraction(log: xr.Dataset, within: float = DRAWN_WITHIN) -> float:
-    """The part of the asked line's length that the pen touched no farther than `within` (m) from it.
+    """The part of the reference line's length that the pen touched no farther than `within` (m) from it.
 
-    NaN where the log does not say what was asked.
+    NaN where the log has no reference.
     """
-    lines = [_dense(line) for line in asked_line(log)]
+    lines = [_dense(line) for line in reference_line(log)]
     if not lines:
         return float("nan")
     _, drawn = drawn_samples(log)
@@ -57,8 +57,8 @@ def drawn_fraction(log: xr.Dataset, within: float = DRAWN_WITHIN) -> float:
 
 
 def pen_deviation(log: xr.Dataset) -> np.ndarray:
-    """Distance in m of every drawn sample to the nearest point of the asked line, (n,); empty for none."""
-    lines = [_dense(line) for line in asked_line(log)]
+    """Distance of every drawn sample to the nearest point of the reference line, m, (n,); empty for none."""
+    lines = [_dense(line) for line in reference_line(log)]
     _, drawn = drawn_samples(log)
     if not lines or not len(drawn):
         return np.zeros(0)
@@ -83,14 +83,15 @@ def drawn_samples(log: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
     return samples[finite], points[finite]
 
 
-def asked_line(log: xr.Dataset) -> list[np.ndarray]:
-    """The strokes that were asked for, (n, 2) each, m; none where the log does not say.
+def reference_line(log: xr.Dataset) -> list[np.ndarray]:
+    """The strokes that the pen is to draw, (n, 2) each, m; none where the log has no reference.
 
-    A drawing's are in the log as `asked_line`. For any other path it is the tip's own reference, or in a log
-    without one the line that a pen held still in the robot would draw if the centre of gravity kept to its.
+    A drawing's are in the log as `reference_line`. For any other path it is the tip's own reference, or in a
+    log without one the line that a pen held still in the robot would draw if the centre of gravity kept to
+    its.
     """
-    if "asked_line" in log:
-        points = log.asked_line.values
+    if "reference_line" in log:
+        points = log.reference_line.values
         gaps = np.flatnonzero(np.isnan(points).any(axis=1))
         parts = np.split(points, gaps)
         return [part for part in (p[~np.isnan(p).any(axis=1)] for p in parts) if len(part) > 1]

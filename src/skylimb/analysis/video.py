@@ -25,14 +25,14 @@ SPEED = 2.0
 PROBE_SECONDS = 120
 
 FilmProgress = Callable[[int, int], None]
-"""Told (pictures done, pictures in all)."""
+"""Called with (pictures done, pictures in all)."""
 
 
 @cache
 def find_renderer() -> str | None:
     """The value of MUJOCO_GL with which this machine can draw off-screen, or None where it can't at all.
 
-    What the environment asks for is taken at its word; otherwise egl, osmesa and then a window system are
+    What the environment says is taken at its word; otherwise egl, osmesa and then a window system are
     tried, each in a process of its own.
     """
     for name in _candidates():
@@ -52,9 +52,9 @@ def find_renderer() -> str | None:
 
 
 def _candidates() -> tuple[str, ...]:
-    asked = os.environ.get("MUJOCO_GL", "")
-    if asked:
-        return (asked,)
+    given = os.environ.get("MUJOCO_GL", "")
+    if given:
+        return (given,)
     return ("egl", "osmesa", "glfw") if sys.platform.startswith("linux") else ("glfw",)
 
 
@@ -75,7 +75,7 @@ def write_video(
         size: width and height in pixels, even numbers.
         fps: pictures a second of film.
         speed: seconds of flight in a second of film.
-        progress: told how far the film is.
+        progress: called with how far the film is.
 
     Returns:
         The path written.

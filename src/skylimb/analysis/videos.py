@@ -20,7 +20,7 @@ from skylimb.errors import OutputError
 from skylimb.recording import LOG_FILE, Run, replace_text, writing
 
 Progress = Callable[[str, int, int], None]
-"""Told (name of the run, pictures done, pictures in all)."""
+"""Called with (name of the run, pictures done, pictures in all)."""
 
 _log = logging.getLogger(__name__)
 
@@ -33,7 +33,7 @@ def write_videos(
     Args:
         runs: by name, as they were written into the folder.
         folder: of a run or of a comparison, with its report.
-        progress: told how far each video is.
+        progress: called with how far each video is.
 
     Returns:
         What could not be drawn, one line each; each was logged as well.
@@ -67,7 +67,7 @@ def write_videos(
         with ThreadPoolExecutor(at_a_time) as pool:
             try:
                 waiting = [pool.submit(draw, run, home(folder, name)) for name, run in runs.items()]
-                told = tuple(problem for each in waiting if (problem := each.result()))
+                problems = tuple(problem for each in waiting if (problem := each.result()))
             except BaseException:
                 stopped.set()
                 pool.shutdown(cancel_futures=True)
@@ -75,6 +75,6 @@ def write_videos(
     finally:
         with writing(folder):
             replace_text(folder / REPORT_FILE, render_report(runs, folder))
-    for problem in told:
+    for problem in problems:
         _log.warning("%s", problem)
-    return told
+    return problems

@@ -153,7 +153,7 @@ def _number(value: float) -> str:
 
 
 def _verdicts(summary: Summary) -> list[str]:
-    """Who is first, in words, for each thing that is ranked; silent where nobody is told from anybody."""
+    """Who is first, in words, for each thing that is ranked; silent where all share the first rank."""
     names = summary.scores.controllers
     said = []
     for key, ranks in summary.ranks.items():

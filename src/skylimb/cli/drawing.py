@@ -25,7 +25,8 @@ class Draw:
     """Draw an SVG file, or words, on a surface.
 
     The robot draws its lines with the pen. Leaves log.nc, metrics.json, config.toml, figures/ (drawing.png
-    shows the asked and the drawn line), report.html and video.mp4. The exit code is 1 for a failed flight.
+    shows the drawn line and its reference), report.html and video.mp4. The exit code is 1 for a failed
+    flight.
     """
 
     examples: ClassVar[str] = """
@@ -147,8 +148,8 @@ def _rows(run: RunRecord) -> list[tuple[str, str]]:
     within = f"within {1e3 * DRAWN_WITHIN:g} mm"
     return [
         *rows,
-        ("Pen off the asked line, rms", _number(1e3 * root, ".1f", "mm")),
-        ("Pen off the asked line, largest", _number(1e3 * largest, ".1f", "mm")),
+        ("Pen off its reference, root mean square", _number(1e3 * root, ".1f", "mm")),
+        ("Pen off its reference, largest", _number(1e3 * largest, ".1f", "mm")),
         (f"Asked line drawn {within}", _number(100.0 * drawn, ".0f", "%")),
         ("Time for the drawing", f"{float(time[-1] - time[0]):.1f} s" if len(time) else "-"),
     ]

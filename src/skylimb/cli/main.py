@@ -1,6 +1,6 @@
 """Reads the arguments, runs the verb, and turns what happened into an exit code.
 
-0: done. 1: a flight failed, or a check did. 2: nothing was done, because something asked for cannot be.
+0: done. 1: a flight failed, or a check did. 2: nothing was done, because the command cannot be carried out.
 130: interrupted with Ctrl-C.
 """
 

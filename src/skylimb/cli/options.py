@@ -75,7 +75,7 @@ def stem(name: str) -> str:
 
 
 def new_folder(given: str, usual: str) -> Path:
-    """The folder asked for, which must not exist; else the first free one of its usual names below out/."""
+    """The folder that was named, which must not exist; else the first free of its usual names below out/."""
     from skylimb.recording.files import require_new
 
     if given:

@@ -9,7 +9,7 @@ from skylimb.analysis.metrics import metrics
 from skylimb.config import write_toml
 from skylimb.control.controller import Controller, controller_units, resolved_tables
 from skylimb.experiments.experiment import Experiment
-from skylimb.flights.asked_line import with_asked_line
+from skylimb.flights.reference_line import with_reference_line
 from skylimb.flights.takeoff import Takeoff
 from skylimb.keys import tables_of, units_of
 from skylimb.loop.flight import Flight
@@ -26,7 +26,7 @@ def recorded(takeoff: Takeoff, flight: Flight) -> Run:
 def scored(takeoff: Takeoff, flight: Flight) -> Run:
     """The run of a flight with its scores; `documented` adds what only a record that is kept needs."""
     experiment, plant, mission = takeoff.experiment, takeoff.plant, takeoff.mission
-    log = with_asked_line(flight_log(plant, flight, mission), experiment.trajectory)
+    log = with_reference_line(flight_log(plant, flight, mission), experiment.trajectory)
     frame, name = mission.frame, takeoff.controller.name
     log.attrs |= {
         "robot": takeoff.robot.name,

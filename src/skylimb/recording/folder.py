@@ -38,7 +38,7 @@ def load_runs(folder: str | Path) -> dict[str, Run]:
 
 
 def _listed(table: Path) -> list[str]:
-    """The first column of a comparison's table: its runs in the order they were asked for."""
+    """The first column of a comparison's table: its runs in the order in which they flew."""
     if not table.is_file():
         return []
     with table.open(encoding="utf-8", newline="") as file:

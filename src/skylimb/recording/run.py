@@ -36,7 +36,7 @@ class Run:
             `long_name` and `kind` (truth, estimate, reference, command or measurement). The dataset's
             attributes hold `status`, `cause`, `seed`, `config` (the resolved configuration as TOML),
             `config_units` (JSON), `versions` (JSON) and `scene` (what a replay needs).
-        metrics: the figures of merit, see `skylimb.analysis.metrics`; empty where nobody asked for them yet.
+        metrics: the figures of merit, see `skylimb.analysis.metrics`; empty before the flight is scored.
     """
 
     name: str

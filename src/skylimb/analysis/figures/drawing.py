@@ -1,4 +1,4 @@
-"""A drawing: the line asked for, the line drawn, and how far they are apart."""
+"""A drawing: the reference line, the line drawn, and how far they are apart."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from matplotlib.ticker import MaxNLocator
 from skylimb.analysis import style
 from skylimb.analysis.pen_line import (
     as_seen,
-    asked_line,
     drawn_fraction,
     drawn_samples,
     pen_deviation,
     pen_line,
+    reference_line,
 )
 from skylimb.recording import Run
 
@@ -37,7 +37,7 @@ _TALLEST = 4.5
 
 @style.styled
 def drawn_line(runs: Mapping[str, Run]) -> Figure:
-    """The asked and the drawn line as seen from the robot, coloured by force, and below their distance.
+    """The reference line and the drawn one as seen from the robot, coloured by force; below, their distance.
 
     Args:
         runs: by name, any number of them.
@@ -45,9 +45,11 @@ def drawn_line(runs: Mapping[str, Run]) -> Figure:
     Returns:
         A figure with one panel a run, all on the same scale, and one for the distances of all.
     """
-    asked = {name: [as_seen(run.log, line) for line in asked_line(run.log)] for name, run in runs.items()}
+    wanted = {
+        name: [as_seen(run.log, line) for line in reference_line(run.log)] for name, run in runs.items()
+    }
     drawn = {name: _drawn(run.log) for name, run in runs.items()}
-    everything = [part for lines in asked.values() for part in lines] + [d[0] for d in drawn.values()]
+    everything = [part for lines in wanted.values() for part in lines] + [d[0] for d in drawn.values()]
     across, upward = (style.limits([points[:, axis] for points in everything]) for axis in (0, 1))
     rows, columns = style.panels(len(runs), 2)
     panel = (style.WIDTH - 1.0) / columns
@@ -62,7 +64,7 @@ def drawn_line(runs: Mapping[str, Run]) -> Figure:
     scale = Normalize(0.0, max(strongest, 1e-3))
     lines: Any = None
     for ax, (name, run) in zip(axes.flat, runs.items(), strict=False):
-        for line in asked[name]:
+        for line in wanted[name]:
             ax.plot(*line.T, color=style.INK, linewidth=0.5, zorder=3)
         lines = LineCollection(list(_pieces(*drawn[name][:2])), norm=scale, cmap="viridis_r", linewidth=1.8)
         lines.set_array(_between(drawn[name]))
@@ -77,7 +79,7 @@ def drawn_line(runs: Mapping[str, Run]) -> Figure:
     style.legend_below(
         figure,
         [
-            Line2D([], [], color=style.INK, linewidth=0.5, label="asked for"),
+            Line2D([], [], color=style.INK, linewidth=0.5, label="reference"),
             Line2D([], [], color="#3b7d8c", linewidth=1.8, label="drawn, coloured by force"),
         ],
     )
@@ -85,7 +87,7 @@ def drawn_line(runs: Mapping[str, Run]) -> Figure:
 
 
 def _distances(ax: Axes, runs: Mapping[str, Run]) -> None:
-    """Distance of the drawn from the asked line over the length drawn so far."""
+    """Distance of the drawn line from the reference line over the length drawn so far."""
     colour = style.colours(runs)
     for name, run in runs.items():
         samples, points = drawn_samples(run.log)
@@ -101,7 +103,7 @@ def _distances(ax: Axes, runs: Mapping[str, Run]) -> None:
         )
         thin = style.thin(len(way), 3000)
         ax.plot(way[thin], 1e3 * away[thin], color=colour[name], linewidth=0.8, label=text)
-    ax.set(xlabel="length drawn (m)", ylabel="off the asked line (mm)", ylim=(0.0, None))
+    ax.set(xlabel="length drawn (m)", ylabel="off its reference (mm)", ylim=(0.0, None))
     ax.margins(x=0.01)
     if ax.get_legend_handles_labels()[0]:
         ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.2)

@@ -45,7 +45,7 @@ class Plate:
     def suits(self, runs: Mapping[str, Run]) -> bool:
         """Whether these runs have something to show in it."""
         touched = any(in_contact(run.log).any() for run in runs.values())
-        drawing = all("asked_line" in run.log for run in runs.values())
+        drawing = all("reference_line" in run.log for run in runs.values())
         return (
             (len(runs) > 1 or not self.compares)
             and (touched or not self.touches)
@@ -63,9 +63,9 @@ PLATES = (
         "drawing",
         "The drawing",
         _flow(f"""
-            Seen from the robot along the contact axis. Thin: the line that was asked for; thick: where the
-            pen touched, coloured by the normal force (mean of {FORCE_SMOOTHING:g} s). Below: how far each
-            drawn sample is from the nearest point of the asked line, over the length drawn so far; as drawn
+            Seen from the robot along the contact axis. Thin: the pen's reference; thick: where the pen
+            touched, coloured by the normal force (mean of {FORCE_SMOOTHING:g} s). Below: how far each drawn
+            sample is from the nearest point of the reference line, over the length drawn so far; as drawn
             counts what the pen touched within {1e3 * DRAWN_WITHIN:g} mm.
         """),
         drawn_line,
