@@ -22,7 +22,7 @@ from following import beside_table, kept_numbers
 import skylimb
 from reproduction import section
 from skylimb.analysis import write_comparison, write_videos
-from skylimb.analysis.metrics import DESCRIPTIONS, NUMERIC_KEYS
+from skylimb.analysis.metrics import DESCRIPTIONS, known_groups
 from skylimb.analysis.paper_numbers import published
 from skylimb.verification import Row, verify_contact
 
@@ -68,11 +68,15 @@ def seeds_table() -> list[str]:
         "| | " + " | ".join(CONTROLLERS) + " |",
         "|---|" + "---|" * len(CONTROLLERS),
     ]
-    for key in NUMERIC_KEYS:
+    known = known_groups(run.metrics for flown in runs for run in flown.values())
+    for key in (key for keys in known.values() for key in keys):
         label, unit = DESCRIPTIONS[key]
         cells = []
         for name in CONTROLLERS:
             values = [flown[name].metrics[key] for flown in runs if not flown[name].failed]
+            if not values or None in values:
+                cells.append("–")
+                continue
             text = f"{np.median(values):.3f} ({min(values):.3f} .. {max(values):.3f})"
             printed = published(name, key)
             cells.append(text if printed is None else f"{text} *{printed:.3f}*")

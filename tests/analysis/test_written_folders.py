@@ -124,7 +124,7 @@ def test_the_report_lists_what_the_controller_made_of_the_contact(make_log, tmp_
     text = render_report({"following": Run("following", "following", log, {})}, tmp_path)
     page = Page(text)
     assert title in page.text
-    assert "61 in all" in page.text
+    assert "Following: 61 changes of the contact's state" in page.text
     assert "The first 60" in page.text
     assert "<td>2.500</td><td>approach</td><td>settle</td><td>touched</td>" in text
 

@@ -43,7 +43,7 @@ def test_page_figures_and_numbers_are_written(written):
     for row, record in zip(rows, records, strict=True):
         assert row.figure == f"{row.name}.png"
         assert (out / row.figure).read_bytes().startswith(b"\x89PNG")
-        assert f"src='{row.figure}'" in page
+        assert f'src="{row.figure}"' in page
         assert record["passed"] is True
     assert f"{len(rows)} of {len(rows)} claims hold" in page
     assert seen[-1] == (len(ROWS), len(ROWS), "")

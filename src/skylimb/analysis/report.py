@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import math
 import tomllib
 from collections.abc import Mapping
@@ -10,19 +9,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import jinja2
-
 from skylimb.analysis import palette
 from skylimb.analysis.claims import check_claims
 from skylimb.analysis.figures import PLATES
 from skylimb.analysis.metrics import DESCRIPTIONS, ROWS, known_groups, printed
+from skylimb.analysis.pages import inlined, render_page
 from skylimb.analysis.paper_numbers import EXPERIMENT, SOURCE, published
 from skylimb.analysis.signals import contact_transitions
 from skylimb.recording import LOG_FILE, Run
 
 TEMPLATE = Path(__file__).with_name("report_template.html")
-STYLE = Path(__file__).with_name("report_style.css")
-"""The rules that every report page shares."""
 
 EMBED_BYTES = 12_000_000
 """Videos are put into the page up to this size together; larger ones are linked."""
@@ -79,13 +75,9 @@ def render_report(runs: Mapping[str, Run], folder: Path, videos_follow: bool = F
     """
     first = next(iter(runs.values()))
     config = _config(first)
-    environment = jinja2.Environment(
-        autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined
-    )
-    template = environment.from_string(TEMPLATE.read_text(encoding="utf-8"))
     claims, groups = check_claims(runs), _groups(runs)
-    return template.render(
-        common_style=STYLE.read_text(encoding="utf-8"),
+    return render_page(
+        TEMPLATE,
         title=_title(runs),
         description=str(config.get("description", "")),
         robot=str(first.log.attrs.get("robot", "")),
@@ -113,7 +105,7 @@ def render_report(runs: Mapping[str, Run], folder: Path, videos_follow: bool = F
         held=sum(claim.holds for claim in claims),
         source=SOURCE,
         plates=[
-            (plate, _inline(folder / "figures" / f"{plate.name}.png", "image/png"))
+            (plate, inlined(folder / "figures" / f"{plate.name}.png", "image/png"))
             for plate in PLATES
             if (folder / "figures" / f"{plate.name}.png").is_file()
         ],
@@ -196,11 +188,7 @@ def _films(runs: Mapping[str, Run], folder: Path, follow: bool) -> list[Film]:
     embed = not follow and sum(path.stat().st_size for path in there.values()) <= EMBED_BYTES
     return [
         Film(
-            palette.label(name), _inline(path, "video/mp4") if embed else path.relative_to(folder).as_posix()
+            palette.label(name), inlined(path, "video/mp4") if embed else path.relative_to(folder).as_posix()
         )
         for name, path in there.items()
     ]
-
-
-def _inline(path: Path, kind: str) -> str:
-    return f"data:{kind};base64,{base64.b64encode(path.read_bytes()).decode('ascii')}"

@@ -14,6 +14,7 @@ from typing import Any, ParamSpec, TypeVar
 
 import matplotlib
 import numpy as np
+from cycler import cycler
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -36,6 +37,9 @@ WIDTH = 7.16
 DPI = 200
 POINTS = 600
 """A line is drawn through at most about this many samples; more would not show at this size."""
+
+CURVES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
+"""Curves that belong to no controller; Okabe and Ito's colours."""
 
 MOST_SIGNS = 6
 """Colours that a sign in a legend shows side by side, at most."""
@@ -61,6 +65,7 @@ RC: dict[Any, Any] = {
     "axes.spines.right": False,
     "axes.axisbelow": True,
     "axes.grid": False,
+    "axes.prop_cycle": cycler(color=CURVES),
     "xtick.labelsize": 7,
     "ytick.labelsize": 7,
     "xtick.major.width": 0.6,

@@ -8,13 +8,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import jinja2
 import numpy as np
 
 from skylimb.analysis import style
 from skylimb.analysis.measures import describe
 from skylimb.analysis.metrics import DESCRIPTIONS
-from skylimb.analysis.report import STYLE
+from skylimb.analysis.pages import render_page
 from skylimb.campaign.draws import changed
 from skylimb.campaign.figures import plates
 from skylimb.campaign.frozen import Campaign
@@ -47,13 +46,9 @@ def render_report(campaign: Campaign, rows: Mapping[int, Row], summary: Summary,
         summary: of these rows.
         kept: flights whose log lies in the folder.
     """
-    environment = jinja2.Environment(
-        autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined
-    )
-    template = environment.from_string(TEMPLATE.read_text(encoding="utf-8"))
     scores, names = summary.scores, summary.scores.controllers
-    return template.render(
-        common_style=STYLE.read_text(encoding="utf-8"),
+    return render_page(
+        TEMPLATE,
         title=_title(campaign, len(scores.draws)),
         description=str(campaign.experiment.get("description", "")).rstrip("."),
         flights=len(rows),

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import base64
 import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import jinja2
-
 from skylimb.analysis import style
 from skylimb.analysis.measures import describe
+from skylimb.analysis.pages import inlined, render_page
 from skylimb.analysis.paper_numbers import SOURCE
 from skylimb.campaign.frozen import Campaign
 from skylimb.campaign.statistics import Rate
@@ -22,15 +20,28 @@ from skylimb.reproduction.result import BESIDE, HIGH, LOW, NUMBERS, Result, Spre
 TEMPLATE = Path(__file__).with_name("report_template.html")
 
 CAPTIONS = {
-    "numbers": "Every flight that finished, with median and interval, beside the paper's number (diamond; "
-    "filled red where it lies outside). Single flights beyond the axes are not shown.",
-    "claims": "In how many of the draws each claim holds, with its exact 95 % interval. A draw that lost a "
-    "flight is one in which the claim does not hold.",
-    "sensitivity": "Spearman's rank correlation of each number with each unknown, over the flights that "
-    "finished; printed where it is clear of chance. Bars around a name: the distance from its middle. What "
-    "shows in no number is left out here, and is in reproduction.json.",
-    "errata": "What each printed form does, beside the corrected one. A cross marks a lost flight.",
+    "numbers": (
+        "The published numbers among the draws",
+        "Every flight that finished, with median and interval, beside the paper's number (diamond; filled "
+        "red where it lies outside). Single flights beyond the axes are not shown.",
+    ),
+    "claims": (
+        "How often the claims hold",
+        "In how many of the draws each claim holds, with its exact 95 % interval. A draw that lost a flight "
+        "is one in which the claim does not hold.",
+    ),
+    "sensitivity": (
+        "What moves what",
+        "Spearman's rank correlation of each number with each unknown, over the flights that finished; "
+        "printed where it is clear of chance. Bars around a name: the distance from its middle. What shows "
+        "in no number is left out here, and is in reproduction.json.",
+    ),
+    "errata": (
+        "The printed forms",
+        "What each printed form does, beside the corrected one. A cross marks a lost flight.",
+    ),
 }
+"""Title and words of each figure."""
 
 
 def render_report(prior: Prior, campaign: Campaign, result: Result, pictures: Mapping[str, Path]) -> str:
@@ -42,12 +53,10 @@ def render_report(prior: Prior, campaign: Campaign, result: Result, pictures: Ma
         result: of it.
         pictures: figure's name -> PNG file.
     """
-    environment = jinja2.Environment(
-        autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined
-    )
-    environment.filters |= {"rate": rate_text, "spread": spread_text, "value": value_text}
-    template = environment.from_string(TEMPLATE.read_text(encoding="utf-8"))
-    return template.render(
+    return render_page(
+        TEMPLATE,
+        {"rate": rate_text, "spread": spread_text},
+        title=f"The paper held against {result.draws} draws",
         result=result,
         readings=list(result.claims[0].split),
         total=sum(math.isfinite(number.paper) for number in result.numbers),
@@ -65,7 +74,7 @@ def render_report(prior: Prior, campaign: Campaign, result: Result, pictures: Ma
         ],
         keys=[(key, digits(key), describe(key)[1]) for key in NUMBERS],
         prior=prior,
-        plates=[(name, CAPTIONS[name], _data(path)) for name, path in pictures.items()],
+        plates=[(name, *CAPTIONS[name], inlined(path, "image/png")) for name, path in pictures.items()],
         command=command(result.draws),
         source=SOURCE,
         versions={**campaign.versions, "driver": campaign.driver},
@@ -96,7 +105,3 @@ def value_text(value: Any) -> str:
     if isinstance(value, list):
         return f"[{', '.join(value_text(entry) for entry in value)}]"
     return f"{value:.4g}" if isinstance(value, float) else str(value)
-
-
-def _data(path: Path) -> str:
-    return f"data:image/png;base64,{base64.b64encode(path.read_bytes()).decode('ascii')}"

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import dataclasses
-import html
 import json
 from collections.abc import Callable
 from pathlib import Path
 
+from skylimb.analysis.pages import render_page
 from skylimb.recording.files import new_folder, require_new
+from skylimb.recording.versions import versions
 from skylimb.verification import impact, invariance, sliding, statics, stick_slip
 from skylimb.verification.row import Evidence, Row
+
+TEMPLATE = Path(__file__).with_name("page_template.html")
 
 ROWS: tuple[Callable[[], Evidence], ...] = (
     statics.slip_angle,
@@ -76,39 +79,13 @@ def _write(evidence: list[Evidence], out: Path) -> list[Row]:
     return rows
 
 
-_STYLE = """
-body { font: 16px/1.5 system-ui, sans-serif; color: #222; }
-body { margin: 2rem auto; max-width: 64rem; padding: 0 1rem; }
-table { border-collapse: collapse; width: 100%; } th, td { text-align: left; padding: .3rem .6rem; }
-tr { border-bottom: 1px solid #ddd; } .failed { color: #b00; font-weight: bold; }
-figure { display: inline-block; width: 48%; margin: .5rem .4%; vertical-align: top; } img { width: 100%; }
-figcaption { font-size: 85%; }
-"""
-
-
 def page(rows: list[Row]) -> str:
     """One page of HTML with the table and the figures, which lie beside it."""
-    passed = sum(row.passed for row in rows)
-    lines = [
-        "<!doctype html><html lang='en'><head><meta charset='utf-8'>",
-        f"<title>Contact against theory</title><style>{_STYLE}</style></head><body>",
-        "<h1>Contact against theory</h1>",
-        f"<p>{passed} of {len(rows)} claims hold.</p>",
-        "<table><tr><th>Claim</th><th>Measured</th><th>Theory</th><th>Tolerance</th>"
-        "<th>Cases</th><th></th></tr>",
-    ]
-    for row in rows:
-        verdict = "holds" if row.passed else "<span class='failed'>fails</span>"
-        bound = {"": "", "below": "at most ", "above": "at least "}[row.bound]
-        lines.append(
-            f"<tr><td>{html.escape(row.claim)}</td><td>{row.measured:.5g} {html.escape(row.unit)}</td>"
-            f"<td>{bound}{row.theory:.5g}</td><td>{row.tolerance:g}</td><td>{row.cases}</td><td>{verdict}</td></tr>"
-        )
-    lines.append("</table>")
-    for row in rows:
-        if row.figure is not None:
-            claim = html.escape(row.claim)
-            lines.append(
-                f"<figure><img src='{row.figure}' alt='{claim}'><figcaption>{claim}</figcaption></figure>"
-            )
-    return "\n".join([*lines, "</body></html>", ""])
+    return render_page(
+        TEMPLATE,
+        title="Contact against theory",
+        rows=rows,
+        bounds={"": "", "below": "at most ", "above": "at least "},
+        passed=sum(row.passed for row in rows),
+        versions=versions(),
+    )
