@@ -15,7 +15,6 @@ from skylimb.planning import vectoring_files
 from skylimb.planning.control_torque import face_distances, guaranteed_control_torque
 from skylimb.planning.vectoring import VectoringTable, robot_digest, vectoring_table
 from skylimb.planning.vectoring_criteria import TORQUE
-from skylimb.planning.vectoring_figure import vectoring_figure
 from skylimb.robots import Robot, load_robot
 
 ROBOT = load_robot("hydrus_xi_quad")
@@ -169,18 +168,6 @@ def test_shapes():
 def test_angles_outside_of_the_range_are_refused(theta):
     with pytest.raises(UnreachableError, match=r"known for shape angles 0.2 .. 1.25 rad, not for"):
         TABLE.angles(theta)
-
-
-def test_the_figure_shows_every_joint_and_quantity(tmp_path):
-    figure = vectoring_figure(ROBOT, TABLE)
-    angles, slope, torque, tilt = figure.axes
-    assert [len(axes.lines) for axes in (slope, torque, tilt)] == [5, 2, 2]
-    named = {text.get_text() for text in figure.legends[0].get_texts()}
-    assert named == {*ROBOT.description.vectoring_joints, "nominal posture", "beyond the joint limits"}
-    drawn = np.asarray(angles.lines[2].get_ydata(), dtype=float)
-    np.testing.assert_allclose(np.cos(drawn - TABLE.angles(THETAS)[:, 2]), 1.0, atol=1e-12)
-    figure.savefig(tmp_path / "vectoring.png")
-    assert (tmp_path / "vectoring.png").stat().st_size > 10_000
 
 
 # Digest and cache

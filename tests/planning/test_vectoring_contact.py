@@ -12,7 +12,6 @@ from skylimb.planning.posture import posture_family
 from skylimb.planning.tip_force import tip_force_map
 from skylimb.planning.vectoring import robot_digest, vectoring_table
 from skylimb.planning.vectoring_criteria import CONTACT, TORQUE, VectoringCriteria
-from skylimb.planning.vectoring_figure import vectoring_figure
 from skylimb.robots import Robot, load_robot
 
 ROBOT = load_robot("hydrus_xi_quad")
@@ -63,7 +62,6 @@ def test_it_covers_the_postures_within_the_joint_limits():
     assert (TABLE.theta_min, TABLE.theta_max) == (FAMILY.theta_min, FAMILY.theta_max)
     with pytest.raises(UnreachableError, match=r"known for shape angles 0.2 .. 0.785 rad, not for 0.9"):
         TABLE.angles(0.9)
-    assert len(vectoring_figure(ROBOT, TABLE).axes) == 4
 
 
 def test_the_table_for_torque_is_the_old_one():

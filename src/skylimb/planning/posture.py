@@ -17,12 +17,9 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from skylimb.errors import DescriptionError, UnreachableError
-from skylimb.planning.planar import planar_inverse_kinematics
 from skylimb.planning.series import evaluate_chebyshev, fit_chebyshev, fit_circle
 from skylimb.robots import Robot
 from skylimb.symbolic import is_symbolic
-
-__all__ = ["ReachFamily", "planar_inverse_kinematics", "posture_family"]
 
 _NEWTON_STEPS = 2
 _SLACK = 1e-9

@@ -10,9 +10,8 @@ import numpy as np
 
 from skylimb.errors import ConfigError, UnreachableError
 from skylimb.keys import Key, configuration
+from skylimb.planning.smooth_step import STEEPEST, quintic
 from skylimb.robots.model import Robot
-
-_PEAK = 1.875  # greatest speed of a quintic over its mean speed
 
 
 @configuration
@@ -52,7 +51,7 @@ class PosturePath:
             return np.repeat(self.postures, len(t), axis=0)
         begin, end = self.times[segment], self.times[segment + 1]
         s = (t - begin) / (end - begin)
-        blend = s**3 * (10.0 - 15.0 * s + 6.0 * s**2)
+        blend, _, _ = quintic(s)
         return self.postures[segment] + blend[:, None] * (self.postures[segment + 1] - self.postures[segment])
 
 
@@ -85,7 +84,7 @@ def posture_path(config: PostureConfig, robot: Robot, start: np.ndarray) -> Post
             )
         way = float(np.max(np.abs(target - postures[-1])))
         if way > 0.0:
-            times.append(times[-1] + _PEAK * way / config.speed)
+            times.append(times[-1] + STEEPEST * way / config.speed)
             postures.append(target)
         if config.hold > 0.0:
             times.append(times[-1] + config.hold)

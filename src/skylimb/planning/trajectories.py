@@ -23,7 +23,7 @@ from skylimb.keys import Key, configuration, refused
 from skylimb.planning.drawing import LARGEST, Strokes, fitted, nearest_first
 from skylimb.planning.drawing_sources import svg_strokes, text_strokes
 from skylimb.planning.pen_motion import pen_motion
-from skylimb.planning.smooth_step import STEEPEST, smooth_step
+from skylimb.planning.smooth_step import STEEPEST, quintic, smooth_step
 
 Samples = tuple[np.ndarray, np.ndarray, np.ndarray]
 """Position (k, 2) in m, velocity in m/s, acceleration in m/s^2."""
@@ -221,9 +221,10 @@ class Trajectory:
         part, rate, bend = np.zeros(t.shape), np.zeros(t.shape), np.zeros(t.shape)
         for moment, sign in [(m, s) for lift in self.lifts for m, s in zip(lift, (1.0, -1.0), strict=True)]:
             s = np.clip((t - moment) / self.lift_time, 0.0, 1.0)
-            part += sign * s**3 * (10.0 + s * (6.0 * s - 15.0))
-            rate += sign * 30.0 / self.lift_time * (s * (1.0 - s)) ** 2
-            bend += sign * 60.0 / self.lift_time**2 * s * (1.0 - s) * (1.0 - 2.0 * s)
+            value, slope, curvature = quintic(s)
+            part += sign * value
+            rate += sign * slope / self.lift_time
+            bend += sign * curvature / self.lift_time**2
         return part, rate, bend
 
 
