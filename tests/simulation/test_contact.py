@@ -84,7 +84,6 @@ def test_tick_average_equals_summed_contact_forces():
         np.testing.assert_allclose(average.force, np.mean(forces, axis=0), atol=1e-12)
         np.testing.assert_allclose(data.history[reading.force], forces, atol=1e-12)
         assert average.duty == pytest.approx(np.mean(touching), rel=1e-15)
-        assert np.all(np.diff(data.history[reading.time]) > 0)
         acting = weights > 0.0
         if not np.any(acting):
             assert np.all(np.isnan(average.position))
@@ -174,6 +173,41 @@ def test_damping_ratio_and_damping_are_the_same_damper():
     np.testing.assert_allclose(first.pair_solref, second.pair_solref, rtol=1e-12)
 
 
+def test_a_tip_that_sticks_creeps_at_force_over_stick_damping():
+    parameters = ContactParameters(friction=0.5, stick_damping=2e4)
+    model, data = sliding_tip(parameters)
+    # Through its centre a ball that touches from the side is not turned.
+    model.body_inertia[1] = 1e3
+    mujoco.mj_setConst(model, data)
+    tune_contact_pair(model, parameters)
+    data.xfrc_applied[1, :3] = (0.3, 0.0, -1.5)
+    mujoco.mj_step(model, data, nstep=3000)
+    assert data.qvel[0] == pytest.approx(0.3 / 2e4, rel=1e-2)
+
+
+def test_slip_reaches_the_cone_at_the_friction_rate():
+    parameters = ContactParameters(friction=0.5, friction_rate=500.0)
+    model, _ = sliding_tip(parameters)
+    [impedance], [rate] = set(model.pair_solimp[0, :2]), [-model.pair_solreffriction[0, 1]]
+    assert model.pair_solreffriction[0, 0] < 0.0
+    assert rate / impedance == pytest.approx(500.0)
+    # The damper in stick is the impedance's, less what the engine divides by.
+    scale = (1.0 - impedance) / effective_mass(model)
+    assert rate * model.opt.impratio / scale == pytest.approx(parameters.stick_damping)
+
+
+def test_a_pull_reaches_as_far_as_the_spring_stretches_under_it():
+    parameters = ContactParameters(friction=0.0, adhesion=2.0, stiffness=1000.0, damping_ratio=1.0)
+    model, data = sliding_tip(parameters)
+    assert model.pair_gap[0] == pytest.approx(2.0 / 1000.0)
+    data.xfrc_applied[1, 2] = 0.9
+    mujoco.mj_step(model, data, nstep=2000)
+    assert data.qpos[2] - RADIUS == pytest.approx(0.9 / 1000.0, rel=1e-2)
+    data.xfrc_applied[1, 2] = 2.1
+    mujoco.mj_step(model, data, nstep=2000)
+    assert data.qpos[2] - RADIUS > 0.05
+
+
 def test_effective_mass_counts_a_surface_that_can_move():
     spec = mujoco.MjSpec()
     for name, mass in (("wall", 3.0), ("tip", 6.0)):
@@ -205,6 +239,19 @@ def test_bad_parameters_are_named(keys, words):
 def test_a_stiffness_the_time_step_cannot_carry_is_refused():
     with pytest.raises(ConfigError, match=r"too stiff for a time step of 0\.005 s"):
         sliding_tip(ContactParameters(stiffness=5e4), timestep=5e-3)
+
+
+def test_a_damping_the_time_step_cannot_carry_is_refused():
+    sliding_tip(ContactParameters(damping=2.0 / 1e-3))
+    with pytest.raises(ConfigError, match=r"damping = 2001 N s/m is too much .* at most 2000 N s/m"):
+        sliding_tip(ContactParameters(damping=2001.0))
+
+
+def test_a_reading_needs_a_sample():
+    model, _ = sliding_tip(ContactParameters(), samples=1)
+    assert ContactReading.of(model).samples == 1
+    with pytest.raises(ConfigError, match="0 samples"):
+        sliding_tip(ContactParameters(), samples=0)
 
 
 def test_unknown_pair_and_sensor_are_named():

@@ -238,13 +238,11 @@ class ContactReading:
         force: (n, 3) indices of the force ON THE ROBOT, N, world axes.
         position: (n, 3) indices of the contact point, m, world; zero where no force acts (an overlap that
             opens fast enough for its damper to cancel its spring carries none).
-        time: (n,) indices of the time at the beginning of the step, s.
     """
 
     found: np.ndarray
     force: np.ndarray
     position: np.ndarray
-    time: np.ndarray
 
     @classmethod
     def of(cls, model: mujoco.MjModel, name: str = SENSOR_NAME) -> ContactReading:
@@ -254,24 +252,18 @@ class ContactReading:
             raise unknown_name("sensor", name, (model.sensor(i).name for i in range(model.nsensor)))
         samples, width = int(model.sensor_history[sensor, 0]), int(model.sensor_dim[sensor])
         # The buffer: one word of the user's, a cursor, n times, then n rows of values.
-        first_time = int(model.sensor_historyadr[sensor]) + 2
-        rows = first_time + samples + width * np.arange(samples)[:, None]
+        first = int(model.sensor_historyadr[sensor]) + 2 + samples
+        rows = first + width * np.arange(samples)[:, None]
         return cls(
             found=rows[:, 0],
             force=rows + np.arange(1, 4),
             position=rows + np.arange(4, 7),
-            time=first_time + np.arange(samples),
         )
 
     @property
     def samples(self) -> int:
         """Physics steps in one reading."""
         return len(self.found)
-
-    @property
-    def span(self) -> slice:
-        """The part of `data.history` that this reading needs."""
-        return slice(int(self.time[0]), int(self.position[-1, -1]) + 1)
 
     def average(self, history: Array) -> ContactAverage:
         """Average the tick that one `mj_step` call of `samples` steps has left in `data.history`.

@@ -25,7 +25,7 @@ class Sphere(Surface):
         return np.where(inside >= 0.0, self.radius - np.sqrt(np.maximum(inside, 0.0)), np.nan)
 
     def local_closest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Along the ray from the centre."""
+        """The closest points lie on the ray from the centre."""
         centre = np.array([self.radius, 0.0, 0.0])
         ray = np.asarray(points, dtype=float) - centre
         length = np.linalg.norm(ray, axis=-1, keepdims=True)

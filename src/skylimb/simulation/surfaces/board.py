@@ -22,11 +22,11 @@ class Board(Surface):
     kind: Literal["board"] = "board"
 
     def height(self, u: ArrayLike, v: ArrayLike) -> np.ndarray:
-        """Zero everywhere."""
+        """The height above the flat plane: zero everywhere."""
         return np.zeros(np.broadcast(u, v).shape)
 
     def local_closest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Straight down on the plane w = 0."""
+        """The projection onto the plane w = 0, and the normal -w."""
         foot = np.array(points, dtype=float)
         foot[..., 0] = 0.0
         normal = np.zeros_like(foot)

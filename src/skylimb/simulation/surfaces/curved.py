@@ -34,11 +34,11 @@ class CurvedSurface(Surface, abc.ABC):
 
     @cached_property
     def shape(self) -> Shape:
-        """The shape, made once."""
+        """The shape; it is made once."""
         return self.make_shape()
 
     def drawn_u(self) -> np.ndarray:
-        """(n,) places along u, m, that what is looked at and recorded goes through."""
+        """(n,) places along u, m, at which the surface is drawn and recorded."""
         return np.linspace(-0.5, 0.5, _DRAWN_BOTH if self.curved_along_v else _DRAWN) * self.size[0]
 
     @property
@@ -60,7 +60,7 @@ class CurvedSurface(Surface, abc.ABC):
 
     @property
     def tightest_hollow(self) -> float:
-        """The shape's."""
+        """Smallest radius of curvature of a hollow of the shape, m; infinite if there is none."""
         return self.shape.tightest_hollow
 
     def add_geometry(self, spec: mujoco.MjSpec, body: mujoco.MjsBody) -> None:

@@ -57,7 +57,7 @@ class Cylinder(CurvedSurface):
         )
 
     def drawn_u(self) -> np.ndarray:
-        """As far around as the surface still faces the robot."""
+        """Places from one side to the other, as far around as the surface faces the robot."""
         half = min(0.5 * self.size[0], self.radius * math.sin(_WIDEST))
         return np.linspace(-half, half, 121)
 

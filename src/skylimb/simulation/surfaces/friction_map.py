@@ -72,7 +72,7 @@ class FrictionMap:
     high: Annotated[float, Key("", "coefficient of the value 1 in file", low=0.0, high=10.0)] = 1.0
 
     def check(self) -> None:
-        """Refuse coefficients below zero in a file, and two sources at once."""
+        """Raise a `ConfigError` for coefficients below zero, and for two sources at once."""
         if self.table and self.file:
             raise ConfigError("surface.friction_map: give a table or a file, not both")
         values = self.values()

@@ -55,7 +55,7 @@ class HeightMap(CurvedSurface):
     ] = 0.01
 
     def check(self) -> None:
-        """Refuse values that make no surface."""
+        """Raise a `ConfigError` for values that make no surface."""
         super().check()
         if bool(self.file) == bool(self.heights):
             raise ConfigError(
@@ -74,7 +74,7 @@ class HeightMap(CurvedSurface):
 
     @property
     def curved_along_v(self) -> bool:
-        """True: a relief has no direction of its own."""
+        """True: a relief may change along both axes."""
         return True
 
     @cached_property

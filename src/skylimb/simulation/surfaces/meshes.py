@@ -47,7 +47,7 @@ class MeshSurface(CurvedSurface):
     ] = 0.001
 
     def check(self) -> None:
-        """Refuse a mesh that is no wall."""
+        """Raise a `ConfigError` for a mesh that is no wall."""
         super().check()
         if not self.file:
             raise ConfigError("surface 'mesh' needs surface.file, the path of an STL or OBJ file")
@@ -55,7 +55,7 @@ class MeshSurface(CurvedSurface):
 
     @property
     def curved_along_v(self) -> bool:
-        """True: a mesh has no direction of its own."""
+        """True: a mesh may change along both axes."""
         return True
 
     @cached_property

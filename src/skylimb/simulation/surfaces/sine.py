@@ -33,12 +33,12 @@ class SineWall(CurvedSurface):
     ] = 0.0
 
     def drawn_u(self) -> np.ndarray:
-        """Sixteen places a wave."""
+        """Sixteen places along u for each wave."""
         count = int(min(max(121.0, 16.0 * self.size[0] / self.wavelength), 801.0))
         return np.linspace(-0.5, 0.5, count) * self.size[0]
 
     def make_shape(self) -> Wave:
-        """The wave."""
+        """The sine as a shape."""
         return Wave(self.amplitude, self.wavelength, self.phase, 0.5 * self.size[0], 0.5 * self.size[1])
 
 

@@ -28,7 +28,7 @@ class FacedSurface(CurvedSurface, abc.ABC):
     ] = 0.01
 
     def check(self) -> None:
-        """Refuse a step beside the surface, and faces without room."""
+        """Raise a `ConfigError` for a step beside the surface, and for faces without room."""
         super().check()
         half = 0.5 * self.size[0]
         if abs(self.offset) > half:
@@ -41,14 +41,14 @@ class FacedSurface(CurvedSurface, abc.ABC):
         """Corners (u, w) between the ends, m, before they are rounded."""
 
     def drawn_u(self) -> np.ndarray:
-        """Through every edge."""
+        """The places of the edges, so that they are drawn sharp."""
         half = 0.5 * self.size[0]
         inner = self.profile.landmarks()
         return np.concatenate([[-half], inner[np.abs(inner) < half], [half]])
 
     @property
     def profile(self) -> Profile:
-        """The shape, as what it is."""
+        """The shape as a profile of pieces."""
         shape = self.shape
         assert isinstance(shape, Profile)
         return shape
@@ -77,7 +77,7 @@ class Step(FacedSurface):
 
     @property
     def corners(self) -> list[tuple[float, float]]:
-        """Foot and top of the riser."""
+        """Corners (u, w), m: foot and top of the riser."""
         half = 0.5 * abs(self.rise) / math.tan(self.riser_angle)
         if self.rise == 0.0:
             return [(0.0, 0.0)]
@@ -99,7 +99,7 @@ class Ridge(FacedSurface):
 
     @property
     def corners(self) -> list[tuple[float, float]]:
-        """Foot, top, foot."""
+        """Corners (u, w), m: foot, top and foot."""
         half = 0.5 * self.width
         return [(-half, 0.0), (0.0, -self.rise), (half, 0.0)]
 
@@ -118,6 +118,6 @@ class Ramp(FacedSurface):
 
     @property
     def corners(self) -> list[tuple[float, float]]:
-        """Foot and top."""
+        """Corners (u, w), m: foot and top of the ramp."""
         half = 0.5 * self.width
         return [(-half, 0.0), (half, -self.rise)]

@@ -1,7 +1,7 @@
 """What every surface is: a placed shape with friction and compliance that writes itself into the physics.
 
 A shape is described once, in its own axes (w into the surface, u and v along it; see `placement`), by the
-closest point to any given one. Everything that analysis asks for follows from that here: signed distance,
+closest point to any given one. Everything that the analysis needs follows from that here: signed distance,
 normal, projection, distance along a direction. The same numbers go into the physics, so that both see one
 geometry.
 """
@@ -76,7 +76,7 @@ class Surface(SurfaceKeys, abc.ABC):
 
     @property
     def contact(self) -> ContactParameters:
-        """Friction and compliance in the form that the physics wants."""
+        """Friction and compliance as the physics takes them."""
         return ContactParameters(
             friction=self.friction,
             stiffness=self.stiffness,
@@ -147,7 +147,7 @@ class Surface(SurfaceKeys, abc.ABC):
         return points
 
     def signed_distance(self, points: np.ndarray, time: Any = None) -> np.ndarray:
-        """Distance (...) of world points (..., 3) from the surface, m; negative where they are pressed in."""
+        """Distance (...) of world points (..., 3) from the surface, m; negative behind it."""
         local = self.to_local(points, time)
         foot, normal = self.local_closest(local)
         return np.sum((local - foot) * normal, axis=-1)
@@ -189,7 +189,7 @@ class Surface(SurfaceKeys, abc.ABC):
         return self.unroll(foot[..., 1], foot[..., 2])
 
     def covers(self, points: np.ndarray, time: Any = None) -> np.ndarray:
-        """Whether world points (..., 3) face the part of the surface that `size` says it has."""
+        """Whether world points (..., 3) face the surface within its `size`."""
         local = self.to_local(points, time)
         half_u, half_v = 0.5 * self.size[0], 0.5 * self.size[1]
         inside = (np.abs(local[..., 1]) <= half_u) & (np.abs(local[..., 2]) <= half_v)

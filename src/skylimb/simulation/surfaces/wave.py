@@ -31,7 +31,7 @@ class Wave(Graph):
 
     @property
     def wave_number(self) -> float:
-        """K in rad/m."""
+        """Wave number k, rad/m."""
         return 2.0 * np.pi / self.wavelength
 
     @property
