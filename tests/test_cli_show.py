@@ -11,7 +11,7 @@ from rich.console import Console
 import skylimb
 from skylimb.cli.key_tables import commented_toml, print_tables
 from skylimb.cli.main import main
-from skylimb.config import flatten
+from skylimb.config import flatten, parse_assignment
 from skylimb.control.preset import preset_from_mapping, preset_mapping
 from skylimb.control.preset_keys import preset_tables
 from skylimb.keys import Table, keys_of, tables_of
@@ -49,6 +49,9 @@ def test_a_controller_that_was_shown_can_be_flown(
     path = tmp_path / "mine.toml"
     path.write_text(shown(name, capsys), encoding="utf-8")
     assert preset_from_mapping(*preset_mapping(str(path))) == preset_from_mapping(*preset_mapping(name))
+    # What was shown is shown again.
+    again = shown(str(path), capsys)
+    assert again.replace(str(path), name) == path.read_text(encoding="utf-8")
 
 
 def test_a_robot_that_was_shown_is_a_flight_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -60,6 +63,7 @@ def test_a_robot_that_was_shown_is_a_flight_file(tmp_path: Path, capsys: pytest.
     mine, shipped = skylimb.load_robot(path), skylimb.load_robot("hydrus_xi_quad")
     assert mine.mass == shipped.mass
     assert [rotor.lag for rotor in mine.description.rotors] == [0.05] * 4
+    assert shown(str(path), capsys).splitlines()[0] == out.splitlines()[0]
 
 
 @pytest.mark.parametrize("width", [60, 80, 109, 110, 120, 200])
@@ -76,6 +80,21 @@ def test_every_key_fits_the_terminal_with_value_unit_and_range(tables: list[Tabl
     words = re.sub(r"\s+", " ", text)
     assert "short name" in words
     assert words.endswith("hint ")
+
+
+@pytest.mark.parametrize(("name", "prefix"), [("paper", ""), ("hybrid", "controller.")])
+def test_the_example_of_a_change_can_be_typed(
+    name: str, prefix: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    hint = next(line for line in shown(name, capsys).splitlines() if line.startswith("# Change a key: "))
+    key, value = parse_assignment(hint.rpartition(" ")[2])
+    assert key.startswith(prefix)
+    if prefix:
+        skylimb.load_controller(
+            "hybrid", skylimb.load_robot("hydrus_xi_quad"), {key.removeprefix(prefix): value}
+        )
+    else:
+        assert skylimb.load_experiment("paper", {key: value}) == EXPERIMENT
 
 
 def test_values_are_short_and_what_is_not_set_says_so() -> None:

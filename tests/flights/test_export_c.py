@@ -46,6 +46,15 @@ def test_the_example_passes_its_test_vector(name: str, tmp_path: Path) -> None:
     assert len((folder / "main.c").read_text().splitlines()) <= 30
 
 
+def test_the_header_says_of_every_gain_what_it_is(tmp_path: Path) -> None:
+    folder = tmp_path / "export"
+    export_c(cascade("following"), folder)
+    lines = [line for line in (folder / "controller.h").read_text().splitlines() if "_GAINS_" in line]
+    (force,) = [line for line in lines if line.startswith("#define SKYLIMB_GAINS_TRANSLATION_FORCE ")]
+    assert force.endswith("/* 1 number: N_ref, the wanted force; N; 0 .. 20 */")
+    assert not [line for line in lines[1:] if line.startswith("#define") and ": " not in line]
+
+
 def test_the_example_notices_a_wrong_number(tmp_path: Path) -> None:
     folder = tmp_path / "export"
     export_c(cascade("hybrid"), folder)

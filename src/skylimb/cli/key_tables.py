@@ -8,7 +8,7 @@ import textwrap
 from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
-from skylimb.keys import ANY_NAME, ANY_NUMBER, REQUIRED, KeyInfo, Table
+from skylimb.keys import ANY_NAME, ANY_NUMBER, REQUIRED, KeyInfo, Table, rows_of
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -42,6 +42,14 @@ def show(title: str, tables: Iterable[Table], hint: str) -> None:
     print_tables(Console(highlight=False), title, tables, hint)
 
 
+def example(tables: Iterable[Table]) -> str:
+    """A key of the tables with its value, as `--set` takes it: the first one with a number."""
+    rows = rows_of(table for table in tables if table.path)
+    return next(
+        (f"{name}={value:g}" for name, value, _ in rows if isinstance(value, float)), "TABLE.KEY=VALUE"
+    )
+
+
 def commented_toml(title: str, tables: Iterable[Table], hint: str) -> Iterator[str]:
     """The lines of a TOML file with every key, its meaning, range and unit above it.
 
@@ -50,7 +58,7 @@ def commented_toml(title: str, tables: Iterable[Table], hint: str) -> Iterator[s
     import tomli_w
 
     yield from _comment(title)
-    yield from _comment(hint)
+    yield f"# {hint}"
     last: dict[str, Any] = {}
     for table in tables:
         off = "" if table.given else "# "
@@ -151,7 +159,7 @@ def _header(path: Sequence[str]) -> str:
 
 
 def _explained(info: KeyInfo) -> str:
-    allowed = " ".join(filter(None, (info.range, info.unit)))
+    allowed = "; ".join(filter(None, (info.unit, info.range)))
     return f"{info.meaning} ({allowed})" if info.meaning and allowed else info.meaning or allowed
 
 

@@ -46,42 +46,73 @@ class Show:
     """
 
     name: Annotated[
-        Positional[str], arg(metavar="NAME", help="As `skylimb list` has it, or an experiment file.")
+        Positional[str], arg(metavar="NAME", help="As `skylimb list` has it, or a TOML file of your own.")
     ]
 
     def __call__(self) -> int:
         """Print it."""
-        import skylimb
-        from skylimb.cli import key_tables
-        from skylimb.control.preset import preset_from_mapping, preset_mapping
-        from skylimb.control.preset_keys import preset_tables
-        from skylimb.keys import tables_of
-        from skylimb.robots.loader import load_flight_file
-
-        experiments, controllers, robots = (
-            skylimb.list_experiments(),
-            skylimb.list_controllers(),
-            skylimb.list_robots(),
-        )
-        if self.name in controllers:
-            hint = f"Change a key: skylimb run --controller {self.name} --set controller.KEY=VALUE"
-            preset = preset_from_mapping(*preset_mapping(self.name))
-            key_tables.show(f"{self.name}: {preset.description}", preset_tables(preset), hint)
-        elif self.name in experiments or self.name.endswith(".toml"):
-            experiment = skylimb.load_experiment(self.name)
-            hint = f"Change a key: skylimb run {self.name} --set TABLE.KEY=VALUE"
-            key_tables.show(f"{experiment.name}: {experiment.description}", tables_of(experiment), hint)
-        elif self.name in robots:
-            robot = skylimb.load_robot(self.name)
-            if sys.stdout.isatty():
-                output.robot(robot)
-            title = f"{self.name}: {robot.description.summary}; {robot.mass:.4f} kg"
-            hint = "A robot of your own: a folder with a URDF and a file like this one, flight.toml"
-            key_tables.show(title, tables_of(load_flight_file(self.name)), hint)
-        else:
-            known = [*experiments, *controllers, *robots]
-            raise unknown_name("experiment, controller or robot", self.name, known)
+        {"experiment": _show_experiment, "controller": _show_controller, "robot": _show_robot}[
+            _kind(self.name)
+        ](self.name)
         return 0
+
+
+def _kind(name: str) -> str:
+    """Whether a name or TOML file is that of an experiment, a controller or a robot."""
+    import skylimb
+    from skylimb.config import read_toml
+    from skylimb.control.slots import SLOTS
+
+    known = {
+        "experiment": skylimb.list_experiments(),
+        "controller": skylimb.list_controllers(),
+        "robot": skylimb.list_robots(),
+    }
+    if name.endswith(".toml"):
+        keys = read_toml(name).keys()
+        return "robot" if "urdf" in keys else "controller" if keys & set(SLOTS) else "experiment"
+    for kind, names in known.items():
+        if name in names:
+            return kind
+    raise unknown_name(
+        "experiment, controller or robot", name, [one for names in known.values() for one in names]
+    )
+
+
+def _show_experiment(name: str) -> None:
+    from skylimb.cli import key_tables
+    from skylimb.experiments.experiment import load_experiment
+    from skylimb.keys import tables_of
+
+    experiment = load_experiment(name)
+    tables = list(tables_of(experiment))
+    hint = f"Change a key: skylimb run {name} --set {key_tables.example(tables)}"
+    key_tables.show(f"{experiment.name}: {experiment.description}", tables, hint)
+
+
+def _show_controller(name: str) -> None:
+    from skylimb.cli import key_tables
+    from skylimb.control.preset import preset_from_mapping, preset_mapping
+    from skylimb.control.preset_keys import preset_tables
+
+    preset = preset_from_mapping(*preset_mapping(name))
+    tables = list(preset_tables(preset))
+    setting = f"--set controller.{key_tables.example(tables)}"
+    hint = f"Change a key: skylimb run --controller {name} {setting}"
+    key_tables.show(f"{preset.name}: {preset.description}", tables, hint)
+
+
+def _show_robot(name: str) -> None:
+    from skylimb.cli import key_tables
+    from skylimb.keys import tables_of
+    from skylimb.robots.loader import load_flight_file, load_robot
+
+    robot = load_robot(name)
+    if sys.stdout.isatty():
+        output.robot(robot)
+    title = f"{robot.name}: {robot.description.summary}; {robot.mass:.4f} kg"
+    hint = "A robot of your own: a folder with a URDF and a file like this one, flight.toml"
+    key_tables.show(title, tables_of(load_flight_file(name)), hint)
 
 
 @dataclass(frozen=True)

@@ -43,11 +43,11 @@ class MachineGains:
     """
 
     touch_force: Annotated[float, Key("N", "force that counts as touch", above=0.0, high=100.0)] = 0.5
-    touch_time: Annotated[float, Key("s", "how long it has to last", low=0.0, high=10.0)] = 0.015
+    touch_time: Annotated[float, Key("s", "how long that force has to last", low=0.0, high=10.0)] = 0.015
     lost_force: Annotated[float, Key("N", "force below which the touch may be lost", low=0.0, high=10.0)] = (
         0.25
     )
-    lost_time: Annotated[float, Key("s", "how long it has to be that low", above=0.0, high=60.0)] = 0.2
+    lost_time: Annotated[float, Key("s", "how long the force has to be that low", above=0.0, high=60.0)] = 0.2
     settle_time: Annotated[float, Key("s", "how long a touch lasts before the slide", low=0.0, high=60.0)] = (
         1.0
     )
@@ -58,7 +58,7 @@ class MachineGains:
         float, Key("m", "how far beyond its nominal place the surface is looked for", above=0.0, high=10.0)
     ] = 0.25
     search_again: Annotated[
-        float, Key("m", "how far beyond the place of a loss it is looked for", above=0.0, high=10.0)
+        float, Key("m", "how far beyond the place of a loss the surface is looked for", above=0.0, high=10.0)
     ] = 0.10
 
 

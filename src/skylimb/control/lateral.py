@@ -34,7 +34,8 @@ class Moves:
         Key("N^2/rad^2", "mu, which keeps moves small where they do little", above=0.0, high=1e6),
     ] = 0.5
     cutoff: Annotated[
-        float, Key("Hz", "low pass on the moves, as the wanted force is noisy", above=0.0, high=1e4)
+        float,
+        Key("Hz", "cut-off of the low pass on the moves, as the wanted force is noisy", above=0.0, high=1e4),
     ] = 1.0
     lead: Annotated[
         float, Key("", "how many times faster than by their servos the angles follow", low=1.0, high=10.0)

@@ -25,7 +25,12 @@ class Leak:
     compensate: Annotated[bool, Key("", "whether the leak is taken off; off in the paper's presets")] = False
     cutoff: Annotated[
         float,
-        Key("Hz", "low pass on the leak; below the attitude loop's own bandwidth", above=0.0, high=100.0),
+        Key(
+            "Hz",
+            "cut-off of the low pass on the leak; below the attitude loop's own bandwidth",
+            above=0.0,
+            high=100.0,
+        ),
     ] = 0.5
 
 

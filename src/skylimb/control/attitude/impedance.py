@@ -20,9 +20,12 @@ class Gains:
     Above a ratio of one, the estimated torque is fed back to resist it.
     """
 
-    virtual_inertia_ratio: Annotated[Vector3, Key("", "I_d I^-1", above=0.0, high=1e3)]
-    normalized_stiffness: Annotated[Vector3, Key("1/s^2", "K_rd / I_d", above=0.0, high=1e5)]
-    damping_ratio: Annotated[Vector3, Key("", "Z_rd of eq:damping rate", above=0.0, high=100.0)]
+    virtual_inertia_ratio: Annotated[
+        Vector3,
+        Key("", "virtual over true inertia, I_d I^-1; above 1 it resists disturbances", above=0.0, high=1e3),
+    ]
+    normalized_stiffness: Annotated[Vector3, Key("1/s^2", "stiffness K_rd / I_d", above=0.0, high=1e5)]
+    damping_ratio: Annotated[Vector3, Key("", "damping ratio Z_rd of eq:damping rate", above=0.0, high=100.0)]
 
 
 def initial_state(gains: Gains, start: Start) -> tuple[()]:

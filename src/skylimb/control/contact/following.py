@@ -45,12 +45,14 @@ class Gains:
     """Machine, surface estimate and pace."""
 
     approach_speed: Annotated[
-        float, Key("m/s", "at which the tip looks for the surface", above=0.0, high=10.0)
+        float, Key("m/s", "speed at which the tip looks for the surface", above=0.0, high=10.0)
     ] = 0.05
     approach_ramp: Annotated[
-        float, Key("s", "time over which it gets to that speed", above=0.0, high=60.0)
+        float, Key("s", "time over which the tip gets to that speed", above=0.0, high=60.0)
     ] = 1.0
-    retreat_speed: Annotated[float, Key("m/s", "at which the tip goes back", above=0.0, high=10.0)] = 0.10
+    retreat_speed: Annotated[float, Key("m/s", "speed at which the tip goes back", above=0.0, high=10.0)] = (
+        0.10
+    )
     axis_speed: Annotated[
         float,
         Key(
@@ -64,7 +66,7 @@ class Gains:
         float, Key("", "the path never goes slower than this for the surface's sake", low=0.01, high=1.0)
     ] = 0.25
     path_acceleration: Annotated[
-        float, Key("m/s^2", "at which the path gathers speed", above=0.0, high=100.0)
+        float, Key("m/s^2", "acceleration at which the path gathers speed", above=0.0, high=100.0)
     ] = 0.1
     wait_beyond: Annotated[
         float,

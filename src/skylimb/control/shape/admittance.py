@@ -20,11 +20,12 @@ from skylimb.symbolic import Array, clip, where
 class Gains:
     """The virtual mass, damper and spring."""
 
-    mass: Annotated[float, Key("kg", "m_a", above=0.0, high=1e5)]
-    damping: Annotated[float, Key("N s/m", "c_a", above=0.0, high=1e6)]
-    stiffness: Annotated[float, Key("N/m", "k_a", above=0.0, high=1e6)]
+    mass: Annotated[float, Key("kg", "virtual mass m_a", above=0.0, high=1e5)]
+    damping: Annotated[float, Key("N s/m", "virtual damper c_a", above=0.0, high=1e6)]
+    stiffness: Annotated[float, Key("N/m", "virtual spring k_a", above=0.0, high=1e6)]
     force_reference: Annotated[
-        float, Key("N", "f_ref along the contact axis; negative for a push", low=-20.0, high=20.0)
+        float,
+        Key("N", "wanted force f_ref along the contact axis; negative for a push", low=-20.0, high=20.0),
     ] = 0.0
 
 

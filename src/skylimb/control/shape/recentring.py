@@ -21,14 +21,16 @@ from skylimb.symbolic import clip, where
 class Gains:
     """How the arm moves."""
 
-    rate: Annotated[float, Key("1/s", "k of the way back to the anchor", above=0.0, high=100.0)] = 0.3
+    rate: Annotated[
+        float, Key("1/s", "k, speed of the arm per distance from the anchor", above=0.0, high=100.0)
+    ] = 0.3
     arm_share: Annotated[
         float,
         Key("", "share of the surface's motion that the arm takes ahead of any error", low=0.0, high=1.0),
     ] = 0.5
     rate_limit: Annotated[float, Key("m/s", "greatest speed of the arm", above=0.0, high=10.0)] = 0.08
     offset: Annotated[
-        float, Key("m", "of the reach out of contact from the nominal one", low=-0.5, high=0.5)
+        float, Key("m", "difference of the reach out of contact from the nominal one", low=-0.5, high=0.5)
     ] = 0.0
 
 

@@ -43,35 +43,47 @@ class Gains:
         Vector3,
         Key(
             "1/s^2",
-            "K / m; along the contact axis only out of contact",
+            "stiffness K / m; along the contact axis only out of contact",
             above=0.0,
             high=1e4,
         ),
     ]
-    damping_ratio: Annotated[Vector3, Key("", "of those springs", above=0.0, high=100.0)]
-    press_stiffness: Annotated[float, Key("1/s^2", "K_a / m of the anchor", low=0.0, high=1e4)] = 0.3
+    damping_ratio: Annotated[Vector3, Key("", "damping ratio of those springs", above=0.0, high=100.0)]
+    press_stiffness: Annotated[float, Key("1/s^2", "stiffness K_a / m of the anchor", low=0.0, high=1e4)] = (
+        0.3
+    )
     press_damping: Annotated[
-        float, Key("1/s", "D_a / m of the relative motion along the axis", above=0.0, high=1e3)
+        float, Key("1/s", "damping D_a / m of the motion along the axis", above=0.0, high=1e3)
     ] = 3.3
     press_mass_ratio: Annotated[
-        float, Key("", "mu = M_d / m along the axis while the force is regulated", above=0.0, high=1e3)
+        float,
+        Key(
+            "",
+            "virtual over true mass, mu = M_d / m, along the axis while the force is regulated",
+            above=0.0,
+            high=1e3,
+        ),
     ] = 0.6
     force: Annotated[float, Key("N", "N_ref, the wanted force", low=0.0, high=20.0)] = 1.0
-    force_integral: Annotated[float, Key("1/s", "k_i of the force error", low=0.0, high=1e3)] = 0.5
-    force_integral_limit: Annotated[float, Key("N", "on the integral I", low=0.0, high=100.0)] = 3.0
+    force_integral: Annotated[
+        float, Key("1/s", "k_i, integral gain of the force error", low=0.0, high=1e3)
+    ] = 0.5
+    force_integral_limit: Annotated[
+        float, Key("N", "greatest size of the integral I", low=0.0, high=100.0)
+    ] = 3.0
     tank: Annotated[float, Key("J", "greatest energy of the tank", above=0.0, high=1e3)] = 0.5
     cancel: Annotated[
         tuple[float, float],
         Key("", "shares of the estimated force along the sliding axes that are cancelled", low=0.0, high=1.0),
     ] = (1.0, 1.0)
     cancel_cutoff: Annotated[
-        tuple[float, float], Key("Hz", "low pass on that force", above=0.0, high=1e4)
+        tuple[float, float], Key("Hz", "cut-off of the low pass on that force", above=0.0, high=1e4)
     ] = (5.0, 5.0)
     cancel_limit: Annotated[
         float,
         Key(
             "N",
-            "on the cancelled force; friction and slope give no more",
+            "greatest cancelled force; friction and slope give no more",
             above=0.0,
             high=1e3,
         ),

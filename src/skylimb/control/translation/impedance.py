@@ -20,9 +20,12 @@ class Gains:
     Above a mass ratio of one, the robot feels heavier than it is, and resists disturbances.
     """
 
-    virtual_mass_ratio: Annotated[Vector3, Key("", "M_d / m", above=0.0, high=1e3)]
-    normalized_stiffness: Annotated[Vector3, Key("1/s^2", "K_td / M_d", above=0.0, high=1e4)]
-    damping_ratio: Annotated[Vector3, Key("", "Z_td of eq:damping rate", above=0.0, high=100.0)]
+    virtual_mass_ratio: Annotated[
+        Vector3,
+        Key("", "virtual over true mass, M_d / m; above 1 it resists disturbances", above=0.0, high=1e3),
+    ]
+    normalized_stiffness: Annotated[Vector3, Key("1/s^2", "stiffness K_td / M_d", above=0.0, high=1e4)]
+    damping_ratio: Annotated[Vector3, Key("", "damping ratio Z_td of eq:damping rate", above=0.0, high=100.0)]
 
 
 def initial_state(gains: Gains, start: Start) -> tuple[()]:

@@ -19,15 +19,20 @@ Vector3 = tuple[float, float, float]
 class Gains:
     """Gains and limits along the axes of W; a limit is on the acceleration that a term gives."""
 
-    proportional: Annotated[Vector3, Key("1/s^2", "of the position error", low=0.0, high=1e3)]
-    integral: Annotated[Vector3, Key("1/s^3", "of its integral", low=0.0, high=1e3)]
-    derivative: Annotated[Vector3, Key("1/s", "of the velocity error", low=0.0, high=1e3)]
-    proportional_limit: Annotated[Vector3, Key("m/s^2", "on the proportional term", above=0.0, high=1e3)]
-    integral_limit: Annotated[
-        Vector3, Key("m/s^2", "on the integral term; the integrator stops there", above=0.0, high=1e3)
+    proportional: Annotated[Vector3, Key("1/s^2", "gain of the position error", low=0.0, high=1e3)]
+    integral: Annotated[Vector3, Key("1/s^3", "gain of the position error's integral", low=0.0, high=1e3)]
+    derivative: Annotated[Vector3, Key("1/s", "gain of the velocity error", low=0.0, high=1e3)]
+    proportional_limit: Annotated[
+        Vector3, Key("m/s^2", "greatest size of the proportional term", above=0.0, high=1e3)
     ]
-    derivative_limit: Annotated[Vector3, Key("m/s^2", "on the derivative term", above=0.0, high=1e3)]
-    sum_limit: Annotated[Vector3, Key("m/s^2", "on the three together", above=0.0, high=1e3)]
+    integral_limit: Annotated[
+        Vector3,
+        Key("m/s^2", "greatest size of the integral term; the integrator stops there", above=0.0, high=1e3),
+    ]
+    derivative_limit: Annotated[
+        Vector3, Key("m/s^2", "greatest size of the derivative term", above=0.0, high=1e3)
+    ]
+    sum_limit: Annotated[Vector3, Key("m/s^2", "greatest size of the three together", above=0.0, high=1e3)]
 
 
 class State(NamedTuple):

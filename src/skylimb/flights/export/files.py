@@ -125,13 +125,10 @@ def _header(controller: TraceableController, step: ControllerStep, dt: float) ->
 
 
 def _about_gains(controller: TraceableController) -> dict[str, str]:
-    """Meaning, range and unit of every gain, in words that end no comment of C."""
+    """Meaning, unit and range of every gain, in words that end no comment of C."""
     rows = rows_of(controller.key_tables())
-    words = {f"gains.{name}": (info.meaning, info.range, info.unit) for name, _, info in rows}
-    return {
-        name: ", ".join(filter(None, (meaning, f"{allowed} {unit}".strip()))).replace("*/", "* /")
-        for name, (meaning, allowed, unit) in words.items()
-    }
+    words = {f"gains.{name}": (info.meaning, info.unit, info.range) for name, _, info in rows}
+    return {name: "; ".join(filter(None, about)).replace("*/", "* /") for name, about in words.items()}
 
 
 def _upper(name: str) -> str:
