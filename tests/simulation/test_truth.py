@@ -5,7 +5,7 @@ import skylimb
 from skylimb.flights.drivers.native import native_available
 from skylimb.flights.takeoff import plant_and_mission
 from skylimb.simulation import truth
-from skylimb.spatial import rotation_from_quaternion
+from skylimb.spatial import rotation_from_quaternion, rotation_from_rpy
 
 SHORT = {
     "phases.hover": 0.4,
@@ -50,6 +50,9 @@ def test_the_truth_of_a_flight_that_holds_the_mission_back() -> None:
         cog, tip = p + R @ state.cog_root, p + R @ state.tip_root
         np.testing.assert_allclose(log.cog_position.values[k], cog, rtol=0.0, atol=1e-12)
         np.testing.assert_allclose(log.tip_position.values[k], tip, rtol=0.0, atol=1e-12)
+        R_WC = R @ state.R_root_C
+        assert log.tilt.values[k] == pytest.approx(np.arccos(R_WC[2, 2]), abs=1e-7)
+        np.testing.assert_allclose(rotation_from_rpy(*log.attitude.values[k]), R_WC, rtol=0.0, atol=1e-12)
         np.testing.assert_allclose(
             log.reach.values[k], (tip - cog) @ mission.frame.contact, rtol=0.0, atol=1e-12
         )
@@ -61,6 +64,11 @@ def test_a_contact_has_its_point_on_the_surface_and_its_torque_about_the_centre_
     run = skylimb.run(experiment, controller="hybrid", seed=0)
     assert run.status == "OK", run.cause
     log = run.log
+    # Nothing has passed at the first tick.
+    for name in ("contact_force_normal", "contact_force_tangential", "friction_work", "slip_speed"):
+        assert np.all(log[name].values[0] == 0.0)
+    assert np.all(np.isnan(log.contact_trace.values[0]))
+    assert np.max(log.tilt.values) > 0.03
     force, point = log.contact_force.values, log.contact_point.values
     acting = np.any(force != 0.0, axis=1)
     assert np.any(acting & (log.contact_duty.values < 1.0))
