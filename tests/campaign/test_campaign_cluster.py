@@ -10,7 +10,8 @@ from typing import Any
 import pytest
 
 from skylimb.campaign import run_campaign
-from skylimb.campaign.store import load_campaign, load_rows
+from skylimb.campaign.folder import load_campaign
+from skylimb.campaign.store import load_rows
 from skylimb.errors import SkylimbError
 
 distributed = pytest.importorskip("distributed")
@@ -143,7 +144,7 @@ def test_a_job_that_dies_before_it_works_is_named(
 def test_a_job_that_waits_in_the_queue_is_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
     from skylimb.campaign.engines import slurm as engine
 
-    states = iter(["PENDING", "RUNNING", "RUNNING", "gone"])
+    states = iter(["PENDING", "RUNNING", "RUNNING", "FORGOTTEN"])
     monkeypatch.setattr(engine, "job_state", lambda job: engine.JobState(next(states), "1:0", "job.out"))
     monkeypatch.setattr(engine, "LOOK", 0.0)
     job = SimpleNamespace(job_id="7")

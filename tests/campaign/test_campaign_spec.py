@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import kstest, norm, truncnorm
 
-from skylimb.campaign.distributions import distribution
+from skylimb.campaign.distributions import Distribution
 from skylimb.campaign.draws import draw
 from skylimb.campaign.frozen import campaign_from_mapping, freeze
 from skylimb.campaign.reading import load_spec
@@ -68,12 +68,12 @@ def test_a_campaign_of_grids_needs_no_number_of_draws(write_spec: SpecWriter) ->
         ('"surface.friction" = { uniform = [-0.5, 0.8] }', ["surface.friction", "-0.5"]),
         ('"surface.friction" = { uniform = [0.8, 0.1] }', ["surface.friction", "lower"]),
         ('"surface.friction" = { uniform = [0.1, 0.8], sise = 2 }', ["sise", "size"]),
-        ('"surface.friction" = { uniform = [0.1] }', ["surface.friction", "two"]),
-        ('"surface.friction" = { uniform = [0.1, 0.2], choice = [1] }', ["exactly one"]),
+        ('"surface.friction" = { uniform = [0.1] }', ["surface.friction", "length 2"]),
+        ('"surface.friction" = { uniform = [0.1, 0.2], choice = [1] }', ["surface.friction", "exactly one"]),
         ('"surface.friction" = 0.4', ["surface.friction", "uniform"]),
         ('"surface.friction" = { choice = [] }', ["surface.friction", "one or more"]),
         ('"surface.friction" = { normal = [0.0, 0.3] }', ["draw ", "friction"]),
-        ('"surface.friction" = { log_uniform = [0.0, 0.3] }', ["surface.friction", "above zero"]),
+        ('"surface.friction" = { log_uniform = [0.0, 0.3] }', ["surface.friction", "above 0"]),
         ('"plant.rotor_scale.0" = { normal = [1.0, 0.02] }', ["rotor_scale", "size = N"]),
         ('"plant.cog_offset.3" = { normal = [0.0, 0.001] }', ["cog_offset", "0 .. 2"]),
         ('"plant.thrust_scale.0" = { uniform = [0.9, 1.1] }', ["thrust_scale"]),
@@ -101,7 +101,7 @@ def test_a_distribution_that_cannot_be_is_refused_by_name(
         ("", '[stop]\nuntil = "sucess"\nwidth = 0.1', ["sucess", "success"]),
         ("", '[stop]\nuntil = "success"\nwidth = 0.0', ["width"]),
         ("", "[success]\ntilt = { max = 0.3 }", ["tilt", "tilt_max"]),
-        ("", "[success]\ntilt_max = { }", ["min, max"]),
+        ("", "[success]\ntilt_max = { }", ["tilt_max", "min or max"]),
         ("", '[tune]\nobjective = "tilt_max"\n[tune.gains]\n"shape.mass" = [3.0, 1.0]', ["shape.mass"]),
     ],
 )
@@ -162,8 +162,8 @@ def test_every_point_is_flown_in_every_cell(write_spec: SpecWriter) -> None:
 
 
 def test_extremes_are_what_can_be_drawn() -> None:
-    rotors = distribution("plant.rotor_scale", {"uniform": [0.9, 1.1], "size": 4})
+    rotors = Distribution(uniform=(0.9, 1.1), size=4)
     assert rotors.extremes() == [[0.9] * 4, [1.1] * 4]
     assert rotors.value(np.array([0.0, 0.5, 0.25, 0.75])) == pytest.approx([0.9, 1.0, 0.95, 1.05])
-    assert distribution("k", {"choice": ["a", "b"]}).value(np.array([0.999999])) == "b"
-    assert distribution("k", {"log_uniform": [1.0, 100.0]}).value(np.array([0.5])) == pytest.approx(10.0)
+    assert Distribution(choice=("a", "b")).value(np.array([0.999999])) == "b"
+    assert Distribution(log_uniform=(1.0, 100.0)).value(np.array([0.5])) == pytest.approx(10.0)

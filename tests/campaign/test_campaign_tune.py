@@ -4,12 +4,15 @@ import os
 import signal
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 import skylimb
-from skylimb.campaign import Progress, tune
-from skylimb.campaign.tuning.folder import FLIGHTS_FILE
+from skylimb.campaign import Progress, report_campaign, run_campaign, tune
+from skylimb.campaign.flight_queue import BATCH, FlightQueue, Interrupted
 from skylimb.cli import main
 from skylimb.control.preset import preset_mapping
 from skylimb.errors import SkylimbError
@@ -17,6 +20,7 @@ from skylimb.errors import SkylimbError
 pytest.importorskip("cma")
 
 SpecWriter = Callable[..., Path]
+Contents = Callable[[Path], dict[str, bytes]]
 
 SEARCH = """
 [tune]
@@ -63,16 +67,12 @@ def test_controllers_are_compared_at_equal_budgets(
     assert [row["controller"] for row in rows] == ["impedance"] * 3 + ["hybrid"] * 3
 
 
-def results(folder: Path) -> dict[str, bytes]:
-    return {path.name: path.read_bytes() for path in folder.iterdir() if path.name != FLIGHTS_FILE}
-
-
 def test_an_interrupted_search_goes_on_and_finds_the_same(
-    write_spec: SpecWriter, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    write_spec: SpecWriter, tmp_path: Path, contents: Contents
 ) -> None:
     spec = write_spec(draws=2, controllers='["impedance", "hybrid"]', more=SEARCH.replace("= 9", "= 4"))
     tune(spec, tmp_path / "whole", workers=0)
-    for least in (3, 12, 20):
+    for least in (3, 20):
 
         def stop(progress: Progress, least: int = least) -> None:
             if progress.done >= least and not progress.stopping:
@@ -80,12 +80,31 @@ def test_an_interrupted_search_goes_on_and_finds_the_same(
 
         stopped = tune(spec, tmp_path / "cut", workers=0, resume=least > 3, progress=stop)
         assert not stopped.complete
-        assert least <= stopped.flown <= least + 1
-    with (tmp_path / "cut" / FLIGHTS_FILE).open("ab") as file:
-        file.write(b'{"gains": [["translation')  # as a power cut leaves it
-    assert main(["tune", str(spec), "--out", str(tmp_path / "cut"), "--workers", "0", "--resume"]) == 0
-    capsys.readouterr()
-    assert results(tmp_path / "cut") == results(tmp_path / "whole")
+        assert least <= stopped.flown < least + BATCH
+    assert tune(spec, tmp_path / "cut", workers=2, resume=True).complete
+    assert contents(tmp_path / "cut") == contents(tmp_path / "whole")
+
+
+@settings(max_examples=6, deadline=None, suppress_health_check=list(HealthCheck))
+@given(kills=st.lists(st.floats(0.0, 1.0), min_size=1, max_size=4))
+def test_a_search_killed_at_any_moments_finds_the_same(
+    kills: list[float], tmp_path_factory: pytest.TempPathFactory, write_spec_to: SpecWriter,
+    in_child: Callable[..., int], contents: Contents, counted: Callable[..., Any],
+    instant_flights: None,
+) -> None:  # fmt: skip
+    home = tmp_path_factory.mktemp("kills")
+    spec = write_spec_to(home, draws=2, controllers='["impedance"]', more=SEARCH)
+    folder = home / "cut"
+    with counted() as calls:
+        tune(spec, home / "whole", workers=0)
+
+    def search() -> None:
+        tune(spec, folder, workers=0, resume=folder.exists())
+
+    for share in kills:
+        assert in_child(search, calls=1 + int(share * calls.count)) in (0, -signal.SIGKILL)
+    search()
+    assert contents(folder) == contents(home / "whole")
 
 
 def test_a_finished_search_is_not_flown_again(write_spec: SpecWriter, tmp_path: Path) -> None:
@@ -111,8 +130,13 @@ def test_a_search_is_not_resumed_with_another_spec(write_spec: SpecWriter, tmp_p
     with pytest.raises(SkylimbError, match="--resume goes on"):
         tune(other, tmp_path / "tuned", workers=0)
     (tmp_path / "mine").mkdir()
-    with pytest.raises(SkylimbError, match="holds no search"):
+    with pytest.raises(SkylimbError, match="holds no campaign"):
         tune(other, tmp_path / "mine", workers=0, resume=True)
+    run_campaign(other, tmp_path / "flown", workers=0)
+    with pytest.raises(SkylimbError, match=r"frozen\.purpose: 'campaign' -> 'search'"):
+        tune(other, tmp_path / "flown", workers=0, resume=True)
+    with pytest.raises(SkylimbError, match="holds no flight"):
+        report_campaign(tmp_path / "tuned")
 
 
 def test_an_interrupted_search_says_how_to_go_on(
@@ -121,12 +145,10 @@ def test_an_interrupted_search_says_how_to_go_on(
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    from skylimb.campaign.tuning import flights
-
     def stopped(*arguments: object) -> None:
-        raise flights.Stopped
+        raise Interrupted
 
-    monkeypatch.setattr(flights.Flights, "fly", stopped)
+    monkeypatch.setattr(FlightQueue, "fly", stopped)
     spec, folder = write_spec(draws=1, controllers='["impedance"]', more=SEARCH), tmp_path / "tuned"
     assert main(["tune", str(spec), "--out", str(folder), "--workers", "0"]) == 130
     assert f"skylimb tune {spec} --out {folder} --resume --workers 0" in capsys.readouterr().out

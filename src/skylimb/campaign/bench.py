@@ -18,10 +18,10 @@ from typing import Any, NamedTuple
 import mujoco
 
 from skylimb.analysis.measures import measured
-from skylimb.campaign.frozen import NATIVE, Campaign, campaign_from_mapping
+from skylimb.campaign.frozen import Campaign, campaign_from_mapping
 from skylimb.campaign.rows import FAILED, REFUSED, Row, make_row
 from skylimb.control.controller import Controller
-from skylimb.errors import ConfigError, SkylimbError
+from skylimb.errors import CompileError, ConfigError, SkylimbError
 from skylimb.flights.drivers.native import fly_native, unavailable
 from skylimb.flights.flying import fly_here
 from skylimb.flights.record import documented, scored
@@ -47,6 +47,11 @@ class Job(NamedTuple):
     flight: int
     gains: tuple[tuple[str, Any], ...] = ()
     log: str = "never"
+
+    @property
+    def key(self) -> tuple[int, str]:
+        """What its row is of: the flight, and the gains as JSON."""
+        return self.flight, json.dumps([list(pair) for pair in self.gains])
 
 
 class Flown(NamedTuple):
@@ -87,9 +92,6 @@ class Bench:
                     f"this worker has {name} {here.get(name)}, the campaign was begun with {version}; "
                     "the rows would not be the same"
                 )
-        reason = unavailable() if campaign.driver == NATIVE else ""
-        if reason:
-            raise ConfigError(f"the campaign flies natively, and this worker cannot: {reason}")
         self._campaign = campaign
         self._robots = {name: load_robot(name) for name in campaign.robots}
         for name, robot in self._robots.items():
@@ -124,11 +126,17 @@ class Bench:
             return Flown(make_row(campaign, job.flight, REFUSED, _line(error), {}), None)
 
     def _native_flights(self, ready: Sequence[Takeoff]) -> list[Flight | None]:
-        """What the native driver can fly of them, all at once; None where another driver must."""
-        native = [item for item in ready if self._campaign.driver == NATIVE and item.traceable]
-        if not native:
+        """What the native driver can fly of them, all at once; None where another driver must.
+
+        All drivers give the same bits, so each worker uses the best that it can.
+        """
+        native = [item for item in ready if item.traceable]
+        if not native or unavailable():
             return [None] * len(ready)
-        made = iter(fly_native(native))
+        try:
+            made = iter(fly_native(native))
+        except CompileError:  # the disk that keeps compiled code is full, for one
+            return [None] * len(ready)
         taken = {id(item) for item in native}
         return [next(made) if id(item) in taken else None for item in ready]
 

@@ -1,239 +1,112 @@
-"""What a campaign's `[vary]` may say of a value: where a number of the unit interval, or a cell, takes it.
+"""What `[vary]` may say of a value: how numbers of the unit interval, or cells of a grid, become values.
 
-A distribution is pure: it maps points of the unit cube to values and draws nothing itself, so that the caller
-decides which points are used, and every controller meets the same ones.
+A distribution draws nothing itself. It maps points of the unit cube to values. The caller chooses the points,
+so every controller meets the same values.
 """
 
 from __future__ import annotations
 
-import abc
-from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
+from math import inf
+from typing import Annotated, Any
 
 import numpy as np
 from scipy.special import ndtr, ndtri
 
-from skylimb.errors import ConfigError, nearest, unknown_name
+from skylimb.keys import Key, RefusedError, configuration, refused
 
 KINDS = ("uniform", "log_uniform", "normal", "choice", "grid")
 
-_OPTIONS = {
-    "uniform": {"size", "times"},
-    "log_uniform": {"size", "times"},
-    "normal": {"size", "times", "within"},
-    "choice": set(),
-    "grid": set(),
-}
+_OPTIONS = {"within": ("normal",), "size": KINDS[:3], "times": KINDS[:3]}
 _TINY = 2.0**-53
 """A point of the unit interval is kept this far from its ends, where a normal quantile is infinite."""
 
 
-@dataclass(frozen=True)
-class Distribution(abc.ABC):
-    """How one field of an experiment, or of a controller, varies.
+@configuration
+class Distribution:
+    """How one key of an experiment, or one gain of a controller, varies; one of the first five keys is given."""
 
-    Attributes:
-        size: entries of the value; 0 for a plain number.
-        times: a list that one drawn factor scales; empty for the number itself.
-    """
+    uniform: Annotated[
+        tuple[float, float] | None, Key("", "evenly from one number to another", low=-inf, high=inf)
+    ] = None
+    log_uniform: Annotated[
+        tuple[float, float] | None, Key("", "evenly in the logarithm, between two numbers", above=0, high=inf)
+    ] = None
+    normal: Annotated[
+        tuple[float, float] | None, Key("", "normal: mean and standard deviation", low=-inf, high=inf)
+    ] = None
+    choice: Annotated[tuple[Any, ...] | None, Key("", "one of these, each as likely as the next")] = None
+    grid: Annotated[tuple[Any, ...] | None, Key("", "each of these in turn, crossed with all else")] = None
+    within: Annotated[
+        tuple[float, float] | None, Key("", "where a normal distribution is cut off", low=-inf, high=inf)
+    ] = None
+    size: Annotated[int | None, Key("", "entries of the value, each drawn by itself", low=1, high=64)] = None
+    times: Annotated[
+        tuple[float, ...] | None, Key("", "a list that one drawn factor scales", low=-inf, high=inf)
+    ] = None
 
-    size: int = 0
-    times: tuple[float, ...] = ()
+    def check(self) -> None:
+        """Refuse what does not go together."""
+        kinds = [name for name in KINDS if getattr(self, name) is not None]
+        if len(kinds) != 1:
+            key, problem = (kinds[-1], "is one too many") if kinds else ("uniform", "is missing")
+            raise RefusedError("Distribution", key, f"{problem}: exactly one of {', '.join(KINDS)} is needed")
+        for option, owners in _OPTIONS.items():
+            if getattr(self, option) is not None and self.kind not in owners:
+                raise refused(self, option, f"does not go with {self.kind}")
+        if self.size is not None and self.times is not None:
+            raise refused(self, "times", "excludes size")
+        for name in (self.kind, "times"):
+            if getattr(self, name) == ():
+                raise refused(self, name, "must be a list of one or more values")
+        if self.normal is not None and not self.normal[1] > 0.0:
+            raise refused(self, "normal", "needs a positive standard deviation")
+        for name in ("uniform", "log_uniform", "within"):
+            ends = getattr(self, name)
+            if ends is not None and not ends[0] < ends[1]:
+                raise refused(self, name, "must go from the lower to the higher number")
+
+    @property
+    def kind(self) -> str:
+        """The key that says how values are drawn."""
+        return next(name for name in KINDS if getattr(self, name) is not None)
+
+    @property
+    def listed(self) -> tuple[Any, ...]:
+        """The values of a choice or a grid; empty for numbers that are drawn from a range."""
+        return self.choice or self.grid or ()
 
     @property
     def dimensions(self) -> int:
-        """How many coordinates of the unit cube a value takes."""
-        return max(self.size, 1)
-
-    @abc.abstractmethod
-    def value(self, point: np.ndarray) -> Any:
-        """The value at a point of the unit cube, (dimensions,)."""
-
-    @abc.abstractmethod
-    def extremes(self) -> list[Any]:
-        """Values at the ends of what can be drawn, to be checked before anything flies."""
-
-    @abc.abstractmethod
-    def to_mapping(self) -> dict[str, Any]:
-        """The distribution as its table in the TOML file."""
-
-    def _shaped(self, entries: np.ndarray) -> Any:
-        if self.times:
-            return [float(entries[0]) * entry for entry in self.times]
-        return [float(entry) for entry in entries] if self.size else float(entries[0])
-
-    def _repeated(self, number: float) -> Any:
-        if self.times:
-            return [number * entry for entry in self.times]
-        return [number] * self.size if self.size else number
-
-    def _sized(self, table: dict[str, Any]) -> dict[str, Any]:
-        if self.times:
-            return {**table, "times": list(self.times)}
-        return {**table, "size": self.size} if self.size else table
-
-
-@dataclass(frozen=True)
-class Uniform(Distribution):
-    """Evenly between two numbers, or evenly in the logarithm."""
-
-    low: float = 0.0
-    high: float = 1.0
-    logarithmic: bool = False
+        """How many coordinates of the unit cube a value takes; none for a grid, which is walked through."""
+        return 0 if self.grid else self.size or 1
 
     def value(self, point: np.ndarray) -> Any:
-        """See `Distribution`."""
-        if self.logarithmic:
-            return self._shaped(np.exp(np.log(self.low) + (np.log(self.high) - np.log(self.low)) * point))
-        return self._shaped(self.low + (self.high - self.low) * point)
+        """The value at a point of the unit cube, (dimensions,); not for a grid."""
+        if self.choice:
+            return self.choice[min(int(point[0] * len(self.choice)), len(self.choice) - 1)]
+        numbers = self._quantile(point)
+        if self.times:
+            return [float(numbers[0]) * entry for entry in self.times]
+        return [float(number) for number in numbers] if self.size else float(numbers[0])
 
     def extremes(self) -> list[Any]:
-        """See `Distribution`."""
-        return [self._repeated(self.low), self._repeated(self.high)]
+        """Values at the ends of what can be drawn; the mean of a normal distribution without an end."""
+        if self.listed:
+            return list(self.listed)
+        ends = self.uniform or self.log_uniform or self.within or (self.normal or ())[:1]
+        if self.times:
+            return [[end * entry for entry in self.times] for end in ends]
+        return [[end] * self.size for end in ends] if self.size else list(ends)
 
-    def to_mapping(self) -> dict[str, Any]:
-        """See `Distribution`."""
-        return self._sized({"log_uniform" if self.logarithmic else "uniform": [self.low, self.high]})
-
-
-@dataclass(frozen=True)
-class Normal(Distribution):
-    """Normal with a mean and a standard deviation, cut off outside of `low` .. `high`."""
-
-    mean: float = 0.0
-    deviation: float = 1.0
-    low: float = -np.inf
-    high: float = np.inf
-
-    def value(self, point: np.ndarray) -> Any:
-        """See `Distribution`."""
-        begin, end = (ndtr((bound - self.mean) / self.deviation) for bound in (self.low, self.high))
+    def _quantile(self, point: np.ndarray) -> np.ndarray:
+        """The number below which the share `point` of all drawn numbers lies."""
+        if self.uniform:
+            low, high = self.uniform
+            return low + (high - low) * point
+        if self.log_uniform:
+            first, last = (np.log(end) for end in self.log_uniform)
+            return np.exp(first + (last - first) * point)
+        (mean, deviation), (low, high) = self.normal or (0.0, 1.0), self.within or (-inf, inf)
+        begin, end = (ndtr((bound - mean) / deviation) for bound in (low, high))
         share = np.clip(begin + (end - begin) * point, _TINY, 1.0 - _TINY)
-        return self._shaped(np.clip(self.mean + self.deviation * ndtri(share), self.low, self.high))
-
-    def extremes(self) -> list[Any]:
-        """See `Distribution`; only the mean where nothing is cut off."""
-        bounds = [bound for bound in (self.low, self.high) if np.isfinite(bound)]
-        return [self._repeated(number) for number in (bounds or [self.mean])]
-
-    def to_mapping(self) -> dict[str, Any]:
-        """See `Distribution`."""
-        table: dict[str, Any] = {"normal": [self.mean, self.deviation]}
-        if np.isfinite(self.low):
-            table["within"] = [self.low, self.high]
-        return self._sized(table)
-
-
-@dataclass(frozen=True)
-class Choice(Distribution):
-    """One of some values, each as likely as the next."""
-
-    values: tuple[Any, ...] = ()
-
-    def value(self, point: np.ndarray) -> Any:
-        """See `Distribution`."""
-        return self.values[min(int(point[0] * len(self.values)), len(self.values) - 1)]
-
-    def extremes(self) -> list[Any]:
-        """See `Distribution`."""
-        return list(self.values)
-
-    def to_mapping(self) -> dict[str, Any]:
-        """See `Distribution`."""
-        return {"choice": list(self.values)}
-
-
-@dataclass(frozen=True)
-class Grid(Choice):
-    """All of some values in turn, crossed with everything else."""
-
-    @property
-    def dimensions(self) -> int:
-        """None: a grid is walked through, not drawn from."""
-        return 0
-
-    def to_mapping(self) -> dict[str, Any]:
-        """See `Distribution`."""
-        return {"grid": list(self.values)}
-
-
-def distribution(key: str, table: Mapping[str, Any]) -> Distribution:
-    """The distribution that a table of `[vary]` describes.
-
-    Args:
-        key: dotted key that varies, for messages.
-        table: for example {"uniform": [0.1, 0.8]}.
-
-    Raises:
-        ConfigError: naming what cannot be used.
-    """
-    kinds = [name for name in table if name in KINDS]
-    if len(kinds) != 1:
-        unknown = next((name for name in table if name not in KINDS), None)
-        if not kinds and unknown is not None:
-            raise unknown_name(f"distribution of vary.'{key}'", unknown, KINDS)
-        raise ConfigError(f"vary.'{key}' = {dict(table)!r} must have exactly one of {', '.join(KINDS)}")
-    kind = kinds[0]
-    for option in table:
-        if option != kind and option not in _OPTIONS[kind]:
-            raise unknown_name(f"key of vary.'{key}' ({kind})", option, {kind, *_OPTIONS[kind]})
-    if kind in ("choice", "grid"):
-        values = table[kind]
-        if not isinstance(values, list) or not values:
-            raise ConfigError(f"vary.'{key}': {kind} = {values!r} must be a list of one or more values")
-        return (Grid if kind == "grid" else Choice)(values=tuple(values))
-    first, second = _pair(key, kind, table[kind])
-    size = table.get("size", 0)
-    if not isinstance(size, int) or isinstance(size, bool) or not 0 <= size <= 64:
-        raise ConfigError(f"vary.'{key}': size = {size!r} must be a whole number, 1 .. 64")
-    times = _factors(key, table, size)
-    if kind == "normal":
-        if not second > 0.0:
-            raise ConfigError(
-                f"vary.'{key}': normal = [mean, deviation] needs a positive deviation, not {second:g}"
-            )
-        low, high = -np.inf, np.inf
-        if "within" in table:
-            low, high = _ordered(key, "within", *_pair(key, "within", table["within"]))
-        return Normal(size, times, first, second, low, high)
-    low, high = _ordered(key, kind, first, second)
-    if kind == "log_uniform" and not low > 0.0:
-        raise ConfigError(f"vary.'{key}': log_uniform = [{low:g}, {high:g}] must be above zero")
-    return Uniform(size, times, low, high, kind == "log_uniform")
-
-
-def is_distribution(table: Any) -> bool:
-    """Whether a TOML value is meant as a distribution rather than as a table of further keys."""
-    if not isinstance(table, dict):
-        return False
-    return any(name in KINDS for name in table) or any(
-        nearest(name, KINDS) and not isinstance(value, dict) for name, value in table.items()
-    )
-
-
-def _factors(key: str, table: Mapping[str, Any], size: int) -> tuple[float, ...]:
-    times = table.get("times", [])
-    numbers = isinstance(times, list) and all(
-        isinstance(entry, int | float) and not isinstance(entry, bool) and np.isfinite(entry)
-        for entry in times
-    )
-    if not numbers or ("times" in table and not times) or (times and size):
-        raise ConfigError(f"vary.'{key}': times = {times!r} must be a list of numbers, and excludes size")
-    return tuple(float(entry) for entry in times)
-
-
-def _pair(key: str, name: str, value: Any) -> tuple[float, float]:
-    numbers = isinstance(value, list) and all(
-        isinstance(entry, int | float) and not isinstance(entry, bool) and np.isfinite(entry)
-        for entry in value
-    )
-    if not numbers or len(value) != 2:
-        raise ConfigError(f"vary.'{key}': {name} = {value!r} must be two finite numbers")
-    return float(value[0]), float(value[1])
-
-
-def _ordered(key: str, name: str, low: float, high: float) -> tuple[float, float]:
-    if not low < high:
-        raise ConfigError(f"vary.'{key}': {name} = [{low:g}, {high:g}] must go from the lower to the higher")
-    return low, high
+        return np.clip(mean + deviation * ndtri(share), low, high)

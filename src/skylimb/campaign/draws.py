@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 from scipy.stats import qmc
 
-from skylimb.campaign.distributions import Grid
 from skylimb.campaign.spec import CampaignSpec
 from skylimb.errors import ConfigError
 
@@ -54,9 +53,9 @@ def draw(spec: CampaignSpec, index: int) -> Draw:
     values: dict[str, Any] = {}
     at = 0
     for key, entry in spec.vary.items():
-        if isinstance(entry, Grid):
-            values[key] = entry.values[cell % len(entry.values)]
-            cell //= len(entry.values)
+        if entry.grid:
+            values[key] = entry.grid[cell % len(entry.grid)]
+            cell //= len(entry.grid)
         else:
             values[key] = entry.value(point[at : at + entry.dimensions])
             at += entry.dimensions
@@ -84,12 +83,32 @@ def _block(sampling: str, seed: int, dimensions: int, block: int) -> np.ndarray:
     return sequence.random(_BLOCK)
 
 
-def put(mapping: dict[str, Any], key: str, value: Any) -> None:
-    """Write a value under a dotted key of nested tables; a number in the key picks an entry of a list.
+def changed(mapping: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
+    """A deep copy of nested tables with the values under some dotted keys replaced.
+
+    A number in a key picks an entry of a list.
 
     Raises:
-        ConfigError: when the key leads through something that is neither table nor list.
+        ConfigError: when a key leads through something that is neither table nor list.
     """
+    copy = _copy(mapping)
+    for key, value in changes.items():
+        _put(copy, key, value)
+    return copy
+
+
+def value_at(tables: Any, key: str) -> Any:
+    """What stands under a dotted key of nested tables and lists; None where nothing does."""
+    node = tables
+    for name in key.split("."):
+        if isinstance(node, list | tuple) and name.isdigit() and int(name) < len(node):
+            node = node[int(name)]
+        else:
+            node = node.get(name) if isinstance(node, Mapping) else None
+    return node
+
+
+def _put(mapping: dict[str, Any], key: str, value: Any) -> None:
     *path, last = key.split(".")
     node: Any = mapping
     for depth, name in enumerate(path):
@@ -110,14 +129,6 @@ def _entry(values: list[Any], name: str, key: str, here: str) -> int:
         )
         raise ConfigError(f"key '{key}': '{here}' is a list without an entry '{name}' (entries: {known})")
     return int(name)
-
-
-def changed(mapping: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
-    """A deep copy of nested tables with the values under some dotted keys replaced."""
-    copy = _copy(mapping)
-    for key, value in changes.items():
-        put(copy, key, value)
-    return copy
 
 
 def _copy(node: Any) -> Any:

@@ -7,15 +7,15 @@ campaign can tell whether an experiment, a preset, a user's code or a version ha
 from __future__ import annotations
 
 import hashlib
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 from typing import Any
 
-from skylimb.campaign.draws import Draw, changed, draw
-from skylimb.campaign.reading import spec_from_mapping
-from skylimb.campaign.spec import FROZEN, CampaignSpec
+from skylimb.campaign.draws import Draw, changed, draw, value_at
+from skylimb.campaign.reading import FROZEN, spec_from_mapping
+from skylimb.campaign.spec import CampaignSpec
 from skylimb.config import flatten
 from skylimb.control.controller import Controller, controller_from_tables, load_controller
 from skylimb.control.preset import preset_mapping
@@ -25,11 +25,8 @@ from skylimb.recording.versions import versions
 from skylimb.robots.loader import load_robot
 from skylimb.robots.model import Robot
 
-FORMAT_VERSION = 2
+FORMAT_VERSION = 3
 """Of a campaign's folder."""
-
-PYTHON, NATIVE = "python", "native"
-"""The drivers: see `skylimb.simulation`. They agree to 1e-9, not to the bit, so a campaign keeps to one."""
 
 CHECKED_DRAWS = 20_000
 """Draws that are checked before take-off; later ones are checked when they are flown."""
@@ -44,8 +41,8 @@ class Campaign:
         experiment: tables of the experiment, with the spec's `set` in them.
         controllers: by name, the file it came from and its preset's tables, or the digest of the user's code.
         robots: name of each robot that a draw may fly -> digest of its files.
-        versions: of everything that computes.
-        driver: which driver flies, "python" or "native".
+        versions: of everything that computes. The driver is not among them: all drivers give the same bits.
+        purpose: "campaign", or "search" where the flights are those of `skylimb tune`.
     """
 
     spec: CampaignSpec
@@ -53,7 +50,7 @@ class Campaign:
     controllers: dict[str, dict[str, Any]]
     robots: dict[str, str]
     versions: dict[str, str]
-    driver: str = PYTHON
+    purpose: str = "campaign"
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -104,7 +101,7 @@ class Campaign:
         """What the folder's spec.toml holds: the spec, and a table with all that was resolved."""
         frozen = {
             "format": FORMAT_VERSION,
-            "driver": self.driver,
+            "purpose": self.purpose,
             "robots": self.robots,
             "versions": self.versions,
             "experiment": self.experiment,
@@ -112,49 +109,46 @@ class Campaign:
         }
         return {**self.spec.to_mapping(), FROZEN: frozen}
 
-    @property
-    def digest(self) -> str:
-        """Of everything above."""
-        return hashlib.sha256(json.dumps(self.to_mapping(), sort_keys=True).encode()).hexdigest()
 
-
-def freeze(spec: CampaignSpec, driver: str = PYTHON) -> Campaign:
+def freeze(spec: CampaignSpec, purpose: str = "campaign") -> Campaign:
     """Resolve a spec and check it: every key, every range, every draw and every controller.
 
     Args:
-        spec: what the user asked for.
-        driver: `PYTHON` or `NATIVE`.
+        spec: what to fly.
+        purpose: see `Campaign`.
 
     Raises:
         SkylimbError: naming what cannot be flown; nothing has been written then.
     """
     tables = experiment_tables(spec.experiment)
     resolved = experiment_from_mapping(tables, f"experiment {tables['name']}").to_mapping()
-    _no_controller_keys(spec)
     for key in (*spec.set, *spec.vary):
-        _fill_list(tables, resolved, key)
+        if key in spec.set and key.startswith("controller."):
+            raise ConfigError(
+                f"set.'{key}': gains are fixed in a preset's own file; "
+                f"vary.'{key}' = {{ choice = [...] }} varies them"
+            )
+        tables = _fill_list(tables, resolved, key)
     tables = changed(tables, spec.set)
-    chosen = spec.vary["robot"].extremes() if "robot" in spec.vary else []
-    robots = {str(name): load_robot(str(name)) for name in chosen} or _own_robot(tables)
+    own = experiment_from_mapping(tables, "set").robot
+    chosen = spec.vary["robot"].extremes() if "robot" in spec.vary else [own]
+    robots = {str(name): load_robot(str(name)) for name in chosen}
     controllers = {Path(name).stem: _controller(name) for name in spec.controllers}
     if len(controllers) < len(spec.controllers):
         raise ConfigError(f"controllers = {list(spec.controllers)!r}: two of them have the same name")
     digests = {name: robot.description.digest for name, robot in robots.items()}
-    campaign = Campaign(spec, tables, controllers, digests, versions(), driver)
-    _check_ranges(campaign)
+    campaign = Campaign(spec, tables, controllers, digests, versions(), purpose)
+    for key, entry in spec.vary.items():
+        if not key.startswith("controller."):
+            for value in entry.extremes():  # each end by itself, so that the message names the key
+                campaign._experiment({key: value}, f"vary.'{key}'")
     for index in range(min(spec.draws, CHECKED_DRAWS)):
         campaign.experiment_of(campaign.draw(index))
-    for name in campaign.names:
-        for index in _gain_draws(spec):
-            for robot in robots.values():
-                campaign.load(name, robot, campaign.gains_of(campaign.draw(index), name))
+    varied = any(key.startswith("controller.") for key in spec.vary)
+    for index in range(min(spec.draws, 64) if varied else 1):
+        for name, robot in product(campaign.names, robots.values()):
+            campaign.load(name, robot, campaign.gains_of(campaign.draw(index), name))
     return campaign
-
-
-def _own_robot(tables: Mapping[str, Any]) -> dict[str, Robot]:
-    """The experiment's robot by its name."""
-    name = experiment_from_mapping(tables, "set").robot
-    return {name: load_robot(name)}
 
 
 def campaign_from_mapping(mapping: Mapping[str, Any], where: str) -> Campaign:
@@ -163,8 +157,11 @@ def campaign_from_mapping(mapping: Mapping[str, Any], where: str) -> Campaign:
     if not isinstance(frozen, dict) or "format" not in frozen:
         raise ConfigError(f"{where} was not written by a campaign (it has no table [{FROZEN}])")
     if frozen["format"] != FORMAT_VERSION:
-        raise ConfigError(f"{where} has folder format {frozen['format']}; this skylimb has {FORMAT_VERSION}")
-    names = ("experiment", "controllers", "robots", "versions", "driver")
+        raise ConfigError(
+            f"{where} has folder format {frozen['format']}, this skylimb has {FORMAT_VERSION}: fly anew, "
+            "into another folder"
+        )
+    names = ("experiment", "controllers", "robots", "versions", "purpose")
     return Campaign(spec_from_mapping(mapping, where), **{name: frozen[name] for name in names})
 
 
@@ -184,28 +181,13 @@ def _shown(value: Any) -> str:
     return text if len(text) <= 60 else f"{text[:57]}..."
 
 
-def _no_controller_keys(spec: CampaignSpec) -> None:
-    for key in spec.set:
-        if key.startswith("controller."):
-            raise ConfigError(
-                f"set.'{key}': gains are fixed in a preset's own file; "
-                f"vary.'{key}' = {{ choice = [...] }} varies them"
-            )
-
-
-def _fill_list(tables: dict[str, Any], resolved: Mapping[str, Any], key: str) -> None:
-    """Put a list that only the defaults have into the tables, where a key picks one of its entries."""
-    *path, last = key.split(".")
-    if not last.isdigit():
-        return
-    node: Any = resolved
-    for name in path:
-        node = node.get(name) if isinstance(node, Mapping) else None
-    have: Any = tables
-    for name in path:
-        have = have.get(name) if isinstance(have, Mapping) else None
-    if isinstance(node, list) and have is None:
-        tables |= changed(tables, {".".join(path): node})
+def _fill_list(tables: dict[str, Any], resolved: Mapping[str, Any], key: str) -> dict[str, Any]:
+    """The tables with a list that only the defaults have, where a key picks one of its entries."""
+    whole, _, last = key.rpartition(".")
+    defaults = value_at(resolved, whole)
+    if not last.isdigit() or not isinstance(defaults, list) or value_at(tables, whole) is not None:
+        return tables
+    return changed(tables, {whole: defaults})
 
 
 def _controller(name: str) -> dict[str, Any]:
@@ -229,17 +211,3 @@ def _file_digest(path: Path) -> str:
         return hashlib.sha256(path.read_bytes()).hexdigest()
     except OSError as error:
         raise ConfigError(f"cannot read '{path}': {error.strerror or error}") from error
-
-
-def _check_ranges(campaign: Campaign) -> None:
-    """Every end of every distribution on its own, so that the message names the key."""
-    for key, entry in campaign.spec.vary.items():
-        if key.startswith("controller."):
-            continue
-        for value in entry.extremes():
-            campaign._experiment({key: value}, f"vary.'{key}'")
-
-
-def _gain_draws(spec: CampaignSpec) -> range:
-    varied = any(key.startswith("controller.") for key in spec.vary)
-    return range(min(spec.draws, 64) if varied else 1)

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from skylimb.campaign.distributions import Distribution, Grid, distribution, is_distribution
-from skylimb.campaign.spec import FROZEN, CampaignSpec, PlainSpec
+from skylimb.campaign.spec import CampaignSpec
 from skylimb.config import from_mapping, read_toml
 from skylimb.errors import ConfigError, unknown_name
+
+FROZEN = "frozen"
+"""The table that a campaign's folder adds to its copy of the spec; see `skylimb.campaign.frozen`."""
 
 
 def load_spec(path: str | Path) -> CampaignSpec:
@@ -26,50 +29,30 @@ def spec_from_mapping(mapping: Mapping[str, Any], where: str, folder: Path | Non
     """A spec from nested tables, every key checked.
 
     Args:
-        mapping: as TOML gives it.
+        mapping: as TOML gives it. In `set` and `vary`, `surface.friction` may be one key or nested tables.
         where: the source, for messages.
         folder: where the files that it names lie; None takes their paths as they stand.
     """
     tables = {key: value for key, value in mapping.items() if key != FROZEN}
-    vary = tables.pop("vary", {})
-    for key in tables:
-        if key not in PlainSpec.__dataclass_fields__:
-            raise unknown_name(f"key of {where}", key, [*PlainSpec.__dataclass_fields__, "vary"])
-    if not isinstance(vary, dict):
-        raise ConfigError(f"{where}: vary = {vary!r} should be a table")
-    if "set" in tables and isinstance(tables["set"], dict):
-        tables["set"] = _flat(tables["set"])
-    plain = from_mapping(PlainSpec, tables, where)
-    try:
-        varied = {key: distribution(key, table) for key, table in _distributions(vary, "")}
-        values = {name: getattr(plain, name) for name in PlainSpec.__dataclass_fields__}
-        if folder is not None:
-            values["experiment"] = _beside(folder, plain.experiment)
-            values["controllers"] = tuple(_beside(folder, name) for name in plain.controllers)
-        if not values["draws"] and varied and all(isinstance(entry, Grid) for entry in varied.values()):
-            count = 1
-            for entry in varied.values():
-                count *= len(entry.extremes())
-            values["draws"] = count
-        for key in varied:
-            if key in values["set"]:
-                raise ConfigError(f"'{key}' stands both in set and in vary")
-        _check_only(plain.only, varied, values["controllers"])
-        return CampaignSpec(**values, vary=varied)
-    except ConfigError as error:
-        raise type(error)(f"{where}: {error}") from None
-
-
-def _check_only(
-    only: Mapping[str, tuple[str, ...]], varied: Mapping[str, Distribution], controllers: tuple[str, ...]
-) -> None:
-    names = [Path(name).stem for name in controllers]
-    for key, owners in only.items():
-        if key not in varied or not key.startswith("controller."):
-            raise unknown_name("varied gain in only", key, [k for k in varied if k.startswith("controller.")])
+    if isinstance(tables.get("set"), dict):
+        tables["set"] = _flat(tables["set"], lambda table: False)
+    if isinstance(tables.get("vary"), dict):
+        tables["vary"] = _flat(tables["vary"], _is_distribution)
+        for key, value in tables["vary"].items():
+            if not isinstance(value, dict):
+                raise ConfigError(
+                    f"{where}: vary.'{key}' = {value!r} must be a table such as {{ uniform = [0.1, 0.8] }}"
+                )
+    spec = from_mapping(CampaignSpec, tables, where)
+    names = [Path(name).stem for name in spec.controllers]
+    for key, owners in spec.only.items():
         for owner in owners:
             if owner not in names:
                 raise unknown_name(f"controller of only.'{key}'", owner, names)
+    if folder is not None:
+        controllers = tuple(_beside(folder, name) for name in spec.controllers)
+        spec = replace(spec, experiment=_beside(folder, spec.experiment), controllers=controllers)
+    return spec if spec.draws else replace(spec, draws=spec.cells)
 
 
 def _beside(folder: Path, name: str) -> str:
@@ -77,28 +60,21 @@ def _beside(folder: Path, name: str) -> str:
     return (folder / name).as_posix() if is_file else name
 
 
-def _flat(table: Mapping[str, Any], path: str = "") -> dict[str, Any]:
+def _is_distribution(table: Mapping[str, Any]) -> bool:
+    """Whether a table describes a distribution; a table of tables leads to further keys."""
+    return not table or any(not isinstance(value, dict) for value in table.values())
+
+
+def _flat(
+    table: Mapping[str, Any], is_leaf: Callable[[Mapping[str, Any]], bool], path: str = ""
+) -> dict[str, Any]:
+    """Nested tables as one table of dotted keys; a table that `is_leaf` is a value."""
     found: dict[str, Any] = {}
     for key, value in table.items():
         dotted = f"{path}.{key}" if path else key
-        found |= _flat(value, dotted) if isinstance(value, dict) else {dotted: value}
-    return found
-
-
-def _distributions(table: Mapping[str, Any], path: str) -> list[tuple[str, dict[str, Any]]]:
-    """Every distribution under its dotted key; `surface.friction = {...}` may be written without quotes."""
-    found: list[tuple[str, dict[str, Any]]] = []
-    for key, value in table.items():
-        dotted = f"{path}.{key}" if path else key
-        if is_distribution(value):
-            found.append((dotted, value))
-        elif isinstance(value, dict) and value:
-            if all(not isinstance(entry, dict) for entry in value.values()):
-                found.append((dotted, value))
-            else:
-                found += _distributions(value, dotted)
-        else:
-            raise ConfigError(
-                f"vary.'{dotted}' = {value!r} must be a table such as {{ uniform = [0.1, 0.8] }}"
-            )
+        found |= (
+            _flat(value, is_leaf, dotted)
+            if isinstance(value, dict) and not is_leaf(value)
+            else {dotted: value}
+        )
     return found

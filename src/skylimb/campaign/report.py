@@ -14,15 +14,15 @@ from skylimb.analysis import style
 from skylimb.analysis.measures import describe
 from skylimb.analysis.metrics import DESCRIPTIONS
 from skylimb.analysis.pages import render_page
-from skylimb.campaign.draws import changed
+from skylimb.campaign.draws import changed, value_at
 from skylimb.campaign.figures import plates
+from skylimb.campaign.folder import log_name
 from skylimb.campaign.frozen import Campaign
 from skylimb.campaign.rows import QUARANTINED, Row
 from skylimb.campaign.spec import GOALS
 from skylimb.campaign.statistics import Paired, Rate
-from skylimb.campaign.store import log_name
 from skylimb.campaign.summary import Summary
-from skylimb.config import write_toml
+from skylimb.config import to_mapping, write_toml
 
 TEMPLATE = Path(__file__).with_name("report_template.html")
 
@@ -72,9 +72,9 @@ def render_report(campaign: Campaign, rows: Mapping[int, Row], summary: Summary,
             for row in summary.worst
         ],
         success=[(DESCRIPTIONS[key][0], bound) for key, bound in campaign.spec.success.items()],
-        varied=[(key, json.dumps(entry.to_mapping())) for key, entry in campaign.spec.vary.items()],
+        varied=[(key, json.dumps(to_mapping(entry))) for key, entry in campaign.spec.vary.items()],
         spec=write_toml(campaign.spec.to_mapping()),
-        versions={**campaign.versions, "driver": campaign.driver},
+        versions=campaign.versions,
     )  # fmt: skip
 
 
@@ -91,7 +91,7 @@ def command(campaign: Campaign, row: Row) -> str:
             continue
         # An entry of a list is set through its whole list.
         whole = key.rpartition(".")[0] if key.rpartition(".")[2].isdigit() else key
-        changes[whole] = _at(tables, whole)
+        changes[whole] = value_at(tables, whole)
     controller = next(name for name in campaign.spec.controllers if Path(name).stem == row["controller"])
     words = [
         "skylimb",
@@ -105,13 +105,6 @@ def command(campaign: Campaign, row: Row) -> str:
     if changes:
         words += ["--set", *(f"{key}={json.dumps(value)}" for key, value in changes.items())]
     return shlex.join(words)
-
-
-def _at(tables: Mapping[str, Any], key: str) -> Any:
-    node: Any = tables
-    for part in key.split("."):
-        node = node[part]
-    return node
 
 
 def _title(campaign: Campaign, draws: int) -> str:

@@ -1,8 +1,7 @@
-"""A flight's row in the table, with a checksum that tells a damaged row from a good one."""
+"""A flight's row in the table."""
 
 from __future__ import annotations
 
-import hashlib
 import json
 import math
 from collections.abc import Mapping, Sequence
@@ -22,8 +21,6 @@ QUARANTINED = "QUARANTINED"
 """The flight killed its worker three times."""
 
 LOST = (FAILED, QUARANTINED)
-
-CHECKSUM = "checksum"
 
 _SIMPLE = {int, float, bool, str}
 
@@ -58,10 +55,10 @@ def _columns(key: str, value: Any, ends: Sequence[Any]) -> Row:
 
 
 def make_row(campaign: Campaign, flight: int, status: str, cause: str, scores: Mapping[str, Any]) -> Row:
-    """The row of a flight, sealed."""
+    """The row of a flight."""
     index, controller = campaign.split(flight)
     drawn = campaign.draw(index)
-    row = {
+    return {
         "flight": flight,
         "draw": index,
         "controller": controller,
@@ -70,40 +67,13 @@ def make_row(campaign: Campaign, flight: int, status: str, cause: str, scores: M
         "status": status,
         "cause": cause,
         **{key: _finite(scores.get(key)) for key in campaign.spec.keys},
-        "versions": versions_text(campaign),
+        "versions": versions_text(campaign.versions),
     }
-    return {**row, CHECKSUM: checksum(row)}
 
 
-def versions_text(campaign: Campaign) -> str:
+def versions_text(versions: Mapping[str, str]) -> str:
     """What computed a row, on one line."""
-    return ", ".join(
-        f"{name} {value}" for name, value in {**campaign.versions, "driver": campaign.driver}.items()
-    )
-
-
-def checksum(row: Mapping[str, Any]) -> str:
-    """SHA-256 of a row without its checksum; floats enter with all their digits."""
-    content = {key: value for key, value in row.items() if key != CHECKSUM}
-    text = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
-    return hashlib.sha256(text.encode()).hexdigest()
-
-
-def is_sound(campaign: Campaign, row: Any) -> bool:
-    """Whether a row is whole, unaltered, and of this campaign."""
-    if not isinstance(row, dict) or not isinstance(row.get("flight"), int) or row["flight"] < 0:
-        return False
-    if row["flight"] >= campaign.flight(campaign.spec.draws, 0):
-        return False
-    try:
-        if row.get(CHECKSUM) != checksum(row):
-            return False
-    except (TypeError, ValueError):
-        return False
-    index, controller = campaign.split(row["flight"])
-    drawn = campaign.draw(index)
-    expected = {"draw": index, "controller": controller, "seed": drawn.seed, **parameters(campaign, drawn)}
-    return all(row.get(key) == value for key, value in expected.items())
+    return ", ".join(f"{name} {version}" for name, version in versions.items())
 
 
 def _finite(value: Any) -> float | None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from skylimb.campaign.frozen import Campaign
 from skylimb.campaign.rows import Row
-from skylimb.campaign.statistics import bootstrap_rows, compare_paired, scores_of, success_rate
+from skylimb.campaign.statistics import compare_paired, scores_of, success_rate
 
 
 def looks(campaign: Campaign) -> Iterator[int]:
@@ -35,11 +35,10 @@ def widest_interval(campaign: Campaign, rows: Mapping[int, Row], draws: int) -> 
         return max(rate.high - rate.low for rate in rates)
     if stop.until not in scores.metrics:
         return float("inf")
-    resampled = bootstrap_rows(count, campaign.spec.seed)
     columns = list(scores.badness(stop.until).T)
     # A controller alone is compared with nothing: what is left is the interval of its own median.
     pairs = list(combinations(columns, 2)) or [(columns[0], np.zeros(count))]
-    found = [compare_paired(first, second, resampled) for first, second in pairs]
+    found = [compare_paired(first, second, campaign.spec.seed) for first, second in pairs]
     widths = [0.0 if pair.low == pair.high else pair.high - pair.low for pair in found]
     return max(widths)
 

@@ -1,145 +1,152 @@
-"""A campaign's folder: what is in it is whole at any moment, and one coordinator at a time writes to it.
+"""The flights of a campaign: an SQLite file while it flies, a Parquet table when it is through.
 
-While it flies: spec.toml, journal.jsonl, logs/. When it rests: spec.toml, flights.parquet, summary.json,
-report.html, logs/.
+A flight is written in one transaction, and is on the disk before the next one is handed out: SQLite keeps it
+whole through a kill, a power cut and a full disk. Deaths of workers are kept too: they count on when the
+campaign is resumed.
 """
 
 from __future__ import annotations
 
+import json
 import shutil
+import sqlite3
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
-from types import TracebackType
+from typing import Any
 
-from skylimb.campaign.bench import Flown
-from skylimb.campaign.disk import SPEC_FILE, full_disk, lock, replacing, write_texts
-from skylimb.campaign.frozen import Campaign, campaign_from_mapping, differences
-from skylimb.campaign.journal import Journal, read_journal
+from skylimb.campaign.bench import Flown, Job
+from skylimb.campaign.folder import (
+    LOGS,
+    STORE_FILE,
+    TABLE_FILE,
+    begin_folder,
+    complaints,
+    locked,
+    log_name,
+    replacing,
+    write_texts,
+)
+from skylimb.campaign.frozen import Campaign
 from skylimb.campaign.rows import QUARANTINED, Row
 from skylimb.campaign.table import read_table, write_table
-from skylimb.config import read_toml, write_toml
-from skylimb.errors import ConfigError, OutputError
 from skylimb.recording.files import new_folder
 
-TABLE_FILE = "flights.parquet"
-JOURNAL_FILE = "journal.jsonl"
-SUMMARY_FILE = "summary.json"
-REPORT_FILE = "report.html"
-LOGS = "logs"
+_SCHEMA = """
+CREATE TABLE IF NOT EXISTS flights (
+    flight INTEGER NOT NULL,            -- index in the campaign
+    gains TEXT NOT NULL,                -- changes of a search to the controller, as JSON
+    deaths INTEGER NOT NULL DEFAULT 0,  -- workers that died over it
+    status TEXT,                        -- of the row
+    row TEXT,                           -- of the table, as JSON; NULL until it has flown
+    PRIMARY KEY (flight, gains)
+) WITHOUT ROWID
+"""
+
+_PATIENCE = 60.0
+"""Seconds to wait for another process that reads or writes."""
+
+_GAINS = "gains"
+"""The column that the table of a search has more than that of a campaign."""
+
+_NO_GAINS = Job(0).key[1]
+
+Key = tuple[int, str]
+"""What a row is of: flight, and the gains of a search as JSON."""
 
 
 class Store:
-    """An open folder. Use it in a `with` block.
+    """An open folder.
 
     Attributes:
         folder: where.
         campaign: what it is of.
-        rows: sound rows by flight.
-        deaths: flight -> workers that it has taken down.
-        damaged: how many entries were found torn or altered when it was opened.
+        rows: of all that has flown; see `Job.key`.
+        deaths: workers that died over a flight.
+        damaged: rows of an earlier table that cannot be read any more.
     """
 
-    def __init__(self, folder: Path, campaign: Campaign) -> None:
-        self.folder, self.campaign = folder, campaign
-        self._lock = lock(folder)
-        try:
-            with full_disk(folder):
-                self._read()
-        except BaseException:
-            self._lock.close()
-            raise
-
-    def _read(self) -> None:
-        stored = read_table(self.folder / TABLE_FILE, self.campaign)
-        journalled = read_journal(self.folder / JOURNAL_FILE, self.campaign)
-        rows = journalled.rows | stored.rows
-        # Whatever kept a flight from coming back may be gone: it gets its three tries again.
-        self.rows: dict[int, Row] = {f: row for f, row in rows.items() if row["status"] != QUARANTINED}
-        self.deaths: Counter[int] = Counter(
-            {f: n for f, n in journalled.deaths.items() if rows.get(f, {}).get("status") != QUARANTINED}
-        )
-        self.damaged = stored.damaged + journalled.damaged
-        for stale in self.folder.glob(f"{LOGS}/.*.partial"):
+    def __init__(self, folder: Path, campaign: Campaign, database: sqlite3.Connection) -> None:
+        self.folder, self.campaign, self._database = folder, campaign, database
+        for stale in folder.glob(f"{LOGS}/.*.partial"):
             shutil.rmtree(stale, ignore_errors=True)
-        self._write_journal()
-        self._journal = Journal(self.folder / JOURNAL_FILE)
+        rows, self.damaged = read_table(folder / TABLE_FILE, campaign)
+        with self._writing():
+            database.execute(_SCHEMA)
+            database.executemany("INSERT OR IGNORE INTO flights VALUES (?, ?, 0, ?, ?)", map(_record, rows))
+            # Whatever kept a flight from coming back may be over: it gets its tries again.
+            database.execute("DELETE FROM flights WHERE status = ?", (QUARANTINED,))
+        self.rows = _rows(database)
+        deaths = database.execute("SELECT flight, gains, deaths FROM flights WHERE deaths > 0")
+        self.deaths = Counter({(flight, gains): count for flight, gains, count in deaths})
 
-    def __enter__(self) -> Store:
-        return self
+    @property
+    def by_flight(self) -> dict[int, Row]:
+        """The rows of a campaign, in order; a search has several rows of a flight."""
+        return {flight: self.rows[flight, gains] for flight, gains in sorted(self.rows)}
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self._journal.close()
-        self._lock.close()
-
-    def add(self, flown: Sequence[Flown]) -> None:
+    def add(self, flown: Iterable[tuple[Job, Flown]]) -> None:
         """Keep what came back: logs first, then the rows, so that a row never lacks the log it promises.
 
         Raises:
-            OutputError: when the disk is full, for one; everything kept before stays readable.
+            OutputError: when the disk is full, for one; all that was kept before stays.
         """
-        with full_disk(self.folder):
-            for item in flown:
-                if item.log is not None:
-                    self.keep_log(item.row, item.log)
-            self._journal.add([item.row for item in flown])
-        for item in flown:
-            self.rows.setdefault(item.row["flight"], item.row)
+        rows = {}
+        for job, item in flown:
+            if item.log is not None:
+                self.keep_log(item.row, item.log)
+            rows[job.key] = item.row
+        with self._writing() as database:
+            database.executemany(
+                "INSERT INTO flights VALUES (?, ?, 0, ?, ?) "
+                "ON CONFLICT (flight, gains) DO UPDATE SET status = excluded.status, row = excluded.row",
+                [(*key, row["status"], json.dumps(row, allow_nan=False)) for key, row in rows.items()],
+            )
+        self.rows |= rows
 
-    def add_death(self, flight: int) -> int:
-        """Note that a flight took its worker down; returns how often it has."""
-        with full_disk(self.folder):
-            self._journal.add_death(flight)
-        self.deaths[flight] += 1
-        return self.deaths[flight]
+    def add_deaths(self, job: Job, count: int) -> int:
+        """Note workers that died over a flight; returns how many have in all."""
+        with self._writing() as database:
+            database.execute(
+                "INSERT INTO flights (flight, gains, deaths) VALUES (?, ?, ?) "
+                "ON CONFLICT (flight, gains) DO UPDATE SET deaths = deaths + excluded.deaths",
+                (*job.key, count),
+            )
+        self.deaths[job.key] += count
+        return self.deaths[job.key]
 
     def keep_log(self, row: Row, log: bytes) -> None:
         """Write a flight's log under its name, where it is not there yet."""
         place = self.folder / log_name(row)
-        if place.exists():
-            return
-        with full_disk(self.folder), new_folder(place) as aside:
-            (aside / "log.nc").write_bytes(log)
+        if not place.exists():
+            with complaints(self.folder), new_folder(place) as aside:
+                (aside / "log.nc").write_bytes(log)
 
-    def settle(self) -> None:
-        """Turn the journal into the table; deaths of flights that are not done yet stay journalled."""
-        with full_disk(self.folder):
-            if self.rows:
-                with replacing(self.folder / TABLE_FILE) as aside:
-                    write_table(self.rows, aside)
-            self._journal.close()
-            self._write_journal(rows=False)
-            self._journal = Journal(self.folder / JOURNAL_FILE)
-
-    def finish(self, texts: dict[str, str]) -> None:
-        """Leave the folder at rest: the table, and the texts under their names.
+    def finish(self, keys: Iterable[Key], texts: Mapping[str, str]) -> None:
+        """Leave the folder at rest: the table of some rows, and texts under their names, in place of SQLite.
 
         Args:
-            texts: file name -> content, the summary and the report.
+            keys: rows of the table.
+            texts: file name -> content.
         """
-        self.settle()
-        with full_disk(self.folder):
+        with complaints(self.folder):
+            with replacing(self.folder / TABLE_FILE) as aside:
+                write_table(aside, (_with_gains(key, self.rows[key]) for key in sorted(keys)), self.campaign)
             write_texts(self.folder, texts)
-            (self.folder / LOGS).mkdir(exist_ok=True)
-            (self.folder / JOURNAL_FILE).unlink(missing_ok=True)
+            self._database.close()
+            (self.folder / STORE_FILE).unlink()
 
-    def _write_journal(self, rows: bool = True) -> None:
-        """Write the journal anew without what was damaged, quarantined or settled."""
-        path = self.folder / JOURNAL_FILE
-        with replacing(path) as aside:
-            aside.touch()
-            journal = Journal(aside)
-            if rows:
-                journal.add([self.rows[flight] for flight in sorted(self.rows)])
-            for flight in self.deaths.elements():
-                if flight not in self.rows:
-                    journal.add_death(flight)
-            journal.close()
+    @contextmanager
+    def _writing(self) -> Iterator[sqlite3.Connection]:
+        """A transaction: all of it is on the disk at the end of the block, or nothing."""
+        with complaints(self.folder), self._database as database:
+            database.execute("BEGIN IMMEDIATE")
+            yield database
 
 
-def open_store(folder: Path, campaign: Campaign, resume: bool) -> Store:
+@contextmanager
+def open_store(folder: Path, campaign: Campaign, resume: bool) -> Iterator[Store]:
     """Begin a campaign's folder, or go on with it.
 
     Args:
@@ -148,61 +155,44 @@ def open_store(folder: Path, campaign: Campaign, resume: bool) -> Store:
         resume: whether the folder may be there already.
 
     Raises:
-        OutputError: when the folder is there and should not be, is no campaign's, is in use, or was begun
-            with something else; the message shows the difference, and nothing is touched.
+        OutputError: when the folder cannot be used; see `begin_folder` and `locked`.
     """
-    if folder.exists():
-        if not resume:
-            hint = "; --resume goes on with it" if (folder / SPEC_FILE).is_file() else ""
-            raise OutputError(f"output folder '{folder}' exists already{hint}")
-        require_same(folder, campaign)
-    else:
-        with new_folder(folder) as aside:
-            (aside / SPEC_FILE).write_text(write_toml(campaign.to_mapping()), encoding="utf-8")
-            (aside / LOGS).mkdir()
-    return Store(folder, campaign)
-
-
-def require_same(folder: Path, campaign: Campaign) -> None:
-    """Raise an `OutputError` that shows the difference unless the folder was begun with this campaign."""
-    begun = load_campaign(folder)
-    changes = differences(begun.to_mapping(), campaign.to_mapping())
-    if changes:
-        more = f"; and {len(changes) - 8} more" if len(changes) > 8 else ""
-        raise OutputError(
-            f"'{folder}' was begun with another campaign: {'; '.join(changes[:8])}{more}. "
-            "Nothing was touched; choose another folder, or take the change back"
-        )
-
-
-def load_campaign(folder: Path) -> Campaign:
-    """The campaign that a folder was begun with.
-
-    Raises:
-        OutputError: when it is no campaign's folder, or one of another version.
-    """
-    path = folder / SPEC_FILE
-    if not path.is_file():
-        what = f"holds no campaign (no {SPEC_FILE})" if folder.is_dir() else "does not exist"
-        raise OutputError(f"campaign folder '{folder}' {what}")
-    try:
-        return campaign_from_mapping(read_toml(path), f"'{path}'")
-    except ConfigError as error:
-        raise OutputError(str(error)) from error
+    begin_folder(folder, campaign, resume)
+    with ExitStack() as stack:
+        stack.enter_context(locked(folder))
+        with complaints(folder):
+            database = stack.enter_context(closing(_connect(folder / STORE_FILE, "rwc")))
+            store = Store(folder, campaign, database)
+        yield store
 
 
 def load_rows(folder: Path, campaign: Campaign) -> tuple[dict[int, Row], int]:
-    """The sound rows of a folder, finished or not, and how many entries were damaged; changes nothing."""
-    stored = read_table(folder / TABLE_FILE, campaign)
-    journalled = read_journal(folder / JOURNAL_FILE, campaign)
-    return journalled.rows | stored.rows, stored.damaged + journalled.damaged
+    """The rows of a campaign's folder, through or not, and how many cannot be read; changes nothing."""
+    rows, damaged = read_table(folder / TABLE_FILE, campaign)
+    found = {(row["flight"], row.pop(_GAINS, _NO_GAINS)): row for row in rows}
+    if (folder / STORE_FILE).is_file():
+        with complaints(folder), closing(_connect(folder / STORE_FILE, "rw")) as database:
+            has_begun = database.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
+            found |= _rows(database) if has_begun else {}
+    return {flight: found[flight, gains] for flight, gains in sorted(found) if gains == _NO_GAINS}, damaged
 
 
-def log_name(row: Row) -> str:
-    """Where a flight's log lies in the folder."""
-    return f"{LOGS}/{row['flight']:06d}-{row['controller']}"
+def _connect(path: Path, mode: str) -> sqlite3.Connection:
+    address = f"{path.absolute().as_uri()}?mode={mode}"
+    return sqlite3.connect(address, _PATIENCE, isolation_level=None, uri=True)
 
 
-def logged(folder: Path, rows: Iterable[Row]) -> set[int]:
-    """Those of the flights whose log is there."""
-    return {row["flight"] for row in rows if (folder / log_name(row) / "log.nc").is_file()}
+def _rows(database: sqlite3.Connection) -> dict[Key, Row]:
+    found = database.execute("SELECT flight, gains, row FROM flights WHERE row IS NOT NULL")
+    return {(flight, gains): json.loads(row) for flight, gains, row in found}
+
+
+def _record(row: Row) -> tuple[Any, ...]:
+    """A row of the table as SQLite keeps it."""
+    gains = row.pop(_GAINS, _NO_GAINS)
+    return row["flight"], gains, row["status"], json.dumps(row, allow_nan=False)
+
+
+def _with_gains(key: Key, row: Row) -> Row:
+    """A row as the table has it: that of a search says its gains."""
+    return {**row, _GAINS: key[1]} if key[1] != _NO_GAINS else row

@@ -21,7 +21,6 @@ from skylimb.campaign.statistics import (
     Rate,
     Region,
     Scores,
-    bootstrap_rows,
     compare_paired,
     failure_region,
     rank,
@@ -62,21 +61,21 @@ def summarize(campaign: Campaign, rows: Mapping[int, Row]) -> Summary:
     """Work out everything that the report shows, from the table alone."""
     scores = scores_of(campaign, rows)
     names, count = scores.controllers, len(scores.draws)
-    resampled = bootstrap_rows(max(count, 1), campaign.spec.seed)
+    seed = campaign.spec.seed
     compared = ["success", *(key for key in GOALS if key in scores.metrics)] if count else []
     badness = {key: scores.badness(key) for key in compared}
     return Summary(
         scores=scores,
         rates={name: success_rate(int(scores.success[:, i].sum()), count) for i, name in enumerate(names)},
-        medians={key: medians(scores, key, resampled) for key in scores.metrics} if count else {},
+        medians={key: medians(scores, key, seed) for key in scores.metrics} if count else {},
         paired={
             key: {
-                (names[a], names[b]): compare_paired(values[:, a], values[:, b], resampled)
+                (names[a], names[b]): compare_paired(values[:, a], values[:, b], seed)
                 for a, b in combinations(range(len(names)), 2)
             }
             for key, values in badness.items()
         },
-        ranks={key: rank(values, resampled) for key, values in badness.items()},
+        ranks={key: rank(values, seed) for key, values in badness.items()},
         regions={
             name: failure_region(scores.parameters, ~scores.success[:, i]) if count else None
             for i, name in enumerate(names)
@@ -86,7 +85,7 @@ def summarize(campaign: Campaign, rows: Mapping[int, Row]) -> Summary:
     )
 
 
-def medians(scores: Scores, key: str, resampled: np.ndarray) -> list[tuple[float, float, float]]:
+def medians(scores: Scores, key: str, seed: int) -> list[tuple[float, float, float]]:
     """Medians with their intervals; a loss enters as the bad end of the metric.
 
     A controller that finishes and never has the number (such as an error to a target that its law does not
@@ -98,7 +97,7 @@ def medians(scores: Scores, key: str, resampled: np.ndarray) -> list[tuple[float
         if scores.finished[:, index].any() and np.isnan(scores.metrics[key][:, index]).all():
             found.append((np.nan, np.nan, np.nan))
             continue
-        low, high = bootstrap_interval(lambda values: np.median(values, axis=-1), column, resampled)
+        low, high = bootstrap_interval(np.median, column, seed)
         low, high = (low, high) if goal > 0.0 else (-high, -low)
         found.append((goal * median(column), low, high))
     return found
@@ -137,7 +136,7 @@ def summary_json(campaign: Campaign, rows: Mapping[int, Row], summary: Summary) 
         "worst_flights": [row["flight"] for row in summary.worst],
         "quarantined_flights": [row["flight"] for row in summary.lost if row["status"] == QUARANTINED],
         "refused_draws": {str(index): cause for index, cause in scores.refused.items()},
-        "versions": {**campaign.versions, "driver": campaign.driver},
+        "versions": campaign.versions,
     }
     return json.dumps(_plain(content), indent=2, allow_nan=False) + "\n"
 

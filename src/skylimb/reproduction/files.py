@@ -11,6 +11,7 @@ import numpy as np
 from skylimb.analysis.measures import describe
 from skylimb.campaign.frozen import Campaign
 from skylimb.campaign.statistics import LEVEL
+from skylimb.config import to_mapping
 from skylimb.reproduction.prior import Prior
 from skylimb.reproduction.result import HIGH, LOW, Judged, Number, Result, Spread
 
@@ -65,7 +66,7 @@ def result_json(prior: Prior, campaign: Campaign, result: Result) -> str:
             "unknowns": [
                 {
                     "key": unknown.key,
-                    **unknown.distribution.to_mapping(),
+                    **to_mapping(unknown.distribution),
                     "controllers": list(unknown.controllers),
                     "reason": unknown.reason,
                 }
@@ -73,7 +74,7 @@ def result_json(prior: Prior, campaign: Campaign, result: Result) -> str:
             ],
             "kept": [vars(entry) for entry in prior.kept],
         },
-        "versions": {**campaign.versions, "driver": campaign.driver},
+        "versions": campaign.versions,
     }
     return json.dumps(_plain(content), indent=1, allow_nan=False) + "\n"
 

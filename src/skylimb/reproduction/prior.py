@@ -10,7 +10,7 @@ from typing import Any
 from skylimb.campaign.distributions import Distribution
 from skylimb.campaign.reading import spec_from_mapping
 from skylimb.campaign.spec import CampaignSpec
-from skylimb.config import read_toml
+from skylimb.config import read_toml, to_mapping
 from skylimb.errors import ConfigError, unknown_name
 
 PRIOR = Path(__file__).with_name("prior.toml")
@@ -39,7 +39,7 @@ class Unknown:
     @property
     def told(self) -> str:
         """The distribution in words, as in the file."""
-        (kind, value), *options = self.distribution.to_mapping().items()
+        (kind, value), *options = to_mapping(self.distribution).items()
         more = "".join(f", {name} {_short(entry)}" for name, entry in options)
         return f"{kind.replace('_', ' ')} {_short(value)}{more}"
 
@@ -70,7 +70,7 @@ class Prior:
 
     def campaign(self, draws: int) -> CampaignSpec:
         """The ensemble as a campaign: all controllers fly every draw with the same seed."""
-        vary = {unknown.key: unknown.distribution.to_mapping() for unknown in self.unknowns}
+        vary = {unknown.key: to_mapping(unknown.distribution) for unknown in self.unknowns}
         only = {u.key: list(u.controllers) for u in self.unknowns if u.controllers}
         spec = {**self._plain, "draws": draws, "measures": [MEASURES], "only": only, "logs": "none"}
         return spec_from_mapping({**spec, "vary": vary}, "the prior")

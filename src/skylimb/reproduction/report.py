@@ -77,7 +77,7 @@ def render_report(prior: Prior, campaign: Campaign, result: Result, pictures: Ma
         plates=[(name, *CAPTIONS[name], inlined(path, "image/png")) for name, path in pictures.items()],
         command=command(result.draws),
         source=SOURCE,
-        versions={**campaign.versions, "driver": campaign.driver},
+        versions=campaign.versions,
     )
 
 

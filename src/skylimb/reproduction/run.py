@@ -10,11 +10,11 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from skylimb.analysis import style
-from skylimb.campaign.coordinator import Report
+from skylimb.campaign.flight_queue import Report
+from skylimb.campaign.fly_campaign import run_campaign
+from skylimb.campaign.folder import TABLE_FILE, write_texts
 from skylimb.campaign.frozen import Campaign
 from skylimb.campaign.rows import Row
-from skylimb.campaign.run import run_campaign
-from skylimb.campaign.store import TABLE_FILE, write_texts
 from skylimb.errors import OutputError
 from skylimb.reproduction.errata_figure import errata_figure, fly_errata
 from skylimb.reproduction.figures import claims_figure, numbers_figure, sensitivity_figure

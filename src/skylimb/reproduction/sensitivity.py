@@ -7,7 +7,6 @@ from collections.abc import Mapping
 import numpy as np
 from scipy.stats import rankdata
 
-from skylimb.campaign.distributions import Normal
 from skylimb.campaign.frozen import Campaign
 from skylimb.campaign.rows import parameters
 
@@ -25,9 +24,10 @@ def unknown_columns(campaign: Campaign, draws: int) -> dict[str, np.ndarray]:
     for name in table[0]:
         values = [row[name] for row in table]
         key, _, entry = name.rpartition(".")
-        if entry.isdigit() and campaign.spec.vary[key].times:
+        times = campaign.spec.vary[key].times if entry.isdigit() else None
+        if times:
             if entry == "0":
-                columns[key] = np.array(values) / campaign.spec.vary[key].times[0]
+                columns[key] = np.array(values) / times[0]
             continue
         if name.endswith("start_angle"):
             angles = np.array(values)
@@ -39,8 +39,8 @@ def unknown_columns(campaign: Campaign, draws: int) -> dict[str, np.ndarray]:
         else:
             columns[name] = np.array([float(value) for value in values])
             spread = campaign.spec.vary.get(name, campaign.spec.vary.get(key))
-            if isinstance(spread, Normal):
-                columns[f"|{name}|"] = np.abs(columns[name] - spread.mean)
+            if spread is not None and spread.normal:
+                columns[f"|{name}|"] = np.abs(columns[name] - spread.normal[0])
     return columns
 
 

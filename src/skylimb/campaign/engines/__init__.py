@@ -1,60 +1,94 @@
-"""Where a campaign's flights are flown: in this process, on this machine's cores, or on a cluster.
+"""Where flights are flown: in this process, in processes of this machine, or on a cluster.
 
-An engine takes jobs and hands back what came of them, in any order. It keeps no results and retries nothing;
-what to do about a worker that died is the coordinator's business.
+An engine takes batches of jobs and hands out futures of what came of them. It keeps no results and flies
+nothing twice: what to do about a worker that died is decided by the queue.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import NamedTuple, Protocol
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Future
+from typing import Any, Protocol
 
 from skylimb.campaign.bench import Flown, Job
+from skylimb.errors import ConfigError, SkylimbError
+
+MOST_WORKERS = 1024
+
+DEATHS = 3
+"""Workers that may die over a flight before it is quarantined."""
 
 
-class Done(NamedTuple):
-    """Jobs that were flown, and what came of each."""
-
-    jobs: Sequence[Job]
-    flown: Sequence[Flown]
-
-
-class Died(NamedTuple):
-    """Jobs whose worker died over them.
-
-    Attributes:
-        jobs: what it had in hand.
-        final: whether the engine has tried often enough itself.
-    """
-
-    jobs: Sequence[Job]
-    final: bool = False
+class WorkerError(SkylimbError):
+    """Workers cannot be started or reached."""
 
 
 class Engine(Protocol):
-    """What a coordinator asks of an engine."""
+    """What the queue asks of an engine."""
 
     @property
-    def free(self) -> int:
-        """How many more batches can be handed over now."""
+    def slots(self) -> int:
+        """How many batches it can have in hand."""
         ...
 
-    @property
-    def flying(self) -> int:
-        """How many batches are in hand."""
+    def submit(self, jobs: Sequence[Job]) -> Future[list[Flown]]:
+        """Fly a batch; at most `slots` batches may be on their way at a time."""
         ...
 
-    def submit(self, jobs: Sequence[Job]) -> bool:
-        """Hand over a batch; False when nobody could take it after all."""
+    def deaths(self, error: BaseException) -> int | None:
+        """How many workers have died over a batch whose future holds `error`.
+
+        0: its worker died before it began. None: the error is no worker's death.
+        """
         ...
 
-    def wait(self, timeout: float) -> list[Done | Died]:
-        """What has come back, after at most `timeout` seconds; maybe nothing."""
+    def check(self) -> None:
+        """Look whether anything can still come back; called while nothing does.
+
+        Raises:
+            WorkerError: nothing will.
+        """
         ...
 
-    def close(self, now: bool = False) -> None:
-        """Let the workers go; `now` without waiting for what they have in hand."""
+    def close(self) -> None:
+        """Let the workers go, also those that are flying."""
         ...
 
 
-__all__ = ["Died", "Done", "Engine"]
+def make_engine(
+    tables: Mapping[str, Any], workers: int | None = None, scheduler: str = "", slurm: str = ""
+) -> Engine:
+    """The engine that a user asks for.
+
+    Args:
+        tables: the campaign, as `Campaign.to_mapping` gives it.
+        workers: processes on this machine, one a core by default, 0 for none; or jobs on SLURM, 4 by default.
+        scheduler: address of a Dask scheduler.
+        slurm: a SLURM queue.
+
+    Raises:
+        WorkerError: nobody answers there, or the extra `cluster` is not installed.
+    """
+    if scheduler:
+        from skylimb.campaign.engines.cluster import connect
+
+        return connect(tables, scheduler)
+    if slurm:
+        from skylimb.campaign.engines.slurm import on_slurm
+
+        return on_slurm(tables, slurm, workers or 4)
+    if workers == 0:
+        from skylimb.campaign.engines.inline import InlineEngine
+
+        return InlineEngine(tables)
+    from skylimb.campaign.engines.local import LocalEngine, cores
+
+    return LocalEngine(tables, workers or cores())
+
+
+def check_workers(workers: int | None, scheduler: str = "", slurm: str = "") -> None:
+    """Raise a `ConfigError` where `make_engine` could do nothing with these."""
+    if scheduler and slurm:
+        raise ConfigError("scheduler and slurm exclude each other: choose one")
+    if workers is not None and not 0 <= workers <= MOST_WORKERS:
+        raise ConfigError(f"workers = {workers} must be 0 .. {MOST_WORKERS}")

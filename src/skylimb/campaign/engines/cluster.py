@@ -6,18 +6,16 @@ wire.
 
 from __future__ import annotations
 
-import itertools
-import queue
+import importlib
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
+from concurrent.futures import CancelledError, Future
 from typing import TYPE_CHECKING, Any
 
-from skylimb.campaign.bench import Job, fly_jobs
-from skylimb.campaign.engines import Died, Done
-from skylimb.campaign.engines.local import WorkerError
+from skylimb.campaign.bench import Flown, Job, fly_jobs
+from skylimb.campaign.engines import DEATHS, WorkerError
 
 if TYPE_CHECKING:
-    from distributed import Client, Future
+    from distributed import Client
 
 _AHEAD = 2
 """Batches that are sent for each thread of a worker, so that it never waits for the next."""
@@ -30,7 +28,7 @@ class ClusterEngine:
         tables: the campaign, as `Campaign.to_mapping` gives it.
         client: connected to the scheduler.
         cluster: what to close with it, where this process has started it.
-        check: called while nothing comes back; raises where nothing ever will.
+        watch: called while nothing comes back; raises where nothing ever will.
     """
 
     def __init__(
@@ -38,66 +36,39 @@ class ClusterEngine:
         tables: Mapping[str, Any],
         client: Client,
         cluster: Any = None,
-        check: Callable[[], None] | None = None,
+        watch: Callable[[], None] | None = None,
     ) -> None:
-        self._tables, self._client, self._cluster = dict(tables), client, cluster
-        self._check = check
-        self._flying: dict[Future, Sequence[Job]] = {}
-        self._finished: queue.Queue[Future] = queue.Queue()
-        self._numbers = itertools.count()
+        self._tables, self._client, self._cluster, self._watch = dict(tables), client, cluster, watch
+        self._executor = client.get_executor(pure=False)
 
     @property
-    def free(self) -> int:
+    def slots(self) -> int:
         """See `Engine`."""
-        workers: Any = self._client.nthreads()
-        threads = sum(workers.values())
-        return max(_AHEAD * threads, 1) - len(self._flying)
+        threads: Any = self._client.nthreads()
+        return max(_AHEAD * sum(threads.values()), 1)
 
-    @property
-    def flying(self) -> int:
+    def submit(self, jobs: Sequence[Job]) -> Future[list[Flown]]:
         """See `Engine`."""
-        return len(self._flying)
+        return self._executor.submit(fly_jobs, self._tables, list(jobs))
 
-    def submit(self, jobs: Sequence[Job]) -> bool:
-        """See `Engine`."""
-        key = f"skylimb-{id(self)}-{next(self._numbers)}"
-        future: Any = self._client.submit(fly_jobs, self._tables, list(jobs), key=key, pure=False)
-        self._flying[future] = jobs
-        future.add_done_callback(self._finished.put)
-        return True
-
-    def wait(self, timeout: float) -> list[Done | Died]:
-        """See `Engine`."""
+    def deaths(self, error: BaseException) -> int | None:
+        """See `Engine`; Dask itself tries a batch again before it gives up."""
         from distributed.scheduler import KilledWorker
 
-        events: list[Done | Died] = []
-        for future in self._arrived(timeout):
-            jobs = self._flying.pop(future)
-            if future.status in ("cancelled", "lost"):
-                raise WorkerError("the connection to the cluster's scheduler is lost")
-            try:
-                events.append(Done(jobs, future.result()))
-            except KilledWorker:
-                events.append(Died(jobs, final=True))
-        return events
-
-    def _arrived(self, timeout: float) -> list[Future]:
-        """Futures that are through, after at most `timeout` seconds."""
-        arrived: list[Future] = []
-        with suppress(queue.Empty):
-            arrived.append(self._finished.get(timeout=timeout))
-            while True:
-                arrived.append(self._finished.get_nowait())
-        if not arrived and self._client.status != "running":
+        if isinstance(error, CancelledError):
             raise WorkerError("the connection to the cluster's scheduler is lost")
-        if not arrived and self._check is not None:
-            self._check()
-        return arrived
+        return DEATHS if isinstance(error, KilledWorker) else None
 
-    def close(self, now: bool = False) -> None:
+    def check(self) -> None:
         """See `Engine`."""
-        if now:
-            self._client.cancel(list(self._flying))
+        if self._client.status != "running":
+            raise WorkerError("the connection to the cluster's scheduler is lost")
+        if self._watch is not None:
+            self._watch()
+
+    def close(self) -> None:
+        """See `Engine`."""
+        self._executor.shutdown(wait=False)
         self._client.close()
         if self._cluster is not None:
             self._cluster.close()
@@ -113,7 +84,8 @@ def connect(tables: Mapping[str, Any], address: str) -> ClusterEngine:
     try:
         return ClusterEngine(tables, distributed.Client(address, timeout="5s", set_as_default=False))
     except (OSError, ValueError) as error:
-        raise WorkerError(f"no Dask scheduler answers at '{address}': {_line(error)}") from error
+        first = (str(error).splitlines() or [type(error).__name__])[0]
+        raise WorkerError(f"no Dask scheduler answers at '{address}': {first}") from error
 
 
 def imported(name: str) -> Any:
@@ -122,13 +94,7 @@ def imported(name: str) -> Any:
     Raises:
         WorkerError: when it is not installed.
     """
-    import importlib
-
     try:
         return importlib.import_module(name)
     except ImportError:
         raise WorkerError(f"'{name}' is not installed: pip install 'skylimb[cluster]'") from None
-
-
-def _line(error: Exception) -> str:
-    return (str(error).splitlines() or [type(error).__name__])[0]

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Mapping, Sequence
+from concurrent.futures import Future
 from typing import Any
 
-from skylimb.campaign.bench import Job, fly_jobs
-from skylimb.campaign.engines import Died, Done
+from skylimb.campaign.bench import Flown, Job, fly_jobs
 
 
 class InlineEngine:
@@ -17,30 +16,23 @@ class InlineEngine:
         tables: the campaign, as `Campaign.to_mapping` gives it.
     """
 
+    slots = 1
+
     def __init__(self, tables: Mapping[str, Any]) -> None:
         self._tables = tables
-        self._jobs: deque[Sequence[Job]] = deque()
 
-    @property
-    def free(self) -> int:
+    def submit(self, jobs: Sequence[Job]) -> Future[list[Flown]]:
+        """See `Engine`; the batch is flown here and now, however long it takes."""
+        future: Future[list[Flown]] = Future()
+        future.set_result(fly_jobs(self._tables, jobs))
+        return future
+
+    def deaths(self, error: BaseException) -> int | None:
+        """See `Engine`; this process cannot outlive itself."""
+        del error
+
+    def check(self) -> None:
         """See `Engine`."""
-        return 1 - len(self._jobs)
 
-    @property
-    def flying(self) -> int:
-        """See `Engine`."""
-        return len(self._jobs)
-
-    def submit(self, jobs: Sequence[Job]) -> bool:
-        """See `Engine`."""
-        self._jobs.append(jobs)
-        return True
-
-    def wait(self, timeout: float) -> list[Done | Died]:
-        """See `Engine`; a batch is flown here and now, however long it takes."""
-        del timeout
-        jobs = self._jobs.popleft()
-        return [Done(jobs, fly_jobs(self._tables, jobs))]
-
-    def close(self, now: bool = False) -> None:
+    def close(self) -> None:
         """See `Engine`."""

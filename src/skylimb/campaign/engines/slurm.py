@@ -1,4 +1,4 @@
-"""Flies on jobs of a SLURM queue, one Dask worker a job, and notices jobs that never come to work."""
+"""Flies on jobs of a SLURM queue, one Dask worker a job, and notices jobs whose worker never comes."""
 
 from __future__ import annotations
 
@@ -6,18 +6,18 @@ import re
 import shutil
 import subprocess
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from skylimb.campaign.engines import WorkerError
 from skylimb.campaign.engines.cluster import ClusterEngine, imported
-from skylimb.campaign.engines.local import WorkerError
 
 _DEATHS = 2
 """Deaths of a worker after which the scheduler lets a task have one last try."""
 
-_DEFAULTS = {"cores": 1, "processes": 1, "memory": "2GB"}
+_DEFAULTS = {"cores": 1, "processes": 1, "memory": "2GB", "scheduler_options": {"dashboard_address": ":0"}}
 """Of a job, where dask-jobqueue's own configuration file says nothing."""
 
 LOOK = 5.0
@@ -27,15 +27,15 @@ CONNECT = 180.0
 """Seconds that a running job may take until its worker is there."""
 
 _WAITING = ("PENDING", "CONFIGURING", "REQUEUED", "SUSPENDED", "STOPPED", "RESIZING")
-_GONE = "gone"
-"""State of a job that SLURM has forgotten, as it does some minutes after the end."""
+_FORGOTTEN = "FORGOTTEN"
+"""Our word for the state of a job that SLURM knows no more, as happens some minutes after its end."""
 
 
 class JobState(NamedTuple):
     """What SLURM says of a job.
 
     Attributes:
-        state: such as PENDING, RUNNING, FAILED; "gone" where SLURM knows it no more.
+        state: such as PENDING, RUNNING, FAILED; or FORGOTTEN.
         exit_code: as SLURM writes it, code and signal: 127:0.
         output: the file that holds what it printed.
     """
@@ -45,17 +45,13 @@ class JobState(NamedTuple):
     output: str = ""
 
 
-def on_slurm(
-    tables: Mapping[str, Any], queue: str, workers: int, options: Mapping[str, Any]
-) -> ClusterEngine:
+def on_slurm(tables: Mapping[str, Any], queue: str, workers: int) -> ClusterEngine:
     """An engine on jobs of a SLURM queue, one worker a job; the scheduler runs in this process.
 
     Args:
         tables: the campaign.
-        queue: SLURM's partition.
+        queue: SLURM's partition. Account, walltime and the like come from dask-jobqueue's own file.
         workers: how many jobs to ask for.
-        options: of `dask_jobqueue.SLURMCluster`, such as walltime or account; its own configuration file,
-            where there is one, gives the rest.
 
     Raises:
         WorkerError: when SLURM's commands are not there, or dask-jobqueue is not installed.
@@ -66,10 +62,9 @@ def on_slurm(
     from dask import config
 
     config.set({"distributed.scheduler.allowed-failures": _DEATHS})
-    configured = {name: config.get(f"jobqueue.slurm.{name}", None) for name in _DEFAULTS}
-    said = {name: value for name, value in configured.items() if value is not None}
-    settings = {**_DEFAULTS, **said, **options}
-    settings.setdefault("scheduler_options", {"dashboard_address": ":0"})
+    settings = {
+        name: value for name, value in _DEFAULTS.items() if not config.get(f"jobqueue.slurm.{name}", None)
+    }
     cluster = jobqueue.SLURMCluster(queue=queue, **settings)
     # A job that ends, by its time limit for one, is replaced.
     cluster.adapt(minimum_jobs=workers, maximum_jobs=workers)
@@ -78,9 +73,7 @@ def on_slurm(
 
 
 class JobWatch:
-    """Looks after jobs whose worker has never been there.
-
-    A job that ends before that is no worker's death to the scheduler: it would wait for ever.
+    """Watches jobs whose worker has never come: to the scheduler, their end is no worker's death.
 
     Args:
         cluster: of dask-jobqueue.
@@ -99,33 +92,26 @@ class JobWatch:
         Raises:
             WorkerError: when no job waits or runs any more, or none of those that run has come to work.
         """
-        working = [str(worker.name) for worker in list(self._cluster.scheduler.workers.values())]
-        self._came.update(working)
+        working = {str(worker.name) for worker in list(self._cluster.scheduler.workers.values())}
+        self._came |= working
         if working or time.monotonic() < self._looked + LOOK:
             return
         self._looked = time.monotonic()
-        missing = [
-            str(job.job_id)
-            for name, job in list(self._cluster.workers.items())
-            if job.job_id and not self._has_come(str(name))
-        ]
-        if not missing or len(missing) < len(self._cluster.workers):
-            return  # one that has worked before is replaced when it ends
-        states = {job: self._ask(job) for job in missing}
-        lost = [job for job, state in states.items() if self._is_lost(job, state)]
-        if len(lost) == len(missing):
-            raise WorkerError(_told(lost[0], self._last[lost[0]], len(lost)))
+        jobs = {str(name): str(job.job_id) for name, job in list(self._cluster.workers.items())}
+        # A job's workers are called NAME, or NAME-0, NAME-1. A job that has worked is replaced when it ends.
+        if any(
+            not jobs[name] or any(f"{worker}-".startswith(f"{name}-") for worker in self._came)
+            for name in jobs
+        ):
+            return
+        lost = [job for job in jobs.values() if self._is_lost(job)]
+        if jobs and len(lost) == len(jobs):
+            raise WorkerError(_described(lost[0], self._last[lost[0]], len(lost)))
 
-    def _has_come(self, name: str) -> bool:
-        return any(worker == name or worker.startswith(f"{name}-") for worker in self._came)
-
-    def _ask(self, job: str) -> JobState:
+    def _is_lost(self, job: str) -> bool:
         state = job_state(job)
-        if state.state != _GONE or job not in self._last:
+        if state.state != _FORGOTTEN or job not in self._last:
             self._last[job] = state
-        return state
-
-    def _is_lost(self, job: str, state: JobState) -> bool:
         if state.state in _WAITING:
             self._running.pop(job, None)
             return False
@@ -142,30 +128,25 @@ def job_state(job: str) -> JobState:
     except (OSError, subprocess.TimeoutExpired):
         return JobState("PENDING")  # nobody can say; a queue may be long
     if done.returncode != 0:
-        return JobState(_GONE if "nvalid job id" in done.stderr else "PENDING")
+        return JobState(_FORGOTTEN if "nvalid job id" in done.stderr else "PENDING")
     fields = dict(re.findall(r"(\w+)=(\S*)", done.stdout))
     return JobState(fields.get("JobState", "PENDING"), fields.get("ExitCode", ""), fields.get("StdOut", ""))
 
 
-def _told(job: str, state: JobState, count: int) -> str:
+def _described(job: str, state: JobState, count: int) -> str:
     what = "runs, but its worker has not come" if state.state == "RUNNING" else "ended before its worker came"
-    said = [f"SLURM job {job} {what} (state {state.state}"]
-    said.append(f", exit code {state.exit_code})" if state.exit_code else ")")
-    if count > 1:
-        said.append(f", and so did {count - 1} more")
-    if state.output:
-        said.append(f"; what it printed is in '{state.output}'")
-        words = _last_words(Path(state.output))
-        said.append(f", at the end: {words}" if words else "")
-    return "".join([*said, "; what was flown is kept, and --resume goes on"])
+    code = f", exit code {state.exit_code}" if state.exit_code else ""
+    more = f", and so did {count - 1} more" if count > 1 else ""
+    output = f"; what it printed is in '{state.output}'" if state.output else ""
+    words = _last_words(Path(state.output)) if state.output else ""
+    return (
+        f"SLURM job {job} {what} (state {state.state}{code}){more}{output}"
+        f"{f', at the end: {words}' if words else ''}; what was flown is kept, and --resume goes on"
+    )
 
 
 def _last_words(path: Path) -> str:
     with suppress(OSError, UnicodeDecodeError):
-        return _last(path.read_text(encoding="utf-8").splitlines())
+        lines = [line.strip() for line in path.read_text(encoding="utf-8").splitlines() if line.strip()]
+        return lines[-1][:200] if lines else ""
     return ""
-
-
-def _last(lines: Iterable[str]) -> str:
-    spoken = [line.strip() for line in lines if line.strip()]
-    return spoken[-1][:200] if spoken else ""

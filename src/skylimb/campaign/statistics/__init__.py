@@ -4,7 +4,7 @@ A loss counts as a loss. In every comparison a lost flight stands behind any fli
 lost ones are equal; none is ever left out.
 """
 
-from skylimb.campaign.statistics.intervals import LEVEL, Rate, bootstrap_rows, success_rate
+from skylimb.campaign.statistics.intervals import LEVEL, Rate, success_rate
 from skylimb.campaign.statistics.paired import Paired, compare_paired
 from skylimb.campaign.statistics.ranking import rank
 from skylimb.campaign.statistics.regions import Region, failure_region, telling_parameters
@@ -16,7 +16,6 @@ __all__ = [
     "Rate",
     "Region",
     "Scores",
-    "bootstrap_rows",
     "compare_paired",
     "failure_region",
     "is_success",

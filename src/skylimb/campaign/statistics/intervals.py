@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.stats import binomtest
+from scipy.stats import binomtest, bootstrap
 
 LEVEL = 0.95
 """Of every interval that is shown."""
 
 RESAMPLES = 2000
 
-_HUGE = 1e300
-"""Stands for infinity while numbers are interpolated; the sum of two doesn't overflow."""
+_HUGE = 1e150
+"""Stands for infinity while numbers are interpolated; its square does not overflow."""
 
 
 class Rate(NamedTuple):
@@ -35,27 +35,28 @@ def success_rate(successes: int, count: int, level: float = LEVEL) -> Rate:
     return Rate(successes, count, successes / count, float(interval.low), float(interval.high))
 
 
-def bootstrap_rows(count: int, seed: int, resamples: int = RESAMPLES) -> np.ndarray:
-    """Rows drawn with replacement, (resamples, count): one set serves all figures, so that they agree."""
-    return np.random.default_rng([seed, 2]).integers(0, count, (resamples, count))
-
-
 def bootstrap_interval(
-    statistic: Callable[[np.ndarray], np.ndarray],
-    values: np.ndarray,
-    rows: np.ndarray,
-    level: float = LEVEL,
+    statistic: Callable[..., np.ndarray], values: np.ndarray, seed: int, level: float = LEVEL
 ) -> tuple[float, float]:
     """The percentile bootstrap interval of a statistic.
 
     Args:
-        statistic: reduces the last axis, (..., n) -> (...).
-        values: (n,); infinite ones are welcome where the statistic can bear 1e300 in their place.
-        rows: as `bootstrap_rows` gives them.
+        statistic: `np.mean` or `np.median`.
+        values: (n,); infinite ones are welcome where the statistic can bear huge ones in their place.
+        seed: of the resampling. All intervals of a campaign have one, so that they rest on the same samples.
         level: of the interval.
     """
-    resampled = statistic(finite(values)[rows])
-    low, high = np.quantile(resampled, [(1.0 - level) / 2.0, (1.0 + level) / 2.0])
+    if len(values) < 2:
+        return unbounded(statistic(values)), unbounded(statistic(values))
+    found: Any = bootstrap(
+        (finite(values),),
+        statistic,
+        n_resamples=RESAMPLES,
+        confidence_level=level,
+        method="percentile",
+        rng=np.random.default_rng([seed, 2]),
+    )
+    low, high = found.confidence_interval
     return unbounded(low), unbounded(high)
 
 

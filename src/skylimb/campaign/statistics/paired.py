@@ -9,6 +9,13 @@ import numpy as np
 from skylimb.campaign.statistics.intervals import LEVEL, bootstrap_interval, median
 
 
+def dominance_interval(
+    first: np.ndarray, second: np.ndarray, seed: int, level: float = LEVEL
+) -> tuple[float, float]:
+    """The bootstrap interval of the share of draws that the first wins less the share that it loses."""
+    return bootstrap_interval(np.mean, np.less(first, second) - 1.0 * np.greater(first, second), seed, level)
+
+
 class Paired(NamedTuple):
     """The first controller against the second, draw by draw.
 
@@ -40,23 +47,19 @@ class Paired(NamedTuple):
     both_finished: int
 
 
-def compare_paired(first: np.ndarray, second: np.ndarray, rows: np.ndarray, level: float = LEVEL) -> Paired:
+def compare_paired(first: np.ndarray, second: np.ndarray, seed: int) -> Paired:
     """Compare two controllers' badness (smaller is better, a loss is infinite) over paired draws.
 
     Args:
         first: (n,).
         second: (n,).
-        rows: as `bootstrap_rows` gives them for n.
-        level: of the intervals.
+        seed: of the intervals.
     """
     difference = np.zeros(len(first))
-    unequal = first != second
-    difference[unequal] = first[unequal] - second[unequal]
-    low, high = bootstrap_interval(lambda values: np.median(values, axis=-1), difference, rows, level)
+    np.subtract(first, second, out=difference, where=first != second)
     sign = -np.sign(difference)
-    dominance_low, dominance_high = bootstrap_interval(
-        lambda values: np.mean(values, axis=-1), sign, rows, level
-    )
+    low, high = bootstrap_interval(np.median, difference, seed)
+    dominance_low, dominance_high = dominance_interval(first, second, seed)
     both = difference[np.isfinite(first) & np.isfinite(second)]
     spread = float(np.std(both, ddof=1)) if len(both) > 1 else 0.0
     return Paired(

@@ -7,10 +7,10 @@ from itertools import combinations
 import numpy as np
 
 from skylimb.campaign.statistics.intervals import LEVEL
-from skylimb.campaign.statistics.paired import compare_paired
+from skylimb.campaign.statistics.paired import dominance_interval
 
 
-def rank(badness: np.ndarray, rows: np.ndarray, level: float = LEVEL) -> list[int]:
+def rank(badness: np.ndarray, seed: int, level: float = LEVEL) -> list[int]:
     """Ranks of the controllers, from 1; equal ranks are ties.
 
     One controller beats another where the interval of their dominance excludes zero. The intervals are
@@ -19,16 +19,15 @@ def rank(badness: np.ndarray, rows: np.ndarray, level: float = LEVEL) -> list[in
 
     Args:
         badness: (n, controllers), smaller is better, a loss is infinite.
-        rows: as `bootstrap_rows` gives them for n.
+        seed: of the intervals.
         level: for all comparisons together.
     """
     count = badness.shape[1]
     pairs = list(combinations(range(count), 2))
     beaten = [0] * count
     for a, b in pairs:
-        pair = compare_paired(badness[:, a], badness[:, b], rows, 1.0 - (1.0 - level) / len(pairs))
-        if pair.dominance_low > 0.0:
-            beaten[b] += 1
-        elif pair.dominance_high < 0.0:
-            beaten[a] += 1
+        widened = 1.0 - (1.0 - level) / len(pairs)
+        low, high = dominance_interval(badness[:, a], badness[:, b], seed, widened)
+        beaten[b] += low > 0.0
+        beaten[a] += high < 0.0
     return [1 + number for number in beaten]

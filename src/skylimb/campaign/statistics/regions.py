@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.special import entr
 from scipy.stats import fisher_exact
 
 _FEWEST = 5
@@ -150,6 +151,4 @@ def _information(failed: np.ndarray, inside: np.ndarray) -> float:
 
 
 def _entropy(share: float) -> float:
-    if share <= 0.0 or share >= 1.0:
-        return 0.0
-    return float(-share * np.log2(share) - (1.0 - share) * np.log2(1.0 - share))
+    return float(entr([share, 1.0 - share]).sum() / np.log(2.0))

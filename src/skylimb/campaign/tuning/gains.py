@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 
+from skylimb.campaign.draws import value_at
 from skylimb.campaign.frozen import Campaign
 from skylimb.campaign.spec import Search
 from skylimb.control.controller import resolved_tables
@@ -27,22 +27,15 @@ def present_gains(campaign: Campaign, name: str, search: Search) -> Gains:
         raise ConfigError(f"controller '{name}' is a Python file; its gains cannot be searched from outside")
     robot = load_robot(campaign.experiment_of(campaign.draw(0)).robot)
     tables = resolved_tables(campaign.load(name, robot))
-    found: Gains = {}
-    for key in search.gains:
-        node: Any = tables
-        for part in key.split("."):
-            if isinstance(node, list | tuple) and part.isdigit() and int(part) < len(node):
-                node = node[int(part)]
-            else:
-                node = node.get(part) if isinstance(node, Mapping) else None
-        if not isinstance(node, int | float) or isinstance(node, bool):
+    found = {key: value_at(tables, key) for key in search.gains}
+    for key, value in found.items():
+        if not isinstance(value, int | float) or isinstance(value, bool):
             raise ConfigError(
                 f"tune.gains.'{key}' is no single number of controller '{name}'; `skylimb show {name}`"
             )
-        found[key] = float(node)
     for end in (0, 1):
         campaign.load(name, robot, {key: bounds[end] for key, bounds in search.gains.items()})
-    return found
+    return {key: float(value) for key, value in found.items()}
 
 
 def to_point(gains: Gains, search: Search) -> list[float]:

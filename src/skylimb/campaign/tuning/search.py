@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Sequence
+from itertools import chain
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from skylimb.campaign.bench import Job
+from skylimb.campaign.flight_queue import FlightQueue
 from skylimb.campaign.frozen import Campaign
 from skylimb.campaign.rows import Row
 from skylimb.campaign.spec import GOALS, Search
 from skylimb.campaign.statistics import is_success
-from skylimb.campaign.tuning.flights import Flights
 from skylimb.campaign.tuning.gains import Gains, from_point, to_point
 from skylimb.errors import ConfigError
 
@@ -36,7 +38,7 @@ class Trial(NamedTuple):
     gains: Gains
 
 
-def search_gains(strategies: Any, flights: Flights, name: str, start: Gains, search: Search) -> list[Trial]:
+def search_gains(strategies: Any, queue: FlightQueue, name: str, start: Gains, search: Search) -> list[Trial]:
     """Every trial of a controller, the first being its own gains.
 
     The points follow from the seed and from what was flown, so that an interrupted search, begun again over
@@ -44,28 +46,48 @@ def search_gains(strategies: Any, flights: Flights, name: str, start: Gains, sea
 
     Args:
         strategies: the module `cma`.
-        flights: flies.
+        queue: flies.
         name: of the controller.
         start: its own gains.
         search: what is searched.
     """
-    spec = flights.campaign.spec
-    draws = range(spec.draws)
+    campaign = queue.store.campaign
+    spec, draws = campaign.spec, range(campaign.spec.draws)
     options = {"bounds": [0.0, 1.0], "seed": spec.seed + 1, "verbose": -9, "maxfevals": search.trials}
     strategy = strategies.CMAEvolutionStrategy(to_point(start, search), search.spread, options)
-    first = flights.fly([(name, start, draws)])[0]
-    trials = [Trial(name, 0, cost(flights.campaign, first, search), start)]
+    first = fly_gains(queue, [(name, start, draws)])[0]
+    trials = [Trial(name, 0, cost(campaign, first, search), start)]
     while len(trials) < search.trials and not strategy.stop():
         points = strategy.ask()
         tried = [from_point(point, search) for point in points[: search.trials - len(trials)]]
-        flown = flights.fly([(name, gains, draws) for gains in tried])
-        costs = [cost(flights.campaign, rows, search) for rows in flown]
+        flown = fly_gains(queue, [(name, gains, draws) for gains in tried])
+        costs = [cost(campaign, rows, search) for rows in flown]
         for gains, value in zip(tried, costs, strict=True):
             trials.append(Trial(name, len(trials), value, gains))
         if len(tried) < len(points):  # the budget ends within a generation, which then teaches nothing more
             break
         strategy.tell(points, costs)
     return trials
+
+
+def fly_gains(queue: FlightQueue, sets: Sequence[tuple[str, Gains, range]]) -> list[list[Row]]:
+    """The rows of each controller with some gains over some draws; what the store holds is not flown again.
+
+    Args:
+        queue: flies.
+        sets: controller, gains and draws of each.
+    """
+    campaign, rows = queue.store.campaign, queue.store.rows
+    jobs = [
+        [
+            Job(campaign.flight(draw, campaign.names.index(name)), tuple(sorted(gains.items())))
+            for draw in draws
+        ]
+        for name, gains, draws in sets
+    ]
+    # Equal jobs, the same gains in two places, fly once.
+    queue.fly([job for job in dict.fromkeys(chain(*jobs)) if job.key not in rows])
+    return [[rows[job.key] for job in each] for each in jobs]
 
 
 def best(trials: Sequence[Trial]) -> Trial:

@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 
 from skylimb.analysis.metrics import DESCRIPTIONS
+from skylimb.campaign.flight_queue import FlightQueue
 from skylimb.campaign.frozen import Campaign
 from skylimb.campaign.rows import Row
 from skylimb.campaign.spec import GOALS, Search
-from skylimb.campaign.statistics import Paired, bootstrap_rows, compare_paired, is_success, rank
-from skylimb.campaign.tuning.flights import Flights
+from skylimb.campaign.statistics import Paired, compare_paired, is_success, rank
 from skylimb.campaign.tuning.gains import Gains
-from skylimb.campaign.tuning.search import Trial, best
+from skylimb.campaign.tuning.search import Trial, best, fly_gains
 
 
 @dataclass(frozen=True)
@@ -90,19 +90,19 @@ class TuneOutcome:
 
 
 def judge(
-    flights: Flights, starts: Mapping[str, Gains], trials: Mapping[str, Sequence[Trial]], search: Search
+    queue: FlightQueue, starts: Mapping[str, Gains], trials: Mapping[str, Sequence[Trial]], search: Search
 ) -> tuple[dict[str, Tuned], dict[str, int]]:
     """Fly tuned and untuned controllers over draws that no trial has flown.
 
     Returns:
         What was found for each controller, and their ranks among each other.
     """
-    campaign = flights.campaign
+    campaign = queue.store.campaign
     draws = range(campaign.spec.draws, campaign.spec.draws + search.held_out)
     found = {name: best(trials[name]) for name in campaign.names}
-    wanted = [(name, gains, draws) for name in campaign.names for gains in (found[name].gains, starts[name])]
-    flown = flights.fly(wanted)
-    resampled = bootstrap_rows(search.held_out, campaign.spec.seed)
+    sets = [(name, gains, draws) for name in campaign.names for gains in (found[name].gains, starts[name])]
+    flown = fly_gains(queue, sets)
+    seed = campaign.spec.seed
     tuned, columns = {}, []
     for index, name in enumerate(campaign.names):
         after, before = flown[2 * index], flown[2 * index + 1]
@@ -113,10 +113,10 @@ def judge(
             found[name].gains,
             found[name].cost,
             len(trials[name]),
-            compare_paired(columns[-1], _badness(campaign, before, search), resampled),
+            compare_paired(columns[-1], _badness(campaign, before, search), seed),
             (_successes(campaign, after), _successes(campaign, before)),
         )
-    ranks = rank(np.column_stack(columns), resampled)
+    ranks = rank(np.column_stack(columns), seed)
     return tuned, dict(zip(campaign.names, ranks, strict=True))
 
 

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from skylimb.campaign.coordinator import Report, StopSign, watching_interrupts
-from skylimb.campaign.disk import full_disk, write_texts
+from skylimb.campaign.engines import check_workers, make_engine
+from skylimb.campaign.flight_queue import Interrupted, Report
+from skylimb.campaign.fly_campaign import opened_queue
 from skylimb.campaign.frozen import freeze
 from skylimb.campaign.reading import load_spec
-from skylimb.campaign.run import best_driver, local_engine
 from skylimb.campaign.spec import CampaignSpec
-from skylimb.campaign.tuning.flights import Flights, Stopped
-from skylimb.campaign.tuning.folder import open_memory
 from skylimb.campaign.tuning.gains import present_gains
 from skylimb.campaign.tuning.results import texts
 from skylimb.campaign.tuning.search import search_gains, strategies
@@ -31,44 +29,38 @@ def tune(
 
     Args:
         spec: a campaign's TOML file with a table `[tune]`, or a spec at hand.
-        out: folder for NAME.toml for each controller, verdict.json, trials.csv, spec.toml and flights.jsonl.
+        out: folder for NAME.toml for each controller, verdict.json, trials.csv, spec.toml and
+            flights.parquet.
         workers: processes on this machine; all cores by default, 0 flies in this process.
         resume: whether `out` may be there already; flights in it are not flown again, and what is found is
             the same as without the interruption.
-        progress: told how far it is.
+        progress: called with the progress, twice a second or more often.
 
     Returns:
         The outcome; not complete when Ctrl-C stopped it.
 
     Raises:
-        ConfigError: when something asked for cannot be searched, or the extra `tune` is not installed.
+        ConfigError: when the spec cannot be searched, or the extra `tune` is not installed.
         OutputError: when the folder cannot be used; nothing in it has been touched then. Or when the disk is
             full; what was flown before is kept.
     """
+    check_workers(workers)
     spec = spec if isinstance(spec, CampaignSpec) else load_spec(spec)
     if spec.tune is None:
         raise ConfigError("the spec has no table [tune]; it names objective and gains")
     search, folder, cma = spec.tune, Path(out), strategies()
-    campaign = freeze(spec, best_driver())
+    campaign = freeze(spec, "search")
     starts = {name: present_gains(campaign, name, search) for name in campaign.names}
     total = len(campaign.names) * (search.trials * spec.draws + 2 * search.held_out)
-    stop = StopSign()
-    with watching_interrupts(stop), open_memory(folder, campaign, resume) as memory:
-        engine = local_engine(campaign.to_mapping(), workers)
-        flights = Flights(campaign, engine, memory, total, stop, progress or (lambda _: None))
+    with opened_queue(
+        campaign, folder, resume, lambda: make_engine(campaign.to_mapping(), workers), progress, total
+    ) as queue:
+        store = queue.store
         try:
-            trials = {name: search_gains(cma, flights, name, starts[name], search) for name in campaign.names}
-            tuned, ranks = judge(flights, starts, trials, search)
-        except Stopped:
-            engine.close()
-            return TuneOutcome(folder, search.objective, search.held_out, flown=len(memory.rows), total=total)
-        except BaseException:
-            engine.close(now=True)
-            raise
-        engine.close()
-        outcome = TuneOutcome(
-            folder, search.objective, search.held_out, tuned, ranks, len(memory.rows), total
-        )
-        with full_disk(folder):
-            write_texts(folder, texts(campaign, outcome, trials))
-    return outcome
+            trials = {name: search_gains(cma, queue, name, starts[name], search) for name in campaign.names}
+            tuned, ranks = judge(queue, starts, trials, search)
+        except Interrupted:
+            return TuneOutcome(folder, search.objective, search.held_out, flown=len(store.rows), total=total)
+        outcome = TuneOutcome(folder, search.objective, search.held_out, tuned, ranks, len(store.rows), total)
+        store.finish(store.rows, texts(campaign, outcome, trials))
+        return outcome
