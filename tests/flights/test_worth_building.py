@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from skylimb.errors import CompileError
 from skylimb.flights import flying
 from skylimb.flights.drivers.native import function as native_function
 from skylimb.flights.takeoff import Takeoff
@@ -44,3 +45,19 @@ def test_the_second_flight_is_native(
     for _ in range(3):
         flying.fly(takeoff)
     assert taken == ["here", "native", "native"]
+
+
+def test_a_tick_that_can_be_built_nowhere_flies_with_another_driver(
+    make_takeoff: Callable[..., Takeoff], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*given: object, **options: object) -> None:
+        raise CompileError("C code can be compiled nowhere")
+
+    monkeypatch.setattr(flying, "worth_building", lambda tick: True)
+    monkeypatch.setattr(flying, "native_available", lambda: True)
+    monkeypatch.setattr(flying, "fly_native", refuse)
+    monkeypatch.setattr(flying, "machine_code", refuse)
+    takeoff = make_takeoff("paper", "pid")
+    assert flying.fastest_tick(takeoff) is takeoff.tick
+    monkeypatch.setattr(flying, "fly_here", lambda *given: "here")
+    assert flying.fly(takeoff) == "here"

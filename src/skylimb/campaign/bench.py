@@ -122,6 +122,8 @@ class Bench:
             gains = {**campaign.gains_of(drawn, name), **dict(job.gains)}
             controller = self._controller(name, experiment.robot, json.dumps(gains, sort_keys=True))
             return prepare(experiment, robot, controller)
+        except CompileError:
+            raise  # says something of this machine, nothing of the draw
         except SkylimbError as error:
             return Flown(make_row(campaign, job.flight, REFUSED, _line(error), {}), None)
 
@@ -146,7 +148,7 @@ class Bench:
             if flight is None:
                 flight = fly_here(item)
             run = scored(item, flight)
-        except (OSError, MemoryError):
+        except (OSError, MemoryError, CompileError):
             raise  # says something of this machine, nothing of the flight
         except Exception as error:  # one odd flight must not end a night of them; its row says what happened
             cause = (

@@ -23,7 +23,7 @@ _TINY = 2.0**-53
 
 @configuration
 class Distribution:
-    """How one key of an experiment, or one gain of a controller, varies; one of the first five keys is given."""
+    """How one key of an experiment, or one gain of a controller, varies: one of the first five keys."""
 
     uniform: Annotated[
         tuple[float, float] | None, Key("", "evenly from one number to another", low=-inf, high=inf)

@@ -105,9 +105,7 @@ class FlightQueue:
         if waiting:
             raise Interrupted
 
-    def _take(
-        self, batch: Sequence[Job], future: Future[list[Flown]], waiting: deque[Sequence[Job]]
-    ) -> None:
+    def _take(self, batch: Sequence[Job], future: Future[list[Flown]], waiting: deque[Sequence[Job]]) -> None:
         """Keep what came back; jobs whose worker has died wait again."""
         error = CancelledError() if future.cancelled() else future.exception()
         if error is None:

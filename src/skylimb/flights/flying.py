@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 
+from skylimb.errors import CompileError
 from skylimb.flights.drivers.compiled import CompiledDriver
 from skylimb.flights.drivers.free import FreeDriver
 from skylimb.flights.drivers.native import fly_native, machine_code, native_available, worth_building
@@ -22,7 +24,8 @@ Progress = Callable[[int, int], None]
 def fly(takeoff: Takeoff, progress: Progress | None = None) -> Flight:
     """Fly to the end with the driver that takes the least time here; every driver gives the same flight."""
     if takeoff.traceable and worth_building(takeoff.tick) and native_available():
-        return fly_native([takeoff], progress=progress)[0]
+        with suppress(CompileError):  # nowhere to build it: another driver flies
+            return fly_native([takeoff], progress=progress)[0]
     return fly_here(takeoff, progress)
 
 
@@ -41,7 +44,10 @@ def begin_loop(takeoff: Takeoff) -> Loop:
 def fastest_tick(takeoff: Takeoff) -> CompiledTick:
     """The compiled tick as machine code where that pays, else on CasADi's virtual machine; same bits."""
     tick = takeoff.tick
-    return machine_code(tick) if worth_building(tick) and native_available() else tick
+    if worth_building(tick) and native_available():
+        with suppress(CompileError):  # nowhere to build it
+            return machine_code(tick)
+    return tick
 
 
 def simulated_driver(takeoff: Takeoff) -> Driver:

@@ -47,7 +47,7 @@ def bootstrap_interval(
         level: of the interval.
     """
     if len(values) < 2:
-        return unbounded(statistic(values)), unbounded(statistic(values))
+        return float(statistic(values)), float(statistic(values))
     found: Any = bootstrap(
         (finite(values),),
         statistic,
