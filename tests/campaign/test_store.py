@@ -110,7 +110,7 @@ def test_whatever_was_acknowledged_is_there_after_a_kill(
     assert kills > 10
 
 
-@settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=10, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(kills=st.lists(st.floats(0.0, 1.0), min_size=1, max_size=5))
 def test_a_campaign_killed_at_any_moments_ends_as_an_undisturbed_one(
     kills: list[float], tmp_path_factory: pytest.TempPathFactory, write_spec_to: SpecWriter,
@@ -131,7 +131,7 @@ def test_a_campaign_killed_at_any_moments_ends_as_an_undisturbed_one(
     assert contents(folder) == contents(home / "whole")
 
 
-@settings(max_examples=10, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=7, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(limits=st.lists(st.integers(100, 30_000), min_size=1, max_size=4))
 def test_a_disk_that_is_full_at_any_byte_costs_nothing_that_was_flown(
     limits: list[int], tmp_path_factory: pytest.TempPathFactory, write_spec_to: SpecWriter, in_child: InChild,
