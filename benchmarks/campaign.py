@@ -2,7 +2,7 @@
 
     python benchmarks/campaign.py                (about five minutes; --flights 100 for a first look)
 
-The command is run as a user runs it. The rate is that of the journal's growth between the first and the last
+The command is run as a user runs it. The rate is that of the store's growth between the first and the last
 tenth, so that the workers' start is not in it; the time of the whole is. One worker flies before and after
 two do, since a machine's speed drifts.
 """
@@ -10,14 +10,18 @@ two do, since a machine's speed drifts.
 from __future__ import annotations
 
 import argparse
+import sqlite3
 import subprocess
 import sys
 import tempfile
 import time
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
 from rich.console import Console
+
+from skylimb.campaign.folder import STORE_FILE
 
 MINUTES_WANTED, FLIGHTS_WANTED = 2.5, 1000
 SCALING_WANTED = 1.85
@@ -83,7 +87,7 @@ def fly(flights: int, workers: int) -> Flown:
         grown, most = [(0.0, 0)], 0.0
         while process.poll() is None:
             time.sleep(0.25)
-            done = _lines(folder / "out" / "journal.jsonl")
+            done = _kept(folder / "out" / STORE_FILE)
             if done > grown[-1][1]:
                 grown.append((time.perf_counter() - start, done))
                 most = max(most, _memory(process.pid))
@@ -108,10 +112,12 @@ def measure(flights: int) -> Figures:
     return Figures(one, two)
 
 
-def _lines(path: Path) -> int:
+def _kept(store: Path) -> int:
+    """Flights in a campaign's store; 0 before it is there and after the end."""
     try:
-        return path.read_bytes().count(b"\n")
-    except OSError:
+        with closing(sqlite3.connect(f"{store.as_uri()}?mode=rw", uri=True)) as database:
+            return database.execute("SELECT count(row) FROM flights").fetchone()[0]
+    except sqlite3.OperationalError:
         return 0
 
 

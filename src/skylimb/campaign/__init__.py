@@ -30,52 +30,9 @@ How a campaign runs, from top to bottom:
         v
     summary -> summary.json, report -> report.html
 
-The names below are loaded when they are first used, so that a worker doesn't import what draws the report.
+The names of `__init__.pyi` are loaded at their first use: a worker does not load what draws the report.
 """
 
-from __future__ import annotations
+import lazy_loader
 
-import importlib
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from skylimb.campaign.flight_queue import Progress
-    from skylimb.campaign.fly_campaign import Outcome, report_campaign, run_campaign
-    from skylimb.campaign.reading import load_spec
-    from skylimb.campaign.spec import CampaignSpec
-    from skylimb.campaign.tuning.tune_gains import tune
-    from skylimb.campaign.tuning.verdict import TuneOutcome
-
-_HOME = {
-    "CampaignSpec": "skylimb.campaign.spec",
-    "Outcome": "skylimb.campaign.fly_campaign",
-    "Progress": "skylimb.campaign.flight_queue",
-    "TuneOutcome": "skylimb.campaign.tuning.verdict",
-    "load_spec": "skylimb.campaign.reading",
-    "report_campaign": "skylimb.campaign.fly_campaign",
-    "run_campaign": "skylimb.campaign.fly_campaign",
-    "tune": "skylimb.campaign.tuning.tune_gains",
-}
-
-__all__ = [
-    "CampaignSpec",
-    "Outcome",
-    "Progress",
-    "TuneOutcome",
-    "load_spec",
-    "report_campaign",
-    "run_campaign",
-    "tune",
-]
-
-
-def __getattr__(name: str) -> Any:
-    if name not in _HOME:
-        raise AttributeError(f"module 'skylimb.campaign' has no attribute '{name}'")
-    value = getattr(importlib.import_module(_HOME[name]), name)
-    globals()[name] = value
-    return value
-
-
-def __dir__() -> list[str]:
-    return sorted([*globals(), *__all__])
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

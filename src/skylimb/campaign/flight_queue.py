@@ -88,7 +88,7 @@ class FlightQueue:
             OutputError: when a flight that had flown before gave another row, or the disk is full.
         """
         size = max(1, min(BATCH, len(jobs) // self._engine.slots))
-        waiting = deque(tuple(jobs[i : i + size]) for i in range(0, len(jobs), size))
+        waiting: deque[Sequence[Job]] = deque(jobs[i : i + size] for i in range(0, len(jobs), size))
         flying: dict[Future[list[Flown]], Sequence[Job]] = {}
         self._show()
         while flying or (waiting and not self._stop.raised):

@@ -17,7 +17,6 @@ from skylimb.campaign.folder import (
     complaints,
     load_campaign,
     logged,
-    write_texts,
 )
 from skylimb.campaign.frozen import Campaign, freeze
 from skylimb.campaign.logs import log_flag, wanted_logs
@@ -29,6 +28,7 @@ from skylimb.campaign.store import load_rows, open_store
 from skylimb.campaign.summary import Summary, summarize, summary_json
 from skylimb.errors import OutputError
 from skylimb.flights.takeoff import plant_and_mission
+from skylimb.recording.files import replace_text
 from skylimb.robots.loader import load_robot
 
 
@@ -124,7 +124,8 @@ def report_campaign(folder: str | Path) -> Outcome:
         raise OutputError(f"campaign folder '{folder}' holds no flight yet")
     summary = summarize(campaign, rows)
     with complaints(folder):
-        write_texts(folder, _texts(campaign, rows, summary, folder))
+        for name, text in _texts(campaign, rows, summary, folder).items():
+            replace_text(folder / name, text)
     return Outcome(folder, campaign, rows, summary, damaged)
 
 

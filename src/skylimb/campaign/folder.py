@@ -7,7 +7,6 @@ summary.json, report.html, logs/.
 from __future__ import annotations
 
 import errno
-import os
 import sqlite3
 import sys
 from collections.abc import Iterable, Iterator, Mapping
@@ -18,6 +17,7 @@ from typing import IO, Any
 from skylimb.campaign.frozen import Campaign, campaign_from_mapping, differences
 from skylimb.config import read_toml, write_toml
 from skylimb.errors import ConfigError, OutputError
+from skylimb.recording import LOG_FILE
 from skylimb.recording.files import new_folder
 
 SPEC_FILE = "spec.toml"
@@ -38,7 +38,7 @@ def begin_folder(folder: Path, campaign: Campaign, resume: bool) -> None:
             else; the message shows the difference, and nothing is touched.
     """
     if not folder.exists():
-        with complaints(folder), new_folder(folder) as aside:
+        with new_folder(folder) as aside:
             (aside / SPEC_FILE).write_text(write_toml(campaign.to_mapping()), encoding="utf-8")
         return
     if not resume:
@@ -76,7 +76,7 @@ def log_name(row: Mapping[str, Any]) -> str:
 
 def logged(folder: Path, rows: Iterable[Mapping[str, Any]]) -> set[int]:
     """Those of the flights whose log is there."""
-    return {row["flight"] for row in rows if (folder / log_name(row) / "log.nc").is_file()}
+    return {row["flight"] for row in rows if (folder / log_name(row) / LOG_FILE).is_file()}
 
 
 @contextmanager
@@ -105,31 +105,6 @@ def _lock(file: IO[bytes]) -> None:
         import fcntl
 
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-
-
-def write_texts(folder: Path, texts: Mapping[str, str]) -> None:
-    """Write files whole, what is there being replaced.
-
-    Args:
-        folder: where.
-        texts: file name -> content.
-    """
-    for name, text in texts.items():
-        with replacing(folder / name) as aside:
-            aside.write_text(text, encoding="utf-8")
-
-
-@contextmanager
-def replacing(path: Path) -> Iterator[Path]:
-    """A place aside that takes the name of `path`, whatever is there, when it is complete and on the disk."""
-    aside = path.with_name(f".{path.name}.partial")
-    try:
-        yield aside
-        with aside.open("rb") as file:
-            os.fsync(file.fileno())
-        os.replace(aside, path)
-    finally:
-        aside.unlink(missing_ok=True)
 
 
 @contextmanager

@@ -8,7 +8,6 @@ campaign is resumed.
 from __future__ import annotations
 
 import json
-import shutil
 import sqlite3
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
@@ -18,20 +17,18 @@ from typing import Any
 
 from skylimb.campaign.bench import Flown, Job
 from skylimb.campaign.folder import (
-    LOGS,
     STORE_FILE,
     TABLE_FILE,
     begin_folder,
     complaints,
     locked,
     log_name,
-    replacing,
-    write_texts,
 )
 from skylimb.campaign.frozen import Campaign
 from skylimb.campaign.rows import QUARANTINED, Row
 from skylimb.campaign.table import read_table, write_table
-from skylimb.recording.files import new_folder
+from skylimb.recording import LOG_FILE
+from skylimb.recording.files import replace_text, replacing
 
 _SCHEMA = """
 CREATE TABLE IF NOT EXISTS flights (
@@ -69,8 +66,8 @@ class Store:
 
     def __init__(self, folder: Path, campaign: Campaign, database: sqlite3.Connection) -> None:
         self.folder, self.campaign, self._database = folder, campaign, database
-        for stale in folder.glob(f"{LOGS}/.*.partial"):
-            shutil.rmtree(stale, ignore_errors=True)
+        for half_written in folder.rglob(".*.partial"):  # by a process that was killed
+            half_written.unlink(missing_ok=True)
         rows, self.damaged = read_table(folder / TABLE_FILE, campaign)
         with self._writing():
             database.execute(_SCHEMA)
@@ -118,10 +115,12 @@ class Store:
 
     def keep_log(self, row: Row, log: bytes) -> None:
         """Write a flight's log under its name, where it is not there yet."""
-        place = self.folder / log_name(row)
+        place = self.folder / log_name(row) / LOG_FILE
         if not place.exists():
-            with complaints(self.folder), new_folder(place) as aside:
-                (aside / "log.nc").write_bytes(log)
+            with complaints(self.folder):
+                place.parent.mkdir(parents=True, exist_ok=True)
+                with replacing(place) as aside:
+                    aside.write_bytes(log)
 
     def finish(self, keys: Iterable[Key], texts: Mapping[str, str]) -> None:
         """Leave the folder at rest: the table of some rows, and texts under their names, in place of SQLite.
@@ -133,7 +132,8 @@ class Store:
         with complaints(self.folder):
             with replacing(self.folder / TABLE_FILE) as aside:
                 write_table(aside, (_with_gains(key, self.rows[key]) for key in sorted(keys)), self.campaign)
-            write_texts(self.folder, texts)
+            for name, text in texts.items():
+                replace_text(self.folder / name, text)
             self._database.close()
             (self.folder / STORE_FILE).unlink()
 

@@ -12,10 +12,11 @@ from matplotlib.figure import Figure
 from skylimb.analysis import style
 from skylimb.campaign.flight_queue import Report
 from skylimb.campaign.fly_campaign import run_campaign
-from skylimb.campaign.folder import TABLE_FILE, write_texts
+from skylimb.campaign.folder import TABLE_FILE
 from skylimb.campaign.frozen import Campaign
 from skylimb.campaign.rows import Row
 from skylimb.errors import OutputError
+from skylimb.recording.files import replace_text
 from skylimb.reproduction.errata_figure import errata_figure, fly_errata
 from skylimb.reproduction.figures import claims_figure, numbers_figure, sensitivity_figure
 from skylimb.reproduction.files import result_json
@@ -103,13 +104,8 @@ def _write(
         figures.mkdir(exist_ok=True)
         pictures = {name: style.save(draw(), figures / name)[0] for name, draw in drawings.items()}
         shutil.copyfile(folder / ENSEMBLE / TABLE_FILE, folder / TABLE_FILE)
-        write_texts(
-            folder,
-            {
-                RESULT_FILE: result_json(prior, campaign, result),
-                REPORT_FILE: render_report(prior, campaign, result, pictures),
-            },
-        )
+        replace_text(folder / RESULT_FILE, result_json(prior, campaign, result))
+        replace_text(folder / REPORT_FILE, render_report(prior, campaign, result, pictures))
     except OSError as error:
         raise OutputError(
             f"cannot write to '{folder}': {error.strerror or error}; the flights are kept, --resume goes on"
