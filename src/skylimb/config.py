@@ -9,10 +9,9 @@ What one field's type allows is decided by `msgspec`: integers serve as floats, 
 from __future__ import annotations
 
 import dataclasses
-import math
 import tomllib
 import typing
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -129,84 +128,6 @@ def parse_assignment(text: str) -> tuple[str, Any]:
     if len(table) != 1:
         raise ConfigError(f"cannot read the setting '{text}': one KEY=VALUE at a time")
     return key, table["value"]
-
-
-def require_positive(owner: str, name: str, value: float, unit: str = "") -> None:
-    """Raise a `ConfigError` unless `value` is finite and above zero."""
-    if not _is_finite(value) or value <= 0.0:
-        raise ConfigError(f"{_quantity(owner, name, value, unit)} must be positive and finite")
-
-
-def require_non_negative(owner: str, name: str, value: float, unit: str = "") -> None:
-    """Raise a `ConfigError` unless `value` is finite and not below zero."""
-    if not _is_finite(value) or value < 0.0:
-        raise ConfigError(f"{_quantity(owner, name, value, unit)} must be finite and not negative")
-
-
-def require_range(
-    owner: str, name: str, value: float, low: float, high: float, unit: str = "", hint: str = ""
-) -> None:
-    """Raise a `ConfigError` unless low <= value <= high; says so where another unit would explain the value.
-
-    Args:
-        owner: what the value belongs to, for example "trajectory".
-        name: its field.
-        value: the number.
-        low: smallest allowed.
-        high: largest allowed.
-        unit: SI unit, for the message and for guessing degrees, millimetres, grams or milliseconds.
-        hint: what else the message should say.
-    """
-    if _is_finite(value) and low <= value <= high:
-        return
-    message = f"{_quantity(owner, name, value, unit)} is outside of {low:g} .. {high:g}{_spaced(unit)}"
-    guess = hint or _unit_guess(value, low, high, unit)
-    raise ConfigError(f"{message}; {guess}" if guess else message)
-
-
-def require_choice(owner: str, name: str, value: Any, choices: Sequence[Any]) -> None:
-    """Raise a `ConfigError` unless `value` is one of `choices`."""
-    if value not in choices:
-        guess = nearest(value, [str(choice) for choice in choices]) if isinstance(value, str) else None
-        hint = f"; did you mean '{guess}'?" if guess else ""
-        label = f"{owner}.{name}" if owner else name
-        raise ConfigError(f"{label} = {value!r} is not one of {_listed(choices)}{hint}")
-
-
-_OTHER_UNITS = {
-    "rad": ("degrees", "deg", math.pi / 180.0),
-    "m": ("millimetres", "mm", 1e-3),
-    "kg": ("grams", "g", 1e-3),
-    "s": ("milliseconds", "ms", 1e-3),
-}
-
-
-def _unit_guess(value: float, low: float, high: float, unit: str) -> str:
-    """Asks whether `value` was meant in degrees, mm, g or ms; empty where that is out of range too."""
-    if unit not in _OTHER_UNITS or not _is_finite(value):
-        return ""
-    name, symbol, factor = _OTHER_UNITS[unit]
-    converted = value * factor
-    if not low <= converted <= high or abs(value) < 1.0:
-        return ""
-    return f"is it in {name}? {value:g} {symbol} = {converted:.4g} {unit}"
-
-
-def _is_finite(value: Any) -> bool:
-    return isinstance(value, (int, float, np.integer, np.floating)) and math.isfinite(value)
-
-
-def _spaced(unit: str) -> str:
-    return f" {unit}" if unit else ""
-
-
-def _quantity(owner: str, name: str, value: Any, unit: str) -> str:
-    shown = f"{value:g}" if isinstance(value, (int, float, np.number)) else repr(value)
-    return f"{owner}.{name} = {shown}{_spaced(unit)}"
-
-
-def _listed(choices: Sequence[Any]) -> str:
-    return ", ".join(repr(choice) for choice in choices)
 
 
 def _build(cls: type[T], table: Any, path: tuple[str, ...]) -> T:
