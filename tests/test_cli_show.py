@@ -15,7 +15,7 @@ from skylimb.config import flatten, parse_assignment
 from skylimb.control.preset import preset_from_mapping, preset_mapping
 from skylimb.control.preset_keys import preset_tables
 from skylimb.keys import Table, keys_of, tables_of
-from skylimb.robots.flight import FlightFile
+from skylimb.robots.flight_file import FlightFile
 from skylimb.simulation.surfaces import FrictionMap, Patch, surface_from_mapping
 
 EXPERIMENT = skylimb.load_experiment("paper")

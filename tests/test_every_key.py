@@ -15,7 +15,7 @@ from skylimb.errors import ConfigError
 from skylimb.experiments.experiment import Settings
 from skylimb.keys import REQUIRED, is_configuration, keys_of
 from skylimb.keys.fields import entry_section, fields_of, has_numbers, members_of, section_of
-from skylimb.robots.flight import FlightFile
+from skylimb.robots.flight_file import FlightFile
 from skylimb.simulation.surfaces import SURFACES
 
 UNITS = {

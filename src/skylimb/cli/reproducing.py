@@ -56,7 +56,7 @@ class Reproduce:
         draws = whole_number("--draws", self.draws)
         if draws is not None and not 2 <= draws <= MOST_DRAWS:
             raise ConfigError(f"--draws = {draws} must be 2 .. {MOST_DRAWS}")
-        from skylimb.reproduction.run import DRAWS, reproduce
+        from skylimb.reproduction.reproduce import DRAWS, reproduce
 
         with campaign_progress() as report:
             outcome = reproduce(

@@ -5,7 +5,7 @@ w = w_0 + s_u du + s_v dv, with w along a. A Kalman filter on (w, s_u, s_v) move
 
     w <- w + s_u du + s_v dv,      P <- A P A^T + |d| diag(0, q, q),      measured: w of the tip,
 
-so that the slope drifts with the way gone, never with time: a pen that stands still learns nothing. The other
+so that the slope drifts with the distance travelled, never with time: a pen at rest learns nothing. The other
 direction than that of the path is seen by the force: friction acts against the slip, so what the contact
 pushes across the path (tangent b) can only be the slope's, f . b = s_b f . a.
 
@@ -91,8 +91,8 @@ def follow_surface(
     calm = state.place + (1.0 - exp(-dt / SMOOTHING)) * (place[1:3] - state.place)
     calm = calm + fresh * (place[1:3] - calm)
     du, dv = (calm[0] - state.place[0]) * (1.0 - fresh), (calm[1] - state.place[1]) * (1.0 - fresh)
-    gone = (du**2 + dv**2 + 1e-16) ** 0.5
-    way = touching * clip(gone - REST_SPEED * dt, 0.0, 1.0)
+    travelled = (du**2 + dv**2 + 1e-16) ** 0.5
+    way = touching * clip(travelled - REST_SPEED * dt, 0.0, 1.0)
     du, dv = du * touching, dv * touching
     A = matrix([[1.0, du, dv], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
     x = A @ state.estimate

@@ -127,7 +127,7 @@ def experiment_from_mapping(mapping: Mapping[str, Any], where: str) -> Experimen
             raise unknown_name(f"key of {where}", key, known)
     settings = from_mapping(Settings, tables, where)
     values = {f.name: getattr(settings, f.name) for f in dataclasses.fields(Settings)}
-    # The surface faces the robot along the experiment's contact axis unless it is told otherwise.
+    # The surface faces the robot along the experiment's contact axis unless the file says otherwise.
     surface = {"contact_axis": list(settings.contact_axis), **surface}
     return Experiment(**values, surface=surface_from_mapping(surface, where), controller=controller)
 

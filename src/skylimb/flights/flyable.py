@@ -16,7 +16,7 @@ def require_flyable(plant: Plant, mission: Mission, start: mujoco.MjData) -> Non
 
     Args:
         plant: what flies, and its surface.
-        mission: what is asked.
+        mission: the references of the flight.
         start: the plant's state before take-off.
     """
     surface, tip = plant.surface, plant.robot.description.tip
@@ -37,7 +37,7 @@ def standing_out(surface: Surface, mission: Mission) -> float:
 
     A mission lays its path on the nominal surface, a plane through the middle of the path. A pen that goes
     from stroke to stroke must pass over what stands out of that plane, so whoever plans the flight must know
-    this one number; no controller is told more.
+    this one number; no controller knows more.
 
     Returns:
         m, from the plane along the contact axis; 0 where nothing stands out or nothing is lifted.

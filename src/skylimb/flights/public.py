@@ -41,13 +41,13 @@ def run(
         seed: of the sensors' noise; the experiment's own when None.
         set: dotted keys of the experiment and new values; keys that begin with "controller." go to the
             preset.
-        progress: told how far the flight is.
+        progress: called with how far the flight is.
 
     Returns:
         The run; a flight that is lost has status FAILED and its cause, and no scores.
 
     Raises:
-        SkylimbError: when anything asked for cannot be flown; nothing has flown then.
+        SkylimbError: when a flight cannot be flown; nothing has flown then.
     """
     (takeoff,) = take_off(experiment, (controller,), seed, set)
     return _flown(takeoff, progress)

@@ -39,7 +39,7 @@ class Takeoff:
         robot: as it is described; plant and nominal posture are made from it.
         controller: what flies it; it may believe in another robot.
         plant: the robot that really flies, and its surface.
-        mission: what the controller is asked to do.
+        mission: the references of the flight.
         start: the plant's state before the first tick.
     """
 

@@ -1,4 +1,4 @@
-"""The paper's flight laid on a clock: what the controller is asked to do at every tick.
+"""The paper's flight laid on a clock: the reference of every tick.
 
 Phases: hover, tare (the observer's bias is averaged), approach along the contact axis, settle in contact,
 slide along the path, retreat, hover. Between two strokes of a drawing the slide is interrupted by a lift: the

@@ -122,8 +122,8 @@ def _timed(points: np.ndarray, speed: float, acceleration: float) -> np.ndarray:
     ticks = np.linspace(0.0, times[-1], count + 1)[1:]
     cell = np.clip(np.searchsorted(times, ticks, side="right") - 1, 0, len(steps) - 1)
     since, whole = ticks - times[cell], np.where(spent[cell] > 0.0, spent[cell], 1.0)
-    gone = way[cell] + since * (speeds[cell] + 0.5 * (speeds[cell + 1] - speeds[cell]) * since / whole)
-    return np.stack([np.interp(gone, way, axis) for axis in points.T], axis=1)
+    along = way[cell] + since * (speeds[cell] + 0.5 * (speeds[cell + 1] - speeds[cell]) * since / whole)
+    return np.stack([np.interp(along, way, axis) for axis in points.T], axis=1)
 
 
 def _speeds(points: np.ndarray, steps: np.ndarray, speed: float, acceleration: float) -> np.ndarray:

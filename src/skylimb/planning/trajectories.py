@@ -357,8 +357,8 @@ def _polyline(corners: np.ndarray, config: TrajectoryConfig) -> Trajectory:
     sides = np.diff(corners, axis=0)
     lengths = np.linalg.norm(sides, axis=1)
     at_rest = np.zeros((1, 2))
-    wished = np.diff(np.concatenate([at_rest, config.speed * sides / lengths[:, None], at_rest]), axis=0)
-    blend = STEEPEST * float(np.linalg.norm(wished, axis=1).max()) / config.acceleration
+    velocities = np.diff(np.concatenate([at_rest, config.speed * sides / lengths[:, None], at_rest]), axis=0)
+    blend = STEEPEST * float(np.linalg.norm(velocities, axis=1).max()) / config.acceleration
     times = np.maximum(lengths / config.speed, blend)
     velocities = sides / times[:, None]
     changes = np.diff(np.concatenate([at_rest, velocities, at_rest]), axis=0)

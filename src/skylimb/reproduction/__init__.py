@@ -9,7 +9,7 @@ Nothing is fitted: the prior (`prior.toml`) was written down before any ensemble
 """
 
 from skylimb.reproduction.prior import Prior, load_prior
+from skylimb.reproduction.reproduce import Reproduction, reproduce
 from skylimb.reproduction.result import Result
-from skylimb.reproduction.run import Reproduction, reproduce
 
 __all__ = ["Prior", "Reproduction", "Result", "load_prior", "reproduce"]

@@ -37,7 +37,7 @@ class Unknown:
     controllers: tuple[str, ...] = ()
 
     @property
-    def told(self) -> str:
+    def words(self) -> str:
         """The distribution in words, as in the file."""
         (kind, value), *options = to_mapping(self.distribution).items()
         more = "".join(f", {name} {_short(entry)}" for name, entry in options)

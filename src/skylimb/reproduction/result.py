@@ -171,14 +171,14 @@ def judge(prior: Prior, campaign: Campaign, rows: Mapping[int, Row]) -> Result:
         {name: rows[campaign.flight(index, c)] for c, name in enumerate(names)}
         for index in range(campaign.spec.draws)
     ]
-    told = [reading(campaign, index) for index in range(len(draws))]
+    read_as = [reading(campaign, index) for index in range(len(draws))]
     columns = unknown_columns(campaign, len(draws))
     return Result(
         len(draws),
         len(rows),
-        [_number(draws, told, name, key) for key in (*NUMBERS, *BESIDE) for name in names],
+        [_number(draws, read_as, name, key) for key in (*NUMBERS, *BESIDE) for name in names],
         [_ratio(draws, *ratio) for ratio in RATIOS],
-        [_judge(claim, draws, told) for claim in CLAIMS.values()],
+        [_judge(claim, draws, read_as) for claim in CLAIMS.values()],
         _failures(draws),
         {
             index: group[names[0]]["cause"]
@@ -210,12 +210,12 @@ def _spread(values: np.ndarray) -> Spread:
     return Spread(len(values), float(middle), float(low), float(high))
 
 
-def _number(draws: list[dict[str, Row]], told: list[str], name: str, key: str) -> Number:
+def _number(draws: list[dict[str, Row]], read_as: list[str], name: str, key: str) -> Number:
     values = _column(draws, name, key)
     ours = _spread(values)
     known = published(name, key)
     paper = np.nan if known is None else known
-    readings = np.array(told)
+    readings = np.array(read_as)
     return Number(
         name,
         key,
@@ -223,7 +223,7 @@ def _number(draws: list[dict[str, Row]], told: list[str], name: str, key: str) -
         ours,
         _percentile(values, paper),
         bool(ours.low <= paper <= ours.high),
-        {value: _spread(values[readings == value]) for value in sorted(set(told)) if value},
+        {value: _spread(values[readings == value]) for value in sorted(set(read_as)) if value},
     )
 
 
@@ -245,7 +245,7 @@ def _percentile(values: np.ndarray, number: float) -> float:
     return 100.0 * float(np.mean((there < number) + 0.5 * (there == number)))
 
 
-def _judge(claim: PaperClaim, draws: list[dict[str, Row]], told: list[str]) -> Judged:
+def _judge(claim: PaperClaim, draws: list[dict[str, Row]], read_as: list[str]) -> Judged:
     tells = [
         all(draw[name]["status"] == OK for name in claim.controllers)
         and all(draw[name][key] is not None for name in claim.controllers for key in claim.keys)
@@ -253,8 +253,8 @@ def _judge(claim: PaperClaim, draws: list[dict[str, Row]], told: list[str]) -> J
     ]
     holds = [tell and claim.holds(draw) for tell, draw in zip(tells, draws, strict=True)]
     by = {
-        value: [hold for hold, other in zip(holds, told, strict=True) if other == value]
-        for value in sorted(set(told))
+        value: [hold for hold, other in zip(holds, read_as, strict=True) if other == value]
+        for value in sorted(set(read_as))
         if value
     }
     return Judged(

@@ -12,8 +12,8 @@ import numpy as np
 from skylimb.config import from_mapping, read_toml
 from skylimb.errors import ConfigError, DescriptionError, nearest, unknown_name
 from skylimb.robots.description import PostureFamily, RobotDescription, Rotor, Tip
-from skylimb.robots.flight import FlightFile, RotorSection
 from skylimb.robots.flight_check import check_robot
+from skylimb.robots.flight_file import FlightFile, RotorSection
 from skylimb.robots.model import Robot
 from skylimb.robots.urdf import clean_rotation, read_urdf
 from skylimb.robots.validation import check_description

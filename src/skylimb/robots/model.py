@@ -105,7 +105,7 @@ class Robot:
         """The model in numbers.
 
         Args:
-            joint_angles: (nq,) q in rad; limits are not asked here, a measurement may lie a little outside.
+            joint_angles: (nq,) q in rad; limits are not checked here, a measurement may lie a little outside.
             vectoring_angles: (nv,) psi in rad.
 
         Raises:

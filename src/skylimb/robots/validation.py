@@ -1,6 +1,6 @@
 """Refuse descriptions of what cannot exist, naming the thing, its value and what was allowed.
 
-The ranges of the flight TOML's own keys stand with the keys, in `skylimb.robots.flight`.
+The ranges of the flight TOML's own keys stand with the keys, in `skylimb.robots.flight_file`.
 """
 
 from __future__ import annotations
@@ -57,14 +57,14 @@ def check_inertial(name: str, inertial: Inertial) -> None:
             raise DescriptionError(f"link '{name}' has inertia but its mass is 0 kg; give both or neither")
         return
     moments = np.linalg.eigvalsh(inertial.inertia)
-    told = ", ".join(f"{moment:.3g}" for moment in moments)
+    shown = ", ".join(f"{moment:.3g}" for moment in moments)
     if moments[0] <= 0.0:
         raise DescriptionError(
-            f"inertia of link '{name}' is not positive definite: principal moments {told} kg m^2"
+            f"inertia of link '{name}' is not positive definite: principal moments {shown} kg m^2"
         )
     if moments[0] + moments[1] < moments[2] * (1.0 - 1e-6):
         raise DescriptionError(
-            f"inertia of link '{name}' is that of no body: of the principal moments {told} kg m^2 the two "
+            f"inertia of link '{name}' is that of no body: of the principal moments {shown} kg m^2 the two "
             "smaller must "
             "add up to at least the largest (A + B >= C)"
         )

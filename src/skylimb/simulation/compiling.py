@@ -64,7 +64,7 @@ def built_library(folder: str, stem: str, source: str) -> Path:
 
 
 def met_before(folder: str, stem: str, source: str) -> bool:
-    """Whether this machine's cache has the library of a C source, or has been asked for it before.
+    """Whether this machine's cache has the library of a C source, or was asked for it before.
 
     A library pays only after some flights. So whoever flies once asks this first: the answer is no the first
     time, and yes from then on. Where the cache cannot be written it stays no.

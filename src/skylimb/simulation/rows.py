@@ -72,7 +72,7 @@ def flight_rows(
 
     Args:
         robot: what is flown.
-        mission: what is asked.
+        mission: the references of the flight.
         sensors: rate, latency and noise.
         seed: of the noise.
         window: rows of the mission that a tick reads.

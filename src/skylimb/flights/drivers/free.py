@@ -29,7 +29,7 @@ class FreeDriver:
         controller: any object that follows `Controller`.
         vehicle: what it flies.
         robot: gives the sizes that a command must have.
-        mission: what is asked.
+        mission: the references of the flight.
         count: ticks that the flight may have.
     """
 

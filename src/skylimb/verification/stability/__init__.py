@@ -1,7 +1,7 @@
 """The linearised closed loop in contact: where it is stable, and which mode says so."""
 
 from skylimb.verification.stability.closed_loop import ClosedLoop, linearise
-from skylimb.verification.stability.flight import flown_growth
+from skylimb.verification.stability.flown_growth import flown_growth
 from skylimb.verification.stability.maps import at, edge, stability_map
 from skylimb.verification.stability.modes import Mode
 from skylimb.verification.stability.point import OperatingPoint, operating_point

@@ -26,7 +26,7 @@ def at(point: OperatingPoint, axis: str, value: float) -> OperatingPoint:
     Args:
         point: where to begin.
         axis: "stiffness" of the surface, N/m; "latency", s, the true one; "known latency", s, which the
-            controller is told; a gain's dotted name, or "x " and the name to scale it.
+            controller assumes; a gain's dotted name, or "x " and the name to scale it.
         value: of it.
     """
     if axis == "stiffness":

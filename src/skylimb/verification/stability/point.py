@@ -42,7 +42,7 @@ class OperatingPoint:
         row: what is known of a tick beforehand: age of the frame, no noise.
         mission: packed references of every tick of the mission, and copies of the last one.
         last: the mission's last tick.
-        ticks: how many ticks the mission had gone, for a controller that follows the flight's clock.
+        ticks: ticks of the mission so far, for a controller that follows the flight's clock.
         period: s.
     """
 

@@ -45,7 +45,7 @@ def fly_native(
     Args:
         takeoffs: in any order and mixture; their controllers can be traced.
         threads: that fly at the same time, the caller's included.
-        progress: told how far all the flights are.
+        progress: called with how far all the flights are.
     """
     total, behind = sum(len(takeoff.rows) for takeoff in takeoffs), 0
     flights: list[Flight | None] = [None] * len(takeoffs)

@@ -66,7 +66,7 @@ def reproduce(
         resume: go on with a folder; what it holds is not flown again.
         prior: another prior than the declared one.
         errata: whether to fly and draw what the printed forms do.
-        progress: told how far it is.
+        progress: called with how far it is.
 
     Raises:
         ConfigError: when the prior cannot be flown.
