@@ -113,3 +113,13 @@ def test_bad_maps_are_named(table, words):
 def test_static_friction_below_kinetic_is_refused():
     with pytest.raises(ConfigError, match="static_ratio"):
         Board(static_ratio=0.9)
+
+
+def test_a_tip_that_comes_straight_at_the_surface_does_not_slip(scene_of):
+    surface = Board(friction=0.3, static_ratio=1.5, static_speed=0.005, slope=0.3, pitch=0.1)
+    writer = PairFriction(scene_of(surface).model, surface)
+    tip = np.array(surface.position)
+    into, along = surface.R_WS[:, 0], surface.R_WS[:, 1]
+    assert writer.update(tip, 0.2 * into) == pytest.approx(1.5 * 0.3)
+    kinetic = 0.3 * (1.0 + 0.5 * np.exp(-1.0))
+    assert writer.update(tip, 0.2 * into + 0.005 * along) == pytest.approx(kinetic)

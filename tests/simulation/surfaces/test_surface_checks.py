@@ -50,3 +50,10 @@ def test_a_path_off_the_surface_is_refused():
         require_path(Board(size=(1.0, 1.0)), circle(0.6))
     with pytest.raises(ConfigError, match="the lap leaves surface 'cylinder'"):
         require_path(Cylinder(radius=0.2), circle(0.3), "the lap")
+
+
+def test_a_surface_covers_its_size_and_no_more():
+    surface = Board(size=(1.0, 0.6), slope=0.3, pitch=-0.2)
+    u, v = np.array([0.0, 0.49, 0.51, -0.49, 0.0, 0.0]), np.array([0.0, 0.29, 0.0, -0.29, 0.31, -0.31])
+    points = surface.to_world(np.stack([np.full(6, -0.05), u, v], axis=-1))
+    assert surface.covers(points).tolist() == [True, True, False, True, False, False]
