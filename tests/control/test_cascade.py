@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-import skylimb
 from skylimb.control.cascade import Cascade
 from skylimb.control.controller import controller_from_tables, is_traceable, resolved_tables
 from skylimb.control.needs import Needs, merged, needs_of
@@ -20,11 +19,6 @@ from skylimb.robots.model import GRAVITY_W, Robot
 from skylimb.spatial import quaternion_from_rotation, rotation_from_rpy
 
 DT = 0.005
-
-
-@pytest.fixture(scope="module")
-def robot() -> Robot:
-    return skylimb.load_robot("hydrus_xi_quad")
 
 
 @pytest.fixture(scope="module")

@@ -1,19 +1,21 @@
 import re
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 import skylimb
+from skylimb.config import flatten, to_mapping
+from skylimb.control.allocation import vectored
 from skylimb.control.cascade import Cascade
+from skylimb.control.contact import following as contact
 from skylimb.control.controller import controller_from_tables, load_controller
 from skylimb.control.preset import preset_from_mapping, preset_mapping, preset_names
+from skylimb.control.shape import recentring
+from skylimb.control.translation import following
 from skylimb.errors import ConfigError, UnknownNameError
+from skylimb.estimation.laws import predictive
 from skylimb.robots.model import Robot
-
-
-@pytest.fixture(scope="module")
-def robot() -> Robot:
-    return skylimb.load_robot("hydrus_xi_quad")
 
 
 def test_the_presets_hold_the_papers_gains(robot: Robot) -> None:
@@ -206,3 +208,79 @@ def test_keys_of_a_users_own_law_are_checked_and_named_in_full(tmp_path: Path, r
     table = {"law": "spring.py", "stiffness": 300.0}
     with pytest.raises(ConfigError, match=r"translation\.stiffness = 300 1/s\^2 must be above 0"):
         preset_from_mapping({**tables, "translation": table}, tmp_path / "mine.toml")
+
+
+def flattened(tables: dict[str, Any], slot: str) -> dict[str, Any]:
+    return {key: value for key, value in flatten(tables[slot]).items() if key != "law"}
+
+
+def test_the_presets_are_what_has_been_flown(robot: Robot) -> None:
+    """Every number, those that no file states among them: a default that changes changes flights."""
+    following = controller_from_tables(*preset_mapping("following"), robot).tables()
+    assert flattened(following, "estimation") == {
+        "angle_rates.bandwidth": 25.0, "observer.force": [10.0] * 3, "observer.torque": [3.0] * 3,
+        "force_filter.cutoff": 2.0, "tare": True, "delay.latency": 0.02, "calibration.feed": True,
+        "calibration.attitude": True, "calibration.cog": True, "calibration.rate": 1.0,
+    }  # fmt: skip
+    assert flattened(following, "contact") == {
+        "approach_speed": 0.025, "approach_ramp": 1.0, "retreat_speed": 0.1, "axis_speed": 0.025,
+        "least_pace": 0.25, "path_acceleration": 0.05, "wait_beyond": 0.08, "body_share": 0.5,
+        "ease_beyond": [0.015, 0.04], "least_ease": 0.2, "machine.touch_force": 0.5,
+        "machine.touch_time": 0.015, "machine.lost_force": 0.25, "machine.lost_time": 0.2,
+        "machine.settle_time": 1.0, "machine.rest_time": 0.5, "machine.search": 0.25,
+        "machine.search_again": 0.1, "surface.drift": 0.1, "surface.height_noise": 0.003,
+        "surface.cross_noise": 3.0,
+    }  # fmt: skip
+    assert flattened(following, "shape") == {
+        "rate": 0.3, "arm_share": 0.0, "rate_limit": 0.08, "offset": 0.0
+    }  # fmt: skip
+    assert flattened(following, "translation") == {
+        "stiffness": [5.0, 10.0, 5.0], "damping_ratio": [0.8, 0.7, 0.8], "press_stiffness": 0.3,
+        "press_damping": 3.3, "press_mass_ratio": 0.7, "force": 1.0, "force_integral": 1.5,
+        "force_integral_limit": 3.0, "tank": 0.5, "cancel": [0.8, 1.0], "cancel_cutoff": [5.0, 5.0],
+        "cancel_limit": 1.0, "cancel_speed": 0.06, "error_limit": 0.1, "pen": 1.0,
+    }  # fmt: skip
+    assert flattened(following, "allocation") == {
+        "hold_lift": True, "leak.compensate": True, "leak.cutoff": 3.0, "rotor_lag.compensate": True,
+        "rotor_lag.time_constant": 0.05, "rotor_lag.lead": 2.0, "vectoring.purpose": "contact",
+        "vectoring.limit": 0.5, "vectoring.damping": 0.5, "vectoring.cutoff": 2.0, "vectoring.lead": 2.0,
+    }  # fmt: skip
+    hybrid = controller_from_tables(*preset_mapping("hybrid"), robot).tables()
+    assert flattened(hybrid, "estimation") == {
+        "angle_rates.bandwidth": 30.0, "observer.force": [3.0] * 3, "observer.torque": [1.0] * 3,
+        "force_filter.cutoff": 2.0, "tare": True,
+    }  # fmt: skip
+    assert flattened(hybrid, "allocation") == {
+        "hold_lift": False, "leak.compensate": False, "leak.cutoff": 0.5, "leak.steady": False,
+        "rotor_lag.compensate": False, "rotor_lag.time_constant": 0.05, "rotor_lag.lead": 2.0,
+        "vectoring.purpose": "torque",
+    }  # fmt: skip
+    assert flattened(hybrid, "contact") == {}
+
+
+def test_what_a_law_does_where_no_preset_says_otherwise() -> None:
+    assert to_mapping(contact.Gains()) == {
+        "approach_speed": 0.05, "approach_ramp": 1.0, "retreat_speed": 0.1, "axis_speed": 0.04,
+        "least_pace": 0.25, "path_acceleration": 0.1, "wait_beyond": 0.08, "body_share": 0.5,
+        "ease_beyond": [0.015, 0.04], "least_ease": 1.0, "machine": to_mapping(contact.MachineGains()),
+        "surface": {"drift": 0.5, "height_noise": 0.003, "cross_noise": 3.0},
+    }  # fmt: skip
+    springs = {"stiffness": [5.0] * 3, "damping_ratio": [1.0] * 3}
+    assert to_mapping(following.Gains((5.0, 5.0, 5.0), (1.0, 1.0, 1.0))) == {
+        **springs, "press_stiffness": 0.3, "press_damping": 3.3,
+        "press_mass_ratio": 0.6, "force": 1.0, "force_integral": 0.5, "force_integral_limit": 3.0,
+        "tank": 0.5, "cancel": [1.0, 1.0], "cancel_cutoff": [5.0, 5.0], "cancel_limit": 1.0,
+        "cancel_speed": 0.06, "error_limit": 0.1, "pen": 1.0,
+    }  # fmt: skip
+    assert to_mapping(recentring.Gains()) == {
+        "rate": 0.3,
+        "arm_share": 0.5,
+        "rate_limit": 0.08,
+        "offset": 0.0,
+    }
+    assert to_mapping(vectored.Gains()) == {
+        "hold_lift": True, "leak": {"compensate": False, "cutoff": 0.5},
+        "rotor_lag": {"compensate": False, "time_constant": 0.05, "lead": 2.0},
+        "vectoring": {"purpose": "torque", "limit": 0.5, "damping": 0.5, "cutoff": 1.0, "lead": 1.0},
+    }  # fmt: skip
+    assert predictive.Gains().calibration == predictive.Calibration(False, False, False, 1.0)

@@ -20,7 +20,7 @@ from skylimb.estimation.records import BodyState
 from skylimb.estimation.tare import TareState
 from skylimb.planning.vectoring import vectoring_table
 from skylimb.robots.model import GRAVITY, RobotState
-from skylimb.spatial import rot_z
+from skylimb.spatial import rot_z, rotation_from_rpy
 
 MISALIGNED = (0.0, np.radians(1.0), 0.0)
 SHIFTED = (0.010, 0.0, 0.0)
@@ -77,8 +77,10 @@ def test_nothing_is_done_that_is_not_switched_on(model: RobotState) -> None:
     np.testing.assert_array_equal(body.position, measured.position)
     np.testing.assert_allclose(arm, model.tip_C, atol=1e-12)
     assert not fed_bias(Calibration(), state, 0.3).force.any()
+    assert not fed_bias(Calibration(), state, 0.3).torque.any()
     fed = fed_bias(Calibration(feed=True), state, 0.3)
     np.testing.assert_allclose(fed.force, rot_z(0.3) @ np.ones(3))
+    np.testing.assert_allclose(fed.torque, np.ones(3))
     with pytest.raises(ConfigError, match="rate = 0 1/s must be above 0"):
         Calibration(rate=0.0)
 
@@ -91,6 +93,28 @@ def test_the_bias_comes_in_after_the_tare_and_smoothly() -> None:
         state = follow_bias(Calibration(rate=2.0), state, tare, 0.0, 0.005)
     np.testing.assert_allclose(state.force, (1.0 - np.exp(-1.0)) * tare.force)
     np.testing.assert_allclose(state.torque, (1.0 - np.exp(-1.0)) * tare.torque)
+
+
+def test_both_corrections_in_one_step_in_numbers(model: RobotState) -> None:
+    """To first order, in the measured axes: the body turned back by e, the centre of gravity moved by d."""
+    force, torque = np.array([0.5, -0.4, 0.2]), np.array([0.2, 0.3, -0.1])
+    weight = model.mass * GRAVITY
+    e, d = np.array([-0.4, -0.5, 0.0]) / weight, np.array([0.3, -0.2, 0.0]) / weight
+    R = rotation_from_rpy(0.1, -0.2, 0.7)
+    measured = BodyState(np.array([1.0, 2.0, 3.0]), np.ones(3), R, np.ones(3), model)
+    body, arm = calibrated(Calibration(attitude=True, cog=True), Correction(force, torque), measured)
+    to_cog = model.R_root_C.T @ model.cog_root + d
+    to_tip = model.tip_C - d
+    np.testing.assert_allclose(body.position - measured.position, R @ (d - np.cross(e, to_cog)), atol=1e-12)
+    np.testing.assert_allclose(arm, R @ (to_tip - np.cross(e, to_tip)), atol=1e-12)
+    np.testing.assert_array_equal(body.R_WC, R)
+    np.testing.assert_array_equal(body.velocity, measured.velocity)
+
+
+def test_nothing_is_corrected_before_the_first_tick() -> None:
+    state = initial_correction()
+    assert not state.force.any()
+    assert not state.torque.any()
 
 
 def hover(**changes: Any) -> Any:

@@ -1,7 +1,7 @@
 import numpy as np
 
 from skylimb.estimation.records import Wrench
-from skylimb.estimation.tare import initial_tare_state, tare
+from skylimb.estimation.tare import TareState, initial_tare_state, tare
 from skylimb.spatial import rot_z
 
 BIAS = np.array([0.3, -0.1, 0.2])
@@ -26,3 +26,19 @@ def test_the_force_bias_turns_with_the_robot() -> None:
 def test_before_the_tare_nothing_is_taken_off() -> None:
     _, wrench = tare(initial_tare_state(), Wrench(BIAS, BIAS), 0.4, 0.0)
     np.testing.assert_array_equal(wrench.force, BIAS)
+
+
+def test_one_tick_in_numbers() -> None:
+    before = TareState(np.array([0.1, 0.2, 0.3]), np.array([0.01, 0.02, 0.03]), 3.0)
+    raw = Wrench(np.array([1.0, -1.0, 0.5]), np.array([0.1, 0.0, -0.1]))
+    yaw = 0.8
+    state, wrench = tare(before, raw, yaw, 1.0)
+    assert state.ticks == 4.0
+    np.testing.assert_allclose(state.force, before.force + (rot_z(yaw).T @ raw.force - before.force) / 4.0)
+    np.testing.assert_allclose(state.torque, before.torque + (raw.torque - before.torque) / 4.0)
+    np.testing.assert_allclose(wrench.force, raw.force - rot_z(yaw) @ state.force)
+    np.testing.assert_allclose(wrench.torque, raw.torque - state.torque)
+    later, _ = tare(state, Wrench(10.0 * raw.force, 10.0 * raw.torque), 0.1, 0.0)
+    np.testing.assert_array_equal(later.force, state.force)
+    np.testing.assert_array_equal(later.torque, state.torque)
+    assert later.ticks == 4.0

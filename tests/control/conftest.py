@@ -1,0 +1,89 @@
+"""What a law is given in a test: any part of it by name, the rest at rest."""
+
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import skylimb
+from skylimb.control.records import ArmTarget, LawInput, no_contact
+from skylimb.estimation.records import BodyState, Estimate, Measurement, Start, Wrench
+from skylimb.missions.reference import zero_reference
+from skylimb.planning.vectoring import vectoring_table
+from skylimb.robots.model import Robot, RobotState
+
+DT = 0.005
+NOBODY: Any = None
+
+
+@pytest.fixture(scope="session")
+def robot() -> Robot:
+    return skylimb.load_robot("hydrus_xi_quad")
+
+
+@pytest.fixture(scope="session")
+def joint_angles() -> np.ndarray:
+    return np.array([np.pi / 3, np.pi / 3, -np.pi / 6])
+
+
+@pytest.fixture(scope="session")
+def vectoring_angles(robot: Robot) -> np.ndarray:
+    return np.asarray(vectoring_table(robot).angles(np.pi / 6))
+
+
+@pytest.fixture(scope="session")
+def model(robot: Robot, joint_angles: np.ndarray, vectoring_angles: np.ndarray) -> RobotState:
+    return robot.at(joint_angles, vectoring_angles)
+
+
+def _start(reach: float = 1.09, robot: Any = None, hover_thrusts: Any = None) -> Start:
+    return Start(robot, reach, np.zeros(4) if hover_thrusts is None else hover_thrusts)
+
+
+def _inputs(model: Any = None, **given: Any) -> LawInput:
+    """Whatever is not given is zero, level, or the world's axes."""
+    z3 = np.zeros(3)
+    model = SimpleNamespace(mass=4.0) if model is None else model
+    body = BodyState(
+        given.get("position", z3),
+        given.get("velocity", z3),
+        given.get("R", np.eye(3)),
+        given.get("omega", z3),
+        model,
+    )
+    wrench = Wrench(given.get("force", z3), given.get("torque", z3))
+    bias = Wrench(given.get("bias_force", z3), given.get("bias_torque", z3))
+    estimate = Estimate(
+        body, wrench, wrench, given.get("contact_force", 0.0), given.get("arm", np.array([1.0, 0, 0])), bias
+    )
+    asked = {
+        "contact_axis": np.eye(3)[0],
+        "sliding_axis": np.eye(3)[1],
+        "reach": 1.09,
+        "align": 1.0,
+        "adapt": 1.0,
+    }
+    reference = zero_reference(3, 4)._replace(**{**asked, **given.get("reference", {})})
+    z4 = np.zeros(4)
+    measurement = Measurement(z3, z4, z3, z3, given.get("q", z3), given.get("psi", z4))
+    return LawInput(
+        given.get("robot", NOBODY),
+        measurement,
+        reference,
+        given.get("dt", DT),
+        estimate,
+        given.get("contact", no_contact()),
+        given.get("commanded_arm", ArmTarget(1.09, 0.0)),
+    )
+
+
+@pytest.fixture(scope="session")
+def make_inputs() -> Callable[..., LawInput]:
+    return _inputs
+
+
+@pytest.fixture(scope="session")
+def make_start() -> Callable[..., Start]:
+    return _start

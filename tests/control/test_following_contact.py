@@ -1,0 +1,362 @@
+"""The contact law of the preset `following`: where the surface leads, and how fast to go."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from skylimb.control.contact import following
+from skylimb.control.contact_machine import (
+    APPROACH,
+    FREE,
+    LOST,
+    RECONTACT,
+    RETREAT,
+    SETTLE,
+    SLIDE,
+    MachineGains,
+    initial_machine_state,
+)
+from skylimb.control.needs import Needs
+from skylimb.control.records import ContactView, LawInput
+from skylimb.errors import ConfigError
+from skylimb.estimation.records import Start
+from skylimb.estimation.surface import follow_surface, initial_surface_state
+from skylimb.packing import numeric
+from skylimb.spatial import rotation_from_rpy
+
+DT = 0.005
+TURN = rotation_from_rpy(0.2, -0.3, 0.8)
+A, U, V = TURN.T
+"""Contact axis and sliding axes of the task in these tests."""
+ARM = 1.1 * A + 0.05 * V
+GAINS = following.Gains(
+    approach_speed=0.04,
+    approach_ramp=0.8,
+    retreat_speed=0.12,
+    axis_speed=0.02,
+    least_pace=0.3,
+    path_acceleration=0.05,
+    wait_beyond=0.06,
+    body_share=0.4,
+    ease_beyond=(0.015, 0.04),
+    least_ease=0.2,
+    machine=MachineGains(rest_time=0.5),
+)
+Make = Callable[..., LawInput]
+
+
+def task(*parts: float) -> np.ndarray:
+    """A vector from its parts along contact axis and sliding axes."""
+    return TURN @ np.array(parts)
+
+
+def at_state(now: float, slope: tuple[float, float] = (0.0, 0.0), **changes: Any) -> following.State:
+    """In a state of the machine for a while already; the pace has been the mission's own."""
+    surface = initial_surface_state()
+    surface = surface._replace(estimate=np.array([1.1, *slope]), place=np.array([0.0, 0.05]))
+    state = following.State(
+        initial_machine_state()._replace(state=now, since=0.3), surface, 1.1, 1.1, 0.0, 1.0, 0.0
+    )
+    return state._replace(**changes)
+
+
+@pytest.fixture(scope="module")
+def look(make_inputs: Make) -> Callable[..., tuple[following.State, ContactView, dict[str, Any]]]:
+    """One step with the tip on its path, pressed with 1 N, while the mission wants touch."""
+
+    def step(state: following.State, gains: Any = GAINS, **given: Any) -> Any:
+        reference = {
+            "contact_axis": A,
+            "sliding_axis": U,
+            "tip_position": ARM,
+            "touch": 1.0,
+            **given.pop("reference", {}),
+        }
+        usual = {"arm": ARM, "force": -A, "contact_force": -1.0}
+        return following.step(numeric(gains), state, make_inputs(**{**usual, **given}, reference=reference))
+
+    return step
+
+
+def test_it_begins_in_the_air_at_the_missions_pace(make_start: Callable[..., Start]) -> None:
+    state = following.initial_state(GAINS, make_start())
+    assert state.machine == initial_machine_state()
+    assert state[2:] == (0.0, 0.0, 0.0, 1.0, 0.0)
+    assert following.needs(GAINS) == Needs(paced=True)
+
+
+def test_the_tip_is_where_body_and_arm_put_it(look: Any) -> None:
+    _, _, signals = look(at_state(SLIDE), position=task(0.1, 0.2, 0.3))
+    np.testing.assert_allclose(signals["tip_position_estimate"], ARM + task(0.1, 0.2, 0.3), atol=1e-12)
+    assert set(signals) == {
+        "pace", "contact_state", "contact_reason", "normal_force_estimate", "surface_slope_estimate",
+        "tip_position_estimate",
+    }  # fmt: skip
+
+
+def test_the_distances_that_ease_are_in_order() -> None:
+    for wrong in ((0.04, 0.02), (0.02, 0.02)):
+        with pytest.raises(ConfigError, match="ease_beyond"):
+            following.Gains(ease_beyond=wrong)
+
+
+# ---- what the machine is shown ----
+
+
+def test_the_machine_sees_force_and_places(look: Any) -> None:
+    """A touch by the raw force, a loss by the smooth one, and how far beyond and sunk the tip is wanted."""
+    touched, _, signals = look(at_state(APPROACH, machine=at_state(APPROACH).machine._replace(strong=0.012)))
+    assert touched.machine.state == signals["contact_state"] == SETTLE
+    weak = at_state(SLIDE).machine._replace(weak=0.199)
+    lost, _, _ = look(at_state(SLIDE, machine=weak), contact_force=-0.1)
+    assert lost.machine.state == LOST
+    kept, _, signals = look(at_state(SLIDE, machine=weak), contact_force=-0.9, force=0.0 * A)
+    assert kept.machine.state == signals["contact_state"] == SLIDE
+    missed, _, signals = look(at_state(APPROACH, axis_position=1.1 + 0.26), force=0.0 * A)
+    assert missed.machine.state == RETREAT
+    assert signals["contact_reason"] == missed.machine.reason
+    slid = at_state(RECONTACT).machine._replace(slid=1.0)
+    sunk, _, _ = look(at_state(RECONTACT, machine=slid, axis_position=1.25, lost_at=1.14), force=0.0 * A)
+    assert sunk.machine.state == RETREAT
+    still, _, _ = look(at_state(RECONTACT, machine=slid, axis_position=1.25, lost_at=1.16), force=0.0 * A)
+    assert still.machine.state == RECONTACT
+
+
+@pytest.mark.parametrize(("off", "state"), [(0.0, FREE), (0.0009, FREE), (-0.0009, FREE), (0.002, RETREAT)])
+def test_a_retreat_ends_where_the_mission_has_the_tip(look: Any, off: float, state: float) -> None:
+    found, _, _ = look(at_state(RETREAT, axis_position=1.1 + off), reference={"touch": 0.0})
+    assert found.machine.state == state
+
+
+# ---- along the contact axis ----
+
+
+def test_free_the_tip_goes_with_the_mission(look: Any) -> None:
+    reference = {"touch": 0.0, "tip_velocity": task(0.03, 0.1, 0.0), "tip_position": ARM + 0.02 * A}
+    state, view, _ = look(at_state(FREE, axis_position=1.0), reference=reference)
+    assert view.engaged == 0.0
+    assert view.axis_position == state.axis_position == pytest.approx(1.12)
+    assert view.axis_velocity == pytest.approx(0.03)
+
+
+@pytest.mark.parametrize(("since", "share"), [(0.0, 0.0), (0.4, 0.5), (2.0, 1.0)])
+@pytest.mark.parametrize("searching", [APPROACH, RECONTACT])
+def test_the_tip_looks_for_the_surface_gathering_speed(
+    look: Any, searching: float, since: float, share: float
+) -> None:
+    machine = at_state(searching).machine._replace(since=since - DT)
+    state, view, _ = look(at_state(searching, machine=machine), force=0.0 * A, contact_force=0.0)
+    assert state.machine.state == searching
+    assert view.axis_velocity == pytest.approx(share * 0.04)
+    assert view.axis_position == pytest.approx(1.1 + share * 0.04 * DT)
+
+
+def test_lost_it_holds_still(look: Any) -> None:
+    state, view, _ = look(at_state(LOST, axis_position=1.13), force=0.0 * A)
+    assert (state.machine.state, view.engaged) == (LOST, 0.0)
+    assert (view.axis_position, view.axis_velocity) == (1.13, 0.0)
+
+
+@pytest.mark.parametrize(("off", "velocity"), [(0.2, -0.12), (-0.2, 0.12), (0.0012, -0.12)])
+def test_it_retreats_at_its_speed(look: Any, off: float, velocity: float) -> None:
+    state, view, _ = look(at_state(RETREAT, axis_position=1.1 + off), reference={"touch": 0.0})
+    assert state.machine.state == RETREAT
+    assert view.axis_velocity == pytest.approx(velocity)
+    assert view.axis_position == pytest.approx(1.1 + off + velocity * DT)
+
+
+def test_in_contact_the_tips_place_is_kept_and_so_is_that_of_a_loss(look: Any) -> None:
+    state, view, _ = look(at_state(SLIDE, axis_position=0.3, lost_at=0.7), position=task(0.02, 0.0, 0.0))
+    assert view.engaged == 1.0
+    assert view.axis_position == pytest.approx(1.12)
+    assert state.lost_at == 0.7
+    weak = at_state(SLIDE).machine._replace(weak=0.3)
+    lost, _, _ = look(at_state(SLIDE, machine=weak), position=task(0.02, 0.0, 0.0), contact_force=0.0)
+    assert lost.lost_at == pytest.approx(1.12)
+    later, _, _ = look(lost, force=0.0 * A, position=task(0.04, 0.0, 0.0))
+    assert later.lost_at == pytest.approx(1.12)
+
+
+def test_the_anchor_is_the_body_until_contact_and_then_carried_along(look: Any) -> None:
+    where = {"position": task(0.07, 0.0, 0.0), "reference": {"tip_velocity": task(0.0, 0.1, -0.05)}}
+    free, view, _ = look(at_state(APPROACH), force=0.0 * A, **where)
+    assert view.anchor == free.anchor == pytest.approx(0.07)
+    touch = at_state(APPROACH).machine._replace(strong=1.0)
+    fresh, view, _ = look(at_state(APPROACH, machine=touch, anchor=5.0), **where)
+    assert fresh.machine.state == SETTLE
+    assert view.anchor == pytest.approx(0.07)
+    carried, view, _ = look(at_state(SLIDE, slope=(0.2, 0.6), anchor=0.3), **where)
+    slope = carried.surface.estimate[1:]
+    assert view.surface_velocity == pytest.approx(slope[0] * 0.1 - slope[1] * 0.05)
+    assert view.anchor == carried.anchor == pytest.approx(0.3 + 0.4 * view.surface_velocity * DT)
+    air, view, _ = look(at_state(LOST, slope=(0.2, 0.6)), force=0.0 * A, **where)
+    assert (air.machine.state, view.surface_velocity) == (LOST, 0.0)
+
+
+# ---- the surface ----
+
+
+@given(st.floats(-0.8, 0.8), st.floats(-0.8, 0.8), st.floats(-2.0, 2.0))
+def test_friction_drops_out_of_the_normal_force(look: Any, s_u: float, s_v: float, rub: float) -> None:
+    """A force of 1.7 N along the normal, and any in the surface."""
+    normal = -task(1.0, -s_u, -s_v) / np.sqrt(1.0 + s_u**2 + s_v**2)
+    in_surface = task(s_u + 0.5 * s_v, 1.0, 0.5)
+    assert abs(normal @ in_surface) < 1e-12
+    state = at_state(SLIDE, slope=(s_u, s_v))
+    _, view, signals = look(state, force=1.7 * normal + rub * in_surface, contact_force=-1.0)
+    assert view.normal_force == signals["normal_force_estimate"] == pytest.approx(1.7)
+
+
+def test_the_surface_is_followed_as_the_tip_goes(look: Any) -> None:
+    """What the filter is told: place in the task's frame, whether it touches, and what the force shows."""
+    s = np.array([0.25, -0.4])
+    path, position = np.array([0.06, 0.08]), task(0.02, 0.01, -0.03)
+    speed = np.hypot(*path)
+    along, across = path / speed, np.array([-path[1], path[0]]) / speed
+    normal = -np.array([1.0, -s[0], -s[1]])
+    tangent = np.array([s @ along, *along])
+    force = TURN @ (1.5 * normal - 0.6 * tangent)
+    seen = (across @ (TURN.T @ force)[1:]) / (A @ force)
+    place = TURN.T @ (position + ARM)
+    before = at_state(SLIDE, slope=(0.1, 0.2))
+    state, _, signals = look(
+        before, position=position, force=force, reference={"tip_velocity": task(0.0, *path)}
+    )
+    shown = np.array([*across, seen])
+    wanted = follow_surface(numeric(GAINS.surface), before.surface, place, 1.0, 0.0, shown, DT)
+    np.testing.assert_allclose(state.surface.estimate, wanted.estimate, atol=1e-9)
+    np.testing.assert_allclose(state.surface.covariance, wanted.covariance, atol=1e-9)
+    slope = state.surface.estimate[1:]
+    np.testing.assert_allclose(signals["surface_slope_estimate"], slope[0] * U + slope[1] * V, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("contact_force", "pressed", "touching", "known"),
+    [(-1.0, 1.0, 1.0, 1.0), (-0.2, 1.0, 0.0, 1.0), (-0.3, 1.0, 1.0, 1.0), (-1.0, 0.2, 1.0, 0.0)],
+)
+def test_a_weak_touch_teaches_nothing(
+    look: Any, contact_force: float, pressed: float, touching: float, known: float
+) -> None:
+    before = at_state(SLIDE, slope=(0.1, 0.2))
+    force = TURN @ np.array([-pressed, 0.1, 0.3])
+    state, _, _ = look(
+        before,
+        force=force,
+        contact_force=contact_force,
+        position=task(0.01, 0.002, 0.0),
+        reference={"tip_velocity": task(0.0, 0.05, 0.0)},
+    )
+    shown = np.array([0.0, known, 0.3 / -max(pressed, 0.3)])
+    place = TURN.T @ (ARM + task(0.01, 0.002, 0.0))
+    wanted = follow_surface(numeric(GAINS.surface), before.surface, place, touching, 0.0, shown, DT)
+    np.testing.assert_allclose(state.surface.estimate, wanted.estimate, atol=1e-9)
+
+
+def test_a_fresh_touch_is_taken_as_it_is_and_a_slow_path_shows_less(look: Any) -> None:
+    machine = at_state(APPROACH).machine._replace(strong=1.0)
+    state, _, _ = look(at_state(APPROACH, machine=machine), position=task(0.2, 0.0, 0.0), contact_force=0.0)
+    assert state.surface.estimate[0] == pytest.approx(1.3, abs=1e-3)
+    slow = {"tip_velocity": task(0.0, 0.01, 0.0)}
+    before = at_state(SLIDE, slope=(0.1, 0.2))
+    state, _, _ = look(before, force=TURN @ [-1.0, 0.0, 0.5], position=task(0.0, 0.01, 0.0), reference=slow)
+    place = TURN.T @ (ARM + task(0.0, 0.01, 0.0))
+    wanted = follow_surface(
+        numeric(GAINS.surface), before.surface, place, 1.0, 0.0, np.array([0.0, 0.5, -0.5]), DT
+    )
+    np.testing.assert_allclose(state.surface.estimate, wanted.estimate, atol=1e-7)
+
+
+# ---- pace ----
+
+WAIT = {"touch": 1.0, "wait": 1.0, "tip_velocity": task(0.0, 0.1, 0.0)}
+
+
+def paced(look: Any, state: following.State, reference: dict[str, Any] = WAIT, **given: Any) -> Any:
+    state, view, signals = look(state, reference=reference, **given)
+    assert state.pace == signals["pace"]
+    return state, view, float(signals["pace"])
+
+
+def test_the_mission_waits_for_touch_unless_it_was_given_up(look: Any) -> None:
+    for machine in (FREE, APPROACH, SETTLE, LOST, RECONTACT):
+        _, _, pace = paced(look, at_state(machine, speed=1.0), force=0.0 * A)
+        assert pace == 0.0
+    given_up = at_state(FREE).machine._replace(given_up=1.0)
+    _, _, pace = paced(look, at_state(FREE, machine=given_up, speed=1.0))
+    assert pace == 1.0
+    _, _, pace = paced(look, at_state(SLIDE, speed=1.0))
+    assert pace == 1.0
+    _, _, pace = paced(look, at_state(APPROACH, pace=0.2), {**WAIT, "wait": 0.0})
+    assert pace == 1.0
+
+
+@pytest.mark.parametrize(("slope", "pace"), [(0.1, 1.0), (0.2, 1.0), (0.4, 0.5), (-0.4, 0.5), (3.0, 0.3)])
+def test_a_surface_that_comes_fast_slows_the_path(look: Any, slope: float, pace: float) -> None:
+    """At 0.1 m/s a slope of 0.2 makes the 0.02 m/s that are allowed along the axis; 0.3 is the least pace."""
+    before = at_state(SLIDE, slope=(min(max(slope, -2.0), 2.0), 0.0), pace=pace, speed=1.0)
+    _, view, found = paced(look, before, {**WAIT, "tip_velocity": task(0.0, 0.1 * pace, 0.0)})
+    allowed = 0.02 * pace / max(abs(view.surface_velocity), 1e-9)
+    assert found == pytest.approx(min(max(allowed, 0.3), 1.0), rel=1e-3)
+    assert found == pytest.approx(pace, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("behind", "share"), [(0.0, 1.0), (0.03, 1.0), (0.045, 0.5), (0.06, 0.1), (0.5, 0.1)]
+)
+def test_the_path_waits_for_a_pen_that_is_behind(look: Any, behind: float, share: float) -> None:
+    reference = {
+        **WAIT,
+        "tip_position": ARM + behind * task(0.3, 0.6, 0.8),
+        "tip_velocity": task(0.0, 1e-3, 0.0),
+    }
+    _, _, pace = paced(look, at_state(SLIDE, pace=share, speed=1.0), reference)
+    assert pace == pytest.approx(share, rel=1e-3)
+
+
+def test_the_path_gathers_and_loses_speed_no_faster_than_it_may(look: Any) -> None:
+    """From 0.02 m/s: at most 0.05 m/s^2 more or less, in shares of the 0.1 m/s that the mission has."""
+    change = 0.05 * DT
+    slow = {**WAIT, "tip_velocity": task(0.0, 0.02, 0.0)}
+    state, view, pace = paced(look, at_state(SLIDE, pace=0.2, speed=0.02), slow)
+    assert view.speed == pytest.approx(0.02)
+    assert pace == pytest.approx((0.02 + change) / 0.1, rel=1e-4)
+    assert state.speed == pytest.approx(0.02 + change, rel=1e-4)
+    fast = {**WAIT, "tip_velocity": task(0.0, 0.1, 0.0)}
+    state, _, pace = paced(look, at_state(SLIDE, slope=(1.5, 0.0), speed=0.1), fast)
+    assert pace == pytest.approx(1.0 - change / 0.1, rel=1e-4)
+    assert state.speed == pytest.approx(0.1 - change, rel=1e-4)
+
+
+def test_a_path_that_stood_still_gathers_speed_from_nothing(look: Any) -> None:
+    crawling = {**WAIT, "tip_velocity": task(0.0, 0.0, 0.0)}
+    _, view, pace = paced(look, at_state(SLIDE, pace=0.0, speed=0.0), crawling)
+    assert view.speed == 0.0
+    assert 0.0 < pace <= 1.0
+    creeping = {**WAIT, "tip_velocity": task(0.0, 0.03 * 0.1, 0.04 * 0.1)}
+    _, view, pace = paced(look, at_state(SLIDE, pace=0.05, speed=0.0), creeping)
+    assert view.speed == pytest.approx(0.005)
+    assert pace == pytest.approx(0.05 * DT * 0.05 / 0.005, rel=1e-3)
+
+
+# ---- easing ----
+
+
+@pytest.mark.parametrize(
+    ("behind", "ease"), [(0.0, 1.0), (0.015, 1.0), (0.0275, 0.5), (0.035, 0.2), (0.2, 0.2)]
+)
+def test_a_pen_that_stays_behind_presses_less(look: Any, behind: float, ease: float) -> None:
+    reference = {"tip_position": ARM + behind * task(0.0, 0.6, -0.8) + 0.3 * A}
+    _, view, _ = look(at_state(SLIDE), reference=reference)
+    assert view.ease == pytest.approx(ease)
+    _, view, _ = look(at_state(LOST), force=0.0 * A, reference=reference)
+    assert view.ease == 1.0
+
+
+def test_the_machine_gets_the_laws_own_gains(look: Any) -> None:
+    gains = following.Gains(machine=MachineGains(settle_time=0.2))
+    state, _, _ = look(at_state(SETTLE), gains)
+    assert state.machine.state == SLIDE

@@ -1,0 +1,256 @@
+"""The translation law of the preset `following`, in the frame of the task and in numbers."""
+
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from skylimb.control.records import ArmTarget, LawInput, no_contact
+from skylimb.control.translation import following
+from skylimb.estimation.records import Start
+from skylimb.packing import numeric
+from skylimb.robots.model import GRAVITY_W
+from skylimb.spatial import rotation_from_rpy
+
+DT, MASS = 0.005, 4.0
+X, Y, Z = np.eye(3)
+ARM = np.array([1.09, 0.0, 0.1])
+GAINS = following.Gains(
+    stiffness=(5.0, 8.0, 6.0),
+    damping_ratio=(0.8, 0.7, 0.9),
+    press_mass_ratio=1.0,
+    cancel=(0.5, 0.8),
+    cancel_cutoff=(5.0, 2.0),
+    force_integral=2.0,
+)
+ENGAGED = no_contact()._replace(engaged=1.0, normal_force=1.0)
+CALM = {"force": -X, "arm": ARM, "reference": {"tip_position": ARM}}
+"""At rest on the path, pushed back with the wanted force."""
+
+Make = Callable[..., LawInput]
+
+
+def step(at: LawInput, gains: Any = GAINS, state: Any = None) -> tuple[Any, np.ndarray, np.ndarray]:
+    """State, force less weight, and target."""
+    state = following.State(0.0, GAINS.tank, np.zeros(2)) if state is None else state
+    state, force, signals = following.step(numeric(gains), state, at)
+    assert list(signals) == ["cog_position_target"]
+    return state, force - MASS * GRAVITY_W, signals["cog_position_target"]
+
+
+def test_it_begins_without_integral_and_with_a_full_tank(make_start: Callable[..., Start]) -> None:
+    state = following.initial_state(
+        following.Gains(GAINS.stiffness, GAINS.damping_ratio, tank=0.7), make_start()
+    )
+    assert (state.integral, state.tank, state.rubbing.tolist()) == (0.0, 0.7, [0.0, 0.0])
+
+
+def test_at_rest_with_the_wanted_force_it_pushes_with_that_force_and_carries_the_weight(
+    make_inputs: Make,
+) -> None:
+    state, force, target = step(make_inputs(contact=ENGAGED, **CALM))
+    np.testing.assert_allclose(force, X, atol=1e-12)
+    np.testing.assert_allclose(target, np.zeros(3), atol=1e-12)
+    assert state.integral == 0.0
+    assert state.tank == pytest.approx(GAINS.tank)
+
+
+def test_an_eased_contact_is_pressed_with_less_and_asks_for_less(make_inputs: Make) -> None:
+    eased = ENGAGED._replace(normal_force=0.3, ease=0.3)
+    state, force, _ = step(make_inputs(contact=eased, **{**CALM, "force": -0.3 * X}))
+    np.testing.assert_allclose(force, 0.3 * X, atol=1e-12)
+    assert state.integral == pytest.approx(0.0, abs=1e-12)
+
+
+def test_everything_turns_with_the_task(make_inputs: Make) -> None:
+    """A turned task gives the turned force: only the weight has an axis of the world."""
+    R = rotation_from_rpy(0.3, -0.4, 1.1)
+    rng = np.random.default_rng(1)
+    position, velocity, force, tip, moving, bending = 0.1 * rng.normal(size=(6, 3))
+    view = ENGAGED._replace(anchor=0.02, surface_velocity=0.01, speed=0.03, normal_force=0.7)
+    for contact in (view, view._replace(engaged=0.0, axis_position=1.0, axis_velocity=0.02)):
+        found = []
+        for turn in (np.eye(3), R):
+            at = make_inputs(
+                contact=contact,
+                commanded_arm=ArmTarget(1.09, 0.03),
+                position=turn @ position,
+                velocity=turn @ velocity,
+                force=turn @ force,
+                arm=turn @ ARM,
+                reference={
+                    "tip_position": turn @ (ARM + tip),
+                    "tip_velocity": turn @ moving,
+                    "tip_acceleration": turn @ bending,
+                    "position": turn @ tip,
+                    "contact_axis": turn @ X,
+                    "sliding_axis": turn @ Y,
+                },
+            )
+            found.append(step(at)[1:])
+        for plain, turned in zip(*found, strict=True):
+            np.testing.assert_allclose(turned, R @ plain, atol=1e-12)
+
+
+# ---- along the sliding axes ----
+
+
+def test_a_stiff_spring_and_damper_hold_each_sliding_axis(make_inputs: Make) -> None:
+    off, moving = np.array([0.0, 0.03, -0.02]), np.array([0.0, 0.1, 0.05])
+    bending, drift = np.array([0.0, 0.2, -0.3]), np.array([0.0, 0.04, -0.06])
+    reference = {"tip_position": ARM, "tip_velocity": drift, "tip_acceleration": bending}
+    at = make_inputs(contact=ENGAGED, force=-X, arm=ARM, position=off, velocity=moving, reference=reference)
+    K, D = np.array([0.0, 8.0, 6.0]), 2.0 * np.array([0.0, 0.7 * 8.0**0.5, 0.9 * 6.0**0.5])
+    _, force, _ = step(at)
+    np.testing.assert_allclose(force[1:], (MASS * (bending - D * (moving - drift) - K * off))[1:], atol=1e-12)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_spring_pulls_no_harder_beyond_its_limit(make_inputs: Make, sign: float) -> None:
+    at = make_inputs(contact=ENGAGED, **{**CALM, "position": sign * np.array([0.0, 5.0, 7.0])})
+    _, force, _ = step(at)
+    np.testing.assert_allclose(force[1:], -sign * MASS * 0.1 * np.array([8.0, 6.0]), atol=1e-12)
+
+
+@pytest.mark.parametrize(("speed", "share"), [(0.0, 0.0), (0.03, 0.5), (0.06, 1.0), (0.5, 1.0)])
+def test_friction_is_cancelled_only_as_the_path_moves(make_inputs: Make, speed: float, share: float) -> None:
+    rubbed = make_inputs(
+        contact=ENGAGED._replace(speed=speed), **{**CALM, "force": np.array([-1.0, -0.4, 0.3])}
+    )
+    state, once, _ = step(rubbed)
+    slow = (1.0 - np.exp(-2.0 * np.pi * np.array([5.0, 2.0]) * DT)) * np.array([-0.4, 0.3])
+    np.testing.assert_allclose(state.rubbing, slow, atol=1e-12)
+    np.testing.assert_allclose(once[1:], -share * np.array([0.5, 0.8]) * slow, atol=1e-12)
+    for _ in range(300):
+        state, _, _ = step(rubbed, state=state)
+    _, force, _ = step(rubbed, state=state)
+    np.testing.assert_allclose(force[1:], -share * np.array([0.5, 0.8]) * np.array([-0.4, 0.3]), atol=1e-6)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_no_more_is_cancelled_than_friction_can_give(make_inputs: Make, sign: float) -> None:
+    gains = following.Gains(GAINS.stiffness, GAINS.damping_ratio, cancel_limit=0.7, cancel_cutoff=(1e4, 1e4))
+    at = make_inputs(
+        contact=ENGAGED._replace(speed=1.0), **{**CALM, "force": np.array([-1.0, 3.0 * sign, -4.0 * sign])}
+    )
+    _, force, _ = step(at, gains)
+    np.testing.assert_allclose(force[1:], [-0.7 * sign, 0.7 * sign], atol=1e-12)
+
+
+# ---- where the centre of gravity is led ----
+
+
+@pytest.mark.parametrize("pen", [0.0, 0.25, 1.0])
+def test_the_centre_of_gravity_stands_behind_the_tips_reference(make_inputs: Make, pen: float) -> None:
+    gains = following.Gains(GAINS.stiffness, GAINS.damping_ratio, pen=pen)
+    tip, own = ARM + np.array([0.0, 0.05, -0.02]), np.array([0.3, -0.1, 0.2])
+    at = make_inputs(
+        contact=ENGAGED._replace(anchor=0.15), arm=ARM, reference={"tip_position": tip, "position": own}
+    )
+    target = following.cog_target(numeric(gains), at)
+    np.testing.assert_allclose(target[1:], (pen * (tip - ARM) + (1.0 - pen) * own)[1:], atol=1e-12)
+    assert target[0] == pytest.approx(0.15)
+    led = at._replace(contact=no_contact()._replace(axis_position=1.2, anchor=0.15))
+    assert following.cog_target(numeric(gains), led)[0] == pytest.approx(1.2 - ARM[0])
+
+
+# ---- along the contact axis ----
+
+
+def test_out_of_contact_the_tip_is_led_by_position(make_inputs: Make) -> None:
+    led = no_contact()._replace(axis_position=1.2, axis_velocity=0.05)
+    at = make_inputs(
+        contact=led, **{**CALM, "position": np.array([0.03, 0.0, 0.0]), "velocity": np.array([0.1, 0.0, 0.0])}
+    )
+    state, force, _ = step(at, state=following.State(1.0, 0.1, np.zeros(2)))
+    damping = 2.0 * 0.8 * 5.0**0.5
+    assert force[0] == pytest.approx(-MASS * (damping * (0.1 - 0.05) + 5.0 * (0.03 + 1.09 - 1.2)))
+    assert state.integral == 0.0
+    assert state.tank == GAINS.tank
+
+
+def test_in_contact_a_soft_spring_holds_the_anchor(make_inputs: Make) -> None:
+    at = make_inputs(contact=ENGAGED._replace(anchor=0.1), **{**CALM, "position": np.array([0.03, 0.0, 0.0])})
+    _, force, _ = step(at)
+    assert force[0] == pytest.approx(1.0 - MASS * GAINS.press_stiffness * (0.03 - 0.1))
+
+
+def test_the_damper_counts_the_motion_against_surface_and_arm(make_inputs: Make) -> None:
+    at = make_inputs(
+        contact=ENGAGED._replace(surface_velocity=0.05),
+        commanded_arm=ArmTarget(1.09, 0.02),
+        **{**CALM, "velocity": np.array([0.07, 0.0, 0.0])},
+    )
+    state, force, _ = step(at, state=following.State(0.0, 0.2, np.zeros(2)))
+    relative = 0.07 - (0.05 - 0.02)
+    assert force[0] == pytest.approx(1.0 - MASS * GAINS.press_damping * relative)
+    assert state.tank == pytest.approx(0.2 + MASS * GAINS.press_damping * relative**2 * DT)
+
+
+@pytest.mark.parametrize("ratio", [0.5, 1.0, 2.0])
+def test_it_presses_as_if_it_had_another_mass(make_inputs: Make, ratio: float) -> None:
+    """Put f into m x'' = f + f_hat: what is left moves ratio times the mass."""
+    gains = following.Gains(GAINS.stiffness, GAINS.damping_ratio, press_mass_ratio=ratio, force=1.5)
+    view = ENGAGED._replace(normal_force=1.2, ease=0.8)  # as hard as wanted, so that nothing integrates
+    _, force, _ = step(make_inputs(contact=view, **{**CALM, "force": -0.7 * X}), gains)
+    assert ratio * (force[0] - 0.7) == pytest.approx(1.2 - 0.7)
+
+
+@pytest.mark.parametrize("normal", [0.4, 1.9])
+def test_a_missing_force_is_integrated_up_to_its_limit(make_inputs: Make, normal: float) -> None:
+    at = make_inputs(contact=ENGAGED._replace(normal_force=normal), **CALM)
+    state, force, _ = step(at)
+    assert state.integral == pytest.approx(GAINS.force_integral * (1.0 - normal) * DT)
+    assert force[0] == pytest.approx(1.0 + state.integral)
+    nearly = following.State(np.sign(1.0 - normal) * (GAINS.force_integral_limit - 1e-4), 0.5, np.zeros(2))
+    state, force, _ = step(at, state=nearly)
+    assert state.integral == pytest.approx(np.sign(1.0 - normal) * GAINS.force_integral_limit)
+    assert force[0] == pytest.approx(1.0 + state.integral)
+
+
+@pytest.mark.parametrize(
+    ("tank", "speed", "share"),
+    [
+        (0.5, 0.1, 1.0),
+        (0.125, 0.1, 1.0),
+        (0.05, 0.1, 0.4),
+        (0.0, 0.1, 0.0),
+        (0.0, -0.1, 1.0),
+        (0.05, -0.1, 1.0),
+    ],
+)
+def test_an_empty_tank_lets_the_integral_fade_where_it_spends(
+    make_inputs: Make, tank: float, speed: float, share: float
+) -> None:
+    gains = following.Gains(GAINS.stiffness, GAINS.damping_ratio, press_mass_ratio=1.0, press_damping=0.01)
+    at = make_inputs(contact=ENGAGED, **{**CALM, "velocity": speed * X})
+    state, force, _ = step(at, gains, following.State(2.0, tank, np.zeros(2)))
+    damper = MASS * 0.01 * speed
+    assert force[0] == pytest.approx(1.0 + share * 2.0 - damper)
+    filled = tank + (damper - share * 2.0) * speed * DT
+    assert state.tank == pytest.approx(min(max(filled, 0.0), GAINS.tank))
+
+
+@given(
+    st.lists(st.tuples(st.floats(-0.3, 0.3), st.floats(-2.0, 4.0)), min_size=1, max_size=60),
+    st.floats(0.0, 0.5),
+)
+def test_the_integral_gives_no_more_than_tank_and_damper_put_in(
+    make_inputs: Make, motion: list[tuple[float, float]], tank: float
+) -> None:
+    """Work of the integral on the motion <= tank at first + what the damper dissipated + a tick's worth."""
+    state = following.State(3.0, tank, np.zeros(2))
+    spent = dissipated = 0.0
+    for speed, normal in motion:
+        view = ENGAGED._replace(normal_force=normal)
+        at = make_inputs(SimpleNamespace(mass=MASS), contact=view, **{**CALM, "velocity": speed * X})
+        state, force, _ = step(at, state=state)
+        damper = MASS * GAINS.press_damping * speed
+        spent += (float(force[0]) + damper - GAINS.force) * speed * DT
+        dissipated += damper * speed * DT
+    slack = GAINS.force_integral_limit * 0.3 * DT
+    assert spent <= tank + dissipated + slack + 1e-9
