@@ -20,6 +20,12 @@ from skylimb.recording import Run
 FILES = {plate.name for plate in PLATES if not plate.draws}
 
 
+@pytest.fixture
+def coarse(monkeypatch):
+    """For what does not depend on how fine a picture is."""
+    monkeypatch.setattr(style, "DPI", 40)
+
+
 def used(figure):
     return [ax for ax in figure.axes if ax.axison]
 
@@ -81,14 +87,14 @@ def test_a_failed_flight_is_named_as_one(four_runs, plate):
 
 
 @pytest.mark.parametrize("plate", PLATES, ids=lambda plate: plate.name)
-def test_a_flight_lost_before_it_touched_is_drawn_too(make_log, plate, tmp_path):
+def test_a_flight_lost_before_it_touched_is_drawn_too(make_log, plate, tmp_path, coarse):
     log = make_log(status="FAILED", cause="fell").isel(time=slice(0, 150))
     runs = {"pid": Run("pid", "pid", log, {}), "hybrid": Run("hybrid", "hybrid", log, {})}
     for path in style.save(plate.draw(runs), tmp_path / plate.name):
         assert path.exists()
 
 
-def test_only_figures_that_compare_need_several_runs(make_run, tmp_path):
+def test_only_figures_that_compare_need_several_runs(make_run, tmp_path, coarse):
     run = make_run(slide=2.0)
     write_figures({"a": run}, tmp_path / "one")
     names = {path.name for path in (tmp_path / "one").iterdir()}
@@ -101,7 +107,7 @@ def test_only_figures_that_compare_need_several_runs(make_run, tmp_path):
     assert {path.stem for path in (tmp_path / "two").iterdir()} == FILES
 
 
-def test_a_flight_that_touched_nothing_has_no_pen_trace(make_run, tmp_path):
+def test_a_flight_that_touched_nothing_has_no_pen_trace(make_run, tmp_path, coarse):
     run = make_run(slide=2.0)
     free = Run("free", "hybrid", run.log.assign(contact=0 * run.log.contact), {})
     write_figures({"free": free}, tmp_path / "free")

@@ -35,6 +35,12 @@ def coarse_pictures():
         yield
 
 
+@pytest.fixture
+def no_figures(monkeypatch):
+    """For what has nothing to do with figures."""
+    monkeypatch.setattr(output, "write_figures", lambda *_: [])
+
+
 @pytest.fixture(scope="module")
 def comparison(four_runs, tmp_path_factory):
     """The folder of a comparison, to be looked at; who changes it takes a copy."""
@@ -129,7 +135,7 @@ def test_the_report_lists_what_the_controller_made_of_the_contact(make_log, tmp_
     assert "<td>2.500</td><td>approach</td><td>settle</td><td>touched</td>" in text
 
 
-def test_words_of_the_users_are_not_taken_for_markup(make_log, tmp_path):
+def test_words_of_the_users_are_not_taken_for_markup(make_log, tmp_path, no_figures):
     log = make_log(status="FAILED", cause="<b>1 & 2</b>", slide=1.0)
     runs = {"a<i>b".replace("<i>", "-"): Run("a-b", "<script>x</script>", log, {})}
     write_comparison(runs, tmp_path / "out")
@@ -149,7 +155,7 @@ def test_an_existing_folder_is_refused_before_anything_is_drawn(make_run, tmp_pa
     assert [path.name for path in tmp_path.rglob("*")] == ["out", "mine"]
 
 
-def test_an_error_on_the_way_leaves_nothing(make_run, tmp_path, monkeypatch):
+def test_an_error_on_the_way_leaves_nothing(make_run, tmp_path, monkeypatch, no_figures):
     def fail(*_):
         raise RuntimeError("disk on fire")
 
@@ -175,7 +181,7 @@ def test_each_run_of_a_comparison_has_its_record_and_no_figures_of_its_own(compa
 
 
 @pytest.fixture
-def filmed(monkeypatch):
+def filmed(monkeypatch, no_figures):
     """A camera that only notes what it was asked to film."""
     taken = []
 
@@ -221,7 +227,7 @@ def test_cores_are_shared_among_the_videos(make_run, tmp_path, monkeypatch, film
     assert [threads for _, _, threads in filmed] == [4, 4]
 
 
-def test_a_video_that_cannot_be_drawn_is_a_warning(make_run, tmp_path, monkeypatch, caplog):
+def test_a_video_that_cannot_be_drawn_is_a_warning(make_run, tmp_path, monkeypatch, caplog, no_figures):
     def film(run, _log, path, **_):
         if run.name == "hybrid":
             raise OutputError("no video of 'hybrid': no off-screen renderer works here")
@@ -238,7 +244,7 @@ def test_a_video_that_cannot_be_drawn_is_a_warning(make_run, tmp_path, monkeypat
     assert "Reload the page" not in page.text
 
 
-def test_an_interruption_keeps_the_report_and_the_videos_that_are_there(make_run, tmp_path, monkeypatch):
+def test_an_interruption_keeps_the_report_and_what_was_filmed(make_run, tmp_path, monkeypatch, no_figures):
     def film(run, _log, path, *, progress, threads):
         path.write_bytes(b"film")
         progress(1, 1)
@@ -256,7 +262,7 @@ def test_an_interruption_keeps_the_report_and_the_videos_that_are_there(make_run
     assert "Reload the page" not in page.text
 
 
-def test_a_full_disk_is_one_line(make_run, tmp_path, monkeypatch):
+def test_a_full_disk_is_one_line(make_run, tmp_path, monkeypatch, no_figures):
     def full(*_):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
@@ -303,7 +309,7 @@ def test_a_single_run_can_have_a_report_as_well(make_run, tmp_path):
         write_report({}, tmp_path / "nowhere")
 
 
-def test_large_videos_are_linked_and_not_put_into_the_page(make_run, tmp_path, monkeypatch):
+def test_large_videos_are_linked_and_not_put_into_the_page(make_run, tmp_path, monkeypatch, no_figures):
     monkeypatch.setattr("skylimb.analysis.report.EMBED_BYTES", 3)
     folder = write_comparison({"a": make_run(slide=1.0)}, tmp_path / "out")
     (folder / "a/video.mp4").write_bytes(b"film")
