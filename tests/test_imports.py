@@ -22,7 +22,10 @@ def loaded_by(code: str) -> set[str]:
     ("code", "absent"),
     [
         ("import skylimb; skylimb.__version__; dir(skylimb)", HEAVY | DRAWING),
-        ("import skylimb.analysis, skylimb.recording, skylimb.campaign", HEAVY | DRAWING),
+        (
+            "import skylimb.analysis, skylimb.recording, skylimb.campaign, skylimb.reproduction",
+            HEAVY | DRAWING,
+        ),
         ("from skylimb.cli import main; main(['--help'])", HEAVY | {"PIL", "av", "rich"}),
         ("from skylimb.cli import main; main(['run', '--help'])", HEAVY),
         ("from skylimb.recording import replace_text", HEAVY | DRAWING),
@@ -38,8 +41,10 @@ def test_nothing_is_loaded_before_it_is_needed(code: str, absent: set[str]) -> N
 def test_every_public_name_is_there() -> None:
     """The names of the lazy packages are those of their stubs, and each leads somewhere."""
     code = """
-import skylimb, skylimb.analysis, skylimb.analysis.figures, skylimb.recording
-for package in (skylimb, skylimb.analysis, skylimb.analysis.figures, skylimb.recording):
+import skylimb, skylimb.analysis, skylimb.analysis.figures, skylimb.recording, skylimb.reproduction
+for package in (
+    skylimb, skylimb.analysis, skylimb.analysis.figures, skylimb.recording, skylimb.reproduction
+):
     assert package.__all__ and set(package.__all__) <= set(dir(package))
     for name in package.__all__:
         assert getattr(package, name) is not None, name

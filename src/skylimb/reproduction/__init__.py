@@ -8,8 +8,6 @@
 Nothing is fitted: the prior (`prior.toml`) was written down before any ensemble was flown.
 """
 
-from skylimb.reproduction.prior import Prior, load_prior
-from skylimb.reproduction.reproduce import Reproduction, reproduce
-from skylimb.reproduction.result import Result
+import lazy_loader
 
-__all__ = ["Prior", "Reproduction", "Result", "load_prior", "reproduce"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
