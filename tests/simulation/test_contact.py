@@ -90,9 +90,9 @@ def test_tick_average_equals_summed_contact_forces():
             continue
         centre = np.average(np.array(points)[acting], axis=0, weights=weights[acting])
         np.testing.assert_allclose(average.position, centre, atol=1e-12)
-        seen["loaded in part"] += not np.all(acting)
-        seen["an overlap without force"] += np.any(np.array(touching) & ~acting)
-        seen["unequal forces"] += np.ptp(weights[acting]) > 0.1 * np.max(weights)
+        seen["loaded in part"] += int(not np.all(acting))
+        seen["an overlap without force"] += int(np.any(np.array(touching) & ~acting))
+        seen["unequal forces"] += int(np.ptp(weights[acting]) > 0.1 * np.max(weights))
     assert min(seen.values()) > 0, f"not every kind of tick was tried: {seen}"
 
 
