@@ -96,7 +96,9 @@ def set_contact_options(spec: mujoco.MjSpec, timestep: float | None = None) -> N
     if timestep is not None:
         option.timestep = timestep
     option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    option.solver = mujoco.mjtSolver.mjSOL_NEWTON
+    # One touch has three rows, which the dual solver finds in two passes; Newton's factors a matrix of all
+    # degrees of freedom in each.
+    option.solver = mujoco.mjtSolver.mjSOL_PGS
     option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     option.tolerance = 1e-10
     option.noslip_iterations = 0
