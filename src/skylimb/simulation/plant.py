@@ -21,6 +21,7 @@ from skylimb.robots.description import Inertial, Link, RobotDescription
 from skylimb.robots.model import Robot
 from skylimb.simulation.contact import ContactReading, tune_contact_pair
 from skylimb.simulation.scene import scene_spec
+from skylimb.simulation.servo_friction import tune_servo_friction
 from skylimb.simulation.surfaces import Surface
 from skylimb.spatial import quaternion_from_rotation, rot_z
 
@@ -145,6 +146,7 @@ def build_plant(robot: Robot, surface: Surface, config: PlantConfig, dt: float) 
     spec.compiler.discardvisual = True
     model = spec.compile()
     tune_contact_pair(model, surface.contact)
+    tune_servo_friction(model)
     model.actuator_gainprm[: len(scales), 0] = scales
 
     def addresses(names: tuple[str, ...]) -> tuple[int, ...]:

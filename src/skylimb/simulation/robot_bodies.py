@@ -6,6 +6,7 @@ import mujoco
 import numpy as np
 
 from skylimb.robots.description import Inertial, Joint, Link, RobotDescription, Servo, Visual
+from skylimb.simulation.servo_friction import add_servo_friction
 from skylimb.spatial import quaternion_from_rotation
 
 TIP_GEOM = "tip"
@@ -61,6 +62,9 @@ def add_robot(spec: mujoco.MjSpec, description: RobotDescription) -> None:
             group=1,
         )
     _add_actuators(spec, bodies, description)
+    for joint in description.joints:
+        if joint.kind != "fixed" and joint.friction > 0.0:
+            add_servo_friction(spec, joint.name, joint.friction)
 
 
 def _add_joint(body: mujoco.MjsBody, joint: Joint) -> None:
@@ -72,7 +76,6 @@ def _add_joint(body: mujoco.MjsBody, joint: Joint) -> None:
         limited=limited,
         range=[joint.lower, joint.upper] if limited else [0.0, 0.0],
         damping=[joint.damping, 0.0, 0.0],
-        frictionloss=joint.friction,
     )
 
 
