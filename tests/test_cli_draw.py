@@ -33,7 +33,7 @@ def test_words_are_drawn_and_shown(tmp_path: Path, capsys: pytest.CaptureFixture
     code, out, _ = call(words, capsys)
     assert code == 0
     assert "L1 on cylinder_convex" in out
-    assert "rms" in out
+    assert "root mean square" in out
     assert "mm" in out
     assert (folder / "figures" / "drawing.png").is_file()
     page = (folder / "report.html").read_text()

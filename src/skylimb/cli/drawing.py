@@ -150,7 +150,7 @@ def _rows(run: RunRecord) -> list[tuple[str, str]]:
         *rows,
         ("Pen off its reference, root mean square", _number(1e3 * root, ".1f", "mm")),
         ("Pen off its reference, largest", _number(1e3 * largest, ".1f", "mm")),
-        (f"Asked line drawn {within}", _number(100.0 * drawn, ".0f", "%")),
+        (f"Reference line drawn {within}", _number(100.0 * drawn, ".0f", "%")),
         ("Time for the drawing", f"{float(time[-1] - time[0]):.1f} s" if len(time) else "-"),
     ]
 
