@@ -34,7 +34,7 @@ def test_transitions_are_told_in_words() -> None:
     state = np.array([FREE, APPROACH, APPROACH, SETTLE, SLIDE])
     reason = np.array([START, WANTED, WANTED, TOUCHED, CALM])
     assert contact_transitions(0.1 * np.arange(5), state, reason) == [
-        (0.1, "free", "approach", "the mission asks for touch"),
+        (0.1, "free", "approach", "the mission wants touch"),
         (0.3, "approach", "settle", "touched"),
         (0.4, "settle", "slide", "the force is calm"),
     ]
@@ -48,7 +48,7 @@ def test_a_flights_transitions_are_in_its_log() -> None:
     log = skylimb.run("paper", controller="following", set=SHORT).log
     changes = json.loads(log.attrs["contact_transitions"])
     assert [after for _, _, after, _ in changes] == ["approach", "settle", "slide", "retreat", "free"]
-    assert changes[0][3] == "the mission asks for touch"
+    assert changes[0][3] == "the mission wants touch"
     assert changes[0][0] == 0.8
     for name, names in (("contact_state", STATES), ("contact_reason", REASONS)):
         assert log[name].dtype == np.int8

@@ -22,13 +22,13 @@ FREE, APPROACH, SETTLE, SLIDE, LOST, RECONTACT, RETREAT = (float(i) for i in ran
 
 REASONS = (
     "start",
-    "the mission asks for touch",
+    "the mission wants touch",
     "touched",
     "the force is calm",
     "no force",
     "rested",
     "nothing there",
-    "the mission asks for no touch",
+    "the mission wants no touch",
     "clear of the surface",
 )
 START, WANTED, TOUCHED, CALM, NO_FORCE, RESTED, NOTHING, OVER, CLEAR = (float(i) for i in range(len(REASONS)))

@@ -1,4 +1,4 @@
-"""Calibration in flight: what a hover's bias tells of the sensors and of the robot.
+"""Calibration in flight: what the bias in a hover says about the sensors and the robot.
 
 In free flight nothing pushes, so all that the observer sees is an error of the model. Its first order is
 geometric, with F = m g the hover thrust along z of {C}:
@@ -9,7 +9,7 @@ geometric, with F = m g the hover thrust along z of {C}:
   tau = -d x F z, so d = (tau_y, -tau_x) / F.
 
 A turn about the vertical and the height of the centre of gravity are invisible. Rotors that differ from the
-model by 2 % each read as about 3 mm of d; nothing in a hover tells the two apart.
+model by 2 % each read as about 3 mm of d; a hover cannot tell the two apart.
 """
 
 from __future__ import annotations

@@ -58,7 +58,7 @@ SMOOTHING = 0.1
 """Time constant of the low pass on the tip's place in the sliding plane, s."""
 
 REST_SPEED = 0.03
-"""Speed of the tip's place, behind that low pass, which its noise may feign, m/s."""
+"""Speed of the tip's place behind that low pass that may be noise alone, m/s."""
 
 STEEPEST = 2.0
 """No slope is believed to be steeper, 1."""
@@ -87,7 +87,7 @@ def follow_surface(
             zeros where it shows none.
         dt: control period, s.
     """
-    # A tip at rest seems to wander by its noise: what is shorter than that is no way.
+    # The place of a tip at rest wanders by its noise; as much is taken off every way.
     calm = state.place + (1.0 - exp(-dt / SMOOTHING)) * (place[1:3] - state.place)
     calm = calm + fresh * (place[1:3] - calm)
     du, dv = (calm[0] - state.place[0]) * (1.0 - fresh), (calm[1] - state.place[1]) * (1.0 - fresh)
@@ -98,7 +98,7 @@ def follow_surface(
     x = A @ state.estimate
     P = A @ state.covariance @ A.T + way * gains.drift * np.diag([0.0, 1.0, 1.0])
     x = vector(x[0] + fresh * (place[0] - x[0]), x[1], x[2])
-    # A tick's measurement tells as much as the way that it stands for.
+    # A measurement counts as much as the way that it stands for.
     moved = way / (way + REST_SPEED * dt)
     height = vector(1.0, 0.0, 0.0)
     x, P = _update(

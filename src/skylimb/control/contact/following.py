@@ -1,8 +1,8 @@
 """Find the surface, keep to it, and go no faster than it allows.
 
-Three parts share the estimate of the tip's place: the state machine (`machine`), the surface under the pen
-(`estimation.surface`), and the pace. The pace of the mission is 1, less where the surface would come toward
-the pen faster than body and arm can follow,
+Three parts share the estimate of the tip's place: the state machine (`control.contact_machine`), the surface
+under the pen (`estimation.surface`), and the pace. The pace of the mission is 1, less where the surface would
+come toward the pen faster than body and arm can follow,
 
     pace = min(1, axis_speed / |s . v|),        v the velocity of the path, s the slope,
 
@@ -36,6 +36,7 @@ from skylimb.control.records import ContactView, LawInput
 from skylimb.estimation.records import Signals, Start, Wrench
 from skylimb.estimation.surface import SurfaceGains, SurfaceState, follow_surface, initial_surface_state
 from skylimb.keys import Key, configuration, refused
+from skylimb.missions.reference import Reference
 from skylimb.spatial import cross, dot
 from skylimb.symbolic import Array, clip, vector, where
 
@@ -108,7 +109,7 @@ class State(NamedTuple):
     Attributes:
         machine: of the contact.
         surface: under the pen.
-        axis_position: wanted of the tip along the contact axis, m.
+        axis_position: at which the tip is wanted along the contact axis, m.
         lost_at: where along it the last touch was lost, m.
         anchor: of the centre of gravity along it, m.
         pace: of the mission.
@@ -138,97 +139,122 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     """Machine, surface, references along the contact axis, and pace of one tick."""
     reference, estimate, dt = inputs.reference, inputs.estimate, inputs.dt
     a, u = reference.contact_axis, reference.sliding_axis
-    v = cross(a, u)
+    axes = a, u, cross(a, u)
     tip = estimate.body.position + estimate.arm
-    place = vector(dot(a, tip), dot(u, tip), dot(v, tip))
+    place = _in_task(tip, axes)
     nominal = dot(a, reference.tip_position)
 
+    # 1. The machine.
+    normal_force = _normal_force(estimate.wrench, state.surface.estimate[1:3], axes)
     before = state.machine
-    slope = state.surface.estimate[1:3]
-    normal_force = _normal_force(estimate.wrench, slope, (a, u, v))
-    machine = advance(
-        gains.machine,
-        before,
-        Cues(
-            touch=reference.touch,
-            force=-dot(a, estimate.wrench.force),
-            smooth_force=-estimate.contact_force,
-            beyond=state.axis_position - nominal,
-            sunk=state.axis_position - state.lost_at,
-            clear=where(abs(state.axis_position - nominal) < 1e-3, 1.0, 0.0),
-        ),
-        dt,
+    cues = Cues(
+        touch=reference.touch,
+        force=-dot(a, estimate.wrench.force),
+        smooth_force=-estimate.contact_force,
+        beyond=state.axis_position - nominal,
+        sunk=state.axis_position - state.lost_at,
+        clear=where(abs(state.axis_position - nominal) < 1e-3, 1.0, 0.0),
     )
+    machine = advance(gains.machine, before, cues, dt)
     engaged, engaged_before = is_in(machine.state, SETTLE, SLIDE), is_in(before.state, SETTLE, SLIDE)
     fresh = engaged * (1.0 - engaged_before)
 
-    pace_now = state.pace
-    path = vector(dot(u, reference.tip_velocity), dot(v, reference.tip_velocity))
+    # 2. The surface under the pen.
+    path = _in_task(reference.tip_velocity, axes)[1:3]
     speed = (path[0] ** 2 + path[1] ** 2) ** 0.5
-    surface = follow_surface(
-        gains.surface,
-        state.surface,
-        place,
-        engaged * where(-estimate.contact_force > gains.machine.lost_force, 1.0, fresh),
-        fresh,
-        _seen_across(estimate.wrench, path, speed, (a, u, v)),
-        dt,
-    )
+    touching = engaged * where(-estimate.contact_force > gains.machine.lost_force, 1.0, fresh)
+    across = _seen_across(estimate.wrench, path, speed, axes)
+    surface = follow_surface(gains.surface, state.surface, place, touching, fresh, across, dt)
     slope = surface.estimate[1:3]
     surface_velocity = engaged * (slope[0] * path[0] + slope[1] * path[1])
 
-    # Out of contact the tip is led along the axis: with the mission, toward the surface, not at all, or back.
-    searching = is_in(machine.state, APPROACH, RECONTACT)
-    retreating = is_in(machine.state, RETREAT)
-    back = clip(nominal - state.axis_position, -gains.retreat_speed * dt, gains.retreat_speed * dt) / dt
-    free_velocity = dot(a, reference.tip_velocity)
-    gathering = clip(machine.since / gains.approach_ramp, 0.0, 1.0)
-    axis_velocity = searching * gains.approach_speed * gathering + retreating * back
-    led = state.axis_position + axis_velocity * dt
-    axis_position = where(is_in(machine.state, FREE) > 0.5, nominal, where(engaged > 0.5, place[0], led))
-    axis_velocity = axis_velocity + is_in(machine.state, FREE) * free_velocity
-    lost_at = where(
-        is_in(machine.state, LOST) * (1.0 - is_in(before.state, LOST)) > 0.5, place[0], state.lost_at
-    )
-
-    centre = dot(a, estimate.body.position)
+    # 3. Along the contact axis.
+    axis_position, axis_velocity = _led(gains, state, machine, nominal, inputs)
+    axis_position = where(engaged > 0.5, place[0], axis_position)
+    lost = is_in(machine.state, LOST) * (1.0 - is_in(before.state, LOST))
+    lost_at = where(lost > 0.5, place[0], state.lost_at)
     carried = state.anchor + gains.body_share * surface_velocity * dt
-    anchor = where(engaged * engaged_before > 0.5, carried, centre)
+    anchor = where(engaged * engaged_before > 0.5, carried, dot(a, estimate.body.position))
 
-    # The path as it would go at the mission's own pace.
-    own = clip(pace_now, 0.05, 1.0)
-    allowed = clip(gains.axis_speed * own / (abs(surface_velocity) + 1e-6), gains.least_pace, 1.0)
-    behind = tip - reference.tip_position
-    behind = engaged * (dot(u, behind) ** 2 + dot(v, behind) ** 2) ** 0.5
-    allowed = allowed * clip((gains.wait_beyond - behind) / (0.5 * gains.wait_beyond), 0.1, 1.0)
-    halted = reference.wait * (1.0 - machine.given_up) * (1.0 - is_in(machine.state, SLIDE))
-    gathered = (state.speed + gains.path_acceleration * dt) * own / (speed + 1e-6)
-    slower = pace_now - gains.path_acceleration * dt * own / (speed + 1e-6)
-    pace = clip(allowed, where(slower < gathered, slower, gathered), gathered)
-    pace = clip(where(halted > 0.5, 0.0, where(reference.wait > 0.5, pace, 1.0)), 0.0, 1.0)
-    speed_next = pace / own * speed
-
+    # 4. The pace, and how hard to press.
+    off = _in_task(tip - reference.tip_position, axes)
+    behind = engaged * (off[1] ** 2 + off[2] ** 2) ** 0.5
+    pace, speed_next = _pace(gains, state, machine, reference, speed, surface_velocity, behind, dt)
     begin, end = gains.ease_beyond[0], gains.ease_beyond[1]
     ease = clip((end - behind) / (end - begin), gains.least_ease, 1.0)
+
     view = ContactView(
         engaged, axis_position, axis_velocity, anchor, surface_velocity, normal_force, speed, ease
     )
-    new = State(machine, surface, axis_position, lost_at, anchor, pace, speed_next)
-    return (
-        new,
-        view,
-        {
-            "pace": pace,
-            "contact_state": machine.state,
-            "contact_reason": machine.reason,
-            "normal_force_estimate": normal_force,
-            "surface_slope_estimate": slope[0] * u + slope[1] * v,
-            "tip_position_estimate": tip,
-        },
-    )
+    signals = {
+        "pace": pace,
+        "contact_state": machine.state,
+        "contact_reason": machine.reason,
+        "normal_force_estimate": normal_force,
+        "surface_slope_estimate": slope[0] * u + slope[1] * axes[2],
+        "tip_position_estimate": tip,
+    }
+    return State(machine, surface, axis_position, lost_at, anchor, pace, speed_next), view, signals
 
 
-def _seen_across(wrench: Wrench, path: Array, speed: Any, axes: tuple[Array, Array, Array]) -> Array:
+Axes = tuple[Array, Array, Array]
+"""Contact axis and sliding axes."""
+
+
+def _in_task(vector_W: Array, axes: Axes) -> Array:
+    """A vector of W in the frame of the task, (3,)."""
+    return vector(*(dot(axis, vector_W) for axis in axes))
+
+
+def _led(gains: Any, state: State, machine: MachineState, nominal: Any, inputs: LawInput) -> tuple[Any, Any]:
+    """Place (m) and speed (m/s) of the tip along the axis out of contact.
+
+    The tip is led with the mission, toward the surface, not at all, or back.
+    """
+    reference, dt = inputs.reference, inputs.dt
+    searching, free = is_in(machine.state, APPROACH, RECONTACT), is_in(machine.state, FREE)
+    back = clip(nominal - state.axis_position, -gains.retreat_speed * dt, gains.retreat_speed * dt) / dt
+    gathering = clip(machine.since / gains.approach_ramp, 0.0, 1.0)
+    velocity = searching * gains.approach_speed * gathering + is_in(machine.state, RETREAT) * back
+    position = where(free > 0.5, nominal, state.axis_position + velocity * dt)
+    return position, velocity + free * dot(reference.contact_axis, reference.tip_velocity)
+
+
+def _pace(
+    gains: Any,
+    state: State,
+    machine: MachineState,
+    reference: Reference,
+    speed: Any,
+    surface_velocity: Any,
+    behind: Any,
+    dt: float,
+) -> tuple[Any, Any]:
+    """The pace of the mission, and the speed of the path at it, m/s.
+
+    Args:
+        gains: of the law.
+        state: of the last tick.
+        machine: of this tick.
+        reference: of this tick, at the pace of the last one.
+        speed: of the path, m/s, at the pace of the last tick.
+        surface_velocity: at which the surface comes, m/s, at the same pace.
+        behind: distance of the pen from its path, m.
+        dt: control period, s.
+    """
+    # Speeds are those of the present pace; divided by it, they are those of the mission's own.
+    own = clip(state.pace, 0.05, 1.0)
+    allowed = clip(gains.axis_speed * own / (abs(surface_velocity) + 1e-6), gains.least_pace, 1.0)
+    allowed = allowed * clip((gains.wait_beyond - behind) / (0.5 * gains.wait_beyond), 0.1, 1.0)
+    halted = reference.wait * (1.0 - machine.given_up) * (1.0 - is_in(machine.state, SLIDE))
+    faster = (state.speed + gains.path_acceleration * dt) * own / (speed + 1e-6)
+    slower = state.pace - gains.path_acceleration * dt * own / (speed + 1e-6)
+    pace = clip(allowed, where(slower < faster, slower, faster), faster)
+    pace = clip(where(halted > 0.5, 0.0, where(reference.wait > 0.5, pace, 1.0)), 0.0, 1.0)
+    return pace, pace / own * speed
+
+
+def _seen_across(wrench: Wrench, path: Array, speed: Any, axes: Axes) -> Array:
     """What the force shows of the slope across the path, where friction has no part in it.
 
     Returns:
@@ -245,7 +271,7 @@ def _seen_across(wrench: Wrench, path: Array, speed: Any, axes: tuple[Array, Arr
     return vector(across[0] * known, across[1] * known, seen)
 
 
-def _normal_force(wrench: Wrench, slope: Array, axes: tuple[Array, Array, Array]) -> Any:
+def _normal_force(wrench: Wrench, slope: Array, axes: Axes) -> Any:
     """f_hat . n of the estimated surface, N: friction lies in the surface and drops out."""
     a, u, v = axes
     force = wrench.force
