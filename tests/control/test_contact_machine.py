@@ -186,3 +186,7 @@ def _compiled(states: Layout[MachineState], senses: Layout[Cues]) -> ca.Function
 def test_gains_that_make_no_sense(values: dict[str, float]) -> None:
     with pytest.raises(ConfigError, match=next(iter(values))):
         MachineGains(**values)
+
+
+def test_it_begins_free_with_all_clocks_at_zero() -> None:
+    assert initial_machine_state() == (FREE, START, 0.0, 0.0, 0.0, 0.0, 0.0)
