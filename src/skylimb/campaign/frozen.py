@@ -37,7 +37,7 @@ class Campaign:
     """A campaign ready to fly.
 
     Attributes:
-        spec: what the user asked for.
+        spec: as its user wrote it.
         experiment: tables of the experiment, with the spec's `set` in them.
         controllers: by name, the file it came from and its preset's tables, or the digest of the user's code.
         robots: name of each robot that a draw may fly -> digest of its files.

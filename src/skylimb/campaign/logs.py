@@ -11,7 +11,7 @@ from skylimb.campaign.statistics import is_success
 
 
 def log_flag(campaign: Campaign) -> str:
-    """What a job is told about its log: the worst are known only when all have flown."""
+    """The `log` of a campaign's jobs; the worst flights are known only when all have flown."""
     return {"failures": "failed", "all": "always"}.get(campaign.spec.logs, "never")
 
 

@@ -13,13 +13,13 @@ _FEWEST = 5
 """Draws that a region holds at least: fewer make a rule of every outlier."""
 
 _CHANCE = 1e-3
-"""A condition that a shuffle of the failures would give as often as this (Fisher's exact test) is not told.
+"""A condition that a shuffle of the failures would give as often as this is left out (Fisher's exact test).
 
 It is small because many conditions are tried.
 """
 
 _FEW_VALUES = 6
-"""A parameter with at most so many values is told by its values, not by a threshold."""
+"""A parameter with at most so many values gets a condition on its values, not a threshold."""
 
 
 class Condition(NamedTuple):
@@ -62,7 +62,7 @@ def failure_region(parameters: Mapping[str, np.ndarray], failed: np.ndarray) -> 
     """The region of at most two conditions that tells failures from successes best.
 
     Best is the gain of information about failing. The first condition is the best alone, the second the
-    best within the region of the first; neither is told where chance could have made it.
+    best within the region of the first. A condition that chance could have made is left out.
 
     Args:
         parameters: name -> what was drawn, (n,).

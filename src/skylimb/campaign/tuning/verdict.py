@@ -42,7 +42,7 @@ class Tuned:
 
     @property
     def better(self) -> bool:
-        """Whether the held-out draws tell the tuned controller from the untuned one, to its advantage."""
+        """Whether the tuned controller is better on the held-out draws, beyond chance."""
         return self.held_out.dominance_low > 0.0
 
 
@@ -79,7 +79,7 @@ class TuneOutcome:
         said = []
         for name, found in self.tuned.items():
             pair, goal = found.held_out, GOALS[self.objective]
-            verdict = "better" if found.better else "not told from the untuned one"
+            verdict = "better" if found.better else "no better than the untuned one beyond chance"
             difference = f"{goal * pair.median:+.4f}" if np.isfinite(pair.median) else "decided by losses"
             said.append(
                 f"{name} (rank {self.ranks[name]}): {verdict} on {self.draws} held-out draws; {text.lower()} "
