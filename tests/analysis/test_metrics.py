@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from skylimb.analysis.measures import row_label
 from skylimb.analysis.metrics import (
     DESCRIPTIONS,
     GROUPS,
     NUMERIC_KEYS,
     ROWS,
+    groups_of,
     known_groups,
     metrics,
     moving_mean,
@@ -69,7 +71,7 @@ def test_groups_show_what_some_flight_has(make_log):
 def test_numbers_are_printed_as_what_they_are():
     assert printed("tilt_max", 0.0615) == "0.061"
     assert printed("estimated_force_x_median", -0.5) == "\N{MINUS SIGN}0.500"
-    assert printed("contact_losses", 2.0) == "2"
+    assert [printed("contact_losses", value) for value in (2.0, 0.5)] == ["2", "0.5"]
     assert printed("tilt_max", None) == ""
 
 
@@ -175,3 +177,11 @@ def test_moving_mean_of_a_ramp_is_its_middle():
     time = 0.001 * np.arange(50)
     np.testing.assert_allclose(moving_mean(time, time, 0.010), time[:41] + 0.0045)
     np.testing.assert_allclose(moving_mean(time, time, 1.0), [time.mean()])
+
+
+def test_numbers_are_grouped_by_what_they_measure():
+    found = groups_of(["slip_variation", "tilt_max", "error_y_median"])
+    assert list(found.values()) == [("error_y_median",), ("tilt_max",), ("slip_variation",)]
+    assert list(found)[-1] == "Further numbers"
+    assert row_label("tilt_max") == ("largest tilt", "rad")
+    assert row_label("slip_variation") == ("Standard deviation of the pen's speed over its mean", "")

@@ -13,7 +13,7 @@ import numpy as np
 import xarray as xr
 
 from skylimb.analysis.board import nominal_path
-from skylimb.analysis.metrics import DESCRIPTIONS, moving_mean
+from skylimb.analysis.metrics import DESCRIPTIONS, ROWS, moving_mean
 from skylimb.analysis.signals import contact_axis, in_contact, in_phase, sliding_axes
 from skylimb.recording import Run
 
@@ -58,6 +58,12 @@ def describe(key: str) -> tuple[str, str]:
         if key in known:
             return known[key]
     return key, "1"
+
+
+def row_label(key: str) -> tuple[str, str]:
+    """What a number is called in a table that is divided as by `groups_of`, and its unit; empty for none."""
+    text, unit = describe(key)
+    return ROWS.get(key, text), "" if unit == "1" else unit
 
 
 def quartile_distance(values: np.ndarray) -> float:

@@ -10,7 +10,7 @@ A flight that failed is not scored: its numbers would be those of a shorter, eas
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -122,7 +122,8 @@ def printed(key: str, value: float | None) -> str:
     """A number in a table: three places, none for a count, and a true minus sign; empty for no number."""
     if value is None:
         return ""
-    return f"{value:.{0 if key == 'contact_losses' else 3}f}".replace("-", "\N{MINUS SIGN}")
+    text = f"{value:g}" if key == "contact_losses" else f"{value:.3f}"
+    return text.replace("-", "\N{MINUS SIGN}")
 
 
 def known_groups(scores: Iterable[Mapping[str, Any]]) -> dict[str, tuple[str, ...]]:
@@ -132,9 +133,14 @@ def known_groups(scores: Iterable[Mapping[str, Any]]) -> dict[str, tuple[str, ..
         scores: as `metrics` gives them, one a flight.
     """
     flown = list(scores)
-    known = {key for key in NUMERIC_KEYS if any(each.get(key) is not None for each in flown)}
-    kept = {title: tuple(key for key in keys if key in known) for title, keys in GROUPS.items()}
-    return {title: keys for title, keys in kept.items() if keys}
+    return groups_of([key for key in NUMERIC_KEYS if any(each.get(key) is not None for each in flown)])
+
+
+def groups_of(keys: Collection[str]) -> dict[str, tuple[str, ...]]:
+    """Some of the numbers by what they measure; numbers that are none of `NUMERIC_KEYS` come last."""
+    kept = {title: tuple(key for key in group if key in keys) for title, group in GROUPS.items()}
+    kept["Further numbers"] = tuple(key for key in keys if key not in NUMERIC_KEYS)
+    return {title: group for title, group in kept.items() if group}
 
 
 def metrics(log: xr.Dataset) -> dict[str, Any]:

@@ -12,7 +12,8 @@ from typing import Any
 from skylimb.analysis import palette
 from skylimb.analysis.claims import check_claims
 from skylimb.analysis.figures import PLATES
-from skylimb.analysis.metrics import DESCRIPTIONS, ROWS, known_groups, printed
+from skylimb.analysis.measures import row_label
+from skylimb.analysis.metrics import known_groups, printed
 from skylimb.analysis.pages import inlined, render_page
 from skylimb.analysis.paper_numbers import EXPERIMENT, SOURCE, published
 from skylimb.analysis.signals import contact_transitions
@@ -134,12 +135,11 @@ def _groups(runs: Mapping[str, Run]) -> list[tuple[str, list[Line]]]:
 
 
 def _line(runs: Mapping[str, Run], key: str) -> Line:
-    unit = DESCRIPTIONS[key][1]
     cells = []
     for run in runs.values():
         number = published(run.controller, key, str(run.log.attrs.get("experiment", "")))
         cells.append(Cell(printed(key, run.metrics.get(key)) or "–", printed(key, number)))
-    return ROWS[key], "" if unit == "1" else unit, cells
+    return *row_label(key), cells
 
 
 def _config(run: Run) -> dict[str, Any]:

@@ -21,8 +21,8 @@ _CURVE_BINS = 8
 
 _PROFILES = (
     "Share of all draws in which a controller was at least as good as the value below. A lost flight is "
-    "never good enough: a curve that ends below 1 has lost the rest. Higher and further left is better; the "
-    "time in contact is drawn negative, so that it is no exception."
+    "never good enough: a curve that ends below 1 has lost the rest. Higher and further left is better: the "
+    "axis runs from right to left where large values are good."
 )
 _TRENDS = (
     "{} over the parameters that matter most: every flight, and the median along the parameter. Crosses at "
@@ -65,7 +65,8 @@ def plates(scores: Scores, score: str) -> list[Plate]:
         made.append(_plate("failures", "Where each controller fails", _FAILURES, figure))
     if len(shown) > 1 and len(scores.controllers) > 1:
         figure = winner_map(scores, score, shown[0], shown[1])
-        made.append(_plate("winners", "Who wins where", _WINNERS.format(label.lower(), CLEAR_WIN), figure))
+        words = _WINNERS.format(label[:1].lower() + label[1:], CLEAR_WIN)
+        made.append(_plate("winners", "Who wins where", words, figure))
     return made
 
 
@@ -110,12 +111,15 @@ def profiles(scores: Scores) -> Figure:
             ax.set_axis_off()
             continue
         values, count = scores.badness(keys[index]), len(scores.draws)
+        goal = GOALS[keys[index]]
         for name, column in zip(scores.controllers, values.T, strict=True):
-            there = np.sort(column[np.isfinite(column)])
+            there = goal * np.sort(column[np.isfinite(column)])
             ax.step(there, np.arange(1, len(there) + 1) / count, where="post", color=colours[name])
         label, unit = DESCRIPTIONS[keys[index]]
         ax.set_xlabel(_broken(f"{label} ({unit})" if unit != "1" else label))
         ax.set_ylim(0.0, 1.02)
+        if goal < 0.0:
+            ax.invert_xaxis()
     axes[0, 0].set_ylabel("share of draws")
     style.legend_below(
         figure, [style.swatch(colours[name], style.label(name)) for name in scores.controllers]

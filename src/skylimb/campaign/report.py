@@ -11,13 +11,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from skylimb.analysis import style
-from skylimb.analysis.measures import describe
-from skylimb.analysis.metrics import DESCRIPTIONS
+from skylimb.analysis.measures import row_label
+from skylimb.analysis.metrics import DESCRIPTIONS, groups_of, printed
 from skylimb.analysis.pages import render_page
 from skylimb.campaign.draws import changed, value_at
 from skylimb.campaign.figures import plates
 from skylimb.campaign.folder import log_name
 from skylimb.campaign.frozen import Campaign
+from skylimb.campaign.maps import colours_of
 from skylimb.campaign.rows import QUARANTINED, Row
 from skylimb.campaign.spec import GOALS
 from skylimb.campaign.statistics import Paired, Rate
@@ -59,19 +60,22 @@ def render_report(campaign: Campaign, rows: Mapping[int, Row], summary: Summary,
         quarantined=[row for row in summary.lost if row["status"] == QUARANTINED],
         refused=list(scores.refused.items())[:_MOST_LISTED],
         refused_count=len(scores.refused),
-        controllers=[(style.label(name), _colour(name)) for name in names],
+        controllers=[(style.label(name), colour) for name, colour in colours_of(scores).items()],
         rates=_rates(summary),
-        table=[_row(key, summary) for key in summary.medians],
+        groups=[
+            (title, [_row(key, summary) for key in keys])
+            for title, keys in groups_of(summary.medians).items()
+        ],
         verdicts=_verdicts(summary),
         pairs=_pairs(summary),
         regions=[(style.label(name), _region(summary, name)) for name in names],
         plates=plates(scores, campaign.spec.score),
-        score=DESCRIPTIONS[campaign.spec.score][0],
+        score=_within(DESCRIPTIONS[campaign.spec.score][0]),
         worst=[
             (row, _cause(row, campaign), command(campaign, row), log_name(row) * (row["flight"] in kept))
             for row in summary.worst
         ],
-        success=[(DESCRIPTIONS[key][0], bound) for key, bound in campaign.spec.success.items()],
+        success=[(_within(DESCRIPTIONS[key][0]), bound) for key, bound in campaign.spec.success.items()],
         varied=[(key, json.dumps(to_mapping(entry))) for key, entry in campaign.spec.vary.items()],
         spec=write_toml(campaign.spec.to_mapping()),
         versions=campaign.versions,
@@ -124,20 +128,23 @@ def _rate(rate: Rate, rank: int) -> Cell:
 
 
 def _row(key: str, summary: Summary) -> tuple[str, str, list[Cell]]:
-    text, unit = describe(key)
     ranks = summary.ranks.get(key, [0] * len(summary.medians[key]))
     cells = [
-        Cell(_number(middle), "" if np.isnan(middle) else f"{_number(low)} .. {_number(high)}", place)
+        Cell(
+            _number(key, middle),
+            "" if np.isnan(middle) else f"{_number(key, low)} .. {_number(key, high)}",
+            place,
+        )
         for (middle, low, high), place in zip(summary.medians[key], ranks, strict=True)
     ]
-    return text, "" if unit == "1" else unit, cells
+    return *row_label(key), cells
 
 
-def _number(value: float) -> str:
-    """Three places; a dash for a number that the controller does not have."""
+def _number(key: str, value: float) -> str:
+    """The number; a dash for one that the controller does not have."""
     if np.isnan(value):
         return "–"
-    return f"{value:.3f}" if np.isfinite(value) else "lost"
+    return printed(key, value) if np.isfinite(value) else "lost"
 
 
 def _verdicts(summary: Summary) -> list[str]:
@@ -146,7 +153,7 @@ def _verdicts(summary: Summary) -> list[str]:
     said = []
     for key, ranks in summary.ranks.items():
         first = [style.label(name) for name, place in zip(names, ranks, strict=True) if place == 1]
-        what = "finishing" if key == "success" else DESCRIPTIONS[key][0].lower().removesuffix(" (truth)")
+        what = "finishing" if key == "success" else _within(DESCRIPTIONS[key][0]).removesuffix(" (truth)")
         if len(first) < len(names):
             verb = "are level and lead" if len(first) > 1 else "leads"
             said.append(f"{_listed(first)} {verb} in {what}")
@@ -196,8 +203,9 @@ def _cause(row: Row, campaign: Campaign) -> str:
         return row["cause"]
     text, unit = DESCRIPTIONS[campaign.spec.score]
     value = row[campaign.spec.score]
-    return "" if value is None else f"{text.lower()} {value:.3f} {unit if unit != '1' else ''}".strip()
+    return "" if value is None else f"{_within(text)} {value:.3f} {unit if unit != '1' else ''}".strip()
 
 
-def _colour(name: str) -> str:
-    return style.CONTROLLER_COLOURS.get(name, style.OTHER_COLOURS[0])
+def _within(text: str) -> str:
+    """A description in the middle of a sentence."""
+    return text[:1].lower() + text[1:]

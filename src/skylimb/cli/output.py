@@ -145,7 +145,8 @@ def working(what: str) -> Iterator[None]:
 
 def scores(runs: Mapping[str, Run]) -> None:
     """The metrics of every run side by side, the paper's numbers in brackets where it prints them."""
-    from skylimb.analysis.metrics import DESCRIPTIONS, ROWS, known_groups
+    from skylimb.analysis.measures import row_label
+    from skylimb.analysis.metrics import known_groups
     from skylimb.analysis.paper_numbers import EXPERIMENT
 
     experiment = next(iter(runs.values())).log.attrs.get("experiment", "")
@@ -158,8 +159,8 @@ def scores(runs: Mapping[str, Run]) -> None:
         table.add_section()
         table.add_row(f"[bold]{title}[/bold]")
         for key in keys:
-            unit = DESCRIPTIONS[key][1].removeprefix("1")
-            table.add_row(f"  {ROWS[key]}", unit, *(_score(run, key) for run in runs.values()))
+            label, unit = row_label(key)
+            table.add_row(f"  {label}", unit, *(_score(run, key) for run in runs.values()))
     console = _console()
     console.print(table)
     for name, run in runs.items():
@@ -222,11 +223,13 @@ def verification(rows: Sequence[Row]) -> int:
     return 0 if all(row.passed for row in rows) else 1
 
 
-def _median(value: float) -> str:
-    """Three places; a dash for a number that the controller does not have."""
+def _median(key: str, value: float) -> str:
+    """The number; a dash for one that the controller does not have."""
+    from skylimb.analysis.metrics import printed
+
     if math.isnan(value):
         return "-"
-    return f"{value:.3f}" if math.isfinite(value) else "lost"
+    return printed(key, value) if math.isfinite(value) else "lost"
 
 
 @contextmanager
@@ -265,21 +268,23 @@ def campaign(
     ranks: Mapping[str, Sequence[int]],
 ) -> None:
     """Success rates and medians of a campaign's controllers, each with its rank among them."""
-    from skylimb.analysis.measures import describe
+    from skylimb.analysis.measures import row_label
+    from skylimb.analysis.metrics import groups_of
 
-    table = _table(f"{experiment}, medians over all draws (in brackets: rank; equal ranks are ties)", "")
+    table = _table(f"{experiment}, medians over all draws (in brackets: rank; equal ranks are ties)", "", "")
     for name in rates:
         table.add_column(name, justify="right")
 
     def ranked(text: str, key: str, index: int) -> str:
         return f"{text} ({ranks[key][index]})" if key in ranks and len(rates) > 1 else text
 
-    table.add_row("Success rate", *(ranked(text, "success", i) for i, (text, _) in enumerate(rates.values())))
-    for key, values in medians.items():
-        label, unit = describe(key)
-        cells = (_median(value) for value, _, _ in values)
-        table.add_row(
-            f"{label} [dim]{unit if unit != '1' else ''}[/dim]",
-            *(ranked(text, key, i) for i, text in enumerate(cells)),
-        )
+    shown = (ranked(text, "success", i) for i, (text, _) in enumerate(rates.values()))
+    table.add_row("Success rate", "", *shown)
+    for title, keys in groups_of(medians).items():
+        table.add_section()
+        table.add_row(f"[bold]{title}[/bold]")
+        for key in keys:
+            label, unit = row_label(key)
+            cells = (_median(key, value) for value, _, _ in medians[key])
+            table.add_row(f"  {label}", unit, *(ranked(text, key, i) for i, text in enumerate(cells)))
     _console().print(table)
