@@ -222,6 +222,17 @@ def test_a_clock_that_was_held_back_takes_no_pose_from_the_others(make_run):
     assert [any("reach" in text.get_text() for text in ax.texts) for ax in unpaced.axes].count(True) == 8
 
 
+@pytest.mark.parametrize("plate", PLATES, ids=lambda plate: plate.name)
+def test_nothing_is_cut_off_at_the_edge(four_runs, plate):
+    figure = plate.draw(four_runs)
+    style.png(figure)
+    box, (wide, tall) = figure.get_tightbbox(), figure.get_size_inches()
+    assert box.x0 > -0.01
+    assert box.y0 > -0.01
+    assert box.x1 < wide + 0.01
+    assert box.y1 < tall + 0.01
+
+
 def test_panels_fill_their_rows():
     assert [style.panels(count) for count in (1, 4, 5, 6, 9)] == [(1, 1), (1, 4), (2, 3), (2, 3), (3, 3)]
     assert style.panels(3, 2) == (2, 2)

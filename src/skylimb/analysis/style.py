@@ -200,6 +200,7 @@ def save(figure: Figure, stem: Path) -> tuple[Path, Path]:
 @styled
 def png(figure: Figure, dpi: float | None = None) -> bytes:
     """A figure as PNG. Its layout is solved here, and stays as it is from then on."""
+    figure.set_dpi(dpi or DPI)  # letters are not equally wide at every resolution
     engine = figure.get_layout_engine()
     if engine is not None:
         # Matplotlib would solve it twice, and draw the figure once more in between.

@@ -16,8 +16,8 @@ from skylimb.reproduction.result import BESIDE, HIGH, LOW, NUMBERS, READINGS, Ju
 
 _SHORT = {
     "error_y_median": "|y error|",
-    "displacement_x_median": "|x|",
-    "estimated_force_x_median": "force",
+    "displacement_x_median": "|x displacement|",
+    "estimated_force_x_median": "force in x",
     "error_z_median": "|z error|",
 }
 _SHOWN_ABOVE, _CLEAR_ABOVE = 0.2, 0.3
@@ -51,9 +51,8 @@ def numbers_figure(campaign: Campaign, rows: Mapping[int, Row], result: Result) 
                 face = "white" if number.inside else style.FAILURE
                 mark = {"color": style.INK, "markerfacecolor": face, "markersize": 5, "zorder": 5}
                 ax.plot(place + 0.3, number.paper, "D", **mark)  # pyright: ignore[reportArgumentType]
-        text, unit = describe(key)
-        ax.set_title(text.replace(" of the CoG", "").replace("Median ", ""), fontsize=7.5)
-        ax.set_ylabel(unit)
+        ax.set_title(_SHORT[key], fontsize=7.5)
+        ax.set_ylabel(describe(key)[1])
         labels = [style.label(name) for name in campaign.names]
         ax.set_xticks(range(len(labels)), labels, rotation=35, ha="right")
         _crop(ax, [n for n in result.numbers if n.key == key])

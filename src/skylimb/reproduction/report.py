@@ -22,7 +22,8 @@ TEMPLATE = Path(__file__).with_name("report_template.html")
 CAPTIONS = {
     "numbers": (
         "The published numbers among the draws",
-        "Every flight that finished, with median and interval, beside the paper's number (diamond; filled "
+        "Medians over the sliding period, the errors to the mission's reference. Every flight that "
+        "finished, with median and interval, beside the paper's number (diamond; filled "
         "red where it lies outside). Single flights beyond the axes are not shown.",
     ),
     "claims": (
@@ -55,7 +56,7 @@ def render_report(prior: Prior, campaign: Campaign, result: Result, pictures: Ma
     """
     return render_page(
         TEMPLATE,
-        {"rate": rate_text, "spread": spread_text},
+        {"rate": rate_text, "spread": spread_text, "label": label},
         title=f"The paper held against {result.draws} draws",
         result=result,
         readings=list(result.claims[0].split),

@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator
 
 from skylimb.analysis import style
 from skylimb.analysis.paper_numbers import published
@@ -131,6 +132,7 @@ def _panel(ax: Axes, runs: Mapping[str, Run], metric: str, quantity: Quantity) -
     ax.set_xticks(range(len(runs)), names, rotation=30 if crowded else 0, ha="right" if crowded else "center")
     ax.set_xlim(-0.65, len(runs) - 0.35)
     ax.tick_params(axis="x", length=0)
+    ax.yaxis.set_major_locator(MaxNLocator(6))  # the same whatever the height that the layout finds
     low, high = ax.get_ylim()
     room = 0.06 * (high - low)  # for the number above the highest whisker
     ax.set_ylim(0.0 if low + room >= 0.0 else low, high + room)
