@@ -22,6 +22,10 @@ class UnknownNameError(ConfigError):
     """A name that is not among those known: an experiment, controller, robot, key or signal."""
 
 
+class UserCodeError(ConfigError):
+    """An error in a user's own Python: a law, a controller, a path, a metric or a figure."""
+
+
 class DescriptionError(SkylimbError):
     """A robot description that is incomplete or that no physical body can have."""
 

@@ -12,8 +12,9 @@ import skylimb
 from skylimb.flights.flying import begin_loop
 from skylimb.flights.public import take_off
 from skylimb.flights.stepped import SteppedFlight
+from skylimb.loop.flight import CONFIGURATION, Flight
 from skylimb.loop.loop import CHECK_INTERVAL, Loop
-from skylimb.loop.terminations import Terminations
+from skylimb.loop.terminations import Terminations, find_loss
 from skylimb.missions.frame import contact_frame
 from skylimb.missions.mission import Mission
 from skylimb.missions.reference import Reference, zero_reference
@@ -92,7 +93,7 @@ def test_a_mission_that_goes_faster_ends_earlier() -> None:
         ({0: 2.1}, "lost position: more than 2 m from the reference"),
         ({3: np.cos(0.51), 4: np.sin(0.51)}, "lost attitude: tilt above 1 rad"),
         ({3: np.cos(0.51), 5: np.sin(0.51)}, "lost attitude: tilt above 1 rad"),
-        ({1: np.nan}, "diverged: a signal is no longer a finite number"),
+        ({1: np.nan}, "diverged: root_position_measured not finite"),
     ],
 )
 def test_a_loss_ends_the_flight_at_its_first_tick(change: dict[int, float], cause: str) -> None:
@@ -223,3 +224,18 @@ def test_a_flight_program_needs_no_simulator() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_a_loss_names_the_signals_that_are_no_numbers() -> None:
+    """Whatever ends the flight, a signal that became NaN before is the likelier reason."""
+    layout = Layout({CONFIGURATION: np.zeros(7), "force_command": np.zeros(3), "mine": 0.0, "other": 0.0})
+    rows = np.tile(np.concatenate([HERE, np.zeros(5)]), (200, 1))
+    rows[:, layout.slices["other"]] = np.where(np.arange(200) < 20, 0.0, np.nan)[:, None]
+    rows[50:, layout.slices["force_command"]] = rows[50:, layout.slices["mine"]] = np.nan
+    rows[130:, 2] = 0.04
+    flown = Flight(rows, layout, 200, "")
+    assert find_loss(flown, mission(), Terminations()) == (
+        130,
+        "hit the floor: below 0.05 m at t = 1.300 s; other not finite since t = 0.200 s (tick 20)"
+        "; mine not finite since t = 0.500 s (tick 50); force_command not finite since t = 0.500 s (tick 50)",
+    )

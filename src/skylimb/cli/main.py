@@ -9,6 +9,7 @@ from __future__ import annotations
 import logging
 import os
 import sys
+import traceback
 from collections.abc import Sequence
 
 from skylimb.cli.arguments import parse, verb_help
@@ -18,6 +19,9 @@ from skylimb.cli.reproducing import VERBS as REPRODUCTION_VERBS
 from skylimb.errors import SkylimbError, unknown_name
 
 VERBS = {**FLIGHT_VERBS, **CAMPAIGN_VERBS, **REPRODUCTION_VERBS}
+
+DEBUG = "--debug"
+"""Option of every verb: the whole traceback of an error, before its one line."""
 
 EXAMPLES = """\
   skylimb compare                     the paper's experiment, four controllers, one report
@@ -35,11 +39,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
         The exit code, see the module.
     """
     arguments = list(sys.argv[1:] if arguments is None else arguments)
+    debug = DEBUG in arguments
+    arguments = [argument for argument in arguments if argument != DEBUG]
     # What a warning says is printed with the results, not in between.
     logging.getLogger("skylimb").addHandler(logging.NullHandler())
     try:
         return _dispatch(arguments)
     except SkylimbError as error:
+        if debug:
+            traceback.print_exception(error)
         return _complain(str(error), 2)
     except KeyboardInterrupt:
         return _complain("interrupted; what was not finished is not kept", 130)
@@ -77,7 +85,8 @@ def _overview() -> str:
         "usage: skylimb VERB [OPTIONS]\n\n"
         f"Verbs\n{verbs}\n\n"
         f"Examples\n{EXAMPLES}\n"
-        "`skylimb VERB --help` says more of each; `skylimb --version` which one this is."
+        "`skylimb VERB --help` says more of each; `skylimb --version` which one this is; --debug shows where "
+        "an error comes from."
     )
 
 

@@ -18,6 +18,7 @@ from skylimb.estimation.records import Measurement
 from skylimb.keys import Table, units_of
 from skylimb.missions.reference import Reference
 from skylimb.robots.model import Robot
+from skylimb.user_code import UserCode
 
 
 @runtime_checkable
@@ -155,10 +156,8 @@ def _common(table: Mapping[str, Any], known: Iterable[str]) -> dict[str, Any]:
 
 def _users_controller(path: Path, robot: Robot) -> Controller:
     make = load_module(path, ("controller",)).controller
-    try:
+    with UserCode(f"controller(robot) of '{path.name}'"):
         made = make(robot)
-    except Exception as error:
-        raise ConfigError(f"controller(robot) in '{path}' fails: {type(error).__name__}: {error}") from error
     missing = [name for name in ("name", "gains", "initial_state", "step") if not hasattr(made, name)]
     if missing:
         raise ConfigError(f"controller(robot) in '{path}' returns an object without {', '.join(missing)}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import importlib
 import importlib.util
 import pkgutil
@@ -13,8 +14,10 @@ from types import ModuleType
 from typing import Any, NamedTuple
 
 from skylimb.control.needs import Needs
+from skylimb.control.own_code import OwnLaw
 from skylimb.errors import ConfigError, unknown_name
 from skylimb.keys import keys_of
+from skylimb.user_code import UserCode
 
 
 class Slots(NamedTuple):
@@ -78,15 +81,15 @@ def law_names(slot: str) -> list[str]:
     return sorted(module.name for module in pkgutil.iter_modules(package.__path__))
 
 
-def find_law(slot: str, name: str, folder: Path) -> ModuleType:
-    """The module of a law, by name or by the path of a user's own file (relative to the preset's folder).
+def find_law(slot: str, name: str, folder: Path) -> Any:
+    """A law by name, or by the path of a user's own file (relative to the preset's folder).
 
     Raises:
         UnknownNameError: when there is no such law.
         ConfigError: when the file cannot be used as one.
     """
     if name.endswith(".py"):
-        return load_module((folder / name).resolve(), ("Gains", "initial_state", *traced_functions(slot)))
+        return _own_law(slot, (folder / name).resolve(), name)
     if name not in law_names(slot):
         raise unknown_name(f"{slot} law", name, law_names(slot))
     return importlib.import_module(f"{_folder(slot)}.{name}")
@@ -138,14 +141,25 @@ def load_module(path: Path, needed: tuple[str, ...]) -> ModuleType:
         raise ConfigError(f"file '{path}' is not a Python module")
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module
-    try:
+    with UserCode(f"import of '{path.name}'"):
         spec.loader.exec_module(module)
-    except Exception as error:
-        raise ConfigError(f"file '{path}' fails to import: {type(error).__name__}: {error}") from error
     missing = [name for name in needed if not hasattr(module, name)]
     if missing:
         raise ConfigError(f"file '{path}' does not define {', '.join(missing)} (needed: {', '.join(needed)})")
     return module
+
+
+@functools.lru_cache(maxsize=64)
+def _loaded_law(slot: str, path: Path, name: str, content: bytes) -> OwnLaw:
+    traced = traced_functions(slot)
+    return OwnLaw(load_module(path, ("Gains", "initial_state", *traced)), f"{slot} law '{name}'", traced)
+
+
+def _own_law(slot: str, path: Path, name: str) -> OwnLaw:
+    """A user's law; the same object as long as its file is the same, so that it is traced once."""
+    if not path.is_file():
+        raise ConfigError(f"file '{path}' does not exist")
+    return _loaded_law(slot, path, name, path.read_bytes())
 
 
 def _folder(slot: str) -> str:

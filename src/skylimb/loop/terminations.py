@@ -57,7 +57,7 @@ class Stretch(NamedTuple):
 
 def not_finite(seen: Stretch, limits: Terminations) -> tuple[np.ndarray, str]:
     """A watched number is NaN or infinite."""
-    return ~seen.finite, "diverged: a signal is no longer a finite number"
+    return ~seen.finite, "diverged"
 
 
 def tilt(seen: Stretch, limits: Terminations) -> tuple[np.ndarray, str]:
@@ -106,7 +106,28 @@ def find_loss(
         return None
     index, cause = min(found, key=lambda item: item[0])
     tick = first + index
-    return tick, f"{cause} at t = {tick * mission.period:.3f} s"
+    if not seen.finite[index]:
+        watched = ", ".join(_not_finite(flight, tick, watched=True))
+        cause = f"{cause}: {watched} not finite"
+    others = _not_finite(flight, tick, watched=False)
+    said = [
+        f"; {name} not finite since t = {start * mission.period:.3f} s (tick {start})"
+        for name, start in others.items()
+    ]
+    return tick, f"{cause} at t = {tick * mission.period:.3f} s{''.join(said[:3])}"
+
+
+def _not_finite(flight: Flight, tick: int, watched: bool) -> dict[str, int]:
+    """Signals that are no finite numbers at a tick, watched ones or others, and since which tick.
+
+    The earliest comes first; of several those that a law records itself, which stand last in the layout.
+    """
+    found: dict[str, int] = {}
+    for name, part in reversed(flight.layout.slices.items()):
+        finite = np.asarray(np.isfinite(flight.signals[: tick + 1, part]).all(axis=1))
+        if not finite[tick] and (name in _WATCHED) == watched and name not in _OFTEN_NAN:
+            found[name] = tick - int(np.argmax(finite[::-1])) + 1 if finite.any() else 0
+    return dict(sorted(found.items(), key=lambda item: item[1]))
 
 
 def _stretch(flight: Flight, mission: Mission, first: int) -> Stretch:
@@ -131,6 +152,10 @@ _WATCHED = (
     "joint_angles_command",
     "contact_force",
 )
+
+
+_OFTEN_NAN = ("contact_point",)
+"""Signals that are no number while there is no contact."""
 
 
 @functools.lru_cache(maxsize=16)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import traceback
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,6 +18,7 @@ from skylimb.missions.table import window_of
 from skylimb.packing import Layout
 from skylimb.robots.model import Robot
 from skylimb.symbolic import is_symbolic
+from skylimb.user_code import told_error
 
 
 class FreeDriver:
@@ -72,7 +71,7 @@ class FreeDriver:
                 self._gains, self._state, measurement, reference, dt
             )
         except Exception as error:
-            raise _failed_step(controller.name, k * dt, error) from error
+            raise told_error(f"controller '{controller.name}' at t = {k * dt:.3f} s", error) from error
         command = _checked(controller.name, command, self._robot)
         own = {name: _number(value) for name, value in signals.items()}
         pace = 1.0
@@ -107,15 +106,6 @@ def _number(value: Any) -> Any:
 
 def _zeros(layout: Layout[Any]) -> dict[str, Any]:
     return {name: np.zeros(shape) if shape else 0.0 for name, shape in layout.shapes.items()}
-
-
-def _failed_step(name: str, time: float, error: Exception) -> ConfigError:
-    """An error in a user's own code in one line: what happened, and where."""
-    last = traceback.extract_tb(error.__traceback__)[-1]
-    place = f"{Path(last.filename).name}, line {last.lineno}"
-    return ConfigError(
-        f"controller '{name}' fails at t = {time:.3f} s: {type(error).__name__}: {error} ({place})"
-    )
 
 
 def _checked(name: str, command: Any, robot: Robot) -> Command:
