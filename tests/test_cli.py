@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+import skylimb
 from skylimb import __version__
-from skylimb.cli import main
+from skylimb.cli import main, output
 from skylimb.cli.commands import VERBS
 from skylimb.recording import Run
 
@@ -65,14 +66,28 @@ def test_compare_leaves_what_it_promises(compared: tuple[int, Path]) -> None:
     assert "http://" not in (folder / "report.html").read_text()  # self-contained
 
 
-def test_the_summary_shows_both_controllers_and_the_papers_numbers(
+def test_the_summary_shows_both_controllers_and_no_number_of_a_paper_that_flew_longer(
     compared: tuple[int, Path], capsys: pytest.CaptureFixture[str]
 ) -> None:
     code, out, _ = call(["report", str(compared[1])], capsys)
     assert code == 0
     assert "hybrid" in out
-    assert "(0.083)" in out
+    assert "paper's numbers stand only beside flights of its configuration" in out
+    assert "pid, hybrid: " in out
+    assert "trajectory.period = 4 (paper: 14)" in out
+    assert "(0.083)" not in out
     assert "report.html" in out
+    page = (compared[1] / "report.html").read_text()
+    assert "trajectory.period = 4 (paper: 14)" in page
+    assert "0.083" not in page
+
+
+def test_the_papers_numbers_stand_beside_the_papers_flight(capsys: pytest.CaptureFixture[str]) -> None:
+    output.scores({"pid": skylimb.run("paper", "pid", seed=3)})
+    out = capsys.readouterr().out
+    assert "in brackets the paper's numbers" in out
+    assert "(0.134)" in out
+    assert "Flown otherwise" not in out
 
 
 def test_view_without_a_display_names_what_to_open(

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import json
+import tomllib
 
 import numpy as np
 import pytest
 import xarray as xr
 
 from skylimb.analysis.metrics import metrics
+from skylimb.analysis.paper_configuration import CONTROLLERS, FILE
+from skylimb.config import write_toml
 from skylimb.recording import Run
 
 PHASES = "hover tare approach settle slide retreat hover_end"
@@ -36,6 +39,16 @@ SCENE = """
   </worldbody>
 </mujoco>
 """
+
+
+PAPER = tomllib.loads(FILE.read_text(encoding="utf-8"))
+
+
+def papers_config(controller: str) -> str:
+    """The paper's configuration as a run stores it; of another controller only the name is known."""
+    gains = PAPER["controller"][controller] if controller in CONTROLLERS else {}
+    tables = {"name": "paper", "seed": 3, **PAPER["experiment"]}
+    return write_toml({**tables, "controller": {"name": controller, **gains}})
 
 
 def timeline(dt: float, slide: float) -> tuple[np.ndarray, np.ndarray, float]:
@@ -124,7 +137,7 @@ def synthetic_log(
             "seed": seed,
             "status": status,
             "cause": cause,
-            "config": 'experiment = "paper"\nseed = 3\n',
+            "config": papers_config(controller),
             "versions": json.dumps({"skylimb": "0.1.0", "python": "3.11"}),
             "scene": SCENE,
             "surface": json.dumps(

@@ -193,9 +193,9 @@ def test_boxes_stand_at_the_scores_and_the_papers_medians_beside_them(four_runs)
     assert not [line for line in right.lines if line.get_marker() == "D"]  # the paper prints no z
 
 
-def test_the_papers_medians_only_stand_beside_the_papers_experiment(make_run):
+def test_the_papers_medians_only_stand_beside_the_papers_configuration(make_run):
     run = make_run("pid")
-    run.log.attrs["experiment"] = "mine"
+    run.log.attrs["config"] = run.config.replace('shape = "circle"', 'shape = "line"')
     left, _ = used(boxes.sliding_errors({"pid": run, "other": run}))
     assert not [line for line in left.lines if line.get_marker() == "D"]
 

@@ -19,6 +19,7 @@ from skylimb.campaign.frozen import freeze
 from skylimb.cli.main import main
 from skylimb.errors import ConfigError, OutputError, SkylimbError
 from skylimb.reproduction import Prior, load_prior, reproduce
+from skylimb.reproduction.otherwise import flown_otherwise
 from skylimb.reproduction.prior import PRIOR
 from skylimb.reproduction.result import judge
 from skylimb.reproduction.sensitivity import correlations, unknown_columns
@@ -105,6 +106,15 @@ def test_the_prior_says_why_and_can_be_flown() -> None:
     assert {"surface.friction", "approach.depth", "trajectory.direction", "surface.slope"} <= varied
     assert {"sensors.latency", "plant.thrust_scale", "plant.rotor_scale"} <= varied
     assert campaign.names == tuple(PUBLISHED)
+
+
+def test_what_all_draws_fly_otherwise_than_the_paper_is_said(short_prior: Prior, tiny: Path) -> None:
+    """The declared unknowns are what the ensemble is about; whatever else differs stands on the page."""
+    prior = load_prior()
+    assert [found.key for found in flown_otherwise(prior, freeze(prior.campaign(1)))] == ["approach.standoff"]
+    curved = replace(prior, _plain={**prior._plain, "experiment": "sine_gentle"})
+    assert "surface.kind" in {found.key for found in flown_otherwise(curved, freeze(curved.campaign(1)))}
+    assert "trajectory.period = 2 (paper: 14)" in (tiny / "report.html").read_text()
 
 
 def test_gains_go_to_those_that_have_them() -> None:

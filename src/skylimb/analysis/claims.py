@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 
 from skylimb.analysis.measures import quartile_distance
 from skylimb.analysis.paper_claims import CLAIMS
-from skylimb.analysis.paper_numbers import EXPERIMENT, PUBLISHED
+from skylimb.analysis.paper_configuration import is_the_papers
+from skylimb.analysis.paper_numbers import PUBLISHED
 from skylimb.analysis.signals import contact_axis, in_phase
 from skylimb.recording import Run
 
@@ -35,7 +36,8 @@ Judge = Callable[[Mapping[str, Run]], Claim]
 def check_claims(runs: Mapping[str, Run]) -> list[Claim]:
     """Check the claims that these runs allow to check.
 
-    A claim needs finished flights of the paper's experiment by the controllers it names.
+    A claim is about flights of the paper's configuration by the controllers that it names. It needs one of
+    each that finished.
 
     Args:
         runs: by name; of two runs with the same controller the first counts.
@@ -45,11 +47,11 @@ def check_claims(runs: Mapping[str, Run]) -> list[Claim]:
     """
     flown: dict[str, Run] = {}
     for run in runs.values():
-        if not run.failed and run.log.attrs.get("experiment") == EXPERIMENT:
+        if not run.failed and is_the_papers(run):
             flown.setdefault(run.controller, run)
     found: list[Claim] = []
-    for needs, judge in _CLAIMS:
-        if all(name in flown for name in needs):
+    for name, judge in _JUDGES.items():
+        if set(CLAIMS[name].controllers) <= set(flown):
             claim = judge(flown)
             found.append(replace(claim, paper=_true_minus(claim.paper), ours=_true_minus(claim.ours)))
     return found
@@ -129,27 +131,22 @@ def _force_spread(run: Run) -> float:
     return quartile_distance(force)
 
 
-_CLAIMS: tuple[tuple[tuple[str, ...], Judge], ...] = (
-    (("pid", "impedance", "hybrid"), _friction),
-    (
-        ("hybrid", "impedance"),
-        _ratio(
-            "hybrid below impedance in x",
-            "hybrid",
-            "impedance",
-            "Adapting the arm takes up part of the board's depth: the CoG is displaced less under hybrid "
-            "than under impedance. Springs in series, k_a / (k_a + m K_x), with the paper's gains: 0.61.",
-        ),
+_JUDGES: dict[str, Judge] = {
+    "impedance resists friction": _friction,
+    "hybrid below impedance in x": _ratio(
+        "hybrid below impedance in x",
+        "hybrid",
+        "impedance",
+        "Adapting the arm takes up part of the board's depth: the CoG is displaced less under hybrid "
+        "than under impedance. Springs in series, k_a / (k_a + m K_x), with the paper's gains: 0.61.",
     ),
-    (
-        ("admittance", "pid"),
-        _ratio(
-            "admittance below PID in x",
-            "admittance",
-            "pid",
-            "Likewise the CoG is displaced less under admittance than under PID.",
-        ),
+    "admittance below PID in x": _ratio(
+        "admittance below PID in x",
+        "admittance",
+        "pid",
+        "Likewise the CoG is displaced less under admittance than under PID.",
     ),
-    (tuple(PUBLISHED), _smallest_force),
-    (("pid", "admittance", "hybrid"), _narrower_force),
-)
+    "hybrid pushed least": _smallest_force,
+    "admittance narrows the force": _narrower_force,
+}
+"""Claims that one comparison can be held against, in the paper's order."""

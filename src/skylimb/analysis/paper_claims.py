@@ -34,7 +34,7 @@ class PaperClaim:
         section: where it stands: "traces", "sliding", "contact" or "discussion".
         text: what is claimed, in our words.
         formula: the same in symbols; letters are p, i, a, h for the four controllers.
-        controllers: whose flights must have finished.
+        controllers: what it is about: the paper's flights under these controllers, which must have finished.
         keys: metrics and measures that it needs.
         holds: whether it is true of some numbers.
     """

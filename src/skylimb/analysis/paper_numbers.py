@@ -7,14 +7,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from skylimb.analysis.paper_configuration import is_the_papers
+from skylimb.recording import Run
+
 SOURCE = (
     "Z. Luo, M. Lei, J. Li, Y. Chen, Z. Xiong, M. Zhao: Hybrid Impedance-Admittance Control with Multi-Link "
     "Aerial Robot for Contact-Rich Surface Sliding Task, section Experiments (the text on the two box plots)"
 )
 """Where the numbers stand."""
-
-EXPERIMENT = "paper"
-"""The experiment that repeats the paper's; beside any other its numbers would mean nothing."""
 
 
 @dataclass(frozen=True)
@@ -43,8 +43,15 @@ PUBLISHED = {
 """By controller."""
 
 
-def published(controller: str, metric: str, experiment: str = EXPERIMENT) -> float | None:
+def published(controller: str, metric: str) -> float | None:
     """The paper's number for a controller and one of our metrics, or None where it prints none."""
-    if experiment != EXPERIMENT or controller not in PUBLISHED:
-        return None
-    return getattr(PUBLISHED[controller], metric, None)
+    return getattr(PUBLISHED.get(controller), metric, None)
+
+
+def published_beside(run: Run, metric: str) -> float | None:
+    """The paper's number to stand beside a run's own; None where it prints none.
+
+    None as well beside a run of any other configuration than the paper's (`paper_configuration`).
+    """
+    number = published(run.controller, metric)
+    return number if number is not None and is_the_papers(run) else None

@@ -15,7 +15,8 @@ from skylimb.analysis.figures import PLATES
 from skylimb.analysis.measures import row_label
 from skylimb.analysis.metrics import known_groups, printed
 from skylimb.analysis.pages import inlined, render_page
-from skylimb.analysis.paper_numbers import EXPERIMENT, SOURCE, published
+from skylimb.analysis.paper_configuration import EXPERIMENT, not_the_papers
+from skylimb.analysis.paper_numbers import SOURCE, published_beside
 from skylimb.analysis.signals import contact_transitions
 from skylimb.recording import LOG_FILE, Run
 
@@ -102,6 +103,7 @@ def render_report(runs: Mapping[str, Run], folder: Path, videos_follow: bool = F
             if contact_transitions(run.log)
         ],
         compared=any(cell.paper for _, rows in groups for _, _, cells in rows for cell in cells),
+        otherwise=not_the_papers({palette.label(name): run for name, run in runs.items()}),
         claims=claims,
         held=sum(claim.holds for claim in claims),
         source=SOURCE,
@@ -137,8 +139,8 @@ def _groups(runs: Mapping[str, Run]) -> list[tuple[str, list[Line]]]:
 def _line(runs: Mapping[str, Run], key: str) -> Line:
     cells = []
     for run in runs.values():
-        number = published(run.controller, key, str(run.log.attrs.get("experiment", "")))
-        cells.append(Cell(printed(key, run.metrics.get(key)) or "–", printed(key, number)))
+        number = printed(key, published_beside(run, key))
+        cells.append(Cell(printed(key, run.metrics.get(key)) or "–", number))
     return *row_label(key), cells
 
 

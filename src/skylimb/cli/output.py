@@ -147,10 +147,10 @@ def scores(runs: Mapping[str, Run]) -> None:
     """The metrics of every run side by side, the paper's numbers in brackets where it prints them."""
     from skylimb.analysis.measures import row_label
     from skylimb.analysis.metrics import known_groups
-    from skylimb.analysis.paper_numbers import EXPERIMENT
+    from skylimb.analysis.paper_configuration import is_the_papers, not_the_papers
 
     experiment = next(iter(runs.values())).log.attrs.get("experiment", "")
-    brackets = ", in brackets the paper's numbers" if experiment == EXPERIMENT else ""
+    brackets = ", in brackets the paper's numbers" if any(map(is_the_papers, runs.values())) else ""
     table = _table(f"{experiment}: sliding period{brackets}", "", "")
     for name in runs:
         table.add_column(name, justify="right")
@@ -166,6 +166,11 @@ def scores(runs: Mapping[str, Run]) -> None:
     for name, run in runs.items():
         if run.failed:
             console.print(f"{name} FAILED: {run.cause}")
+    otherwise = not_the_papers(runs)
+    if otherwise:
+        console.print("The paper's numbers stand only beside flights of its configuration. Flown otherwise:")
+        for line in otherwise:
+            console.print(f"  {line}", markup=False)
 
 
 def _status(run: Run) -> str:
@@ -174,9 +179,9 @@ def _status(run: Run) -> str:
 
 def _score(run: Run, key: str) -> str:
     from skylimb.analysis.metrics import printed
-    from skylimb.analysis.paper_numbers import published
+    from skylimb.analysis.paper_numbers import published_beside
 
-    known = printed(key, published(run.controller, key, str(run.log.attrs.get("experiment", ""))))
+    known = printed(key, published_beside(run, key))
     shown = printed(key, run.metrics.get(key)) or "-"
     return f"{shown} ({known})" if known else shown
 

@@ -14,6 +14,7 @@ from skylimb.analysis.paper_numbers import SOURCE
 from skylimb.campaign.frozen import Campaign
 from skylimb.campaign.statistics import Rate
 from skylimb.reproduction.files import command
+from skylimb.reproduction.otherwise import flown_otherwise
 from skylimb.reproduction.prior import Prior
 from skylimb.reproduction.result import BESIDE, HIGH, LOW, NUMBERS, Result, Spread, label
 
@@ -75,6 +76,7 @@ def render_report(prior: Prior, campaign: Campaign, result: Result, pictures: Ma
         ],
         keys=[(key, digits(key), describe(key)[1]) for key in NUMBERS],
         prior=prior,
+        otherwise=flown_otherwise(prior, campaign),
         plates=[(name, *CAPTIONS[name], inlined(path, "image/png")) for name, path in pictures.items()],
         command=command(result.draws),
         source=SOURCE,

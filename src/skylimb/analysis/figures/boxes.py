@@ -14,7 +14,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
 from skylimb.analysis import style
-from skylimb.analysis.paper_numbers import published
+from skylimb.analysis.paper_numbers import published_beside
 from skylimb.analysis.signals import Direction, contact_axis, in_phase, sliding_axes
 from skylimb.recording import Run
 
@@ -121,7 +121,7 @@ def _panel(ax: Axes, runs: Mapping[str, Run], metric: str, quantity: Quantity) -
             ink = style.FAILURE if run.failed else style.TRUTH
             middle = {"transform": ax.get_xaxis_transform(), "ha": "center", "va": "center"}
             ax.text(place, 0.5, text, rotation=90, color=ink, **middle)
-        number = published(run.controller, metric, str(run.log.attrs.get("experiment", "")))
+        number = published_beside(run, metric)
         if number is not None:
             ax.plot(
                 place - 0.38, number, "D", color=style.INK, markerfacecolor="white", markersize=4.5, zorder=5

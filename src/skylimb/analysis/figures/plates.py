@@ -101,8 +101,7 @@ PLATES = (
         _flow(f"""
             Absolute distance of the centre of gravity from the mission's reference over the sliding period,
             the same reference for every controller. Boxes span the quartiles, the bar and the number above
-            are the median, whiskers reach from {WHISKERS[0]:g} to {WHISKERS[1]:g} %. Diamonds: medians that
-            the paper prints (it gives none for z).
+            are the median, whiskers reach from {WHISKERS[0]:g} to {WHISKERS[1]:g} %.
         """),
         sliding_errors,
         compares=True,
