@@ -23,22 +23,21 @@ from skylimb.errors import ConfigError, UnknownNameError, nearest
 from skylimb.keys.checks import RefusedError, choice_problem
 from skylimb.keys.fields import fields_of, members_of, section_of
 from skylimb.keys.key import shown
+from skylimb.sources import Source, read_source
 
 T = TypeVar("T")
 
 
 def read_toml(path: str | Path) -> dict[str, Any]:
     """The table in a TOML file; a `ConfigError` where it is missing, unreadable or not valid TOML."""
-    path = Path(path)
+    return parse_toml(read_source(path), path)
+
+
+def parse_toml(source: Source, path: str | Path = "") -> dict[str, Any]:
+    """The table in a TOML file that was read; `path` is what it is called in messages."""
+    path = path or source.path
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        there = [entry.name for entry in path.parent.glob("*.toml")] if path.parent.is_dir() else []
-        guess = nearest(path.name, there)
-        hint = f"; did you mean '{path.parent / guess}'?" if guess else ""
-        raise ConfigError(f"no such file: '{path}'{hint}") from None
-    except OSError as error:
-        raise ConfigError(f"cannot read '{path}': {error.strerror or error}") from error
+        return tomllib.loads(source.content.decode("utf-8").replace("\r\n", "\n"))
     except UnicodeDecodeError as error:
         raise ConfigError(f"cannot read '{path}': it is not UTF-8 text") from error
     except tomllib.TOMLDecodeError as error:

@@ -18,6 +18,10 @@ class ConfigError(SkylimbError):
     """A configuration, preset or option that cannot be used: unknown key, wrong type, value out of range."""
 
 
+class UnreadableError(ConfigError):
+    """A file of the user's that is not there or cannot be read."""
+
+
 class UnknownNameError(ConfigError):
     """A name that is not among those known: an experiment, controller, robot, key or signal."""
 

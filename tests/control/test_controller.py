@@ -13,10 +13,11 @@ from skylimb.control.controller import (
 )
 from skylimb.control.preset import preset_from_mapping, preset_mapping, preset_names
 from skylimb.control.preset_keys import preset_tables
-from skylimb.control.slots import SLOTS, find_law, keys_of_law, law_names, load_module, right_key
+from skylimb.control.slots import SLOTS, find_law, keys_of_law, law_names, right_key
 from skylimb.errors import ConfigError, UnknownNameError
 from skylimb.keys import rows_of
 from skylimb.robots.model import Robot
+from skylimb.user_modules import load_module
 
 OWN = """
 class Own:

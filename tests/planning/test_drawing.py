@@ -7,6 +7,7 @@ import pytest
 from skylimb.errors import ConfigError, UnknownNameError
 from skylimb.planning.drawing import Strokes, clean, fitted, nearest_first
 from skylimb.planning.drawing_sources import svg_strokes, text_strokes
+from skylimb.sources import read_source
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "skylimb.svg"
 HEAD = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100" width="100" height="100" '
@@ -20,7 +21,7 @@ def read(tmp_path):
     def read(elements: str, head: str = HEAD + ">") -> Strokes:
         file = tmp_path / "drawing.svg"
         file.write_text(f"{head}{elements}</svg>", encoding="utf-8")
-        return svg_strokes(str(file))
+        return svg_strokes(read_source(file), str(file))
 
     return read
 
@@ -132,17 +133,17 @@ def test_what_is_no_svg_file_is_refused(tmp_path, text, words):
     file = tmp_path / "bad.svg"
     file.write_text(text)
     with pytest.raises(ConfigError, match=words):
-        svg_strokes(str(file))
+        svg_strokes(read_source(file), str(file))
 
 
 def test_a_missing_file_names_the_nearest(tmp_path):
     (tmp_path / "spiral.svg").write_text("<svg/>")
     with pytest.raises(ConfigError, match=r"did you mean '.*spiral\.svg'"):
-        svg_strokes(str(tmp_path / "spirals.svg"))
+        svg_strokes(read_source(tmp_path / "spirals.svg"), str(tmp_path / "spirals.svg"))
 
 
 def test_the_example_reads():
-    strokes = svg_strokes(str(EXAMPLE))
+    strokes = svg_strokes(read_source(EXAMPLE), str(EXAMPLE))
     assert len(strokes.lines) >= 6
     assert any(len(line) > 50 for line in strokes.lines)
 

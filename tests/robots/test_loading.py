@@ -97,7 +97,7 @@ def test_missing_and_unreadable_files(tmp_path, spoil):
     refused(tmp_path / "robot.urdf", ConfigError, "name the flight TOML")
     refused(tmp_path, DescriptionError, "has no flight.toml")
     path = spoil(toml=('urdf = "hydrus_xi_quad.urdf"', 'urdf = "hydrus_xi_squad.urdf"'))
-    refused(path, DescriptionError, "no such file", "did you mean 'hydrus_xi_quad.urdf'")
+    refused(path, DescriptionError, "no such file", "did you mean '", "hydrus_xi_quad.urdf'")
     path = spoil()
     (path.parent / "hydrus_xi_quad.urdf").unlink()
     (path.parent / "hydrus_xi_quad.urdf").mkdir()

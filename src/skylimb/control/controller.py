@@ -12,13 +12,14 @@ from skylimb.control.cascade import Cascade, build_cascade
 from skylimb.control.needs import Needs
 from skylimb.control.preset import preset_from_mapping, preset_mapping
 from skylimb.control.records import Command
-from skylimb.control.slots import find_law, keys_of_law, load_module
+from skylimb.control.slots import find_law, keys_of_law
 from skylimb.errors import ConfigError
 from skylimb.estimation.records import Measurement
 from skylimb.keys import Table, units_of
 from skylimb.missions.reference import Reference
 from skylimb.robots.model import Robot
 from skylimb.user_code import UserCode
+from skylimb.user_modules import load_module
 
 
 @runtime_checkable

@@ -15,6 +15,7 @@ from skylimb.errors import UserCodeError
 from skylimb.packing import Layout
 from skylimb.symbolic import is_symbolic
 from skylimb.user_code import UserCode, guarded
+from skylimb.user_modules import sources_of_module
 
 
 class OwnLaw:
@@ -29,6 +30,7 @@ class OwnLaw:
     def __init__(self, module: ModuleType, what: str, traced: Iterable[str]) -> None:
         self.Gains, self.__doc__ = module.Gains, module.__doc__
         self.SIGNALS = getattr(module, "SIGNALS", {})
+        self.sources = sources_of_module(module)
         for name in traced:
             setattr(self, name, traceable(getattr(module, name), what))
         for name in ("initial_state", "needs", "require"):

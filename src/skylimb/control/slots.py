@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import functools
 import importlib
-import importlib.util
 import pkgutil
-import sys
-import zlib
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
@@ -15,9 +12,9 @@ from typing import Any, NamedTuple
 
 from skylimb.control.needs import Needs
 from skylimb.control.own_code import OwnLaw
-from skylimb.errors import ConfigError, unknown_name
+from skylimb.errors import unknown_name
 from skylimb.keys import keys_of
-from skylimb.user_code import UserCode
+from skylimb.user_modules import load_module
 
 
 class Slots(NamedTuple):
@@ -89,7 +86,8 @@ def find_law(slot: str, name: str, folder: Path) -> Any:
         ConfigError: when the file cannot be used as one.
     """
     if name.endswith(".py"):
-        return _own_law(slot, (folder / name).resolve(), name)
+        needed = ("Gains", "initial_state", *traced_functions(slot))
+        return _own_law(slot, load_module(folder / name, needed), name)
     if name not in law_names(slot):
         raise unknown_name(f"{slot} law", name, law_names(slot))
     return importlib.import_module(f"{_folder(slot)}.{name}")
@@ -126,40 +124,10 @@ def right_key(key: str) -> str | None:
     return next(iter([*ending, *inside]), None)
 
 
-def load_module(path: Path, needed: tuple[str, ...]) -> ModuleType:
-    """A user's Python file as a module, checked to define every name in `needed`.
-
-    Raises:
-        ConfigError: when the file is missing, fails to import, or lacks a name.
-    """
-    if not path.is_file():
-        raise ConfigError(f"file '{path}' does not exist")
-    # A name of its own among the loaded modules, where dataclasses look up what annotations mean.
-    name = f"skylimb_user_{path.stem}_{zlib.crc32(str(path).encode()):08x}"
-    spec = importlib.util.spec_from_file_location(name, path)
-    if spec is None or spec.loader is None:
-        raise ConfigError(f"file '{path}' is not a Python module")
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module
-    with UserCode(f"import of '{path.name}'"):
-        spec.loader.exec_module(module)
-    missing = [name for name in needed if not hasattr(module, name)]
-    if missing:
-        raise ConfigError(f"file '{path}' does not define {', '.join(missing)} (needed: {', '.join(needed)})")
-    return module
-
-
 @functools.lru_cache(maxsize=64)
-def _loaded_law(slot: str, path: Path, name: str, content: bytes) -> OwnLaw:
-    traced = traced_functions(slot)
-    return OwnLaw(load_module(path, ("Gains", "initial_state", *traced)), f"{slot} law '{name}'", traced)
-
-
-def _own_law(slot: str, path: Path, name: str) -> OwnLaw:
-    """A user's law; the same object as long as its file is the same, so that it is traced once."""
-    if not path.is_file():
-        raise ConfigError(f"file '{path}' does not exist")
-    return _loaded_law(slot, path, name, path.read_bytes())
+def _own_law(slot: str, module: ModuleType, name: str) -> OwnLaw:
+    """A user's law; the same object as long as its files are the same, so that it is traced once."""
+    return OwnLaw(module, f"{slot} law '{name}'", traced_functions(slot))
 
 
 def _folder(slot: str) -> str:

@@ -21,6 +21,7 @@ class Key:
         above: the value must be more than this; in place of `low`.
         below: the value must be less than this; in place of `high`.
         finite: false where an infinite value has a meaning. NaN never has one.
+        file: whether it names a file of the user's; a relative path is sought beside the file that names it.
     """
 
     unit: str = ""
@@ -30,6 +31,7 @@ class Key:
     above: float | None = None
     below: float | None = None
     finite: bool = True
+    file: bool = False
 
     @property
     def bounded(self) -> bool:

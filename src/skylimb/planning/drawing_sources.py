@@ -6,14 +6,15 @@ are loaded when they are first used.
 
 from __future__ import annotations
 
-from pathlib import Path
+import io
 from typing import Any
 from xml.etree.ElementTree import ParseError
 
 import numpy as np
 
-from skylimb.errors import ConfigError, nearest, unknown_name
+from skylimb.errors import ConfigError, unknown_name
 from skylimb.planning.drawing import Strokes, clean
+from skylimb.sources import Source
 
 _FLATNESS = 1e-4
 """How far a straight piece may be from its curve, as a part of the drawing's larger side."""
@@ -22,22 +23,27 @@ _LOOK = np.linspace(0.0, 1.0, 33)
 _MOST_PIECES = 4096
 
 
-def svg_strokes(file: str) -> Strokes:
+def svg_strokes(source: Source, file: str) -> Strokes:
     """The outlines in an SVG file, in its units, x to the right and y up.
 
     Paths, lines, polylines, polygons, circles, ellipses and rectangles, under all transforms; filled shapes
     are drawn as their outlines, invisible ones (neither fill nor stroke) are left out. Curves become straight
     pieces.
 
+    Args:
+        source: the file as it was read.
+        file: what it is called in messages.
+
     Raises:
-        ConfigError: where the file cannot be read, has nothing to draw, or has text or pictures in it.
+        ConfigError: where the file is no SVG, has nothing to draw, or has text or pictures in it.
     """
     from svgelements import SVG
 
-    _require_file(file)
     what = f"SVG file '{file}'"
+    if not source.content:
+        raise ConfigError(f"{what} is empty")
     try:
-        document: Any = SVG.parse(file, reify=False)
+        document: Any = SVG.parse(io.BytesIO(source.content), reify=False)
     except (ParseError, ValueError) as error:
         raise ConfigError(f"'{file}' is not a readable SVG file: {error or type(error).__name__}") from None
     if not isinstance(document, SVG):
@@ -80,22 +86,6 @@ def text_strokes(text: str, font: str = "futural") -> Strokes:
         )
     lines = [np.array(stroke, dtype=float).reshape(-1, 2) for stroke in letters.strokes_for_text(text)]
     return clean([line * [1.0, -1.0] for line in lines], f"trajectory.text = {text!r}")
-
-
-def _require_file(file: str) -> None:
-    path = Path(file)
-    try:
-        with path.open("rb") as stream:
-            empty = not stream.read(1)
-    except FileNotFoundError:
-        there = [entry.name for entry in path.parent.glob("*.svg")] if path.parent.is_dir() else []
-        guess = nearest(path.name, there)
-        hint = f"; did you mean '{path.parent / guess}'?" if guess else ""
-        raise ConfigError(f"no such file: '{file}'{hint}") from None
-    except OSError as error:
-        raise ConfigError(f"cannot read '{file}': {error.strerror or error}") from error
-    if empty:
-        raise ConfigError(f"SVG file '{file}' is empty")
 
 
 def _outlines(document: Any, what: str) -> list[tuple[list[Any], Any]]:

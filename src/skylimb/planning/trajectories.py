@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Annotated, Literal
 
 import numpy as np
@@ -24,6 +25,7 @@ from skylimb.planning.drawing import LARGEST, Strokes, fitted, nearest_first
 from skylimb.planning.drawing_sources import svg_strokes, text_strokes
 from skylimb.planning.pen_motion import pen_motion
 from skylimb.planning.smooth_step import STEEPEST, quintic, smooth_step
+from skylimb.sources import Source, read_source
 
 Samples = tuple[np.ndarray, np.ndarray, np.ndarray]
 """Position (k, 2) in m, velocity in m/s, acceleration in m/s^2."""
@@ -83,7 +85,7 @@ class TrajectoryConfig:
             high=10.0,
         ),
     ] = ()
-    file: Annotated[str, Key("", "drawing: an SVG file")] = ""
+    file: Annotated[str, Key("", "drawing: an SVG file", file=True)] = ""
     text: Annotated[str, Key("", "drawing: words, in place of a file")] = ""
     font: Annotated[
         str,
@@ -142,6 +144,11 @@ class TrajectoryConfig:
             "errors appear only with none",
         ),
     ] = "none"
+
+    @cached_property
+    def sources(self) -> tuple[Source, ...]:
+        """The drawing's file as it was read, where there is one."""
+        return (read_source(self.file),) if self.file else ()
 
     def check(self) -> None:
         """Refuse keys that do not go together."""
@@ -295,8 +302,10 @@ def drawing_strokes(config: TrajectoryConfig) -> Strokes:
     """
     if config.shape != "drawing":
         raise refused(config, "shape", "is no drawing")
-    source = svg_strokes(config.file) if config.file else text_strokes(config.text, config.font)
-    strokes = fitted(source, config.width, config.height)
+    drawn = (
+        svg_strokes(config.sources[0], config.file) if config.file else text_strokes(config.text, config.font)
+    )
+    strokes = fitted(drawn, config.width, config.height)
     if config.order == "nearest":
         strokes = nearest_first(strokes)
     return strokes.reversed() if config.direction < 0 else strokes

@@ -12,6 +12,7 @@ from typing import Annotated, Literal
 import numpy as np
 
 from skylimb.keys import Key, configuration
+from skylimb.sources import Source
 
 
 def _zeros() -> np.ndarray:
@@ -187,6 +188,7 @@ class RobotDescription(_Fixed):
         measured_link: the link whose pose and twist are measured.
         digest: SHA-256 of the two files, hexadecimal.
         folder: where the files are.
+        sources: the flight TOML and the URDF as they were read.
     """
 
     name: str
@@ -205,6 +207,7 @@ class RobotDescription(_Fixed):
     measured_link: str
     digest: str
     folder: Path
+    sources: tuple[Source, ...] = ()
 
     def link(self, name: str) -> Link:
         """The link of that name."""

@@ -9,14 +9,15 @@ from pathlib import Path
 
 import numpy as np
 
-from skylimb.config import from_mapping, read_toml
-from skylimb.errors import ConfigError, DescriptionError, nearest, unknown_name
+from skylimb.config import from_mapping, parse_toml, read_toml
+from skylimb.errors import ConfigError, DescriptionError, UnreadableError, unknown_name
 from skylimb.robots.description import PostureFamily, RobotDescription, Rotor, Tip
 from skylimb.robots.flight_check import check_robot
 from skylimb.robots.flight_file import FlightFile, RotorSection
 from skylimb.robots.model import Robot
 from skylimb.robots.urdf import clean_rotation, read_urdf
 from skylimb.robots.validation import check_description
+from skylimb.sources import Source, read_source
 from skylimb.spatial import rotation_from_rpy
 
 FLIGHT_FILE = "flight.toml"
@@ -44,7 +45,7 @@ def load_robot(name_or_path: str | Path) -> Robot:
         DescriptionError: the two files do not describe a robot that can exist and fly.
         AllocationError: the rotors cannot command a thrust and three torques.
     """
-    return _load(_flight_path(name_or_path).resolve())
+    return _load_unchanged(*_read(_flight_path(name_or_path)))
 
 
 def load_flight_file(name_or_path: str | Path) -> FlightFile:
@@ -55,24 +56,19 @@ def load_flight_file(name_or_path: str | Path) -> FlightFile:
         ConfigError: the file is missing, unreadable, or has an unknown key, a wrong type or a value out of
             range.
     """
-    return _flight_file(_flight_path(name_or_path).resolve())
+    return _flight_file(read_source(_flight_path(name_or_path)))
 
 
 @lru_cache(maxsize=16)
-def _load_unchanged(path: Path, digest: str) -> Robot:
-    robot = Robot(_describe(path, digest))
+def _load_unchanged(flight: Source, urdf: Source) -> Robot:
+    robot = Robot(_describe(flight, urdf))
     check_robot(robot)
     return robot
 
 
-def _load(path: Path) -> Robot:
-    return _load_unchanged(path, _digest(path, path.parent / _flight_file(path).urdf))
-
-
 def read_description(name_or_path: str | Path) -> RobotDescription:
     """What the files say, checked link by link, without the model being built (see `load_robot`)."""
-    path = _flight_path(name_or_path).resolve()
-    return _describe(path, _digest(path, path.parent / _flight_file(path).urdf))
+    return _describe(*_read(_flight_path(name_or_path)))
 
 
 def _flight_path(name_or_path: str | Path) -> Path:
@@ -91,29 +87,31 @@ def _flight_path(name_or_path: str | Path) -> Path:
     return SHIPPED / path / FLIGHT_FILE
 
 
-def _flight_file(path: Path) -> FlightFile:
-    return from_mapping(FlightFile, read_toml(path), str(path))
+def _read(path: Path) -> tuple[Source, Source]:
+    """The flight TOML and the URDF that it names."""
+    flight = read_source(path)
+    try:
+        return flight, read_source(flight.path.parent / _flight_file(flight).urdf)
+    except UnreadableError as error:
+        raise DescriptionError(str(error)) from None
 
 
-def _digest(*paths: Path) -> str:
+def _flight_file(source: Source) -> FlightFile:
+    return from_mapping(FlightFile, parse_toml(source), str(source.path))
+
+
+def _digest(*sources: Source) -> str:
     total = hashlib.sha256()
-    for path in paths:
-        try:
-            # The same text with other line ends is the same description.
-            total.update(path.read_bytes().replace(b"\r\n", b"\n"))
-        except FileNotFoundError:
-            guess = nearest(path.name, [other.name for other in path.parent.glob("*.urdf")])
-            hint = f"; did you mean '{guess}'?" if guess else ""
-            raise DescriptionError(f"no such file: '{path}'{hint}") from None
-        except OSError as error:
-            raise DescriptionError(f"cannot read '{path}': {error.strerror or error}") from error
+    for source in sources:
+        # The same text with other line ends is the same description.
+        total.update(source.content.replace(b"\r\n", b"\n"))
         total.update(b"\0")
     return total.hexdigest()
 
 
-def _describe(path: Path, digest: str) -> RobotDescription:
-    flight = _flight_file(path)
-    root, links, joints = read_urdf(path.parent / flight.urdf, flight.root_link)
+def _describe(flight_source: Source, urdf: Source) -> RobotDescription:
+    flight = _flight_file(flight_source)
+    root, links, joints = read_urdf(urdf, flight.root_link)
     _require_known("measured_link", [flight.measured_link], [link.name for link in links])
     _require_known("tip.link", [flight.tip.link], [link.name for link in links])
     _require_known("rotors.link", [rotor.link for rotor in flight.rotors], [link.name for link in links])
@@ -146,8 +144,9 @@ def _describe(path: Path, digest: str) -> RobotDescription:
             flight.posture.theta_nominal,
         ),
         measured_link=flight.measured_link,
-        digest=digest,
-        folder=path.parent,
+        digest=_digest(flight_source, urdf),
+        folder=flight_source.path.parent,
+        sources=(flight_source, urdf),
     )
     check_description(description)
     return description

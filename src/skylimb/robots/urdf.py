@@ -14,24 +14,28 @@ import numpy as np
 
 from skylimb.errors import DescriptionError, unknown_name
 from skylimb.robots.description import Inertial, Joint, Link, Visual
+from skylimb.sources import Source
 
 _KINDS = ("revolute", "continuous", "fixed")
 _GREY = (0.6, 0.6, 0.6, 1.0)
 
 
-def read_urdf(path: Path, root_link: str | None = None) -> tuple[str, tuple[Link, ...], tuple[Joint, ...]]:
+def read_urdf(
+    source: Source, root_link: str | None = None
+) -> tuple[str, tuple[Link, ...], tuple[Joint, ...]]:
     """The root link's name, all links (parents first) and all joints of a URDF.
 
     Args:
-        path: the file.
+        source: the file as it was read.
         root_link: leave out what stands above this link, which must be massless; None keeps all.
 
     Raises:
-        DescriptionError: the file cannot be read, is not a URDF, or its links and joints do not form one
+        DescriptionError: the file is not a URDF, or its links and joints do not form one
             tree; or a link with mass stands above `root_link`.
         UnknownNameError: a joint, or `root_link`, names a link that is not there.
     """
-    robot = _parse(path)
+    path = source.path
+    robot = _parse(source)
     if root_link is not None:
         _cut_above(root_link, robot, path)
     links = {link.name: _link(link, robot.materials, path) for link in robot.links}
@@ -41,14 +45,11 @@ def read_urdf(path: Path, root_link: str | None = None) -> tuple[str, tuple[Link
     return _sorted_tree(links, joints, path)
 
 
-def _parse(path: Path) -> Any:
+def _parse(source: Source) -> Any:
     # yourdfpy pulls in trimesh, which `skylimb --help` should not pay for.
     from yourdfpy import URDF
 
-    try:
-        content = path.read_bytes()
-    except OSError as error:
-        raise DescriptionError(f"cannot read the URDF '{path}': {error.strerror or error}") from error
+    content, path = source.content, source.path
     try:
         urdf = URDF.load(io.BytesIO(content), build_scene_graph=False, load_meshes=False)
     except Exception as error:  # yourdfpy and lxml let many kinds through: all of them mean "not a URDF"

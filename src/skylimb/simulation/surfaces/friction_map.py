@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import field
-from pathlib import Path
+from functools import cached_property
 from typing import Annotated
 
 import numpy as np
@@ -16,7 +16,8 @@ import numpy as np
 from skylimb.errors import ConfigError
 from skylimb.keys import Key, configuration
 from skylimb.simulation.contact import Adhesion, Friction
-from skylimb.simulation.surfaces.tables import checked_rows, on_grid, read_values
+from skylimb.simulation.surfaces.tables import checked_rows, on_grid, read_table, values_in
+from skylimb.sources import Source
 
 
 @configuration
@@ -67,7 +68,7 @@ class FrictionMap:
             high=10.0,
         ),
     ] = ()
-    file: Annotated[str, Key("", "an image or numbers, in place of table")] = ""
+    file: Annotated[str, Key("", "an image or numbers, in place of table", file=True)] = ""
     low: Annotated[float, Key("", "coefficient of the value 0 in file", low=0.0, high=10.0)] = 0.0
     high: Annotated[float, Key("", "coefficient of the value 1 in file", low=0.0, high=10.0)] = 1.0
 
@@ -88,10 +89,15 @@ class FrictionMap:
         """The largest adhesion of a patch, N."""
         return max((patch.adhesion for patch in self.patches.values()), default=0.0)
 
+    @cached_property
+    def sources(self) -> tuple[Source, ...]:
+        """The file as it was read, where there is one."""
+        return (read_table(self.file, f"friction map '{self.file}'"),) if self.file else ()
+
     def values(self) -> np.ndarray | None:
         """The coefficients of the table or file, rows and columns as given; None without one."""
         if self.file:
-            relative = read_values(Path(self.file), f"friction map '{self.file}'")
+            relative = values_in(self.sources[0], f"friction map '{self.file}'")
             return self.low + (self.high - self.low) * relative
         if not self.table:
             return None

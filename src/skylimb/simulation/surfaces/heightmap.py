@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import cached_property
-from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
@@ -13,7 +12,8 @@ from skylimb.errors import ConfigError
 from skylimb.keys import Key, configuration, refused
 from skylimb.simulation.surfaces.curved import CurvedSurface
 from skylimb.simulation.surfaces.spline import Spline
-from skylimb.simulation.surfaces.tables import checked_rows, on_grid, read_values
+from skylimb.simulation.surfaces.tables import checked_rows, on_grid, read_table, values_in
+from skylimb.sources import Source
 
 _MOST_NODES = 400_000
 
@@ -27,7 +27,9 @@ class HeightMap(CurvedSurface):
     """
 
     kind: Literal["heightmap"] = "heightmap"
-    file: Annotated[str, Key("", "an image (its brightness, 0 to 1), or numbers in .npy, .csv or .txt")] = ""
+    file: Annotated[
+        str, Key("", "an image (its brightness, 0 to 1), or numbers in .npy, .csv or .txt", file=True)
+    ] = ""
     heights: Annotated[
         tuple[tuple[float, ...], ...], Key("", "rows of numbers, in place of a file", low=-1e6, high=1e6)
     ] = ()
@@ -78,10 +80,15 @@ class HeightMap(CurvedSurface):
         return True
 
     @cached_property
+    def sources(self) -> tuple[Source, ...]:
+        """The file as it was read, where the values are in one."""
+        return (read_table(self.file, f"height map '{self.file}'"),) if self.file else ()
+
+    @cached_property
     def values(self) -> np.ndarray:
         """The checked values (rows, columns) as given."""
         name = f"height map '{self.file}'" if self.file else "surface.heights"
-        values = read_values(Path(self.file), name) if self.file else checked_rows(self.heights, name)
+        values = values_in(self.sources[0], name) if self.file else checked_rows(self.heights, name)
         if values.ndim != 2 or min(values.shape) < 4:
             shape = " x ".join(map(str, values.shape))
             raise ConfigError(f"{name} has the shape {shape}: it needs rows and columns, 4 or more of each")

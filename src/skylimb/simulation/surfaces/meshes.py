@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import io
 from functools import cached_property
-from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from skylimb.errors import ConfigError
 from skylimb.keys import Key, configuration
 from skylimb.simulation.surfaces.curved import CurvedSurface
 from skylimb.simulation.surfaces.spline import Spline
+from skylimb.sources import Source, read_source
 from skylimb.spatial import rotation_from_rpy
 
 _LARGEST = 50.0  # m: a wall beyond this was given in millimetres
@@ -28,7 +29,7 @@ class MeshSurface(CurvedSurface):
 
     kind: Literal["mesh"] = "mesh"
     size: tuple[float, float] = (0.8, 0.8)
-    file: Annotated[str, Key("", "STL, OBJ, PLY or another format that trimesh reads")] = ""
+    file: Annotated[str, Key("", "STL, OBJ, PLY or another format that trimesh reads", file=True)] = ""
     scale: Annotated[
         float, Key("m", "length of one unit of the file; 0.001 for millimetres", above=0.0, high=1000.0)
     ] = 1.0
@@ -58,11 +59,20 @@ class MeshSurface(CurvedSurface):
         """True: a mesh may change along both axes."""
         return True
 
+    @property
+    def sources(self) -> tuple[Source, ...]:
+        """The mesh's file, and those that it names, as they were read."""
+        return self._mesh[1]
+
+    @cached_property
+    def _mesh(self) -> tuple[Any, tuple[Source, ...]]:
+        return _read(self.file, f"mesh '{self.file}'")
+
     @cached_property
     def triangles(self) -> np.ndarray:
         """(n, 3, 3) corners of the checked mesh's triangles as (w, u, v), m, centred in u and v."""
         name = f"mesh '{self.file}'"
-        mesh = _read(Path(self.file), name)
+        mesh, _ = self._mesh
         corners = np.asarray(mesh.triangles, dtype=float)
         if not len(corners) or not float(mesh.area) > 0.0:
             raise ConfigError(f"{name} is empty: it has no triangle with an area")
@@ -113,13 +123,31 @@ class MeshSurface(CurvedSurface):
         return Spline.through(front[::2, ::2] - float(surface.height(0.0, 0.0)), self.resolution)
 
 
-def _read(path: Path, name: str):
+def _read(file: str, name: str) -> tuple[Any, tuple[Source, ...]]:
+    """The mesh in a file, and every file that was read for it."""
     import trimesh
+    from trimesh.resolvers import FilePathResolver
 
-    if not path.is_file():
-        raise ConfigError(f"{name}: there is no such file")
     try:
-        return trimesh.load_mesh(path)
+        source = read_source(file)
+    except ConfigError as error:
+        raise ConfigError(f"{name}: {error}") from None
+    read = [source]
+
+    class Recorded(FilePathResolver):
+        """Finds the files that a mesh's file names (buffers, materials), and keeps what was read."""
+
+        def get(self, name: str) -> bytes:
+            content = super().get(name)
+            read.append(Source((source.path.parent / name.strip()).resolve(), content))
+            return content
+
+    kind = source.path.suffix.lower().lstrip(".")
+    try:
+        mesh = trimesh.load_mesh(
+            io.BytesIO(source.content), file_type=kind, resolver=Recorded(str(source.path))
+        )
+        return mesh, tuple(read)
     except Exception as error:  # trimesh raises whatever its readers do
         message = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise ConfigError(f"{name} cannot be read: {message}") from error

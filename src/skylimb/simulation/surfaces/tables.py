@@ -2,32 +2,41 @@
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
 
 import numpy as np
 
 from skylimb.errors import ConfigError
+from skylimb.sources import Source, read_source
 
 _IMAGES = {".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp"}
 _NUMBERS = {".npy", ".csv", ".txt"}
 
 
-def read_values(path: Path, name: str) -> np.ndarray:
-    """Rows and columns of numbers from an image (brightness, 0 to 1) or a file of numbers."""
-    suffix = path.suffix.lower()
+def read_table(file: str, name: str) -> Source:
+    """A file for `values_in`, refused where it is of no kind that can be read."""
+    suffix = Path(file).suffix.lower()
     if suffix not in _IMAGES | _NUMBERS:
         known = ", ".join(sorted(_IMAGES | _NUMBERS))
         raise ConfigError(f"{name}: cannot read a '{suffix}' file; these are known: {known}")
-    if not path.is_file():
-        raise ConfigError(f"{name}: there is no such file")
+    try:
+        return read_source(file)
+    except ConfigError as error:
+        raise ConfigError(f"{name}: {error}") from None
+
+
+def values_in(source: Source, name: str) -> np.ndarray:
+    """Rows and columns of numbers from an image (brightness, 0 to 1) or a file of numbers."""
+    suffix, content = source.path.suffix.lower(), io.BytesIO(source.content)
     try:
         if suffix == ".npy":
-            return np.asarray(np.load(path, allow_pickle=False), dtype=float)
+            return np.asarray(np.load(content, allow_pickle=False), dtype=float)
         if suffix in _NUMBERS:
-            return np.loadtxt(path, delimiter="," if suffix == ".csv" else None, ndmin=2)
+            return np.loadtxt(content, delimiter="," if suffix == ".csv" else None, ndmin=2)
         from PIL import Image
 
-        with Image.open(path) as image:
+        with Image.open(content) as image:
             # "I" keeps the 16 bits of a deep image, which "L" would cut to 8.
             deep = image.mode.startswith("I")
             values = np.asarray(image.convert("I" if deep else "L"), dtype=float)
