@@ -11,13 +11,15 @@ from __future__ import annotations
 import itertools
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.interpolate import BSpline
-from scipy.ndimage import uniform_filter1d
 
 from skylimb.planning.drawing import Strokes
 from skylimb.spatial import wrapped
+
+if TYPE_CHECKING:
+    from scipy.interpolate import BSpline
 
 SHARP = math.radians(60.0)
 """A corner that turns by more is a stop."""
@@ -56,6 +58,8 @@ def pen_motion(strokes: Strokes, speed: float, acceleration: float, lift_time: f
         acceleration: largest, m/s^2.
         lift_time: how long the path rests before and after the way from stroke to stroke, s.
     """
+    from scipy.interpolate import BSpline  # slow to import, and few flights draw
+
     controls = [strokes.lines[0][:1]] * 3  # at rest to begin with
     steps = 1
     lifts = []
@@ -92,6 +96,8 @@ def _stretches(line: np.ndarray) -> list[np.ndarray]:
 
 def _rounded(line: np.ndarray) -> np.ndarray:
     """A stretch at an even pitch, its corners rounded by a triangular window over its length; ends stay."""
+    from scipy.ndimage import uniform_filter1d  # slow to import, and few flights draw
+
     way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
     pieces = max(math.ceil(way[-1] / _PITCH), 2)
     even = np.linspace(0.0, way[-1], pieces + 1)

@@ -6,7 +6,6 @@ from functools import cached_property
 from typing import Annotated, Literal
 
 import numpy as np
-from scipy import ndimage
 
 from skylimb.errors import ConfigError
 from skylimb.keys import Key, configuration, refused
@@ -103,6 +102,8 @@ class HeightMap(CurvedSurface):
 
     def make_shape(self) -> Spline:
         """The smooth surface, shifted so that the origin lies on it."""
+        from scipy import ndimage  # slow to import, and few surfaces are height maps
+
         relief = self.relief * on_grid(self.values)
         pixel = np.array(self.size) / (np.array(relief.shape) - 1)
         if self.smoothing:

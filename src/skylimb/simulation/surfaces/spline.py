@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import spline_filter
 
 from skylimb.simulation.surfaces.graph import Graph
 
@@ -37,6 +36,8 @@ class Spline(Graph):
         Beyond the border the surface goes on as its own half turn about the border, which keeps value and
         slope and leaves no curvature across it.
         """
+        from scipy.ndimage import spline_filter  # slow to import, and few surfaces are splines
+
         margin = min(_MARGIN, min(heights.shape) - 1)
         wide = np.pad(np.asarray(heights, dtype=float), margin, mode="reflect", reflect_type="odd")
         coefficients = spline_filter(wide, order=3, mode="mirror")
