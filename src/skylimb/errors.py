@@ -50,6 +50,20 @@ class OutputError(SkylimbError):
     """An output folder or file that exists already, or cannot be written or read."""
 
 
+class MissingExtraError(SkylimbError):
+    """A package that only one of the extras installs, and that is not here."""
+
+
+def missing_extra(package: str, extra: str) -> MissingExtraError:
+    """An error that names the package and the command that installs it.
+
+    Args:
+        package: as Python imports it.
+        extra: of skylimb, which installs it.
+    """
+    return MissingExtraError(f"'{package}' is not installed: pip install 'skylimb[{extra}]'")
+
+
 def nearest(name: str, known: Iterable[str]) -> str | None:
     """The known name most like `name`, or None when none is near."""
     found = difflib.get_close_matches(name, list(known), n=1, cutoff=0.5)

@@ -6,6 +6,7 @@ in this process was long ago, and a broken graphics driver may crash.
 
 from __future__ import annotations
 
+import importlib.util
 import os
 import subprocess
 import sys
@@ -14,7 +15,7 @@ from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 
-from skylimb.errors import OutputError
+from skylimb.errors import OutputError, missing_extra
 from skylimb.recording import LOG_FILE, Run, new_file
 
 SIZE = (960, 540)
@@ -124,6 +125,8 @@ def film_record(
         raise OutputError(
             f"no video of '{run.name}': width and height must be even, got {size[0]} x {size[1]}"
         )
+    if importlib.util.find_spec("av") is None:
+        raise OutputError(f"no video of '{run.name}': {missing_extra('av', 'video')}")
     renderer = find_renderer()
     if renderer is None:
         tried = ", ".join(_candidates())

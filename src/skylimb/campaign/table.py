@@ -8,11 +8,15 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-import pyarrow as pa
-import pyarrow.parquet as pq
-
 from skylimb.campaign.frozen import Campaign
 from skylimb.campaign.rows import Row
+from skylimb.errors import missing_extra
+
+try:
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+except ImportError:
+    raise missing_extra("pyarrow", "campaign") from None
 
 ROW_GROUP = 256
 """Rows that are stored together: as many are flown again when a part of the file cannot be read."""

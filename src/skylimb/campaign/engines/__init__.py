@@ -67,7 +67,8 @@ def make_engine(
         slurm: a SLURM queue.
 
     Raises:
-        WorkerError: nobody answers there, or the extra `cluster` is not installed.
+        WorkerError: nobody answers there.
+        MissingExtraError: the extra `cluster` is wanted and not installed.
     """
     if scheduler:
         from skylimb.campaign.engines.cluster import connect
@@ -87,8 +88,18 @@ def make_engine(
 
 
 def check_workers(workers: int | None, scheduler: str = "", slurm: str = "") -> None:
-    """Raise a `ConfigError` where `make_engine` could do nothing with these."""
+    """Find out before anything is written whether `make_engine` can do something with these.
+
+    Raises:
+        ConfigError: values that it cannot take.
+        MissingExtraError: the extra `cluster` is wanted and not installed.
+    """
     if scheduler and slurm:
         raise ConfigError("scheduler and slurm exclude each other: choose one")
     if workers is not None and not 0 <= workers <= MOST_WORKERS:
         raise ConfigError(f"workers = {workers} must be 0 .. {MOST_WORKERS}")
+    if scheduler or slurm:
+        from skylimb.campaign.engines.cluster import imported
+
+        for package in ("distributed", "dask_jobqueue") if slurm else ("distributed",):
+            imported(package)

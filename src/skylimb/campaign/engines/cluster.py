@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from skylimb.campaign.bench import Flown, Job, fly_jobs
 from skylimb.campaign.engines import DEATHS, WorkerError
+from skylimb.errors import missing_extra
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -78,7 +79,8 @@ def connect(tables: Mapping[str, Any], address: str) -> ClusterEngine:
     """An engine on a scheduler that runs, such as tcp://HOST:8786.
 
     Raises:
-        WorkerError: when nobody answers there, or Dask is not installed.
+        WorkerError: when nobody answers there.
+        MissingExtraError: when Dask is not installed.
     """
     distributed = imported("distributed")
     try:
@@ -92,9 +94,9 @@ def imported(name: str) -> Any:
     """A module of the extra `cluster`.
 
     Raises:
-        WorkerError: when it is not installed.
+        MissingExtraError: when it is not installed.
     """
     try:
         return importlib.import_module(name)
     except ImportError:
-        raise WorkerError(f"'{name}' is not installed: pip install 'skylimb[cluster]'") from None
+        raise missing_extra(name, "cluster") from None

@@ -16,7 +16,7 @@ from skylimb.campaign.rows import Row
 from skylimb.campaign.spec import GOALS, Search
 from skylimb.campaign.statistics import is_success
 from skylimb.campaign.tuning.gains import Gains, from_point, to_point
-from skylimb.errors import ConfigError
+from skylimb.errors import missing_extra
 
 _LOSS = 1e6
 """What a flight without success adds to a trial's cost: more than any metric can."""
@@ -106,9 +106,9 @@ def strategies() -> Any:
     """The module that searches.
 
     Raises:
-        ConfigError: when the extra `tune` is not installed.
+        MissingExtraError: when the extra `tune` is not installed.
     """
     try:
         return importlib.import_module("cma")
     except ImportError:
-        raise ConfigError("'cma' is not installed: pip install 'skylimb[tune]'") from None
+        raise missing_extra("cma", "tune") from None
