@@ -35,7 +35,7 @@ class Deadly:
 
     def gains(self): return None
     def initial_state(self): return None
-    def step(self, *arguments): os.kill(os.getpid(), 9)
+    def step(self, *arguments): HOW
 
 
 def controller(robot):
@@ -90,10 +90,11 @@ def test_the_folder_is_the_same_at_any_number_of_workers(
     assert contents(tmp_path / "by-0") == contents(tmp_path / "by-2")
 
 
-def test_a_flight_that_kills_its_worker_is_quarantined_and_named(
-    write_spec: SpecWriter, tmp_path: Path
+@pytest.mark.parametrize("how", ["os.kill(os.getpid(), 9)", "os._exit(0)"])
+def test_a_flight_that_ends_its_worker_is_quarantined_and_named(
+    how: str, write_spec: SpecWriter, tmp_path: Path
 ) -> None:
-    (tmp_path / "deadly.py").write_text(DEADLY)
+    (tmp_path / "deadly.py").write_text(DEADLY.replace("HOW", how))
     spec = write_spec(draws=1, controllers='["pid", "deadly.py"]')
     outcome = run_campaign(spec, tmp_path / "out", workers=1)
     statuses = [outcome.rows[flight]["status"] for flight in range(2)]

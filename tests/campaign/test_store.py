@@ -53,6 +53,18 @@ def test_a_row_reads_back_to_the_last_bit(campaign: Campaign, tmp_path: Path) ->
     assert not (tmp_path / "out" / STORE_FILE).exists()
 
 
+def test_a_batch_is_kept_whole_or_not_at_all(campaign: Campaign, tmp_path: Path) -> None:
+    with open_store(tmp_path / "out", campaign, resume=False) as store:
+        with closing(sqlite3.connect(tmp_path / "out" / STORE_FILE)) as other, other:
+            other.execute(
+                "CREATE TRIGGER stop BEFORE INSERT ON flights WHEN NEW.flight = 2 "
+                "BEGIN SELECT RAISE(ABORT, 'no room'); END"
+            )
+        with pytest.raises(OutputError, match="no room"):
+            store.add(flown(campaign, flight) for flight in (1, 2, 3))
+        assert load_rows(tmp_path / "out", campaign) == ({}, 0)
+
+
 def test_rows_of_a_search_are_told_apart_by_their_gains(campaign: Campaign, tmp_path: Path) -> None:
     jobs = [Job(0, (("a.b", number),)) for number in (1.0, 2.0)]
     with open_store(tmp_path / "out", campaign, resume=False) as store:

@@ -11,10 +11,11 @@ import os
 import signal
 import threading
 from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import Future, InvalidStateError
+from concurrent.futures import CancelledError, Future, InvalidStateError
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, suppress
 from multiprocessing.connection import wait
+from multiprocessing.sharedctypes import Synchronized
 from typing import Any
 
 from pebble import ProcessExpired, ProcessPool
@@ -87,6 +88,8 @@ class _Worker:
     def __init__(self) -> None:
         self._pool: ProcessPool | None = None
         self._future: Future[list[Flown]] | None = None
+        self._context = multiprocessing.get_context("spawn")
+        self._starts = self._context.Value("i", 0)
 
     @property
     def is_free(self) -> bool:
@@ -101,21 +104,30 @@ class _Worker:
             self.stop()
             self.join()
         for _ in range(2):  # a process that died while it had nothing to do is noticed here
-            self._pool = self._pool or ProcessPool(
-                1, initializer=_begin, context=multiprocessing.get_context("spawn")
-            )
+            if self._pool is None:
+                self._starts.value = 0
+                self._pool = ProcessPool(
+                    1, initializer=_begin, initargs=(self._starts,), context=self._context
+                )
             with suppress(RuntimeError), _inherited():
-                self._future = self._pool.schedule(fly_jobs, (tables, jobs))
+                self._future = _followed(self._pool.schedule(fly_jobs, (tables, jobs)))
                 return self._future
             self.stop()
             self.join()
         raise WorkerError("a worker process cannot be started")
 
     def check(self) -> None:
-        """End a future that a pool has forgotten: its process died while the batch was handed over."""
-        if self._pool is not None and self._future is not None and not self._pool.active:
+        """End a future that a pool has forgotten."""
+        if self._pool is None or self._future is None:
+            return
+        error: Exception | None = None
+        if not self._pool.active:  # the process died while the batch was handed over
+            error = BrokenProcessPool("the process died")
+        elif self._starts.value > 1:  # it ended with exit code 0 in a flight: to pebble that is no death
+            error = ProcessExpired("ended in a flight", code=0)
+        if error is not None:
             with suppress(InvalidStateError):
-                self._future.set_exception(BrokenProcessPool("the process died"))
+                self._future.set_exception(error)
 
     def stop(self) -> None:
         if self._pool is not None:
@@ -127,8 +139,30 @@ class _Worker:
         self._pool = self._future = None
 
 
-def _begin() -> None:
-    """In the worker: end at once when asked to, and with the coordinator, however that ends."""
+def _followed(future: Future[list[Flown]]) -> Future[list[Flown]]:
+    """A future that ends as that one does, or is ended before."""
+    follower: Future[list[Flown]] = Future()
+
+    def follow(ended: Future[list[Flown]]) -> None:
+        error = CancelledError() if ended.cancelled() else ended.exception()
+        with suppress(InvalidStateError):
+            if error is None:
+                follower.set_result(ended.result())
+            else:
+                follower.set_exception(error)
+
+    future.add_done_callback(follow)
+    return follower
+
+
+def _begin(starts: Synchronized[int]) -> None:
+    """In the worker: end at once when the coordinator wants it, and with it, however that ends.
+
+    Args:
+        starts: counts the processes that a pool has started.
+    """
+    with starts.get_lock():
+        starts.value += 1
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     parent = multiprocessing.parent_process()
     if parent is not None:
