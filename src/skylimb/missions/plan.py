@@ -8,9 +8,12 @@ before take-off.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from typing import NamedTuple
+
 import numpy as np
 
-from skylimb.missions.configuration import MissionConfig
+from skylimb.missions.configuration import ApproachConfig, MissionConfig
 from skylimb.missions.frame import ContactFrame
 from skylimb.missions.mission import PHASES, Mission
 from skylimb.missions.posture import PosturePlan
@@ -49,38 +52,12 @@ def plan_mission(
             ways on which the pen is lifted, m.
     """
     path = trajectory(config.trajectory)
-    approach = config.approach
-    travel = approach.standoff + approach.depth if approach.contact else 0.0
-    in_time, out_time = ramp_duration(travel, approach.speed), ramp_duration(travel, approach.retreat_speed)
-    phases = config.phases
-    slide = max(path.duration, posture.duration)
-    durations = np.array(
-        [phases.hover, phases.tare, in_time, phases.settle, slide, out_time, phases.hover_end]
-    )
-    ends = np.cumsum(durations)
-    count = round(float(ends[-1]) / dt) + 1
-    times = np.arange(count) * dt
-    phase = np.minimum(np.searchsorted(ends, times + 1e-9, side="right"), len(ends) - 1)
-
-    since_slide = times - ends[3]
-    if approach.contact:
-        phase[_lifting(path, since_slide)] = PHASES.index("lift")
-    into, into_rate, into_bend = ramp(travel, approach.speed, times - ends[1])
-    back, back_rate, back_bend = ramp(travel, approach.retreat_speed, times - ends[4])
-    depth = -approach.standoff + into - back
-    tip_depth = np.minimum(depth, 0.0)
-    axis_speed, axis_bend = into_rate - back_rate, into_bend - back_bend
-    tip_speed = axis_speed * (depth < 0.0)
-    if path.lifts and approach.contact:
-        # Lifted, tip and centre of gravity are as far out as if the robot had not pressed at all.
-        part, rate, bend = path.lifted(since_slide)
-        clear = approach.lift + standing_out
-        way = approach.depth + clear
-        depth, axis_speed, axis_bend = depth - way * part, axis_speed - way * rate, axis_bend - way * bend
-        tip_depth, tip_speed = tip_depth - clear * part, tip_speed - clear * rate
-    slide_time = np.clip(since_slide, 0.0, path.duration)
-    sliding = np.isin(phase, [PHASES.index(name) for name in ("slide", "lift")])[:, None]
-    uv, uv_rate, uv_bend = path.sample(slide_time)
+    clock = _lay_on_clock(config, path, posture, dt)
+    axis = _along_axis(config, path, clock, standing_out)
+    touching, waiting = _touching_and_waiting(path, clock)
+    contact, count = float(config.approach.contact), len(clock.times)
+    sliding = clock.is_in("slide", "lift")[:, None]
+    uv, uv_rate, uv_bend = path.sample(np.clip(clock.since_slide, 0.0, path.duration))
 
     # The arm moves in the plane of the joints: it can give way to a wall, not to a floor or a ceiling.
     arm_reaches = float(np.hypot(*frame.contact[:2])) > _LEVEL
@@ -89,36 +66,127 @@ def plan_mission(
     a, plane = frame.contact, np.stack([frame.sliding_u, frame.sliding_v])
     # Where the centre of gravity is when the tip's ball just touches the middle of the path.
     home = center - a * posture.tip_radius - rot_z(frame.heading) @ posture.tip
-    position = home + depth[:, None] * a + uv @ plane
-    velocity = axis_speed[:, None] * a + (uv_rate * sliding) @ plane
-    acceleration = axis_bend[:, None] * a + (uv_bend * sliding) @ plane
-    coming_back = (phase == PHASES.index("lift")) & path.touching(since_slide)
-    touching = np.isin(phase, [PHASES.index(name) for name in _TOUCHING]) | coming_back
-    touching = touching * float(approach.contact)
-    waiting = np.isin(phase, [PHASES.index(name) for name in _WAITING])
-    # A clock that is held until the pen is back stands still in the lift, not in the slide that comes next.
-    waiting[:-2] |= (phase[:-2] == PHASES.index("lift")) & waiting[2:]
+    position = home + axis.depth[:, None] * a + uv @ plane
+    velocity = axis.speed[:, None] * a + (uv_rate * sliding) @ plane
+    acceleration = axis.acceleration[:, None] * a + (uv_bend * sliding) @ plane
     reference = Reference(
         position=position,
         velocity=velocity * velocity_sent,
         acceleration=acceleration * acceleration_sent,
         # The robot keeps its own heading; the tip link turns with the posture.
-        heading=frame.heading + posture.tip_heading(since_slide),
+        heading=frame.heading + posture.tip_heading(clock.since_slide),
         reach=np.full(count, posture.reach),
-        joint_angles=posture.joint_angles(since_slide),
-        vectoring_angles=posture.vectoring_angles(since_slide),
+        joint_angles=posture.joint_angles(clock.since_slide),
+        vectoring_angles=posture.vectoring_angles(clock.since_slide),
         contact_axis=np.tile(a, (count, 1)),
-        tare=(phase == PHASES.index("tare")).astype(float),
-        align=np.full(count, float(approach.contact and arm_reaches)),
-        adapt=touching * float(arm_reaches),
-        tip_position=center + tip_depth[:, None] * a + uv @ plane - a * posture.tip_radius,
-        tip_velocity=tip_speed[:, None] * a + (uv_rate * sliding) @ plane,
+        tare=clock.is_in("tare").astype(float),
+        align=np.full(count, contact * arm_reaches),
+        adapt=touching * contact * float(arm_reaches),
+        tip_position=center + axis.tip_depth[:, None] * a + uv @ plane - a * posture.tip_radius,
+        tip_velocity=axis.tip_speed[:, None] * a + (uv_rate * sliding) @ plane,
         tip_acceleration=(uv_bend * sliding) @ plane,
-        touch=touching,
-        wait=waiting * float(approach.contact),
+        touch=touching * contact,
+        wait=waiting * contact,
         sliding_axis=np.tile(frame.sliding_u, (count, 1)),
     )
-    return Mission(times, reference, phase, frame, center + uv @ plane, approach.contact, phases.patience)
+    path_points = center + uv @ plane
+    patience = config.phases.patience
+    return Mission(clock.times, reference, clock.phase, frame, path_points, config.approach.contact, patience)
+
+
+@dataclass(frozen=True)
+class _Clock:
+    """Every tick of the mission, (k,).
+
+    Attributes:
+        times: since take-off, s.
+        phase: index of `PHASES`.
+        since_approach: time since the approach began, s; negative before it.
+        since_slide: the same for the slide.
+        since_retreat: the same for the retreat.
+    """
+
+    times: np.ndarray
+    phase: np.ndarray
+    since_approach: np.ndarray
+    since_slide: np.ndarray
+    since_retreat: np.ndarray
+
+    def is_in(self, *names: str) -> np.ndarray:
+        """Whether a tick is in one of these phases, (k,)."""
+        return np.isin(self.phase, [PHASES.index(name) for name in names])
+
+
+class _Axis(NamedTuple):
+    """References along the contact axis, (k,); 0 where the tip just touches the nominal surface.
+
+    Attributes:
+        depth: of the centre of gravity's reference, m.
+        speed: its rate, m/s.
+        acceleration: its second derivative, m/s^2.
+        tip_depth: of the pen's reference, m; it ends on the surface.
+        tip_speed: its rate, m/s.
+    """
+
+    depth: np.ndarray
+    speed: np.ndarray
+    acceleration: np.ndarray
+    tip_depth: np.ndarray
+    tip_speed: np.ndarray
+
+
+def _travel(approach: ApproachConfig) -> float:
+    """Way of the approach along the contact axis, m."""
+    return approach.standoff + approach.depth if approach.contact else 0.0
+
+
+def _lay_on_clock(config: MissionConfig, path: Trajectory, posture: PosturePlan, dt: float) -> _Clock:
+    """The phases one after another, each as long as it takes."""
+    approach, phases, travel = config.approach, config.phases, _travel(config.approach)
+    durations = (
+        phases.hover,
+        phases.tare,
+        ramp_duration(travel, approach.speed),
+        phases.settle,
+        max(path.duration, posture.duration),
+        ramp_duration(travel, approach.retreat_speed),
+        phases.hover_end,
+    )
+    ends = np.cumsum(durations)
+    times = np.arange(round(float(ends[-1]) / dt) + 1) * dt
+    phase = np.minimum(np.searchsorted(ends, times + 1e-9, side="right"), len(ends) - 1)
+    since_slide = times - ends[3]
+    if approach.contact:
+        phase[_lifting(path, since_slide)] = PHASES.index("lift")
+    return _Clock(times, phase, times - ends[1], since_slide, times - ends[4])
+
+
+def _along_axis(config: MissionConfig, path: Trajectory, clock: _Clock, standing_out: float) -> _Axis:
+    """Toward the surface in the approach, away from it in the retreat and in every lift."""
+    approach, travel = config.approach, _travel(config.approach)
+    into, into_rate, into_bend = ramp(travel, approach.speed, clock.since_approach)
+    back, back_rate, back_bend = ramp(travel, approach.retreat_speed, clock.since_retreat)
+    depth = -approach.standoff + into - back
+    speed, bend = into_rate - back_rate, into_bend - back_bend
+    tip_depth, tip_speed = np.minimum(depth, 0.0), speed * (depth < 0.0)
+    if path.lifts and approach.contact:
+        # Lifted, tip and centre of gravity are as far out as if the robot had not pressed at all.
+        part, rate, part_bend = path.lifted(clock.since_slide)
+        clear = approach.lift + standing_out
+        way = approach.depth + clear
+        depth, speed, bend = depth - way * part, speed - way * rate, bend - way * part_bend
+        tip_depth, tip_speed = tip_depth - clear * part, tip_speed - clear * rate
+    return _Axis(depth, speed, bend, tip_depth, tip_speed)
+
+
+def _touching_and_waiting(path: Trajectory, clock: _Clock) -> tuple[np.ndarray, np.ndarray]:
+    """Whether the tip is to touch, and whether the clock may stand still until it does, (k,)."""
+    coming_back = clock.is_in("lift") & path.touching(clock.since_slide)
+    touching = clock.is_in(*_TOUCHING) | coming_back
+    waiting = clock.is_in(*_WAITING)
+    # A clock that is held until the pen is back stands still in the lift, not in the slide that comes next.
+    waiting[:-2] |= clock.is_in("lift")[:-2] & waiting[2:]
+    return touching, waiting
 
 
 def _lifting(path: Trajectory, t: np.ndarray) -> np.ndarray:
