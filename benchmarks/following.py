@@ -180,16 +180,16 @@ def scored(run: Run) -> dict[str, Any]:
 
 
 SHOWN = (
-    ("CoG to mission y mm", "error_y_median", 1e3),
-    ("z mm", "error_z_median", 1e3),
+    ("CoG to mission y mm", "error_u_median", 1e3),
+    ("z mm", "error_v_median", 1e3),
     ("pen to line rms mm", "pen_line_rms", 1e3),
     ("force N", "contact_force_normal_mean", 1.0),
     ("force std N", "force_slow_std", 1.0),
     ("near %", "near_fraction", 100.0),
     ("touch N", "touch_force_peak", 1.0),
     ("time s", "flight_time", 1.0),
-    ("CoG to own target y mm", "target_error_y_median", 1e3),
-    ("z mm", "target_error_z_median", 1e3),
+    ("CoG to own target y mm", "target_error_u_median", 1e3),
+    ("z mm", "target_error_v_median", 1e3),
     ("force off wanted %", "force_off", 100.0),
 )
 """Columns: title, score, scale. The last three are only there for a law with a target and a wanted force."""

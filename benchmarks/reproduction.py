@@ -16,6 +16,7 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
+from skylimb.analysis.axis_names import PAPER
 from skylimb.analysis.measures import describe
 from skylimb.reproduction import reproduce
 
@@ -66,7 +67,7 @@ def _numbers(result: dict[str, Any]) -> str:
                 continue
             verdict = "" if number["inside"] else ", **outside**"
             cells.append(f"*{number['paper']:.3f}*<br>{ours}<br>{number['percentile']:.0f} %{verdict}")
-        text, unit = describe(key)
+        text, unit = describe(key, PAPER)
         lines.append(f"| {_cell(text)}, {unit} | " + " | ".join(cells) + " |")
     return "\n".join(lines)
 
@@ -108,7 +109,7 @@ def _sensitivity(result: dict[str, Any]) -> str:
         known = [(unknown, value) for unknown, value in unknowns.items() if value is not None]
         strongest = sorted(known, key=lambda entry: -abs(entry[1]))[:STRONGEST]
         told = ", ".join(f"`{_cell(unknown)}` {value:+.2f}" for unknown, value in strongest)
-        lines.append(f"| {name}: {_cell(describe(key)[0])} | {told} |")
+        lines.append(f"| {name}: {_cell(describe(key, PAPER)[0])} | {told} |")
     return "\n".join(lines)
 
 
@@ -121,9 +122,9 @@ def _nearest(result: dict[str, Any]) -> str:
         rows = [
             " / ".join(f"{near['values'][name][key]:.{digits}f}" for name in CONTROLLERS)
             for key, digits in (
-                ("error_y_median", 3),
-                ("displacement_x_median", 3),
-                ("estimated_force_x_median", 2),
+                ("error_u_median", 3),
+                ("displacement_median", 3),
+                ("estimated_force_median", 2),
             )
         ]
         given = near["parameters"]
@@ -139,7 +140,7 @@ def _nearest(result: dict[str, Any]) -> str:
 def _ratios(result: dict[str, Any]) -> str:
     lines = ["| ratio within a draw | paper | ensemble | percentile |", "|---|---|---|---|"]
     for entry in result["ratios"]:
-        text = _cell(describe(entry["metric"])[0])
+        text = _cell(describe(entry["metric"], PAPER)[0])
         verdict = "" if entry["inside"] else ", **outside**"
         lines.append(
             f"| {text}: {entry['first']} / {entry['second']} | {entry['paper']:.2f} "

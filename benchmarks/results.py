@@ -22,7 +22,8 @@ from following import beside_table, kept_numbers
 import skylimb
 from reproduction import section
 from skylimb.analysis import write_comparison, write_videos
-from skylimb.analysis.metrics import DESCRIPTIONS, known_groups
+from skylimb.analysis.axis_names import PAPER
+from skylimb.analysis.metrics import description, known_groups
 from skylimb.analysis.paper_numbers import published
 from skylimb.verification import Row, verify_contact
 
@@ -70,7 +71,7 @@ def seeds_table() -> list[str]:
     ]
     known = known_groups(run.metrics for flown in runs for run in flown.values())
     for key in (key for keys in known.values() for key in keys):
-        label, unit = DESCRIPTIONS[key]
+        label, unit = description(key, PAPER)
         cells = []
         for name in CONTROLLERS:
             values = [flown[name].metrics[key] for flown in runs if not flown[name].failed]
@@ -96,12 +97,11 @@ def open_values_table() -> list[str]:
         for label, settings in others:
             runs = skylimb.compare("paper", set=settings)
             columns = [
-                _row(runs, key, digits)
-                for key, digits in (("error_y_median", 3), ("displacement_x_median", 3))
+                _row(runs, key, digits) for key, digits in (("error_u_median", 3), ("displacement_median", 3))
             ]
             lines.append(
                 f"| {f'{title} {label}'.strip()} | {columns[0]} | {columns[1]} | {_ratio(runs)} "
-                f"| {_row(runs, 'estimated_force_x_median', 2)} | {_row(runs, 'contact_fraction', 2)} |"
+                f"| {_row(runs, 'estimated_force_median', 2)} | {_row(runs, 'contact_fraction', 2)} |"
             )
     return lines
 
@@ -111,7 +111,7 @@ def _row(runs: Mapping[str, skylimb.Run], key: str, digits: int) -> str:
 
 
 def _ratio(runs: Mapping[str, skylimb.Run]) -> str:
-    ours = [runs[name].metrics["displacement_x_median"] for name in ("hybrid", "impedance")]
+    ours = [runs[name].metrics["displacement_median"] for name in ("hybrid", "impedance")]
     return "-" if None in ours else f"{ours[0] / ours[1]:.2f}"
 
 
@@ -135,7 +135,7 @@ def _told(run: skylimb.Run) -> str:
     if run.failed:
         return f"**{run.status}**: {run.cause}"
     metrics = run.metrics
-    errors = f"{1e3 * metrics['error_y_median']:.0f} / {1e3 * metrics['error_z_median']:.0f} mm"
+    errors = f"{1e3 * metrics['error_u_median']:.0f} / {1e3 * metrics['error_v_median']:.0f} mm"
     return (
         f"{errors}, {metrics['contact_force_normal_mean']:.2f} N, {metrics['contact_fraction']:.0%} in touch"
     )

@@ -78,7 +78,7 @@ def controller(robot: skylimb.Robot) -> Upright:
 def main() -> None:
     runs = skylimb.compare("paper", controllers=("hybrid", __file__))
     for name, run in runs.items():
-        error, push = run.metrics["error_y_median"], run.metrics["contact_force_normal_mean"]
+        error, push = run.metrics["error_u_median"], run.metrics["contact_force_normal_mean"]
         print(f"{name:>8}: {run.status}, median y error {error:.3f} m, mean contact force {push:.2f} N")
 
 

@@ -14,7 +14,7 @@ def main() -> None:
         if run.failed:
             print(f"k_a = {stiffness:4.0f} N/m: {run.status}, {run.cause}")
         else:
-            moved = run.metrics["displacement_x_median"]
+            moved = run.metrics["displacement_median"]
             print(f"k_a = {stiffness:4.0f} N/m: {run.status}, centre of gravity moved {moved:.3f} m in x")
 
 

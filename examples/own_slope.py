@@ -26,7 +26,7 @@ def main() -> None:
         if run.failed:
             print(f"{line}, {run.cause}")
         else:
-            moved, touch = run.metrics["displacement_x_median"], run.metrics["contact_fraction"]
+            moved, touch = run.metrics["displacement_median"], run.metrics["contact_fraction"]
             print(f"{line}, moved {moved:.3f} m in x, in touch {touch:.0%} of the time")
 
 

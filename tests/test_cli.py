@@ -156,7 +156,7 @@ def test_a_lost_flight_is_kept_and_exits_with_1(tmp_path: Path, capsys: pytest.C
     metrics = json.loads((folder / "metrics.json").read_text())
     assert metrics["status"] == "FAILED"
     assert metrics["cause"]
-    assert metrics["error_y_median"] is None
+    assert metrics["error_u_median"] is None
 
 
 def test_an_interrupted_flight_leaves_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

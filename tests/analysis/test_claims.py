@@ -19,11 +19,11 @@ def with_scores(make_log, **scores):
 
 
 def test_the_papers_numbers():
-    assert [published(name, "error_y_median") for name in NAMES] == [0.134, 0.079, 0.105, 0.083]
-    assert [published(name, "displacement_x_median") for name in NAMES] == [0.133, 0.137, 0.088, 0.084]
-    assert [published(name, "estimated_force_x_median") for name in NAMES] == [-1.190, -0.453, -0.712, -0.328]
-    assert published("pid", "error_z_median") is None
-    assert published("mine", "error_y_median") is None
+    assert [published(name, "error_u_median") for name in NAMES] == [0.134, 0.079, 0.105, 0.083]
+    assert [published(name, "displacement_median") for name in NAMES] == [0.133, 0.137, 0.088, 0.084]
+    assert [published(name, "estimated_force_median") for name in NAMES] == [-1.190, -0.453, -0.712, -0.328]
+    assert published("pid", "error_v_median") is None
+    assert published("mine", "error_u_median") is None
 
 
 def test_the_paper_agrees_with_itself(make_log):
@@ -38,10 +38,10 @@ def test_the_paper_agrees_with_itself(make_log):
 @pytest.mark.parametrize(
     ("which", "scores"),
     [
-        (0, {"hybrid": {"error_y_median": 0.2}}),
-        (1, {"hybrid": {"displacement_x_median": 0.14}}),
-        (2, {"admittance": {"displacement_x_median": 0.14}}),
-        (3, {"hybrid": {"estimated_force_x_median": -0.5}}),
+        (0, {"hybrid": {"error_u_median": 0.2}}),
+        (1, {"hybrid": {"displacement_median": 0.14}}),
+        (2, {"admittance": {"displacement_median": 0.14}}),
+        (3, {"hybrid": {"estimated_force_median": -0.5}}),
     ],
 )
 def test_a_claim_that_does_not_hold_is_not_said_to(make_log, which, scores):
@@ -73,5 +73,5 @@ def test_claims_are_about_the_papers_configuration_whatever_the_experiment_is_ca
         "config": changed.attrs["config"].replace("friction = 0.4", "friction = 0.3"),
     }
     assert [claim.text[:12] for claim in check_claims(runs)] == ["Adapting the"]  # hybrid against impedance
-    assert published_beside(runs["pid"], "error_y_median") is None
-    assert published_beside(runs["hybrid"], "error_y_median") == 0.083
+    assert published_beside(runs["pid"], "error_u_median") is None
+    assert published_beside(runs["hybrid"], "error_u_median") == 0.083

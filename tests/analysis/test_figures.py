@@ -186,7 +186,7 @@ def test_boxes_stand_at_the_scores_and_the_papers_medians_beside_them(four_runs)
     figure = boxes.sliding_errors(four_runs)
     left, right = used(figure)
     heights = {round(height(line), 6) for line in left.lines if line.get_linewidth() == 1.6}
-    scores = {round(run.metrics["error_y_median"], 6) for run in four_runs.values() if not run.failed}
+    scores = {round(run.metrics["error_u_median"], 6) for run in four_runs.values() if not run.failed}
     assert heights == scores
     diamonds = [height(line) for line in left.lines if line.get_marker() == "D"]
     assert diamonds == [0.134, 0.079, 0.105, 0.083]

@@ -112,7 +112,7 @@ def test_another_version_is_refused_with_the_difference(flown: tuple[Path, Path]
     before = contents(folder)
     with pytest.raises(OutputError, match=r"frozen\.versions\.mujoco: '3.*' -> '4"):
         run_campaign(spec, folder, workers=0, resume=True)
-    path.write_text(path.read_text().replace("format = 3", "format = 2"))  # as an earlier skylimb wrote it
+    path.write_text(path.read_text().replace("format = 4", "format = 3"))  # as an earlier skylimb wrote it
     for use in (lambda: run_campaign(spec, folder, workers=0, resume=True), lambda: report_campaign(folder)):
         with pytest.raises(OutputError, match=r"spec\.toml' has folder format 2, .* fly anew") as caught:
             use()

@@ -97,7 +97,7 @@ def test_a_distribution_that_cannot_be_is_refused_by_name(
         ("drws = 3", "", ["drws", "draws"]),
         ('sampling = "sobl"', "", ["sobl", "sobol"]),
         ('logs = "worst"', "", ["worst K"]),
-        ('score = "error"', "", ["score", "error_y_median"]),
+        ('score = "error"', "", ["score", "error_u_median"]),
         ("", '[stop]\nuntil = "sucess"\nwidth = 0.1', ["sucess", "success"]),
         ("", '[stop]\nuntil = "success"\nwidth = 0.0', ["width"]),
         ("", "[success]\ntilt = { max = 0.3 }", ["tilt", "tilt_max"]),

@@ -71,11 +71,11 @@ def test_a_number_that_a_controller_does_not_have_is_no_loss() -> None:
         np.arange(2),
         finished,
         finished,
-        {"target_error_y_median": values},
+        {"target_error_u_median": values},
         {},
         {},
     )
-    found = medians(scores, "target_error_y_median", 0)
+    found = medians(scores, "target_error_u_median", 0)
     assert found[0][0] == pytest.approx(0.2)
     assert np.isnan(found[1]).all()
     assert found[2][0] == np.inf

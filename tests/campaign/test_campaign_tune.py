@@ -24,7 +24,7 @@ Contents = Callable[[Path], dict[str, bytes]]
 
 SEARCH = """
 [tune]
-objective = "error_z_median"
+objective = "error_v_median"
 trials = 9
 held_out = 4
 [tune.gains]

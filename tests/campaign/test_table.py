@@ -68,7 +68,7 @@ def test_an_altered_table_and_one_of_another_campaign_are_not_taken(
     write_table(path, rows, campaign)
     table = pq.read_table(path)
     place = table.column_names.index("tilt_max")
-    better = table.set_column(place, "tilt_max", pq.read_table(path).column("error_y_median"))
+    better = table.set_column(place, "tilt_max", pq.read_table(path).column("error_u_median"))
     pq.write_table(better, path)
     assert read_table(path, campaign) == ([], 600)
     other = freeze(load_spec(write_spec(draws=300, head='sampling = "halton"')))

@@ -41,7 +41,7 @@ def test_mass_times_the_force_diverges_within_a_second() -> None:
     away = np.linalg.norm((log["cog_position"] - log["cog_position_reference"]).values, axis=1)
     assert away[log["time"].values <= 0.6].max() > 0.25
     assert run.status == "FAILED"
-    assert run.metrics["error_z_median"] is None
+    assert run.metrics["error_v_median"] is None
 
 
 def test_the_printed_admittance_reaches_into_the_board() -> None:

@@ -29,12 +29,12 @@ def check(runs: dict[str, skylimb.Run]) -> None:
         assert run.log["contact"].values[late].mean() > 0.5
 
     def away(name: str) -> float:
-        return metrics[name]["displacement_x_median"]
+        return metrics[name]["displacement_median"]
 
     assert 0.55 <= away("hybrid") / away("impedance") <= 0.75
     assert 0.55 <= away("admittance") / away("pid") <= 0.75
     for name in ("impedance", "hybrid"):
-        assert metrics[name]["error_y_median"] < metrics["pid"]["error_y_median"]
+        assert metrics[name]["error_u_median"] < metrics["pid"]["error_u_median"]
 
 
 def test_one_seed(runs: dict[str, skylimb.Run]) -> None:

@@ -113,7 +113,7 @@ def test_a_users_numpy_controller_flies_from_its_file(tmp_path: Path) -> None:
     assert run.status == "OK", run.cause
     assert run.controller == "own"
     assert run.log["my_force"].dims == ("time", "axis")
-    assert run.metrics["error_z_median"] < 0.05
+    assert run.metrics["error_v_median"] < 0.05
 
 
 @pytest.mark.parametrize(
@@ -156,7 +156,7 @@ def test_a_controller_that_lets_go_fails_with_its_last_states(tmp_path: Path) ->
     run = skylimb.run("paper", controller=str(file), set=SHORT)
     assert run.status == "FAILED"
     assert run.cause
-    assert run.metrics["error_y_median"] is None
+    assert run.metrics["error_u_median"] is None
     assert run.log.sizes["time"] > 10
     assert np.isfinite(run.log["cog_position"].values[-1]).all()
 

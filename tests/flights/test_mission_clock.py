@@ -121,7 +121,7 @@ def test_a_mission_that_never_goes_on_fails_and_says_so(preset: Any) -> None:
     run = skylimb.run("paper", controller=preset(0.0), set={**MISSION, "phases.patience": 1.5})
     assert run.status == "FAILED"
     assert "1.5 times its time were over" in run.cause
-    assert run.metrics["error_y_median"] is None
+    assert run.metrics["error_u_median"] is None
     length = skylimb.run("paper", controller="hybrid", set=MISSION).log.sizes["time"]
     assert run.log.sizes["time"] == pytest.approx(1.5 * length, abs=2)
 

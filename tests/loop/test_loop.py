@@ -189,7 +189,7 @@ def test_a_stepped_flight_may_be_left_early() -> None:
     run = flight.finish()
     assert run.status == "FAILED"
     assert "stopped from outside at t = 0.500 s" in run.cause
-    assert run.metrics["error_y_median"] is None
+    assert run.metrics["error_u_median"] is None
 
 
 def test_the_experiment_states_when_a_flight_is_lost() -> None:

@@ -43,7 +43,7 @@ def run():
             "format_version": FORMAT_VERSION,
         },
     )
-    return Run("hybrid", "hybrid", log, {"status": "OK", "error_y_median": 0.1 + 0.2, "tilt_max": None})
+    return Run("hybrid", "hybrid", log, {"status": "OK", "error_u_median": 0.1 + 0.2, "tilt_max": None})
 
 
 def test_round_trip_is_exact(run, tmp_path):

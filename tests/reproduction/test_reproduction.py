@@ -190,7 +190,7 @@ def test_a_loss_counts_against_every_claim_that_needs_it(short_prior: Prior) -> 
     assert (resists.finished.successes, resists.finished.draws) == (9, 9)
     assert claims["admittance below PID in x"].rate.successes == 10
     assert result.failures["impedance"] == {"lost position: more than 2 m from the reference": 1}
-    impedance = next(n for n in result.numbers if (n.controller, n.key) == ("impedance", "error_y_median"))
+    impedance = next(n for n in result.numbers if (n.controller, n.key) == ("impedance", "error_u_median"))
     assert impedance.ours.flights == 9
     assert impedance.inside
     assert impedance.percentile == 50.0
@@ -201,9 +201,9 @@ def test_an_interval_that_misses_the_paper_says_so(short_prior: Prior) -> None:
     campaign, rows = table(short_prior, 10)
     for row in rows.values():
         if row["controller"] == "hybrid":
-            row["estimated_force_x_median"] = -0.5 - 0.01 * row["draw"]
+            row["estimated_force_median"] = -0.5 - 0.01 * row["draw"]
     result = judge(short_prior, campaign, rows)
-    force = next(n for n in result.numbers if (n.controller, n.key) == ("hybrid", "estimated_force_x_median"))
+    force = next(n for n in result.numbers if (n.controller, n.key) == ("hybrid", "estimated_force_median"))
     assert not force.inside
     assert force.percentile == 100.0
     assert result.inside == 11

@@ -73,8 +73,8 @@ def test_the_reference_is_the_missions_whatever_the_law_aims_at() -> None:
     assert log.cog_position_target.attrs["kind"] == "command"
     assert log.cog_position_target.attrs["units"] == "m"
     assert "cog_position_target" not in plain
-    assert follower.metrics["target_error_y_median"] < follower.metrics["error_y_median"]
-    assert keeper.metrics["target_error_y_median"] is None
+    assert follower.metrics["target_error_u_median"] < follower.metrics["error_u_median"]
+    assert keeper.metrics["target_error_u_median"] is None
 
 
 def test_every_gap_of_the_contact_is_in_the_log() -> None:

@@ -67,9 +67,9 @@ def _metric(flown: Mapping[str, Run], controller: str, key: str) -> float:
 
 
 def _friction(flown: Mapping[str, Run]) -> Claim:
-    key = "error_y_median"
+    key = "error_u_median"
     ours = {name: _metric(flown, name, key) for name in ("impedance", "hybrid", "pid")}
-    printed = {name: PUBLISHED[name].error_y_median for name in ours}
+    printed = {name: PUBLISHED[name].error_u_median for name in ours}
     return Claim(
         "Impedance control along the sliding directions resists friction: under impedance and hybrid the "
         "error in y is smaller than under PID.",
@@ -77,7 +77,7 @@ def _friction(flown: Mapping[str, Run]) -> Claim:
         + f" against {printed['pid']:.3f} m",
         " and ".join(f"{ours[name]:.3f}" for name in ("impedance", "hybrid"))
         + f" against {ours['pid']:.3f} m",
-        _holds("impedance resists friction", "error_y_median", ours),
+        _holds("impedance resists friction", "error_u_median", ours),
     )
 
 
@@ -88,30 +88,30 @@ def _holds(name: str, key: str, column: Mapping[str, float]) -> bool:
 
 def _ratio(name: str, adaptive: str, stiff: str, text: str) -> Judge:
     def judge(flown: Mapping[str, Run]) -> Claim:
-        ours = [_metric(flown, controller, "displacement_x_median") for controller in (adaptive, stiff)]
-        printed = [PUBLISHED[controller].displacement_x_median for controller in (adaptive, stiff)]
+        ours = [_metric(flown, controller, "displacement_median") for controller in (adaptive, stiff)]
+        printed = [PUBLISHED[controller].displacement_median for controller in (adaptive, stiff)]
         ratio = ours[0] / ours[1] if ours[1] else float("nan")
         return Claim(
             text,
             f"{printed[0]:.3f} / {printed[1]:.3f} m = {printed[0] / printed[1]:.2f}",
             f"{ours[0]:.3f} / {ours[1]:.3f} m = {ratio:.2f}",
-            _holds(name, "displacement_x_median", dict(zip((adaptive, stiff), ours, strict=True))),
+            _holds(name, "displacement_median", dict(zip((adaptive, stiff), ours, strict=True))),
         )
 
     return judge
 
 
 def _smallest_force(flown: Mapping[str, Run]) -> Claim:
-    ours = {name: _metric(flown, name, "estimated_force_x_median") for name in PUBLISHED}
+    ours = {name: _metric(flown, name, "estimated_force_median") for name in PUBLISHED}
     others = ", ".join(f"{ours[name]:.2f}" for name in PUBLISHED if name != "hybrid")
     printed = ", ".join(
-        f"{PUBLISHED[name].estimated_force_x_median:.2f}" for name in PUBLISHED if name != "hybrid"
+        f"{PUBLISHED[name].estimated_force_median:.2f}" for name in PUBLISHED if name != "hybrid"
     )
     return Claim(
         "The hybrid controller meets the smallest force of the four (median estimate in x).",
-        f"{PUBLISHED['hybrid'].estimated_force_x_median:.2f} against {printed} N",
+        f"{PUBLISHED['hybrid'].estimated_force_median:.2f} against {printed} N",
         f"{ours['hybrid']:.2f} against {others} N",
-        _holds("hybrid pushed least", "estimated_force_x_median", ours),
+        _holds("hybrid pushed least", "estimated_force_median", ours),
     )
 
 
@@ -122,7 +122,7 @@ def _narrower_force(flown: Mapping[str, Run]) -> Claim:
         "compared with PID.",
         "shown in a box plot, no number",
         f"{spread['admittance']:.2f} and {spread['hybrid']:.2f} against {spread['pid']:.2f} N",
-        _holds("admittance narrows the force", "estimated_force_x_spread", spread),
+        _holds("admittance narrows the force", "estimated_force_spread", spread),
     )
 
 

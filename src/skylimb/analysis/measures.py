@@ -12,8 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
+from skylimb.analysis.axis_names import GENERIC, AxisNames
 from skylimb.analysis.board import nominal_path
-from skylimb.analysis.metrics import DESCRIPTIONS, ROWS, moving_mean
+from skylimb.analysis.metrics import DESCRIPTIONS, ROWS, description, moving_mean
 from skylimb.analysis.signals import contact_axis, in_contact, in_phase, sliding_axes
 from skylimb.recording import Run
 
@@ -23,7 +24,7 @@ class Measures:
     """A set of numbers.
 
     Attributes:
-        descriptions: key -> what it is, and its unit.
+        descriptions: key -> what it is, with places for the axes' names (`AxisNames.label`), and its unit.
         of: the numbers of a finished flight's log; those that it cannot tell are left out.
     """
 
@@ -52,18 +53,21 @@ def measured(run: Run, sets: Sequence[str]) -> dict[str, float | None]:
     return found
 
 
-def describe(key: str) -> tuple[str, str]:
-    """What a metric or measure is, and its unit."""
-    for known in (DESCRIPTIONS, *(each.descriptions for each in SETS.values())):
-        if key in known:
-            return known[key]
+def describe(key: str, axes: AxisNames = GENERIC) -> tuple[str, str]:
+    """What a metric or measure is for a task with these axes, and its unit."""
+    if key in DESCRIPTIONS:
+        return description(key, axes)
+    for each in SETS.values():
+        if key in each.descriptions:
+            text, unit = each.descriptions[key]
+            return axes.label(text), unit
     return key, "1"
 
 
-def row_label(key: str) -> tuple[str, str]:
+def row_label(key: str, axes: AxisNames = GENERIC) -> tuple[str, str]:
     """What a number is called in a table that is divided as by `groups_of`, and its unit; empty for none."""
-    text, unit = describe(key)
-    return ROWS.get(key, text), "" if unit == "1" else unit
+    text, unit = describe(key, axes)
+    return axes.label(ROWS[key]) if key in ROWS else text, "" if unit == "1" else unit
 
 
 def quartile_distance(values: np.ndarray) -> float:
@@ -81,8 +85,8 @@ def paper_measures(log: xr.Dataset) -> dict[str, float]:
     error = first.along((log.cog_position - log.cog_position_reference).values[sliding])
     reach = log.reach.values[sliding]
     return {
-        "estimated_force_x_spread": quartile_distance(force),
-        "error_y_spread": quartile_distance(np.abs(error)),
+        "estimated_force_spread": quartile_distance(force),
+        "error_u_spread": quartile_distance(np.abs(error)),
         "reach_span": float(np.subtract(*np.percentile(reach, [95, 5]))),
         **_drawn(log, sliding & in_contact(log), sliding),
     }
@@ -163,9 +167,12 @@ SETS = {
     ),
     "paper": Measures(
         {
-            "estimated_force_x_spread": ("Distance between the quartiles of the estimated force in x", "N"),
-            "error_y_spread": (
-                "Distance between the quartiles of the |y error| of the CoG to the mission",
+            "estimated_force_spread": (
+                "Distance between the quartiles of the estimated force in {signed}",
+                "N",
+            ),
+            "error_u_spread": (
+                "Distance between the quartiles of the |{u} error| of the CoG to the mission",
                 "m",
             ),
             "reach_span": ("Span of the arm's reach (5 to 95 % of the time)", "m"),

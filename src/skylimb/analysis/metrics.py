@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from skylimb.analysis.axis_names import GENERIC, AxisNames
 from skylimb.analysis.pen_line import pen_line
 from skylimb.analysis.signals import contact_axis, in_contact, in_phase, sliding_axes, spans
 
@@ -44,18 +45,18 @@ _SCORED = (
 
 GROUPS = {
     "Distance of the centre of gravity from the mission's reference": (
-        "error_y_median",
-        "error_z_median",
-        "displacement_x_median",
+        "error_u_median",
+        "error_v_median",
+        "displacement_median",
     ),
     "Distance of the centre of gravity from the control law's own target": (
-        "target_error_y_median",
-        "target_error_z_median",
-        "target_error_x_median",
+        "target_error_u_median",
+        "target_error_v_median",
+        "target_error_contact_median",
     ),
     "Distance of the pen from its reference line": ("pen_line_rms", "pen_line_max"),
     "Force": (
-        "estimated_force_x_median",
+        "estimated_force_median",
         "contact_force_normal_mean",
         "contact_force_normal_std",
         "contact_force_normal_peak",
@@ -68,19 +69,19 @@ GROUPS = {
 NUMERIC_KEYS = tuple(key for keys in GROUPS.values() for key in keys)
 """Every number that `metrics` gives, in this order.
 
-y and z stand for the sliding axes, x for the contact axis.
+u and v stand for the sliding axes. Displacement and force are along the contact axis.
 """
 
-DESCRIPTIONS = {
-    "error_y_median": ("Median |y error| of the CoG to the mission", "m"),
-    "error_z_median": ("Median |z error| of the CoG to the mission", "m"),
-    "displacement_x_median": ("Median |x displacement| of the CoG from the mission", "m"),
-    "target_error_y_median": ("Median |y error| of the CoG to the law's own target", "m"),
-    "target_error_z_median": ("Median |z error| of the CoG to the law's own target", "m"),
-    "target_error_x_median": ("Median |x error| of the CoG to the law's own target", "m"),
+_TEXTS = {
+    "error_u_median": ("Median |{u} error| of the CoG to the mission", "m"),
+    "error_v_median": ("Median |{v} error| of the CoG to the mission", "m"),
+    "displacement_median": ("Median |{n} displacement| of the CoG from the mission", "m"),
+    "target_error_u_median": ("Median |{u} error| of the CoG to the law's own target", "m"),
+    "target_error_v_median": ("Median |{v} error| of the CoG to the law's own target", "m"),
+    "target_error_contact_median": ("Median |{n} error| of the CoG to the law's own target", "m"),
     "pen_line_rms": ("Distance of the pen from its reference line, root mean square", "m"),
     "pen_line_max": ("Largest distance of the pen from its reference line", "m"),
-    "estimated_force_x_median": ("Median estimated force in x", "N"),
+    "estimated_force_median": ("Median estimated force in {signed}", "N"),
     "contact_force_normal_mean": ("Mean normal contact force (truth)", "N"),
     "contact_force_normal_std": ("Standard deviation of the normal force (truth)", "N"),
     "contact_force_normal_peak": (
@@ -95,18 +96,28 @@ DESCRIPTIONS = {
     "contact_losses": (f"Times that the touch was lost for longer than {1e3 * LOSS_TIME:g} ms", "1"),
     "tilt_max": ("Largest tilt", "rad"),
 }
-"""What each number is, and its unit."""
+"""What each number is, with places for the axes' names (`AxisNames.label`), and its unit."""
+
+DESCRIPTIONS = {key: (GENERIC.label(text), unit) for key, (text, unit) in _TEXTS.items()}
+"""What each number is, and its unit, for a task with any axes."""
+
+
+def description(key: str, axes: AxisNames = GENERIC) -> tuple[str, str]:
+    """What a number is for a task with these axes, and its unit."""
+    text, unit = _TEXTS[key]
+    return axes.label(text), unit
+
 
 ROWS = {
-    "error_y_median": "|y error|, median",
-    "error_z_median": "|z error|, median",
-    "displacement_x_median": "|x displacement|, median",
-    "target_error_y_median": "|y error|, median",
-    "target_error_z_median": "|z error|, median",
-    "target_error_x_median": "|x error|, median",
+    "error_u_median": "|{u} error|, median",
+    "error_v_median": "|{v} error|, median",
+    "displacement_median": "|{n} displacement|, median",
+    "target_error_u_median": "|{u} error|, median",
+    "target_error_v_median": "|{v} error|, median",
+    "target_error_contact_median": "|{n} error|, median",
     "pen_line_rms": "root mean square",
     "pen_line_max": "largest",
-    "estimated_force_x_median": "estimated in x, median",
+    "estimated_force_median": "estimated in {signed}, median",
     "contact_force_normal_mean": "normal (truth), mean",
     "contact_force_normal_std": "normal (truth), standard deviation",
     "contact_force_normal_peak": f"normal (truth), peak of its {1e3 * PEAK_WINDOW:g} ms mean",
@@ -115,7 +126,10 @@ ROWS = {
     "contact_losses": f"losses of touch for longer than {1e3 * LOSS_TIME:g} ms",
     "tilt_max": "largest tilt",
 }
-"""What each number is called in a table whose lines stand below the titles of `GROUPS`."""
+"""What each number is called in a table whose lines stand below the titles of `GROUPS`.
+
+With places for the axes' names.
+"""
 
 
 def printed(key: str, value: float | None) -> str:
@@ -169,8 +183,8 @@ def metrics(log: xr.Dataset) -> dict[str, Any]:
 
 
 _COG_ERRORS = {
-    "cog_position_reference": ("error_y_median", "error_z_median", "displacement_x_median"),
-    "cog_position_target": ("target_error_y_median", "target_error_z_median", "target_error_x_median"),
+    "cog_position_reference": ("error_u_median", "error_v_median", "displacement_median"),
+    "cog_position_target": ("target_error_u_median", "target_error_v_median", "target_error_contact_median"),
 }
 """Signal that the centre of gravity is compared with, and the scores along both sliding axes and contact."""
 
@@ -185,7 +199,7 @@ def _scores(slide: xr.Dataset) -> dict[str, float]:
             for key, axis in zip(keys, (first, second, contact), strict=True):
                 scores[key] = float(np.median(np.abs(axis.along(away))))
     if "external_force_estimate" in slide:
-        scores["estimated_force_x_median"] = float(
+        scores["estimated_force_median"] = float(
             np.median(contact.along(slide.external_force_estimate.values))
         )
     if "contact_force_normal" in slide:

@@ -22,7 +22,7 @@ SIMILAR = 0.10
 PID, IMPEDANCE, ADMITTANCE, HYBRID = "pid", "impedance", "admittance", "hybrid"
 ALL = (PID, IMPEDANCE, ADMITTANCE, HYBRID)
 
-ERROR, DISPLACEMENT, FORCE = "error_y_median", "displacement_x_median", "estimated_force_x_median"
+ERROR, DISPLACEMENT, FORCE = "error_u_median", "displacement_median", "estimated_force_median"
 
 
 @dataclass(frozen=True)
@@ -153,8 +153,8 @@ CLAIMS: dict[str, PaperClaim] = {
             "Impedance-based control is steadier than PID: its y errors spread less.",
             "max(spread of |y|_i, |y|_h) < spread of |y|_p",
             (PID, IMPEDANCE, HYBRID),
-            ("error_y_spread",),
-            _smaller("error_y_spread", (IMPEDANCE, HYBRID), (PID,)),
+            ("error_u_spread",),
+            _smaller("error_u_spread", (IMPEDANCE, HYBRID), (PID,)),
         ),
         PaperClaim(
             "stiff arms move alike",
@@ -216,8 +216,8 @@ CLAIMS: dict[str, PaperClaim] = {
             "Admittance and hybrid have narrower distributions of the force than PID.",
             "max(spread of f_a, f_h) < spread of f_p",
             (PID, ADMITTANCE, HYBRID),
-            ("estimated_force_x_spread",),
-            _smaller("estimated_force_x_spread", (ADMITTANCE, HYBRID), (PID,)),
+            ("estimated_force_spread",),
+            _smaller("estimated_force_spread", (ADMITTANCE, HYBRID), (PID,)),
         ),
         PaperClaim(
             "admittance softens the contact",

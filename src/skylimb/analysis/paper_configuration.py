@@ -23,8 +23,16 @@ CONTROLLERS = ("pid", "impedance", "admittance", "hybrid")
 EXPERIMENT = "paper"
 """The experiment that is flown as in the paper, unless something is set otherwise."""
 
-INDIFFERENT = ("name", "description", "seed", "terminations", "controller.name", "controller.description")
-"""Keys and tables that do not matter: names, the noise's seed, limits that a finished flight never met."""
+INDIFFERENT = (
+    "name",
+    "description",
+    "seed",
+    "terminations",
+    "tolerances",
+    "controller.name",
+    "controller.description",
+)
+"""Keys and tables that change nothing of a finished flight but its noise and its verdict."""
 
 KINDS = ("kind", "law", "shape")
 """Keys that say which other keys their table has."""

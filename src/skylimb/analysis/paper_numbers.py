@@ -24,14 +24,14 @@ class PublishedMedians:
     It prints no z error and no true contact force.
 
     Attributes:
-        error_y_median: median error of the CoG in y, m.
-        displacement_x_median: median displacement of the CoG in x, m.
-        estimated_force_x_median: median estimated external force in x, N.
+        error_u_median: median error of the CoG in y, m.
+        displacement_median: median displacement of the CoG in x, m.
+        estimated_force_median: median estimated external force in x, N.
     """
 
-    error_y_median: float
-    displacement_x_median: float
-    estimated_force_x_median: float
+    error_u_median: float
+    displacement_median: float
+    estimated_force_median: float
 
 
 PUBLISHED = {

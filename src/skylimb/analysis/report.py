@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from skylimb.analysis import palette
+from skylimb.analysis.axis_names import AxisNames, common_names
 from skylimb.analysis.claims import check_claims
 from skylimb.analysis.figures import PLATES
 from skylimb.analysis.measures import row_label
@@ -77,7 +78,8 @@ def render_report(runs: Mapping[str, Run], folder: Path, videos_follow: bool = F
     """
     first = next(iter(runs.values()))
     config = _config(first)
-    claims, groups = check_claims(runs), _groups(runs)
+    axes = common_names(run.log for run in runs.values())
+    claims, groups = check_claims(runs), _groups(runs, axes)
     return render_page(
         TEMPLATE,
         title=_title(runs),
@@ -85,6 +87,7 @@ def render_report(runs: Mapping[str, Run], folder: Path, videos_follow: bool = F
         robot=str(first.log.attrs.get("robot", "")),
         experiment=str(first.log.attrs.get("experiment", "")),
         seed=first.log.attrs.get("seed"),
+        axes=axes,
         facts=_facts(config),
         columns=[
             (palette.label(name), palette.colours(runs)[name], run.failed) for name, run in runs.items()
@@ -130,18 +133,18 @@ def _title(runs: Mapping[str, Run]) -> str:
 Line = tuple[str, str, list[Cell]]
 
 
-def _groups(runs: Mapping[str, Run]) -> list[tuple[str, list[Line]]]:
+def _groups(runs: Mapping[str, Run], axes: AxisNames) -> list[tuple[str, list[Line]]]:
     """The table: the title of each group, and its lines with what, its unit, and a cell for each run."""
     known = known_groups(run.metrics for run in runs.values())
-    return [(title, [_line(runs, key) for key in keys]) for title, keys in known.items()]
+    return [(title, [_line(runs, key, axes) for key in keys]) for title, keys in known.items()]
 
 
-def _line(runs: Mapping[str, Run], key: str) -> Line:
+def _line(runs: Mapping[str, Run], key: str, axes: AxisNames) -> Line:
     cells = []
     for run in runs.values():
         number = printed(key, published_beside(run, key))
         cells.append(Cell(printed(key, run.metrics.get(key)) or "–", number))
-    return *row_label(key), cells
+    return *row_label(key, axes), cells
 
 
 def _config(run: Run) -> dict[str, Any]:

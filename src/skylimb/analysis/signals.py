@@ -60,7 +60,7 @@ def contact_axis(log: xr.Dataset) -> Direction:
 
     The attribute `contact_axis` holds a letter or the three components of a vector in W.
     """
-    return _direction(log.attrs.get("contact_axis", "x"), "n")
+    return direction(log.attrs.get("contact_axis", "x"), "n")
 
 
 def sliding_axes(log: xr.Dataset) -> tuple[Direction, Direction]:
@@ -72,10 +72,10 @@ def sliding_axes(log: xr.Dataset) -> tuple[Direction, Direction]:
     if isinstance(axes, str):
         axes = axes.replace(",", " ").split()
     first, second = np.reshape(axes, (2, -1)).tolist()
-    return _direction(first, "u"), _direction(second, "v")
+    return direction(first, "u"), direction(second, "v")
 
 
-def _direction(axis: Any, otherwise: str) -> Direction:
+def direction(axis: Any, otherwise: str) -> Direction:
     """A direction from a letter or a vector; one that is no axis of W is called `otherwise`."""
     entries = np.ravel(axis).tolist()
     letters = ("x", "y", "z")

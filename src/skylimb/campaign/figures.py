@@ -10,7 +10,8 @@ from matplotlib.figure import Figure
 from scipy.stats import rankdata
 
 from skylimb.analysis import style
-from skylimb.analysis.metrics import DESCRIPTIONS
+from skylimb.analysis.axis_names import AxisNames
+from skylimb.analysis.metrics import description
 from skylimb.campaign.maps import CLEAR_WIN, colours_of, failure_map, winner_map
 from skylimb.campaign.spec import GOALS
 from skylimb.campaign.statistics import Scores, telling_parameters
@@ -47,18 +48,18 @@ class Plate(NamedTuple):
     source: str
 
 
-def plates(scores: Scores, score: str) -> list[Plate]:
+def plates(scores: Scores, score: str, axes: AxisNames) -> list[Plate]:
     """Every picture that the flights allow for."""
     if len(scores.draws) < 2 or score not in scores.metrics:
         return []
-    label = DESCRIPTIONS[score][0]
-    made = [_plate("profiles", "How good, how often", _PROFILES, profiles(scores))]
+    label = description(score, axes)[0]
+    made = [_plate("profiles", "How good, how often", _PROFILES, profiles(scores, axes))]
     numeric = [name for name, values in scores.parameters.items() if values.dtype.kind in "fi"]
     shown = [
         name for name in tellers(scores, score) if name in numeric and len(set(scores.parameters[name])) > 1
     ]
     if shown:
-        figure = trends(scores, score, shown[:_MOST_PARAMETERS])
+        figure = trends(scores, score, shown[:_MOST_PARAMETERS], axes)
         made.append(_plate("trends", "What it depends on", _TRENDS.format(label), figure))
     if len(shown) > 1:
         figure = failure_map(scores, shown[0], shown[1])
@@ -99,7 +100,7 @@ def _spearman(first: np.ndarray, second: np.ndarray) -> float:
 
 
 @style.styled
-def profiles(scores: Scores) -> Figure:
+def profiles(scores: Scores, axes_names: AxisNames) -> Figure:
     """The distribution of each metric that has a goal, a curve a controller."""
     keys = [key for key in GOALS if key in scores.metrics]
     rows, columns = style.panels(len(keys), 4)
@@ -115,7 +116,7 @@ def profiles(scores: Scores) -> Figure:
         for name, column in zip(scores.controllers, values.T, strict=True):
             there = goal * np.sort(column[np.isfinite(column)])
             ax.step(there, np.arange(1, len(there) + 1) / count, where="post", color=colours[name])
-        label, unit = DESCRIPTIONS[keys[index]]
+        label, unit = description(keys[index], axes_names)
         ax.set_xlabel(_broken(f"{label} ({unit})" if unit != "1" else label))
         ax.set_ylim(0.0, 1.02)
         if goal < 0.0:
@@ -128,7 +129,7 @@ def profiles(scores: Scores) -> Figure:
 
 
 @style.styled
-def trends(scores: Scores, score: str, parameters: list[str]) -> Figure:
+def trends(scores: Scores, score: str, parameters: list[str], axes_names: AxisNames) -> Figure:
     """The score of every flight over some parameters, with medians along them."""
     figure = Figure((style.WIDTH, 2.6), layout="constrained")
     axes = figure.subplots(1, len(parameters), squeeze=False, sharey=True)[0]
@@ -146,7 +147,7 @@ def trends(scores: Scores, score: str, parameters: list[str]) -> Figure:
         ax.set_xlabel(parameter.replace(".", ".\n", 1))
         ax.locator_params(axis="x", nbins=4)
         ax.set_ylim(bottom, top + 0.03 * (top - bottom))
-    axes[0].set_ylabel(_broken("{} ({})".format(*DESCRIPTIONS[score])))
+    axes[0].set_ylabel(_broken("{} ({})".format(*description(score, axes_names))))
     style.legend_below(
         figure, [style.swatch(colours[name], style.label(name)) for name in scores.controllers]
     )

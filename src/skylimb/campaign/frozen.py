@@ -25,7 +25,7 @@ from skylimb.recording.versions import versions
 from skylimb.robots.loader import load_robot
 from skylimb.robots.model import Robot
 
-FORMAT_VERSION = 3
+FORMAT_VERSION = 4
 """Of a campaign's folder."""
 
 CHECKED_DRAWS = 20_000

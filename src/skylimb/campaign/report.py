@@ -11,8 +11,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from skylimb.analysis import style
-from skylimb.analysis.measures import row_label
-from skylimb.analysis.metrics import DESCRIPTIONS, groups_of, printed
+from skylimb.analysis.axis_names import AxisNames
+from skylimb.analysis.measures import describe, row_label
+from skylimb.analysis.metrics import groups_of, printed
 from skylimb.analysis.pages import render_page
 from skylimb.campaign.draws import changed, value_at
 from skylimb.campaign.figures import plates
@@ -48,6 +49,7 @@ def render_report(campaign: Campaign, rows: Mapping[int, Row], summary: Summary,
         kept: flights whose log lies in the folder.
     """
     scores, names = summary.scores, summary.scores.controllers
+    score, axes = campaign.spec.score, summary.axes
     return render_page(
         TEMPLATE,
         title=_title(campaign, len(scores.draws)),
@@ -69,13 +71,16 @@ def render_report(campaign: Campaign, rows: Mapping[int, Row], summary: Summary,
         verdicts=_verdicts(summary),
         pairs=_pairs(summary),
         regions=[(style.label(name), _region(summary, name)) for name in names],
-        plates=plates(scores, campaign.spec.score),
-        score=_within(DESCRIPTIONS[campaign.spec.score][0]),
+        plates=plates(scores, score, axes),
+        axes=axes,
+        score=_within(describe(score, axes)[0]),
         worst=[
-            (row, _cause(row, campaign), command(campaign, row), log_name(row) * (row["flight"] in kept))
+            (row, _cause(row, score, axes), command(campaign, row), log_name(row) * (row["flight"] in kept))
             for row in summary.worst
         ],
-        success=[(_within(DESCRIPTIONS[key][0]), bound) for key, bound in campaign.spec.success.items()],
+        success=[
+            (_within(describe(key, summary.axes)[0]), bound) for key, bound in campaign.spec.success.items()
+        ],
         varied=[(key, json.dumps(to_mapping(entry))) for key, entry in campaign.spec.vary.items()],
         spec=write_toml(campaign.spec.to_mapping()),
         versions=campaign.versions,
@@ -137,7 +142,7 @@ def _row(key: str, summary: Summary) -> tuple[str, str, list[Cell]]:
         )
         for (middle, low, high), place in zip(summary.medians[key], ranks, strict=True)
     ]
-    return *row_label(key), cells
+    return *row_label(key, summary.axes), cells
 
 
 def _number(key: str, value: float) -> str:
@@ -153,7 +158,8 @@ def _verdicts(summary: Summary) -> list[str]:
     said = []
     for key, ranks in summary.ranks.items():
         first = [style.label(name) for name, place in zip(names, ranks, strict=True) if place == 1]
-        what = "finishing" if key == "success" else _within(DESCRIPTIONS[key][0]).removesuffix(" (truth)")
+        what = "finishing" if key == "success" else _within(describe(key, summary.axes)[0])
+        what = what.removesuffix(" (truth)")
         if len(first) < len(names):
             verb = "are level and lead" if len(first) > 1 else "leads"
             said.append(f"{_listed(first)} {verb} in {what}")
@@ -169,7 +175,7 @@ def _pairs(summary: Summary) -> list[tuple[str, str, str, Paired, str, str]]:
     for key, pairs in summary.paired.items():
         goal = GOALS.get(key, 1.0)
         for (first, second), pair in pairs.items():
-            label = "Failures" if key == "success" else DESCRIPTIONS[key][0]
+            label = "Failures" if key == "success" else describe(key, summary.axes)[0]
             low, high = (pair.low, pair.high) if goal > 0.0 else (-pair.high, -pair.low)
             difference = f"{_signed(goal * pair.median)} ({_signed(low)} .. {_signed(high)})"
             winner = ""
@@ -198,11 +204,11 @@ def _region(summary: Summary, name: str) -> str:
     )
 
 
-def _cause(row: Row, campaign: Campaign) -> str:
+def _cause(row: Row, score: str, axes: AxisNames) -> str:
     if row["cause"]:
         return row["cause"]
-    text, unit = DESCRIPTIONS[campaign.spec.score]
-    value = row[campaign.spec.score]
+    text, unit = describe(score, axes)
+    value = row[score]
     return "" if value is None else f"{_within(text)} {value:.3f} {unit if unit != '1' else ''}".strip()
 
 

@@ -17,9 +17,9 @@ from skylimb.keys import Key, RefusedError, configuration, refused
 MOST_DRAWS = 1_000_000
 
 GOALS = {
-    "error_y_median": 1.0,
-    "error_z_median": 1.0,
-    "displacement_x_median": 1.0,
+    "error_u_median": 1.0,
+    "error_v_median": 1.0,
+    "displacement_median": 1.0,
     "contact_force_normal_std": 1.0,
     "contact_force_normal_peak": 1.0,
     "contact_fraction": -1.0,
@@ -100,7 +100,7 @@ class CampaignSpec:
         Literal["sobol", "halton", "random"], Key("", "how points are laid in the unit cube")
     ] = "sobol"
     logs: Annotated[str, Key("", "flights that keep their log: none, failures, worst K, all")] = "failures"
-    score: Annotated[str, Key("", "metric that says which finished flight is worse")] = "error_y_median"
+    score: Annotated[str, Key("", "metric that says which finished flight is worse")] = "error_u_median"
     set: Annotated[dict[str, Any], Key("", "dotted key -> value for all draws")] = field(default_factory=dict)
     only: Annotated[dict[str, tuple[str, ...]], Key("", "varied gain -> controllers that have it")] = field(
         default_factory=dict

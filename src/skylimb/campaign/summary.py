@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from skylimb.analysis.axis_names import GENERIC, AxisNames, names_of_vectors
 from skylimb.campaign.frozen import FORMAT_VERSION, Campaign
 from skylimb.campaign.logs import worst
 from skylimb.campaign.rows import FAILED, LOST, QUARANTINED, Row
@@ -28,6 +29,7 @@ from skylimb.campaign.statistics import (
     success_rate,
 )
 from skylimb.campaign.statistics.intervals import bootstrap_interval, median
+from skylimb.missions.frame import contact_frame
 
 WORST = 10
 
@@ -45,6 +47,7 @@ class Summary:
         regions: where each controller fails, or None.
         worst: rows of the worst flights.
         lost: rows of all lost flights.
+        axes: what the task's axes are called.
     """
 
     scores: Scores
@@ -55,6 +58,7 @@ class Summary:
     regions: dict[str, Region | None]
     worst: list[Row]
     lost: list[Row]
+    axes: AxisNames
 
 
 def summarize(campaign: Campaign, rows: Mapping[int, Row]) -> Summary:
@@ -82,7 +86,16 @@ def summarize(campaign: Campaign, rows: Mapping[int, Row]) -> Summary:
         },
         worst=worst(campaign, rows.values(), WORST),
         lost=[rows[flight] for flight in sorted(rows) if rows[flight]["status"] in LOST],
+        axes=_axes(campaign),
     )
+
+
+def _axes(campaign: Campaign) -> AxisNames:
+    """What the axes are called in every draw; u, v and n where draws differ in the contact axis."""
+    if any(key.startswith("contact_axis") for key in campaign.spec.vary):
+        return GENERIC
+    frame = contact_frame(campaign.experiment_of(campaign.draw(0)).contact_axis)
+    return names_of_vectors(frame.sliding_u, frame.sliding_v, frame.contact)
 
 
 def medians(scores: Scores, key: str, seed: int) -> list[tuple[float, float, float]]:

@@ -179,7 +179,7 @@ def _summary(outcome: Outcome) -> int:
             name: (f"{100 * rate.rate:.1f} % ({100 * rate.low:.1f} .. {100 * rate.high:.1f})", rate.draws)
             for name, rate in summary.rates.items()
         }
-        output.campaign(outcome.campaign.spec.experiment, rates, summary.medians, summary.ranks)
+        output.campaign(outcome.campaign.spec.experiment, rates, summary.medians, summary.ranks, summary.axes)
         for row in summary.lost[:5]:
             print(f"flight {row['flight']} ({row['controller']}) {row['status']}: {row['cause']}")
         if len(summary.lost) > 5:

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
+    from skylimb.analysis.axis_names import AxisNames
     from skylimb.recording.run import Run
     from skylimb.robots.model import Robot
     from skylimb.verification import Row
@@ -145,13 +146,15 @@ def working(what: str) -> Iterator[None]:
 
 def scores(runs: Mapping[str, Run]) -> None:
     """The metrics of every run side by side, the paper's numbers in brackets where it prints them."""
+    from skylimb.analysis.axis_names import common_names
     from skylimb.analysis.measures import row_label
     from skylimb.analysis.metrics import known_groups
     from skylimb.analysis.paper_configuration import is_the_papers, not_the_papers
 
     experiment = next(iter(runs.values())).log.attrs.get("experiment", "")
     brackets = ", in brackets the paper's numbers" if any(map(is_the_papers, runs.values())) else ""
-    table = _table(f"{experiment}: sliding period{brackets}", "", "")
+    axes = common_names(run.log for run in runs.values())
+    table = _table(f"{experiment}: sliding period, {axes}{brackets}", "", "")
     for name in runs:
         table.add_column(name, justify="right")
     table.add_row("Status", "", *(_status(run) for run in runs.values()))
@@ -159,7 +162,7 @@ def scores(runs: Mapping[str, Run]) -> None:
         table.add_section()
         table.add_row(f"[bold]{title}[/bold]")
         for key in keys:
-            label, unit = row_label(key)
+            label, unit = row_label(key, axes)
             table.add_row(f"  {label}", unit, *(_score(run, key) for run in runs.values()))
     console = _console()
     console.print(table)
@@ -271,6 +274,7 @@ def campaign(
     rates: Mapping[str, tuple[str, int]],
     medians: Mapping[str, Sequence[tuple[float, float, float]]],
     ranks: Mapping[str, Sequence[int]],
+    axes: AxisNames,
 ) -> None:
     """Success rates and medians of a campaign's controllers, each with its rank among them."""
     from skylimb.analysis.measures import row_label
@@ -289,7 +293,7 @@ def campaign(
         table.add_section()
         table.add_row(f"[bold]{title}[/bold]")
         for key in keys:
-            label, unit = row_label(key)
+            label, unit = row_label(key, axes)
             cells = (_median(key, value) for value, _, _ in medians[key])
             table.add_row(f"  {label}", unit, *(ranked(text, key, i) for i, text in enumerate(cells)))
     _console().print(table)

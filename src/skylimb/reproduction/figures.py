@@ -15,10 +15,10 @@ from skylimb.campaign.rows import OK, Row
 from skylimb.reproduction.result import BESIDE, HIGH, LOW, NUMBERS, READINGS, Judged, Number, Result
 
 _SHORT = {
-    "error_y_median": "|y error|",
-    "displacement_x_median": "|x displacement|",
-    "estimated_force_x_median": "force in x",
-    "error_z_median": "|z error|",
+    "error_u_median": "|y error|",
+    "displacement_median": "|x displacement|",
+    "estimated_force_median": "force in x",
+    "error_v_median": "|z error|",
 }
 _SHOWN_ABOVE, _CLEAR_ABOVE = 0.2, 0.3
 """Rank correlations from which an unknown has its row, and a cell its number.

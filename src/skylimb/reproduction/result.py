@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from skylimb.analysis.axis_names import PAPER
 from skylimb.analysis.measures import describe
 from skylimb.analysis.paper_claims import CLAIMS, PaperClaim
 from skylimb.analysis.paper_numbers import PUBLISHED, published
@@ -22,19 +23,19 @@ from skylimb.reproduction.sensitivity import correlations, unknown_columns
 LOW, HIGH = 0.05, 0.95
 """Quantiles of the interval that a published number is held against."""
 
-NUMBERS = ("error_y_median", "displacement_x_median", "estimated_force_x_median")
+NUMBERS = ("error_u_median", "displacement_median", "estimated_force_median")
 """The paper's twelve, four controllers each."""
-BESIDE = ("error_z_median",)
+BESIDE = ("error_v_median",)
 """What it shows in a box plot without a number."""
 
 RATIOS = (
-    ("error_y_median", "impedance", "pid"),
-    ("error_y_median", "hybrid", "admittance"),
-    ("displacement_x_median", "hybrid", "impedance"),
-    ("displacement_x_median", "admittance", "pid"),
-    ("estimated_force_x_median", "impedance", "pid"),
-    ("estimated_force_x_median", "admittance", "pid"),
-    ("estimated_force_x_median", "hybrid", "impedance"),
+    ("error_u_median", "impedance", "pid"),
+    ("error_u_median", "hybrid", "admittance"),
+    ("displacement_median", "hybrid", "impedance"),
+    ("displacement_median", "admittance", "pid"),
+    ("estimated_force_median", "impedance", "pid"),
+    ("estimated_force_median", "admittance", "pid"),
+    ("estimated_force_median", "hybrid", "impedance"),
 )
 """What the choice of one law for the other changes, within a draw."""
 
@@ -309,5 +310,5 @@ def _nearest(prior: Prior, campaign: Campaign, draws: list[dict[str, Row]]) -> l
 
 def label(key: str) -> str:
     """How a number is called in a table, with its unit."""
-    text, unit = describe(key)
+    text, unit = describe(key, PAPER)
     return text if unit == "1" else f"{text}, {unit}"

@@ -14,6 +14,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
 from skylimb.analysis import style
+from skylimb.analysis.axis_names import common_names
 from skylimb.analysis.paper_numbers import published_beside
 from skylimb.analysis.signals import Direction, contact_axis, in_phase, sliding_axes
 from skylimb.recording import Run
@@ -37,18 +38,18 @@ def sliding_errors(runs: Mapping[str, Run]) -> Figure:
     Returns:
         A figure with a panel for each sliding axis.
     """
-    first, second = _axes_of(runs, sliding_axes, ("y", "z"))
+    axes = common_names(run.log for run in runs.values())
     return _figure(
         runs,
         [
             (
-                f"|{first} error| of the CoG to the mission (m)",
-                "error_y_median",
+                axes.label("|{u} error| of the CoG to the mission (m)"),
+                "error_u_median",
                 lambda log: _error(log, sliding_axes(log)[0]),
             ),
             (
-                f"|{second} error| of the CoG to the mission (m)",
-                "error_z_median",
+                axes.label("|{v} error| of the CoG to the mission (m)"),
+                "error_v_median",
                 lambda log: _error(log, sliding_axes(log)[1]),
             ),
         ],
@@ -65,16 +66,16 @@ def contact_distributions(runs: Mapping[str, Run]) -> Figure:
     Returns:
         A figure with a panel for the displacement and one for the force.
     """
-    axis = _axes_of(runs, contact_axis, "x")
+    axes = common_names(run.log for run in runs.values())
     return _figure(
         runs,
         [
             (
-                f"|{axis} displacement| from the mission (m)",
-                "displacement_x_median",
+                axes.label("|{n} displacement| from the mission (m)"),
+                "displacement_median",
                 lambda log: _error(log, contact_axis(log)),
             ),
-            (f"estimated force in {axis} (N)", "estimated_force_x_median", _force),
+            (axes.label("estimated force in {signed} (N)"), "estimated_force_median", _force),
         ],
     )
 
@@ -167,8 +168,3 @@ def _force(log: xr.Dataset) -> np.ndarray:
     if "external_force_estimate" not in log:
         return np.zeros(0)
     return contact_axis(log).along(log.external_force_estimate.values)
-
-
-def _axes_of(runs: Mapping[str, Run], which: Callable[[xr.Dataset], Any], otherwise: Any) -> Any:
-    """The axis names of the first run, which label the figure."""
-    return next((which(run.log) for run in runs.values()), otherwise)

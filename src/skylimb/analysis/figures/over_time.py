@@ -13,6 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from skylimb.analysis import style
+from skylimb.analysis.axis_names import common_names
 from skylimb.analysis.signals import (
     Direction,
     adapting,
@@ -78,8 +79,8 @@ def cog_tracking(runs: Mapping[str, Run]) -> Figure:
             if TARGET in log:
                 _line(ax, log, TARGET, axis, color=style.INK, linestyle=DOTTED, linewidth=0.9)
             ax.set(ylim=span)
-    first, second = next((sliding_axes(run.log) for run in runs.values()), ("y", "z"))
-    _label_rows(pairs, f"CoG {first} (m)", f"CoG {second} (m)")
+    axes = common_names(run.log for run in runs.values())
+    _label_rows(pairs, f"CoG {axes.u} (m)", f"CoG {axes.v} (m)")
     target = Line2D([], [], color=style.INK, linestyle=DOTTED, linewidth=0.9, label="the law's own target")
     style.legend_below(
         figure,
@@ -130,7 +131,7 @@ def contact_direction(runs: Mapping[str, Run]) -> Figure:
             below.plot(time, truth[keep], color=style.INK, linewidth=0.8)
         above.set(ylim=upper)
         below.set(ylim=lower)
-    axis = next((contact_axis(run.log) for run in runs.values()), "x")
+    axis = common_names(run.log for run in runs.values()).n
     lost = any(_looking(run.log) for run in runs.values())
     looking = [style.swatch(style.LOST, "surface lost, looked for again")] if lost else []
     _label_rows(pairs, f"displacement {axis} (m)", f"force {axis} (N)")
