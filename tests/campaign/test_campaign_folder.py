@@ -114,7 +114,7 @@ def test_another_version_is_refused_with_the_difference(flown: tuple[Path, Path]
         run_campaign(spec, folder, workers=0, resume=True)
     path.write_text(path.read_text().replace("format = 4", "format = 3"))  # as an earlier skylimb wrote it
     for use in (lambda: run_campaign(spec, folder, workers=0, resume=True), lambda: report_campaign(folder)):
-        with pytest.raises(OutputError, match=r"spec\.toml' has folder format 2, .* fly anew") as caught:
+        with pytest.raises(OutputError, match=r"spec\.toml' has folder format 3, .* fly anew") as caught:
             use()
         assert len(str(caught.value).splitlines()) == 1
     assert contents(folder) != before
