@@ -15,9 +15,12 @@ from skylimb.analysis.metrics import (
     groups_of,
     known_groups,
     metrics,
-    moving_mean,
     printed,
 )
+from skylimb.analysis.signals import moving_mean
+
+TOLERANCES = {"force": 0.1, "force_swing": 0.3, "pen_line": 0.02, "path": 0.95, "contact": 0.95}
+NOTHING_JUDGED = {"missed": [], "checks": {}, "force_limits": {}}
 
 
 def sliding(log):
@@ -25,7 +28,7 @@ def sliding(log):
 
 
 def test_exactly_the_promised_keys(make_log):
-    assert tuple(metrics(make_log())) == ("status", *NUMERIC_KEYS)
+    assert tuple(metrics(make_log())) == ("status", *NUMERIC_KEYS, "missed", "checks", "force_limits")
     assert set(DESCRIPTIONS) == set(ROWS) == set(NUMERIC_KEYS)
 
 
@@ -58,13 +61,15 @@ def test_every_controller_is_held_to_the_mission(make_log):
 
 def test_groups_show_what_some_flight_has(make_log):
     log = make_log()
-    target = metrics(log.assign(cog_position_target=log.cog_position))
+    told = log.assign_attrs(tolerances=json.dumps(TOLERANCES))
+    told = told.assign(contact_force_reference=log.contact_force_normal)
+    target = metrics(told.assign(cog_position_target=log.cog_position))
     plain, lost = metrics(log), metrics(make_log(status="FAILED", cause="fell"))
     everything = [key for keys in GROUPS.values() for key in keys]
     assert tuple(everything) == NUMERIC_KEYS
     assert known_groups([plain, target, lost]) == GROUPS
     without = [key for keys in known_groups([plain, lost]).values() for key in keys]
-    assert without == [key for key in everything if not key.startswith("target_")]
+    assert without == [key for key in everything if not key.startswith(("target_", "force_", "done"))]
     assert known_groups([lost]) == {}
 
 
@@ -73,6 +78,7 @@ def test_numbers_are_printed_as_what_they_are():
     assert printed("estimated_force_median", -0.5) == "\N{MINUS SIGN}0.500"
     assert [printed("contact_losses", value) for value in (2.0, 0.5)] == ["2", "0.5"]
     assert printed("tilt_max", None) == ""
+    assert [printed("done", value) for value in (True, False, 0.75)] == ["yes", "no", "0.750"]
 
 
 def test_a_loss_is_a_gap_that_lasts(make_log):
@@ -140,14 +146,16 @@ def test_the_flag_stands_in_for_the_duty(make_log):
 
 def test_a_failed_flight_is_not_scored(make_log):
     scores = metrics(make_log(status="FAILED", cause="tilt above 1 rad"))
-    assert scores == {"status": "FAILED", "cause": "tilt above 1 rad", **dict.fromkeys(NUMERIC_KEYS)}
+    assert scores == {
+        "status": "FAILED", "cause": "tilt above 1 rad", **dict.fromkeys(NUMERIC_KEYS), **NOTHING_JUDGED
+    }  # fmt: skip
     assert "NaN" not in json.dumps(scores, allow_nan=False)
 
 
 def test_without_a_sliding_period_or_a_signal_there_is_no_number(make_log):
     log = make_log()
     hover = metrics(log.isel(time=slice(0, 100)))
-    assert hover == {"status": "OK", **dict.fromkeys(NUMERIC_KEYS)}
+    assert hover == {"status": "OK", **dict.fromkeys(NUMERIC_KEYS), **NOTHING_JUDGED}
     real = metrics(log.drop_vars(["contact_force_normal", "contact", "contact_duty"]))
     assert real["contact_force_normal_mean"] is None
     assert real["contact_fraction"] is None

@@ -81,6 +81,15 @@ def test_a_number_that_a_controller_does_not_have_is_no_loss() -> None:
     assert found[2][0] == np.inf
 
 
+def test_a_verdict_has_its_rate_over_all_draws_and_a_lost_flight_was_not_done() -> None:
+    finished = np.array([[True], [True], [True], [False]])
+    done = np.array([[1.0], [0.0], [1.0], [np.nan]])
+    scores = Scores(("one",), np.arange(4), finished, finished, {"done": done}, {}, {})
+    ((rate, low, high),) = medians(scores, "done", 0)
+    assert rate == pytest.approx(0.5)
+    assert 0.0 < low < 0.1 < 0.9 < high < 1.0
+
+
 def test_paired_draws_see_what_unpaired_ones_cannot() -> None:
     rng = np.random.default_rng(3)
     draws = rng.normal(0.0, 10.0, 40)

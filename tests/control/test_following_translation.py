@@ -38,7 +38,10 @@ def step(at: LawInput, gains: Any = GAINS, state: Any = None) -> tuple[Any, np.n
     """State, force less weight, and target."""
     state = following.State(0.0, GAINS.tank, np.zeros(2)) if state is None else state
     state, force, signals = following.step(numeric(gains), state, at)
-    assert list(signals) == ["cog_position_target"]
+    assert list(signals) == [
+        "cog_position_target", "contact_force_reference", "contact_force_target", "contact_force_integral",
+        "contact_force_integral_share", "energy_tank_share",
+    ]  # fmt: skip
     return state, force - MASS * GRAVITY_W, signals["cog_position_target"]
 
 
@@ -64,6 +67,23 @@ def test_an_eased_contact_is_pressed_with_less_and_asks_for_less(make_inputs: Ma
     state, force, _ = step(make_inputs(contact=eased, **{**CALM, "force": -0.3 * X}))
     np.testing.assert_allclose(force, 0.3 * X, atol=1e-12)
     assert state.integral == pytest.approx(0.0, abs=1e-12)
+
+
+def test_it_tells_which_force_is_commanded_and_what_it_presses_with(make_inputs: Make) -> None:
+    eased = ENGAGED._replace(normal_force=0.1, ease=0.3)
+
+    def told(contact: Any, touch: float, tank: float = 0.5) -> list[float]:
+        at = make_inputs(contact=contact, **{**CALM, "reference": {"tip_position": ARM, "touch": touch}})
+        state = following.State(2.0, tank, np.zeros(2))
+        signals = following.step(numeric(GAINS), state, at)[2]
+        return [float(signals[name]) for name in list(signals)[1:]]
+
+    integral = 2.0 + 2.0 * (0.3 - 0.1) * DT
+    assert told(eased, 1.0) == pytest.approx([1.0, 0.3, integral, integral / 3.0, 1.0])
+    assert told(eased, 1.0, 0.125)[4] == pytest.approx(0.25)
+    # Searching for the surface: the force is commanded still, but nothing presses; and nothing is commanded.
+    assert told(no_contact(), 1.0) == [1.0, 0.0, 0.0, 0.0, 1.0]
+    assert told(no_contact(), 0.0)[0] == 0.0
 
 
 def test_everything_turns_with_the_task(make_inputs: Make) -> None:

@@ -14,8 +14,9 @@ import xarray as xr
 
 from skylimb.analysis.axis_names import GENERIC, AxisNames
 from skylimb.analysis.board import nominal_path
-from skylimb.analysis.metrics import DESCRIPTIONS, ROWS, description, moving_mean
-from skylimb.analysis.signals import contact_axis, in_contact, in_phase, sliding_axes
+from skylimb.analysis.force import FORCE_WINDOW
+from skylimb.analysis.metrics import DESCRIPTIONS, ROWS, description
+from skylimb.analysis.signals import contact_axis, in_contact, in_phase, moving_mean, sliding_axes
 from skylimb.recording import Run
 
 
@@ -145,9 +146,6 @@ def contact_measures(log: xr.Dataset) -> dict[str, float]:
     }
     return found
 
-
-FORCE_WINDOW = 0.2
-"""Seconds over which the force is averaged before its deviation is taken: slower than a pen's chatter."""
 
 NEAR = 0.003
 """Gap between tip and surface below which the pen still writes, m."""

@@ -17,8 +17,17 @@ import numpy as np
 import xarray as xr
 
 from skylimb.analysis.axis_names import GENERIC, AxisNames
+from skylimb.analysis.force import FORCE_WINDOW, force_limits, force_scores
 from skylimb.analysis.pen_line import pen_line
-from skylimb.analysis.signals import contact_axis, in_contact, in_phase, sliding_axes, spans
+from skylimb.analysis.signals import (
+    contact_axis,
+    in_contact,
+    in_phase,
+    moving_mean,
+    sliding_axes,
+    spans,
+)
+from skylimb.analysis.verdict import verdict
 
 PEAK_WINDOW = 0.010
 """Seconds over which the force is averaged before its peak is taken:
@@ -44,6 +53,7 @@ _SCORED = (
 )
 
 GROUPS = {
+    "Done as commanded": ("done",),
     "Distance of the centre of gravity from the mission's reference": (
         "error_u_median",
         "error_v_median",
@@ -61,6 +71,9 @@ GROUPS = {
         "contact_force_normal_std",
         "contact_force_normal_peak",
         "touch_force_peak",
+        "force_error_mean",
+        "force_error_percent",
+        "force_error_rms",
     ),
     "Contact and attitude": ("contact_fraction", "contact_losses", "tilt_max"),
 }
@@ -72,7 +85,11 @@ NUMERIC_KEYS = tuple(key for keys in GROUPS.values() for key in keys)
 u and v stand for the sliding axes. Displacement and force are along the contact axis.
 """
 
+YES_OR_NO = ("done",)
+"""Those that a flight does or does not; of many flights they have a rate."""
+
 _TEXTS = {
+    "done": ("Whether the flight did what was commanded, within its tolerances", "1"),
     "error_u_median": ("Median |{u} error| of the CoG to the mission", "m"),
     "error_v_median": ("Median |{v} error| of the CoG to the mission", "m"),
     "displacement_median": ("Median |{n} displacement| of the CoG from the mission", "m"),
@@ -92,6 +109,12 @@ _TEXTS = {
         f"Peak of the {1e3 * PEAK_WINDOW:g} ms mean of the normal force at the first touch",
         "N",
     ),
+    "force_error_mean": ("Mean error of the normal force (truth) against the commanded one", "N"),
+    "force_error_percent": ("Size of that mean error, of the commanded force", "%"),
+    "force_error_rms": (
+        f"Root mean square error of the {FORCE_WINDOW:g} s mean of the normal force (truth)",
+        "N",
+    ),
     "contact_fraction": ("Fraction of the time in contact (truth)", "1"),
     "contact_losses": (f"Times that the touch was lost for longer than {1e3 * LOSS_TIME:g} ms", "1"),
     "tilt_max": ("Largest tilt", "rad"),
@@ -109,6 +132,7 @@ def description(key: str, axes: AxisNames = GENERIC) -> tuple[str, str]:
 
 
 ROWS = {
+    "done": "all of it, within the tolerances",
     "error_u_median": "|{u} error|, median",
     "error_v_median": "|{v} error|, median",
     "displacement_median": "|{n} displacement|, median",
@@ -122,6 +146,9 @@ ROWS = {
     "contact_force_normal_std": "normal (truth), standard deviation",
     "contact_force_normal_peak": f"normal (truth), peak of its {1e3 * PEAK_WINDOW:g} ms mean",
     "touch_force_peak": "the same at the first touch",
+    "force_error_mean": "error against the commanded force, mean",
+    "force_error_percent": "size of that mean error, of the commanded force",
+    "force_error_rms": f"error of its {FORCE_WINDOW:g} s mean, root mean square",
     "contact_fraction": "fraction of the time in contact (truth)",
     "contact_losses": f"losses of touch for longer than {1e3 * LOSS_TIME:g} ms",
     "tilt_max": "largest tilt",
@@ -133,9 +160,14 @@ With places for the axes' names.
 
 
 def printed(key: str, value: float | None) -> str:
-    """A number in a table: three places, none for a count, and a true minus sign; empty for no number."""
+    """A number in a table: three places, none for a count, and a true minus sign; empty for no number.
+
+    One flight's verdict is yes or no, that of many flights the share of yes.
+    """
     if value is None:
         return ""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
     text = f"{value:g}" if key == "contact_losses" else f"{value:.3f}"
     return text.replace("-", "\N{MINUS SIGN}")
 
@@ -165,21 +197,43 @@ def metrics(log: xr.Dataset) -> dict[str, Any]:
             `contact_axis` and `sliding_axes` (x, and y and z, where it doesn't say).
 
     Returns:
-        `status` and the `NUMERIC_KEYS`: medians of |cog_position - cog_position_reference| along the sliding
+        `status` and the `NUMERIC_KEYS`: whether it was done as commanded (true, false, None where nothing was
+        commanded that could be judged); medians of |cog_position - cog_position_reference| along the sliding
         axes and the contact axis (m); the same against `cog_position_target`; distance of the pen from its
         reference line (m); the median estimated external force along the contact axis (N, negative when the
-        surface pushes); mean, standard deviation and peak of the true normal contact force (N); the fraction
-        of the time in touch; and the largest tilt (rad). A number is None where the log lacks its signal or
-        has no sliding period. A failed flight has `status`, `cause` and no numbers.
+        surface pushes); mean, standard deviation and peak of the true normal contact force (N), and its error
+        against the commanded force; the fraction of the time in touch; and the largest tilt (rad). A number
+        is None where the log lacks its signal or has no sliding period. A failed flight has `status`,
+        `cause` and no numbers.
+
+        Besides: `missed`, what was not done as commanded, in words; `checks`, value and tolerance of each
+        thing that was; `force_limits`, what limited a commanded force (`skylimb.analysis.force`).
     """
     status = str(log.attrs.get("status", "OK"))
     if status != "OK":
-        return {"status": status, "cause": str(log.attrs.get("cause", "")), **dict.fromkeys(NUMERIC_KEYS)}
+        lost = {"status": status, "cause": str(log.attrs.get("cause", "")), **dict.fromkeys(NUMERIC_KEYS)}
+        return {**lost, **_judged(log, lost)}
     # Only what is scored is cut out: a log holds many more signals.
     scored = log[[name for name in _SCORED if name in log.variables]]
     slide = scored.isel(time=np.flatnonzero(in_phase(log, "slide")))
-    scores = _scores(slide) | _pen_scores(log) if slide.sizes["time"] else {}
-    return {"status": status, **{key: _number(scores.get(key)) for key in NUMERIC_KEYS}}
+    found = _scores(slide) | _pen_scores(log) | force_scores(log) if slide.sizes["time"] else {}
+    scores = {"status": status, **{key: _number(found.get(key)) for key in NUMERIC_KEYS}}
+    return {**scores, **_judged(log, scores)}
+
+
+def _judged(log: xr.Dataset, scores: Mapping[str, Any]) -> dict[str, Any]:
+    """The flight's verdict, and what it rests on."""
+    limits = {} if scores["status"] != "OK" else force_limits(log)
+    done, missed, checks = verdict(log, scores, limits)
+    return {
+        "done": done,
+        "missed": list(missed),
+        "checks": {
+            check.name: {"value": check.value, "tolerance": check.tolerance, "kept": check.kept}
+            for check in checks
+        },
+        "force_limits": limits,
+    }
 
 
 _COG_ERRORS = {
@@ -234,23 +288,6 @@ def _pen_scores(log: xr.Dataset) -> dict[str, float]:
             force = log.contact_force_normal.values[first]
             scores["touch_force_peak"] = float(np.max(moving_mean(time[first], force, PEAK_WINDOW)))
     return scores
-
-
-def moving_mean(time: np.ndarray, values: np.ndarray, window: float) -> np.ndarray:
-    """Means over every stretch of `window` seconds that lies wholly inside the samples.
-
-    Args:
-        time: evenly spaced times (s), shape (n,).
-        values: shape (n,).
-        window: seconds; rounded to whole samples, and at least one sample.
-
-    Returns:
-        Shape (n - k + 1,) for a window of k samples.
-    """
-    spacing = (time[-1] - time[0]) / (len(time) - 1) if len(time) > 1 else window
-    count = int(np.clip(round(window / spacing), 1, len(values)))
-    total = np.cumsum(np.concatenate([[0.0], values]))
-    return (total[count:] - total[:-count]) / count
 
 
 def _number(value: float | None) -> float | None:

@@ -101,16 +101,22 @@ def home(folder: Path, name: str) -> Path:
 
 
 def metrics_table(runs: Mapping[str, Run]) -> str:
-    """The scores of several runs as CSV: one line a run, an empty field where there is no number."""
+    """The scores of several runs as CSV, one line a run.
+
+    A field is empty where there is no number; a verdict is 1 or 0.
+    """
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
     table.writerow(["run", "controller", "status", "cause", *NUMERIC_KEYS])
     for name, run in runs.items():
-        numbers = [run.metrics.get(key) for key in NUMERIC_KEYS]
-        table.writerow(
-            [name, run.controller, run.status, run.cause, *("" if n is None else repr(n) for n in numbers)]
-        )
+        numbers = [_field(run.metrics.get(key)) for key in NUMERIC_KEYS]
+        table.writerow([name, run.controller, run.status, run.cause, *numbers])
     return text.getvalue()
+
+
+def _field(value: float | None) -> str:
+    """A number with all its digits; a verdict as 1 or 0."""
+    return "" if value is None else repr(int(value) if isinstance(value, bool) else value)
 
 
 def _record(run: Run, folder: Path) -> None:

@@ -137,6 +137,23 @@ def spans(time: np.ndarray, mask: np.ndarray, bridge: float = 0.0) -> list[tuple
     return found
 
 
+def moving_mean(time: np.ndarray, values: np.ndarray, window: float) -> np.ndarray:
+    """Means over every stretch of `window` seconds that lies wholly inside the samples.
+
+    Args:
+        time: evenly spaced times (s), shape (n,).
+        values: shape (n,).
+        window: seconds; rounded to whole samples, and at least one sample.
+
+    Returns:
+        Shape (n - k + 1,) for a window of k samples.
+    """
+    spacing = (time[-1] - time[0]) / (len(time) - 1) if len(time) > 1 else window
+    count = int(np.clip(round(window / spacing), 1, len(values)))
+    total = np.cumsum(np.concatenate([[0.0], values]))
+    return (total[count:] - total[:-count]) / count
+
+
 def surface_of(log: xr.Dataset) -> dict[str, Any] | None:
     """The surface's description, or None where the log has none.
 

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from skylimb.analysis.axis_names import GENERIC, AxisNames, names_of_vectors
+from skylimb.analysis.metrics import YES_OR_NO
 from skylimb.campaign.frozen import FORMAT_VERSION, Campaign
 from skylimb.campaign.logs import worst
 from skylimb.campaign.rows import FAILED, LOST, QUARANTINED, Row
@@ -102,8 +103,13 @@ def medians(scores: Scores, key: str, seed: int) -> list[tuple[float, float, flo
     """Medians with their intervals; a loss enters as the bad end of the metric.
 
     A controller that finishes and never has the number (such as an error to a target that its law does not
-    have) has no median, NaN.
+    have) has no median, NaN. What a flight does or does not, such as being done as commanded, has its rate
+    over all draws in place of a median.
     """
+    if key in YES_OR_NO:
+        kept = scores.finished & (scores.metrics[key] == 1.0)
+        rates = [success_rate(int(count), len(scores.draws)) for count in kept.sum(axis=0)]
+        return [(rate.rate, rate.low, rate.high) for rate in rates]
     goal = GOALS.get(key, 1.0)
     found = []
     for index, column in enumerate(scores.badness(key).T):

@@ -32,7 +32,7 @@ class Run:
     """Fly one controller through one experiment.
 
     Leaves log.nc, metrics.json, config.toml, figures/, report.html and, after all of them, video.mp4. The
-    exit code is 1 for a failed flight.
+    exit code is 1 for a lost flight, and 0 for one that came to its end, done as commanded or not.
     """
 
     examples: ClassVar[str] = """
@@ -82,7 +82,8 @@ class Compare:
     """Fly several controllers through the same experiment with the same seed.
 
     Leaves a folder per controller, metrics.csv, the figures that compare them, report.html and, after all of
-    them, a video per controller. The exit code is 1 when a flight failed.
+    them, a video per controller. The exit code is 1 when a flight was
+    lost.
     """
 
     examples: ClassVar[str] = """

@@ -1,7 +1,8 @@
 """Reads the arguments, runs the verb, and turns what happened into an exit code.
 
-0: done. 1: a flight failed, or a check did. 2: nothing was done, because the command cannot be carried out.
-130: interrupted with Ctrl-C.
+0: done. 1: a flight was lost, or a check failed. 2: nothing was done, because the command cannot be carried
+out. 130: interrupted with Ctrl-C. A flight that came to its end without doing what was commanded is no error:
+its verdict says so.
 """
 
 from __future__ import annotations

@@ -169,6 +169,8 @@ def scores(runs: Mapping[str, Run]) -> None:
     for name, run in runs.items():
         if run.failed:
             console.print(f"{name} FAILED: {run.cause}")
+        elif run.missed:
+            console.print(f"{name} was not done as commanded: {'; '.join(run.missed)}")
     otherwise = not_the_papers(runs)
     if otherwise:
         console.print("The paper's numbers stand only beside flights of its configuration. Flown otherwise:")

@@ -10,6 +10,7 @@ from typing import Annotated, Any
 
 from skylimb.config import from_mapping, put, read_toml, to_mapping
 from skylimb.errors import ConfigError, unknown_name
+from skylimb.experiments.tolerances import Tolerances
 from skylimb.keys import Key, configuration
 from skylimb.loop.terminations import Terminations
 from skylimb.missions.configuration import ApproachConfig, PhaseConfig
@@ -48,6 +49,7 @@ class Settings:
     sensors: SensorConfig = field(default_factory=SensorConfig)
     plant: PlantConfig = field(default_factory=PlantConfig)
     terminations: Terminations = field(default_factory=Terminations)
+    tolerances: Tolerances = field(default_factory=Tolerances)
     gain_changes: tuple[GainChange, ...] = ()
 
     def check(self) -> None:

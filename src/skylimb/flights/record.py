@@ -6,8 +6,9 @@ import dataclasses
 import json
 
 from skylimb.analysis.metrics import metrics
-from skylimb.config import write_toml
+from skylimb.config import to_mapping, write_toml
 from skylimb.control.controller import Controller, controller_units, resolved_tables
+from skylimb.control.thrusts import thrust_limits
 from skylimb.experiments.experiment import Experiment
 from skylimb.flights.reference_line import with_reference_line
 from skylimb.flights.takeoff import Takeoff
@@ -38,6 +39,8 @@ def scored(takeoff: Takeoff, flight: Flight) -> Run:
         "surface": json.dumps(plant.surface.describe()),
         "contact_axis": frame.contact.tolist(),
         "sliding_axes": [*frame.sliding_u.tolist(), *frame.sliding_v.tolist()],
+        "thrust_limits": json.dumps([list(map(float, side)) for side in thrust_limits(takeoff.robot)]),
+        "tolerances": json.dumps(to_mapping(experiment.tolerances) if mission.contact else {}),
         "path_center": json.dumps([float(x) for x in experiment.surface.position]),
     }
     return Run(name=name, controller=name, log=log, metrics=metrics(log))

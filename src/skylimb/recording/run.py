@@ -60,6 +60,19 @@ class Run:
         return self.status != "OK"
 
     @property
+    def done(self) -> bool | None:
+        """Whether the flight did what was commanded, within its experiment's tolerances.
+
+        None where nothing was commanded that could be judged, or the flight is not scored.
+        """
+        return self.metrics.get("done")
+
+    @property
+    def missed(self) -> list[str]:
+        """What the flight did not do as commanded, and by how much; empty where it missed nothing."""
+        return list(self.metrics.get("missed", []))
+
+    @property
     def config(self) -> str:
         """The resolved configuration as TOML text."""
         return str(self.log.attrs.get("config", ""))

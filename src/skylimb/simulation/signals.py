@@ -123,6 +123,15 @@ SIGNALS: dict[str, SignalInfo] = {
     "contact_state": SignalInfo(_SCALAR, "", "", "state of the contact's state machine", "estimate"),
     "contact_reason": SignalInfo(_SCALAR, "", "", "reason of its last transition", "estimate"),
     "normal_force_estimate": SignalInfo(_SCALAR, "N", "", "estimated normal force", "estimate"),
+    "contact_force_reference": SignalInfo(_SCALAR, "N", "", "normal force that is commanded", "reference"),
+    "contact_force_target": SignalInfo(
+        _SCALAR, "N", "", "normal force that the law presses with at the moment, after easing", "command"
+    ),
+    "contact_force_integral": SignalInfo(_SCALAR, "N", "", "integral of the force error, as used", "command"),
+    "contact_force_integral_share": SignalInfo(
+        _SCALAR, "", "", "size of that integral as a share of its limit", "command"
+    ),
+    "energy_tank_share": SignalInfo(_SCALAR, "", "", "energy left in the tank, as a share", "command"),
     "surface_slope_estimate": SignalInfo(
         _AXIS, "", "W", "estimated rise of the surface along the contact axis a metre of path", "estimate"
     ),

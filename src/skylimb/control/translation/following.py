@@ -150,11 +150,12 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, Array, Sign
     led = m * (
         -damping[0] * (speed - contact.axis_velocity) - gains.stiffness[0] * (tip - contact.axis_position)
     )
-    push, integral, tank = _press(gains, state, inputs, speed)
+    push, integral, tank, pressing = _press(gains, state, inputs, speed)
     anchored = -m * gains.press_stiffness * (dot(a, body.position) - contact.anchor)
     pressed = push + anchored
     total = total + a * where(contact.engaged > 0.5, pressed, led)
-    return State(integral, tank, vector(*slow)), total, {"cog_position_target": target}
+    signals = {"cog_position_target": target, **pressing}
+    return State(integral, tank, vector(*slow)), total, signals
 
 
 def cog_target(gains: Any, inputs: LawInput) -> Array:
@@ -167,8 +168,8 @@ def cog_target(gains: Any, inputs: LawInput) -> Array:
     return target + a * (along - dot(a, target))
 
 
-def _press(gains: Any, state: State, inputs: LawInput, speed: Any) -> tuple[Any, Any, Any]:
-    """Force along the axis besides the anchor's spring, N, and the new integral and tank."""
+def _press(gains: Any, state: State, inputs: LawInput, speed: Any) -> tuple[Any, Any, Any, Signals]:
+    """Force along the axis besides the anchor's spring, N, the new integral and tank, and signals of it."""
     contact, m, dt = inputs.contact, inputs.estimate.body.model.mass, inputs.dt
     engaged = contact.engaged
     # The body follows what the surface does less what the arm makes up.
@@ -185,8 +186,16 @@ def _press(gains: Any, state: State, inputs: LawInput, speed: Any) -> tuple[Any,
     tank = clip(state.tank + (damper * relative - used * relative) * dt, 0.0, gains.tank)
     estimated = dot(inputs.reference.contact_axis, inputs.estimate.wrench.force)
     inertia = (1.0 / gains.press_mass_ratio - 1.0) * (estimated + wanted)
+    signals = {
+        "contact_force_reference": gains.force * inputs.reference.touch,
+        "contact_force_target": wanted * engaged,
+        "contact_force_integral": used * engaged,
+        "contact_force_integral_share": abs(integral) / (gains.force_integral_limit + 1e-9) * engaged,
+        "energy_tank_share": where(engaged > 0.5, tank / gains.tank, 1.0),
+    }
     return (
         wanted + used + inertia - damper,
         integral * engaged,
         where(engaged > 0.5, tank, gains.tank),
+        signals,
     )

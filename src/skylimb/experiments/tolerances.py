@@ -1,0 +1,30 @@
+"""How closely a flight has to do what it was commanded."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from skylimb.keys import Key, configuration
+
+
+@configuration
+class Tolerances:
+    """Within which a finished contact flight counts as done as commanded, over its sliding period.
+
+    They change nothing of a flight, only its verdict.
+    """
+
+    force: Annotated[
+        float, Key("", "greatest mean error of the normal force, as a share of the commanded", 0.0, 10.0)
+    ] = 0.10
+    force_swing: Annotated[
+        float,
+        Key("", "greatest root mean square error of its 0.2 s mean, as a share of the commanded", 0.0, 10.0),
+    ] = 0.30
+    pen_line: Annotated[
+        float, Key("m", "greatest root mean square distance of the pen from its reference line", 0.0, 10.0)
+    ] = 0.020
+    path: Annotated[
+        float, Key("", "least share of the reference line that is drawn no farther than that", 0.0, 1.0)
+    ] = 0.95
+    contact: Annotated[float, Key("", "least share of the time in touch", 0.0, 1.0)] = 0.95

@@ -1,0 +1,99 @@
+"""The verdict on flights that keep or miss what was commanded."""
+
+import json
+
+import numpy as np
+import pytest
+
+from skylimb.analysis.metrics import metrics
+
+TOLERANCES = {"force": 0.1, "force_swing": 0.3, "pen_line": 0.02, "path": 0.95, "contact": 0.95}
+SLIDE = 4
+
+
+@pytest.fixture
+def flown(make_log):
+    """A flight that does all that is commanded, with the pen on its line."""
+    log = make_log(error=(0.0, 0.0, 0.0))
+    return log.assign(
+        contact_force_reference=log.contact_force_normal.copy(deep=True),
+        tip_position_reference=log.tip_position,
+    ).assign_attrs(tolerances=json.dumps(TOLERANCES))
+
+
+def first(log, part):
+    slide = np.flatnonzero(log.phase.values == SLIDE)
+    return slide[: round(part * len(slide))]
+
+
+def test_all_that_was_commanded_is_judged(flown):
+    scores = metrics(flown)
+    assert scores["done"] is True
+    assert scores["missed"] == []
+    assert set(scores["checks"]) == set(TOLERANCES)
+    assert all(check["kept"] for check in scores["checks"].values())
+    json.dumps(scores, allow_nan=False)
+
+
+def test_a_mean_force_that_is_missed_is_told_with_its_reason(flown):
+    flown.contact_force_reference[:] = 3.0
+    flown = flown.assign(contact_force_target=flown.contact_force_normal)
+    scores = metrics(flown)
+    assert scores["done"] is False
+    assert not scores["checks"]["force"]["kept"]
+    assert scores["missed"][0] == (
+        "the mean force is 1.00 of 3.00 N, 67 % off, 10 % allowed "
+        "(pressed less because the pen lagged its path 100 % of the time)"
+    )
+
+
+@pytest.mark.parametrize(("force", "kept"), [(0.91, True), (1.09, True), (0.89, False), (1.11, False)])
+def test_the_tolerance_of_the_force_holds_both_ways(flown, force, kept):
+    flown.contact_force_normal[:] = force * flown.contact_force_reference
+    assert metrics(flown)["checks"]["force"]["kept"] is kept
+
+
+def test_a_force_that_swings_about_the_right_mean_is_not_done(flown):
+    swing = 1.0 + 0.5 * np.sign(np.sin(2.0 * np.pi * flown.time.values / 2.0))
+    flown.contact_force_normal[:] = flown.contact_force_reference * swing
+    scores = metrics(flown)
+    assert [name for name, check in scores["checks"].items() if not check["kept"]] == ["force_swing"]
+    assert scores["missed"][0].startswith("the force swings by ")
+
+
+def test_a_pen_that_leaves_the_surface_misses_touch_and_path(flown):
+    off = first(flown, 0.2)
+    flown.contact[off] = 0
+    flown.contact_duty[off] = 0.0
+    scores = metrics(flown.drop_vars("contact_force_reference"))
+    assert [name for name, check in scores["checks"].items() if not check["kept"]] == ["contact", "path"]
+    assert scores["missed"] == [
+        "the pen touches 80 % of the time, 95 % commanded",
+        "82 % of the line is drawn within 20 mm, 95 % commanded",
+    ]
+
+
+def test_a_pen_beside_its_line_misses_it(flown):
+    flown.tip_position[:] = flown.tip_position + np.array([0.0, 0.0, 0.05])
+    flown = flown.assign(tip_position_reference=flown.tip_position - np.array([0.0, 0.0, 0.05]))
+    scores = metrics(flown)
+    assert scores["done"] is False
+    assert {"pen_line", "path"} == {name for name, check in scores["checks"].items() if not check["kept"]}
+
+
+def test_tolerances_are_the_experiments_own(flown):
+    flown.contact_force_reference[:] = flown.contact_force_reference * 3.0
+    wide = flown.assign_attrs(tolerances=json.dumps({**TOLERANCES, "force": 0.7, "force_swing": 0.7}))
+    assert metrics(wide)["done"] is True
+
+
+def test_without_commanded_contact_there_is_no_verdict(flown):
+    assert metrics(flown.assign_attrs(tolerances="{}"))["done"] is None
+    del flown.attrs["tolerances"]
+    assert metrics(flown)["done"] is None
+
+
+def test_a_lost_flight_was_not_done(flown):
+    lost = metrics(flown.assign_attrs(status="FAILED", cause="fell"))
+    assert lost["done"] is False
+    assert lost["missed"] == ["the flight was lost"]
