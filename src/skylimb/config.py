@@ -197,6 +197,14 @@ def _leaves(table: Any, path: tuple[str, ...]) -> list[tuple[tuple[str, ...], An
     return [leaf for key, value in table.items() for leaf in _leaves(value, (*path, key))]
 
 
+def value_of(tables: Mapping[str, Any], key: str) -> Any:
+    """The value under a dotted key of nested tables; None where there is none."""
+    found: Any = tables
+    for name in key.split("."):
+        found = found.get(name) if isinstance(found, Mapping) else None
+    return found
+
+
 def put(tables: dict[str, Any], key: str, value: Any) -> None:
     """Write one value into nested tables; whether the dotted key is known is checked when they are read."""
     path = key.split(".")

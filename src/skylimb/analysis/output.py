@@ -16,7 +16,7 @@ from skylimb.analysis.figures import write_figures
 from skylimb.analysis.metrics import NUMERIC_KEYS, metrics
 from skylimb.analysis.report import render_report
 from skylimb.errors import OutputError
-from skylimb.recording import LOG_FILE, Run, new_folder, replace_text, writing
+from skylimb.recording import LOG_FILE, Run, new_folder, replace_text, write_sources, writing
 
 CONFIG_FILE = "config.toml"
 METRICS_FILE = "metrics.json"
@@ -37,6 +37,7 @@ def write_run(run: Run, folder: str | Path, videos_follow: bool = False) -> Path
         OutputError: if the folder exists or cannot be written; nothing is left behind then.
     """
     with new_folder(folder) as aside:
+        write_sources(run.sources, aside)
         _record(run, aside)
         _draw({run.name: run}, aside, videos_follow)
     return Path(folder)
@@ -61,7 +62,8 @@ def write_comparison(runs: Mapping[str, Run], folder: str | Path, videos_follow:
     with new_folder(folder) as aside:
         for name, run in runs.items():
             (aside / name).mkdir()
-            _record(run, aside / name)
+            write_sources(run.sources, aside)
+            _record(run.with_sources_at("../"), aside / name)
         replace_text(aside / TABLE_FILE, metrics_table(runs))
         _draw(runs, aside, videos_follow)
     return Path(folder)

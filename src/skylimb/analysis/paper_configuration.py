@@ -31,6 +31,7 @@ INDIFFERENT = (
     "tolerances",
     "controller.name",
     "controller.description",
+    "recorded",
 )
 """Keys and tables that change nothing of a finished flight but its noise and its verdict."""
 

@@ -91,6 +91,7 @@ class Draw:
         output.drawing(experiment.name, _rows(run))
         if run.failed:
             print(f"{run.name} FAILED: {run.cause}")
+        output.notes({run.name: run})
         output.places(folder)
         if self.video:
             output.videos({run.name: run}, folder)

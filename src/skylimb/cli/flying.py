@@ -126,6 +126,7 @@ class Compare:
 def _hand_over(runs: Mapping[str, RunRecord], folder: Path, video: bool) -> int:
     """Show the scores and where the results lie, then draw the videos."""
     output.scores(runs)
+    output.notes(runs)
     output.places(folder)
     if video:
         output.videos(runs, folder)

@@ -191,6 +191,12 @@ def _score(run: Run, key: str) -> str:
     return f"{shown} ({known})" if known else shown
 
 
+def notes(runs: Mapping[str, Run]) -> None:
+    """What has changed since the run that is repeated, and what cannot be repeated."""
+    for line in dict.fromkeys(line for run in runs.values() for line in run.notes):
+        print(f"note: {line}")
+
+
 def places(folder: Path) -> None:
     """Where the results lie, the page to read first in front."""
     for pattern in ("report.html", "contact.html", "video.mp4", "*/video.mp4", "figures"):

@@ -3,24 +3,29 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
+import os
 from collections.abc import Mapping
 from dataclasses import field
 from pathlib import Path
 from typing import Annotated, Any
 
-from skylimb.config import from_mapping, put, read_toml, to_mapping
+from skylimb.config import from_mapping, put, read_toml, to_mapping, value_of
 from skylimb.errors import ConfigError, unknown_name
 from skylimb.experiments.tolerances import Tolerances
-from skylimb.keys import Key, configuration
+from skylimb.keys import Key, configuration, keys_of
 from skylimb.loop.terminations import Terminations
 from skylimb.missions.configuration import ApproachConfig, PhaseConfig
 from skylimb.planning.posture_path import PostureConfig
 from skylimb.planning.trajectories import TrajectoryConfig
+from skylimb.recording.origin import TABLE, absolute, changes_since
+from skylimb.recording.versions import origin_versions
+from skylimb.robots.loader import list_robots
 from skylimb.simulation.disturbance import DisturbanceConfig
 from skylimb.simulation.gain_changes import GainChange
 from skylimb.simulation.plant import PlantConfig
 from skylimb.simulation.sensors import SensorConfig
-from skylimb.simulation.surfaces import Surface, surface_from_mapping
+from skylimb.simulation.surfaces import SURFACES, Surface, surface_from_mapping
 from skylimb.simulation.surfaces.placement import check_unit_vector
 
 EXPERIMENTS = Path(__file__).parent / "library"
@@ -32,7 +37,7 @@ class Settings:
 
     name: Annotated[str, Key("", "short name")] = ""
     description: Annotated[str, Key("", "one line on what it is")] = ""
-    robot: Annotated[str, Key("", "a robot's name, or the folder or flight file of your own")] = (
+    robot: Annotated[str, Key("", "a robot's name, or the folder or flight file of your own", file=True)] = (
         "hydrus_xi_quad"
     )
     seed: Annotated[int, Key("", "seed of the sensors' noise", low=0, high=2**63 - 1)] = 0
@@ -66,6 +71,10 @@ class Experiment(Settings):
         Mapping[str, Any],
         Key("", "tables of a preset to fly where nobody names another; a run's own config.toml has them"),
     ] = field(default_factory=dict)
+    recorded: Annotated[
+        Mapping[str, Any],
+        Key("", "what produced a run, in its own config.toml; what has changed since is told"),
+    ] = field(default_factory=dict)
 
     @property
     def control_period(self) -> float:
@@ -75,7 +84,7 @@ class Experiment(Settings):
     def to_mapping(self) -> dict[str, Any]:
         """The experiment as nested plain values, as in its file."""
         mapping = to_mapping(self)
-        for name in ("controller", "gain_changes"):
+        for name in ("controller", "gain_changes", "recorded"):
             if not mapping[name]:
                 del mapping[name]
         return mapping
@@ -116,13 +125,51 @@ def experiment_tables(name_or_path: str) -> dict[str, Any]:
         path = EXPERIMENTS / f"{name_or_path}.toml"
     else:
         raise unknown_name("experiment", str(name_or_path), experiment_names())
-    return {"name": path.stem, **read_toml(path)}
+    return {"name": path.stem, **_beside(read_toml(path), path.parent)}
+
+
+def _beside(tables: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """An experiment's tables, every file that they name sought in `folder`, where their own file lies.
+
+    Of a run's config.toml, what has changed since stands in place of what produced it.
+    """
+    changes = changes_since(tables, folder, origin_versions()) if TABLE in tables else []
+    tables = {**absolute(tables, folder), **({TABLE: {"changes": changes}} if changes else {})}
+    for key in (*_file_keys(), *_code_keys(tables)):
+        value = value_of(tables, key)
+        if isinstance(value, str) and _is_file(key, value, folder):
+            put(tables, key, Path(os.path.abspath(folder / value)).as_posix())
+    return tables
+
+
+def _is_file(key: str, value: str, folder: Path) -> bool:
+    """Whether a value names a file, and no robot or law that ships."""
+    if key.endswith(".law"):
+        return value.endswith(".py")
+    if key == "robot":
+        return value not in list_robots() and ("/" in value or (folder / value).exists())
+    return bool(value)
+
+
+def _code_keys(tables: Mapping[str, Any]) -> list[str]:
+    """Dotted keys of an experiment's controller that may name a Python file."""
+    controller = tables.get("controller")
+    slots = [name for name, table in controller.items() if isinstance(table, dict)] if controller else []
+    return ["controller.file", *(f"controller.{name}.law" for name in slots)]
+
+
+@functools.cache
+def _file_keys() -> tuple[str, ...]:
+    """Dotted keys of an experiment that name a file."""
+    surfaces = {f"surface.{key}": info for kind in SURFACES.values() for key, info in keys_of(kind).items()}
+    return tuple(key for key, info in {**keys_of(Settings), **surfaces}.items() if info.key.file)
 
 
 def experiment_from_mapping(mapping: Mapping[str, Any], where: str) -> Experiment:
     """An experiment from nested tables, every key checked."""
     tables = dict(mapping)
     surface, controller = _table(tables, "surface", where), _table(tables, "controller", where)
+    recorded = _table(tables, "recorded", where)
     known = {f.name for f in dataclasses.fields(Experiment)}
     for key in tables:
         if key not in known:
@@ -131,7 +178,8 @@ def experiment_from_mapping(mapping: Mapping[str, Any], where: str) -> Experimen
     values = {f.name: getattr(settings, f.name) for f in dataclasses.fields(Settings)}
     # The surface faces the robot along the experiment's contact axis unless the file says otherwise.
     surface = {"contact_axis": list(settings.contact_axis), **surface}
-    return Experiment(**values, surface=surface_from_mapping(surface, where), controller=controller)
+    made = surface_from_mapping(surface, where)
+    return Experiment(**values, surface=made, controller=controller, recorded=recorded)
 
 
 def _table(tables: dict[str, Any], name: str, where: str) -> dict[str, Any]:

@@ -11,6 +11,7 @@ from skylimb.errors import ConfigError
 from skylimb.experiments.experiment import Experiment, experiment_with, load_experiment
 from skylimb.flights.flying import begin_loop, fly
 from skylimb.flights.record import recorded
+from skylimb.flights.sources import originals
 from skylimb.flights.stepped import SteppedFlight
 from skylimb.flights.takeoff import Takeoff, prepare
 from skylimb.recording.run import Run
@@ -120,13 +121,17 @@ def take_off(
     }
     if seed is not None:
         given["seed"] = seed
+    named = experiment
     if isinstance(experiment, Experiment):
         experiment = experiment_with(experiment, given)
     else:
         experiment = load_experiment(experiment, given)
     robot = load_robot(experiment.robot)
     ready = [_controller(item, experiment, robot, gains) for item in controllers]
-    return [prepare(experiment, robot, controller) for controller in ready]
+    return [
+        prepare(experiment, robot, controller, originals(named, item))
+        for item, controller in zip(controllers, ready, strict=True)
+    ]
 
 
 def _controller(

@@ -6,16 +6,19 @@ import dataclasses
 import json
 
 from skylimb.analysis.metrics import metrics
-from skylimb.config import to_mapping, write_toml
+from skylimb.config import put, to_mapping
 from skylimb.control.controller import Controller, controller_units, resolved_tables
 from skylimb.control.thrusts import thrust_limits
 from skylimb.experiments.experiment import Experiment
 from skylimb.flights.reference_line import with_reference_line
+from skylimb.flights.sources import kept_sources
 from skylimb.flights.takeoff import Takeoff
 from skylimb.keys import tables_of, units_of
 from skylimb.loop.flight import Flight
+from skylimb.recording.origin import origin_text
 from skylimb.recording.run import Run
-from skylimb.recording.versions import versions
+from skylimb.recording.versions import origin_versions, versions
+from skylimb.simulation.compiling import compiler_version
 from skylimb.simulation.log import flight_log
 
 
@@ -48,14 +51,20 @@ def scored(takeoff: Takeoff, flight: Flight) -> Run:
 
 def documented(run: Run, takeoff: Takeoff) -> Run:
     """The run with all that produced it in its log: configuration and its units, versions and scene."""
-    config = {**takeoff.experiment.to_mapping(), "controller": resolved_tables(takeoff.controller)}
+    experiment, kept = takeoff.experiment.to_mapping(), kept_sources(takeoff)
+    changes = experiment.pop("recorded", {}).get("changes", [])
+    config = to_mapping({**experiment, "controller": resolved_tables(takeoff.controller)})
+    for key, place in kept.places.items():
+        put(config, key, place)
+    made_with = {**origin_versions(), "compiler": compiler_version()}
     log = run.log.assign_attrs(
-        config=write_toml(config),
+        config=origin_text(config, kept.files, made_with, kept.problems),
         config_units=json.dumps(config_units(takeoff.experiment, takeoff.controller)),
         versions=json.dumps(versions()),
         scene=takeoff.plant.scene,
+        notes=json.dumps([*changes, *(f"this run cannot be repeated: {line}" for line in kept.problems)]),
     )
-    return dataclasses.replace(run, log=log)
+    return dataclasses.replace(run, log=log, sources=kept.files)
 
 
 def config_units(experiment: Experiment, controller: Controller) -> dict[str, str]:

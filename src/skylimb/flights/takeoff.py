@@ -16,6 +16,7 @@ from skylimb.control.needs import needs_of
 from skylimb.errors import ConfigError
 from skylimb.experiments.experiment import Experiment
 from skylimb.flights.flyable import require_flyable, standing_out
+from skylimb.flights.sources import Bundle
 from skylimb.missions.configuration import MissionConfig
 from skylimb.missions.frame import contact_frame
 from skylimb.missions.mission import Mission
@@ -41,6 +42,7 @@ class Takeoff:
         plant: the robot that really flies, and its surface.
         mission: the references of the flight.
         start: the plant's state before the first tick.
+        originals: files that its user named, kept for people to read; see `flights.sources`.
     """
 
     experiment: Experiment
@@ -49,6 +51,7 @@ class Takeoff:
     plant: Plant
     mission: Mission
     start: mujoco.MjData
+    originals: tuple[Bundle, ...] = ()
 
     @property
     def period(self) -> float:
@@ -110,21 +113,23 @@ class Takeoff:
         return data
 
 
-def prepare(experiment: Experiment, robot: Robot, controller: Controller) -> Takeoff:
+def prepare(
+    experiment: Experiment, robot: Robot, controller: Controller, originals: tuple[Bundle, ...] = ()
+) -> Takeoff:
     """Make plant and mission of an experiment, and check everything against each other.
 
     Args:
         experiment: what to fly.
         robot: the description that plant and nominal posture are made from.
         controller: what flies it.
+        originals: files that its user named, for people to read.
 
     Raises:
         ConfigError: when a gain that is to change does not exist, or as `plant_and_mission` does.
     """
     require_gain_changes(experiment.gain_changes, controller)
-    return Takeoff(
-        experiment, robot, controller, *plant_and_mission(experiment, robot, needs_of(controller).vectoring)
-    )
+    plant, mission, start = plant_and_mission(experiment, robot, needs_of(controller).vectoring)
+    return Takeoff(experiment, robot, controller, plant, mission, start, originals)
 
 
 def plant_and_mission(

@@ -108,6 +108,19 @@ def described(config: Any, at: str = "") -> Iterator[tuple[str, Any, KeyInfo]]:
     return rows_of(tables_of(config, tuple(filter(None, at.split(".")))))
 
 
+def files_of(config: Any, at: str = "") -> Iterator[tuple[str, Any]]:
+    """Dotted key of every file that a configuration names (`Key.file`), and the part of it that names it."""
+    for name, (kind, key) in fields_of(type(config)).items():
+        value = getattr(config, name)
+        if key is not None and key.file:
+            if value:
+                yield f"{at}{name}", config
+        elif value is not None and key is None and holds_configurations(kind):
+            for part, path, given in _parts(kind, value, (name,)):
+                if given:
+                    yield from files_of(part, f"{at}{'.'.join(path)}.")
+
+
 def rows_of(tables: Iterable[Table]) -> Iterator[tuple[str, Any, KeyInfo]]:
     """Dotted key, value and description of every value in the tables that are there."""
     for table in tables:

@@ -21,7 +21,7 @@ from skylimb.planning.vectoring_search import evaluate
 from skylimb.robots import Robot
 from skylimb.symbolic import is_symbolic
 
-__all__ = ["VectoringTable", "guaranteed_control_torque", "robot_digest", "vectoring_table"]
+__all__ = ["VectoringTable", "guaranteed_control_torque", "robot_digest", "vectoring_file", "vectoring_table"]
 
 PURPOSES = {criteria.purpose: criteria for criteria in (TORQUE, CONTACT)}
 _SLACK = 1e-9
@@ -124,6 +124,14 @@ def vectoring_table(robot: Robot, purpose: str = "torque", *, cache: bool = True
     criteria = _criteria(robot, purpose)
     coefficients, digest = vectoring_files.find_coefficients(robot, criteria, cache=cache)
     return VectoringTable(robot, coefficients, digest, criteria.span(robot))
+
+
+def vectoring_file(robot: Robot, purpose: str = "torque") -> tuple[str, str]:
+    """Name and text of the file that brings a robot's table along, to lie beside its flight TOML."""
+    criteria = _criteria(robot, purpose)
+    coefficients, digest = vectoring_files.find_coefficients(robot, criteria)
+    text = vectoring_files.table_text(coefficients, digest, robot, criteria)
+    return vectoring_files.table_file(criteria), text
 
 
 def _criteria(robot: Robot, purpose: str) -> VectoringCriteria:

@@ -97,12 +97,20 @@ def write_table(
     Raises:
         OSError: the folder cannot be made or written.
     """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    replace_text(path, table_text(coefficients, digest, robot, criteria))
+
+
+def table_text(
+    coefficients: np.ndarray, digest: str, robot: Robot, criteria: VectoringCriteria = TORQUE
+) -> str:
+    """The text of a table's file."""
     low, high = criteria.span(robot)
     chosen = "" if criteria == TORQUE else f" for {criteria.purpose}"
     rows = ",\n".join(
         "  [" + ", ".join(f"{entry:.{_DECIMALS}f}" for entry in row) + "]" for row in coefficients
     )
-    text = (
+    return (
         f"# Vectoring angles of {robot.name}{chosen}, found by skylimb.planning.vectoring_search. One row a "
         "vectoring joint:\n"
         "# Chebyshev coefficients of psi (rad) over theta from theta_min to theta_max (rad). Not to be "
@@ -111,5 +119,3 @@ def write_table(
         f"theta_min = {low!r}\ntheta_max = {high!r}\n"
         f"coefficients = [\n{rows},\n]\n"
     )
-    path.parent.mkdir(parents=True, exist_ok=True)
-    replace_text(path, text)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -14,6 +15,7 @@ import xarray as xr
 from skylimb.errors import OutputError, unknown_name
 from skylimb.recording.files import new_file
 from skylimb.recording.netcdf import netcdf_bytes
+from skylimb.recording.origin import moved, read_sources
 
 FORMAT = "skylimb run"
 FORMAT_VERSION = 1
@@ -37,12 +39,15 @@ class Run:
             attributes hold `status`, `cause`, `seed`, `config` (the resolved configuration as TOML),
             `config_units` (JSON), `versions` (JSON) and `scene` (what a replay needs).
         metrics: the figures of merit, see `skylimb.analysis.metrics`; empty before the flight is scored.
+        sources: copies of the files that produced it, by the name that `config` has for each; they are
+            written beside the record (`write_run`), not into it.
     """
 
     name: str
     controller: str
     log: xr.Dataset
     metrics: Mapping[str, Any] = field(default_factory=dict)
+    sources: Mapping[str, bytes] = field(default_factory=dict, repr=False)
 
     @property
     def status(self) -> str:
@@ -86,6 +91,14 @@ class Run:
     def versions(self) -> dict[str, str]:
         """What produced the run, by package."""
         return dict(json.loads(self.log.attrs.get("versions", "") or "{}"))
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What whoever wants to repeat the run has to know, one line each.
+
+        What had changed since the run that it repeats, and why it cannot be repeated itself.
+        """
+        return tuple(json.loads(self.log.attrs.get("notes", "") or "[]"))
 
     def signal(self, name: str) -> xr.DataArray:
         """The signal called `name`.
@@ -132,7 +145,8 @@ class Run:
             OutputError: if there is no such file, or it is not a run of this format.
         """
         path = Path(path)
-        log = _read(path / LOG_FILE if path.is_dir() else path)
+        file = path / LOG_FILE if path.is_dir() else path
+        log = _read(file)
         own = {name: log.attrs.pop(name, None) for name in _OWN_ATTRIBUTES}
         controller = str(log.attrs.get("controller", ""))
         return cls(
@@ -140,7 +154,14 @@ class Run:
             controller=controller,
             log=log,
             metrics=json.loads(own["metrics"] or "{}"),
+            sources=read_sources(str(log.attrs.get("config", "")), file.parent),
         )
+
+    def with_sources_at(self, prefix: str) -> Run:
+        """The same run for a folder in which `prefix`, such as "../", leads to the copies of its files."""
+        log = self.log.assign_attrs(config=moved(self.config, prefix))
+        files = {f"{prefix}{name}": content for name, content in self.sources.items()}
+        return dataclasses.replace(self, log=log, sources=files)
 
 
 def _read(path: Path) -> xr.Dataset:

@@ -212,6 +212,19 @@ def compilers() -> list[list[str]]:
     return found
 
 
+@functools.cache
+def compiler_version() -> str:
+    """The first compiler's own words on its version, and the flags it is given; "none" without a compiler."""
+    for compiler in compilers():
+        with contextlib.suppress(OSError, subprocess.TimeoutExpired):
+            said = subprocess.run(
+                [*compiler, "--version"], capture_output=True, text=True, timeout=20, check=False
+            )
+            if said.returncode == 0 and said.stdout.strip():
+                return f"{said.stdout.strip().splitlines()[0]}, {' '.join(FLAGS)}"
+    return "none"
+
+
 def engine_library() -> Path:
     """The engine's own shared library.
 
