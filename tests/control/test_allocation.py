@@ -168,8 +168,10 @@ def test_both_laws_begin_hovering_and_aim_without_the_leak(
     np.testing.assert_allclose(
         law.aim(compensated, leaking, at, demand.force), demand.force - np.array([0.1, 0.2, 0.3])
     )
-    assert law.needs(gains) == Needs()
-    assert law.needs(law.Gains(vectoring=law.Vectoring(purpose="contact"))) == Needs(vectoring="contact")
+    moves = getattr(gains.vectoring, "limit", 0.0)
+    assert law.needs(gains) == Needs(moves=moves)
+    contact = law.Gains(vectoring=law.Vectoring(purpose="contact"))
+    assert law.needs(contact) == Needs(vectoring="contact", moves=moves)
     with pytest.raises(ConfigError, match="purpose"):
         law.Vectoring(purpose="contakt")
 

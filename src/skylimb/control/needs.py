@@ -21,11 +21,15 @@ class Needs:
         preview: times ahead on the mission's own clock, s, at which it wants the reference; the loop hands
             them over as `reference.ahead`, in this order.
         vectoring: purpose of the vectoring angles that the robot takes off with, "torque" or "contact".
+        force: normal force that it commands, N; refused before take-off where the robot cannot hold it.
+        moves: how far it moves the vectoring angles from those of the posture, rad.
     """
 
     paced: bool = False
     preview: tuple[float, ...] = ()
     vectoring: str = TORQUE
+    force: float = 0.0
+    moves: float = 0.0
 
 
 def needs_of(controller: Any) -> Needs:
@@ -51,4 +55,6 @@ def merged(needs: Iterable[Needs]) -> Needs:
         any(need.paced for need in needs),
         next(iter(previews), ()),
         next(iter(purposes), TORQUE),
+        max((need.force for need in needs), default=0.0),
+        max((need.moves for need in needs), default=0.0),
     )

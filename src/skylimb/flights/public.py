@@ -10,6 +10,7 @@ from skylimb.control.controller import Controller, controller_from_tables, load_
 from skylimb.errors import ConfigError
 from skylimb.experiments.experiment import Experiment, experiment_with, load_experiment
 from skylimb.flights.flying import begin_loop, fly
+from skylimb.flights.pressable import warn_of_friction
 from skylimb.flights.record import recorded
 from skylimb.flights.sources import originals
 from skylimb.flights.stepped import SteppedFlight
@@ -128,10 +129,13 @@ def take_off(
         experiment = load_experiment(experiment, given)
     robot = load_robot(experiment.robot)
     ready = [_controller(item, experiment, robot, gains) for item in controllers]
-    return [
+    takeoffs = [
         prepare(experiment, robot, controller, originals(named, item))
         for item, controller in zip(controllers, ready, strict=True)
     ]
+    for controller in ready:
+        warn_of_friction(experiment, robot, controller)
+    return takeoffs
 
 
 def _controller(

@@ -16,6 +16,7 @@ from skylimb.control.needs import needs_of
 from skylimb.errors import ConfigError
 from skylimb.experiments.experiment import Experiment
 from skylimb.flights.flyable import require_flyable, standing_out
+from skylimb.flights.pressable import require_pressable
 from skylimb.flights.sources import Bundle
 from skylimb.missions.configuration import MissionConfig
 from skylimb.missions.frame import contact_frame
@@ -125,9 +126,11 @@ def prepare(
         originals: files that its user named, for people to read.
 
     Raises:
-        ConfigError: when a gain that is to change does not exist, or as `plant_and_mission` does.
+        ConfigError: when a gain that is to change does not exist, when the robot cannot hold the force that
+            the controller commands, or as `plant_and_mission` does.
     """
     require_gain_changes(experiment.gain_changes, controller)
+    require_pressable(experiment, robot, controller)
     plant, mission, start = plant_and_mission(experiment, robot, needs_of(controller).vectoring)
     return Takeoff(experiment, robot, controller, plant, mission, start, originals)
 

@@ -49,8 +49,8 @@ class State(NamedTuple):
 
 
 def needs(gains: Gains) -> Needs:
-    """The vectoring angles to take off with."""
-    return Needs(vectoring=gains.vectoring.purpose)
+    """The vectoring angles to take off with, and how far they move."""
+    return Needs(vectoring=gains.vectoring.purpose, moves=gains.vectoring.limit)
 
 
 def initial_state(gains: Gains, start: Start) -> State:

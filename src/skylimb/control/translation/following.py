@@ -25,6 +25,7 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
+from skylimb.control.needs import Needs
 from skylimb.control.records import LawInput
 from skylimb.estimation.records import Signals, Start
 from skylimb.keys import Key, configuration
@@ -117,6 +118,11 @@ class State(NamedTuple):
     integral: Any
     tank: Any
     rubbing: Array
+
+
+def needs(gains: Gains) -> Needs:
+    """The force that is commanded."""
+    return Needs(force=gains.force)
 
 
 def initial_state(gains: Gains, start: Start) -> State:
