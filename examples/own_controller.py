@@ -1,18 +1,38 @@
-"""A controller of your own in plain NumPy, flown beside one of the paper's.
+"""A controller of your own, flown beside one of the paper's.
 
     python examples/own_controller.py
-    skylimb run --controller examples/own_controller.py       the same from the command line
+    skylimb run --controller examples/own_controller.py                  the same from the command line
+    skylimb run --controller examples/own_controller.py --set 'controller.velocity=[3, 3, 3]'
 
 The file needs nothing but the function `controller(robot)`, which returns an object with `name`, `gains`,
-`initial_state` and `step`.
+`initial_state` and `step`. This one uses the operations of `skylimb.symbolic`, so it is compiled and flies as
+fast as the controllers that ship.
 """
 
-import numpy as np
+from typing import Annotated
 
 import skylimb
-from skylimb.spatial import rotation_error, rotation_from_quaternion, rotation_from_rpy
+from skylimb.keys import Key, configuration
+from skylimb.robots.model import GRAVITY_W
+from skylimb.spatial import cross, dot, rotation_error, rotation_from_quaternion, rotation_from_rpy
+from skylimb.symbolic import arctan2, clip, right_inverse, vector
 
-GRAVITY = np.array([0.0, 0.0, 9.80665])
+Vector = tuple[float, float, float]
+
+
+@configuration
+class Gains:
+    """What `--set controller.position=...`, campaigns, sweeps and `tune` can change."""
+
+    position: Annotated[Vector, Key("1/s^2", "pull toward the reference", low=0.0, high=100.0)] = (
+        3.0,
+        3.0,
+        4.0,
+    )
+    velocity: Annotated[Vector, Key("1/s", "damping", low=0.0, high=100.0)] = (2.6, 2.6, 3.0)
+    integral: Annotated[Vector, Key("1/s^3", "integral", low=0.0, high=10.0)] = (0.3, 0.3, 0.8)
+    attitude: Annotated[Vector, Key("1/s^2", "attitude", low=0.0, high=1000.0)] = (40.0, 40.0, 10.0)
+    spin: Annotated[Vector, Key("1/s", "damping of the attitude", low=0.0, high=100.0)] = (13.0, 13.0, 5.0)
 
 
 class Upright:
@@ -20,21 +40,19 @@ class Upright:
 
     name = "upright"
 
+    SIGNALS = {  # noqa: RUF012
+        "integral_acceleration": skylimb.Signal("m/s^2", "W", "what the integral adds", "command"),
+    }
+
     def __init__(self, robot: skylimb.Robot) -> None:
         self.robot = robot
-        self.most = np.array([rotor.thrust_max for rotor in robot.description.rotors])
+        self.most = [rotor.thrust_max for rotor in robot.description.rotors]
 
-    def gains(self) -> dict[str, np.ndarray]:
-        return {
-            "position": np.array([3.0, 3.0, 4.0]),  # 1/s^2
-            "velocity": np.array([2.6, 2.6, 3.0]),  # 1/s
-            "integral": np.array([0.3, 0.3, 0.8]),  # 1/s^3
-            "attitude": np.array([40.0, 40.0, 10.0]),  # 1/s^2
-            "spin": np.array([13.0, 13.0, 5.0]),  # 1/s
-        }
+    def gains(self) -> Gains:
+        return Gains()
 
-    def initial_state(self) -> np.ndarray:
-        return np.zeros(3)  # what the integral asks for, m/s^2
+    def initial_state(self):
+        return vector(0.0, 0.0, 0.0)  # what the integral adds, m/s^2
 
     def step(self, gains, state, measurement: skylimb.Measurement, reference: skylimb.Reference, dt: float):
         model = self.robot.at(measurement.joint_angles, measurement.vectoring_angles)
@@ -44,30 +62,31 @@ class Upright:
         R_WC = R_WB @ model.R_root_C
         spin = model.R_root_C.T @ measurement.angular_velocity
         position = measurement.position + R_WB @ model.cog_root
-        velocity = measurement.velocity + R_WB @ np.cross(measurement.angular_velocity, model.cog_root)
+        velocity = measurement.velocity + R_WB @ cross(measurement.angular_velocity, model.cog_root)
 
         error = reference.position - position
-        integral = np.clip(state + gains["integral"] * error * dt, -1.5, 1.5)
-        wished = gains["position"] * error + integral + gains["velocity"] * (reference.velocity - velocity)
-        force = model.mass * (wished + GRAVITY)
+        integral = clip(state + gains.integral * error * dt, -1.5, 1.5)
+        damping = gains.velocity * (reference.velocity - velocity)
+        force = model.mass * (gains.position * error + integral + damping + GRAVITY_W)
 
         # Lean until the thrust points along the wanted force, link 4 toward the surface.
         yaw = reference.heading - model.tip_heading
-        ahead, aside = (
-            np.cos(yaw) * force[0] + np.sin(yaw) * force[1],
-            np.cos(yaw) * force[1] - np.sin(yaw) * force[0],
-        )
-        R_wanted = rotation_from_rpy(
-            np.arctan2(-aside, np.hypot(ahead, force[2])), np.arctan2(ahead, force[2]), yaw
-        )
-        turn = -gains["attitude"] * rotation_error(R_WC, R_wanted) - gains["spin"] * spin
-        torque = model.inertia_C @ turn + np.cross(spin, model.inertia_C @ spin)
+        level = rotation_from_rpy(0.0, 0.0, yaw).T @ force
+        roll = arctan2(-level[1], (level[0] ** 2 + level[2] ** 2) ** 0.5)
+        R_wanted = rotation_from_rpy(roll, arctan2(level[0], level[2]), yaw)
+        turn = -gains.attitude * rotation_error(R_WC, R_wanted) - gains.spin * spin
+        torque = model.inertia_C @ turn + cross(spin, model.inertia_C @ spin)
 
         # Four rotors, four demands: thrust along z of {C} and the torque.
-        thrusts = np.linalg.solve(model.allocation_C[2:], [force @ R_WC[:, 2], *torque])
-        thrusts = np.clip(thrusts, 0.0, self.most)
+        demand = vector(dot(force, R_WC[:, 2]), torque[0], torque[1], torque[2])
+        thrusts = clip(right_inverse(model.allocation_C[2:, :]) @ demand, 0.0, self.most)
         command = skylimb.Command(thrusts, reference.joint_angles, reference.vectoring_angles)
-        return integral, command, {"cog_position_estimate": position, "force_command": force}
+        signals = {
+            "cog_position_estimate": position,
+            "force_command": force,
+            "integral_acceleration": integral,
+        }
+        return integral, command, signals
 
 
 def controller(robot: skylimb.Robot) -> Upright:

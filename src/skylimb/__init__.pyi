@@ -15,5 +15,6 @@ from .recording.run import Run as Run
 from .robots.loader import list_robots as list_robots
 from .robots.loader import load_robot as load_robot
 from .robots.model import Robot as Robot
+from .signals import Signal as Signal
 
 __version__: str

@@ -108,10 +108,11 @@ def test_a_change_that_does_not_fit_is_refused_before_take_off(
 def test_a_controller_of_ones_own_cannot_be_changed(tmp_path: Path) -> None:
     file = tmp_path / "own.py"
     file.write_text(
-        "class Own:\n    name = 'own'\n    gains = initial_state = step = None\n\n"
+        "class Own:\n    name = 'own'\n    step = None\n    def gains(self): ...\n"
+        "    def initial_state(self): ...\n\n"
         "def controller(robot):\n    return Own()\n"
     )
-    with pytest.raises(ConfigError, match="'own' is a Python class of its own"):
+    with pytest.raises(ConfigError, match="'own' flies in Python"):
         skylimb.run("paper", controller=str(file), set={"gain_changes": [change(5.0, "k", 1.0)]})
 
 

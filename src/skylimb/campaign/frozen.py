@@ -95,6 +95,8 @@ class Campaign:
         path = Path(entry["path"])
         if "preset" not in entry:
             return load_controller(str(path), robot, gains)
+        if "file" in entry["preset"]:
+            return controller_from_tables(entry["preset"], path, robot, gains)
         return controller_from_tables(changed(entry["preset"], gains or {}), path, robot)
 
     def to_mapping(self) -> dict[str, Any]:

@@ -8,8 +8,8 @@ for a test or a debugger) and on CasADi symbols (once, to be compiled into the t
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterator
-from dataclasses import dataclass
+from collections.abc import Hashable, Iterator, Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -20,14 +20,16 @@ from skylimb.control.posture import heading_of, posture_of
 from skylimb.control.preset import Preset
 from skylimb.control.preset_keys import preset_tables
 from skylimb.control.records import Command, Demand, LawInput
-from skylimb.control.slots import SLOTS, Slots, traced_functions
+from skylimb.control.slots import SLOTS, Slot, Slots, traced_functions
+from skylimb.errors import unknown_name
 from skylimb.estimation.records import Measurement, Sensed, Signals, Start
-from skylimb.keys import Table
+from skylimb.keys import Table, rows_of
 from skylimb.missions.reference import Reference
 from skylimb.packing import numeric, structure
 from skylimb.planning.posture import ReachFamily, posture_family
 from skylimb.planning.vectoring import VectoringTable, vectoring_table
 from skylimb.robots.model import Robot
+from skylimb.signals import Signal
 from skylimb.spatial import rpy_from_rotation
 
 
@@ -150,10 +152,37 @@ class Cascade:
         """What its laws need of the loop, together."""
         return merged(slot.needs for slot in self.preset.slots)
 
+    @property
+    def signals(self) -> dict[str, Signal]:
+        """Unit, frame and meaning of the signals that laws in a user's file declare."""
+        return {
+            name: signal
+            for slot in self.preset.slots
+            for name, signal in getattr(slot.law, "signals", {}).items()
+        }
+
     def require(self, dt: float) -> None:
         """Raise a `ConfigError` where a law cannot work at a control period of `dt` s."""
         for slot in self.preset.slots:
             slot.require(dt)
+
+    def with_gains(self, changes: Mapping[str, Any]) -> Cascade:
+        """The same with other values of some gains, by dotted key; the laws stay.
+
+        Raises:
+            ConfigError: naming the gain that is unknown or cannot have its value.
+        """
+        preset, where = self.preset, f"controller {self.name}"
+        for key, value in changes.items():
+            slot, _, rest = key.partition(".")
+            if slot not in SLOTS or not rest or rest == "law":
+                raise unknown_name(
+                    f"gain of {where}", key, [name for name, _, _ in rows_of(self.key_tables())]
+                )
+            filled = getattr(preset.slots, slot)
+            gains = with_overrides(filled.gains, {rest: value}, where, slot)
+            preset = preset.with_slot(slot, Slot(filled.name, filled.law, gains))
+        return replace(self, preset=preset)
 
     def check_gain(self, key: str, value: Any, where: str) -> None:
         """Raise a `ConfigError` that begins with `where` unless the gain of this key may have this value."""

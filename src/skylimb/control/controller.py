@@ -10,16 +10,16 @@ from typing import Any, Protocol, TypeGuard, runtime_checkable
 from skylimb.config import put
 from skylimb.control.cascade import Cascade, build_cascade
 from skylimb.control.needs import Needs
+from skylimb.control.own_controller import Origin, OwnController, own_controller
 from skylimb.control.preset import preset_from_mapping, preset_mapping
 from skylimb.control.records import Command
 from skylimb.control.slots import find_law, keys_of_law
-from skylimb.errors import ConfigError
 from skylimb.estimation.records import Measurement
 from skylimb.keys import Table, units_of
 from skylimb.missions.reference import Reference
 from skylimb.robots.model import Robot
-from skylimb.user_code import UserCode
-from skylimb.user_modules import load_module
+from skylimb.signals import Signal
+from skylimb.user_modules import load_module, sources_of_module
 
 
 @runtime_checkable
@@ -53,7 +53,33 @@ class Controller(Protocol):
 
 
 @runtime_checkable
-class TraceableController(Controller, Protocol):
+class ConfigurableController(Controller, Protocol):
+    """A controller whose gains are keys: they can be set, swept, tuned and recorded by name."""
+
+    def with_gains(self, changes: Mapping[str, Any]) -> ConfigurableController:
+        """The same with other values of some gains, by dotted key."""
+        ...
+
+    @property
+    def signals(self) -> Mapping[str, Signal]:
+        """Unit, frame and meaning of its own signals, where they are declared."""
+        ...
+
+    def check_gain(self, key: str, value: Any, where: str) -> None:
+        """Raise a `ConfigError` that begins with `where` unless the gain of this key may have this value."""
+        ...
+
+    def key_tables(self) -> Iterator[Table]:
+        """Every key that it was made from, with value, unit, range and meaning."""
+        ...
+
+    def tables(self) -> dict[str, Any]:
+        """All that it was made from as plain tables, for a run's record."""
+        ...
+
+
+@runtime_checkable
+class TraceableController(ConfigurableController, Protocol):
     """A controller whose `step` runs on CasADi symbols, so that it can be compiled and written as C."""
 
     @property
@@ -74,17 +100,10 @@ class TraceableController(Controller, Protocol):
         """Raise a `ConfigError` when it cannot work at a control period of `dt` s."""
         ...
 
-    def check_gain(self, key: str, value: Any, where: str) -> None:
-        """Raise a `ConfigError` that begins with `where` unless the gain of this key may have this value."""
-        ...
 
-    def key_tables(self) -> Iterator[Table]:
-        """Every key that it was made from, with value, unit, range and meaning."""
-        ...
-
-    def tables(self) -> dict[str, Any]:
-        """All that it was made from as plain tables, for a run's record."""
-        ...
+def is_configurable(controller: Controller) -> TypeGuard[ConfigurableController]:
+    """Whether a controller's gains are keys."""
+    return isinstance(controller, ConfigurableController)
 
 
 def is_traceable(controller: Controller) -> TypeGuard[TraceableController]:
@@ -102,23 +121,33 @@ def load_controller(
     Args:
         name_or_path: "hybrid", "my_gains.toml" or "my_controller.py".
         robot: the model that the controller believes in.
-        overrides: dotted keys of a preset and their new values, for example {"translation.damping_ratio":
+        overrides: dotted keys of its gains and their new values, for example {"translation.damping_ratio":
             [1, 1, 1]}.
 
     Raises:
         UnknownNameError: when there is no such preset.
-        ConfigError: when the file cannot be used, or overrides are given to a Python file.
+        ConfigError: when the file cannot be used, or gains are no dataclass and overrides are given.
     """
     if name_or_path.endswith(".py"):
-        if overrides:
-            raise ConfigError(
-                f"controller '{name_or_path}' is a Python file; its gains cannot be set from outside"
-            )
-        return _users_controller(Path(name_or_path), robot)
+        return _users_controller(name_or_path, robot).with_gains(overrides or {})
     return controller_from_tables(*preset_mapping(name_or_path), robot, overrides)
 
 
 def controller_from_tables(
+    tables: Mapping[str, Any], path: Path, robot: Robot, overrides: Mapping[str, Any] | None = None
+) -> Cascade | OwnController:
+    """A controller from the tables of a preset, or of a user's controller: its `file`, and its gains.
+
+    Arguments are those of `cascade_from_tables`.
+    """
+    if "file" not in tables:
+        return cascade_from_tables(tables, path, robot, overrides)
+    gains = {key: value for key, value in tables.items() if key not in ("name", "description", "file")}
+    made = _users_controller(str(path.parent / str(tables["file"])), robot)
+    return made.with_gains({**gains, **(overrides or {})})
+
+
+def cascade_from_tables(
     tables: Mapping[str, Any], path: Path, robot: Robot, overrides: Mapping[str, Any] | None = None
 ) -> Cascade:
     """A cascade from a preset's tables.
@@ -155,21 +184,37 @@ def _common(table: Mapping[str, Any], known: Iterable[str]) -> dict[str, Any]:
     return found
 
 
-def _users_controller(path: Path, robot: Robot) -> Controller:
-    make = load_module(path, ("controller",)).controller
-    with UserCode(f"controller(robot) of '{path.name}'"):
-        made = make(robot)
-    missing = [name for name in ("name", "gains", "initial_state", "step") if not hasattr(made, name)]
-    if missing:
-        raise ConfigError(f"controller(robot) in '{path}' returns an object without {', '.join(missing)}")
-    return made
+def _users_controller(file: str, robot: Robot) -> OwnController:
+    module = load_module(Path(file), ("controller",))
+    origin = Origin(Path(file).as_posix(), module.controller, sources_of_module(module))
+    return own_controller(origin.made(robot), robot, origin)
+
+
+def controller_of(given: Controller, robot: Robot, overrides: Mapping[str, Any] | None = None) -> Controller:
+    """A controller at hand: a user's own object is compiled where that can be.
+
+    Args:
+        given: a controller of skylimb's, or an object of the user's.
+        robot: the model that a user's controller believes in.
+        overrides: dotted keys of its gains and their new values.
+
+    Raises:
+        ConfigError: when the object lacks something, or has no such gains.
+    """
+    ready = given if is_configurable(given) else own_controller(given, robot)
+    return ready.with_gains(overrides or {})
 
 
 def resolved_tables(controller: Controller) -> dict[str, Any]:
-    """A preset as plain tables, for a run's record; only the name for a controller that has none."""
-    return controller.tables() if is_traceable(controller) else {"name": controller.name}
+    """All that a controller was made from as plain tables; only the name where it has no more."""
+    return controller.tables() if is_configurable(controller) else {"name": controller.name}
+
+
+def controller_signals(controller: Controller) -> Mapping[str, Signal]:
+    """Unit, frame and meaning of the signals that a controller or its laws declare."""
+    return controller.signals if is_configurable(controller) else {}
 
 
 def controller_units(controller: Controller) -> dict[str, str]:
     """Unit of every gain that has one, by dotted key; empty for a controller that has no such keys."""
-    return units_of(controller.key_tables()) if is_traceable(controller) else {}
+    return units_of(controller.key_tables()) if is_configurable(controller) else {}

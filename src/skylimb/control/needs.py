@@ -8,6 +8,9 @@ from typing import Any
 
 from skylimb.errors import ConfigError
 
+PACE = "pace"
+"""Signal with which a controller sets the pace of the mission's clock at the next tick."""
+
 TORQUE = "torque"
 """Purpose of the paper's vectoring angles."""
 

@@ -13,7 +13,8 @@ import numpy as np
 
 from skylimb.errors import UserCodeError
 from skylimb.packing import Layout
-from skylimb.symbolic import is_symbolic
+from skylimb.signals import declared_signals
+from skylimb.symbolic import is_symbolic, matrix, vector
 from skylimb.user_code import UserCode, guarded
 from skylimb.user_modules import sources_of_module
 
@@ -29,7 +30,7 @@ class OwnLaw:
 
     def __init__(self, module: ModuleType, what: str, traced: Iterable[str]) -> None:
         self.Gains, self.__doc__ = module.Gains, module.__doc__
-        self.SIGNALS = getattr(module, "SIGNALS", {})
+        self.signals = declared_signals(module, what)
         self.sources = sources_of_module(module)
         for name in traced:
             setattr(self, name, traceable(getattr(module, name), what))
@@ -59,6 +60,22 @@ def traceable(function: Callable[..., Any], what: str) -> Callable[..., Any]:
         return result
 
     return call
+
+
+def symbolic_record(record: Any) -> Any:
+    """A record whose lists and arrays of symbols are symbolic vectors and matrices; the rest as it stands."""
+    if isinstance(record, dict):
+        return {name: symbolic_record(part) for name, part in record.items()}
+    if isinstance(record, tuple) and hasattr(record, "_fields"):
+        return type(record)(*map(symbolic_record, record))
+    if isinstance(record, list | tuple) and any(map(is_symbolic, record)):
+        scalar = all(not is_symbolic(part) or part.shape == (1, 1) for part in record)
+        return vector(*record) if scalar else tuple(map(symbolic_record, record))
+    if isinstance(record, tuple):
+        return tuple(map(symbolic_record, record))
+    if isinstance(record, np.ndarray) and record.dtype == object:
+        return matrix(list(record)) if record.ndim == 2 else vector(*record.ravel())
+    return record
 
 
 def lost_symbols(record: Any) -> list[str]:

@@ -6,7 +6,13 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from skylimb.control.controller import Controller, controller_from_tables, load_controller
+from skylimb.control.controller import (
+    Controller,
+    controller_from_tables,
+    controller_of,
+    load_controller,
+)
+from skylimb.control.slots import SLOTS
 from skylimb.errors import ConfigError
 from skylimb.experiments.experiment import Experiment, experiment_with, load_experiment
 from skylimb.flights.flying import begin_loop, fly
@@ -142,13 +148,19 @@ def _controller(
     given: str | Controller | None, experiment: Experiment, robot: Robot, gains: Mapping[str, Any]
 ) -> Controller:
     if given is None and experiment.controller:
-        # A user's own Python controller leaves only its name behind.
-        if set(experiment.controller) == {"name"}:
-            raise ConfigError(
-                f"experiment {experiment.name} was flown by '{experiment.controller['name']}', a Python "
-                "controller that its file does not hold; name it with --controller"
-            )
-        return controller_from_tables(experiment.controller, Path("config.toml"), robot, gains)
+        return _recorded_controller(dict(experiment.controller), experiment.name, robot, gains)
     if given is None or isinstance(given, str):
         return load_controller(given or DEFAULT_CONTROLLER, robot, gains)
-    return given
+    return controller_of(given, robot, gains)
+
+
+def _recorded_controller(
+    tables: dict[str, Any], experiment: str, robot: Robot, gains: Mapping[str, Any]
+) -> Controller:
+    """The controller of a run's config.toml, with other values of some gains."""
+    if "file" not in tables and not set(SLOTS) & set(tables):
+        raise ConfigError(
+            f"experiment {experiment} was flown by '{tables.get('name')}', a Python controller at hand "
+            "that its file does not hold; name another with --controller"
+        )
+    return controller_from_tables(tables, Path("config.toml"), robot, gains)

@@ -7,7 +7,7 @@ import json
 
 from skylimb.analysis.metrics import metrics
 from skylimb.config import put, to_mapping
-from skylimb.control.controller import Controller, controller_units, resolved_tables
+from skylimb.control.controller import Controller, controller_signals, controller_units, resolved_tables
 from skylimb.control.thrusts import thrust_limits
 from skylimb.experiments.experiment import Experiment
 from skylimb.flights.reference_line import with_reference_line
@@ -30,7 +30,9 @@ def recorded(takeoff: Takeoff, flight: Flight) -> Run:
 def scored(takeoff: Takeoff, flight: Flight) -> Run:
     """The run of a flight with its scores; `documented` adds what only a record that is kept needs."""
     experiment, plant, mission = takeoff.experiment, takeoff.plant, takeoff.mission
-    log = with_reference_line(flight_log(plant, flight, mission), experiment.trajectory)
+    log = with_reference_line(
+        flight_log(plant, flight, mission, controller_signals(takeoff.controller)), experiment.trajectory
+    )
     frame, name = mission.frame, takeoff.controller.name
     log.attrs |= {
         "robot": takeoff.robot.name,

@@ -89,7 +89,7 @@ class Takeoff:
     @property
     def _traced_controller(self) -> TraceableController:
         if not is_traceable(self.controller):
-            raise ConfigError(f"controller '{self.controller.name}' is a Python class that cannot be traced")
+            raise ConfigError(f"controller '{self.controller.name}' cannot be compiled")
         return self.controller
 
     @property

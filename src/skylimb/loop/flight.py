@@ -6,15 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from skylimb.control.needs import PACE
 from skylimb.missions.clock import Clock, limited_pace
 from skylimb.missions.mission import Mission
 from skylimb.packing import Layout
 
 MISSION_TIME = "mission_time"
 """Signal of a controller that sets the mission's pace: where the flight is on the mission's clock, s."""
-
-PACE = "pace"
-"""Signal with which such a controller sets the pace of the next tick."""
 
 CONFIGURATION = "configuration"
 """Signal of a simulated vehicle: positions of the scene's joints; the root's pose comes first."""

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from skylimb.control.cascade import Cascade
-from skylimb.control.controller import controller_from_tables
+from skylimb.control.controller import cascade_from_tables
 from skylimb.control.preset import preset_mapping
 from skylimb.control.records import ArmTarget
 from skylimb.control.shape import admittance
@@ -67,7 +67,7 @@ def impedance_with_mass_times_force(robot: Robot) -> Cascade:
 
 def _with_step(preset: str, robot: Robot, slot: str, step: Callable[..., Any]) -> Cascade:
     """A preset whose law of one slot makes another step."""
-    cascade = controller_from_tables(*preset_mapping(preset), robot)
+    cascade = cascade_from_tables(*preset_mapping(preset), robot)
     filled = getattr(cascade.preset.slots, slot)
     other = replace(filled, name="printed", law=_Law(filled.law, step))
     return replace(cascade, preset=cascade.preset.with_slot(slot, other))

@@ -13,6 +13,7 @@ from skylimb.robots.bodies import lump
 from skylimb.robots.description import RobotDescription
 from skylimb.robots.hovering import hovering_frame
 from skylimb.robots.kinematics import BodyPose, body_poses, composite, congruence
+from skylimb.symbolic import is_symbolic
 
 Array = Any
 """A NumPy array or a CasADi matrix (SX, MX, DM)."""
@@ -100,9 +101,9 @@ class Robot:
         return f"Robot({self.name!r}, {self.mass:.4f} kg, {self.n_joints} joints, {self.n_rotors} rotors)"
 
     def at(
-        self, joint_angles: Sequence[float] | np.ndarray, vectoring_angles: Sequence[float] | np.ndarray
+        self, joint_angles: Sequence[float] | Array, vectoring_angles: Sequence[float] | Array
     ) -> RobotState:
-        """The model in numbers.
+        """The model in numbers; in CasADi expressions of symbols, see `model`.
 
         Args:
             joint_angles: (nq,) q in rad; limits are not checked here, a measurement may lie a little outside.
@@ -112,6 +113,8 @@ class Robot:
             ConfigError: the wrong number of angles, or one that is not a finite number.
             AllocationError: at these angles the rotors cannot carry the robot without torque.
         """
+        if is_symbolic(joint_angles, vectoring_angles):
+            return self.model(joint_angles, vectoring_angles)
         q = self._angles("joint_angles", joint_angles, self.n_joints)
         psi = self._angles("vectoring_angles", vectoring_angles, self.n_vectoring)
         flat = self._numbers(q, psi).full().ravel()

@@ -63,8 +63,8 @@ def require_gain_changes(changes: Sequence[GainChange], controller: Controller) 
         return
     if not is_traceable(controller):
         raise ConfigError(
-            f"gain_changes: controller '{controller.name}' is a Python class of its own; only the gains of a "
-            "preset can be changed in flight"
+            f"gain_changes: controller '{controller.name}' flies in Python; only the gains of one that is "
+            "compiled can be changed in flight"
         )
     known = Layout(controller.gains()).slices
     for change in changes:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from skylimb.control.contact_machine import REASONS, STATES
 from skylimb.errors import ConfigError
 from skylimb.loop.flight import Flight, flown_mission
 from skylimb.missions.mission import PHASES, Mission
+from skylimb.signals import Signal, require_recorded
 from skylimb.simulation.plant import Plant
 from skylimb.simulation.signals import SIGNALS, SignalInfo
 from skylimb.simulation.truth import contact_truth, flight_kinematics
@@ -23,15 +25,26 @@ _FLAGS = {"phase": PHASES, CONTACT_STATE: STATES, CONTACT_REASON: REASONS}
 """Variables that count names."""
 
 
-def flight_log(plant: Plant, flight: Flight, mission: Mission) -> xr.Dataset:
+def flight_log(
+    plant: Plant, flight: Flight, mission: Mission, own: Mapping[str, Signal] | None = None
+) -> xr.Dataset:
     """Assemble the log: recorded signals, the reference, and the truth that follows from the physics' state.
 
     Every reference is the mission's, at the time on the mission's clock that the flight had reached. What a
     controller made of it is a signal of the controller's own, such as `cog_position_target`.
 
+    Args:
+        plant: what flew.
+        flight: the raw record.
+        mission: what was asked.
+        own: what the controller declares of its own signals.
+
     Raises:
-        ConfigError: when a user's controller names a signal that the loop records itself.
+        ConfigError: when a user's controller names a signal that the loop records itself, or declares one
+            that it does not record.
     """
+    own = own or {}
+    require_recorded(own, flight.layout.slices, "the controller")
     mission = flown_mission(mission, flight)
     ticks, reference = flight.ticks, mission.reference
     moved = flight_kinematics(plant, flight, mission)
@@ -70,7 +83,7 @@ def flight_log(plant: Plant, flight: Flight, mission: Mission) -> xr.Dataset:
             contact_transitions(mission.times[:ticks], values[CONTACT_STATE], values[CONTACT_REASON])
         )
     return xr.Dataset(
-        {name: _variable(name, array, plant) for name, array in values.items()},
+        {name: _variable(name, array, own.get(name, Signal())) for name, array in values.items()},
         coords=_coordinates(plant, mission.times[:ticks], values),
         attrs=attributes,
     )
@@ -103,10 +116,8 @@ def _word(names: tuple[str, ...], index: float) -> str:
     return names[int(index)] if 0.0 <= index < len(names) else f"{index:g}"
 
 
-def _variable(name: str, array: np.ndarray, plant: Plant) -> xr.Variable:
-    info = SIGNALS.get(
-        name, SignalInfo(_plain_dims(array, name), "", "", "signal of the controller's own", "estimate")
-    )
+def _variable(name: str, array: np.ndarray, own: Signal) -> xr.Variable:
+    info = SIGNALS.get(name, SignalInfo(_plain_dims(array, name), own.unit, own.frame, own.meaning, own.kind))
     attrs: dict[str, Any] = {
         "units": info.units,
         "frame": info.frame,

@@ -20,11 +20,11 @@ import mujoco
 import numpy as np
 
 from skylimb.control.controller import TraceableController
-from skylimb.control.needs import needs_of
+from skylimb.control.needs import PACE, needs_of
 from skylimb.control.records import Command
 from skylimb.errors import DescriptionError
 from skylimb.estimation.records import Measurement
-from skylimb.loop.flight import MISSION_TIME, PACE
+from skylimb.loop.flight import MISSION_TIME
 from skylimb.missions.clock import next_clock, start_of_mission
 from skylimb.missions.table import Window, window_of
 from skylimb.packing import Layout, structure

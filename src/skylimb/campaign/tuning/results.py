@@ -18,6 +18,8 @@ from skylimb.campaign.tuning.gains import Gains
 from skylimb.campaign.tuning.search import Trial
 from skylimb.campaign.tuning.verdict import TuneOutcome
 from skylimb.config import write_toml
+from skylimb.control.controller import resolved_tables
+from skylimb.robots.loader import load_robot
 
 VERDICT_FILE = "verdict.json"
 TRIALS_FILE = "trials.csv"
@@ -65,8 +67,13 @@ def texts(campaign: Campaign, outcome: TuneOutcome, trials: Mapping[str, Sequenc
 
 
 def _preset(campaign: Campaign, name: str, gains: Gains, folder: Path) -> dict[str, Any]:
-    """The tuned preset's tables; a law in a file of the user's is named as seen from the new folder."""
+    """The tuned controller's tables; a file of the user's is named as seen from the new folder."""
     entry = campaign.controllers[name]
+    if "preset" not in entry:
+        robot = load_robot(campaign.experiment_of(campaign.draw(0)).robot)
+        tables = resolved_tables(campaign.load(name, robot, gains))
+        file = Path(os.path.relpath(entry["path"], folder)).as_posix()
+        return {**tables, "file": file, "description": f"{name}; tuned for {campaign.spec.experiment}"}
     tables = changed(entry["preset"], gains)
     for slot in tables.values():
         if isinstance(slot, dict) and str(slot.get("law", "")).endswith(".py"):

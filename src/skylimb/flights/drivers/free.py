@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 from skylimb.control.controller import Controller
-from skylimb.control.needs import needs_of
+from skylimb.control.needs import PACE, needs_of
 from skylimb.control.records import Command
 from skylimb.errors import ConfigError
-from skylimb.loop.flight import MISSION_TIME, PACE
+from skylimb.loop.flight import MISSION_TIME
 from skylimb.loop.vehicle import Vehicle
 from skylimb.missions.clock import next_clock, start_of_mission
 from skylimb.missions.mission import Mission

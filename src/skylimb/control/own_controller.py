@@ -1,0 +1,242 @@
+"""A user's own controller as the house sees it: gains like everyone's, and compiled where it can be."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+import hashlib
+import pickle
+from collections.abc import Callable, Hashable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from skylimb.config import to_mapping, with_overrides
+from skylimb.control.needs import Needs, needs_of
+from skylimb.control.own_code import symbolic_record, traceable
+from skylimb.control.own_trace import untraceable
+from skylimb.control.records import Command
+from skylimb.errors import ConfigError
+from skylimb.estimation.records import Measurement
+from skylimb.keys import Table, tables_of
+from skylimb.missions.reference import Reference
+from skylimb.packing import numeric, structure
+from skylimb.robots.model import Robot
+from skylimb.signals import Signal, declared_signals
+from skylimb.sources import Source
+from skylimb.user_code import UserCode
+
+NEEDED = ("name", "gains", "initial_state", "step")
+"""What a user's object has to have."""
+
+_RESERVED = ("name", "description", "file")
+
+
+@dataclass(frozen=True)
+class Origin:
+    """The file that a user's controller was made from.
+
+    Attributes:
+        file: its path, as the user named it.
+        make: its function `controller(robot)`; the same as long as no file that was read for it has changed.
+        sources: every file that was read for it.
+    """
+
+    file: str
+    make: Callable[[Robot], Any]
+    sources: tuple[Source, ...]
+
+    def made(self, robot: Robot) -> Any:
+        """A controller that nothing has flown yet."""
+        with UserCode(f"controller(robot) of '{Path(self.file).name}'"):
+            return self.make(robot)
+
+
+class OwnController:
+    """A user's controller; it flies in Python.
+
+    Args:
+        made: the user's object: `name`, `gains()`, `initial_state()` and `step(...)`.
+        robot: the model that it believes in.
+        origin: where it was made; None for an object at hand.
+        gains: a dataclass in place of what `made.gains()` returns.
+    """
+
+    def __init__(self, made: Any, robot: Robot, origin: Origin | None = None, gains: Any = None) -> None:
+        self.made, self.robot, self.origin = made, robot, origin
+        with UserCode(self.what):
+            given = made.gains() if gains is None else gains
+        self._settings = given if dataclasses.is_dataclass(given) and not isinstance(given, type) else None
+        if self._settings is None:
+            self._gains = given
+            return
+        for field in dataclasses.fields(self._settings):
+            if field.name in _RESERVED:
+                raise ConfigError(f"{self.what}: a gain cannot be called '{field.name}'; choose another name")
+        self._gains = numeric(self._settings)
+
+    @property
+    def name(self) -> str:
+        """The user's own name for it."""
+        return str(self.made.name)
+
+    @property
+    def what(self) -> str:
+        """What it is called in messages."""
+        return f"controller '{self.name}'"
+
+    @property
+    def needs(self) -> Needs:
+        """What it needs of the loop."""
+        return needs_of(self.made)
+
+    @property
+    def signals(self) -> Mapping[str, Signal]:
+        """Unit, frame and meaning of the signals that it declares as `SIGNALS`."""
+        return declared_signals(self.made, self.what)
+
+    @property
+    def sources(self) -> tuple[Source, ...]:
+        """Every file that was read for it."""
+        return self.origin.sources if self.origin else ()
+
+    def gains(self) -> Any:
+        """The gains as arrays; whatever the user's `gains` returns where that is no dataclass."""
+        return self._gains
+
+    def initial_state(self) -> Any:
+        """The state before the first tick."""
+        with UserCode(self.what):
+            return self.made.initial_state()
+
+    def step(
+        self, gains: Any, state: Any, measurement: Measurement, reference: Reference, dt: float
+    ) -> tuple[Any, Command, Mapping[str, Any]]:
+        """The user's own step."""
+        return self.made.step(gains, state, measurement, reference, dt)
+
+    def with_gains(self, changes: Mapping[str, Any]) -> OwnController:
+        """The same with other values of some gains, by dotted key.
+
+        Raises:
+            ConfigError: when its gains are no dataclass, or cannot have these values.
+        """
+        if not changes:
+            return self
+        changed = self._changed(changes, self.what)
+        return own_controller(self._remade(), self.robot, self.origin, changed)
+
+    def check_gain(self, key: str, value: Any, where: str) -> None:
+        """Raise a `ConfigError` that begins with `where` unless the gain of this key may have this value."""
+        self._changed({key: value}, where)
+
+    def key_tables(self) -> Iterator[Table]:
+        """Every gain with value, unit, range and meaning; none where they are no dataclass."""
+        return iter(()) if self._settings is None else tables_of(self._settings)
+
+    def tables(self) -> dict[str, Any]:
+        """Name, file and gains as plain tables."""
+        file = {"file": self.origin.file} if self.origin else {}
+        gains = {} if self._settings is None else to_mapping(self._settings)
+        return {"name": self.name, **file, **gains}
+
+    @cached_property
+    def untraceable(self) -> str:
+        """Why it cannot be compiled, in a sentence; empty where it can."""
+        return untraceable(self._remade, self._gains, self.robot, self.needs, self.what)
+
+    def _remade(self) -> Any:
+        return self.origin.made(self.robot) if self.origin else _copied(self.made)
+
+    def _changed(self, changes: Mapping[str, Any], where: str) -> Any:
+        if self._settings is None:
+            raise ConfigError(
+                f"{where}: gains can be set where `gains()` returns a frozen dataclass; here it returns "
+                f"{type(self._gains).__name__}"
+            )
+        tables, whole = to_mapping(self._settings), dict[str, Any]()
+        for key, value in changes.items():
+            name, _, entry = key.rpartition(".")
+            known = tables.get(name)
+            if isinstance(known, list) and entry.isdigit() and int(entry) < len(known):
+                known[int(entry)] = value
+                whole[name] = known
+            else:
+                whole[key] = value
+        return with_overrides(self._settings, whole, where)
+
+
+class CompiledOwnController(OwnController):
+    """A user's controller whose step runs on symbols: it is compiled like the controllers that ship."""
+
+    def initial_state(self) -> Any:
+        """The state before the first tick, as arrays."""
+        return numeric(super().initial_state())
+
+    def step(
+        self, gains: Any, state: Any, measurement: Measurement, reference: Reference, dt: float
+    ) -> tuple[Any, Command, Mapping[str, Any]]:
+        """The user's own step, on numbers or symbols."""
+        step = traceable(self.made.step, self.what)
+        new, command, signals = symbolic_record(step(gains, state, measurement, reference, dt))
+        return new, Command(*command), dict(signals)
+
+    def require(self, dt: float) -> None:
+        """Raise a `ConfigError` where the user's own `require(dt)` does."""
+        if hasattr(self.made, "require"):
+            with UserCode(self.what):
+                self.made.require(dt)
+
+    def structure(self) -> Hashable:
+        """Everything that its traced step depends on besides numbers; the same for files of one content."""
+        return self._structure
+
+    @cached_property
+    def _structure(self) -> Hashable:
+        shapes = structure(self.gains()), structure(self.initial_state())
+        if self.origin is None:
+            return _Identity(self.made), self.robot, *shapes
+        return self.origin.make, _fingerprint(self.made, self.robot), self.robot, *shapes
+
+
+def own_controller(made: Any, robot: Robot, origin: Origin | None = None, gains: Any = None) -> OwnController:
+    """A user's object as a controller, compiled where it can be; arguments are those of `OwnController`.
+
+    Raises:
+        ConfigError: when the object lacks something.
+    """
+    missing = [name for name in NEEDED if not hasattr(made, name)]
+    if missing:
+        said = f"controller(robot) in '{origin.file}' returns" if origin else "the controller is"
+        raise ConfigError(f"{said} an object without {', '.join(missing)}")
+    plain = OwnController(made, robot, origin, gains)
+    return plain if plain.untraceable else CompiledOwnController(made, robot, origin, gains)
+
+
+class _Identity:
+    """Equal to itself alone; keeps what it stands for alive."""
+
+    def __init__(self, value: Any) -> None:
+        self._value = value
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Identity) and other._value is self._value
+
+    def __hash__(self) -> int:
+        return id(self._value)
+
+
+def _copied(made: Any) -> Any:
+    """A copy that shares the robots, which never change."""
+    shared = {id(value): value for value in vars(made).values() if isinstance(value, Robot)}
+    return copy.deepcopy(made, shared)
+
+
+def _fingerprint(made: Any, robot: Robot) -> Hashable:
+    """The numbers that an object carries, which end up as constants in its traced step."""
+    known = {name: value for name, value in vars(made).items() if value is not robot}
+    try:
+        return hashlib.sha256(pickle.dumps(sorted(known.items()))).hexdigest()
+    except Exception:  # whatever cannot be pickled is compared by identity
+        return _Identity(made)
