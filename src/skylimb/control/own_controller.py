@@ -97,6 +97,11 @@ class OwnController:
         return declared_signals(self.made, self.what)
 
     @property
+    def source(self) -> Path | None:
+        """The file that it was made from; None for an object at hand."""
+        return Path(self.origin.file) if self.origin else None
+
+    @property
     def sources(self) -> tuple[Source, ...]:
         """Every file that was read for it."""
         return self.origin.sources if self.origin else ()
