@@ -35,7 +35,7 @@ def test_both_compiled_drivers_give_the_same_bits() -> None:
     np.testing.assert_array_equal(here.signals[: here.ticks], native.signals[: native.ticks])
 
 
-def test_a_run_has_its_gains_and_its_signals_with_units(tmp_path: Path) -> None:
+def test_a_run_has_its_gains_and_its_signals_with_units() -> None:
     run = skylimb.run("paper", EXAMPLE, set={**SHORT, "controller.spin": [12.0, 12.0, 6.0]})
     assert run.status == "OK", run.cause
     signal = run.log.integral_acceleration
@@ -48,11 +48,6 @@ def test_a_run_has_its_gains_and_its_signals_with_units(tmp_path: Path) -> None:
     assert signal.dims == ("time", "axis")
     assert run.config_units["controller.spin"] == "1/s"
     assert "spin = [\n    12.0,\n    12.0,\n    6.0,\n]" in run.config
-    file = tmp_path / "config.toml"
-    file.write_text(run.config, encoding="utf-8")
-    again = skylimb.run(str(file))
-    assert again.controller == "upright"
-    np.testing.assert_array_equal(again.log.thrusts.values, run.log.thrusts.values)
 
 
 def test_a_signal_that_is_declared_is_recorded(tmp_path: Path) -> None:
