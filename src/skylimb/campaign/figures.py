@@ -13,6 +13,7 @@ from skylimb.analysis import style
 from skylimb.analysis.axis_names import AxisNames
 from skylimb.analysis.metrics import description
 from skylimb.campaign.maps import CLEAR_WIN, colours_of, failure_map, winner_map
+from skylimb.campaign.points import FEW, points
 from skylimb.campaign.spec import GOALS
 from skylimb.campaign.statistics import Scores, telling_parameters
 from skylimb.campaign.statistics.intervals import finite
@@ -24,6 +25,10 @@ _PROFILES = (
     "Share of all draws in which a controller was at least as good as the value below. A lost flight is "
     "never good enough: a curve that ends below 1 has lost the rest. Higher and further left is better: the "
     "axis runs from right to left where large values are good."
+)
+_POINTS = (
+    "Every flight's numbers, a point a flight. A grey line joins the flights of one draw and ends with its "
+    "number. Controllers are compared along these lines. So few draws have no distribution worth a curve."
 )
 _TRENDS = (
     "{} over the parameters that matter most: every flight, and the median along the parameter. Crosses at "
@@ -50,7 +55,11 @@ class Plate(NamedTuple):
 
 def plates(scores: Scores, score: str, axes: AxisNames) -> list[Plate]:
     """Every picture that the flights allow for."""
-    if len(scores.draws) < 2 or score not in scores.metrics:
+    if not any(key in scores.metrics for key in GOALS):
+        return []  # nobody finished
+    if len(scores.draws) < FEW:
+        return [_plate("points", "Every flight", _POINTS, points(scores, axes))]
+    if score not in scores.metrics:
         return []
     label = description(score, axes)[0]
     made = [_plate("profiles", "How good, how often", _PROFILES, profiles(scores, axes))]

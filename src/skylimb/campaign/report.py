@@ -20,10 +20,13 @@ from skylimb.campaign.figures import plates
 from skylimb.campaign.folder import log_name
 from skylimb.campaign.frozen import Campaign
 from skylimb.campaign.maps import colours_of
+from skylimb.campaign.points import FEW
 from skylimb.campaign.rows import QUARANTINED, Row
 from skylimb.campaign.spec import GOALS
-from skylimb.campaign.statistics import Paired, Rate
+from skylimb.campaign.statistics import Paired, Rate, fewest_draws
+from skylimb.campaign.statistics.telling import POWER
 from skylimb.campaign.summary import Summary
+from skylimb.campaign.who_wins import shown_ranks, to_tell, verdicts, within
 from skylimb.config import to_mapping, write_toml
 
 TEMPLATE = Path(__file__).with_name("report_template.html")
@@ -68,18 +71,22 @@ def render_report(campaign: Campaign, rows: Mapping[int, Row], summary: Summary,
             (title, [_row(key, summary) for key in keys])
             for title, keys in groups_of(summary.medians).items()
         ],
-        verdicts=_verdicts(summary),
+        verdicts=verdicts(summary),
+        to_tell=to_tell(summary, score),
+        power=f"{POWER:.0%}",
+        range_only=len(scores.draws) < fewest_draws(),
+        flown=_flown(summary, score) if len(scores.draws) < FEW else [],
         pairs=_pairs(summary),
         regions=[(style.label(name), _region(summary, name)) for name in names],
         plates=plates(scores, score, axes),
         axes=axes,
-        score=_within(describe(score, axes)[0]),
+        score=within(describe(score, axes)[0]),
         worst=[
             (row, _cause(row, score, axes), command(campaign, row), log_name(row) * (row["flight"] in kept))
             for row in summary.worst
         ],
         success=[
-            (_within(describe(key, summary.axes)[0]), bound) for key, bound in campaign.spec.success.items()
+            (within(describe(key, summary.axes)[0]), bound) for key, bound in campaign.spec.success.items()
         ],
         varied=[(key, json.dumps(to_mapping(entry))) for key, entry in campaign.spec.vary.items()],
         spec=write_toml(campaign.spec.to_mapping()),
@@ -122,7 +129,7 @@ def _title(campaign: Campaign, draws: int) -> str:
 
 
 def _rates(summary: Summary) -> list[Cell]:
-    ranks = summary.ranks.get("success", [0] * len(summary.rates))
+    ranks = shown_ranks(summary.ranks.get("success", [0] * len(summary.rates)))
     return [_rate(rate, place) for rate, place in zip(summary.rates.values(), ranks, strict=True)]
 
 
@@ -133,7 +140,7 @@ def _rate(rate: Rate, rank: int) -> Cell:
 
 
 def _row(key: str, summary: Summary) -> tuple[str, str, list[Cell]]:
-    ranks = summary.ranks.get(key, [0] * len(summary.medians[key]))
+    ranks = shown_ranks(summary.ranks.get(key, [0] * len(summary.medians[key])))
     cells = [
         Cell(
             _number(key, middle),
@@ -152,22 +159,23 @@ def _number(key: str, value: float) -> str:
     return printed(key, value) if np.isfinite(value) else "lost"
 
 
-def _verdicts(summary: Summary) -> list[str]:
-    """Who is first, in words, for each thing that is ranked; silent where all share the first rank."""
-    names = summary.scores.controllers
-    said = []
-    for key, ranks in summary.ranks.items():
-        first = [style.label(name) for name, place in zip(names, ranks, strict=True) if place == 1]
-        what = "finishing" if key == "success" else _within(describe(key, summary.axes)[0])
-        what = what.removesuffix(" (truth)")
-        if len(first) < len(names):
-            verb = "are level and lead" if len(first) > 1 else "leads"
-            said.append(f"{_listed(first)} {verb} in {what}")
-    return said
+def _flown(summary: Summary, score: str) -> list[tuple[int, list[str], list[str]]]:
+    """Every draw: its number, what was drawn, and each controller's score."""
+    scores = summary.scores
+    values = scores.metrics.get(score)
+    lines = []
+    for place, draw in enumerate(scores.draws):
+        drawn = [_value(column[place]) for column in scores.parameters.values()]
+        cells = [
+            "lost" if not finished else "–" if values is None else _number(score, values[place, index])
+            for index, finished in enumerate(scores.finished[place])
+        ]
+        lines.append((int(draw), drawn, cells))
+    return lines
 
 
-def _listed(words: list[str]) -> str:
-    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
+def _value(value: Any) -> str:
+    return f"{value:.4g}" if isinstance(value, float | np.floating) else str(value)
 
 
 def _pairs(summary: Summary) -> list[tuple[str, str, str, Paired, str, str]]:
@@ -178,17 +186,15 @@ def _pairs(summary: Summary) -> list[tuple[str, str, str, Paired, str, str]]:
             label = "Failures" if key == "success" else describe(key, summary.axes)[0]
             low, high = (pair.low, pair.high) if goal > 0.0 else (-pair.high, -pair.low)
             difference = f"{_signed(goal * pair.median)} ({_signed(low)} .. {_signed(high)})"
-            winner = ""
-            if pair.dominance_low > 0.0 or pair.dominance_high < 0.0:
-                winner = style.label(first if pair.dominance_low > 0.0 else second)
+            winner = style.label(first if pair.better > 0 else second) if pair.better else ""
             lines.append((label, style.label(first), style.label(second), pair, difference, winner))
     return lines
 
 
 def _signed(value: float) -> str:
     if np.isfinite(value):
-        return f"{value:+.4f}"
-    return "all lost" if value > 0 else "-all lost"
+        return f"{value:+.4f}".replace("-", "\N{MINUS SIGN}")
+    return "first lost" if value > 0 else "second lost"
 
 
 def _region(summary: Summary, name: str) -> str:
@@ -209,9 +215,4 @@ def _cause(row: Row, score: str, axes: AxisNames) -> str:
         return row["cause"]
     text, unit = describe(score, axes)
     value = row[score]
-    return "" if value is None else f"{_within(text)} {value:.3f} {unit if unit != '1' else ''}".strip()
-
-
-def _within(text: str) -> str:
-    """A description in the middle of a sentence."""
-    return text[:1].lower() + text[1:]
+    return "" if value is None else f"{within(text)} {value:.3f} {unit if unit != '1' else ''}".strip()

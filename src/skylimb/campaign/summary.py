@@ -80,7 +80,7 @@ def summarize(campaign: Campaign, rows: Mapping[int, Row]) -> Summary:
             }
             for key, values in badness.items()
         },
-        ranks={key: rank(values, seed) for key, values in badness.items()},
+        ranks={key: rank(values) for key, values in badness.items()},
         regions={
             name: failure_region(scores.parameters, ~scores.success[:, i]) if count else None
             for i, name in enumerate(names)

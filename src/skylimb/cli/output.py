@@ -288,12 +288,14 @@ def campaign(
     from skylimb.analysis.measures import row_label
     from skylimb.analysis.metrics import groups_of
 
-    table = _table(f"{experiment}, medians over all draws (in brackets: rank; equal ranks are ties)", "", "")
+    apart = any(len(set(places)) > 1 for places in ranks.values())
+    brackets = " (in brackets: rank; equal ranks are ties)" if apart else ""
+    table = _table(f"{experiment}, {axes}, medians over all draws{brackets}", "", "")
     for name in rates:
         table.add_column(name, justify="right")
 
     def ranked(text: str, key: str, index: int) -> str:
-        return f"{text} ({ranks[key][index]})" if key in ranks and len(rates) > 1 else text
+        return f"{text} ({ranks[key][index]})" if len(set(ranks.get(key, ()))) > 1 else text
 
     shown = (ranked(text, "success", i) for i, (text, _) in enumerate(rates.values()))
     table.add_row("Success rate", "", *shown)
@@ -304,4 +306,7 @@ def campaign(
             label, unit = row_label(key, axes)
             cells = (_median(key, value) for value, _, _ in medians[key])
             table.add_row(f"  {label}", unit, *(ranked(text, key, i) for i, text in enumerate(cells)))
-    _console().print(table)
+    console = _console()
+    console.print(table)
+    if len(rates) > 1 and not apart:
+        console.print("These draws tell no two controllers apart; the report says more.")

@@ -6,9 +6,10 @@ lost ones are equal; none is ever left out.
 
 from skylimb.campaign.statistics.intervals import LEVEL, Rate, success_rate
 from skylimb.campaign.statistics.paired import Paired, compare_paired
-from skylimb.campaign.statistics.ranking import rank
+from skylimb.campaign.statistics.ranking import level_of_pair, rank
 from skylimb.campaign.statistics.regions import Region, failure_region, telling_parameters
 from skylimb.campaign.statistics.scores import Scores, is_success, scores_of
+from skylimb.campaign.statistics.telling import draws_to_tell, fewest_draws
 
 __all__ = [
     "LEVEL",
@@ -17,8 +18,11 @@ __all__ = [
     "Region",
     "Scores",
     "compare_paired",
+    "draws_to_tell",
     "failure_region",
+    "fewest_draws",
     "is_success",
+    "level_of_pair",
     "rank",
     "scores_of",
     "success_rate",

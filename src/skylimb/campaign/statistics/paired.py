@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skylimb.campaign.statistics.intervals import LEVEL, bootstrap_interval, median
+from skylimb.campaign.statistics.telling import better, draws_to_tell
 
 
 def dominance_interval(
@@ -32,6 +33,8 @@ class Paired(NamedTuple):
         standardized: mean over standard deviation of the differences, over the draws that both finished; NaN
             where there are fewer than two or they are all equal.
         both_finished: how many draws that is.
+        better: 1 where the first is better beyond chance, -1 where the second is, 0 where nobody can tell.
+        draws_to_tell: about how many draws would tell them apart; infinite where they show no difference.
     """
 
     median: float
@@ -45,6 +48,8 @@ class Paired(NamedTuple):
     dominance_high: float
     standardized: float
     both_finished: int
+    better: int
+    draws_to_tell: float
 
 
 def compare_paired(first: np.ndarray, second: np.ndarray, seed: int) -> Paired:
@@ -67,4 +72,5 @@ def compare_paired(first: np.ndarray, second: np.ndarray, seed: int) -> Paired:
         int(np.sum(sign > 0)), int(np.sum(sign == 0)), int(np.sum(sign < 0)),
         float(np.mean(sign)), dominance_low, dominance_high,
         float(np.mean(both)) / spread if spread > 0.0 else float("nan"), len(both),
+        better(first, second), draws_to_tell(first, second),
     )  # fmt: skip

@@ -7,27 +7,30 @@ from itertools import combinations
 import numpy as np
 
 from skylimb.campaign.statistics.intervals import LEVEL
-from skylimb.campaign.statistics.paired import dominance_interval
+from skylimb.campaign.statistics.telling import better
 
 
-def rank(badness: np.ndarray, seed: int, level: float = LEVEL) -> list[int]:
+def rank(badness: np.ndarray, level: float = LEVEL) -> list[int]:
     """Ranks of the controllers, from 1; equal ranks are ties.
 
-    One controller beats another where the interval of their dominance excludes zero. The intervals are
-    widened for the number of pairs (Bonferroni), so that with `level` no controller beats an equal one. A
-    rank is one more than the number of controllers that beat it.
+    One controller beats another where an exact sign test tells them apart. Its level is raised for the number
+    of pairs (Bonferroni), so that with `level` no controller beats an equal one. A rank is one more than the
+    number of controllers that beat it.
 
     Args:
         badness: (n, controllers), smaller is better, a loss is infinite.
-        seed: of the intervals.
         level: for all comparisons together.
     """
     count = badness.shape[1]
-    pairs = list(combinations(range(count), 2))
     beaten = [0] * count
-    for a, b in pairs:
-        widened = 1.0 - (1.0 - level) / len(pairs)
-        low, high = dominance_interval(badness[:, a], badness[:, b], seed, widened)
-        beaten[b] += low > 0.0
-        beaten[a] += high < 0.0
+    for a, b in combinations(range(count), 2):
+        verdict = better(badness[:, a], badness[:, b], level_of_pair(count, level))
+        beaten[b] += verdict > 0
+        beaten[a] += verdict < 0
     return [1 + number for number in beaten]
+
+
+def level_of_pair(controllers: int, level: float = LEVEL) -> float:
+    """The level of one comparison of two, so that all comparisons together have `level`."""
+    pairs = controllers * (controllers - 1) // 2
+    return 1.0 - (1.0 - level) / max(pairs, 1)

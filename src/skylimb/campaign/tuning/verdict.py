@@ -43,7 +43,7 @@ class Tuned:
     @property
     def better(self) -> bool:
         """Whether the tuned controller is better on the held-out draws, beyond chance."""
-        return self.held_out.dominance_low > 0.0
+        return self.held_out.better > 0
 
 
 @dataclass(frozen=True)
@@ -116,7 +116,7 @@ def judge(
             compare_paired(columns[-1], _badness(campaign, before, search), seed),
             (_successes(campaign, after), _successes(campaign, before)),
         )
-    ranks = rank(np.column_stack(columns), seed)
+    ranks = rank(np.column_stack(columns))
     return tuned, dict(zip(campaign.names, ranks, strict=True))
 
 
