@@ -1,6 +1,9 @@
 """A user's own controller in flight: compiled, with its gains and its signals."""
 
+import re
+import sys
 from pathlib import Path
+from time import process_time
 
 import numpy as np
 import pytest
@@ -8,7 +11,7 @@ import pytest
 import skylimb
 from skylimb.errors import UnknownNameError
 from skylimb.flights.drivers.native import fly_native, native_available
-from skylimb.flights.flying import fly_here
+from skylimb.flights.flying import begin_loop, fly_here
 from skylimb.flights.public import take_off
 
 EXAMPLE = str(Path(__file__).parents[2] / "examples" / "own_controller.py")
@@ -62,3 +65,83 @@ def test_a_signal_that_is_declared_is_recorded(tmp_path: Path) -> None:
     (tmp_path / "own.py").write_text(text.replace("SIGNALS = {", "SIGNALS = 3 or {"), encoding="utf-8")
     with pytest.raises(skylimb.SkylimbError, match="SIGNALS should be a table"):
         skylimb.run("paper", str(tmp_path / "own.py"), set=SHORT)
+
+
+IN_PYTHON = """
+import numpy as np
+from skylimb import Command
+
+class Own:
+    name = "own"
+    def __init__(self, robot): self.robot = robot
+    def gains(self): return None
+    def initial_state(self): return 0.0
+    def step(self, gains, state, measurement, reference, dt):
+        if measurement.position[2] < 0.0:
+            raise ValueError("below the floor")
+        SEEN.append(measurement)
+        model = self.robot.at(measurement.joint_angles, measurement.vectoring_angles)
+        command = Command(list(model.hover_thrusts), reference.joint_angles, reference.vectoring_angles)
+        return state + dt, command, SIGNALS
+
+SEEN = []
+
+def controller(robot):
+    return Own(robot)
+"""
+
+
+def written(folder: Path, signals: str = '{"z": measurement.position[2], "both": np.ones(2)}') -> str:
+    (folder / "own.py").write_text(IN_PYTHON.replace("SIGNALS", signals), encoding="utf-8")
+    return str(folder / "own.py")
+
+
+def test_a_flight_in_python_says_why_and_what_a_tick_costs(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    run = skylimb.run("paper", written(tmp_path), set=SHORT)
+    (said,) = [record.getMessage() for record in caplog.records if record.name == "skylimb.flights.flying"]
+    assert re.fullmatch(
+        r"controller 'own' flies in Python, \d+ us a tick: .*own\.py, line 11, `if measurement\..*where.*",
+        said,
+    )
+    assert run.log["both"].shape == (run.log.sizes["time"], 2)
+    np.testing.assert_array_equal(run.log["z"], run.log.root_position_measured.sel(axis="z"))
+
+
+def test_what_a_controller_keeps_of_a_measurement_stays(tmp_path: Path) -> None:
+    (takeoff,) = take_off("paper", (written(tmp_path),), set=SHORT)
+    flight = fly_here(takeoff)
+    made = vars(takeoff.controller)["made"]
+    seen = sys.modules[type(made).__module__].SEEN[-flight.ticks :]
+    kept = np.array([measurement.position for measurement in seen])
+    np.testing.assert_array_equal(kept, flight.signal("root_position_measured"))
+
+
+@pytest.mark.parametrize(
+    ("signals", "message"),
+    [
+        ("({'a': 1.0} if state < 0.1 else {'b': 1.0})", "records other signals than at its first tick: a, b"),
+        (
+            "{'a': np.ones(3 if state < 0.1 else 2)}",
+            r"signal 'a' the shape \(2,\), at its first tick it had \(3,\)",
+        ),
+    ],
+)
+def test_signals_are_those_of_the_first_tick(tmp_path: Path, signals: str, message: str) -> None:
+    with pytest.raises(skylimb.SkylimbError, match=message):
+        skylimb.run("paper", written(tmp_path, signals), set=SHORT)
+
+
+def test_the_loop_around_a_python_controller_is_short(tmp_path: Path) -> None:
+    """What is not the controller's own: at most twice the time of a compiled flight."""
+    (python,) = take_off("paper", (written(tmp_path, "{}"),), set=SHORT)
+    (compiled,) = take_off("paper", (EXAMPLE,), set=SHORT)
+    spent = []
+    for takeoff in (compiled, python):
+        loop = begin_loop(takeoff)
+        begun = process_time()
+        flight = loop.fly()
+        own = getattr(loop.driver, "step_time", 0.0) * flight.ticks
+        spent.append((process_time() - begun - own) / flight.ticks)
+    assert spent[1] < 2.0 * spent[0]

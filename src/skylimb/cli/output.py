@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -101,7 +102,11 @@ def flights() -> Iterator[Progress]:
 
     columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn())
     console = _console(stderr=True)
-    with Bars(*columns, console=console, disable=not console.is_terminal, transient=True) as bars:
+    said: list[str] = []
+    with (
+        _notes(said),
+        Bars(*columns, console=console, disable=not console.is_terminal, transient=True) as bars,
+    ):
         tasks: dict[str, Any] = {}
 
         def report(name: str, done: int, total: int) -> None:
@@ -110,6 +115,21 @@ def flights() -> Iterator[Progress]:
             bars.update(tasks[name], completed=done)
 
         yield report
+    for note in said:
+        console.print(note, markup=False, soft_wrap=True)
+
+
+@contextmanager
+def _notes(said: list[str]) -> Iterator[None]:
+    """Collect what flights have to say of themselves."""
+    handler = logging.Handler()
+    handler.emit = lambda record: said.append(record.getMessage())  # type: ignore[method-assign]
+    logger = logging.getLogger("skylimb.flights")
+    logger.addHandler(handler)
+    try:
+        yield
+    finally:
+        logger.removeHandler(handler)
 
 
 def reproduction(numbers: Sequence[Sequence[str]], claims: Sequence[Sequence[str]]) -> None:

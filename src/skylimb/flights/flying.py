@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable
 from contextlib import suppress
 
+from skylimb.control.own_controller import OwnController
 from skylimb.errors import CompileError
 from skylimb.flights.drivers.compiled import CompiledDriver
 from skylimb.flights.drivers.free import FreeDriver
@@ -17,6 +19,8 @@ from skylimb.simulation.interventions import interventions
 from skylimb.simulation.tick import CompiledTick
 from skylimb.simulation.vehicle import SimulatedVehicle
 
+_log = logging.getLogger(__name__)
+
 Progress = Callable[[int, int], None]
 """Called now and then with (ticks flown, ticks in all)."""
 
@@ -26,7 +30,19 @@ def fly(takeoff: Takeoff, progress: Progress | None = None) -> Flight:
     if takeoff.traceable and worth_building(takeoff.tick) and native_available():
         with suppress(CompileError):  # nowhere to build it: another driver flies
             return fly_native([takeoff], progress=progress)[0]
-    return fly_here(takeoff, progress)
+    with without_timer():
+        loop = begin_loop(takeoff)
+        flight = loop.fly(progress)
+    if isinstance(loop.driver, FreeDriver):
+        _log.warning("%s", flew_in_python(takeoff, loop.driver))
+    return flight
+
+
+def flew_in_python(takeoff: Takeoff, driver: FreeDriver) -> str:
+    """That a controller was not compiled, what a tick of it costs, and why."""
+    controller = takeoff.controller
+    said = f"controller '{controller.name}' flies in Python, {1e6 * driver.step_time:.0f} us a tick"
+    return f"{said}: {controller.untraceable}" if isinstance(controller, OwnController) else said
 
 
 def fly_here(takeoff: Takeoff, progress: Progress | None = None) -> Flight:

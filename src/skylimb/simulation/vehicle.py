@@ -42,12 +42,24 @@ class SimulatedVehicle:
         interventions: Sequence[Callable[[int], None]] = (),
     ) -> None:
         check_measured_link(plant)
-        self._plant, self._data, self._rows, self._dt = plant, data, rows, dt
+        self._plant, self._data, self._rows = plant, data, rows
         self._interventions, self._tick = tuple(interventions), 0
-        self._measurements = Layout(_measurement_template(plant))
-        self._sense, self._state = _sensors(plant, sensors, data, dt)
-        self._record, self._layout = _recorder(plant, self._measurements)
-        self._measured = np.zeros(self._measurements.size)
+        template = _measurement_template(plant)
+        layout = Layout(template)
+        self._slices = [layout.slices[name] for name in Measurement._fields]
+        self._measured, self._row = np.zeros(layout.size), np.zeros(rows.shape[1])
+        self._command = [np.zeros(size) for size in _command_sizes(plant)]
+        outputs = (data.qpos, data.qvel, data.act, data.history)
+        # State and next state change places at every tick, so that nothing is copied.
+        sense, state = _sensors(plant, sensors, data, dt)
+        states = (state, state.copy())
+        self._sense = [
+            _bound(sense, (states[i], *outputs, self._row), (states[1 - i], self._measured)) for i in (0, 1)
+        ]
+        record, self._layout = _recorder(plant, layout)
+        self._signals = np.zeros(self._layout.size)
+        self._record = _bound(record, (*outputs, self._measured, *self._command), (self._signals,))
+        self._actuate = _bound(_actuator(plant, dt), (data.act, *self._command), (data.ctrl,))
 
     @property
     def layout(self) -> Layout[dict[str, Any]]:
@@ -56,33 +68,63 @@ class SimulatedVehicle:
 
     def measure(self) -> Measurement:
         """What the sensors say at this tick."""
-        state, measured = self._sense(self._state, *self._outputs(), self._rows[self._tick])
-        self._state, self._measured = _flat(state), _flat(measured)
-        return self._measurements.unpack(self._measured)
+        self._row[:] = self._rows[self._tick]
+        self._sense[self._tick & 1]()
+        # A copy, as a controller may keep what it has seen.
+        flat = self._measured.copy()
+        return Measurement(*[flat[part] for part in self._slices])
 
     def record(self, measurement: Measurement, command: Command) -> np.ndarray:
-        """Truth, measurement and command of this tick, flat."""
-        return _flat(self._record(*self._outputs(), self._measured, *command))
+        """Truth, measurement and command of this tick, flat; overwritten at the next one."""
+        self._take(command)
+        self._record()
+        return self._signals
 
     def apply(self, command: Command) -> None:
         """Command the actuators and advance the physics by a control period."""
-        data = self._data
-        data.ctrl[:] = actuate(self._plant.robot.description, command, data.act, self._dt)
+        self._take(command)
+        self._actuate()
         for act in self._interventions:
             act(self._tick)
-        mujoco.mj_step(self._plant.model, data, self._plant.substeps)
+        mujoco.mj_step(self._plant.model, self._data, self._plant.substeps)
         self._tick += 1
+
+    def _take(self, command: Command) -> None:
+        for place, part in zip(self._command, command, strict=True):
+            place[:] = part
 
     def fault(self) -> str:
         """What the physics engine has warned of; empty while it has not."""
         return raised_warnings(self._data.warning.number.tolist())
 
-    def _outputs(self) -> tuple[np.ndarray, ...]:
-        return self._data.qpos, self._data.qvel, self._data.act, self._data.history
+
+def _bound(
+    function: ca.Function, given: Sequence[np.ndarray], results: Sequence[np.ndarray]
+) -> Callable[[], None]:
+    """The evaluation of a function straight on these arrays' own memory."""
+    buffer, evaluate = function.buffer()
+    array: Any  # the stubs know no buffers
+    for index, array in enumerate(given):
+        buffer.set_arg(index, memoryview(array))  # pyright: ignore[reportCallIssue]
+    for index, array in enumerate(results):
+        buffer.set_res(index, memoryview(array))  # pyright: ignore[reportCallIssue]
+
+    def call(keep_alive: Any = (buffer, given, results)) -> None:
+        evaluate()
+
+    return call
 
 
-def _flat(value: Any) -> np.ndarray:
-    return np.asarray(value, dtype=float).ravel()
+def _command_sizes(plant: Plant) -> tuple[int, int, int]:
+    return plant.robot.n_rotors, plant.robot.n_joints, plant.robot.n_vectoring
+
+
+def _actuator(plant: Plant, dt: float) -> ca.Function:
+    """(activations, command) -> controls."""
+    activations = ca.SX.sym("act", int(plant.model.na))
+    command = Command(*map(ca.SX.sym, Command._fields, _command_sizes(plant)))
+    controls = actuate(plant.robot.description, command, activations, dt)
+    return ca.Function("actuate", [activations, *command], [ca.densify(controls)])
 
 
 def _measurement_template(plant: Plant) -> Measurement:
@@ -103,18 +145,15 @@ def _sensors(
     )
     state, measurement = sense_plant(plant, states.unpack(x), outputs, rows.unpack(row), dt)
     packed = Layout(measurement).pack(measurement)
-    return ca.Function("sense", [x, *outputs, row], [states.pack(state), packed]), states.pack(initial)
+    results = [ca.densify(states.pack(state)), ca.densify(packed)]
+    return ca.Function("sense", [x, *outputs, row], results, {"cse": True}), states.pack(initial)
 
 
 def _recorder(plant: Plant, measurements: Layout[Measurement]) -> tuple[ca.Function, Layout[Any]]:
     """What is recorded whatever the controller, as a function of plant, measurement and command."""
-    robot, outputs = plant.robot, symbolic_outputs(plant.model)
+    outputs = symbolic_outputs(plant.model)
     measured = ca.SX.sym("measured", measurements.size)
-    command = Command(
-        ca.SX.sym("thrusts", robot.n_rotors),
-        ca.SX.sym("joints", robot.n_joints),
-        ca.SX.sym("vectoring", robot.n_vectoring),
-    )
+    command = Command(*map(ca.SX.sym, Command._fields, _command_sizes(plant)))
     recorded = plant_signals(plant, outputs, measurements.unpack(measured), command)
     layout = Layout(recorded)
     function = ca.Function("record", [*outputs, measured, *command], [ca.densify(layout.pack(recorded))])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Set
+from time import perf_counter
 from typing import Any
 
 import numpy as np
@@ -12,7 +14,7 @@ from skylimb.control.records import Command
 from skylimb.errors import ConfigError
 from skylimb.loop.flight import MISSION_TIME
 from skylimb.loop.vehicle import Vehicle
-from skylimb.missions.clock import next_clock, start_of_mission
+from skylimb.missions.clock import Clock, next_clock, start_of_mission
 from skylimb.missions.mission import Mission
 from skylimb.missions.table import window_of
 from skylimb.packing import Layout
@@ -35,13 +37,20 @@ class FreeDriver:
     def __init__(
         self, controller: Controller, vehicle: Vehicle, robot: Robot, mission: Mission, count: int
     ) -> None:
-        self._controller, self._vehicle, self._robot, self._mission = controller, vehicle, robot, mission
+        self._vehicle, self._robot, self._mission = vehicle, robot, mission
         needs = needs_of(controller)
         self._window = window_of(needs.preview, needs.paced, mission.period)
         self._clock, self._count = start_of_mission(), count
+        self._step, self._what = controller.step, f"controller '{controller.name}'"
         self._gains, self._state = controller.gains(), controller.initial_state()
-        self._own: Layout[dict[str, Any]] = Layout({})
-        self._layout, self._log = vehicle.layout, np.zeros((0, vehicle.layout.size))
+        self._sizes = tuple(
+            zip(Command._fields, (robot.n_rotors, robot.n_joints, robot.n_vectoring), strict=True)
+        )
+        self._own: list[tuple[str, int, int, tuple[int, ...]]] = []
+        self._names: Set[str] = frozenset()
+        self._layout, self._width = vehicle.layout, vehicle.layout.size
+        self._log = np.zeros((0, self._width))
+        self._spent, self._ticks = 0.0, 0
 
     @property
     def layout(self) -> Layout[dict[str, Any]]:
@@ -57,44 +66,83 @@ class FreeDriver:
         """The vehicle's own fault."""
         return self._vehicle.fault()
 
+    @property
+    def step_time(self) -> float:
+        """Mean time that the controller's own step takes, s."""
+        return self._spent / max(self._ticks, 1)
+
     def tick(self, k: int) -> int:
         """Fly one tick.
 
         Raises:
             ConfigError: when the controller fails, or its command or signals do not fit.
         """
-        vehicle, controller, dt = self._vehicle, self._controller, self._mission.period
+        vehicle, dt = self._vehicle, self._mission.period
         measurement = vehicle.measure()
         reference = self._mission.at(self._clock, self._window.preview)
+        begun = perf_counter()
         try:
-            self._state, command, signals = controller.step(
-                self._gains, self._state, measurement, reference, dt
-            )
+            self._state, command, own = self._step(self._gains, self._state, measurement, reference, dt)
         except Exception as error:
-            raise told_error(f"controller '{controller.name}' at t = {k * dt:.3f} s", error) from error
-        command = _checked(controller.name, command, self._robot)
-        own = {name: _number(value) for name, value in signals.items()}
+            raise told_error(f"{self._what} at t = {k * dt:.3f} s", error) from error
+        self._spent, self._ticks = self._spent + perf_counter() - begun, self._ticks + 1
+        command = self._checked(command)
         pace = 1.0
         if self._window.paced:
             if PACE not in own:
-                raise ConfigError(
-                    f"controller '{controller.name}' sets the mission's pace, but has no signal 'pace'"
-                )
-            pace, own[MISSION_TIME] = own[PACE], self._clock.ticks * dt
+                raise ConfigError(f"{self._what} sets the mission's pace, but has no signal 'pace'")
+            pace, own = float(own[PACE]), {**own, MISSION_TIME: self._clock.ticks * dt}
         if k == 0:
-            self._begin_log(own)
-        width = self._vehicle.layout.size
-        self._log[k, :width] = vehicle.record(measurement, command)
-        self._log[k, width:] = self._own.pack(own)
+            self._begin_log({name: _number(value) for name, value in own.items()})
+        row = self._log[k]
+        row[: self._width] = vehicle.record(measurement, command)
+        self._record(row, own)
         vehicle.apply(command)
-        self._clock = next_clock(self._clock, pace)
+        self._clock = next_clock(self._clock, pace) if self._window.paced else Clock(k + 1.0, 1.0)
         return int(self._clock.ticks)
 
     def _begin_log(self, own: dict[str, Any]) -> None:
         # Only now is it known which signals this controller records.
-        self._own = Layout(own)
-        self._layout = Layout(_zeros(self._vehicle.layout) | _zeros(self._own))
+        layout = Layout(own)
+        self._layout = Layout(_zeros(self._vehicle.layout) | _zeros(layout))
+        self._own = [
+            (name, part.start + self._width, part.stop + self._width, layout.shapes[name])
+            for name, part in layout.slices.items()
+        ]
+        self._names = own.keys()
         self._log = np.full((self._count, self._layout.size), np.nan)
+
+    def _record(self, row: np.ndarray, own: Mapping[str, Any]) -> None:
+        """Write the controller's own signals, which have to be those of the first tick."""
+        if own.keys() != self._names:
+            odd = sorted(own.keys() ^ self._names)
+            raise ConfigError(f"{self._what} records other signals than at its first tick: {', '.join(odd)}")
+        for name, start, stop, shape in self._own:
+            value = own[name]
+            if type(value) is not float:
+                value = _number(value)
+                if np.shape(value) != shape:
+                    raise ConfigError(
+                        f"{self._what} gives signal '{name}' the shape {np.shape(value)}, at its first tick "
+                        f"it had {shape}"
+                    )
+                if len(shape) > 1:
+                    value = np.ravel(value)
+            row[start:stop] = value
+
+    def _checked(self, command: Any) -> Command:
+        """The command as arrays of the right sizes."""
+        parts = []
+        for field, length in self._sizes:
+            value = np.asarray(getattr(command, field, ()), dtype=float)
+            if value.shape != (length,):
+                value = value.ravel()
+                if len(value) != length:
+                    raise ConfigError(
+                        f"{self._what} gave {len(value)} {field}; {self._robot.name} takes {length}"
+                    )
+            parts.append(value)
+        return Command(*parts)
 
 
 def _number(value: Any) -> Any:
@@ -106,18 +154,3 @@ def _number(value: Any) -> Any:
 
 def _zeros(layout: Layout[Any]) -> dict[str, Any]:
     return {name: np.zeros(shape) if shape else 0.0 for name, shape in layout.shapes.items()}
-
-
-def _checked(name: str, command: Any, robot: Robot) -> Command:
-    sizes = {
-        "thrusts": robot.n_rotors,
-        "joint_angles": robot.n_joints,
-        "vectoring_angles": robot.n_vectoring,
-    }
-    values = []
-    for field, length in sizes.items():
-        value = np.asarray(getattr(command, field, np.zeros(0)), dtype=float).ravel()
-        if len(value) != length:
-            raise ConfigError(f"controller '{name}' gave {len(value)} {field}; {robot.name} takes {length}")
-        values.append(value)
-    return Command(*values)
