@@ -28,9 +28,8 @@ def parse(verb: str, kind: type, words: list[str]) -> Any:
     except SystemExit:
         raise ConfigError(f"{_first_sentence(complaint.getvalue())}; see skylimb {verb} --help") from None
     if unknown:
-        flags = _flags(kind)
         if unknown[0].startswith("-"):
-            raise unknown_name(f"option of {verb}", unknown[0].partition("=")[0], [*flags, "--help"])
+            raise unknown_name(f"option of {verb}", unknown[0].partition("=")[0], [*flags(kind), "--help"])
         raise ConfigError(f"'{unknown[0]}' is one argument too many; see skylimb {verb} --help")
     return options
 
@@ -52,7 +51,8 @@ def _tyro(verb: str, kind: type, words: list[str]) -> tuple[Any, list[str]]:
     return tyro.cli(kind, prog=f"skylimb {verb}", description=about, args=words, return_unknown_args=True)
 
 
-def _flags(kind: type) -> list[str]:
+def flags(kind: type) -> list[str]:
+    """The options of a verb, as they are typed."""
     hints = get_type_hints(kind, include_extras=True)
     marks = {field.name: getattr(hints[field.name], "__metadata__", ()) for field in dataclasses.fields(kind)}
     return [f"--{name}" for name, found in marks.items() if Positional not in found]

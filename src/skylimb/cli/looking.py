@@ -3,79 +3,105 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from tyro.conf import Positional, arg
 
 from skylimb.cli import output
 from skylimb.cli.options import Folder, new_folder
-from skylimb.errors import ConfigError, unknown_name
+from skylimb.errors import ConfigError
+
+if TYPE_CHECKING:
+    from skylimb.catalogue.entries import Entry
 
 
 @dataclass(frozen=True)
 class List:
-    """List the experiments, controllers and robots that ship."""
+    """List what there is: experiments, controllers, robots, surfaces, paths, laws, tables and metrics."""
 
     examples: ClassVar[str] = "skylimb list"
 
     def __call__(self) -> int:
-        """Print the three lists."""
-        import skylimb
+        """Print the lists; `skylimb show` takes each name."""
+        from skylimb.catalogue.entries import KINDS, entries
 
-        output.names("Experiments", skylimb.list_experiments())
-        output.names("Controllers", skylimb.list_controllers())
-        output.names("Robots", skylimb.list_robots())
+        found = entries()
+        for kind, title in KINDS.items():
+            output.names(title, {entry.name: entry.meaning for entry in found if entry.kind == kind})
         return 0
 
 
 @dataclass(frozen=True)
 class Show:
-    """Show every key of an experiment, a controller or a robot: value, unit, range and meaning.
+    """Show every key of an experiment, a controller, a robot: value, unit, range and meaning.
 
-    For an experiment and a controller these are the keys that --set can change. Into a file, it is written
-    as that file would have to be.
+    Surfaces, paths, laws, tables and metrics are shown as well, by the names that `skylimb list` has. For an
+    experiment and a controller these are the keys that --set can change. Into a file, it is written as that
+    file would have to be. `skylimb keys WORD` searches all keys.
     """
 
     examples: ClassVar[str] = """
         skylimb show paper
         skylimb show hybrid
-        skylimb show hydrus_xi_quad
+        skylimb show surface.cylinder
+        skylimb show robots/my_robot        whatever run takes: a folder, a TOML file, a Python file
         skylimb show paper > mine.toml      a start for an experiment of your own
     """
 
     name: Annotated[
-        Positional[str], arg(metavar="NAME", help="As `skylimb list` has it, or a TOML file of your own.")
+        Positional[str],
+        arg(metavar="NAME", help="As `skylimb list` has it, or what `run` takes."),
     ]
 
     def __call__(self) -> int:
         """Print it."""
-        {"experiment": _show_experiment, "controller": _show_controller, "robot": _show_robot}[
-            _kind(self.name)
-        ](self.name)
+        kind = _kind_of_path(self.name)
+        if not kind:
+            from skylimb.catalogue.entries import find_entry
+
+            entry = find_entry(self.name)
+            kind = entry.kind
+            if kind not in _SHOWN:
+                _show_entry(entry)
+                return 0
+        _SHOWN[kind](self.name)
         return 0
 
 
-def _kind(name: str) -> str:
-    """Whether a name or TOML file is that of an experiment, a controller or a robot."""
-    import skylimb
+def _kind_of_path(name: str) -> str:
+    """Whether a file or folder holds an experiment, a controller or a robot; empty for what is no path."""
     from skylimb.config import read_toml
     from skylimb.control.slots import SLOTS
+    from skylimb.robots.loader import list_robots
 
-    known = {
-        "experiment": skylimb.list_experiments(),
-        "controller": skylimb.list_controllers(),
-        "robot": skylimb.list_robots(),
-    }
     if name.endswith(".toml"):
         keys = read_toml(name).keys()
         return "robot" if "urdf" in keys else "controller" if keys & set(SLOTS) else "experiment"
-    for kind, names in known.items():
-        if name in names:
-            return kind
-    raise unknown_name(
-        "experiment, controller or robot", name, [one for names in known.values() for one in names]
+    if name.endswith(".py"):
+        return "controller"
+    return "robot" if Path(name).is_dir() and name not in list_robots() else ""
+
+
+def _show_entry(entry: Entry) -> None:
+    """A surface, a path, a law, a table of an experiment, a file of the user's, a metric."""
+    from skylimb.catalogue.entries import tables_of_entry
+    from skylimb.cli import key_tables
+
+    if entry.kind == "metric":
+        print(f"{entry.short}: {entry.meaning}")
+        return
+    tables = tables_of_entry(entry)
+    hints = {
+        "surface": f"Use it: skylimb run --set surface.kind={entry.short}",
+        "path": f"Use it: skylimb run --set trajectory.shape={entry.short}",
+        "law": f"Use it: skylimb run --set controller.{entry.name.partition('.')[0]}.law={entry.short}",
+        "table": f"Change a key: skylimb run --set {key_tables.example(tables)}",
+    }
+    key_tables.show(
+        f"{entry.name}: {entry.meaning}", tables, hints.get(entry.kind, "Every key with its default")
     )
 
 
@@ -95,11 +121,25 @@ def _show_controller(name: str) -> None:
     from skylimb.control.preset import preset_from_mapping, preset_mapping
     from skylimb.control.preset_keys import preset_tables
 
+    if name.endswith(".py"):
+        _show_own_controller(name)
+        return
     preset = preset_from_mapping(*preset_mapping(name))
     tables = list(preset_tables(preset))
     setting = f"--set controller.{key_tables.example(tables)}"
     hint = f"Change a key: skylimb run --controller {name} {setting}"
     key_tables.show(f"{preset.name}: {preset.description}", tables, hint)
+
+
+def _show_own_controller(name: str) -> None:
+    """The gains of a controller in a Python file."""
+    import skylimb
+    from skylimb.cli import key_tables
+
+    controller: Any = skylimb.load_controller(name, skylimb.load_robot("hydrus_xi_quad"))
+    tables = list(controller.key_tables()) if hasattr(controller, "key_tables") else []
+    hint = f"Fly it: skylimb run --controller {name}"
+    key_tables.show(f"{controller.name}: a controller of your own", tables, hint)
 
 
 def _show_robot(name: str) -> None:
@@ -113,6 +153,13 @@ def _show_robot(name: str) -> None:
     title = f"{robot.name}: {robot.description.summary}; {robot.mass:.4f} kg"
     hint = "A robot of your own: a folder with a URDF and a file like this one, flight.toml"
     key_tables.show(title, tables_of(load_flight_file(name)), hint)
+
+
+_SHOWN: dict[str, Callable[[str], None]] = {
+    "experiment": _show_experiment,
+    "controller": _show_controller,
+    "robot": _show_robot,
+}
 
 
 @dataclass(frozen=True)

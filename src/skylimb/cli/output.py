@@ -51,6 +51,23 @@ def names(title: str, descriptions: Mapping[str, str]) -> None:
     _console().print(table)
 
 
+def keys(rows: Sequence[Sequence[str]]) -> None:
+    """Keys with default, unit, range, meaning and what has them; a pipe gets a line each, parted by tabs."""
+    if not sys.stdout.isatty():
+        for row in rows:
+            print("\t".join(row))
+        return
+    from rich.padding import Padding
+    from rich.text import Text
+
+    console = _console()
+    for key, default, unit, allowed, meaning, of in rows:
+        value = " ".join(filter(None, (default, unit)))
+        console.print(Text.assemble((key, "cyan"), f" = {value}" if value != "-" else ""))
+        details = "; ".join(filter(None, (meaning, allowed, f"of {of}")))
+        console.print(Padding(Text(details, "dim"), (0, 0, 0, 4)))
+
+
 def toml(text: str) -> None:
     """A TOML text; coloured for a terminal, otherwise untouched."""
     if not sys.stdout.isatty():

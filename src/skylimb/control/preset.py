@@ -13,7 +13,7 @@ from skylimb.control.slots import SLOTS, Slot, Slots, find_law, law_names, right
 from skylimb.errors import ConfigError, UnknownNameError, unknown_name
 
 PRESETS = Path(__file__).parent / "presets"
-_DEFAULT = {"estimation": "momentum", "contact": "open", "allocation": "pseudoinverse"}
+DEFAULT_LAWS = {"estimation": "momentum", "contact": "open", "allocation": "pseudoinverse"}
 """Laws of the slots that a preset may leave out: the paper's."""
 
 
@@ -88,7 +88,7 @@ def preset_from_mapping(mapping: Mapping[str, Any], path: Path) -> Preset:
 
 def _slot(mapping: Mapping[str, Any], slot: str, path: Path, where: str) -> Slot:
     table = mapping.get(slot, {})
-    law = table.get("law", _DEFAULT.get(slot)) if isinstance(table, dict) else None
+    law = table.get("law", DEFAULT_LAWS.get(slot)) if isinstance(table, dict) else None
     if law is None:
         raise ConfigError(
             f'{where} needs a table [{slot}] with law = "..." (known: {", ".join(law_names(slot))})'

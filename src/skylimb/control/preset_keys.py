@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Iterator
-from typing import Literal
+from typing import Any, Literal
 
 from skylimb.control.preset import Preset
 from skylimb.control.slots import SLOTS, Slot, law_names
@@ -24,6 +24,11 @@ def preset_tables(preset: Preset) -> Iterator[Table]:
     yield Table((), "", tuple((name, getattr(preset, name), info) for name, info in _OWN.items()))
     for slot, filled in zip(SLOTS, preset.slots, strict=True):
         yield from _slot_tables(slot, filled)
+
+
+def law_tables(slot: str, name: str, law: Any) -> Iterator[Table]:
+    """The tables of a law in its slot, with the defaults of its gains."""
+    return _slot_tables(slot, Slot(name, law, law.Gains))
 
 
 def _slot_tables(slot: str, filled: Slot) -> Iterator[Table]:
