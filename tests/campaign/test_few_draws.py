@@ -9,7 +9,15 @@ from scipy.stats import norm
 from skylimb.analysis.axis_names import PAPER
 from skylimb.campaign.figures import plates
 from skylimb.campaign.points import FEW, _apart, points
-from skylimb.campaign.statistics import Scores, draws_to_tell, fewest_draws, level_of_pair, rank
+from skylimb.campaign.report import _pairs
+from skylimb.campaign.statistics import (
+    Scores,
+    compare_paired,
+    draws_to_tell,
+    fewest_draws,
+    level_of_pair,
+    rank,
+)
 from skylimb.campaign.statistics.telling import POWER, better
 from skylimb.campaign.summary import Summary
 from skylimb.campaign.who_wins import shown_ranks, to_tell, verdicts
@@ -125,3 +133,19 @@ def test_no_empty_figure_is_drawn() -> None:
     assert plates(lost, KEY, PAPER) == []
     many = scores_of(np.random.default_rng(0).normal(0.1, 0.01, (FEW, 2)))
     assert [plate.name for plate in plates(many, KEY, PAPER)] == ["profiles", "trends"]
+
+
+def test_a_difference_that_losses_decide_says_whose_whichever_way_the_metric_is_good() -> None:
+    values = np.array([[np.nan, 0.9], [np.nan, 0.8], [np.nan, 0.7]])
+    finished = np.isfinite(values)
+    scores = Scores(
+        ("pid", "hybrid"), np.arange(3), finished, finished,
+        {KEY: values, "contact_fraction": values}, {}, {},
+    )  # fmt: skip
+    badness = {key: scores.badness(key) for key in scores.metrics}
+    paired = {
+        key: {("pid", "hybrid"): compare_paired(column[:, 0], column[:, 1], 0)}
+        for key, column in badness.items()
+    }
+    summary = Summary(scores, {}, {}, paired, {}, {}, [], [], PAPER)
+    assert [line[4] for line in _pairs(summary)] == ["first lost (first lost .. first lost)"] * 2

@@ -185,16 +185,18 @@ def _pairs(summary: Summary) -> list[tuple[str, str, str, Paired, str, str]]:
         for (first, second), pair in pairs.items():
             label = "Failures" if key == "success" else describe(key, summary.axes)[0]
             low, high = (pair.low, pair.high) if goal > 0.0 else (-pair.high, -pair.low)
-            difference = f"{_signed(goal * pair.median)} ({_signed(low)} .. {_signed(high)})"
+            middle, low, high = (_signed(value, goal) for value in (goal * pair.median, low, high))
+            difference = f"{middle} ({low} .. {high})"
             winner = style.label(first if pair.better > 0 else second) if pair.better else ""
             lines.append((label, style.label(first), style.label(second), pair, difference, winner))
     return lines
 
 
-def _signed(value: float) -> str:
+def _signed(value: float, goal: float) -> str:
+    """A difference; an infinite one is that of a lost flight, whichever way the metric is good."""
     if np.isfinite(value):
         return f"{value:+.4f}".replace("-", "\N{MINUS SIGN}")
-    return "first lost" if value > 0 else "second lost"
+    return "first lost" if value * goal > 0.0 else "second lost"
 
 
 def _region(summary: Summary, name: str) -> str:
