@@ -205,7 +205,8 @@ def test_poses_come_at_quarters_of_the_path(make_run):
     figure = pose_strip.poses({"hybrid": run})
     titles = [ax.get_title() for ax in figure.axes]
     assert titles == ["start of the path", *(f"{part}% of the path" for part in (25, 50, 75, 100))]
-    shown = [next(text.get_text() for text in ax.texts if "reach" in text.get_text()) for ax in figure.axes]
+    words = [next(text.get_text() for text in ax.texts if "reach" in text.get_text()) for ax in figure.axes]
+    shown = [text.splitlines()[-1] for text in words]
     reach = run.log.reach.values[run.log.phase.values == 4]
     assert shown == [f"reach {reach[round(f * (len(reach) - 1))]:.2f} m" for f in pose_strip.FRACTIONS]
 

@@ -169,6 +169,7 @@ def _facts(config: Mapping[str, Any]) -> list[tuple[str, str]]:
         if value is not None and value != "" and not (drawing and key in _LAPS):
             signed = "+" if key.endswith("direction") else ""
             shown = f"{value:{signed}.4g}" if isinstance(value, int | float) else str(value)
+            shown = Path(shown).name if key == "trajectory.file" else shown
             degrees = f" ({math.degrees(value):.3g}°)" if unit == "rad" and value else ""
             facts.append((text, f"{shown} {unit}".strip() + degrees))
     return facts

@@ -131,8 +131,12 @@ def swatch(colour: str, text: str) -> Patch:
 
 def in_all_colours(runs: Mapping[str, Run], text: str, **line: Any) -> tuple[Line2D, ...]:
     """A legend's sign for curves that have the colour of their run: the line, or mark, in each colour."""
-    signs = [Line2D([], [], color=colour, label=text, **line) for colour in colours(runs).values()]
-    return tuple(signs[:MOST_SIGNS])
+    return in_colours(list(colours(runs).values()), text, **line)
+
+
+def in_colours(colours: Sequence[str], text: str, **line: Any) -> tuple[Line2D, ...]:
+    """A legend's sign for curves of several colours: the line, or mark, in each."""
+    return tuple(Line2D([], [], color=colour, label=text, **line) for colour in colours[:MOST_SIGNS])
 
 
 def legend_below(figure: Figure, signs: Sequence[Artist | tuple[Line2D, ...]]) -> None:

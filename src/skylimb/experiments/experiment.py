@@ -30,6 +30,8 @@ from skylimb.simulation.surfaces.placement import check_unit_vector
 
 EXPERIMENTS = Path(__file__).parent / "library"
 
+_MOST_NAMED = 4
+
 
 @configuration
 class Settings:
@@ -109,7 +111,18 @@ def load_experiment(name_or_path: str, set: Mapping[str, Any] | None = None) -> 
     mapping = experiment_tables(name_or_path)
     for key, value in (set or {}).items():
         put(mapping, key, value)
+    if mapping.get("description") and "description" not in (set or {}):
+        mapping["description"] = _described(mapping["description"], set or {})
     return experiment_from_mapping(mapping, f"experiment {Path(name_or_path).stem}")
+
+
+def _described(description: str, set: Mapping[str, Any]) -> str:
+    """A file's description with the keys that were set otherwise, as it may be untrue of what they change."""
+    keys = [key for key in set if key not in ("name", "seed")]
+    if not keys:
+        return description
+    more = f" and {len(keys) - _MOST_NAMED} more" if len(keys) > _MOST_NAMED else ""
+    return f"{description.rstrip('.')}; set otherwise: {', '.join(keys[:_MOST_NAMED])}{more}"
 
 
 def experiment_tables(name_or_path: str) -> dict[str, Any]:

@@ -31,6 +31,7 @@ Over 200 draws chance alone has a standard deviation of 0.07.
 def numbers_figure(campaign: Campaign, rows: Mapping[int, Row], result: Result) -> Figure:
     """Every flight that finished, the interval and median over them, and the paper's number."""
     keys = (*NUMBERS, *BESIDE)
+    colours = [style.CONTROLLER_COLOURS[name] for name in campaign.names]
     figure = Figure((style.WIDTH, 2.9), layout="constrained")
     scatter = np.random.default_rng(0)
     for ax, key in zip(figure.subplots(1, len(keys)), keys, strict=True):
@@ -59,10 +60,8 @@ def numbers_figure(campaign: Campaign, rows: Mapping[int, Row], result: Result) 
     style.legend_below(
         figure,
         [
-            Line2D([], [], marker="o", color=style.TRUTH, markersize=3, label="positions sent", linestyle=""),
-            Line2D(
-                [], [], marker="^", color=style.TRUTH, markersize=3, label="velocities sent", linestyle=""
-            ),
+            style.in_colours(colours, "positions sent", marker="o", markersize=3, linestyle=""),
+            style.in_colours(colours, "velocities sent", marker="^", markersize=3, linestyle=""),
             Line2D([], [], color=style.INK, label=f"median, {100 * LOW:.0f} to {100 * HIGH:.0f} %"),
             Line2D([], [], marker="D", color=style.INK, markerfacecolor="w", label="paper", linestyle=""),
         ],

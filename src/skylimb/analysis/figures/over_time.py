@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
+from scipy.ndimage import maximum_filter1d, minimum_filter1d, uniform_filter1d
 
 from skylimb.analysis import style
 from skylimb.analysis.axis_names import common_names
@@ -29,7 +30,7 @@ BRIDGE = 0.25
 """Seconds: shading is not interrupted by a shorter pause."""
 
 SMOOTHING = 0.2
-"""Seconds over which the true contact force is averaged before it is drawn."""
+"""Seconds over which forces are averaged before they are drawn: the noise of an estimate hides the truth."""
 
 _AWAY = ("lost", "recontact")
 """States of the contact in which a touch that there was is missed."""
@@ -105,30 +106,33 @@ def contact_direction(runs: Mapping[str, Run]) -> Figure:
 
     Returns:
         A figure with two panels a run: displacement from the mission's reference (m) above; below, the
-        estimated external force (N) and, in black, the true contact force averaged over `SMOOTHING`. Where a
-        controller held the touch for lost, that is shaded too.
+        estimated external force and, in black, the true contact force (N), both averaged over `SMOOTHING`.
+        A pale band reaches from the smallest to the largest estimate within that time. Where a controller
+        held the touch for lost, that is shaded too.
     """
     figure, pairs = _grid(runs)
     colour = style.colours(runs)
     displacements = {name: _displacement(run.log) for name, run in runs.items()}
     forces = {name: _forces(run.log) for name, run in runs.items()}
     upper = style.limits(list(displacements.values()))
-    lower = style.limits([curve for pair in forces.values() for curve in pair if curve is not None])
+    lower = style.limits([curve for curves in forces.values() for curve in curves.values()])
     for (name, run), (above, below) in zip(runs.items(), pairs, strict=True):
         log, axis = run.log, contact_axis(run.log)
         keep = style.thin(log.sizes["time"])
         time = log.time.values[keep]
-        estimate, truth = forces[name]
         for ax in (above, below):
             style.shade(ax, _contact(log), style.CONTACT)
             style.shade(ax, spans(log.time.values, adapting(log) & in_contact(log), BRIDGE), style.ADAPTATION)
             style.shade(ax, _looking(log), style.LOST)
             ax.axhline(0.0, color=style.REFERENCE, linewidth=0.5)
         above.plot(time, displacements[name][keep], color=colour[name])
-        if estimate is not None:
-            below.plot(time, estimate[keep], color=colour[name], linewidth=0.9)
-        if truth is not None:
-            below.plot(time, truth[keep], color=style.INK, linewidth=0.8)
+        drawn = {kind: curve[keep] for kind, curve in forces[name].items()}
+        if "estimate" in drawn:
+            band = {"color": colour[name], "alpha": 0.25, "linewidth": 0.0}
+            below.fill_between(time, drawn["smallest"], drawn["largest"], **band)
+            below.plot(time, drawn["estimate"], color=colour[name])
+        if "truth" in drawn:
+            below.plot(time, drawn["truth"], color=style.INK, linewidth=0.8)
         above.set(ylim=upper)
         below.set(ylim=lower)
     axis = common_names(run.log for run in runs.values()).n
@@ -139,7 +143,10 @@ def contact_direction(runs: Mapping[str, Run]) -> Figure:
         figure,
         [
             style.in_all_colours(runs, "displacement, estimated force"),
-            Line2D([], [], color=style.INK, linewidth=0.8, label=f"true force, mean of {SMOOTHING:g} s"),
+            style.in_all_colours(
+                runs, f"its range in {SMOOTHING:g} s", linewidth=5.0, alpha=0.25, solid_capstyle="butt"
+            ),
+            Line2D([], [], color=style.INK, linewidth=0.8, label="true force"),
             style.swatch(style.CONTACT, "in contact"),
             style.swatch(style.ADAPTATION, "in contact, arm adapting"),
             *looking,
@@ -209,14 +216,20 @@ def _displacement(log: xr.Dataset) -> np.ndarray:
     return contact_axis(log).along(log.cog_position.values - log.cog_position_reference.values)
 
 
-def _forces(log: xr.Dataset) -> tuple[np.ndarray | None, np.ndarray | None]:
-    """Estimate and (smoothed) truth along the contact axis, each None where it was not recorded."""
-    axis = contact_axis(log)
-    estimate = axis.along(log.external_force_estimate.values) if "external_force_estimate" in log else None
-    if "contact_force" not in log:
-        return estimate, None
-    time = log.time.values
+def _forces(log: xr.Dataset) -> dict[str, np.ndarray]:
+    """Forces along the contact axis, N, as far as they were recorded.
+
+    Returns:
+        "estimate" and "truth", averaged over `SMOOTHING`, and the "smallest" and "largest" estimate within.
+    """
+    axis, time = contact_axis(log), log.time.values
     count = max(1, round(SMOOTHING / float(np.median(np.diff(time))))) if len(time) > 1 else 1
-    window = np.ones(min(count, len(time)))
-    weight = np.convolve(np.ones(len(time)), window, "same")  # fewer samples at the ends
-    return estimate, np.convolve(axis.along(log.contact_force.values), window, "same") / weight
+    found: dict[str, np.ndarray] = {}
+    if "external_force_estimate" in log:
+        estimate = axis.along(log.external_force_estimate.values)
+        found["estimate"] = uniform_filter1d(estimate, count, mode="nearest")
+        found["smallest"] = minimum_filter1d(estimate, count, mode="nearest")
+        found["largest"] = maximum_filter1d(estimate, count, mode="nearest")
+    if "contact_force" in log:
+        found["truth"] = uniform_filter1d(axis.along(log.contact_force.values), count, mode="nearest")
+    return found

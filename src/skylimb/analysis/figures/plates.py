@@ -32,6 +32,7 @@ class Plate:
         compares: whether it only makes sense with several runs.
         touches: whether it only makes sense where something was touched.
         draws: whether it only makes sense for a drawing.
+        laps: whether a drawing has a better figure in its place.
     """
 
     name: str
@@ -41,6 +42,7 @@ class Plate:
     compares: bool = False
     touches: bool = False
     draws: bool = False
+    laps: bool = False
 
     def suits(self, runs: Mapping[str, Run]) -> bool:
         """Whether these runs have something to show in it."""
@@ -50,6 +52,7 @@ class Plate:
             (len(runs) > 1 or not self.compares)
             and (touched or not self.touches)
             and (drawing or not self.draws)
+            and not (drawing and self.laps)
         )
 
 
@@ -82,16 +85,17 @@ PLATES = (
         """),
         pen_traces,
         touches=True,
+        laps=True,
     ),
     Plate(
         "cog_tracking",
         "Centre of gravity along the sliding directions",
         _flow("""
-            Solid: the centre of gravity; dashed: the mission's reference; yellow: the pen touches. The solid
-            line trails the dashed one because of friction and, where the reference is sent as positions
-            alone, for want of its velocity. Impedance control resists the former. Dotted, where there is one:
-            the control law's own target, for a law that leads the centre of gravity to where the pen is
-            right.
+            Solid: the centre of gravity; dashed: the mission's reference; yellow: the pen touches. Where the
+            solid line trails the dashed one, friction holds the pen back, or the reference is sent as
+            positions alone and the controller lacks its velocity. Impedance control resists friction.
+            Dotted, where there is one: the control law's own target, for a law that leads the centre of
+            gravity to where the pen is right.
         """),
         cog_tracking,
     ),
@@ -113,8 +117,9 @@ PLATES = (
             Above: how far the centre of gravity is from the mission's reference, which in contact lies behind
             the surface. A controller that keeps the centre of gravity is pushed away from it, one that
             regulates the force stays away by itself. Below: the force that the controller estimated
-            (coloured) and the true contact force (black, mean of {SMOOTHING:g} s); pushed by the surface,
-            both are negative. Yellow: the pen touches; pink: it touches and the arm has given way by more
+            (coloured) and the true contact force (black), both as means of {SMOOTHING:g} s; the pale band
+            reaches from the smallest to the largest estimate within that time. Pushed by the surface, both
+            are negative. Yellow: the pen touches; pink: it touches and the arm has given way by more
             than {1e3 * ADAPTATION_THRESHOLD:g} mm. Blue, where there is any: the controller held the touch
             for lost and looked for the surface again.
         """),
@@ -132,11 +137,13 @@ PLATES = (
     ),
     Plate(
         "poses",
-        "The robot deforms",
+        "The body moves, the arm gives way",
         _flow("""
-            Seen from above, at five instants of the sliding period. Grey: the shape before the contact, moved
-            to the same centre of gravity. Under the laws that adapt, the arm folds where the board comes near
-            and stretches where it recedes; otherwise the shape stays.
+            Seen from above, at five instants of the sliding period. Grey: where the robot would be if its
+            centre of gravity kept to the mission's reference (white cross) in the shape that it had before
+            the contact. From the grey robot to the coloured one are both parts of what the contact does: the
+            body is moved, as the number says, and the arm is bent, as the reach says. Under the laws that
+            adapt, the arm folds where the board comes near and the body moves less.
         """),
         poses,
     ),

@@ -11,8 +11,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from skylimb.analysis import style
+from skylimb.analysis.axis_names import axis_names
 from skylimb.analysis.board import board_of
-from skylimb.analysis.signals import in_phase
+from skylimb.analysis.signals import contact_axis, in_phase
 from skylimb.recording import Run
 
 FRACTIONS = (0.0, 0.25, 0.5, 0.75, 1.0)
@@ -37,18 +38,23 @@ def poses(runs: Mapping[str, Run]) -> Figure:
             that ended before it was over has fewer poses.
 
     Returns:
-        A figure; in every panel the shape before the contact stands behind in grey, shifted to the same
-        centre of gravity, so that what is seen to differ is the shape. The line at the right is the board at
-        the pen's height.
+        A figure; in every panel the shape before the contact stands behind in grey, its centre of gravity at
+        the mission's reference. What is seen to differ is how far the body was moved and how the shape
+        changed. The line at the right is the board at the pen's height.
     """
     period = max((_progress(run.log)[-1] for run in runs.values()), default=0.0)
     instants = {name: _instants(run.log, period) for name, run in runs.items()}
-    points = [run.log.skeleton.values[index] for name, run in runs.items() for index in instants[name]]
+    points = [
+        chain
+        for name, run in runs.items()
+        for index in instants[name]
+        for chain in (run.log.skeleton.values[index], _ghost(run.log, index))
+    ]
     boards = [_board_line(run.log, index) for name, run in runs.items() for index in instants[name]]
     lines = [line for line in boards if line is not None]
     across = style.limits([part[:, 0] for part in (*points, *lines)], 0.03)
     low, high = style.limits([part[:, 1] for part in points], 0.05)
-    upward = low - 0.2, high  # the reach is written below the robot
+    upward = low - 0.42, high  # displacement and reach are written below the robot
     columns = len(FRACTIONS)
     tall = (style.WIDTH - 0.3) / columns * (upward[1] - upward[0]) / (across[1] - across[0])
     figure = Figure(figsize=(style.WIDTH, len(runs) * tall + 0.6), layout="constrained")
@@ -69,8 +75,18 @@ def poses(runs: Mapping[str, Run]) -> Figure:
         figure,
         [
             style.in_all_colours(runs, "links", linewidth=2.6),
-            Line2D([], [], color=GHOST, linewidth=2.6, label="shape before contact"),
+            Line2D([], [], color=GHOST, linewidth=2.6, label="before contact, at the reference"),
             Line2D([], [], color=style.INK, marker="P", markersize=5, linestyle="", label="CoG"),
+            Line2D(
+                [],
+                [],
+                color="white",
+                marker="P",
+                markersize=5,
+                markeredgecolor=style.INK,
+                linestyle="",
+                label="its reference",
+            ),
             Line2D([], [], color=BOARD, linewidth=2.0, label="board"),
         ],
     )
@@ -98,19 +114,28 @@ def _instants(log: xr.Dataset, period: float) -> list[int]:
 
 
 def _pose(ax: Axes, log: xr.Dataset, index: int, colour: str) -> None:
-    chain, before = log.skeleton.values[index], log.skeleton.values[0]
-    cog = log.cog_position.values[[index, 0]]
-    ghost = before + (cog[0] - cog[1])
+    chain, ghost = log.skeleton.values[index], _ghost(log, index)
+    cog, reference = log.cog_position.values[index], log.cog_position_reference.values[index]
     ax.plot(ghost[:, 0], ghost[:, 1], color=GHOST, linewidth=2.6)
     line = _board_line(log, index)
     if line is not None:
         ax.plot(line[:, 0], line[:, 1], color=BOARD, linewidth=2.0)
     ax.plot(chain[:, 0], chain[:, 1], color=colour, linewidth=2.6)
     ax.plot(chain[:-1, 0], chain[:-1, 1], "o", color="white", markeredgecolor=colour, markersize=3.6)
-    ax.plot(*cog[0, :2], "P", color=style.INK, markersize=5, markeredgecolor="white", markeredgewidth=0.5)
+    ax.plot(*reference[:2], "P", color="white", markersize=5, markeredgecolor=style.INK, markeredgewidth=0.5)
+    ax.plot(*cog[:2], "P", color=style.INK, markersize=5, markeredgecolor="white", markeredgewidth=0.5)
+    along = contact_axis(log).along(cog - reference)
+    lines = [f"moved {along:+.2f} m in {axis_names(log).n}".replace("-", "\N{MINUS SIGN}")]
     if "reach" in log:
-        text = f"reach {float(log.reach[index]):.2f} m"
-        ax.text(0.5, 0.0, text, transform=ax.transAxes, fontsize=6.5, ha="center", va="bottom")
+        lines.append(f"reach {float(log.reach[index]):.2f} m")
+    text = "\n".join(lines)
+    ax.text(0.5, 0.0, text, transform=ax.transAxes, fontsize=6.5, ha="center", va="bottom")
+
+
+def _ghost(log: xr.Dataset, index: int) -> np.ndarray:
+    """The shape before the contact with its centre of gravity at the reference: W, m, shape (nodes, 3)."""
+    before = log.skeleton.values[0] - log.cog_position.values[0]
+    return before + log.cog_position_reference.values[index]
 
 
 def _scale_bar(ax: Axes, left: float, top: float) -> None:
