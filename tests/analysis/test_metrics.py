@@ -19,8 +19,11 @@ from skylimb.analysis.metrics import (
 )
 from skylimb.analysis.signals import moving_mean
 
-TOLERANCES = {"force": 0.1, "force_swing": 0.3, "pen_line": 0.02, "path": 0.95, "contact": 0.95}
-NOTHING_JUDGED = {"missed": [], "checks": {}, "force_limits": {}}
+TOLERANCES = {
+    "force": 0.1, "force_swing": 0.3, "pen_line": 0.02, "path": 0.95, "contact": 0.95, "frechet": 0.02,
+    "lifted": 0.05,
+}  # fmt: skip
+NOTHING_JUDGED = {"missed": [], "checks": {}, "force_limits": {}, "strokes": []}
 
 
 def sliding(log):
@@ -28,7 +31,14 @@ def sliding(log):
 
 
 def test_exactly_the_promised_keys(make_log):
-    assert tuple(metrics(make_log())) == ("status", *NUMERIC_KEYS, "missed", "checks", "force_limits")
+    assert tuple(metrics(make_log())) == (
+        "status",
+        *NUMERIC_KEYS,
+        "missed",
+        "checks",
+        "force_limits",
+        "strokes",
+    )
     assert set(DESCRIPTIONS) == set(ROWS) == set(NUMERIC_KEYS)
 
 
@@ -67,9 +77,12 @@ def test_groups_show_what_some_flight_has(make_log):
     plain, lost = metrics(log), metrics(make_log(status="FAILED", cause="fell"))
     everything = [key for keys in GROUPS.values() for key in keys]
     assert tuple(everything) == NUMERIC_KEYS
-    assert known_groups([plain, target, lost]) == GROUPS
+    shown = {title: keys for title, keys in GROUPS.items() if title != "The drawing"}
+    assert known_groups([plain, target, lost]) == shown
     without = [key for keys in known_groups([plain, lost]).values() for key in keys]
-    assert without == [key for key in everything if not key.startswith(("target_", "force_", "done"))]
+    assert without == [
+        key for key in everything if not key.startswith(("target_", "force_", "done", "line_", "lift_"))
+    ]
     assert known_groups([lost]) == {}
 
 

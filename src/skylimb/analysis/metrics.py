@@ -17,6 +17,7 @@ import numpy as np
 import xarray as xr
 
 from skylimb.analysis.axis_names import GENERIC, AxisNames
+from skylimb.analysis.drawn_strokes import Drawn, drawn_strokes
 from skylimb.analysis.force import FORCE_WINDOW, force_limits, force_scores
 from skylimb.analysis.pen_line import pen_line
 from skylimb.analysis.signals import (
@@ -65,6 +66,14 @@ GROUPS = {
         "target_error_contact_median",
     ),
     "Distance of the pen from its reference line": ("pen_line_rms", "pen_line_max"),
+    "The drawing": (
+        "line_frechet",
+        "line_missing_max",
+        "line_length",
+        "line_length_drawn",
+        "lift_time",
+        "lift_touch_time",
+    ),
     "Force": (
         "estimated_force_median",
         "contact_force_normal_mean",
@@ -98,6 +107,12 @@ _TEXTS = {
     "target_error_contact_median": ("Median |{n} error| of the CoG to the law's own target", "m"),
     "pen_line_rms": ("Distance of the pen from its reference line, root mean square", "m"),
     "pen_line_max": ("Largest distance of the pen from its reference line", "m"),
+    "line_frechet": ("Frechet distance between the drawn lines and their reference, in their order", "m"),
+    "line_missing_max": ("Farthest that a place of the reference line is from what was drawn", "m"),
+    "line_length": ("Length of the reference line", "m"),
+    "line_length_drawn": ("Length of what was drawn", "m"),
+    "lift_time": ("Time for which the pen was to be lifted", "s"),
+    "lift_touch_time": ("Time of touch while it was to be lifted", "s"),
     "estimated_force_median": ("Median estimated force in {signed}", "N"),
     "contact_force_normal_mean": ("Mean normal contact force (truth)", "N"),
     "contact_force_normal_std": ("Standard deviation of the normal force (truth)", "N"),
@@ -141,6 +156,12 @@ ROWS = {
     "target_error_contact_median": "|{n} error|, median",
     "pen_line_rms": "root mean square",
     "pen_line_max": "largest",
+    "line_frechet": "Frechet distance to its reference, in the strokes' order",
+    "line_missing_max": "farthest place of the reference from what was drawn",
+    "line_length": "length of the reference",
+    "line_length_drawn": "length drawn",
+    "lift_time": "time for which the pen was to be lifted",
+    "lift_touch_time": "touch in that time",
     "estimated_force_median": "estimated in {signed}, median",
     "contact_force_normal_mean": "normal (truth), mean",
     "contact_force_normal_std": "normal (truth), standard deviation",
@@ -207,18 +228,36 @@ def metrics(log: xr.Dataset) -> dict[str, Any]:
         `cause` and no numbers.
 
         Besides: `missed`, what was not done as commanded, in words; `checks`, value and tolerance of each
-        thing that was; `force_limits`, what limited a commanded force (`skylimb.analysis.force`).
+        thing that was; `force_limits`, what limited a commanded force (`skylimb.analysis.force`);
+        and of a drawing `strokes`, each by itself (`skylimb.analysis.drawn_strokes`).
     """
     status = str(log.attrs.get("status", "OK"))
     if status != "OK":
         lost = {"status": status, "cause": str(log.attrs.get("cause", "")), **dict.fromkeys(NUMERIC_KEYS)}
-        return {**lost, **_judged(log, lost)}
+        return {**lost, **_judged(log, lost), "strokes": []}
     # Only what is scored is cut out: a log holds many more signals.
     scored = log[[name for name in _SCORED if name in log.variables]]
     slide = scored.isel(time=np.flatnonzero(in_phase(log, "slide")))
     found = _scores(slide) | _pen_scores(log) | force_scores(log) if slide.sizes["time"] else {}
+    drawn = drawn_strokes(log) if slide.sizes["time"] and "reference_line" in log else None
+    if drawn is not None:
+        found |= _drawing_scores(drawn)
     scores = {"status": status, **{key: _number(found.get(key)) for key in NUMERIC_KEYS}}
-    return {**scores, **_judged(log, scores)}
+    strokes = drawn.strokes if drawn else ()
+    each = [{name: _number(value) for name, value in stroke._asdict().items()} for stroke in strokes]
+    return {**scores, **_judged(log, scores), "strokes": each}
+
+
+def _drawing_scores(drawn: Drawn) -> dict[str, float]:
+    whole = drawn.whole
+    return {
+        "line_frechet": whole.frechet,
+        "line_missing_max": whole.missing,
+        "line_length": whole.length,
+        "line_length_drawn": whole.drawn,
+        "lift_time": drawn.lift_time,
+        "lift_touch_time": drawn.lift_touch,
+    }
 
 
 def _judged(log: xr.Dataset, scores: Mapping[str, Any]) -> dict[str, Any]:

@@ -17,7 +17,7 @@ from skylimb.analysis.signals import contact_axis, in_contact, in_phase, phase_n
 
 DRAWN_WITHIN = 0.010
 """A place of the reference line counts as drawn where the pen touched within this distance of it, m."""
-_PITCH = 0.0005
+PITCH = 0.0005
 """Spacing at which a line is looked up, m."""
 
 
@@ -44,7 +44,7 @@ def drawn_fraction(log: xr.Dataset, within: float = DRAWN_WITHIN) -> float:
 
     NaN where the log has no reference.
     """
-    lines = [_dense(line) for line in reference_line(log)]
+    lines = [dense(line) for line in reference_line(log)]
     if not lines:
         return float("nan")
     _, drawn = drawn_samples(log)
@@ -58,7 +58,7 @@ def drawn_fraction(log: xr.Dataset, within: float = DRAWN_WITHIN) -> float:
 
 def pen_deviation(log: xr.Dataset) -> np.ndarray:
     """Distance of every drawn sample to the nearest point of the reference line, m, (n,); empty for none."""
-    lines = [_dense(line) for line in reference_line(log)]
+    lines = [dense(line) for line in reference_line(log)]
     _, drawn = drawn_samples(log)
     if not lines or not len(drawn):
         return np.zeros(0)
@@ -119,10 +119,10 @@ def _in_plane(log: xr.Dataset, points: np.ndarray) -> np.ndarray:
     return np.stack([axis.along(points - offset) for axis in sliding_axes(log)], axis=1)
 
 
-def _dense(line: np.ndarray) -> np.ndarray:
-    """The same line with more points, `_PITCH` apart at most."""
+def dense(line: np.ndarray) -> np.ndarray:
+    """The same line with more points, `PITCH` apart at most."""
     lengths = np.linalg.norm(np.diff(line, axis=0), axis=1)
-    counts = np.maximum(np.ceil(lengths / _PITCH).astype(int), 1)
+    counts = np.maximum(np.ceil(lengths / PITCH).astype(int), 1)
     piece = np.repeat(np.arange(len(counts)), counts)
     within = np.arange(len(piece)) - np.repeat(np.cumsum(counts) - counts, counts)
     places = np.append(piece + within / counts[piece], len(line) - 1.0)

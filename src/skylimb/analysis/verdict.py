@@ -101,6 +101,23 @@ def _checks(
             f"{_percent(drawn)} of the line is drawn within {1e3 * within:g} mm, {_percent(least)} commanded"
         )
         yield Check("path", drawn, least, drawn >= least, words)
+    yield from _of_a_drawing(tolerances, scores)
+
+
+def _of_a_drawing(tolerances: Mapping[str, float], scores: Mapping[str, Any]) -> Iterator[Check]:
+    """Its strokes in their order, and nothing besides."""
+    leash, most = scores.get("line_frechet"), tolerances["frechet"]
+    if leash is not None:
+        words = (
+            f"the drawing is {1e3 * leash:.1f} mm from its reference in the strokes' order (Frechet), "
+            f"{1e3 * most:g} mm allowed"
+        )
+        yield Check("frechet", leash, most, leash <= most, words)
+    lifted, most = scores.get("lift_time"), tolerances["lifted"]
+    if lifted:
+        touch = scores["lift_touch_time"] / lifted
+        words = f"the pen touches {_percent(touch)} of the time of its lifts, {_percent(most)} allowed"
+        yield Check("lifted", touch, most, touch <= most, words)
 
 
 def _percent(share: float) -> str:

@@ -25,7 +25,7 @@ class Draw:
     """Draw an SVG file, or words, on a surface.
 
     The robot draws its lines with the pen. Leaves log.nc, metrics.json, config.toml, figures/ (drawing.png
-    shows the drawn line and its reference), report.html and video.mp4. The exit code is 1 for a failed
+    shows the drawn line and its reference), report.html and video.mp4. The exit code is 1 for a lost
     flight.
     """
 
@@ -91,6 +91,8 @@ class Draw:
         output.drawing(experiment.name, _rows(run))
         if run.failed:
             print(f"{run.name} FAILED: {run.cause}")
+        elif run.missed:
+            print(f"{run.name} was not done as commanded: {'; '.join(run.missed)}")
         output.notes({run.name: run})
         output.places(folder)
         if self.video:
@@ -152,8 +154,33 @@ def _rows(run: RunRecord) -> list[tuple[str, str]]:
         ("Pen off its reference, root mean square", _number(1e3 * root, ".1f", "mm")),
         ("Pen off its reference, largest", _number(1e3 * largest, ".1f", "mm")),
         (f"Reference line drawn {within}", _number(100.0 * drawn, ".0f", "%")),
+        *_faithful(run),
         ("Time for the drawing", f"{float(time[-1] - time[0]):.1f} s" if len(time) else "-"),
     ]
+
+
+def _faithful(run: RunRecord) -> list[tuple[str, str]]:
+    """In which order, what is missing, what is too much, and what was drawn in the air."""
+    scores, strokes = run.metrics, run.metrics["strokes"]
+    if scores["line_frechet"] is None:
+        return []
+    length, drawn = scores["line_length"], scores["line_length_drawn"]
+    lifted, touch = scores["lift_time"], scores["lift_touch_time"]
+    missing = _number(1e3 * scores["line_missing_max"], ".1f", "mm")
+    share = f"{drawn:.2f} of {length:.2f} m ({100.0 * drawn / length:.0f} %)"
+    rows = [
+        ("Frechet distance, in the strokes' order", _number(1e3 * scores["line_frechet"], ".1f", "mm")),
+        ("Farthest place of the reference from what was drawn", missing),
+        ("Length drawn, of the reference's", share),
+        ("Touch while lifted", f"{touch:.1f} of {lifted:.1f} s"),
+    ]
+    leashes = [math.inf if stroke["frechet"] is None else stroke["frechet"] for stroke in strokes]
+    if len(leashes) > 1:
+        worst = max(range(len(leashes)), key=leashes.__getitem__)
+        apart = "not drawn" if math.isinf(leashes[worst]) else f"{1e3 * leashes[worst]:.1f} mm"
+        which = f"number {worst + 1} of {len(leashes)}, {1e3 * strokes[worst]['length']:.0f} mm long"
+        rows.append(("Worst stroke by its Frechet distance", f"{apart} ({which})"))
+    return rows
 
 
 def _number(value: float, form: str, unit: str) -> str:

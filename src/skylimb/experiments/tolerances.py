@@ -27,4 +27,10 @@ class Tolerances:
     path: Annotated[
         float, Key("", "least share of the reference line that is drawn no farther than that", 0.0, 1.0)
     ] = 0.95
+    frechet: Annotated[
+        float, Key("m", "greatest Frechet distance of a drawing from its reference", 0.0, 10.0)
+    ] = 0.020
+    lifted: Annotated[
+        float, Key("", "greatest share of the time of a drawing's lifts in touch", 0.0, 1.0)
+    ] = 0.05
     contact: Annotated[float, Key("", "least share of the time in touch", 0.0, 1.0)] = 0.95
