@@ -1,0 +1,95 @@
+"""Everything that a page needs to show flights again, as one document of plain values."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from skylimb.analysis import palette, scene
+from skylimb.analysis.board import board_of
+from skylimb.analysis.replay.packing import packed
+from skylimb.analysis.replay.shapes import body_poses, meshes, shapes, thrust_sites
+from skylimb.analysis.replay.signals import packed_panels, smoothed
+from skylimb.recording import Run
+
+RATE = 25.0
+"""Poses a second; the page interpolates between them."""
+
+NEEDED = ("configuration", "tip_position", "cog_position", "contact_force", "thrusts")
+
+
+def can_replay(run: Run) -> bool:
+    """Whether a run's log holds a scene and what moves in it."""
+    return bool(run.log.attrs.get("scene")) and all(name in run.log for name in NEEDED)
+
+
+def replay_payload(runs: Mapping[str, Run]) -> dict[str, Any]:
+    """Scenes, motions and plots of flights.
+
+    Args:
+        runs: by name; those without a scene in their log are left out.
+
+    Returns:
+        Plain values, ready for JSON. Lengths in m, forces in N, times in s, vectors in W.
+    """
+    colours = palette.colours(runs)
+    return {
+        "flights": [
+            {
+                "name": palette.label(name),
+                "colour": colours[name],
+                "failed": run.failed,
+                "cause": run.cause,
+                **_scene(run),
+                **packed_panels(run.log),
+            }
+            for name, run in runs.items()
+            if can_replay(run)
+        ]
+    }
+
+
+def _scene(run: Run) -> dict[str, Any]:
+    log, times = run.log, run.log.time.values
+    model = scene.load_model(str(log.attrs["scene"]), (640, 360))
+    board = board_of(log)
+    moments = np.arange(times[0], times[-1] + 0.5 / RATE, 1.0 / RATE)
+    samples = np.clip(np.searchsorted(times, moments - 1e-9), 0, len(times) - 1)
+    configuration = log.configuration.values
+    poses = body_poses(model, configuration[samples])
+    motion = scene.surface_motion(model, configuration)
+    moves = bool(np.any(motion != motion[:1]))
+    force = np.stack([smoothed(log, axis) for axis in log.contact_force.values.T], axis=1)
+    return {
+        "shapes": shapes(model),
+        "meshes": meshes(model),
+        "bodies": model.nbody,
+        "moments": packed(times[samples]),
+        "poses": packed(poses.reshape(len(poses), -1)),
+        "rotors": thrust_sites(model),
+        "thrusts": packed(log.thrusts.values[samples]),
+        "contact": packed(np.concatenate([log.tip_position.values, force], axis=1)[samples]),
+        "surface": packed(motion[samples]) if moves else None,
+        "nominal": _ink(scene.nominal_ink(log, board), board, motion, times),
+        "trace": _ink(scene.trace_ink(log, np.zeros(3)), board, motion, times),
+        "camera": _camera(scene.place_camera(log, board)),
+    }
+
+
+def _ink(ink: scene.Ink, board: Any, motion: np.ndarray, times: np.ndarray) -> dict[str, Any]:
+    """Segments of a line with the time from which each is seen, where the surface was first."""
+    normal = board.normal if board is not None else np.zeros(3)
+    ends = ink.ends + scene.LIFT * normal - motion[ink.since][:, None, :]
+    return {"since": packed(times[ink.since]), "ends": packed(ends.reshape(len(ends), 6))}
+
+
+def _camera(camera: mujoco.MjvCamera) -> dict[str, list[float]]:
+    azimuth, elevation = np.radians(camera.azimuth), np.radians(camera.elevation)
+    ahead = np.array(
+        [np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)]
+    )
+    target = np.array(camera.lookat)
+    return {"target": target.tolist(), "position": (target - camera.distance * ahead).tolist()}

@@ -1,0 +1,149 @@
+// Shows the flights of a page again.
+
+import { Clock } from "./clock.js";
+import { Plots } from "./plots.js";
+import { Stage } from "./stage.js";
+import { Theatre } from "./theatre.js";
+
+const SPEEDS = [0.25, 0.5, 1, 2, 4, 8];
+const CURSOR_PERIOD = 0.06; // s between two moves of the plots' cursor: they cost more than the scene
+
+const element = (name, attributes = {}, ...children) => {
+  const made = document.createElement(name);
+  for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
+  made.append(...children);
+  return made;
+};
+
+function toggle(text, title, pressed, change) {
+  const button = element("button", { type: "button", title, "aria-pressed": pressed }, text);
+  button.addEventListener("click", () => {
+    const on = button.getAttribute("aria-pressed") !== "true";
+    button.setAttribute("aria-pressed", on);
+    change(on);
+  });
+  return button;
+}
+
+function choice(label, options, chosen, change) {
+  const select = element("select", { "aria-label": label },
+    ...options.map(([value, text]) => element("option", { value }, text)));
+  select.value = chosen;
+  select.addEventListener("change", () => change(select.value));
+  return select;
+}
+
+async function start(root, { flights }) {
+  const many = flights.length > 1;
+  const stages = await Promise.all(flights.map((flight) => Stage.of(flight)));
+  const clock = new Clock(Math.max(...stages.map((stage) => stage.end)));
+  const picture = element("div", { class: "picture", "data-count": flights.length }, element("canvas", {
+    tabindex: "0", role: "img",
+    "aria-label": "The flight in three dimensions. Drag to turn, wheel to zoom, right button to move.",
+  }));
+  const names = element("div", { class: "names" });
+  picture.append(names);
+  const bar = element("div", { class: "bar", role: "group", "aria-label": "Replay" });
+  const plotting = element("div", { class: "plots" });
+  root.append(picture, bar, plotting);
+
+  let theatre = null;
+  try {
+    theatre = new Theatre(picture, stages);
+  } catch (error) {
+    picture.replaceChildren(element("p", { class: "sorry" }, `No three-dimensional picture here: ${error.message}`));
+  }
+  const plots = await Plots.of(plotting, flights, clock);
+
+  const state = { ghosts: false, chosen: null };
+  const arrange = () => {
+    theatre?.arrange(state.ghosts, state.chosen);
+    theatre?.at(clock.time);
+    plots.show(state.chosen);
+    label();
+  };
+  const label = () => {
+    const cells = theatre?.cells() ?? [];
+    const legend = (i) => {
+      const { name, colour, failed } = flights[i];
+      const dot = element("span", { class: "dot", style: `background:${colour}` });
+      return [dot, failed ? `${name} (failed)` : name];
+    };
+    names.replaceChildren(...(state.ghosts && theatre
+      ? [element("div", { class: "name", style: "left:0;top:0" }, ...theatre.seen.flatMap((i) => [...legend(i), " "]))]
+      : cells.map(([i, left, top]) =>
+        element("div", { class: "name", style: `left:${100 * left}%;top:${100 * top}%` }, ...legend(i)))));
+  };
+
+  const play = element("button", { type: "button", class: "play", "aria-label": "Play" }, "▶");
+  play.addEventListener("click", () => clock.play());
+  const slider = element("input", { type: "range", min: 0, max: clock.end, step: 0.01, value: 0, "aria-label": "Time" });
+  slider.addEventListener("input", () => clock.set(Number(slider.value)));
+  const readout = element("output", { class: "time" }, "0.00 s");
+  bar.append(play, slider, readout,
+    choice("Speed", SPEEDS.map((speed) => [speed, `${speed}×`]), 1, (value) => { clock.speed = Number(value); }));
+  if (many) {
+    bar.append(
+      choice("Flights", [["all", "all flights"], ...flights.map(({ name }, i) => [i, name])], "all", (value) => {
+        state.chosen = value === "all" ? null : Number(value);
+        arrange();
+      }),
+      toggle("ghosts", "All flights in one picture", false, (on) => { state.ghosts = on; arrange(); }));
+  }
+  bar.append(
+    toggle("follow", "The camera goes along", false, (on) => { if (theatre) theatre.follow = on; }),
+    toggle("arrows", "Thrusts (green, 2 cm/N) and the contact force (red, 12 cm/N)", true, (on) => theatre?.showArrows(on)));
+  const home = element("button", { type: "button", title: "The first view, the whole time" }, "reset");
+  home.addEventListener("click", () => { theatre?.reset(); plots.zoom(0, clock.end); });
+  bar.append(home);
+
+  clock.addEventListener("state", () => {
+    play.textContent = clock.playing ? "❚❚" : "▶";
+    play.setAttribute("aria-label", clock.playing ? "Pause" : "Play");
+    if (!clock.playing) theatre?.coarsen(false);
+  });
+  let marked = 0;
+  clock.addEventListener("time", () => {
+    theatre?.at(clock.time);
+    slider.value = clock.time;
+    readout.textContent = `${clock.time.toFixed(2)} s`;
+    const now = performance.now() / 1000;
+    if (!clock.playing || now - marked > CURSOR_PERIOD) { marked = now; plots.cursor(); }
+  });
+  picture.addEventListener("keydown", (event) => {
+    const act = {
+      " ": () => clock.play(),
+      ArrowRight: () => clock.set(clock.time + (event.shiftKey ? 1 : 0.1)),
+      ArrowLeft: () => clock.set(clock.time - (event.shiftKey ? 1 : 0.1)),
+      Home: () => clock.set(0),
+      End: () => clock.set(clock.end),
+    }[event.key];
+    if (act) { event.preventDefault(); act(); }
+  });
+
+  arrange();
+  new ResizeObserver(label).observe(picture);
+  let last = performance.now(), frames = 0, since = last;
+  const tick = (now) => {
+    clock.pass((now - last) / 1000);
+    last = now;
+    theatre?.draw();
+    frames++;
+    if (now - since > 1000) {
+      const rate = (1000 * frames) / (now - since);
+      root.dataset.framesPerSecond = rate.toFixed(1);
+      if (clock.playing && rate < 20) theatre?.coarsen(true);
+      [frames, since] = [0, now];
+    }
+    requestAnimationFrame(tick);
+  };
+  requestAnimationFrame(tick);
+  root.dataset.ready = "true";
+  window.skylimbReplay = { clock, theatre, plots, state };
+}
+
+const root = document.getElementById("replay");
+start(root, JSON.parse(document.getElementById("replay-data").textContent)).catch((error) => {
+  root.append(element("p", { class: "sorry" }, `The replay cannot be shown: ${error.message}`));
+  console.error(error);
+});
