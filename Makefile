@@ -5,6 +5,7 @@
 #   make bench   how fast the closed loop is, and where its time goes, in Python and natively
 #   make bench-rivals  the same flights beside what else one could use; installs 2 GB and more below out/rivals
 #   make bench-page    all that docs/benchmarks.md says, measured anew (a quarter of an hour, on an idle machine)
+#   make web     bundle what reports run in a browser (needs Node)
 #   make docs    the documentation as a site; leaves site/index.html
 #   make lint    style, types and the import rules
 #   make clean   remove what the tools left behind (.venv and out/ stay)
@@ -21,7 +22,7 @@ PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constr
 DEMO := out/demo
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test bench bench-rivals bench-page docs lint format clean constraints
+.PHONY: help demo test bench bench-rivals bench-page web docs lint format clean constraints
 .DELETE_ON_ERROR:
 
 help:
@@ -47,6 +48,12 @@ bench-rivals: $(VENV)/run.stamp
 # It exits with 1 when a figure falls short of what is wanted; the page says which.
 bench-page: $(VENV)/run.stamp
 	$(BIN)/python benchmarks/speed.py
+
+# Needs Node; what it makes is committed, so that nobody else does.
+web:
+	cd web && npm install --no-package-lock --no-audit --no-fund && npm run build
+	{ echo "viewer.js contains three.js and uPlot."; echo; cat web/node_modules/three/LICENSE; echo; \
+	  cat web/node_modules/uplot/LICENSE; } > src/skylimb/analysis/replay/licences.txt
 
 docs: $(VENV)/docs.stamp
 	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet

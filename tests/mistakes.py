@@ -157,8 +157,8 @@ def page() -> str:
     lines = [
         "# Mistakes, and what is said to them",
         "",
-        "A mistake is answered with one line and the exit code 2, before anything is written. This table is made by",
-        "running each command (`python tests/mistakes.py`), and a test holds it to what is said.",
+        "A mistake is answered with one line and the exit code 2, before anything is written. This table is",
+        "made by running each command (`python tests/mistakes.py`), and a test holds it to what is said.",
         "",
         "| `skylimb` ... | says |",
         "|---|---|",

@@ -57,7 +57,7 @@ class Ink {
 export class Stage {
   static async of(flight) {
     const meshes = await Promise.all(flight.meshes.map(mesh));
-    const parts = ["moments", "poses", "thrusts", "contact"].map((name) => columns(flight[name]));
+    const parts = ["moments", "poses", "thrusts", "contact"].map((name) => (flight[name] ? columns(flight[name]) : []));
     const [[moments], poses, thrusts, contact] = await Promise.all(parts);
     const surface = flight.surface ? await columns(flight.surface) : null;
     const inks = await Promise.all(["nominal", "trace"].map(async (name) => {

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from markupsafe import Markup
+
 from skylimb.analysis import palette
 from skylimb.analysis.axis_names import AxisNames, common_names
 from skylimb.analysis.claims import check_claims
@@ -18,6 +20,7 @@ from skylimb.analysis.metrics import known_groups, printed
 from skylimb.analysis.pages import inlined, render_page
 from skylimb.analysis.paper_configuration import EXPERIMENT, not_the_papers
 from skylimb.analysis.paper_numbers import SOURCE, published_beside
+from skylimb.analysis.replay.page import replay_html
 from skylimb.analysis.signals import contact_transitions
 from skylimb.recording import LOG_FILE, Run
 
@@ -115,6 +118,7 @@ def render_report(runs: Mapping[str, Run], folder: Path, videos_follow: bool = F
             for plate in PLATES
             if (folder / "figures" / f"{plate.name}.png").is_file()
         ],
+        replay=Markup(replay_html(runs)),
         films=_films(runs, folder, videos_follow),
         videos_follow=videos_follow,
         command=_command(runs),

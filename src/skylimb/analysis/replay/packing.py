@@ -29,7 +29,7 @@ def packed(values: np.ndarray) -> dict[str, Any]:
     low = np.min(columns, axis=0, initial=np.inf, where=finite)
     high = np.max(columns, axis=0, initial=-np.inf, where=finite)
     low, high = np.where(np.isfinite(low), low, 0.0), np.where(np.isfinite(high), high, 0.0)
-    step = np.where(high > low, (high - low) / LEVELS, 1.0)
+    step = np.where(high - low > np.finfo(float).tiny * LEVELS, (high - low) / LEVELS, 1.0)
     codes = np.round((np.where(finite, columns, low) - low) / step).astype(np.int64)
     codes = np.where(finite, codes, NOTHING).T
     differences = np.diff(codes, axis=1, prepend=0).astype(np.uint16)

@@ -6,17 +6,26 @@ import json
 from collections.abc import Mapping
 from pathlib import Path
 
-from skylimb.analysis.replay.payload import can_replay, replay_payload
 from skylimb.recording import Run
+
+NEEDED = ("configuration", "tip_position", "cog_position")
 
 _HERE = Path(__file__).parent
 
 
+def can_replay(run: Run) -> bool:
+    """Whether a run's log holds a scene and what moves in it."""
+    return bool(run.log.attrs.get("scene")) and all(name in run.log for name in NEEDED)
+
+
 def replay_html(runs: Mapping[str, Run]) -> str:
     """HTML that holds everything and fetches nothing; empty where no run can be shown."""
-    if not any(can_replay(run) for run in runs.values()):
+    shown = {name: run for name, run in runs.items() if can_replay(run)}
+    if not shown:
         return ""
-    data = json.dumps(replay_payload(runs), separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
+    from skylimb.analysis.replay.payload import replay_payload  # the engine is slow to load
+
+    data = json.dumps(replay_payload(shown), separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
     style, program = ((_HERE / name).read_text(encoding="utf-8") for name in ("viewer.css", "viewer.js"))
     return (
         f"<style>{style}</style>\n"

@@ -7,6 +7,7 @@ from typing import Any
 
 import mujoco
 import numpy as np
+import xarray as xr
 
 from skylimb.analysis import palette, scene
 from skylimb.analysis.board import board_of
@@ -18,19 +19,12 @@ from skylimb.recording import Run
 RATE = 25.0
 """Poses a second; the page interpolates between them."""
 
-NEEDED = ("configuration", "tip_position", "cog_position", "contact_force", "thrusts")
-
-
-def can_replay(run: Run) -> bool:
-    """Whether a run's log holds a scene and what moves in it."""
-    return bool(run.log.attrs.get("scene")) and all(name in run.log for name in NEEDED)
-
 
 def replay_payload(runs: Mapping[str, Run]) -> dict[str, Any]:
     """Scenes, motions and plots of flights.
 
     Args:
-        runs: by name; those without a scene in their log are left out.
+        runs: by name; each with a scene in its log.
 
     Returns:
         Plain values, ready for JSON. Lengths in m, forces in N, times in s, vectors in W.
@@ -47,7 +41,6 @@ def replay_payload(runs: Mapping[str, Run]) -> dict[str, Any]:
                 **packed_panels(run.log),
             }
             for name, run in runs.items()
-            if can_replay(run)
         ]
     }
 
@@ -62,21 +55,28 @@ def _scene(run: Run) -> dict[str, Any]:
     poses = body_poses(model, configuration[samples])
     motion = scene.surface_motion(model, configuration)
     moves = bool(np.any(motion != motion[:1]))
-    force = np.stack([smoothed(log, axis) for axis in log.contact_force.values.T], axis=1)
     return {
         "shapes": shapes(model),
         "meshes": meshes(model),
         "bodies": model.nbody,
         "moments": packed(times[samples]),
         "poses": packed(poses.reshape(len(poses), -1)),
-        "rotors": thrust_sites(model),
-        "thrusts": packed(log.thrusts.values[samples]),
-        "contact": packed(np.concatenate([log.tip_position.values, force], axis=1)[samples]),
+        "rotors": thrust_sites(model) if "thrusts" in log else [],
+        "thrusts": packed(log.thrusts.values[samples]) if "thrusts" in log else None,
+        "contact": packed(_touch(log)[samples]),
         "surface": packed(motion[samples]) if moves else None,
         "nominal": _ink(scene.nominal_ink(log, board), board, motion, times),
         "trace": _ink(scene.trace_ink(log, np.zeros(3)), board, motion, times),
         "camera": _camera(scene.place_camera(log, board)),
     }
+
+
+def _touch(log: xr.Dataset) -> np.ndarray:
+    """Place of the tip (m) and the force on it (N, mean over a moment) in W, (k, 6)."""
+    if "contact_force" not in log:
+        return np.pad(log.tip_position.values, ((0, 0), (0, 3)))
+    force = np.stack([smoothed(log, axis) for axis in log.contact_force.values.T], axis=1)
+    return np.concatenate([log.tip_position.values, force], axis=1)
 
 
 def _ink(ink: scene.Ink, board: Any, motion: np.ndarray, times: np.ndarray) -> dict[str, Any]:

@@ -24,7 +24,7 @@ _SHOWN_GROUPS = 3
 
 
 def shapes(model: mujoco.MjModel) -> list[dict[str, Any]]:
-    """The visible geoms: kind, size (half lengths, as the engine has them), colour, body, place in the body."""
+    """The visible geoms: kind, size (half lengths, as in the engine), colour, body, and place in it."""
     found = []
     for i in range(model.ngeom):
         kind = _KINDS.get(mujoco.mjtGeom(model.geom_type[i]))

@@ -1,0 +1,118 @@
+"""The replay of a report in a real browser: it starts, moves, compares, and complains of nothing."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import pytest
+from playwright import sync_api
+
+from skylimb.analysis.pages import render_page
+from skylimb.analysis.replay.page import replay_html
+from skylimb.recording import Run
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+ARGUMENTS = [
+    "--no-sandbox",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--disable-background-networking",
+]
+
+pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium here; the build machine installs it")
+
+
+@pytest.fixture(scope="module")
+def page_file(four_runs: Mapping[str, Run], tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("page")
+    template = folder / "template.html"
+    template.write_text(
+        '{% extends "page_base.html" %}{% block content %}{{ replay | safe }}{% endblock %}', encoding="utf-8"
+    )
+    path = folder / "page.html"
+    content = render_page(template, title="replay", versions={}, replay=replay_html(four_runs))
+    path.write_text(content, encoding="utf-8")
+    return path
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[sync_api.Browser]:
+    with sync_api.sync_playwright() as playwright:
+        chromium = playwright.chromium.launch(executable_path=CHROMIUM, args=ARGUMENTS)
+        yield chromium
+        chromium.close()
+
+
+@pytest.fixture
+def page(browser: sync_api.Browser, page_file: Path) -> Iterator[sync_api.Page]:
+    """The page, open; at the end of the test the browser must have had nothing to say."""
+    context = browser.new_context(offline=True, viewport={"width": 1000, "height": 800})
+    page = context.new_page()
+    said: list[str] = []
+    page.on("console", lambda message: said.append(message.text))
+    page.on("pageerror", lambda error: said.append(str(error)))
+    page.goto(page_file.as_uri())
+    page.wait_for_selector("#replay[data-ready]", timeout=20_000)
+    yield page
+    context.close()
+    assert [line for line in said if "GPU stall" not in line] == []
+
+
+def time_shown(page: sync_api.Page) -> float:
+    return page.evaluate("skylimbReplay.clock.time")
+
+
+def test_all_flights_stand_side_by_side_with_their_plots(page: sync_api.Page) -> None:
+    names = ["PID", "Impedance", "Admittance (failed)", "Hybrid"]
+    assert page.locator(".replay .name").all_inner_texts() == names
+    assert page.locator(".replay .uplot").count() >= 4
+    drawn = page.evaluate(
+        "() => { const t = skylimbReplay.theatre; t.stale = true; t.draw();"
+        " const c = document.createElement('canvas'); c.width = c.height = 64;"
+        " const g = c.getContext('2d'); g.drawImage(t.canvas, 0, 0, 64, 64);"
+        " return new Set(g.getImageData(0, 0, 64, 64).data).size; }"
+    )
+    assert drawn > 20  # a picture, not one colour
+
+
+def test_it_plays_and_stops_at_the_end(page: sync_api.Page) -> None:
+    page.get_by_label("Speed").select_option("8")
+    page.get_by_role("button", name="Play").click()
+    page.wait_for_function("skylimbReplay.clock.time > 1", timeout=30_000)
+    page.wait_for_function("!skylimbReplay.clock.playing", timeout=20_000)
+    assert time_shown(page) == pytest.approx(page.evaluate("skylimbReplay.clock.end"))
+
+
+def test_the_keyboard_moves_the_time(page: sync_api.Page) -> None:
+    page.locator(".replay canvas").first.focus()
+    for key in ("ArrowRight", "ArrowRight", "Shift+ArrowRight", "ArrowLeft"):
+        page.keyboard.press(key)
+    assert time_shown(page) == pytest.approx(1.1)
+    page.keyboard.press("End")
+    assert time_shown(page) == pytest.approx(page.evaluate("skylimbReplay.clock.end"))
+
+
+def test_a_click_on_a_plot_goes_to_that_time(page: sync_api.Page) -> None:
+    over = page.locator(".replay .u-over").first
+    box = over.bounding_box()
+    assert box is not None
+    over.click(position={"x": 0.5 * box["width"], "y": 20.0})
+    assert time_shown(page) == pytest.approx(0.5 * page.evaluate("skylimbReplay.clock.end"), rel=0.1)
+
+
+def test_ghosts_are_one_picture_and_one_flight_has_all_its_curves(page: sync_api.Page) -> None:
+    page.get_by_role("button", name="ghosts").click()
+    assert page.evaluate("skylimbReplay.theatre.cells().length") == 1
+    page.get_by_role("button", name="ghosts").click()
+    page.get_by_label("Flights").select_option("Hybrid")
+    assert page.locator(".replay .name").all_inner_texts() == ["Hybrid"]
+    assert "truth" in page.locator(".replay .u-legend").first.inner_text()
+
+
+@pytest.mark.parametrize("width", [360, 768, 1600])
+def test_nothing_is_wider_than_the_page(page: sync_api.Page, width: int) -> None:
+    page.set_viewport_size({"width": width, "height": 700})
+    page.wait_for_timeout(300)
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
