@@ -114,5 +114,4 @@ def test_ghosts_are_one_picture_and_one_flight_has_all_its_curves(page: sync_api
 @pytest.mark.parametrize("width", [360, 768, 1600])
 def test_nothing_is_wider_than_the_page(page: sync_api.Page, width: int) -> None:
     page.set_viewport_size({"width": width, "height": 700})
-    page.wait_for_timeout(300)
-    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    page.wait_for_function(f"document.documentElement.scrollWidth <= {width}", timeout=10_000)
