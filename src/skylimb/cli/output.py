@@ -191,7 +191,8 @@ def scores(runs: Mapping[str, Run]) -> None:
     experiment = next(iter(runs.values())).log.attrs.get("experiment", "")
     brackets = ", in brackets the paper's numbers" if any(map(is_the_papers, runs.values())) else ""
     axes = common_names(run.log for run in runs.values())
-    table = _table(f"{experiment}: sliding period, {axes}{brackets}", "", "")
+    heading = f"{experiment}: sliding period, {axes}{brackets}"
+    table = _table("", "", "")
     for name in runs:
         table.add_column(name, justify="right")
     table.add_row("Status", "", *(_status(run) for run in runs.values()))
@@ -202,6 +203,7 @@ def scores(runs: Mapping[str, Run]) -> None:
             label, unit = row_label(key, axes)
             table.add_row(f"  {label}", unit, *(_score(run, key) for run in runs.values()))
     console = _console()
+    console.print(heading, style="bold", markup=False)  # a table would break it at its own width
     console.print(table)
     for name, run in runs.items():
         if run.failed:
@@ -327,7 +329,8 @@ def campaign(
 
     apart = any(len(set(places)) > 1 for places in ranks.values())
     brackets = " (in brackets: rank; equal ranks are ties)" if apart else ""
-    table = _table(f"{experiment}, {axes}, medians over all draws{brackets}", "", "")
+    heading = f"{experiment}: medians over all draws, {axes}{brackets}"
+    table = _table("", "", "")
     for name in rates:
         table.add_column(name, justify="right")
 
@@ -344,6 +347,7 @@ def campaign(
             cells = (_median(key, value) for value, _, _ in medians[key])
             table.add_row(f"  {label}", unit, *(ranked(text, key, i) for i, text in enumerate(cells)))
     console = _console()
+    console.print(heading, style="bold", markup=False)  # a table would break it at its own width
     console.print(table)
     if len(rates) > 1 and not apart:
         console.print("These draws tell no two controllers apart; the report says more.")
