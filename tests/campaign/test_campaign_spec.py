@@ -10,8 +10,9 @@ from skylimb.campaign.distributions import Distribution
 from skylimb.campaign.draws import draw
 from skylimb.campaign.frozen import campaign_from_mapping, freeze
 from skylimb.campaign.reading import load_spec
+from skylimb.campaign.spec import GOALS
 from skylimb.config import write_toml
-from skylimb.errors import SkylimbError
+from skylimb.errors import ConfigError, SkylimbError
 
 SpecWriter = Callable[..., Path]
 REPOSITORY = Path(__file__).parents[2]
@@ -167,3 +168,27 @@ def test_extremes_are_what_can_be_drawn() -> None:
     assert rotors.value(np.array([0.0, 0.5, 0.25, 0.75])) == pytest.approx([0.9, 1.0, 0.95, 1.05])
     assert Distribution(choice=("a", "b")).value(np.array([0.999999])) == "b"
     assert Distribution(log_uniform=(1.0, 100.0)).value(np.array([0.5])) == pytest.approx(10.0)
+
+
+def test_a_users_metric_is_known_by_name(tmp_path: Path) -> None:
+    (tmp_path / "mine.py").write_text(
+        "import skylimb\n\n\n@skylimb.metric(unit='N', smaller_is_better=False)\n"
+        "def my_push(run):\n    return float(run.log.contact_force_normal.max())\n",
+        encoding="utf-8",
+    )
+    text = (
+        'experiment = "paper"\ncontrollers = ["pid"]\ndraws = 2\nuse = ["mine.py"]\nscore = "my_push"\n'
+        '[success]\nmy_push = { min = 1.0 }\n[tune]\nobjective = "my_push"\n'
+        'gains = { "translation.sum_limit.0" = [1.0, 2.0] }\n'
+    )
+    (tmp_path / "spec.toml").write_text(text, encoding="utf-8")
+    spec = load_spec(tmp_path / "spec.toml")
+    assert spec.keys[-1] == "my_push"
+    assert GOALS["my_push"] == -1.0
+    campaign = freeze(spec)
+    again = campaign_from_mapping(campaign.to_mapping(), "there")
+    assert again == campaign
+    assert again.use.keys() == {(tmp_path / "mine.py").as_posix()}
+    (tmp_path / "mine.py").write_text("x = 1\n", encoding="utf-8")
+    with pytest.raises(ConfigError, match="has no metric and no figure"):
+        load_spec(tmp_path / "spec.toml")

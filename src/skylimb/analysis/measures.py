@@ -16,6 +16,7 @@ from skylimb.analysis.axis_names import GENERIC, AxisNames
 from skylimb.analysis.board import nominal_path
 from skylimb.analysis.force import FORCE_WINDOW
 from skylimb.analysis.metrics import DESCRIPTIONS, ROWS, description
+from skylimb.analysis.own import KNOWN
 from skylimb.analysis.signals import contact_axis, in_contact, in_phase, moving_mean, sliding_axes
 from skylimb.recording import Run
 
@@ -56,7 +57,7 @@ def measured(run: Run, sets: Sequence[str]) -> dict[str, float | None]:
 
 def describe(key: str, axes: AxisNames = GENERIC) -> tuple[str, str]:
     """What a metric or measure is for a task with these axes, and its unit."""
-    if key in DESCRIPTIONS:
+    if key in DESCRIPTIONS or key in KNOWN:
         return description(key, axes)
     for each in SETS.values():
         if key in each.descriptions:
@@ -68,7 +69,7 @@ def describe(key: str, axes: AxisNames = GENERIC) -> tuple[str, str]:
 def row_label(key: str, axes: AxisNames = GENERIC) -> tuple[str, str]:
     """What a number is called in a table that is divided as by `groups_of`, and its unit; empty for none."""
     text, unit = describe(key, axes)
-    return axes.label(ROWS[key]) if key in ROWS else text, "" if unit == "1" else unit
+    return axes.label(ROWS[key]) if key in ROWS else text or key, "" if unit == "1" else unit
 
 
 def quartile_distance(values: np.ndarray) -> float:

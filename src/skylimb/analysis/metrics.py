@@ -19,6 +19,7 @@ import xarray as xr
 from skylimb.analysis.axis_names import GENERIC, AxisNames
 from skylimb.analysis.drawn_strokes import Drawn, drawn_strokes
 from skylimb.analysis.force import FORCE_WINDOW, force_limits, force_scores
+from skylimb.analysis.own import KNOWN
 from skylimb.analysis.pen_line import pen_line
 from skylimb.analysis.signals import (
     contact_axis,
@@ -141,7 +142,9 @@ DESCRIPTIONS = {key: (GENERIC.label(text), unit) for key, (text, unit) in _TEXTS
 
 
 def description(key: str, axes: AxisNames = GENERIC) -> tuple[str, str]:
-    """What a number is for a task with these axes, and its unit."""
+    """What a number of ours or of the user's is for a task with these axes, and its unit."""
+    if key in KNOWN:
+        return KNOWN[key].description(key)
     text, unit = _TEXTS[key]
     return axes.label(text), unit
 
@@ -194,13 +197,15 @@ def printed(key: str, value: float | None) -> str:
 
 
 def known_groups(scores: Iterable[Mapping[str, Any]]) -> dict[str, tuple[str, ...]]:
-    """`GROUPS` without the numbers that none of these flights has, and without groups that are empty then.
+    """`GROUPS` and the user's own numbers, without those that none of these flights has.
 
     Args:
         scores: as `metrics` gives them, one a flight.
     """
     flown = list(scores)
-    return groups_of([key for key in NUMERIC_KEYS if any(each.get(key) is not None for each in flown)])
+    own = dict.fromkeys(key for each in flown for key in each if key in KNOWN)
+    known = [key for key in (*NUMERIC_KEYS, *own) if any(each.get(key) is not None for each in flown)]
+    return groups_of(known)
 
 
 def groups_of(keys: Collection[str]) -> dict[str, tuple[str, ...]]:

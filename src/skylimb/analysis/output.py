@@ -9,11 +9,12 @@ from __future__ import annotations
 import csv
 import io
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from skylimb.analysis.figures import write_figures
+from skylimb.analysis.figures import own_plates, write_figures
 from skylimb.analysis.metrics import NUMERIC_KEYS, metrics
+from skylimb.analysis.own import KNOWN, OwnFigure
 from skylimb.analysis.report import render_report
 from skylimb.errors import OutputError
 from skylimb.recording import LOG_FILE, Run, new_folder, replace_text, write_sources, writing
@@ -25,13 +26,16 @@ REPORT_FILE = "report.html"
 FIGURES_FOLDER = "figures"
 
 
-def write_run(run: Run, folder: str | Path, videos_follow: bool = False) -> Path:
+def write_run(
+    run: Run, folder: str | Path, videos_follow: bool = False, figures: Sequence[OwnFigure] = ()
+) -> Path:
     """Write a run into a new folder, which appears under its name when it is complete.
 
     Args:
         run: what flew.
         folder: must not exist.
         videos_follow: whether the report leaves room for a video that is drawn next.
+        figures: of the user's own, besides those that ship.
 
     Raises:
         OutputError: if the folder exists or cannot be written; nothing is left behind then.
@@ -39,17 +43,23 @@ def write_run(run: Run, folder: str | Path, videos_follow: bool = False) -> Path
     with new_folder(folder) as aside:
         write_sources(run.sources, aside)
         _record(run, aside)
-        _draw({run.name: run}, aside, videos_follow)
+        _draw({run.name: run}, aside, videos_follow, figures)
     return Path(folder)
 
 
-def write_comparison(runs: Mapping[str, Run], folder: str | Path, videos_follow: bool = False) -> Path:
+def write_comparison(
+    runs: Mapping[str, Run],
+    folder: str | Path,
+    videos_follow: bool = False,
+    figures: Sequence[OwnFigure] = (),
+) -> Path:
     """Write a comparison into a new folder, which appears under its name when it is complete.
 
     Args:
         runs: by name, which becomes a folder's name.
         folder: must not exist.
         videos_follow: whether the report leaves room for videos that are drawn next.
+        figures: of the user's own, drawn of every run, besides those that ship.
 
     Raises:
         OutputError: if the folder exists or cannot be written, or a name cannot be a folder's name; nothing
@@ -65,7 +75,7 @@ def write_comparison(runs: Mapping[str, Run], folder: str | Path, videos_follow:
             write_sources(run.sources, aside)
             _record(run.with_sources_at("../"), aside / name)
         replace_text(aside / TABLE_FILE, metrics_table(runs))
-        _draw(runs, aside, videos_follow)
+        _draw(runs, aside, videos_follow, figures)
     return Path(folder)
 
 
@@ -93,7 +103,7 @@ def write_report(runs: Mapping[str, Run], folder: str | Path) -> Path:
             replace_text(home(folder, name) / METRICS_FILE, _metrics_json(run))
         if not (folder / LOG_FILE).is_file():
             replace_text(folder / TABLE_FILE, metrics_table(fresh))
-        _draw(fresh, folder, False)
+        _draw(fresh, folder, False, ())
     return folder / REPORT_FILE
 
 
@@ -109,9 +119,11 @@ def metrics_table(runs: Mapping[str, Run]) -> str:
     """
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
-    table.writerow(["run", "controller", "status", "cause", *NUMERIC_KEYS])
+    own = [key for run in runs.values() for key in run.metrics if key in KNOWN]
+    keys = list(dict.fromkeys([*NUMERIC_KEYS, *own]))
+    table.writerow(["run", "controller", "status", "cause", *keys])
     for name, run in runs.items():
-        numbers = [_field(run.metrics.get(key)) for key in NUMERIC_KEYS]
+        numbers = [_field(run.metrics.get(key)) for key in keys]
         table.writerow([name, run.controller, run.status, run.cause, *numbers])
     return text.getvalue()
 
@@ -128,10 +140,11 @@ def _record(run: Run, folder: Path) -> None:
     (folder / CONFIG_FILE).write_text(run.config, encoding="utf-8")
 
 
-def _draw(runs: Mapping[str, Run], folder: Path, videos_follow: bool) -> None:
+def _draw(runs: Mapping[str, Run], folder: Path, videos_follow: bool, figures: Sequence[OwnFigure]) -> None:
     """Draw the figures of all runs together, and put the report around them."""
-    write_figures(runs, folder / FIGURES_FOLDER)
-    replace_text(folder / REPORT_FILE, render_report(runs, folder, videos_follow))
+    own = own_plates(runs, figures)
+    write_figures(runs, folder / FIGURES_FOLDER, own)
+    replace_text(folder / REPORT_FILE, render_report(runs, folder, videos_follow, own))
 
 
 def _metrics_json(run: Run) -> str:

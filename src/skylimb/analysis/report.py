@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,6 +15,7 @@ from skylimb.analysis import palette
 from skylimb.analysis.axis_names import AxisNames, common_names
 from skylimb.analysis.claims import check_claims
 from skylimb.analysis.figures import PLATES
+from skylimb.analysis.figures.plates import Plate
 from skylimb.analysis.measures import row_label
 from skylimb.analysis.metrics import known_groups, printed
 from skylimb.analysis.pages import inlined, render_page
@@ -68,13 +69,16 @@ class Film:
     source: str
 
 
-def render_report(runs: Mapping[str, Run], folder: Path, videos_follow: bool = False) -> str:
+def render_report(
+    runs: Mapping[str, Run], folder: Path, videos_follow: bool = False, own: Iterable[Plate] = ()
+) -> str:
     """Put the report together from runs and from the figures and videos that already lie in `folder`.
 
     Args:
         runs: by name.
         folder: holds figures/NAME.png for each figure, and video.mp4 or one in a subfolder for each run.
         videos_follow: whether videos are drawn after this; the page points to where they will be.
+        own: figures besides those that ship.
 
     Returns:
         HTML.
@@ -115,7 +119,7 @@ def render_report(runs: Mapping[str, Run], folder: Path, videos_follow: bool = F
         source=SOURCE,
         plates=[
             (plate, inlined(folder / "figures" / f"{plate.name}.png", "image/png"))
-            for plate in PLATES
+            for plate in (*PLATES, *own)
             if (folder / "figures" / f"{plate.name}.png").is_file()
         ],
         replay=Markup(replay_html(runs)),

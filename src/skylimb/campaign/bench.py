@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 import mujoco
 
 from skylimb.analysis.measures import measured
+from skylimb.analysis.own import with_own_scores
 from skylimb.campaign.frozen import Campaign, campaign_from_mapping
 from skylimb.campaign.rows import FAILED, REFUSED, Row, make_row
 from skylimb.control.controller import Controller
@@ -147,7 +148,7 @@ class Bench:
         try:
             if flight is None:
                 flight = fly_here(item)
-            run = scored(item, flight)
+            run = with_own_scores(scored(item, flight), self._campaign.spec.own)
         except (OSError, MemoryError, CompileError):
             raise  # says something of this machine, nothing of the flight
         except Exception as error:  # one odd flight must not end a night of them; its row says what happened

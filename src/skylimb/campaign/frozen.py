@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -43,6 +43,7 @@ class Campaign:
         robots: name of each robot that a draw may fly -> digest of its files.
         versions: of everything that computes. The driver is not among them: all drivers give the same bits.
         purpose: "campaign", or "search" where the flights are those of `skylimb tune`.
+        use: files with metrics of the user's -> digest.
     """
 
     spec: CampaignSpec
@@ -51,6 +52,7 @@ class Campaign:
     robots: dict[str, str]
     versions: dict[str, str]
     purpose: str = "campaign"
+    use: dict[str, str] = field(default_factory=dict)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -108,6 +110,7 @@ class Campaign:
             "versions": self.versions,
             "experiment": self.experiment,
             "controllers": self.controllers,
+            **({"use": self.use} if self.use else {}),
         }
         return {**self.spec.to_mapping(), FROZEN: frozen}
 
@@ -139,7 +142,8 @@ def freeze(spec: CampaignSpec, purpose: str = "campaign") -> Campaign:
     if len(controllers) < len(spec.controllers):
         raise ConfigError(f"controllers = {list(spec.controllers)!r}: two of them have the same name")
     digests = {name: robot.description.digest for name, robot in robots.items()}
-    campaign = Campaign(spec, tables, controllers, digests, versions(), purpose)
+    use = {file: _file_digest(Path(file)) for file in spec.use}
+    campaign = Campaign(spec, tables, controllers, digests, versions(), purpose, use)
     for key, entry in spec.vary.items():
         if not key.startswith("controller."):
             for value in entry.extremes():  # each end by itself, so that the message names the key
@@ -164,7 +168,8 @@ def campaign_from_mapping(mapping: Mapping[str, Any], where: str) -> Campaign:
             "into another folder"
         )
     names = ("experiment", "controllers", "robots", "versions", "purpose")
-    return Campaign(spec_from_mapping(mapping, where), **{name: frozen[name] for name in names})
+    resolved = {name: frozen[name] for name in names}
+    return Campaign(spec_from_mapping(mapping, where), **resolved, use=frozen.get("use", {}))
 
 
 def differences(begun: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import re
+from collections import ChainMap
+from collections.abc import Mapping
 from dataclasses import field
 from math import inf, prod
 from typing import Annotated, Any, Literal
 
+from skylimb.analysis import own
 from skylimb.analysis.measures import SETS
 from skylimb.analysis.metrics import NUMERIC_KEYS
+from skylimb.analysis.own import Metric, load_own, metrics_of
 from skylimb.campaign.distributions import Distribution
 from skylimb.config import to_mapping
 from skylimb.errors import ConfigError, unknown_name
@@ -16,16 +20,19 @@ from skylimb.keys import Key, RefusedError, configuration, refused
 
 MOST_DRAWS = 1_000_000
 
-GOALS = {
-    "error_u_median": 1.0,
-    "error_v_median": 1.0,
-    "displacement_median": 1.0,
-    "contact_force_normal_std": 1.0,
-    "contact_force_normal_peak": 1.0,
-    "contact_fraction": -1.0,
-    "tilt_max": 1.0,
-}
-"""Metrics that say which flight is better: 1 where small is good, -1 where large is."""
+GOALS: Mapping[str, float] = ChainMap(
+    own.GOALS,
+    {
+        "error_u_median": 1.0,
+        "error_v_median": 1.0,
+        "displacement_median": 1.0,
+        "contact_force_normal_std": 1.0,
+        "contact_force_normal_peak": 1.0,
+        "contact_fraction": -1.0,
+        "tilt_max": 1.0,
+    },
+)
+"""Metrics that say which flight is better: 1 where small is good, -1 where large is; also the user's own."""
 
 
 @configuration
@@ -56,8 +63,9 @@ class StopRule:
 
     def check(self) -> None:
         """Refuse what is no metric."""
-        if self.until != "success" and self.until not in NUMERIC_KEYS:
-            raise unknown_name("stop.until", self.until, ["success", *NUMERIC_KEYS])
+        known = ("success", *NUMERIC_KEYS, *own.KNOWN)
+        if self.until not in known:
+            raise unknown_name("stop.until", self.until, known)
 
 
 @configuration
@@ -105,6 +113,7 @@ class CampaignSpec:
     only: Annotated[dict[str, tuple[str, ...]], Key("", "varied gain -> controllers that have it")] = field(
         default_factory=dict
     )
+    use: Annotated[tuple[str, ...], Key("", "Python files with metrics of your own")] = ()
     measures: Annotated[tuple[str, ...], Key("", "sets of further numbers of each flight")] = ()
     success: dict[str, Bound] = field(default_factory=dict)
     stop: StopRule | None = None
@@ -118,14 +127,15 @@ class CampaignSpec:
         if not self.draws and not self.is_grid:
             raise ConfigError("the key 'draws' is missing (it may be left out where everything is a grid)")
         log_limit(self.logs)
+        load_own(self.use)
         if self.score not in GOALS:
             raise unknown_name("score", self.score, GOALS)
         for name in self.measures:
             if name not in SETS:
                 raise unknown_name("set of measures", name, SETS)
         for name in self.success:
-            if name not in NUMERIC_KEYS:
-                raise unknown_name("metric of success", name, NUMERIC_KEYS)
+            if name not in (*NUMERIC_KEYS, *own.KNOWN):
+                raise unknown_name("metric of success", name, [*NUMERIC_KEYS, *own.KNOWN])
         for key in self.vary:
             if key in self.set:
                 raise ConfigError(f"'{key}' stands both in set and in vary")
@@ -137,7 +147,13 @@ class CampaignSpec:
     @property
     def keys(self) -> tuple[str, ...]:
         """Every number that a flight's row has."""
-        return (*NUMERIC_KEYS, *(key for name in self.measures for key in SETS[name].keys))
+        measured = (key for name in self.measures for key in SETS[name].keys)
+        return (*NUMERIC_KEYS, *measured, *(key for one in self.own for key in one.columns))
+
+    @property
+    def own(self) -> list[Metric]:
+        """The metrics of the user's files."""
+        return metrics_of(load_own(self.use))
 
     @property
     def cells(self) -> int:

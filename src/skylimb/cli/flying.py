@@ -15,6 +15,7 @@ from skylimb.cli.options import (
     Experiment,
     Out,
     Seed,
+    Use,
     Video,
     new_folder,
     settings_of,
@@ -24,6 +25,7 @@ from skylimb.cli.options import (
 from skylimb.errors import ConfigError
 
 if TYPE_CHECKING:
+    from skylimb.analysis.own import OwnFigure
     from skylimb.recording.run import Run as RunRecord
 
 
@@ -55,6 +57,7 @@ class Run:
     ] = ""
     seed: Seed = ""
     set: Assignments = ()
+    use: Use = ()
     out: Out = ""
     video: Video = True
 
@@ -68,12 +71,17 @@ class Run:
 
         with output.flights() as progress:
             run = skylimb.run(
-                self.experiment, self.controller or None, seed=seed, set=settings, progress=progress
+                self.experiment,
+                self.controller or None,
+                seed=seed,
+                set=settings,
+                progress=progress,
+                use=self.use,
             )
         with output.working("writing log, figures and report"):
             from skylimb.analysis import write_run
 
-            write_run(run, folder, videos_follow=self.video)
+            write_run(run, folder, videos_follow=self.video, figures=own_figures(self.use))
         return _hand_over({run.name: run}, folder, self.video)
 
 
@@ -98,6 +106,7 @@ class Compare:
     ] = ("pid", "impedance", "admittance", "hybrid")
     seed: Seed = ""
     set: Assignments = ()
+    use: Use = ()
     out: Out = ""
     video: Video = True
 
@@ -114,13 +123,25 @@ class Compare:
 
         with output.flights() as progress:
             runs = skylimb.compare(
-                self.experiment, self.controllers, seed=seed, set=settings, progress=progress
+                self.experiment,
+                self.controllers,
+                seed=seed,
+                set=settings,
+                progress=progress,
+                use=self.use,
             )
         with output.working("writing logs, figures and report"):
             from skylimb.analysis import write_comparison
 
-            write_comparison(runs, folder, videos_follow=self.video)
+            write_comparison(runs, folder, videos_follow=self.video, figures=own_figures(self.use))
         return _hand_over(runs, folder, self.video)
+
+
+def own_figures(use: tuple[str, ...]) -> list[OwnFigure]:
+    """The figures in some files of the user's."""
+    from skylimb.analysis.own import figures_of, load_own
+
+    return figures_of(load_own(use))
 
 
 def _hand_over(runs: Mapping[str, RunRecord], folder: Path, video: bool) -> int:

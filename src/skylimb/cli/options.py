@@ -26,6 +26,14 @@ Seed = Annotated[
         help_behavior_hint="",
     ),
 ]
+Use = Annotated[
+    tuple[str, ...],
+    arg(
+        metavar="FILE ...",
+        help="Python files with metrics and figures of your own.",
+        help_behavior_hint="",
+    ),
+]
 Out = Annotated[
     str,
     arg(

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
+from skylimb.analysis.own import Own, load_own, with_own_scores
 from skylimb.control.controller import (
     Controller,
     controller_from_tables,
@@ -28,6 +30,9 @@ from skylimb.robots.model import Robot
 Progress = Callable[[str, int, int], None]
 """Called now and then with (controller, ticks flown, ticks in all)."""
 
+Use = str | Path | ModuleType | Own
+"""A Python file or module with metrics and figures, or one of them."""
+
 DEFAULT_CONTROLLER = "hybrid"
 PAPER_CONTROLLERS = ("pid", "impedance", "admittance", "hybrid")
 
@@ -38,6 +43,7 @@ def run(
     seed: int | None = None,
     set: Mapping[str, Any] | None = None,
     progress: Progress | None = None,
+    use: Sequence[Use] = (),
 ) -> Run:
     """Fly one controller through one experiment.
 
@@ -50,6 +56,7 @@ def run(
         set: dotted keys of the experiment and new values; keys that begin with "controller." go to the
             preset.
         progress: called with how far the flight is.
+        use: metrics of your own besides those that ship: functions with `@skylimb.metric`, or Python files.
 
     Returns:
         The run; a flight that is lost has status FAILED and its cause, and no scores.
@@ -57,8 +64,9 @@ def run(
     Raises:
         SkylimbError: when a flight cannot be flown; nothing has flown then.
     """
+    own = load_own(use)
     (takeoff,) = take_off(experiment, (controller,), seed, set)
-    return _flown(takeoff, progress)
+    return with_own_scores(_flown(takeoff, progress), own)
 
 
 def begin(
@@ -84,6 +92,7 @@ def compare(
     seed: int | None = None,
     set: Mapping[str, Any] | None = None,
     progress: Progress | None = None,
+    use: Sequence[Use] = (),
 ) -> dict[str, Run]:
     """Fly several controllers through the same experiment with the same seed.
 
@@ -92,12 +101,13 @@ def compare(
     Returns:
         Runs by the controllers' names, in the order given.
     """
+    own = load_own(use)
     ready = take_off(experiment, controllers, seed, set)
     names = [takeoff.controller.name for takeoff in ready]
     alike = sorted({name for name in names if names.count(name) > 1})
     if alike:
         raise ConfigError(f"two controllers are called '{alike[0]}'; a comparison needs a name for each")
-    return {takeoff.controller.name: _flown(takeoff, progress) for takeoff in ready}
+    return {takeoff.controller.name: with_own_scores(_flown(takeoff, progress), own) for takeoff in ready}
 
 
 def _flown(takeoff: Takeoff, progress: Progress | None) -> Run:

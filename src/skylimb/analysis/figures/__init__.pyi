@@ -5,6 +5,7 @@ from .over_time import cog_tracking as cog_tracking
 from .over_time import contact_direction as contact_direction
 from .plates import PLATES as PLATES
 from .plates import Plate as Plate
+from .plates import own_plates as own_plates
 from .plates import write_figures as write_figures
 from .pose_strip import poses as poses
 from .traces import pen_traces as pen_traces

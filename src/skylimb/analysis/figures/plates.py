@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,6 +15,7 @@ from skylimb.analysis.figures.drawing import drawn_line
 from skylimb.analysis.figures.over_time import SMOOTHING, cog_tracking, contact_direction
 from skylimb.analysis.figures.pose_strip import poses
 from skylimb.analysis.figures.traces import pen_traces
+from skylimb.analysis.own import OwnFigure
 from skylimb.analysis.pen_line import DRAWN_WITHIN
 from skylimb.analysis.signals import ADAPTATION_THRESHOLD, in_contact
 from skylimb.recording import Run
@@ -151,12 +152,32 @@ PLATES = (
 """Every figure, in the order in which a report shows them."""
 
 
-def write_figures(runs: Mapping[str, Run], folder: Path) -> list[Path]:
+def own_plates(runs: Mapping[str, Run], figures: Iterable[OwnFigure]) -> list[Plate]:
+    """A user's own figures of every run that did not fail."""
+    return [
+        Plate(
+            f"{figure.name}-{name}" if len(runs) > 1 else figure.name,
+            f"{figure.name} of {name}" if len(runs) > 1 else figure.name,
+            figure.caption,
+            lambda _, figure=figure, run=run: figure(run),
+        )
+        for figure in figures
+        for name, run in runs.items()
+        if not run.failed
+    ]
+
+
+def write_figures(runs: Mapping[str, Run], folder: Path, own: Iterable[Plate] = ()) -> list[Path]:
     """Draw every figure that suits these runs into `folder`, as PNG and PDF, and return the PNG paths.
+
+    Args:
+        runs: by name.
+        folder: where.
+        own: figures besides `PLATES`.
 
     Raises:
         OSError: when a file cannot be written.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    wanted = [plate for plate in PLATES if plate.suits(runs)]
+    wanted = [plate for plate in (*PLATES, *own) if plate.suits(runs)]
     return [style.save(plate.draw(runs), folder / plate.name)[0] for plate in wanted]

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from skylimb.analysis.metrics import DESCRIPTIONS
+from skylimb.analysis.measures import describe
 from skylimb.campaign.flight_queue import FlightQueue
 from skylimb.campaign.frozen import Campaign
 from skylimb.campaign.rows import Row
@@ -75,7 +75,7 @@ class TuneOutcome:
 
     def lines(self) -> list[str]:
         """The verdict in words, a line a controller."""
-        text, unit = DESCRIPTIONS[self.objective]
+        text, unit = describe(self.objective)
         said = []
         for name, found in self.tuned.items():
             pair, goal = found.held_out, GOALS[self.objective]

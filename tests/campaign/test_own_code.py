@@ -1,0 +1,57 @@
+"""A user's own controller, gains and metric in a campaign and in a search."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from skylimb.campaign import run_campaign, tune
+from skylimb.control.controller import load_controller, resolved_tables
+from skylimb.robots.loader import load_robot
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+METRIC = """
+import skylimb
+
+@skylimb.metric(unit="m/s", smaller_is_better=True)
+def fastest(run):
+    '''Largest speed.'''
+    return float(abs(run.log.cog_velocity).max())
+"""
+OWN = f'["{(EXAMPLES / "own_controller.py").as_posix()}"]'
+
+
+@pytest.fixture
+def spec(write_spec: Callable[..., Path], tmp_path: Path) -> Callable[..., Path]:
+    (tmp_path / "mine.py").write_text(METRIC, encoding="utf-8")
+
+    def written(**more: str) -> Path:
+        return write_spec(draws=2, controllers=OWN, head='use = ["mine.py"]\nscore = "fastest"', **more)
+
+    return written
+
+
+def test_a_campaign_varies_its_gains_and_scores_by_its_metric(
+    spec: Callable[..., Path], tmp_path: Path
+) -> None:
+    file = spec(
+        vary='"controller.velocity.2" = { grid = [3.0, 6.0] }', more="[success]\nfastest = { max = 5.0 }"
+    )
+    outcome = run_campaign(file, tmp_path / "out", workers=0)
+    assert outcome.summary is not None
+    first, second = outcome.rows.values()
+    assert (first["status"], second["status"]) == ("OK", "OK")
+    assert (first["controller.velocity.2"], second["controller.velocity.2"]) == (3.0, 6.0)
+    assert first["fastest"] != second["fastest"]
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert "Largest speed" in page
+
+
+def test_a_search_tunes_its_gains(spec: Callable[..., Path], tmp_path: Path) -> None:
+    pytest.importorskip("cma")
+    table = '[tune]\nobjective = "fastest"\ntrials = 2\nheld_out = 2\ngains = { "velocity.2" = [2.0, 8.0] }'
+    outcome = tune(spec(more=table), tmp_path / "out", workers=0)
+    assert "m/s" in outcome.lines()[0]
+    tuned = load_controller(str(tmp_path / "out" / "own_controller.toml"), load_robot("hydrus_xi_quad"))
+    found = outcome.tuned["own_controller"]
+    assert resolved_tables(tuned)["velocity"] == [2.6, 2.6, found.after["velocity.2"]]
