@@ -8,6 +8,7 @@ In a campaign's file: use = ["own_metric.py"]. Then `score`, `success`, `stop` a
 
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.figure import Figure
 
 import skylimb
 
@@ -28,7 +29,7 @@ def tilt_spread(run: skylimb.Run) -> dict[str, float]:
 
 
 @skylimb.figure
-def thrusts(run: skylimb.Run) -> plt.Figure:
+def thrusts(run: skylimb.Run) -> Figure:
     """Thrust of every rotor over the flight."""
     figure, axes = plt.subplots(figsize=(8.0, 3.0), layout="constrained")
     axes.plot(run.log.time, run.log.thrusts, label=run.log.rotor.values, linewidth=0.8)

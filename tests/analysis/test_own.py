@@ -7,6 +7,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.figure import Figure
 
 import skylimb
 from skylimb.analysis.measures import describe
@@ -96,7 +97,7 @@ def test_a_figure_is_a_matplotlib_figure() -> None:
 
     assert isinstance(drawn, OwnFigure)
     assert (drawn.name, drawn.caption) == ("drawn", "A line.")
-    assert isinstance(drawn(run()), plt.Figure)
+    assert isinstance(drawn(run()), Figure)
     plt.close("all")
     with pytest.raises(
         UserCodeError, match="figure 'drawn' should return a matplotlib figure, it returned int"
