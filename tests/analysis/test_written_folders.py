@@ -135,6 +135,26 @@ def test_the_report_lists_what_the_controller_made_of_the_contact(make_log, tmp_
     assert "<td>2.500</td><td>approach</td><td>settle</td><td>touched</td>" in text
 
 
+def test_figures_stand_before_the_contacts_states(make_log, tmp_path):
+    """A drawing has dozens of changes of state: nobody scrolls through them to the first figure."""
+    log = make_log(slide=1.0).assign_attrs(
+        contact_transitions=json.dumps([[0.1 * i, "a", "b", "c"] for i in range(51)])
+    )
+    (tmp_path / "figures").mkdir()
+    (tmp_path / "figures" / "poses.png").write_bytes(b"PNG")
+    text = render_report({"following": Run("following", "following", log, {})}, tmp_path)
+    assert text.index('id="figures"') < text.index('id="contact"')
+    assert "<details><summary>Following: 51 changes" in text  # closed until somebody wants them
+
+
+def test_a_report_says_what_was_not_done_as_commanded(make_log, tmp_path):
+    (tmp_path / "figures").mkdir()
+    scores = {"done": False, "missed": ["the pen touches 88 % of the time, 95 % commanded"]}
+    page = Page(render_report({"hybrid": Run("hybrid", "hybrid", make_log(slide=1.0), scores)}, tmp_path))
+    assert "Finished, and not done as commanded" in page.text
+    assert "Hybrid: the pen touches 88 % of the time, 95 % commanded." in page.text
+
+
 def test_words_of_the_users_are_not_taken_for_markup(make_log, tmp_path, no_figures):
     log = make_log(status="FAILED", cause="<b>1 & 2</b>", slide=1.0)
     runs = {"a<i>b".replace("<i>", "-"): Run("a-b", "<script>x</script>", log, {})}

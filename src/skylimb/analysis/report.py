@@ -105,6 +105,9 @@ def render_report(
             for name, run in runs.items()
             if run.failed
         ],
+        missed=[
+            (palette.label(name), run.missed) for name, run in runs.items() if run.missed and not run.failed
+        ],
         finished=sum(not run.failed for run in runs.values()),
         total=len(runs),
         transitions=[
