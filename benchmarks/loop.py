@@ -50,7 +50,7 @@ class Bench:
 
     def closed_loop(self, data: mujoco.MjData, watch: Callable[[int], None] | None = None) -> Flight:
         takeoff = self.takeoff
-        outside = interventions(takeoff.plant, data, takeoff.times, takeoff.experiment.disturbance)
+        outside = interventions(takeoff.plant, data, takeoff.times, takeoff.pushes)
         driver = CompiledDriver(
             self.tick, takeoff.plant, data, takeoff.rows, [*outside, *([watch] if watch else [])]
         )

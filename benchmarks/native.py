@@ -59,7 +59,7 @@ def controls_of(takeoff: Takeoff) -> tuple[np.ndarray, np.ndarray]:
     def watch(k: int) -> None:
         controls[k] = data.ctrl
 
-    outside = interventions(plant, data, takeoff.times, takeoff.experiment.disturbance)
+    outside = interventions(plant, data, takeoff.times, takeoff.pushes)
     driver = CompiledDriver(takeoff.tick, plant, data, takeoff.rows, [*outside, watch])
     flight = Loop(driver, takeoff.mission, takeoff.experiment.terminations, len(takeoff.rows)).fly()
     if flight.cause:

@@ -21,7 +21,7 @@ from skylimb.planning.trajectories import TrajectoryConfig
 from skylimb.recording.origin import TABLE, absolute, changes_since
 from skylimb.recording.versions import origin_versions
 from skylimb.robots.loader import list_robots
-from skylimb.simulation.disturbance import DisturbanceConfig
+from skylimb.simulation.disturbance import DisturbanceConfig, PushConfig
 from skylimb.simulation.gain_changes import GainChange
 from skylimb.simulation.plant import PlantConfig
 from skylimb.simulation.sensors import SensorConfig
@@ -58,6 +58,7 @@ class Settings:
     terminations: Terminations = field(default_factory=Terminations)
     tolerances: Tolerances = field(default_factory=Tolerances)
     gain_changes: tuple[GainChange, ...] = ()
+    pushes: tuple[PushConfig, ...] = ()
 
     def check(self) -> None:
         """Refuse a contact axis that is no unit vector."""

@@ -69,7 +69,7 @@ def fastest_tick(takeoff: Takeoff) -> CompiledTick:
 def simulated_driver(takeoff: Takeoff) -> Driver:
     """`compiled` for a controller that can be traced, else `free` on the simulated vehicle."""
     plant, data, rows = takeoff.plant, takeoff.data(), takeoff.rows
-    outside = interventions(plant, data, takeoff.times, takeoff.experiment.disturbance)
+    outside = interventions(plant, data, takeoff.times, takeoff.pushes)
     if takeoff.traceable:
         return CompiledDriver(fastest_tick(takeoff), plant, data, rows, outside)
     vehicle = SimulatedVehicle(plant, data, rows.ticks, takeoff.experiment.sensors, takeoff.period, outside)

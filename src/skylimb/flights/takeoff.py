@@ -26,6 +26,7 @@ from skylimb.missions.posture import posture_plan
 from skylimb.missions.table import Window, window_of
 from skylimb.planning.posture_path import PostureConfig
 from skylimb.robots.model import Robot
+from skylimb.simulation.disturbance import Push, body_of, resolved_pushes
 from skylimb.simulation.gain_changes import require_gain_changes
 from skylimb.simulation.plant import Plant, build_plant, initial_data
 from skylimb.simulation.rows import FlightRows, flight_rows
@@ -107,6 +108,12 @@ class Takeoff:
         tick = self.tick
         return rows.with_changes(experiment.gain_changes, tick.gains, tick.gains_layout, self.period)
 
+    @cached_property
+    def pushes(self) -> list[Push]:
+        """What pushes the robot in flight."""
+        experiment, root = self.experiment, self.plant.robot.description.root
+        return resolved_pushes(experiment.disturbance, experiment.pushes, self.plant.model, root, self.times)
+
     def data(self) -> mujoco.MjData:
         """The plant's state before the first tick, as a copy of its own."""
         data = mujoco.MjData(self.plant.model)
@@ -147,10 +154,13 @@ def plant_and_mission(
 
     Raises:
         ConfigError: when the robot would start inside of the surface, its tip does not fit, or the path
-            leaves the surface.
+            leaves the surface; or a push names a link that the robot does not have.
     """
     dt = experiment.control_period
     plant = build_plant(robot, experiment.surface, experiment.plant, dt)
+    for push in experiment.pushes:
+        if push.link:
+            body_of(push.link, plant.model)
     config = MissionConfig(experiment.phases, experiment.approach, experiment.trajectory)
     plan = (
         config, tuple(experiment.contact_axis), tuple(experiment.surface.position), experiment.posture,

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import mujoco
 import numpy as np
 
-from skylimb.simulation.disturbance import DisturbanceConfig, pusher
+from skylimb.simulation.disturbance import Push, pusher
 from skylimb.simulation.plant import Plant
 from skylimb.simulation.robot_bodies import TIP_SITE
 from skylimb.simulation.surfaces import PairFriction
 
 
 def interventions(
-    plant: Plant, data: mujoco.MjData, times: np.ndarray, disturbance: DisturbanceConfig
+    plant: Plant, data: mujoco.MjData, times: np.ndarray, pushes: Sequence[Push]
 ) -> list[Callable[[int], None]]:
     """Functions of the tick that act on the plant's data before the tick's physics.
 
@@ -22,7 +22,7 @@ def interventions(
         plant: what is flown.
         data: its state.
         times: of every tick that the flight may have, s.
-        disturbance: the push.
+        pushes: on the robot.
     """
     found: list[Callable[[int], None]] = []
     if plant.wall_joint is not None:
@@ -35,7 +35,7 @@ def interventions(
         found.append(move_wall)
     if plant.surface.friction_varies:
         found.append(friction_writer(plant, data, times, plant.model))
-    push = pusher(disturbance, plant.model, data, plant.robot.description.root, times)
+    push = pusher(pushes, plant.model, data)
     if push is not None:
         found.append(push)
     return found

@@ -60,6 +60,13 @@ CHANGED = {
         {"time": 1.3, "key": "translation.force", "value": 0.8, "blend": 0.0},
     ]
 }
+POKED = {
+    "pushes": [
+        {"start": 1.0, "duration": 0.5, "force": [0.4, 0.0, -0.2]},
+        {"start": 1.2, "duration": 0.6, "force": [0.0, 0.5, 0.3], "link": "link4", "point": [0.3, 0.02, 0.0]},
+        {"start": 1.4, "duration": 0.1, "torque": [0.0, 0.0, 0.1], "link": "link2"},
+    ],
+}
 LEAVING = {"surface.advance_distance": -0.05, "surface.advance_speed": 0.05, "surface.advance_start": 2.0}
 FLIGHTS: dict[str, tuple[str, str, dict[str, Any]]] = {
     "pid": ("paper", "pid", {}),
@@ -68,9 +75,10 @@ FLIGHTS: dict[str, tuple[str, str, dict[str, Any]]] = {
     "hybrid": ("paper", "hybrid", {}),
     "free flight": ("free_flight", "hybrid", {"posture.hold": 0.1}),
     "push": ("push", "hybrid", {"disturbance.start": 3.0, "trajectory.duration": 5.0}),
+    "pushes on links": ("free_flight", "hybrid", {**POKED, "posture.hold": 0.1}),
     "moving board": ("paper", "hybrid", MOVING),
     "friction of the place": ("paper", "hybrid", SLIPPERY),
-    "all at once": ("paper", "pid", {**MOVING, **SLIPPERY, **PUSHED}),
+    "all at once": ("paper", "pid", {**MOVING, **SLIPPERY, **PUSHED, **POKED}),
     "curved surface": ("paper", "hybrid", {"surface.kind": "sine", "surface.slope": 0.0}),
     "one step a tick": ("paper", "hybrid", {**MOVING, **SLIPPERY, "plant.physics_step": 0.005}),
     "another robot than described": (

@@ -30,6 +30,7 @@ typedef struct {
 } Engine;
 
 /* `Flight`, the record of one flight, is declared here from its twin in record.py, which says what its fields are. */
+@PUSH@
 @FLIGHT@
 static Engine engine;
 
@@ -80,7 +81,18 @@ static void move_wall(const Flight* f, const mjModel* m, mjData* d, int64_t k) {
 
 static void push(const Flight* f, const mjModel* m, mjData* d, int64_t k) {
   for (int i = 0; i < m->nv; i++) d->qfrc_applied[i] = 0.0;
-  if (f->pushes[k]) engine.apply(m, d, f->force, f->torque, d->subtree_com + 3 * f->body, (int)f->body, d->qfrc_applied);
+  for (int64_t n = 0; n < f->n_pushes; n++) {
+    const Push* p = f->pushes + n;
+    if (k < p->begin || k >= p->end) continue;
+    const mjtNum *at = d->subtree_com + 3 * p->body, *x = d->xpos + 3 * p->body, *R = d->xmat + 9 * p->body;
+    mjtNum point[3];
+    if (p->local) {
+      for (int i = 0; i < 3; i++)
+        point[i] = x[i] + (R[3 * i] * p->point[0] + R[3 * i + 1] * p->point[1] + R[3 * i + 2] * p->point[2]);
+      at = point;
+    }
+    engine.apply(m, d, p->force, p->torque, at, (int)p->body, d->qfrc_applied);
+  }
 }
 
 static int64_t cell(double fraction, int64_t count) {
@@ -151,7 +163,7 @@ static void begin_tick(Flight* f, const mjModel* m, mjData* d, int64_t k) {
   }
   f->at = f->clock < 0 ? k + 1 : (int64_t)f->state[1 - (k & 1)][f->clock];
   if (f->wall_qpos >= 0) move_wall(f, m, d, k);
-  if (f->pushes) push(f, m, d, k);
+  if (f->n_pushes) push(f, m, d, k);
 }
 
 void skylimb_control(const mjModel* m, mjData* d) {

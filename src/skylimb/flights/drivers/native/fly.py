@@ -74,9 +74,8 @@ def fly_native(
 
 
 def _fly_compiled(takeoff: Takeoff) -> Flight:
-    outside = interventions(
-        takeoff.plant, data := takeoff.data(), takeoff.times, takeoff.experiment.disturbance
-    )
+    data = takeoff.data()
+    outside = interventions(takeoff.plant, data, takeoff.times, takeoff.pushes)
     driver = CompiledDriver(takeoff.tick, takeoff.plant, data, takeoff.rows, outside)
     with without_timer():
         return Loop(driver, takeoff.mission, takeoff.experiment.terminations, len(takeoff.rows)).fly()

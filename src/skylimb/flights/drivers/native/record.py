@@ -18,7 +18,6 @@ from skylimb.missions.mission import Mission
 from skylimb.packing import Layout
 from skylimb.simulation.c_struct import address
 from skylimb.simulation.contact import PAIR_NAME
-from skylimb.simulation.disturbance import active, pushes
 from skylimb.simulation.interventions import friction_writer
 from skylimb.simulation.plant import Plant
 from skylimb.simulation.robot_bodies import TIP_SITE
@@ -45,9 +44,8 @@ class FlightRecord(ctypes.Structure):
     counted anew, as data may have served another flight. closed: 1 when the engine went on after the last
     tick, and its warnings were looked at before. warned: ticks flown when a warning was found, or -1.
     warnings: how many of each there had been before this flight was continued; then, how many new. wall:
-    displacement and speed of a moving surface at every tick, (count, 2). pushes: whether the push acts in
-    each tick; null without one. model: of this flight alone, whose friction is written; null where
-    friction is constant.
+    displacement and speed of a moving surface at every tick, (count, 2). pushes: on the robot. model: of
+    this flight alone, whose friction is written; null where friction is constant.
     """
 
     _fields_ = (
@@ -61,8 +59,7 @@ class FlightRecord(ctypes.Structure):
         ("done", _Word), ("stopped", _Word), ("fresh", _Word), ("closed", _Word),
         ("warned", _Word), ("warnings", _Word * _WARNINGS),
         ("wall_qpos", _Word), ("wall_dof", _Word), ("wall", _Given),
-        ("pushes", address("const uint8_t*")), ("body", _Word),
-        ("force", _Number * 3), ("torque", _Number * 3),
+        ("n_pushes", _Word), ("pushes", address("const Push*")),
         ("model", address("mjModel*")), ("pair", _Word), ("site", _Word), ("cells", _Word * 2),
         ("frictions", _Given), ("adhesions", _Given),
         ("origin", _Number * 3), ("axis", _Number * 3),
@@ -124,7 +121,7 @@ def begin_flight(takeoff: Takeoff, function: int) -> Aloft:
     """
     tick, plant, mission, rows = takeoff.tick, takeoff.plant, takeoff.mission, takeoff.rows
     count, times = len(rows), takeoff.times
-    limits, disturbance = takeoff.experiment.terminations, takeoff.experiment.disturbance
+    limits = takeoff.experiment.terminations
     model = plant.model
     if plant.surface.friction_varies:
         model = copy.copy(model)
@@ -155,10 +152,10 @@ def begin_flight(takeoff: Takeoff, function: int) -> Aloft:
     record.fresh, record.warned = 1, -1
     record.wall_qpos, record.wall_dof = plant.wall_joint or (-1, -1)
     record.wall = keep(np.stack(plant.surface.motion(times), axis=1))
-    if pushes(disturbance, times):
-        record.pushes = keep(active(disturbance, times), np.uint8)
-        record.body = model.body(plant.robot.description.root).id
-        record.force, record.torque = disturbance.force, disturbance.torque
+    record.n_pushes = len(takeoff.pushes)
+    if takeoff.pushes:
+        bytes_of = b"".join(map(bytes, takeoff.pushes))
+        record.pushes = keep(np.frombuffer(bytes_of, np.uint8), np.uint8)
     if plant.surface.friction_varies:
         _add_friction(flight, plant)
     return flight
