@@ -353,3 +353,24 @@ def test_configurations_are_frozen_and_compare_by_value():
     assert dataclasses.replace(Arm(), depth=0.2) != Arm()
     with pytest.raises(dataclasses.FrozenInstanceError):
         Arm().depth = 0.3  # type: ignore[misc]
+
+
+@pytest.mark.parametrize(
+    ("unit", "text", "reading"),
+    [
+        ("rad", "20deg", "20 deg = 0.349066 rad"),
+        ("rad", "-90 °", "-90 ° = -1.5708 rad"),
+        ("rad/s", "10 rpm", "10 rpm = 1.0472 rad/s"),
+        ("m", "3e2 mm", "3e2 mm = 0.3 m"),
+        ("m", "0.3m", "0.3 m = 0.3 m"),
+        ("s", "200ms", "200 ms = 0.2 s"),
+        ("", "20%", "20 % = 0.2"),
+        ("m", "20deg", ""),
+        ("rad", "20", ""),
+        ("rad", "deg", ""),
+        ("", "wet", ""),
+        ("J", "3 kJ", ""),
+    ],
+)
+def test_a_number_with_a_unit_is_read(unit, text, reading):
+    assert Key(unit, "what").reading_of(text) == reading

@@ -13,6 +13,7 @@ from .flights.public import begin as begin
 from .flights.public import compare as compare
 from .flights.public import run as run
 from .missions.reference import Reference as Reference
+from .recording.folder import load_runs as load_runs
 from .recording.run import Run as Run
 from .robots.loader import list_robots as list_robots
 from .robots.loader import load_robot as load_robot

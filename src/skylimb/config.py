@@ -22,7 +22,7 @@ import tomli_w
 from skylimb.errors import ConfigError, UnknownNameError, nearest
 from skylimb.keys.checks import RefusedError, choice_problem
 from skylimb.keys.fields import fields_of, members_of, section_of
-from skylimb.keys.key import shown
+from skylimb.keys.key import Key, shown
 from skylimb.sources import Source, read_source
 
 T = TypeVar("T")
@@ -136,6 +136,8 @@ def _build(cls: type[T], table: Any, path: tuple[str, ...]) -> T:
     for key in table:
         if key not in known:
             raise _unknown_key((*path, key), cls)
+    for key, value in table.items():
+        _refuse_unit(known[key][1], value, (*path, key))
     values = {key: _convert(known[key][0], value, (*path, key)) for key, value in table.items()}
     for field in dataclasses.fields(cls):  # type: ignore[arg-type]
         required = field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING
@@ -145,6 +147,16 @@ def _build(cls: type[T], table: Any, path: tuple[str, ...]) -> T:
         return cls(**values)
     except RefusedError as error:
         raise error.under(".".join(path)) from None
+
+
+def _refuse_unit(key: Key | None, value: Any, path: tuple[str, ...]) -> None:
+    """Refuse a number with a unit, as in "20deg", with the number that it would be."""
+    reading = key.reading_of(value) if key is not None and isinstance(value, str) else ""
+    if reading:
+        number = reading.partition(" = ")[2].partition(" ")[0]
+        raise ConfigError(
+            f"{'.'.join(path)} = {shown(value)} is a text, it takes a number: {reading}, so write {number}"
+        )
 
 
 def _convert(kind: Any, value: Any, path: tuple[str, ...]) -> Any:

@@ -21,6 +21,7 @@ def parse(verb: str, kind: type, words: list[str]) -> Any:
     Raises:
         ConfigError: for an unknown option, a missing value or one of the wrong type.
     """
+    _refuse_values_of_flags(kind, words)
     complaint = io.StringIO()
     try:
         with contextlib.redirect_stderr(complaint):
@@ -32,6 +33,23 @@ def parse(verb: str, kind: type, words: list[str]) -> Any:
             raise unknown_name(f"option of {verb}", unknown[0].partition("=")[0], [*flags(kind), "--help"])
         raise ConfigError(f"'{unknown[0]}' is one argument too many; see skylimb {verb} --help")
     return options
+
+
+def _refuse_values_of_flags(kind: type, words: list[str]) -> None:
+    """Refuse `--video no` and `--video=no`, in which "no" would be taken for the next argument."""
+    hints = get_type_hints(kind)
+    for word, following in zip(words, [*words[1:], ""], strict=False):
+        option, equals, value = word.partition("=")
+        name = option.removeprefix("--").removeprefix("no-").replace("-", "_")
+        if option.startswith("--") and hints.get(name) is bool:
+            value = value if equals else following
+            if equals or value.lower() in _YES_OR_NO:
+                raise ConfigError(
+                    f"--{name} takes no value ('{value}'): write --{name}, or --no-{name} for the opposite"
+                )
+
+
+_YES_OR_NO = {"yes", "no", "true", "false", "on", "off", "0", "1"}
 
 
 def verb_help(verb: str, kind: type) -> str:

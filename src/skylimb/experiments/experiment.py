@@ -5,13 +5,14 @@ from __future__ import annotations
 import dataclasses
 import functools
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import field
 from pathlib import Path
 from typing import Annotated, Any
 
 from skylimb.config import from_mapping, put, read_toml, to_mapping, value_of
-from skylimb.errors import ConfigError, unknown_name
+from skylimb.control.slots import SLOTS, find_law, keys_of_law, law_names
+from skylimb.errors import ConfigError, UnknownNameError, nearest, unknown_name
 from skylimb.experiments.tolerances import Tolerances
 from skylimb.keys import Key, configuration, keys_of
 from skylimb.loop.terminations import Terminations
@@ -185,15 +186,46 @@ def experiment_from_mapping(mapping: Mapping[str, Any], where: str) -> Experimen
     surface, controller = _table(tables, "surface", where), _table(tables, "controller", where)
     recorded = _table(tables, "recorded", where)
     known = {f.name for f in dataclasses.fields(Experiment)}
-    for key in tables:
+    for key, value in tables.items():
         if key not in known:
-            raise unknown_name(f"key of {where}", key, known)
+            raise _unknown_key(where, key, value, known)
     settings = from_mapping(Settings, tables, where)
     values = {f.name: getattr(settings, f.name) for f in dataclasses.fields(Settings)}
     # The surface faces the robot along the experiment's contact axis unless the file says otherwise.
     surface = {"contact_axis": list(settings.contact_axis), **surface}
     made = surface_from_mapping(surface, where)
     return Experiment(**values, surface=made, controller=controller, recorded=recorded)
+
+
+def _unknown_key(where: str, key: str, value: Any, known: Iterable[str]) -> UnknownNameError:
+    """The error for a key that no experiment has; it names the whole keys that end in it."""
+    while isinstance(value, dict) and len(value) == 1:
+        inside, value = next(iter(value.items()))
+        key = f"{key}.{inside}"
+    whole = sorted(_whole_keys(key), key=lambda name: (name.count("."), name))
+    if not whole:
+        return unknown_name(f"key of {where}", key, known)
+    return UnknownNameError(
+        f"unknown key '{key}' of {where}; did you mean {' or '.join(repr(name) for name in whole[:3])}? "
+        f"(skylimb keys {key.rpartition('.')[2]} finds more)"
+    )
+
+
+def _whole_keys(key: str) -> list[str]:
+    """Keys of experiments and controllers that end in `key`; those that are spelled alike where none do."""
+    surfaces = [f"surface.{name}" for kind in SURFACES.values() for name in keys_of(kind)]
+    settings = list(dict.fromkeys([*keys_of(Settings), *surfaces]))
+    gains = [
+        f"controller.{slot}.{name}"
+        for slot in SLOTS
+        for law in law_names(slot)
+        for name in keys_of_law(find_law(slot, law, Path()))
+    ]
+    found = [name for name in dict.fromkeys([*settings, *gains]) if name.endswith(f".{key}")]
+    if found:
+        return found
+    guess = nearest(key.rpartition(".")[2], {name.rpartition(".")[2] for name in settings})
+    return [name for name in settings if guess and name.rpartition(".")[2] == guess]
 
 
 def _table(tables: dict[str, Any], name: str, where: str) -> dict[str, Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass
 from typing import Any
 
@@ -70,6 +71,14 @@ class Key:
         guess = self._unit_guess(value)
         return f"{text}; {guess}" if guess else text
 
+    def reading_of(self, text: str) -> str:
+        """What a number with a unit, such as "20deg", is in the key's own unit; empty where it is none."""
+        match = _WITH_UNIT.fullmatch(text)
+        factor = _READINGS.get(self.unit, {}).get(match[2]) if match else None
+        if match is None or factor is None:
+            return ""
+        return f"{match[1]} {match[2]} = {float(match[1]) * factor:.6g} {self.unit}".rstrip()
+
     @property
     def _closed(self) -> bool:
         """Whether both ends are finite and belong to the range."""
@@ -98,6 +107,24 @@ _OTHER_UNITS = {
     "kg": ("grams", "g", 1e-3),
     "s": ("milliseconds", "ms", 1e-3),
 }
+
+
+_DEGREE = math.pi / 180.0
+
+_READINGS = {
+    "": {"%": 0.01},
+    "rad": {"deg": _DEGREE, "degree": _DEGREE, "degrees": _DEGREE, "°": _DEGREE, "rad": 1.0},
+    "rad/s": {"deg/s": _DEGREE, "°/s": _DEGREE, "rpm": math.pi / 30.0, "rad/s": 1.0},
+    "m": {"mm": 1e-3, "cm": 1e-2, "m": 1.0},
+    "m/s": {"mm/s": 1e-3, "cm/s": 1e-2, "m/s": 1.0},
+    "kg": {"g": 1e-3, "kg": 1.0},
+    "s": {"ms": 1e-3, "s": 1.0, "min": 60.0},
+    "N": {"mN": 1e-3, "N": 1.0, "kN": 1e3},
+    "Hz": {"Hz": 1.0, "kHz": 1e3},
+}
+"""Unit of a key -> units that people write, and how much of the first they are."""
+
+_WITH_UNIT = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([a-zA-Z°%][a-zA-Z°/]*)\s*")
 
 
 def is_number(value: Any) -> bool:

@@ -110,6 +110,12 @@ class Run:
             raise unknown_name("signal", name, [str(known) for known in self.log.data_vars])
         return self.log[name]
 
+    def _repr_html_(self) -> str:
+        """Verdict, scores and a small plot, for a notebook."""
+        from skylimb.recording.notebook import run_html
+
+        return run_html(self)
+
     def save(self, path: str | Path) -> Path:
         """Write the run as one compressed NetCDF-4 file; numbers keep every bit.
 
