@@ -59,3 +59,15 @@ def test_no_caption_speaks_of_a_path_that_may_be_another():
 def test_a_drawings_file_is_named_without_its_folder():
     facts = dict(_facts({"trajectory": {"shape": "drawing", "file": "/home/me/pictures/cat.svg"}}))
     assert facts["Drawing"] == "cat.svg"
+
+
+def test_a_paths_facts_are_those_of_its_shape():
+    path = {"radius": 0.3, "length": 0.6, "period": 14.0, "direction": 1}
+
+    def named(shape):
+        return {name for name, _ in _facts({"trajectory": {"shape": shape, **path}})}
+
+    assert named("circle") == {"Path", "Radius", "Period", "Direction"}
+    assert named("line") == {"Path", "Length", "Direction"}
+    assert named("drawing") == {"Path"}
+    assert named("hold") == {"Path"}

@@ -37,6 +37,7 @@ FACTS = (
     ("trajectory.file", "Drawing", ""),
     ("trajectory.text", "Words", ""),
     ("trajectory.radius", "Radius", "m"),
+    ("trajectory.length", "Length", "m"),
     ("trajectory.period", "Period", "s"),
     ("trajectory.direction", "Direction", ""),
     ("surface.kind", "Surface", ""),
@@ -49,8 +50,13 @@ FACTS = (
 """Keys of the configuration that a reader wants to know first, what to call them, and their units."""
 
 
-_LAPS = ("trajectory.radius", "trajectory.period")
-"""What a drawing does not have."""
+_SHAPES = {
+    "trajectory.radius": ("circle", "lemniscate"),
+    "trajectory.length": ("line", "lawnmower"),
+    "trajectory.period": ("circle", "lemniscate"),
+    "trajectory.direction": ("circle", "lemniscate", "line", "lawnmower", "waypoints"),
+}
+"""Shapes of a path that have these keys; other shapes leave them unused."""
 
 
 @dataclass(frozen=True)
@@ -172,12 +178,13 @@ def _is_drawing(config: Mapping[str, Any]) -> bool:
 
 def _facts(config: Mapping[str, Any]) -> list[tuple[str, str]]:
     facts = []
-    drawing = _is_drawing(config)
+    path = config.get("trajectory")
+    shape = path.get("shape") if isinstance(path, Mapping) else None
     for key, text, unit in FACTS:
         value: Any = config
         for part in key.split("."):
             value = value.get(part) if isinstance(value, Mapping) else None
-        if value is not None and value != "" and not (drawing and key in _LAPS):
+        if value is not None and value != "" and shape in _SHAPES.get(key, (shape,)):
             signed = "+" if key.endswith("direction") else ""
             shown = f"{value:{signed}.4g}" if isinstance(value, int | float) else str(value)
             shown = Path(shown).name if key == "trajectory.file" else shown

@@ -16,6 +16,9 @@ from skylimb.recording import Run
 
 DASHED = (0, (4, 2.5))
 
+_FLAT = 0.8
+"""Inches: a panel that is no taller has room for two numbers beside it."""
+
 
 @style.styled
 def pen_traces(runs: Mapping[str, Run]) -> Figure:
@@ -48,7 +51,7 @@ def pen_traces(runs: Mapping[str, Run]) -> Figure:
         style.title(ax, name, run)
         ax.set(aspect="equal", xlim=across, ylim=upward)
         ax.xaxis.set_major_locator(MaxNLocator(4))
-        ax.yaxis.set_major_locator(MaxNLocator(5))
+        ax.yaxis.set_major_locator(MaxNLocator(5 if tall > _FLAT else 2))
     style.label_outer(axes, len(runs), "across the board (m)", "up the board (m)")
     style.legend_below(
         figure,
