@@ -5,8 +5,8 @@
 Draws: friction 0.1 .. 0.8, stiffness of the pen 1 .. 20 N/mm (evenly in its logarithm), thrust +-2 % overall
 and per rotor, misaligned attitude +-1 degree about each axis, mass +-1 %, centre of gravity +-10 mm along
 each axis, latency 10 .. 30 ms (20 assumed), both directions of the circle; on the paper's board 14 and 20
-degrees toward both sides. docs/following.json keeps every number, and the tables of docs/following.md are
-written anew. `--tables` writes them from the numbers that were kept.
+degrees toward both sides. docs/following.json keeps every number, and the tables of docs/following_results.md
+are written anew. `--tables` writes them from the numbers that were kept.
 
 Both presets are held to the same three things: the centre of gravity to the mission's reference, the pen to
 its reference line, and the force. What only `following` has stands in columns of its own: the distance of the
@@ -315,7 +315,7 @@ def compact(numbers: Mapping[str, Any]) -> str:
 
 def fill(name: str, text: str) -> None:
     """Put a text between the page's markers."""
-    page = DOCS / "following.md"
+    page = DOCS / "following_results.md"
     begin, end = f"<!-- begin: {name} -->", f"<!-- end: {name} -->"
     old = page.read_text(encoding="utf-8")
     pattern = re.escape(begin) + ".*?" + re.escape(end)

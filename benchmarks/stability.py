@@ -2,7 +2,7 @@
 
     python benchmarks/stability.py          (three minutes; docs/stability.json, a figure, a section)
 
-Gains are read from the preset. The section between the markers of docs/following.md is written anew.
+Gains are read from the preset. The section between the markers of docs/following_results.md is written anew.
 """
 
 from __future__ import annotations
@@ -41,7 +41,11 @@ from skylimb.verification.stability import (
 )
 
 DOCS = Path(__file__).parents[1] / "docs"
-PAGE, NUMBERS, FIGURE = DOCS / "following.md", DOCS / "stability.json", DOCS / "images" / "stability.png"
+PAGE, NUMBERS, FIGURE = (
+    DOCS / "following_results.md",
+    DOCS / "stability.json",
+    DOCS / "images" / "stability.png",
+)
 CONTROLLERS = ("following", "impedance", "hybrid")
 
 QUICK: dict[str, Any] = {"phases.hover": 1.0, "phases.tare": 1.0, "sensors.latency": 0.02}

@@ -40,16 +40,28 @@ def rows(page: str, heading: str) -> list[list[str]]:
 
 
 def test_the_table_of_following_is_the_preset(following: dict[str, Any]) -> None:
-    table = rows("following.md", "### Its numbers\n")
+    table = rows("following_results.md", "### Its numbers\n")
     assert len(table) > 20
     for key, value, _ in table:
         assert entry(following, key.strip("`")) == eval(value, {"__builtins__": {}}), key
 
 
+def test_the_guide_of_following_names_the_presets_values(following: dict[str, Any]) -> None:
+    table = rows("following.md", "## What one changes\n")
+    assert len(table) == 8
+    for key, value, _ in table:
+        assert entry(following, key.strip("`")) == float(value), key
+    text = (DOCS / "following.md").read_text(encoding="utf-8")
+    speed = re.search(r"along the contact axis with (\d+) mm/s", text)
+    assert speed is not None
+    assert float(speed[1]) == pytest.approx(1e3 * entry(following, "contact.approach_speed"))
+    assert len(text.splitlines()) < 130  # two pages
+
+
 @pytest.mark.parametrize(
     ("sentence", "keys", "scale"),
     [
-        (r"presses with a \*\*wanted force\*\* \((#) N\)", ["translation.force"], 1.0),
+        (r"presses with a \*\*commanded force\*\* \((#) N\)", ["translation.force"], 1.0),
         (r"felt\s+force above (#) N for (#) ms", ["machine.touch_force", "machine.touch_time"], (1.0, 1e3)),
         (r"stays below (#) N for (#) s", ["machine.lost_force", "machine.lost_time"], 1.0),
         (r"the robot rests for (#) s", ["machine.rest_time"], 1.0),
@@ -64,7 +76,7 @@ def test_the_table_of_following_is_the_preset(following: dict[str, Any]) -> None
 def test_the_text_of_following_quotes_the_preset(
     following: dict[str, Any], sentence: str, keys: list[str], scale: float | tuple[float, ...]
 ) -> None:
-    text = (DOCS / "following.md").read_text(encoding="utf-8")
+    text = (DOCS / "following_results.md").read_text(encoding="utf-8")
     found = re.search(sentence.replace("#", NUMBER).replace(" ", r"\s+"), text)
     assert found is not None, sentence
     scales = scale if isinstance(scale, tuple) else (scale,) * len(keys)
@@ -74,7 +86,7 @@ def test_the_text_of_following_quotes_the_preset(
 
 
 def test_the_history_of_the_delay_is_as_long_as_the_page_says() -> None:
-    text = (DOCS / "following.md").read_text(encoding="utf-8")
+    text = (DOCS / "following_results.md").read_text(encoding="utf-8")
     found = re.search(r"history's (\d+) ticks: (\d+) ms at (\d+) Hz", text)
     assert found is not None
     ticks, reach, rate = map(float, found.groups())

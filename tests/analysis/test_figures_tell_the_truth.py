@@ -57,7 +57,7 @@ def test_no_caption_speaks_of_a_path_that_may_be_another():
 
 
 def test_a_drawings_file_is_named_without_its_folder():
-    facts = dict(_facts({"trajectory": {"shape": "drawing", "file": "/home/me/pictures/cat.svg"}}))
+    facts = dict(_facts({"trajectory": {"shape": "drawing", "file": "sources/7b3da0ab/cat.svg"}}))
     assert facts["Drawing"] == "cat.svg"
 
 
