@@ -34,6 +34,7 @@ demo: $(VENV)/run.stamp
 	  echo "make demo: $(DEMO) holds something else than a demo; move it away first" >&2; exit 2; fi
 	@rm -rf $(DEMO)
 	$(BIN)/skylimb compare paper --out $(DEMO)
+	@echo "open $(DEMO)/report.html in a browser"
 
 test: $(VENV)/dev.stamp
 	$(BIN)/pytest -n 2

@@ -50,7 +50,7 @@ def model() -> mujoco.MjModel:
     return mujoco.MjModel.from_xml_string(SCENE)
 
 
-@given(arrays(float, st.tuples(st.integers(1, 30), st.integers(1, 4)), elements=numbers))
+@given(arrays(float, st.tuples(st.integers(0, 30), st.integers(1, 4)), elements=numbers))
 def test_packed_numbers_come_back_within_half_a_step(values: np.ndarray) -> None:
     back = unpacked(json.loads(json.dumps(packed(values), allow_nan=False)))
     assert np.array_equal(np.isnan(back), np.isnan(values))

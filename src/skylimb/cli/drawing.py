@@ -25,8 +25,8 @@ class Draw:
     """Draw an SVG file, or words, on a surface.
 
     The robot draws its lines with the pen. Leaves log.nc, metrics.json, config.toml, figures/ (drawing.png
-    shows the drawn line and its reference), report.html and video.mp4. The exit code is 1 for a lost
-    flight.
+    shows the drawn line and its reference) and report.html; with --video video.mp4. The exit code is 1 for a
+    lost flight.
     """
 
     examples: ClassVar[str] = """
@@ -68,7 +68,7 @@ class Draw:
     seed: Seed = ""
     set: Assignments = ()
     out: Out = ""
-    video: Video = True
+    video: Video = False
 
     def __call__(self) -> int:
         """Fly, record, draw what was drawn."""

@@ -33,14 +33,15 @@ if TYPE_CHECKING:
 class Run:
     """Fly one controller through one experiment.
 
-    Leaves log.nc, metrics.json, config.toml, figures/, report.html and, after all of them, video.mp4. The
-    exit code is 1 for a lost flight, and 0 for one that came to its end, done as commanded or not.
+    Leaves log.nc, metrics.json, config.toml, figures/ and report.html, in which one can watch the flight;
+    with --video video.mp4 after all of them. The exit code is 1 for a lost flight, and 0 for one that came to
+    its end, done as commanded or not.
     """
 
     examples: ClassVar[str] = """
         skylimb run --controller hybrid
         skylimb run paper --set surface.friction=0.2 trajectory.direction=-1 --out out/slippery
-        skylimb run mine.toml --controller my_controller.py --seed 4 --no-video
+        skylimb run mine.toml --controller my_controller.py --seed 4
         skylimb run out/slippery/config.toml        the same flight again
         skylimb run --set 'controller.translation.normalized_stiffness=[4, 4, 2]'
     """
@@ -59,7 +60,7 @@ class Run:
     set: Assignments = ()
     use: Use = ()
     out: Out = ""
-    video: Video = True
+    video: Video = False
 
     def __call__(self) -> int:
         """Fly, record, draw."""
@@ -89,15 +90,15 @@ class Run:
 class Compare:
     """Fly several controllers through the same experiment with the same seed.
 
-    Leaves a folder per controller, metrics.csv, the figures that compare them, report.html and, after all of
-    them, a video per controller. The exit code is 1 when a flight was
-    lost.
+    Leaves a folder per controller, metrics.csv, the figures that compare them and report.html, in which one
+    can watch the flights beside each other; with --video a video per controller after all of them. The exit
+    code is 1 when a flight was lost.
     """
 
     examples: ClassVar[str] = """
         skylimb compare
         skylimb compare paper --controllers hybrid my_gains.toml --out out/mine-or-theirs
-        skylimb compare --set surface.slope=-0.35 --no-video
+        skylimb compare --set surface.slope=-0.35 --video
     """
 
     experiment: Experiment = "paper"
@@ -108,7 +109,7 @@ class Compare:
     set: Assignments = ()
     use: Use = ()
     out: Out = ""
-    video: Video = True
+    video: Video = False
 
     def __call__(self) -> int:
         """Fly all, record, draw."""

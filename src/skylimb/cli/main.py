@@ -28,7 +28,7 @@ DEBUG = "--debug"
 
 EXAMPLES = """\
   skylimb compare                     the paper's experiment, four controllers, one report
-  skylimb run --controller pid        one flight, with its log, figures and video
+  skylimb run --controller pid        one flight, with its log, figures and a report that moves
   skylimb run --set surface.friction=0.2 trajectory.direction=-1 --seed 3 --out out/slippery
   skylimb list                        what ships
   skylimb show paper                  everything that --set can change

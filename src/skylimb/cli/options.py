@@ -42,7 +42,9 @@ Out = Annotated[
         help_behavior_hint="",
     ),
 ]
-Video = Annotated[bool, arg(help="Whether to draw the video, which takes longer than the flight.")]
+Video = Annotated[
+    bool, arg(help="Whether to draw the video too, which takes longer than all the rest; the report moves.")
+]
 Folder = Annotated[Positional[str], arg(metavar="DIR", help="A folder that run or compare left.")]
 
 

@@ -29,11 +29,11 @@ def replay(runs: Mapping[str, Run], folder: Path, speed: float) -> None:
         if "configuration" not in run.log or not run.log.attrs.get("scene"):
             raise OutputError(f"run '{name}' was recorded without its scene; there is nothing to replay")
     if not _has_display():
-        made = [*sorted(folder.glob("**/video.mp4")), *sorted(folder.glob("report.html"))]
+        made = [*sorted(folder.glob("report.html")), *sorted(folder.glob("**/video.mp4"))]
         print(
-            "No display here. These show the flight:"
+            "No display here. These show the flight in a browser:"
             if made
-            else f"No display here, and no video in {folder}."
+            else f"No display here, and no report in {folder}: skylimb report {folder}"
         )
         print("".join(f"  {path}\n" for path in made), end="")
         return

@@ -88,7 +88,7 @@ class Experiment(Settings):
     def to_mapping(self) -> dict[str, Any]:
         """The experiment as nested plain values, as in its file."""
         mapping = to_mapping(self)
-        for name in ("controller", "gain_changes", "recorded"):
+        for name in ("controller", "gain_changes", "pushes", "recorded"):
             if not mapping[name]:
                 del mapping[name]
         return mapping

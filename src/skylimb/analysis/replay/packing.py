@@ -24,7 +24,8 @@ def packed(values: np.ndarray) -> dict[str, Any]:
         `rows`, and for each column `low` and `step`; `data` has the codes column by column, as differences
         modulo 65536.
     """
-    columns = np.asarray(values, dtype=float).reshape(len(values), -1)
+    columns = np.asarray(values, dtype=float)
+    columns = columns[:, None] if columns.ndim == 1 else columns
     finite = np.isfinite(columns)
     low = np.min(columns, axis=0, initial=np.inf, where=finite)
     high = np.max(columns, axis=0, initial=-np.inf, where=finite)
@@ -44,7 +45,7 @@ def packed(values: np.ndarray) -> dict[str, Any]:
 def unpacked(pack: dict[str, Any]) -> np.ndarray:
     """The columns of `packed`, (rows, columns), as a page reads them."""
     codes = np.frombuffer(zlib.decompress(base64.b64decode(pack["data"])), dtype="<u2")
-    codes = np.cumsum(codes.reshape(-1, pack["rows"]).astype(np.int64), axis=1).T % (LEVELS + 2)
+    codes = np.cumsum(codes.reshape(len(pack["low"]), pack["rows"]).astype(np.int64), axis=1).T % (LEVELS + 2)
     return np.where(codes == NOTHING, np.nan, np.array(pack["low"]) + codes * np.array(pack["step"]))
 
 
