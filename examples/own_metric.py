@@ -17,7 +17,7 @@ import skylimb
 def overshoot(run: skylimb.Run) -> float:
     """Largest normal force beyond its median while the pen touches."""
     touching = run.log.contact_force_normal.values[run.log.contact.values > 0]
-    return float(touching.max() - np.median(touching))
+    return float(touching.max() - np.median(touching)) if touching.size else float("nan")
 
 
 @skylimb.metric(unit="rad", keys=("roll", "pitch"))

@@ -47,6 +47,19 @@ def test_a_campaign_varies_its_gains_and_scores_by_its_metric(
     assert "Largest speed" in page
 
 
+def test_a_metric_that_fails_leaves_its_flight_as_it_is(spec: Callable[..., Path], tmp_path: Path) -> None:
+    file = spec()
+    (tmp_path / "mine.py").write_text(
+        METRIC.replace("run.log.cog_velocity", "run.log.nothing"), encoding="utf-8"
+    )
+    outcome = run_campaign(file, tmp_path / "out", workers=0)
+    for row in outcome.rows.values():
+        assert (row["status"], row["fastest"]) == ("OK", None)
+        assert row["tilt_max"] is not None
+        assert "metric 'fastest' fails in " in row["cause"]
+        assert "mine.py, line 7" in row["cause"]
+
+
 def test_a_search_tunes_its_gains(spec: Callable[..., Path], tmp_path: Path) -> None:
     pytest.importorskip("cma")
     table = '[tune]\nobjective = "fastest"\ntrials = 2\nheld_out = 2\ngains = { "velocity.2" = [2.0, 8.0] }'

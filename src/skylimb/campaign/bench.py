@@ -18,11 +18,10 @@ from typing import Any, NamedTuple
 import mujoco
 
 from skylimb.analysis.measures import measured
-from skylimb.analysis.own import with_own_scores
 from skylimb.campaign.frozen import Campaign, campaign_from_mapping
 from skylimb.campaign.rows import FAILED, REFUSED, Row, make_row
 from skylimb.control.controller import Controller
-from skylimb.errors import CompileError, ConfigError, SkylimbError
+from skylimb.errors import CompileError, ConfigError, SkylimbError, UserCodeError
 from skylimb.flights.drivers.native import fly_native, unavailable
 from skylimb.flights.flying import fly_here
 from skylimb.flights.record import documented, scored
@@ -148,7 +147,7 @@ class Bench:
         try:
             if flight is None:
                 flight = fly_here(item)
-            run = with_own_scores(scored(item, flight), self._campaign.spec.own)
+            run = scored(item, flight)
         except (OSError, MemoryError, CompileError):
             raise  # says something of this machine, nothing of the flight
         except Exception as error:  # one odd flight must not end a night of them; its row says what happened
@@ -157,7 +156,13 @@ class Bench:
             )
             return Flown(make_row(self._campaign, job.flight, FAILED, cause, {}), None)
         scores = {**run.metrics, **measured(run, self._campaign.spec.measures)}
-        row = make_row(self._campaign, job.flight, run.status, run.cause, scores)
+        cause = run.cause
+        for metric in self._campaign.spec.own:
+            try:
+                scores |= metric.of(run)
+            except UserCodeError as error:  # the flight is what it is; its row says why a number is missing
+                cause = cause or _line(error)
+        row = make_row(self._campaign, job.flight, run.status, cause, scores)
         wanted = job.log == "always" or (job.log == "failed" and run.failed)
         if not wanted:
             return Flown(row, None)

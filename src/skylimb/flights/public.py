@@ -24,6 +24,7 @@ from skylimb.flights.sources import originals
 from skylimb.flights.stepped import SteppedFlight
 from skylimb.flights.takeoff import Takeoff, prepare
 from skylimb.recording.run import Run
+from skylimb.recording.runs import Runs
 from skylimb.robots.loader import load_robot
 from skylimb.robots.model import Robot
 
@@ -93,13 +94,13 @@ def compare(
     set: Mapping[str, Any] | None = None,
     progress: Progress | None = None,
     use: Sequence[Use] = (),
-) -> dict[str, Run]:
+) -> Runs:
     """Fly several controllers through the same experiment with the same seed.
 
     Arguments are those of `run`.
 
     Returns:
-        Runs by the controllers' names, in the order given.
+        Runs by the controllers' names, in the order given, as a dict with a method `plot`.
     """
     own = load_own(use)
     ready = take_off(experiment, controllers, seed, set)
@@ -107,7 +108,7 @@ def compare(
     alike = sorted({name for name in names if names.count(name) > 1})
     if alike:
         raise ConfigError(f"two controllers are called '{alike[0]}'; a comparison needs a name for each")
-    return {takeoff.controller.name: with_own_scores(_flown(takeoff, progress), own) for takeoff in ready}
+    return Runs((one.controller.name, with_own_scores(_flown(one, progress), own)) for one in ready)
 
 
 def _flown(takeoff: Takeoff, progress: Progress | None) -> Run:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import importlib
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -116,6 +117,17 @@ class Run:
 
         return run_html(self)
 
+    def plot(self, what: str = "") -> Any:
+        """A matplotlib figure of the run: one of the report's figures by name, or a signal over time.
+
+        Args:
+            what: "cog_tracking" (the usual one), "pen_traces", ..., or a signal's name.
+
+        Raises:
+            UnknownNameError: when it is neither.
+        """
+        return plotted({self.name: self}, what)
+
     def save(self, path: str | Path) -> Path:
         """Write the run as one compressed NetCDF-4 file; numbers keep every bit.
 
@@ -168,6 +180,12 @@ class Run:
         log = self.log.assign_attrs(config=moved(self.config, prefix))
         files = {f"{prefix}{name}": content for name, content in self.sources.items()}
         return dataclasses.replace(self, log=log, sources=files)
+
+
+def plotted(runs: Mapping[str, Run], what: str) -> Any:
+    """The figure of some runs that `analysis` draws; it is looked up by name, as the record stands alone."""
+    plotting = importlib.import_module("skylimb.analysis.figures.plotting")
+    return plotting.plotted(runs, *filter(None, [what]))
 
 
 def _read(path: Path) -> xr.Dataset:
