@@ -20,10 +20,10 @@ def flown_otherwise(prior: Prior, campaign: Campaign) -> list[Difference]:
     experiment = campaign.experiment_of(drawn)
     robot = load_robot(experiment.robot)
     unknown = tuple(unknown.key for unknown in prior.unknowns)
-    found: dict[Difference, None] = {}  # an ordered set
+    found: dict[str, Difference] = {}  # by words: controllers that differ alike are said once
     for name in campaign.names:
         if name in CONTROLLERS:
             gains = resolved_tables(campaign.load(name, robot))
             config = {**experiment.to_mapping(), "controller": gains}
-            found |= dict.fromkeys(d for d in differences(config, name) if not d.key.startswith(unknown))
-    return list(found)
+            found |= {str(d): d for d in differences(config, name) if not d.key.startswith(unknown)}
+    return list(found.values())
