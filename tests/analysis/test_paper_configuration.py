@@ -71,6 +71,8 @@ def test_a_key_that_only_one_of_the_two_has_counts():
     assert found["surface.new_key"].paper == NOTHING
     assert str(found["phases.settle"]) == "phases.settle = not set (paper: 5)"
     assert len(found) == 2
+    put(config, "surface.new_key", [])
+    assert len(differences(config, "hybrid")) == 1
 
 
 def test_every_value_of_the_papers_matters():

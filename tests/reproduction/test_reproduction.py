@@ -112,6 +112,9 @@ def test_what_all_draws_fly_otherwise_than_the_paper_is_said(short_prior: Prior,
     """The declared unknowns are what the ensemble is about; whatever else differs stands on the page."""
     prior = load_prior()
     assert [found.key for found in flown_otherwise(prior, freeze(prior.campaign(1)))] == ["approach.standoff"]
+    moved = replace(prior, _plain={**prior._plain, "set": {"surface.position": [1.4, 0.0, 1.2]}})
+    (found,) = flown_otherwise(moved, freeze(moved.campaign(1)))
+    assert str(found) == "surface.position = [1.4, 0, 1.2] (paper: [1.5, 0, 1.2])"
     curved = replace(prior, _plain={**prior._plain, "experiment": "sine_gentle"})
     assert "surface.kind" in {found.key for found in flown_otherwise(curved, freeze(curved.campaign(1)))}
     assert "trajectory.period = 2 (paper: 14)" in (tiny / "report.html").read_text()

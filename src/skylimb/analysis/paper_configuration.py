@@ -70,10 +70,12 @@ def differences(config: Mapping[str, Any], controller: str) -> tuple[Difference,
 
     Returns:
         Every key whose value differs, in the order of the paper's. Numbers that agree to one in a million
-        are equal. Where a table is of another kind (`surface.kind`, `controller.shape.law`), the keys that
+        are equal. A key that the paper's does not have and that is empty is no difference. Where a table is of another kind (`surface.kind`, `controller.shape.law`), the keys that
         come and go with the kind are not listed.
     """
-    paper, here = _paper(controller), dict(_leaves(config))
+    paper = _paper(controller)
+    # An empty list or word is as good as no key: nothing is drawn, pushed or changed.
+    here = {key: value for key, value in _leaves(config) if key in paper or value not in ([], {}, "")}
     other = [key for key in (*paper, *(key for key in here if key not in paper)) if not _indifferent(key)]
     found = [
         Difference(key, here.get(key, NOTHING), paper.get(key, NOTHING))
