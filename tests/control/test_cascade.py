@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from skylimb.control.cascade import Cascade
-from skylimb.control.controller import controller_from_tables, is_traceable, resolved_tables
+from skylimb.control.controller import cascade_from_tables, is_traceable, resolved_tables
 from skylimb.control.needs import Needs, merged, needs_of
 from skylimb.control.preset import preset_mapping, preset_names
 from skylimb.control.slots import SLOTS, Slot, Slots, find_law, law_names
@@ -23,7 +23,7 @@ DT = 0.005
 
 @pytest.fixture(scope="module")
 def cascades(robot: Robot) -> dict[str, Cascade]:
-    return {name: controller_from_tables(*preset_mapping(name), robot) for name in preset_names()}
+    return {name: cascade_from_tables(*preset_mapping(name), robot) for name in preset_names()}
 
 
 def hover(cascade: Cascade) -> tuple[Measurement, Reference]:
@@ -196,7 +196,7 @@ def test_what_can_be_traced_is_known_by_what_it_has(cascades: dict[str, Cascade]
 def test_the_structure_is_what_is_baked_in(cascades: dict[str, Cascade], robot: Robot) -> None:
     def made(**changes: Any) -> Any:
         mapping, path = preset_mapping("hybrid")
-        return controller_from_tables(mapping, path, robot, changes).structure()
+        return cascade_from_tables(mapping, path, robot, changes).structure()
 
     assert made() == cascades["hybrid"].structure()
     assert hash(made()) == hash(cascades["hybrid"].structure())

@@ -9,7 +9,7 @@ from skylimb.config import flatten, to_mapping
 from skylimb.control.allocation import vectored
 from skylimb.control.cascade import Cascade
 from skylimb.control.contact import following as contact
-from skylimb.control.controller import controller_from_tables, load_controller
+from skylimb.control.controller import cascade_from_tables, load_controller
 from skylimb.control.preset import preset_from_mapping, preset_mapping, preset_names
 from skylimb.control.shape import recentring
 from skylimb.control.translation import following
@@ -162,7 +162,7 @@ def test_another_law_keeps_the_gains_that_it_has_in_common(robot: Robot) -> None
 
 def test_tables_are_read_back(robot: Robot) -> None:
     for name in preset_names():
-        made = controller_from_tables(*preset_mapping(name), robot)
+        made = cascade_from_tables(*preset_mapping(name), robot)
         again = preset_from_mapping(made.tables(), Path("x.toml"))
         assert again == made.preset
 
@@ -216,7 +216,7 @@ def flattened(tables: dict[str, Any], slot: str) -> dict[str, Any]:
 
 def test_the_presets_are_what_has_been_flown(robot: Robot) -> None:
     """Every number, those that no file states among them: a default that changes changes flights."""
-    following = controller_from_tables(*preset_mapping("following"), robot).tables()
+    following = cascade_from_tables(*preset_mapping("following"), robot).tables()
     assert flattened(following, "estimation") == {
         "angle_rates.bandwidth": 25.0, "observer.force": [10.0] * 3, "observer.torque": [3.0] * 3,
         "force_filter.cutoff": 2.0, "tare": True, "delay.latency": 0.02, "calibration.feed": True,
@@ -245,7 +245,7 @@ def test_the_presets_are_what_has_been_flown(robot: Robot) -> None:
         "rotor_lag.time_constant": 0.05, "rotor_lag.lead": 2.0, "vectoring.purpose": "contact",
         "vectoring.limit": 0.5, "vectoring.damping": 0.5, "vectoring.cutoff": 2.0, "vectoring.lead": 2.0,
     }  # fmt: skip
-    hybrid = controller_from_tables(*preset_mapping("hybrid"), robot).tables()
+    hybrid = cascade_from_tables(*preset_mapping("hybrid"), robot).tables()
     assert flattened(hybrid, "estimation") == {
         "angle_rates.bandwidth": 30.0, "observer.force": [3.0] * 3, "observer.torque": [1.0] * 3,
         "force_filter.cutoff": 2.0, "tare": True,

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 import skylimb
-from skylimb.control.controller import controller_from_tables, load_controller
+from skylimb.control.controller import cascade_from_tables, load_controller
 from skylimb.control.preset import preset_mapping
 from skylimb.control.records import Allocated, Command, Demand, LawInput
 from skylimb.control.slots import Slot
@@ -92,7 +92,7 @@ def test_rotational_thrusts_do_push_sideways() -> None:
 def test_an_observer_fed_with_thrusts_before_saturation_is_biased() -> None:
     """f_cmd of eq:external wrench estimation is what the rotors really get, after saturation."""
     weak = {**HOVER_ONLY, "phases.hover": 4.0}
-    cascade = controller_from_tables(*preset_mapping("impedance"), robot())
+    cascade = cascade_from_tables(*preset_mapping("impedance"), robot())
     hover = robot().at([np.pi / 3, np.pi / 3, -np.pi / 6], cascade.vectoring.angles(np.pi / 6)).hover_thrusts
     limits = np.zeros(4), np.full(4, float(hover.max()) - 0.3)
     none = -1e3 * np.ones(4), 1e3 * np.ones(4)
