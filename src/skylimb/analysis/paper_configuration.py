@@ -70,8 +70,9 @@ def differences(config: Mapping[str, Any], controller: str) -> tuple[Difference,
 
     Returns:
         Every key whose value differs, in the order of the paper's. Numbers that agree to one in a million
-        are equal. A key that the paper's does not have and that is empty is no difference. Where a table is of another kind (`surface.kind`, `controller.shape.law`), the keys that
-        come and go with the kind are not listed.
+        are equal. A key that the paper's does not have and that is empty is no difference. Where a table is
+        of another kind (`surface.kind`, `controller.shape.law`), the keys that come and go with the kind are
+        not listed.
     """
     paper = _paper(controller)
     # An empty list or word is as good as no key: nothing is drawn, pushed or changed.
