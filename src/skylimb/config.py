@@ -9,6 +9,7 @@ What one field's type allows is decided by `msgspec`: integers serve as floats, 
 from __future__ import annotations
 
 import dataclasses
+import re
 import tomllib
 import typing
 from collections.abc import Mapping
@@ -20,7 +21,7 @@ import numpy as np
 import tomli_w
 
 from skylimb.errors import ConfigError, UnknownNameError, nearest
-from skylimb.keys.checks import RefusedError, choice_problem
+from skylimb.keys.checks import TYPES_IN_WORDS, RefusedError, choice_problem
 from skylimb.keys.fields import fields_of, members_of, section_of
 from skylimb.keys.key import Key, shown
 from skylimb.sources import Source, read_source
@@ -180,7 +181,7 @@ def _convert(kind: Any, value: Any, path: tuple[str, ...]) -> Any:
         return msgspec.convert(value, kind)
     except msgspec.ValidationError as error:
         detail = str(error).replace("`", "").replace(" - at $", " at ")
-        detail = detail.replace("object", "a table").replace("array", "a list")  # TOML's words for JSON's
+        detail = re.sub(r"\b\w+\b", lambda word: TYPES_IN_WORDS.get(word[0], word[0]), detail)
         reason = detail[0].lower() + detail[1:]
         raise ConfigError(f"{'.'.join(path)} = {shown(value)} has the wrong type: {reason}") from None
 

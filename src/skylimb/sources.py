@@ -60,5 +60,6 @@ def read_source(path: str | Path) -> Source:
 def _guess(path: Path) -> str:
     """The name of a file of the same kind beside the missing one, as a question."""
     there: Iterable[Path] = path.parent.glob(f"*{path.suffix}") if path.parent.is_dir() else ()
-    guess = nearest(path.name, [entry.name for entry in there])
-    return f"; did you mean '{path.parent / guess}'?" if guess else ""
+    # Compared without the ending, in which all are alike.
+    guess = nearest(path.stem, [entry.stem for entry in there])
+    return f"; did you mean '{path.parent / guess}{path.suffix}'?" if guess else ""

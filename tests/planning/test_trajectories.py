@@ -186,7 +186,7 @@ def test_a_table_gives_the_same_path(config):
         ({"ramp": 15}, "ramp = 15 s is longer"),
         ({"speed": 0}, "speed = 0 m/s"),
         ({"strokes": 0}, "strokes = 0"),
-        ({"strokes": 2.5}, "expected int"),
+        ({"strokes": 2.5}, "expected a whole number"),
         ({"shape": "waypoints"}, "has 0 points; it needs at least 2"),
         ({"shape": "waypoints", "waypoints": [[0, 0]]}, "has 1 points"),
         ({"shape": "waypoints", "waypoints": [[0, 0], [0, 0]]}, "point 2 repeats"),
@@ -203,7 +203,7 @@ def test_nonsense_is_refused_on_one_line(table, words):
 
 
 def test_nonsense_is_refused_in_python_as_well():
-    with pytest.raises(ConfigError, match=r"TrajectoryConfig\.strokes = 2\.5 .* expected int"):
+    with pytest.raises(ConfigError, match=r"TrajectoryConfig\.strokes = 2\.5 .* expected a whole number"):
         TrajectoryConfig(strokes=2.5)  # type: ignore[arg-type]
     with pytest.raises(ConfigError, match=r"TrajectoryConfig\.radius"):
         TrajectoryConfig(radius="wide")  # type: ignore[arg-type]

@@ -74,7 +74,7 @@ def _find_one(kind: Any, value: Any, key: Key) -> _Found | None:
         return _first({f"'{name}'": (arguments[1], entry) for name, entry in value.items()}, key)
     if kind is Any or not isinstance(origin, type) or isinstance(value, origin):
         return None
-    return shown(value), f"has the wrong type: expected {origin.__name__}, got {type(value).__name__}", ()
+    return shown(value), _wrong_type(origin, value), ()
 
 
 def _find_in_tuple(arguments: tuple[Any, ...], value: Sequence[Any], key: Key) -> _Found | None:
@@ -95,14 +95,34 @@ def _first(entries: Mapping[str, tuple[Any, Any]], key: Key) -> _Found | None:
 
 def _find_number(kind: type, value: Any, key: Key) -> _Found | None:
     if not is_number(value) or (kind is int and not isinstance(value, int | np.integer)):
-        problem = f"has the wrong type: expected {kind.__name__}, got {type(value).__name__}"
-        return shown(value), problem, ()
+        return shown(value), _wrong_type(kind, value), ()
     if key.allows(value):
         return None
     text = shown(value)
     if not isinstance(value, int | np.integer) and key.allows(float(text)):
         text = repr(float(value))  # the few digits of the short form would look allowed
     return (f"{text} {key.unit}" if key.unit else text), key.problem(value), ()
+
+
+TYPES_IN_WORDS = {
+    "float": "a number",
+    "int": "a whole number",
+    "bool": "true or false",
+    "str": "text",
+    "list": "a list",
+    "tuple": "a list",
+    "array": "a list",
+    "dict": "a table",
+    "object": "a table",
+    "NoneType": "nothing",
+    "null": "nothing",
+}
+"""Names of types in Python and in JSON, and what a TOML file's writer would call them."""
+
+
+def _wrong_type(kind: type, value: Any) -> str:
+    wanted, got = (TYPES_IN_WORDS.get(name, name) for name in (kind.__name__, type(value).__name__))
+    return f"has the wrong type: expected {wanted}, got {got}"
 
 
 def listed(choices: Sequence[Any]) -> str:
