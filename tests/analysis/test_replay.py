@@ -114,3 +114,8 @@ def test_the_page_needs_nothing_from_elsewhere(run: Run) -> None:
 def test_a_log_without_a_scene_has_no_replay(run: Run) -> None:
     bare = Run(run.name, run.controller, run.log.drop_attrs(), run.metrics)
     assert replay_html({"bare": bare}) == ""
+
+
+def test_a_flight_that_drew_nothing_is_packed() -> None:
+    for nothing in (np.array([]), np.zeros((0, 3))):
+        assert unpacked(packed(nothing)).shape == (0, nothing.shape[1] if nothing.ndim == 2 else 1)

@@ -200,6 +200,70 @@ def test_a_comparison_has_one_copy_for_all_of_its_runs(
     assert moved("a = 1\n", "../") == "a = 1\n"
 
 
+OVERSHOOT = """
+import skylimb
+from twice_of_mine import twice
+
+
+@skylimb.metric(unit="s")
+def doubled_time(run):
+    return twice(float(run.log.time.values[-1]))
+"""
+
+CONTROLLER = """
+from dataclasses import dataclass
+
+import skylimb
+from skylimb.symbolic import vector
+
+
+@dataclass(frozen=True)
+class Gains:
+    thrust: float = 10.0
+
+
+class Falling:
+    name = "falling"
+
+    def gains(self):
+        return Gains()
+
+    def initial_state(self):
+        return ()
+
+    def step(self, gains, state, measurement, reference, dt):
+        thrusts = vector(gains.thrust, gains.thrust, gains.thrust, gains.thrust)
+        return (), skylimb.Command(thrusts, reference.joint_angles, reference.vectoring_angles), {}
+
+
+def controller(robot):
+    return Falling()
+"""
+
+
+def test_a_controller_and_metrics_of_ones_own_are_flown_again(tmp_path: Path) -> None:
+    mine = tmp_path / "mine"
+    mine.mkdir()
+    for name, text in {
+        "falling.py": CONTROLLER, "doubled.py": OVERSHOOT,
+        "twice_of_mine.py": "def twice(x):\n    return 2.0 * x\n",
+    }.items():  # fmt: skip
+        (mine / name).write_text(text)
+    changes = {"phases.settle": 0.1, "terminations.height": 0.9, "controller.thrust": 11.0}
+    run = skylimb.run("free_flight", str(mine / "falling.py"), set=changes, use=(str(mine / "doubled.py"),))
+    write_comparison({"falling": run}, tmp_path / "both")
+    shutil.rmtree(mine)
+    (tmp_path / "both").rename(tmp_path / "moved")
+    config = tmp_path / "moved" / "falling" / "config.toml"
+    assert tomllib.loads(config.read_text())["controller"]["thrust"] == 11.0
+    again = skylimb.run(str(config))
+    assert again.notes == ()
+    assert same_bits(run, again)
+    assert "doubled_time" in run.metrics
+    assert set(again.metrics) == set(run.metrics)
+    assert {Path(name).name for name in again.sources} >= {"falling.py", "doubled.py", "twice_of_mine.py"}
+
+
 class Object:
     """A controller that is handed over."""
 

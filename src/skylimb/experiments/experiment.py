@@ -19,7 +19,7 @@ from skylimb.loop.terminations import Terminations
 from skylimb.missions.configuration import ApproachConfig, PhaseConfig
 from skylimb.planning.posture_path import PostureConfig
 from skylimb.planning.trajectories import TrajectoryConfig
-from skylimb.recording.origin import TABLE, absolute, changes_since
+from skylimb.recording.origin import TABLE, absolute, changes_since, used_files
 from skylimb.recording.versions import origin_versions
 from skylimb.robots.loader import list_robots
 from skylimb.simulation.disturbance import DisturbanceConfig, PushConfig
@@ -146,10 +146,13 @@ def experiment_tables(name_or_path: str) -> dict[str, Any]:
 def _beside(tables: dict[str, Any], folder: Path) -> dict[str, Any]:
     """An experiment's tables, every file that they name sought in `folder`, where their own file lies.
 
-    Of a run's config.toml, what has changed since stands in place of what produced it.
+    Of a run's config.toml, what has changed since stands in place of what produced it, with the files of the
+    user's metrics.
     """
     changes = changes_since(tables, folder, origin_versions()) if TABLE in tables else []
-    tables = {**absolute(tables, folder), **({TABLE: {"changes": changes}} if changes else {})}
+    recorded = {"changes": changes, "use": used_files(tables, folder)}
+    recorded = {name: value for name, value in recorded.items() if value}
+    tables = {**absolute(tables, folder), **({TABLE: recorded} if recorded else {})}
     for key in (*_file_keys(), *_code_keys(tables)):
         value = value_of(tables, key)
         if isinstance(value, str) and _is_file(key, value, folder):

@@ -65,9 +65,8 @@ def run(
     Raises:
         SkylimbError: when a flight cannot be flown; nothing has flown then.
     """
-    own = load_own(use)
-    (takeoff,) = take_off(experiment, (controller,), seed, set)
-    return with_own_scores(_flown(takeoff, progress), own)
+    (takeoff,) = take_off(experiment, (controller,), seed, set, use)
+    return _flown(takeoff, progress)
 
 
 def begin(
@@ -102,13 +101,12 @@ def compare(
     Returns:
         Runs by the controllers' names, in the order given, as a dict with a method `plot`.
     """
-    own = load_own(use)
-    ready = take_off(experiment, controllers, seed, set)
+    ready = take_off(experiment, controllers, seed, set, use)
     names = [takeoff.controller.name for takeoff in ready]
     alike = sorted({name for name in names if names.count(name) > 1})
     if alike:
         raise ConfigError(f"two controllers are called '{alike[0]}'; a comparison needs a name for each")
-    return Runs((one.controller.name, with_own_scores(_flown(one, progress), own)) for one in ready)
+    return Runs((one.controller.name, _flown(one, progress)) for one in ready)
 
 
 def _flown(takeoff: Takeoff, progress: Progress | None) -> Run:
@@ -118,7 +116,7 @@ def _flown(takeoff: Takeoff, progress: Progress | None) -> Run:
         if progress is not None:
             progress(takeoff.controller.name, done, total)
 
-    return recorded(takeoff, fly(takeoff, report))
+    return with_own_scores(recorded(takeoff, fly(takeoff, report)), takeoff.own)
 
 
 def take_off(
@@ -126,11 +124,13 @@ def take_off(
     controllers: Sequence[str | Controller | None],
     seed: int | None = None,
     set: Mapping[str, Any] | None = None,
+    use: Sequence[Use] = (),
 ) -> list[Takeoff]:
     """Load and check everything before anything flies: one take-off for each controller.
 
-    Arguments are those of `run` and `compare`.
+    Arguments are those of `run` and `compare`. A run's own config.toml brings its metrics along.
     """
+    given_own = load_own(use)
     given = dict(set or {})
     gains = {
         key.removeprefix("controller."): given.pop(key)
@@ -146,8 +146,9 @@ def take_off(
         experiment = load_experiment(experiment, given)
     robot = load_robot(experiment.robot)
     ready = [_controller(item, experiment, robot, gains) for item in controllers]
+    own = (*load_own(experiment.recorded.get("use", ())), *given_own)
     takeoffs = [
-        prepare(experiment, robot, controller, originals(named, item))
+        prepare(experiment, robot, controller, originals(named, item), own)
         for item, controller in zip(controllers, ready, strict=True)
     ]
     for controller in ready:

@@ -60,7 +60,7 @@ def documented(run: Run, takeoff: Takeoff) -> Run:
         put(config, key, place)
     made_with = {**origin_versions(), "compiler": compiler_version()}
     log = run.log.assign_attrs(
-        config=origin_text(config, kept.files, made_with, kept.problems),
+        config=origin_text(config, kept.files, made_with, kept.problems, kept.used),
         config_units=json.dumps(config_units(takeoff.experiment, takeoff.controller)),
         versions=json.dumps(versions()),
         scene=takeoff.plant.scene,

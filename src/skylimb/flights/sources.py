@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from skylimb.analysis.own import Own
 from skylimb.control.controller import Controller
 from skylimb.control.needs import needs_of
 from skylimb.control.slots import SLOTS
@@ -20,10 +21,13 @@ from skylimb.planning.vectoring import vectoring_file
 from skylimb.recording.origin import SOURCES
 from skylimb.robots.model import Robot
 from skylimb.sources import Source, read_source
-from skylimb.user_modules import sources_of_file, sources_of_module
+from skylimb.user_modules import sources_of_module
 
 if TYPE_CHECKING:
     from skylimb.flights.takeoff import Takeoff
+
+_USED = "use"
+"""Key of a bundle with metrics; no key of the configuration."""
 
 _FARTHEST = 3
 """Folders above the first file of a bundle in which the others may lie."""
@@ -50,19 +54,22 @@ class Kept:
         files: place in the folder -> content.
         places: dotted key of the configuration -> place of the file that it names.
         problems: why the run cannot be flown again from its folder, one line each.
+        used: places of the files with metrics and figures of the user's own.
     """
 
     files: Mapping[str, bytes]
     places: Mapping[str, str]
     problems: tuple[str, ...] = ()
+    used: tuple[str, ...] = ()
 
 
 def kept_sources(takeoff: Takeoff) -> Kept:
     """The copies of every user's file that a flight depends on; what comes with skylimb is not among them."""
     files: dict[str, bytes] = {}
     places: dict[str, str] = {}
+    used: list[str] = []
     problems = list(_controller_problems(takeoff.controller))
-    for bundle in (*_bundles(takeoff), *takeoff.originals):
+    for bundle in (*_bundles(takeoff), *_metric_bundles(takeoff.own), *takeoff.originals):
         if not bundle.files or bundle.files[0].shipped:
             continue
         root = _root(bundle.files)
@@ -76,9 +83,11 @@ def kept_sources(takeoff: Takeoff) -> Kept:
         called = first.parent.name if bundle.key == "robot" else first.stem
         folder = f"{SOURCES}/{called}-{_digest(names, inside)}"
         files |= {f"{folder}/{name}": source.content for name, source in zip(names, inside, strict=True)}
-        if bundle.key:
+        if bundle.key == _USED:
+            used.append(f"{folder}/{names[0]}")
+        elif bundle.key:
             places[bundle.key] = f"{folder}/{names[0]}"
-    return Kept(files, places, tuple(problems))
+    return Kept(files, places, tuple(problems), tuple(used))
 
 
 def originals(experiment: Any, controller: Any) -> tuple[Bundle, ...]:
@@ -96,13 +105,20 @@ def _bundles(takeoff: Takeoff) -> Iterator[Bundle]:
     yield from _controller_bundles(takeoff.controller)
 
 
+def _metric_bundles(own: Sequence[Own]) -> Iterator[Bundle]:
+    """The files of metrics and figures; none of functions that a script handed over."""
+    modules = dict.fromkeys(sys.modules.get(one.function.__module__) for one in own)
+    for module in modules:
+        yield Bundle(_USED, sources_of_module(module))
+
+
 def _controller_bundles(controller: Controller) -> Iterator[Bundle]:
-    preset, file = getattr(controller, "preset", None), getattr(controller, "source", None)
+    preset, sources = getattr(controller, "preset", None), getattr(controller, "sources", ())
     if preset is not None:
         for name, slot in zip(SLOTS, preset.slots, strict=True):
             yield Bundle(f"controller.{name}.law", getattr(slot.law, "sources", ()))
-    elif file is not None:
-        yield Bundle("controller.file", sources_of_file(file))
+    elif sources:
+        yield Bundle("controller.file", sources)
     else:
         yield Bundle("", _code_of(controller))
 
@@ -114,7 +130,7 @@ def _controller_problems(controller: Controller) -> Iterator[str]:
         for name, slot in zip(SLOTS, preset.slots, strict=True):
             if not getattr(slot.law, "sources", ()) and not _is_ours(slot.law):
                 yield f"the {name} law '{slot.name}' was handed over as an object, not as a file"
-    elif getattr(controller, "source", None) is None:
+    elif not getattr(controller, "sources", ()):
         code = _code_of(controller)
         kept = f"a copy of {code[0].path.name} is kept" if code else "its class stands in no file"
         yield (

@@ -11,6 +11,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from skylimb.analysis.own import Own
 from skylimb.control.controller import Controller, TraceableController, is_traceable
 from skylimb.control.needs import needs_of
 from skylimb.errors import ConfigError
@@ -45,6 +46,7 @@ class Takeoff:
         mission: the references of the flight.
         start: the plant's state before the first tick.
         originals: files that its user named, kept for people to read; see `flights.sources`.
+        own: metrics and figures of the user's own.
     """
 
     experiment: Experiment
@@ -54,6 +56,7 @@ class Takeoff:
     mission: Mission
     start: mujoco.MjData
     originals: tuple[Bundle, ...] = ()
+    own: tuple[Own, ...] = ()
 
     @property
     def period(self) -> float:
@@ -122,7 +125,11 @@ class Takeoff:
 
 
 def prepare(
-    experiment: Experiment, robot: Robot, controller: Controller, originals: tuple[Bundle, ...] = ()
+    experiment: Experiment,
+    robot: Robot,
+    controller: Controller,
+    originals: tuple[Bundle, ...] = (),
+    own: tuple[Own, ...] = (),
 ) -> Takeoff:
     """Make plant and mission of an experiment, and check everything against each other.
 
@@ -131,6 +138,7 @@ def prepare(
         robot: the description that plant and nominal posture are made from.
         controller: what flies it.
         originals: files that its user named, for people to read.
+        own: metrics and figures of the user's own.
 
     Raises:
         ConfigError: when a gain that is to change does not exist, when the robot cannot hold the force that
@@ -139,7 +147,7 @@ def prepare(
     require_gain_changes(experiment.gain_changes, controller)
     require_pressable(experiment, robot, controller)
     plant, mission, start = plant_and_mission(experiment, robot, needs_of(controller).vectoring)
-    return Takeoff(experiment, robot, controller, plant, mission, start, originals)
+    return Takeoff(experiment, robot, controller, plant, mission, start, originals, own)
 
 
 def plant_and_mission(

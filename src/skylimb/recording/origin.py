@@ -5,6 +5,7 @@ A run's config.toml ends with a table:
     [recorded]
     config = "SHA-256 of all the rest"
     not_repeatable = ["why this run cannot be flown again from here"]     # only where that is so
+    use = ["sources/overshoot-5e6f7a8b/overshoot.py"]                     # files with metrics of one's own
     [recorded.versions]
     mujoco = "4.0.1"
     [recorded.files]
@@ -41,6 +42,7 @@ def origin_text(
     files: Mapping[str, bytes],
     versions: Mapping[str, str],
     problems: Sequence[str] = (),
+    use: Sequence[str] = (),
 ) -> str:
     """The text of a run's config.toml.
 
@@ -49,10 +51,13 @@ def origin_text(
         files: place of each copy -> its content.
         versions: of everything that computes.
         problems: why the run cannot be flown again, one line each.
+        use: places of the files with metrics of the user's own.
     """
     recorded: dict[str, Any] = {"config": _digest_of(tables)}
     if problems:
         recorded["not_repeatable"] = list(problems)
+    if use:
+        recorded["use"] = list(use)
     recorded["versions"] = dict(versions)
     if files:
         recorded["files"] = {name: hashlib.sha256(files[name]).hexdigest() for name in sorted(files)}
@@ -70,6 +75,7 @@ def moved(text: str, prefix: str) -> str:
     recorded |= {
         "config": _digest_of(changed),
         "files": {f"{prefix}{name}": digest for name, digest in files.items()},
+        **({"use": [f"{prefix}{name}" for name in recorded["use"]]} if "use" in recorded else {}),
     }
     return tomli_w.dumps({**changed, TABLE: recorded})
 
@@ -106,6 +112,11 @@ def absolute(tables: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     rest = {key: value for key, value in tables.items() if key != TABLE}
     whole = Path(os.path.abspath(folder))
     return _mapped(rest, lambda value: (whole / value).as_posix() if value in files else value)
+
+
+def used_files(tables: Mapping[str, Any], folder: Path) -> list[str]:
+    """The files with metrics of the user's own that scored a run, by their whole paths."""
+    return [Path(os.path.abspath(folder / name)).as_posix() for name in tables.get(TABLE, {}).get("use", ())]
 
 
 def write_sources(files: Mapping[str, bytes], folder: Path) -> None:
