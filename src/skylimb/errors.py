@@ -70,6 +70,10 @@ def nearest(name: str, known: Iterable[str]) -> str | None:
     return found[0] if found else None
 
 
+_LONG_NAME = 100
+"""Letters of a wrong name that a message repeats."""
+
+
 def unknown_name(kind: str, name: str, known: Iterable[str]) -> UnknownNameError:
     """An error for `name`, with the nearest right name first and then all that are allowed.
 
@@ -82,4 +86,5 @@ def unknown_name(kind: str, name: str, known: Iterable[str]) -> UnknownNameError
     guess = nearest(name, known)
     hint = f"; did you mean '{guess}'?" if guess else ""
     listed = ", ".join(known) if len(known) <= 24 else f"{', '.join(known[:24])}, ..."
+    name = name if len(name) <= _LONG_NAME else f"{name[:_LONG_NAME]}..."
     return UnknownNameError(f"unknown {kind} '{name}'{hint} (known: {listed})")

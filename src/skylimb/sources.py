@@ -55,6 +55,8 @@ def read_source(path: str | Path) -> Source:
         raise UnreadableError(f"no such file: '{path}'{_guess(path)}") from None
     except OSError as error:
         raise UnreadableError(f"cannot read '{path}': {error.strerror or error}") from error
+    except ValueError as error:  # no name that a file can have
+        raise UnreadableError(f"cannot read {str(path)!r}: {error}") from error
 
 
 def _guess(path: Path) -> str:

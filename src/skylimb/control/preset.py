@@ -11,6 +11,7 @@ from skylimb.config import from_mapping, read_toml, to_mapping
 from skylimb.control.laws import Laws
 from skylimb.control.slots import SLOTS, Slot, Slots, find_law, law_names, right_key
 from skylimb.errors import ConfigError, UnknownNameError, unknown_name
+from skylimb.keys.key import shown
 
 PRESETS = Path(__file__).parent / "presets"
 DEFAULT_LAWS = {"estimation": "momentum", "contact": "open", "allocation": "pseudoinverse"}
@@ -112,5 +113,5 @@ def _unknown(where: str, key: str, value: Any) -> UnknownNameError:
 def _text(mapping: Mapping[str, Any], key: str, default: str, where: str) -> str:
     value = mapping.get(key, default)
     if not isinstance(value, str):
-        raise ConfigError(f"{where}: {key} = {value!r} should be a text")
+        raise ConfigError(f"{where}: {key} = {shown(value)} should be a text")
     return value

@@ -147,7 +147,9 @@ def prepare(
     require_gain_changes(experiment.gain_changes, controller)
     require_pressable(experiment, robot, controller)
     plant, mission, start = plant_and_mission(experiment, robot, needs_of(controller).vectoring)
-    return Takeoff(experiment, robot, controller, plant, mission, start, originals, own)
+    takeoff = Takeoff(experiment, robot, controller, plant, mission, start, originals, own)
+    mission.flight_times(takeoff.window.paced)  # refuses a flight that may take too long
+    return takeoff
 
 
 def plant_and_mission(

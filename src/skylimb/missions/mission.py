@@ -11,6 +11,7 @@ import numpy as np
 
 from skylimb.missions.clock import Clock, entries, reference_between
 from skylimb.missions.frame import ContactFrame
+from skylimb.missions.length import tick_count
 from skylimb.missions.reference import Reference
 
 PHASES = ("hover", "tare", "approach", "settle", "slide", "retreat", "hover_end", "lift")
@@ -74,11 +75,17 @@ class Mission:
         return np.isin(self.phase, [PHASES.index(name) for name in names])
 
     def flight_times(self, paced: bool) -> np.ndarray:
-        """Times since take-off of every tick that a flight may have, s; a paced flight may take longer."""
+        """Times since take-off of every tick that a flight may have, s; a paced flight may take longer.
+
+        Raises:
+            ConfigError: when a paced flight may take too long for its log to fit into memory.
+        """
         if not paced:
             return self.times
         count = math.ceil(self.patience * len(self.times))
-        return np.arange(count) * (self.times[1] - self.times[0])
+        what = f"the mission, {self.patience:g} times as long with phases.patience,"
+        tick_count((count - 1) * self.period, self.period, what)
+        return np.arange(count) * self.period
 
     def along(self, clock: Clock) -> Mission:
         """The mission as it was flown.

@@ -15,6 +15,7 @@ import numpy as np
 
 from skylimb.missions.configuration import ApproachConfig, MissionConfig
 from skylimb.missions.frame import ContactFrame
+from skylimb.missions.length import tick_count
 from skylimb.missions.mission import PHASES, Mission
 from skylimb.missions.posture import PosturePlan
 from skylimb.missions.ramp import ramp, ramp_duration
@@ -50,6 +51,9 @@ def plan_mission(
         dt: control period, s.
         standing_out: how far the surface stands out beyond its nominal place, toward the robot, under the
             ways on which the pen is lifted, m.
+
+    Raises:
+        ConfigError: when the mission lasts too long for its log to fit into memory.
     """
     path = trajectory(config.trajectory)
     clock = _lay_on_clock(config, path, posture, dt)
@@ -153,7 +157,8 @@ def _lay_on_clock(config: MissionConfig, path: Trajectory, posture: PosturePlan,
         phases.hover_end,
     )
     ends = np.cumsum(durations)
-    times = np.arange(round(float(ends[-1]) / dt) + 1) * dt
+    longest = PHASES[int(np.argmax(durations))]
+    times = np.arange(tick_count(float(ends[-1]), dt, f"the mission, most of it its {longest},")) * dt
     phase = np.minimum(np.searchsorted(ends, times + 1e-9, side="right"), len(ends) - 1)
     since_slide = times - ends[3]
     if approach.contact:

@@ -7,12 +7,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from skylimb.errors import ConfigError
 from skylimb.planning.posture import posture_family
 from skylimb.planning.posture_path import PostureConfig, posture_path
 from skylimb.planning.vectoring import vectoring_table
 from skylimb.planning.vectoring_path import vectoring_path
 from skylimb.robots.model import Robot
 from skylimb.spatial import rot_z
+
+LONGEST = 600.0
+"""Longest way through the postures, s: vectoring angles are sought all along it."""
 
 _KNOT = 0.1
 """Time between two knots at which vectoring angles are sought, s."""
@@ -48,11 +52,18 @@ def posture_plan(config: PostureConfig, robot: Robot, purpose: str = "torque") -
         config: postures to go through.
         robot: whose.
         purpose: of the vectoring angles in the nominal posture.
+
+    Raises:
+        ConfigError: when the way through the postures takes too long, or as `posture_path` does.
     """
     family = posture_family(robot)
     joint_angles = np.asarray(family.joint_angles(family.theta_nominal), dtype=float)
     vectoring_angles = np.asarray(vectoring_table(robot, purpose).angles(family.theta_nominal), dtype=float)
     path = posture_path(config, robot, joint_angles)
+    if path.duration > LONGEST:
+        raise ConfigError(
+            f"posture.waypoints: the way through them takes {path.duration:.4g} s; {LONGEST:g} s is the most"
+        )
     knots = np.append(np.arange(0.0, path.duration, _KNOT), path.duration)
     vectoring = vectoring_angles[None, :]
     if path.duration > 0.0:

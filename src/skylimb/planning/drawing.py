@@ -13,6 +13,8 @@ _MEETING = 1e-4
 """Ends nearer than this part of the drawing's larger side count as one point."""
 _LONGEST = 200.0
 """Length of line, m, above which a width is a mistake rather than a wish."""
+MOST_STROKES, MOST_POINTS = 1_000, 20_000
+"""Strokes of a drawing and points of its lines at most: each stroke takes seconds of flight."""
 SMALLEST, LARGEST = 0.01, 5.0
 """Allowed for the larger side of a fitted drawing, m."""
 
@@ -54,6 +56,13 @@ class Strokes:
         return Strokes(tuple(line[::-1] for line in reversed(self.lines)))
 
 
+def require_drawable(what: str, strokes: int, points: int) -> None:
+    """Raise a `ConfigError` where a drawing has more strokes or points than a flight can draw."""
+    for count, most, name in ((strokes, MOST_STROKES, "strokes"), (points, MOST_POINTS, "points")):
+        if count > most:
+            raise ConfigError(f"{what} has {count} {name}, more than {most}; make it simpler")
+
+
 def clean(lines: Sequence[np.ndarray], what: str) -> Strokes:
     """Strokes without repeated points, joined where one begins at the end of the one before.
 
@@ -62,7 +71,7 @@ def clean(lines: Sequence[np.ndarray], what: str) -> Strokes:
         what: the drawing's name for the error.
 
     Raises:
-        ConfigError: where a coordinate is not finite, or nothing has a length.
+        ConfigError: where a coordinate is not finite, nothing has a length, or there is too much to draw.
     """
     lines = [np.asarray(line, dtype=float).reshape(-1, 2) for line in lines]
     if any(not np.isfinite(line).all() for line in lines):
@@ -80,6 +89,7 @@ def clean(lines: Sequence[np.ndarray], what: str) -> Strokes:
             joined.append(line)
     if not joined:
         raise ConfigError(f"{what} has nothing to draw: no line in it has a length")
+    require_drawable(what, len(joined), sum(len(line) for line in joined))
     return Strokes(tuple(joined))
 
 

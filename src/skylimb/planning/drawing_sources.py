@@ -13,7 +13,7 @@ from xml.etree.ElementTree import ParseError
 import numpy as np
 
 from skylimb.errors import ConfigError, unknown_name
-from skylimb.planning.drawing import Strokes, clean
+from skylimb.planning.drawing import MOST_POINTS, Strokes, clean, require_drawable
 from skylimb.sources import Source
 
 _FLATNESS = 1e-4
@@ -21,6 +21,9 @@ _FLATNESS = 1e-4
 _LOOK = np.linspace(0.0, 1.0, 33)
 """Places on a curve at which its bend is looked at."""
 _MOST_PIECES = 4096
+_MOST_BYTES = 200 * MOST_POINTS
+"""Size of an SVG file at most: a point with all its digits and its element's names takes less."""
+_MOST_LETTERS = 500
 
 
 def svg_strokes(source: Source, file: str) -> Strokes:
@@ -42,6 +45,9 @@ def svg_strokes(source: Source, file: str) -> Strokes:
     what = f"SVG file '{file}'"
     if not source.content:
         raise ConfigError(f"{what} is empty")
+    if len(source.content) > _MOST_BYTES:
+        size = f"{1e-6 * len(source.content):.1f} MB"
+        raise ConfigError(f"{what} has {size}, more than {1e-6 * _MOST_BYTES:g} MB; make it simpler")
     try:
         document: Any = SVG.parse(io.BytesIO(source.content), reify=False)
     except (ParseError, ValueError) as error:
@@ -49,6 +55,7 @@ def svg_strokes(source: Source, file: str) -> Strokes:
     if not isinstance(document, SVG):
         raise ConfigError(f"'{file}' is not a readable SVG file: it has no svg element")
     outlines = _outlines(document, what)
+    require_drawable(what, 0, sum(len(outline) for outline, _ in outlines))
     rough = [[_points(segment, _LOOK, place) for segment in outline] for outline, place in outlines]
     points = np.vstack([np.zeros((0, 2)), *(points for part in rough for points in part)])
     if not len(points):
@@ -71,6 +78,10 @@ def text_strokes(text: str, font: str = "futural") -> Strokes:
         UnknownNameError: where there is no such font.
         ConfigError: where the font lacks a letter, or there is nothing to draw.
     """
+    if len(text) > _MOST_LETTERS:
+        raise ConfigError(
+            f"trajectory.text = {text[:20]!r}... has {len(text)} letters, more than {_MOST_LETTERS}"
+        )
     from HersheyFonts import HersheyFonts
 
     letters: Any = HersheyFonts()

@@ -23,6 +23,8 @@ from skylimb.spatial import rotation_from_rpy
 FLIGHT_FILE = "flight.toml"
 SHIPPED = Path(__file__).parent
 """Folder with a folder for each robot that comes with the package."""
+_LONGEST_NAME = 200
+"""Letters of a file's name at most; most file systems end at 255 bytes."""
 
 
 def list_robots() -> dict[str, str]:
@@ -73,6 +75,8 @@ def read_description(name_or_path: str | Path) -> RobotDescription:
 
 def _flight_path(name_or_path: str | Path) -> Path:
     path = Path(name_or_path)
+    if any(len(part) > _LONGEST_NAME for part in path.parts):  # the operating system refuses to look
+        raise unknown_name("robot", str(name_or_path), list_robots())
     if path.is_dir():
         if (path / FLIGHT_FILE).is_file():
             return path / FLIGHT_FILE

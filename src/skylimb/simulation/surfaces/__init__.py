@@ -7,6 +7,7 @@ from typing import Any
 
 from skylimb.config import from_mapping
 from skylimb.errors import ConfigError, unknown_name
+from skylimb.keys.key import shown
 from skylimb.simulation.surfaces.ball import Sphere
 from skylimb.simulation.surfaces.board import Board
 from skylimb.simulation.surfaces.checks import require_clear, require_fits, require_path
@@ -38,7 +39,7 @@ def surface_from_mapping(mapping: Mapping[str, Any], where: str = "surface") -> 
     kind = mapping.get("kind", "board")
     if not isinstance(kind, str):
         raise ConfigError(
-            f"{where}: surface.kind = {kind!r} should be a name, one of {', '.join(sorted(SURFACES))}"
+            f"{where}: surface.kind = {shown(kind)} should be a name, one of {', '.join(sorted(SURFACES))}"
         )
     if kind not in SURFACES:
         raise unknown_name("surface", kind, SURFACES)

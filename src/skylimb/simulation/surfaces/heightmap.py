@@ -72,6 +72,8 @@ class HeightMap(CurvedSurface):
                 f"makes {nodes:.3g} grid points of {self.size[0]:g} m x {self.size[1]:g} m: at least "
                 f"{finest:.2g} m",
             )
+        if not self.resolution < min(self.size):
+            raise refused(self, "resolution", f"is no grid on {self.size[0]:g} m x {self.size[1]:g} m")
 
     @property
     def curved_along_v(self) -> bool:
