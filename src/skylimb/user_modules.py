@@ -73,14 +73,16 @@ def load_module(path: Path, needed: tuple[str, ...]) -> ModuleType:
     Raises:
         ConfigError: when the file is missing, fails to import, or lacks a name.
     """
-    path = path.resolve()
+    named, path = path, path.resolve()
     name = _module_name(path)
     module = sys.modules.get(name)
     if module is None or not _unchanged(module):
         module = _executed(path, name)
     missing = [name for name in needed if not hasattr(module, name)]
     if missing:
-        raise ConfigError(f"file '{path}' does not define {', '.join(missing)} (needed: {', '.join(needed)})")
+        raise ConfigError(
+            f"file '{named}' does not define {', '.join(missing)} (needed: {', '.join(needed)})"
+        )
     return module
 
 

@@ -125,7 +125,9 @@ class CampaignSpec:
         if not self.controllers:
             raise ConfigError("controllers is empty; `skylimb list` shows the names")
         if not self.draws and not self.is_grid:
-            raise ConfigError("the key 'draws' is missing (it may be left out where everything is a grid)")
+            raise ConfigError(
+                "draws is 0 or missing; say how many (it may be left out where everything is a grid)"
+            )
         log_limit(self.logs)
         load_own(self.use)
         if self.score not in GOALS:

@@ -31,7 +31,12 @@ def parse(verb: str, kind: type, words: list[str]) -> Any:
     if unknown:
         if unknown[0].startswith("-"):
             raise unknown_name(f"option of {verb}", unknown[0].partition("=")[0], [*flags(kind), "--help"])
-        raise ConfigError(f"'{unknown[0]}' is one argument too many; see skylimb {verb} --help")
+        from skylimb.experiments.listing import list_controllers
+
+        flag = next((one for one in flags(kind) if one.startswith("--controller")), "")
+        hint = f"did you mean {flag} {unknown[0]}?" if flag and unknown[0] in list_controllers() else ""
+        more = hint or f"see skylimb {verb} --help"
+        raise ConfigError(f"'{unknown[0]}' is one argument too many; {more}")
     return options
 
 

@@ -102,7 +102,9 @@ class CampaignReport:
     def __call__(self) -> int:
         """Write both."""
         from skylimb.campaign import report_campaign
+        from skylimb.campaign.folder import load_campaign
 
+        load_campaign(Path(self.folder))  # a folder that is none is refused before anything is said
         with output.working("working out the report"):
             outcome = report_campaign(self.folder)
         if outcome.damaged:
