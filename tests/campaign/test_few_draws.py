@@ -7,7 +7,8 @@ import pytest
 from scipy.stats import norm
 
 from skylimb.analysis.axis_names import PAPER
-from skylimb.campaign.figures import plates
+from skylimb.campaign.figures import _running_median, plates
+from skylimb.campaign.maps import winner_map
 from skylimb.campaign.points import FEW, _apart, points
 from skylimb.campaign.report import _pairs
 from skylimb.campaign.statistics import (
@@ -131,8 +132,7 @@ def test_draws_that_end_alike_share_a_place() -> None:
 def test_no_empty_figure_is_drawn() -> None:
     lost = Scores(("pid", "hybrid"), np.arange(3), np.zeros((3, 2), bool), np.zeros((3, 2), bool), {}, {}, {})
     assert plates(lost, KEY, PAPER) == []
-    many = scores_of(np.random.default_rng(0).normal(0.1, 0.01, (FEW, 2)))
-    assert [plate.name for plate in plates(many, KEY, PAPER)] == ["profiles", "trends"]
+    assert [plate.name for plate in plates(spread(FEW), KEY, PAPER)] == ["profiles", "trends"]
 
 
 def test_a_difference_that_losses_decide_says_whose_whichever_way_the_metric_is_good() -> None:
@@ -149,3 +149,31 @@ def test_a_difference_that_losses_decide_says_whose_whichever_way_the_metric_is_
     }
     summary = Summary(scores, {}, {}, paired, {}, {}, [], [], PAPER)
     assert [line[4] for line in _pairs(summary)] == ["first lost (first lost .. first lost)"] * 2
+
+
+def spread(draws: int, lost: int = 0) -> Scores:
+    """Flights over two parameters, some of the first controller's lost."""
+    rng = np.random.default_rng(0)
+    values = rng.normal(0.1, 0.01, (draws, 2))
+    values[:lost, 0] = np.nan
+    scores = scores_of(values)
+    scores.parameters["approach.depth"] = rng.uniform(0.1, 0.2, draws)
+    return scores
+
+
+def test_maps_need_draws_that_fill_their_cells_and_failures_that_happened() -> None:
+    """A cell with a single draw has no winner, and a map of no failure is an empty figure."""
+    assert [plate.name for plate in plates(spread(31), KEY, PAPER)] == ["profiles", "trends"]
+    assert "winners" in {plate.name for plate in plates(spread(40), KEY, PAPER)}
+    assert "failures" in {plate.name for plate in plates(spread(40, lost=3), KEY, PAPER)}
+    cells = winner_map(spread(200), KEY, "surface.friction", "approach.depth").axes[0].patches
+    assert 16 <= len(cells) <= 25
+
+
+def test_a_median_along_a_parameter_rests_on_several_flights() -> None:
+    x = np.linspace(0.0, 1.0, 9)
+    assert _running_median(x, x) == ([], [])
+    x = np.linspace(0.0, 1.0, 15)
+    assert _running_median(x, x)[0] == pytest.approx([x[2], x[7], x[12]])
+    grid = np.repeat([1.0, 2.0], 3)
+    assert _running_median(grid, np.arange(6.0)) == ([1.0, 2.0], [1.0, 4.0])

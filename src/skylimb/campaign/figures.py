@@ -12,7 +12,7 @@ from scipy.stats import rankdata
 from skylimb.analysis import style
 from skylimb.analysis.axis_names import AxisNames
 from skylimb.analysis.metrics import description
-from skylimb.campaign.maps import CLEAR_WIN, colours_of, failure_map, winner_map
+from skylimb.campaign.maps import CLEAR_WIN, colours_of, failure_map, has_cells, winner_map
 from skylimb.campaign.points import FEW, points
 from skylimb.campaign.spec import GOALS
 from skylimb.campaign.statistics import Scores, telling_parameters
@@ -20,6 +20,10 @@ from skylimb.campaign.statistics.intervals import finite
 
 _MOST_PARAMETERS = 4
 _CURVE_BINS = 8
+_IN_BIN = 5
+"""Flights that a median along a parameter rests on, at least, where the parameter is no grid."""
+_MANY = 60
+"""Draws from which on their dots are small and pale."""
 
 _PROFILES = (
     "Share of all draws in which a controller was at least as good as the value below. A lost flight is "
@@ -31,8 +35,8 @@ _POINTS = (
     "number. Controllers are compared along these lines. So few draws have no distribution worth a curve."
 )
 _TRENDS = (
-    "{} over the parameters that matter most: every flight, and the median along the parameter. Crosses at "
-    "the top are lost flights."
+    "{} over the parameters that matter most: every flight, and where there are enough, the median along the "
+    "parameter. Crosses at the top are lost flights."
 )
 _FAILURES = (
     "Every flight at its place: dots succeeded, crosses did not. The shade is the share of failures among "
@@ -70,10 +74,10 @@ def plates(scores: Scores, score: str, axes: AxisNames) -> list[Plate]:
     if shown:
         figure = trends(scores, score, shown[:_MOST_PARAMETERS], axes)
         made.append(_plate("trends", "What it depends on", _TRENDS.format(label), figure))
-    if len(shown) > 1:
+    if len(shown) > 1 and not scores.success.all():
         figure = failure_map(scores, shown[0], shown[1])
         made.append(_plate("failures", "Where each controller fails", _FAILURES, figure))
-    if len(shown) > 1 and len(scores.controllers) > 1:
+    if len(shown) > 1 and len(scores.controllers) > 1 and has_cells(scores, shown[0], shown[1]):
         figure = winner_map(scores, score, shown[0], shown[1])
         words = _WINNERS.format(label[:1].lower() + label[1:], CLEAR_WIN)
         made.append(_plate("winners", "Who wins where", words, figure))
@@ -144,11 +148,12 @@ def trends(scores: Scores, score: str, parameters: list[str], axes_names: AxisNa
     axes = figure.subplots(1, len(parameters), squeeze=False, sharey=True)[0]
     colours, values = colours_of(scores), scores.metrics[score]
     bottom, top = style.limits([values[scores.finished]], 0.08)
+    dots = {"s": 4, "alpha": 0.35} if len(scores.draws) > _MANY else {"s": 14, "alpha": 0.8}
     for ax, parameter in zip(axes, parameters, strict=True):
         x = scores.parameters[parameter].astype(float)
         for index, name in enumerate(scores.controllers):
             there = scores.finished[:, index]
-            ax.scatter(x[there], values[there, index], s=4, color=colours[name], alpha=0.35, linewidths=0)
+            ax.scatter(x[there], values[there, index], color=colours[name], linewidths=0, **dots)
             ax.scatter(
                 x[~there], np.full((~there).sum(), top), s=12, marker="x", color=colours[name], linewidths=0.8
             )
@@ -164,11 +169,15 @@ def trends(scores: Scores, score: str, parameters: list[str], axes_names: AxisNa
 
 
 def _running_median(x: np.ndarray, y: np.ndarray) -> tuple[list[float], list[float]]:
-    distinct = np.unique(x)
-    groups = [x == value for value in distinct] if len(distinct) <= _CURVE_BINS else [
-        np.isin(np.arange(len(x)), part) for part in np.array_split(np.argsort(x, kind="stable"), _CURVE_BINS)
-    ]  # fmt: skip
-    groups = [group for group in groups if group.any()]
+    """Medians along a parameter: at each value of a grid, else of groups of neighbours; empty for too few."""
+    distinct, bins = np.unique(x), min(_CURVE_BINS, len(x) // _IN_BIN)
+    if len(distinct) <= _CURVE_BINS:
+        groups = [x == value for value in distinct]
+    elif bins > 1:
+        parts = np.array_split(np.argsort(x, kind="stable"), bins)
+        groups = [np.isin(np.arange(len(x)), part) for part in parts]
+    else:
+        return [], []
     return [float(np.median(x[group])) for group in groups], [float(np.median(y[group])) for group in groups]
 
 

@@ -17,6 +17,10 @@ CLEAR_WIN = 0.6
 """Share of a cell's draws that a controller must win for the cell to have its colour."""
 
 _CELLS = 7
+"""Cells along a parameter, at most. A grid of no more values has a cell for each."""
+
+_IN_CELL = 8
+"""Draws that a cell has on average, at least, where the parameters are no grid."""
 
 
 @style.styled
@@ -45,13 +49,13 @@ def failure_map(scores: Scores, first: str, second: str) -> Figure:
 
 @style.styled
 def winner_map(scores: Scores, score: str, first: str, second: str) -> Figure:
-    """The controller that wins most of the draws in each cell of two parameters."""
+    """The controller that wins most of the draws in each cell of two parameters; see `has_cells`."""
     figure = Figure((0.62 * style.WIDTH, 3.0), layout="constrained")
     ax = figure.subplots()
     colours, values = colours_of(scores), scores.badness(score)
     best = np.where(np.isfinite(values.min(axis=1)), np.argmin(values, axis=1), -1)
     x, y = (scores.parameters[name].astype(float) for name in (first, second))
-    edges_x, edges_y = _edges(x), _edges(y)
+    edges_x, edges_y = _edges(x, _cells(len(x))), _edges(y, _cells(len(y)))
     for low, high in pairwise(edges_x):
         for below, above in pairwise(edges_y):
             inside = best[(x >= low) & (x <= high) & (y >= below) & (y <= above)]
@@ -83,13 +87,24 @@ def _cell(
     ax.text(*middle, str(len(winners)), ha="center", va="center", fontsize=6, color="white")
 
 
-def _edges(values: np.ndarray) -> np.ndarray:
+def has_cells(scores: Scores, first: str, second: str) -> bool:
+    """Whether there are enough draws for cells over two parameters that each say something."""
+    gridded = all(len(set(scores.parameters[name])) <= _CELLS for name in (first, second))
+    return gridded or _cells(len(scores.draws)) > 1
+
+
+def _cells(draws: int) -> int:
+    """Cells along each of two parameters, so that a cell has `_IN_CELL` draws."""
+    return min(_CELLS, int((draws / _IN_CELL) ** 0.5))
+
+
+def _edges(values: np.ndarray, cells: int = _CELLS) -> np.ndarray:
     distinct = np.unique(values)
     if len(distinct) <= _CELLS:  # a grid: cells around its values
         middles = (distinct[1:] + distinct[:-1]) / 2.0
         pad = (distinct[1] - distinct[0]) / 2.0
         return np.concatenate([[distinct[0] - pad], middles, [distinct[-1] + pad]])
-    return np.linspace(values.min(), values.max(), _CELLS + 1)
+    return np.linspace(values.min(), values.max(), max(cells, 1) + 1)
 
 
 def _failure_share(
