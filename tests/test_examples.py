@@ -12,6 +12,7 @@ EXAMPLES = Path(__file__).parents[1] / "examples"
 EXPECTED = {
     "stepped": ["touched at", "stopped from outside", "pressed with up to"],
     "run": ["hybrid: OK", "error_u_median", "estimated force while in touch"],
+    "own_path": ["OK: the pen is "],
     "own_metric": [" pid: overshoot", " hybrid: overshoot", "rad"],
     "own_controller": ["hybrid: OK", " upright: OK"],
     "own_slope": ["20 degrees, leak as in the paper: OK", "FAILED, lost position", "leak compensated: OK"],

@@ -17,6 +17,7 @@ from skylimb.experiments.tolerances import Tolerances
 from skylimb.keys import Key, configuration, keys_of
 from skylimb.loop.terminations import Terminations
 from skylimb.missions.configuration import ApproachConfig, PhaseConfig
+from skylimb.planning.own_path import spelled_out
 from skylimb.planning.posture_path import PostureConfig
 from skylimb.planning.trajectories import TrajectoryConfig
 from skylimb.recording.origin import TABLE, absolute, changes_since, used_files
@@ -150,6 +151,7 @@ def _beside(tables: dict[str, Any], folder: Path) -> dict[str, Any]:
     user's metrics.
     """
     changes = changes_since(tables, folder, origin_versions()) if TABLE in tables else []
+    tables = _with_path(tables)
     recorded = {"changes": changes, "use": used_files(tables, folder)}
     recorded = {name: value for name, value in recorded.items() if value}
     tables = {**absolute(tables, folder), **({TABLE: recorded} if recorded else {})}
@@ -158,6 +160,12 @@ def _beside(tables: dict[str, Any], folder: Path) -> dict[str, Any]:
         if isinstance(value, str) and _is_file(key, value, folder):
             put(tables, key, Path(os.path.abspath(folder / value)).as_posix())
     return tables
+
+
+def _with_path(tables: Mapping[str, Any]) -> dict[str, Any]:
+    """The tables with a path of the user's own named by its three keys."""
+    path = tables.get("trajectory")
+    return {**tables, "trajectory": spelled_out(path)} if isinstance(path, Mapping) else dict(tables)
 
 
 def _is_file(key: str, value: str, folder: Path) -> bool:
@@ -185,7 +193,7 @@ def _file_keys() -> tuple[str, ...]:
 
 def experiment_from_mapping(mapping: Mapping[str, Any], where: str) -> Experiment:
     """An experiment from nested tables, every key checked."""
-    tables = dict(mapping)
+    tables = _with_path(mapping)
     surface, controller = _table(tables, "surface", where), _table(tables, "controller", where)
     recorded = _table(tables, "recorded", where)
     known = {f.name for f in dataclasses.fields(Experiment)}

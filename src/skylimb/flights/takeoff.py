@@ -176,8 +176,8 @@ def plant_and_mission(
         config, tuple(experiment.contact_axis), tuple(experiment.surface.position), experiment.posture,
         robot, vectoring, dt,
     )  # fmt: skip
-    # A drawing is read from a file, which may change from one flight to the next.
-    shared = experiment.trajectory.shape != "drawing" and _is_hashable(plan)
+    # A path that is read from a file may change from one flight to the next.
+    shared = experiment.trajectory.shape not in ("drawing", "own") and _is_hashable(plan)
     planned = _planned if shared else _planned.__wrapped__
     mission = planned(*plan)
     clearance = standing_out(plant.surface, mission)

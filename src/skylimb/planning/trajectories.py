@@ -15,6 +15,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
@@ -23,9 +24,11 @@ from skylimb.errors import ConfigError
 from skylimb.keys import Key, configuration, refused
 from skylimb.planning.drawing import LARGEST, Strokes, fitted, nearest_first
 from skylimb.planning.drawing_sources import svg_strokes, text_strokes
+from skylimb.planning.own_path import OWN, own_path
 from skylimb.planning.pen_motion import pen_motion
 from skylimb.planning.smooth_step import STEEPEST, quintic, smooth_step
 from skylimb.sources import Source, read_source
+from skylimb.user_modules import load_module, sources_of_module
 
 Samples = tuple[np.ndarray, np.ndarray, np.ndarray]
 """Position (k, 2) in m, velocity in m/s, acceleration in m/s^2."""
@@ -38,11 +41,11 @@ class TrajectoryConfig:
     """Which path, how large and how fast; a key that begins with names of shapes counts for those only."""
 
     shape: Annotated[
-        Literal["hold", "line", "circle", "lemniscate", "lawnmower", "waypoints", "drawing"],
+        Literal["hold", "line", "circle", "lemniscate", "lawnmower", "waypoints", "drawing", "own"],
         Key(
             "",
             "path: hold rests in the middle, lemniscate is a figure eight, lawnmower draws parallel strokes, "
-            "drawing an SVG file or words",
+            "drawing an SVG file or words, own a Python function (file.py:function for short)",
         ),
     ] = "circle"
     radius: Annotated[float, Key("m", "circle, lemniscate: half the width", low=0.01, high=5.0)] = 0.30
@@ -85,7 +88,10 @@ class TrajectoryConfig:
             high=10.0,
         ),
     ] = ()
-    file: Annotated[str, Key("", "drawing: an SVG file", file=True)] = ""
+    file: Annotated[str, Key("", "drawing: an SVG file; own: a Python file", file=True)] = ""
+    function: Annotated[
+        str, Key("", "own: the function in that file; it takes times in s and returns u and v in m")
+    ] = ""
     text: Annotated[str, Key("", "drawing: words, in place of a file")] = ""
     font: Annotated[
         str,
@@ -120,7 +126,7 @@ class TrajectoryConfig:
         float,
         Key(
             "m/s",
-            "line, lawnmower, waypoints, drawing: along the straight parts",
+            "line, lawnmower, waypoints, drawing: along the straight parts; own: the largest allowed",
             low=0.001,
             high=5.0,
         ),
@@ -129,13 +135,13 @@ class TrajectoryConfig:
         float,
         Key(
             "m/s^2",
-            "line, lawnmower, waypoints, drawing: largest, at ends and corners; more of it makes the corners "
-            "of waypoints sharper, and a drawing faster",
+            "line, lawnmower, waypoints, drawing, own: largest, at ends and corners; more of it makes the "
+            "corners of waypoints sharper, and a drawing faster",
             low=0.001,
             high=20.0,
         ),
     ] = 0.30
-    duration: Annotated[float, Key("s", "hold: how long", low=0.0, high=36000.0)] = 10.0
+    duration: Annotated[float, Key("s", "hold, own: how long", low=0.0, high=36000.0)] = 10.0
     feedforward: Annotated[
         Literal["none", "velocity", "full"],
         Key(
@@ -147,7 +153,9 @@ class TrajectoryConfig:
 
     @cached_property
     def sources(self) -> tuple[Source, ...]:
-        """The drawing's file as it was read, where there is one."""
+        """The file as it was read, where there is one; with what a Python file imports beside it."""
+        if self.shape == OWN and self.file:
+            return sources_of_module(load_module(Path(self.file), (self.function,)))
         return (read_source(self.file),) if self.file else ()
 
     def check(self) -> None:
@@ -165,6 +173,10 @@ class TrajectoryConfig:
         if self.shape == "drawing" and bool(self.file) == bool(self.text):
             raise ConfigError(
                 "trajectory.shape = 'drawing' needs either trajectory.file or trajectory.text, and not both"
+            )
+        if self.shape == OWN and not (self.file and self.function and self.duration > 0.0):
+            raise ConfigError(
+                "trajectory.shape = 'own' needs trajectory.file, trajectory.function and trajectory.duration"
             )
         if self.shape == "drawing" and not self.width and not self.height:
             raise ConfigError("a drawing needs trajectory.width or trajectory.height, in m")
@@ -322,6 +334,17 @@ def _drawing(config: TrajectoryConfig) -> Trajectory:
     return Trajectory(motion.duration, inside, motion.lifts, config.lift_time)
 
 
+def _own(config: TrajectoryConfig) -> Trajectory:
+    spline = own_path(
+        config.file, config.function, config.duration, config.direction, config.speed, config.acceleration
+    )
+
+    def inside(t: np.ndarray) -> Samples:
+        return spline(t), spline(t, 1), spline(t, 2)
+
+    return Trajectory(config.duration, inside)
+
+
 _SHAPES: dict[str, Callable[[TrajectoryConfig], Trajectory]] = {
     "hold": _hold,
     "line": _line,
@@ -330,6 +353,7 @@ _SHAPES: dict[str, Callable[[TrajectoryConfig], Trajectory]] = {
     "lawnmower": _lawnmower,
     "waypoints": _waypoints,
     "drawing": _drawing,
+    OWN: _own,
 }
 
 
