@@ -101,6 +101,9 @@ def _distances(ax: Axes, runs: Mapping[str, Run]) -> None:
             f"{style.label(name)}: rms {1e3 * root:.1f} mm, largest {1e3 * largest:.1f} mm, "
             f"{100 * drawn_fraction(run.log):.0f} % drawn"
         )
+        leash = run.metrics.get("line_frechet")
+        if leash is not None:
+            text += f", Frechet {1e3 * leash:.1f} mm"
         thin = style.thin(len(way), 3000)
         ax.plot(way[thin], 1e3 * away[thin], color=colour[name], linewidth=0.8, label=text)
     ax.set(xlabel="length drawn (m)", ylabel="off its reference (mm)", ylim=(0.0, None))
