@@ -27,6 +27,13 @@ def test_a_force_beyond_the_tilt_is_refused() -> None:
         skylimb.begin("paper", "following", set={FORCE: 20.0, "terminations.tilt": 0.3})
 
 
+def test_a_force_that_a_gain_change_raises_is_looked_at() -> None:
+    change = {"time": 12.0, "key": "translation.force", "value": 20.0}
+    with pytest.raises(ConfigError, match="commands a force of 20 N"):
+        skylimb.begin("ceiling", "following", set={"gain_changes": [change]})
+    assert take_off("ceiling", ["following"], set={"gain_changes": [change | {"value": 15.0}]})
+
+
 @pytest.mark.parametrize(("experiment", "force"), [("paper", 12.0), ("ceiling", 15.0), ("push", 20.0)])
 def test_a_force_that_can_be_held_or_is_never_pressed_takes_off(experiment: str, force: float) -> None:
     assert take_off(experiment, ["following"], set={FORCE: force})

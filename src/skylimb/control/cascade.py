@@ -189,6 +189,13 @@ class Cascade:
         slot, _, rest = key.partition(".")
         with_overrides(getattr(self.preset.slots, slot).gains, {rest: value}, where, slot)
 
+    def force_with(self, key: str, value: Any) -> float:
+        """The normal force that the law of a gain commands once the gain of this key has this value, N."""
+        slot, _, rest = key.partition(".")
+        filled = getattr(self.preset.slots, slot)
+        gains = with_overrides(filled.gains, {rest: value}, f"controller {self.name}", slot)
+        return replace(filled, gains=gains).needs.force
+
     def key_tables(self) -> Iterator[Table]:
         """Every key that it was made from, with value, unit, range and meaning."""
         return preset_tables(self.preset)

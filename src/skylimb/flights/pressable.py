@@ -7,11 +7,13 @@ any gains. One that passes may still be missed; where friction's drag is too muc
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import warnings
 
 import numpy as np
 
+from skylimb.control.cascade import Cascade
 from skylimb.control.controller import Controller
 from skylimb.control.needs import Needs, needs_of
 from skylimb.errors import ConfigError
@@ -26,7 +28,7 @@ from skylimb.spatial import rot_z
 
 def require_pressable(experiment: Experiment, robot: Robot, controller: Controller) -> None:
     """Raise a `ConfigError` when the force that the controller commands cannot be held at rest."""
-    needs = needs_of(controller)
+    needs = _hardest(experiment, controller)
     if not experiment.approach.contact or needs.force <= 0.0:
         return
     axis, tilt = tuple(experiment.contact_axis), experiment.terminations.tilt
@@ -43,7 +45,7 @@ def require_pressable(experiment: Experiment, robot: Robot, controller: Controll
 
 def warn_of_friction(experiment: Experiment, robot: Robot, controller: Controller) -> None:
     """Warn where the force could be held, but not with friction's drag to every side."""
-    needs, friction = needs_of(controller), float(getattr(experiment.surface, "friction", 0.0))
+    needs, friction = _hardest(experiment, controller), float(getattr(experiment.surface, "friction", 0.0))
     if not experiment.approach.contact or needs.force <= 0.0 or friction <= 0.0:
         return
     if not _drags(robot, needs, tuple(experiment.contact_axis), experiment.terminations.tilt, friction):
@@ -53,6 +55,15 @@ def warn_of_friction(experiment: Experiment, robot: Robot, controller: Controlle
             UserWarning,
             stacklevel=2,
         )
+
+
+def _hardest(experiment: Experiment, controller: Controller) -> Needs:
+    """What the controller needs, with the greatest force that it commands, also once gains have changed."""
+    needs = needs_of(controller)
+    if not isinstance(controller, Cascade):
+        return needs
+    changed = (controller.force_with(change.key, change.value) for change in experiment.gain_changes)
+    return dataclasses.replace(needs, force=max((needs.force, *changed)))
 
 
 @functools.lru_cache(maxsize=64)
