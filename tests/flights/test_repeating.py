@@ -327,3 +327,27 @@ def test_files_that_an_experiment_names_lie_beside_it(
         experiment_with(experiment, {"trajectory.file": "mine/mark.svg"}).trajectory.file == "mine/mark.svg"
     )
     assert load_experiment("paper").robot == "hydrus_xi_quad"
+
+
+def test_the_logs_of_a_campaign_share_one_copy_and_are_flown_again(tmp_path: Path) -> None:
+    pytest.importorskip("pyarrow")
+    from skylimb.campaign import run_campaign
+
+    mine = written(tmp_path / "mine")
+    short = (mine / "short.toml").read_text().replace("settle = 0.5", "settle = 0.1").replace("0.5", "0.2")
+    (mine / "short.toml").write_text(short + "[terminations]\nheight = 0.9\n")
+    (mine / "campaign.toml").write_text(
+        'experiment = "short.toml"\ncontrollers = ["mine.toml"]\ndraws = 2\nlogs = "all"\n'
+        '[vary."plant.thrust_scale"]\nuniform = [0.5, 0.55]\n'
+    )
+    run_campaign(mine / "campaign.toml", tmp_path / "out", workers=0)
+    shutil.rmtree(mine)
+    (tmp_path / "out").rename(tmp_path / "moved")
+    logs = sorted((tmp_path / "moved" / "logs").iterdir())
+    assert len(logs) == 2
+    assert len(list((tmp_path / "moved").rglob("spring.py"))) == 1
+    for log in logs:
+        assert {path.name for path in log.iterdir()} == {"log.nc", "config.toml"}
+        flown_then, again = skylimb.Run.load(log), skylimb.run(str(log / "config.toml"))
+        assert again.notes == ()
+        assert same_bits(flown_then, again)

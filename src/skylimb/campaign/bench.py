@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 import mujoco
 
 from skylimb.analysis.measures import measured
+from skylimb.campaign.folder import CONFIG_FILE, log_name
 from skylimb.campaign.frozen import Campaign, campaign_from_mapping
 from skylimb.campaign.rows import FAILED, REFUSED, Row, make_row
 from skylimb.control.controller import Controller
@@ -60,10 +61,13 @@ class Flown(NamedTuple):
     Attributes:
         row: of the table.
         log: the NetCDF file's bytes, or None.
+        files: what belongs to the log, by name in the campaign's folder: its configuration, and copies of the
+            user's files, which the logs share.
     """
 
     row: Row
     log: bytes | None
+    files: Mapping[str, bytes] = {}
 
 
 def fly_jobs(campaign: Mapping[str, Any], jobs: Sequence[Job]) -> list[Flown]:
@@ -166,7 +170,10 @@ class Bench:
         wanted = job.log == "always" or (job.log == "failed" and run.failed)
         if not wanted:
             return Flown(row, None)
-        return Flown(row, _bytes(documented(run, item)))
+        kept = documented(run, item)
+        placed = kept.with_sources_at("../../")  # a log lies two folders below the campaign's
+        config = {f"{log_name(row)}/{CONFIG_FILE}": placed.config.encode()}
+        return Flown(row, _bytes(placed), {**kept.sources, **config})
 
     def _load(self, name: str, robot: str, gains: str) -> Controller:
         return self._campaign.load(name, self._robots[robot], json.loads(gains))

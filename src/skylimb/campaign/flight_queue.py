@@ -135,7 +135,7 @@ class FlightQueue:
                     "something outside of its configuration"
                 )
             elif item.log is not None:
-                self.store.keep_log(item.row, item.log)
+                self.store.keep_log(item.row, item.log, item.files)
         self.store.add(fresh)
         self._flown += len(fresh)
         self._failures += sum(item.row["status"] in LOST for _, item in fresh)

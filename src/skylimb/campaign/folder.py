@@ -28,6 +28,8 @@ TABLE_FILE = "flights.parquet"
 SUMMARY_FILE = "summary.json"
 REPORT_FILE = "report.html"
 LOGS = "logs"
+CONFIG_FILE = "config.toml"
+"""Beside each log: flies the flight again."""
 
 
 def begin_folder(folder: Path, campaign: Campaign, resume: bool) -> None:

@@ -27,7 +27,7 @@ from skylimb.campaign.folder import (
 from skylimb.campaign.frozen import Campaign
 from skylimb.campaign.rows import QUARANTINED, Row
 from skylimb.campaign.table import read_table, write_table
-from skylimb.recording import LOG_FILE
+from skylimb.recording import LOG_FILE, write_sources
 from skylimb.recording.files import replace_text, replacing
 
 _SCHEMA = """
@@ -92,7 +92,7 @@ class Store:
         rows = {}
         for job, item in flown:
             if item.log is not None:
-                self.keep_log(item.row, item.log)
+                self.keep_log(item.row, item.log, item.files)
             rows[job.key] = item.row
         with self._writing() as database:
             database.executemany(
@@ -113,12 +113,13 @@ class Store:
         self.deaths[job.key] += count
         return self.deaths[job.key]
 
-    def keep_log(self, row: Row, log: bytes) -> None:
-        """Write a flight's log under its name, where it is not there yet."""
+    def keep_log(self, row: Row, log: bytes, files: Mapping[str, bytes]) -> None:
+        """Write a flight's log under its name, and the files that belong to it, where they are missing."""
         place = self.folder / log_name(row) / LOG_FILE
         if not place.exists():
             with complaints(self.folder):
                 place.parent.mkdir(parents=True, exist_ok=True)
+                write_sources(files, self.folder)
                 with replacing(place) as aside:
                     aside.write_bytes(log)
 

@@ -28,6 +28,7 @@ from typing import Any
 import tomli_w
 
 from skylimb.errors import OutputError
+from skylimb.recording.files import replacing
 
 TABLE = "recorded"
 SOURCES = "sources"
@@ -132,7 +133,8 @@ def write_sources(files: Mapping[str, bytes], folder: Path) -> None:
             raise OutputError(f"the copy '{name}' of a run's file would lie outside of '{folder}'")
         if not path.exists():
             path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_bytes(content)
+            with replacing(path) as aside:
+                aside.write_bytes(content)
 
 
 def read_sources(text: str, folder: Path) -> dict[str, bytes]:
