@@ -71,6 +71,9 @@ def test_a_key_that_only_one_of_the_two_has_counts():
     assert found["surface.new_key"].paper == NOTHING
     assert str(found["phases.settle"]) == "phases.settle = not set (paper: 5)"
     assert len(found) == 2
+    del config["surface"]["kind"]
+    assert "surface.kind" in {each.key for each in differences(config, "hybrid")}
+    put(config, "surface.kind", "board")
     put(config, "surface.new_key", [])
     assert len(differences(config, "hybrid")) == 1
 
@@ -105,6 +108,7 @@ def test_runs_are_judged_by_what_they_store(make_run):
     for nothing_known in ("", "not TOML", 'name = "paper"\n'):
         run.log.attrs["config"] = nothing_known
         assert not is_the_papers(run)
+        assert in_words(differences_of(run)) == "configuration = not in the record (paper: paper with hybrid)"
     assert not is_the_papers(make_run("following"))
 
 

@@ -76,6 +76,13 @@ def test_the_suggested_number_of_draws_finds_the_difference_about_as_often_as_pr
     assert np.mean(found) == pytest.approx(POWER, abs=0.08)
 
 
+def test_the_spread_of_three_draws_is_that_of_a_sample() -> None:
+    difference = np.array([0.2, 0.5, 0.8])  # mean 0.5, standard deviation of the sample 0.3
+    share = norm.cdf(0.5 / 0.3)
+    expected = math.ceil((1.959964 + 0.841621) ** 2 / (4 * (share - 0.5) ** 2))
+    assert draws_to_tell(difference, np.zeros(3)) == expected
+
+
 def test_what_never_differs_takes_for_ever() -> None:
     assert draws_to_tell(np.ones(5), np.ones(5)) == math.inf
     assert draws_to_tell(np.array([1.0, -1.0]), np.zeros(2)) == math.inf
