@@ -142,3 +142,14 @@ def test_the_flight_file_says_what_every_key_is() -> None:
 def test_the_values_are_those_of_the_experiment() -> None:
     tables = tomllib.loads("\n".join(commented_toml("title", tables_of(EXPERIMENT), "")))
     assert flatten(tables) == flatten(EXPERIMENT.to_mapping())
+
+
+def test_a_file_with_gains_of_a_users_controller_is_shown(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "mine.py").write_text(
+        (Path(__file__).parents[1] / "examples" / "own_controller.py").read_text()
+    )
+    (tmp_path / "gains.toml").write_text('file = "mine.py"\nvelocity = [3.0, 3.0, 3.5]\n')
+    assert main(["show", str(tmp_path / "gains.toml")]) == 0
+    assert "velocity = [3.0, 3.0, 3.5]" in capsys.readouterr().out

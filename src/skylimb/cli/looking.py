@@ -79,7 +79,7 @@ def _kind_of_path(name: str) -> str:
 
     if name.endswith(".toml"):
         keys = read_toml(name).keys()
-        return "robot" if "urdf" in keys else "controller" if keys & set(SLOTS) else "experiment"
+        return "robot" if "urdf" in keys else "controller" if keys & {*SLOTS, "file"} else "experiment"
     if name.endswith(".py"):
         return "controller"
     return "robot" if Path(name).is_dir() and name not in list_robots() else ""
@@ -118,10 +118,11 @@ def _show_experiment(name: str) -> None:
 
 def _show_controller(name: str) -> None:
     from skylimb.cli import key_tables
+    from skylimb.config import read_toml
     from skylimb.control.preset import preset_from_mapping, preset_mapping
     from skylimb.control.preset_keys import preset_tables
 
-    if name.endswith(".py"):
+    if name.endswith(".py") or (name.endswith(".toml") and "file" in read_toml(name)):
         _show_own_controller(name)
         return
     preset = preset_from_mapping(*preset_mapping(name))
@@ -132,7 +133,7 @@ def _show_controller(name: str) -> None:
 
 
 def _show_own_controller(name: str) -> None:
-    """The gains of a controller in a Python file."""
+    """The gains of a controller in a Python file, or of a TOML file that keeps a set of them."""
     import skylimb
     from skylimb.cli import key_tables
 

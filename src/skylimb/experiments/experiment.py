@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 import functools
 import os
 from collections.abc import Iterable, Mapping
-from dataclasses import field
+from dataclasses import field, replace
 from pathlib import Path
 from typing import Annotated, Any
 
 from skylimb.config import from_mapping, put, read_toml, to_mapping, value_of
 from skylimb.control.slots import SLOTS, find_law, keys_of_law, law_names
-from skylimb.errors import ConfigError, UnknownNameError, nearest, unknown_name
+from skylimb.errors import ConfigError, SkylimbError, UnknownNameError, nearest, unknown_name
 from skylimb.experiments.tolerances import Tolerances
 from skylimb.keys import Key, configuration, keys_of
 from skylimb.loop.terminations import Terminations
@@ -111,21 +112,30 @@ def load_experiment(name_or_path: str, set: Mapping[str, Any] | None = None) -> 
         UnknownNameError: when there is no such experiment or key.
         ConfigError: when a value has the wrong type or is out of range.
     """
+    where = f"experiment {Path(name_or_path).stem}"
     mapping = experiment_tables(name_or_path)
-    for key, value in (set or {}).items():
+    if not set:
+        return experiment_from_mapping(mapping, where)
+    before = copy.deepcopy(mapping)
+    for key, value in set.items():
         put(mapping, key, value)
-    if mapping.get("description") and "description" not in (set or {}):
-        mapping["description"] = _described(mapping["description"], set or {})
-    return experiment_from_mapping(mapping, f"experiment {Path(name_or_path).stem}")
+    experiment = experiment_from_mapping(mapping, where)
+    if not experiment.description or "description" in set:
+        return experiment
+    return replace(experiment, description=_described(experiment, before, set))
 
 
-def _described(description: str, set: Mapping[str, Any]) -> str:
+def _described(experiment: Experiment, before: dict[str, Any], set: Mapping[str, Any]) -> str:
     """A file's description with the keys that were set otherwise, as it may be untrue of what they change."""
-    keys = [key for key in set if key not in ("name", "seed")]
-    if not keys:
-        return description
+    here: dict[str, Any] = experiment.to_mapping()
+    try:
+        there: dict[str, Any] = experiment_from_mapping(before, "").to_mapping()
+    except SkylimbError:  # a file that is only good with what was set
+        there = {}
+    keys = [key for key in set if key not in ("name", "seed") and value_of(here, key) != value_of(there, key)]
     more = f" and {len(keys) - _MOST_NAMED} more" if len(keys) > _MOST_NAMED else ""
-    return f"{description.rstrip('.')}; set otherwise: {', '.join(keys[:_MOST_NAMED])}{more}"
+    otherwise = f"; set otherwise: {', '.join(keys[:_MOST_NAMED])}{more}" if keys else ""
+    return f"{experiment.description.rstrip('.') if keys else experiment.description}{otherwise}"
 
 
 def experiment_tables(name_or_path: str) -> dict[str, Any]:
