@@ -36,6 +36,7 @@ def users(folder: Path, body: str, imports: str = "") -> Callable[..., Any]:
         ("", "return max(x[0], 0.0)", r"skylimb\.symbolic\.where\(condition, if_true, if_false\)$"),
         ("", "return x @ x", "incompatible dimensions.*; vectors are columns here: .*dot"),
         ("", "return [1.0, 2.0][x[0]]", "list indices.*needed before the flight"),
+        ("import numpy as np", "np.zeros(3)[:] = x", r"`: NumPy arrays take no symbols: .*vector, matrix"),
         ("", "a, b, c = x", r"not iterable.*; take the entries by their index, as in x\[0\]"),
         ("import numpy as np", "return np.isfinite(x)", r"numpy\.isfinite.*; skylimb\.symbolic has"),
         ("import numpy as np", "return np.linalg.inv(np.zeros((3, 3)))", "`: LinAlgError: Singular matrix$"),

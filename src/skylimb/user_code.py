@@ -37,6 +37,10 @@ _REMEDIES = (
         "to_int not defined|cannot be interpreted as an integer|must be integers or slices, not (SX|MX)",
         "an index or a count is needed before the flight; skylimb.symbolic.where chooses between values",
     ),
+    (
+        "Implicit conversion of symbolic",
+        "NumPy arrays take no symbols: put the entries together with vector, matrix, stack of skylimb.symbolic",
+    ),
     ("not iterable by design", "take the entries by their index, as in x[0], x[1], x[2]"),
     (
         "incompatible dimensions|Dimension mismatch",
@@ -45,6 +49,10 @@ _REMEDIES = (
     ("does not support numpy|has no attribute", "skylimb.symbolic has the operations that can be compiled"),
 )
 """What a message of CasADi's says, and what to do about it."""
+
+
+_SPEAK_FOR_THEMSELVES = ("truth value of a CasADi", "Implicit conversion of symbolic")
+"""Messages in whose place the remedy alone is shown."""
 
 
 class Place(NamedTuple):
@@ -120,7 +128,7 @@ def described(error: Exception) -> str:
     symbols = "casadi" in str(error).lower() or re.search(r"\b(SX|MX|SXElem)\b", text)
     for pattern, remedy in _REMEDIES if symbols else ():
         if re.search(pattern, text):
-            return remedy if pattern == _REMEDIES[0][0] else f"{text}; {remedy}"
+            return remedy if pattern in _SPEAK_FOR_THEMSELVES else f"{text}; {remedy}"
     return text if isinstance(error, SkylimbError) else f"{type(error).__name__}: {text}".removesuffix(": ")
 
 

@@ -6,7 +6,10 @@ from pathlib import Path
 import pytest
 
 from skylimb.campaign import run_campaign, tune
+from skylimb.config import write_toml
 from skylimb.control.controller import load_controller, resolved_tables
+from skylimb.control.preset import preset_mapping
+from skylimb.errors import ConfigError
 from skylimb.robots.loader import load_robot
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -58,6 +61,33 @@ def test_a_metric_that_fails_leaves_its_flight_as_it_is(spec: Callable[..., Path
         assert row["tilt_max"] is not None
         assert "metric 'fastest' fails in " in row["cause"]
         assert "mine.py, line 7" in row["cause"]
+
+
+LAW = """
+class Gains: ...
+
+def initial_state(gains, start):
+    return ()
+
+def step(gains, state, inputs):
+    force = 40.0 if inputs.estimate.body.position[2] > 1.0 else 41.0
+    return state, force, {}
+"""
+
+
+def test_a_law_that_cannot_be_compiled_is_refused_before_a_folder_is_begun(
+    write_spec: Callable[..., Path], tmp_path: Path
+) -> None:
+    (tmp_path / "iffy.py").write_text(
+        LAW.replace("class Gains", "from dataclasses import dataclass\n\n@dataclass\nclass Gains"),
+        encoding="utf-8",
+    )
+    tables = preset_mapping("hybrid")[0] | {"translation": {"law": "iffy.py"}}
+    (tmp_path / "iffy.toml").write_text(write_toml(tables), encoding="utf-8")
+    file = write_spec(draws=2, controllers='["iffy.toml"]')
+    with pytest.raises(ConfigError, match=r"iffy\.py, line 11, .*skylimb\.symbolic\.where"):
+        run_campaign(file, tmp_path / "out", workers=0)
+    assert not (tmp_path / "out").exists()
 
 
 def test_a_search_tunes_its_gains(spec: Callable[..., Path], tmp_path: Path) -> None:

@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 import skylimb
+from skylimb.config import write_toml
+from skylimb.control.preset import preset_mapping
 from skylimb.errors import UnknownNameError
 from skylimb.flights.drivers.native import fly_native, native_available
 from skylimb.flights.flying import begin_loop, fly_here
@@ -65,6 +67,29 @@ def test_a_signal_that_is_declared_is_recorded(tmp_path: Path) -> None:
     (tmp_path / "own.py").write_text(text.replace("SIGNALS = {", "SIGNALS = 3 or {"), encoding="utf-8")
     with pytest.raises(skylimb.SkylimbError, match="SIGNALS should be a table"):
         skylimb.run("paper", str(tmp_path / "own.py"), set=SHORT)
+
+
+LAW = """
+import skylimb
+from skylimb.control.translation.pid import Gains, initial_state
+from skylimb.control.translation.pid import step as pid
+
+SIGNALS = {"pull": skylimb.Signal("N", "W", "what the law wants")}
+
+def step(gains, state, inputs):
+    state, force, signals = pid(gains, state, inputs)
+    return state, force, {**signals, "pull": force}
+"""
+
+
+def test_a_law_declares_its_signals(tmp_path: Path) -> None:
+    (tmp_path / "law.py").write_text(LAW, encoding="utf-8")
+    tables = preset_mapping("pid")[0]
+    tables["translation"]["law"] = "law.py"
+    (tmp_path / "own.toml").write_text(write_toml(tables), encoding="utf-8")
+    run = skylimb.run("paper", str(tmp_path / "own.toml"), set=SHORT)
+    assert run.log.pull.attrs["units"] == "N"
+    assert run.log.pull.attrs["long_name"] == "what the law wants"
 
 
 IN_PYTHON = """

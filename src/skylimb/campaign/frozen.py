@@ -17,10 +17,11 @@ from skylimb.campaign.draws import Draw, changed, draw, value_at
 from skylimb.campaign.reading import FROZEN, spec_from_mapping
 from skylimb.campaign.spec import CampaignSpec
 from skylimb.config import flatten
-from skylimb.control.controller import Controller, controller_from_tables, load_controller
+from skylimb.control.controller import Controller, controller_from_tables, is_traceable, load_controller
 from skylimb.control.preset import preset_mapping
 from skylimb.errors import ConfigError
 from skylimb.experiments.experiment import Experiment, experiment_from_mapping, experiment_tables
+from skylimb.flights.export.step import controller_step
 from skylimb.recording.versions import versions
 from skylimb.robots.loader import load_robot
 from skylimb.robots.model import Robot
@@ -154,6 +155,11 @@ def freeze(spec: CampaignSpec, purpose: str = "campaign") -> Campaign:
     for index in range(min(spec.draws, 64) if varied else 1):
         for name, robot in product(campaign.names, robots.values()):
             campaign.load(name, robot, campaign.gains_of(campaign.draw(index), name))
+    for name, robot in product(campaign.names, robots.values()):
+        controller = campaign.load(name, robot)
+        if "code" in controllers[name] and is_traceable(controller):
+            # A user's law that cannot be compiled is told now, before a folder is begun.
+            controller_step(controller, campaign.experiment_of(campaign.draw(0)).control_period)
     return campaign
 
 

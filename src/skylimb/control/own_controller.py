@@ -149,7 +149,7 @@ class OwnController:
     @cached_property
     def untraceable(self) -> str:
         """Why it cannot be compiled, in a sentence; empty where it can."""
-        return untraceable(self._remade, self._gains, self.robot, self.needs, self.what)
+        return untraceable(self._remade, self._gains, self.robot, self.needs, "on symbols it")
 
     def _remade(self) -> Any:
         return self.origin.made(self.robot) if self.origin else _copied(self.made)
