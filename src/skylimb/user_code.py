@@ -39,7 +39,7 @@ _REMEDIES = (
     ),
     (
         "Implicit conversion of symbolic",
-        "NumPy arrays take no symbols: put the entries together with vector, matrix, stack of skylimb.symbolic",
+        "NumPy arrays take no symbols: put entries together with vector, matrix, stack of skylimb.symbolic",
     ),
     ("not iterable by design", "take the entries by their index, as in x[0], x[1], x[2]"),
     (
