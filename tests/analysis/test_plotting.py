@@ -24,7 +24,9 @@ def test_a_signal_is_drawn_over_time() -> None:
     assert isinstance(figure, Figure)
     (axes,) = figure.axes
     assert axes.get_ylabel() == "push (N)"
-    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["x", "y", "z"]
+    legend = axes.get_legend()
+    assert legend is not None
+    assert [text.get_text() for text in legend.get_texts()] == ["x", "y", "z"]
     assert len(axes.lines) == 3
 
 

@@ -17,6 +17,7 @@ from skylimb.analysis.replay.packing import LEVELS, packed, unpacked
 from skylimb.analysis.replay.page import replay_html
 from skylimb.analysis.replay.payload import RATE, replay_payload
 from skylimb.analysis.replay.shapes import body_poses, shapes, thrust_sites
+from skylimb.errors import OutputError
 from skylimb.recording import Run
 
 SCENE = """
@@ -114,6 +115,8 @@ def test_the_page_needs_nothing_from_elsewhere(run: Run) -> None:
 def test_a_log_without_a_scene_has_no_replay(run: Run) -> None:
     bare = Run(run.name, run.controller, run.log.drop_attrs(), run.metrics)
     assert replay_html({"bare": bare}) == ""
+    with pytest.raises(OutputError, match="recorded without its scene"):
+        bare.show()
 
 
 def test_a_flight_that_drew_nothing_is_packed() -> None:

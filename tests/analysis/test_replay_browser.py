@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
 import pytest
 from playwright import sync_api
 
-from skylimb.analysis.pages import render_page
-from skylimb.analysis.replay.page import replay_html
+from skylimb.analysis.replay.page import Replay
 from skylimb.recording import Run
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
@@ -26,14 +25,8 @@ pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium here; the 
 
 @pytest.fixture(scope="module")
 def page_file(four_runs: Mapping[str, Run], tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("page")
-    template = folder / "template.html"
-    template.write_text(
-        '{% extends "page_base.html" %}{% block content %}{{ replay | safe }}{% endblock %}', encoding="utf-8"
-    )
-    path = folder / "page.html"
-    content = render_page(template, title="replay", versions={}, replay=replay_html(four_runs))
-    path.write_text(content, encoding="utf-8")
+    path = tmp_path_factory.mktemp("page") / "page.html"
+    path.write_text(Replay(four_runs).page, encoding="utf-8")
     return path
 
 
@@ -115,3 +108,12 @@ def test_ghosts_are_one_picture_and_one_flight_has_all_its_curves(page: sync_api
 def test_nothing_is_wider_than_the_page(page: sync_api.Page, width: int) -> None:
     page.set_viewport_size({"width": width, "height": 700})
     page.wait_for_function(f"document.documentElement.scrollWidth <= {width}", timeout=10_000)
+
+
+def test_a_notebook_shows_it_in_a_frame(browser: sync_api.Browser, make_run: Callable[[], Run]) -> None:
+    page = browser.new_page()
+    page.set_content(f"<body>{make_run().show()._repr_html_()}</body>")
+    frame = page.frame_locator("iframe")
+    frame.locator("#replay[data-ready]").wait_for(timeout=20_000)
+    assert frame.locator(".replay .uplot").count() >= 4
+    page.close()

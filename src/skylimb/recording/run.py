@@ -128,6 +128,10 @@ class Run:
         """
         return plotted({self.name: self}, what)
 
+    def show(self) -> Any:
+        """The flight to watch in a notebook, in three dimensions, with plots that follow the time."""
+        return shown({self.name: self})
+
     def save(self, path: str | Path) -> Path:
         """Write the run as one compressed NetCDF-4 file; numbers keep every bit.
 
@@ -186,6 +190,11 @@ def plotted(runs: Mapping[str, Run], what: str) -> Any:
     """The figure of some runs that `analysis` draws; it is looked up by name, as the record stands alone."""
     plotting = importlib.import_module("skylimb.analysis.figures.plotting")
     return plotting.plotted(runs, *filter(None, [what]))
+
+
+def shown(runs: Mapping[str, Run]) -> Any:
+    """What a notebook shows of the flights of some runs; `analysis` makes it, as the record stands alone."""
+    return importlib.import_module("skylimb.analysis.replay.page").Replay(runs)
 
 
 def _read(path: Path) -> xr.Dataset:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from skylimb.recording.run import Run, plotted
+from skylimb.recording.run import Run, plotted, shown
 
 
 class Runs(dict[str, Run]):
@@ -20,3 +20,7 @@ class Runs(dict[str, Run]):
             UnknownNameError: when it is neither.
         """
         return plotted(self, what)
+
+    def show(self) -> Any:
+        """The flights to watch beside each other in a notebook, with plots that follow the time."""
+        return shown(self)

@@ -27,13 +27,19 @@ def plotted(runs: Mapping[str, Run], what: str = USUAL) -> Figure:
     """
     for plate in PLATES:
         if plate.name == what:
-            return plate.draw(runs)
+            return _showing_itself(plate.draw(runs))
     signals = {
         str(name) for run in runs.values() for name in run.log.data_vars if "time" in run.log[name].dims
     }
     if what not in signals:
         raise unknown_name("figure or signal", what, [*(plate.name for plate in PLATES), *signals])
-    return _over_time({name: run for name, run in runs.items() if what in run.log}, what)
+    return _showing_itself(_over_time({name: run for name, run in runs.items() if what in run.log}, what))
+
+
+def _showing_itself(figure: Figure) -> Figure:
+    """The figure, which a notebook shows also where it has no plotting backend."""
+    figure._repr_png_ = lambda: style.png(figure)  # type: ignore[attr-defined]
+    return figure
 
 
 @style.styled

@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+import html
 import json
 from collections.abc import Mapping
 from pathlib import Path
 
+from markupsafe import Markup
+
+from skylimb.analysis.pages import render_page
+from skylimb.errors import OutputError
 from skylimb.recording import Run
 
 NEEDED = ("configuration", "tip_position", "cog_position")
 
 _HERE = Path(__file__).parent
+_FRAME_HEIGHT = 900
+"""Of the frame in a notebook, in its pixels."""
 
 
 def can_replay(run: Run) -> bool:
@@ -33,3 +40,28 @@ def replay_html(runs: Mapping[str, Run]) -> str:
         f'<script type="application/json" id="replay-data">{data}</script>\n'
         f"<script>{program}</script>\n"
     )
+
+
+class Replay:
+    """Flights to watch in a notebook: a frame with a page of its own.
+
+    Args:
+        runs: by name.
+
+    Raises:
+        OutputError: when no run was recorded with its scene.
+    """
+
+    def __init__(self, runs: Mapping[str, Run]) -> None:
+        content = replay_html(runs)
+        if not content:
+            raise OutputError(f"{', '.join(runs)} was recorded without its scene; there is nothing to watch")
+        self.page = render_page(
+            _HERE / "page.html", title=", ".join(runs), versions={}, replay=Markup(content)
+        )
+
+    def _repr_html_(self) -> str:
+        return (
+            f'<iframe srcdoc="{html.escape(self.page)}" width="100%" height="{_FRAME_HEIGHT}" '
+            'style="border:0" title="The flight in three dimensions"></iframe>'
+        )
