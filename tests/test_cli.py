@@ -218,7 +218,15 @@ def test_an_interrupted_flight_leaves_nothing(tmp_path: Path, capsys: pytest.Cap
         (["report", "nowhere"], "'nowhere' does not exist"),
         (["view", "nowhere"], "'nowhere' does not exist"),
         (["view", "nowhere", "--speed", "0"], "--speed = 0 must be positive"),
-        (["view", "nowhere", "--speed", "fast"], "--speed"),
+        (["view", "nowhere", "--speed", "fast"], "--speed = 'fast' is not a number"),
+        (["view"], "DIR is missing; see skylimb view --help"),
+        (["run", "--out"], "--out needs a value; see skylimb run --help"),
+        (["run", "--conroller", "pid"], "did you mean '--controller'?"),
+        (
+            ["draw", "a.svg", "--order", "nearst"],
+            "--order = 'nearst' is not one of given, nearest",
+        ),
+        (["completion", "csh"], "SHELL = 'csh' is not one of bash, zsh, fish"),
     ],
 )
 def test_a_mistake_is_one_line_and_writes_nothing(

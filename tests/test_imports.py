@@ -6,7 +6,7 @@ import sys
 import pytest
 
 HEAVY = {"casadi", "h5py", "jinja2", "matplotlib", "mujoco", "numpy", "pandas", "scipy", "trimesh", "xarray"}
-DRAWING = {"PIL", "av", "fontTools", "jinja2", "matplotlib", "rich", "tyro"}
+DRAWING = {"PIL", "av", "fontTools", "jinja2", "matplotlib", "rich"}
 
 
 def loaded_by(code: str) -> set[str]:

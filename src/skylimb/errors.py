@@ -88,3 +88,11 @@ def unknown_name(kind: str, name: str, known: Iterable[str]) -> UnknownNameError
     listed = ", ".join(known) if len(known) <= 24 else f"{', '.join(known[:24])}, ..."
     name = name if len(name) <= _LONG_NAME else f"{name[:_LONG_NAME]}..."
     return UnknownNameError(f"unknown {kind} '{name}'{hint} (known: {listed})")
+
+
+def choice_error(option: str, value: str, choices: Iterable[str]) -> ConfigError:
+    """An error for the value of an option that must be one of some words."""
+    known = list(choices)
+    guess = nearest(value, known)
+    hint = f"; did you mean '{guess}'?" if guess else ""
+    return ConfigError(f"{option} = '{value}' is not one of {', '.join(known)}{hint}")

@@ -8,9 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
-from tyro.conf import Positional, arg
-
 from skylimb.cli import output
+from skylimb.cli.arguments import Positional, arg
 from skylimb.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -24,7 +23,6 @@ Out = Annotated[
     arg(
         metavar="DIR",
         help="The campaign's folder; by default one below out/ named after SPEC.",
-        help_behavior_hint="",
     ),
 ]
 Workers = Annotated[
@@ -32,15 +30,14 @@ Workers = Annotated[
     arg(
         metavar="N",
         help="Processes on this machine (0: only this one), or jobs on SLURM; by default one a core, or 4.",
-        help_behavior_hint="",
     ),
 ]
 Resume = Annotated[bool, arg(help="Go on with a folder that is there; what it holds is not flown again.")]
 Scheduler = Annotated[
     str,
-    arg(metavar="ADDRESS", help="Fly on a Dask scheduler, such as tcp://HOST:8786.", help_behavior_hint=""),
+    arg(metavar="ADDRESS", help="Fly on a Dask scheduler, such as tcp://HOST:8786."),
 ]
-Slurm = Annotated[str, arg(metavar="QUEUE", help="Fly on a SLURM queue.", help_behavior_hint="")]
+Slurm = Annotated[str, arg(metavar="QUEUE", help="Fly on a SLURM queue.")]
 
 
 @dataclass(frozen=True)
@@ -131,8 +128,7 @@ class Tune:
     """
 
     spec: Spec
-    out: Annotated[str, arg(metavar="DIR", help="Folder for the results; by default one below out/.",
-                            help_behavior_hint="")] = ""  # fmt: skip
+    out: Annotated[str, arg(metavar="DIR", help="Folder for the results; by default one below out/.")] = ""
     workers: Workers = ""
     resume: Resume = False
 

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
-from tyro.conf import Positional, arg
-
 from skylimb.cli import output
+from skylimb.cli.arguments import Positional, arg
 from skylimb.cli.options import Assignments, Out, Seed, Video, new_folder, settings_of, stem, whole_number
 from skylimb.errors import ConfigError
 
@@ -37,9 +36,9 @@ class Draw:
 
     file: Annotated[
         Positional[str],
-        arg(metavar="FILE.svg", help="What to draw; or see --text.", help_behavior_hint=""),
+        arg(metavar="FILE.svg", help="What to draw; or see --text."),
     ] = ""
-    text: Annotated[str, arg(metavar="WORDS", help="Words to draw, on one line.", help_behavior_hint="")] = ""
+    text: Annotated[str, arg(metavar="WORDS", help="Words to draw, on one line.")] = ""
     font: Annotated[
         str, arg(metavar="NAME", help="A Hershey font; futural, rowmans, scripts and cursive are thin.")
     ] = "futural"
@@ -62,7 +61,6 @@ class Draw:
             metavar="NAME",
             help="A controller's name, its TOML file, or a Python file; by default "
             f"{_WANTED} where that ships, else {_OTHERWISE}.",
-            help_behavior_hint="",
         ),
     ] = ""
     seed: Seed = ""

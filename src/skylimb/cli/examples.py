@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
-from tyro.conf import Positional, arg
-
+from skylimb.cli.arguments import Positional, arg
 from skylimb.errors import OutputError
 
 _PACKAGE = Path(__file__).parents[1]
@@ -23,9 +22,7 @@ class Examples:
         skylimb examples my_examples
     """
 
-    folder: Annotated[
-        Positional[str], arg(metavar="DIR", help="New folder for the copies.", help_behavior_hint="")
-    ] = "examples"
+    folder: Annotated[Positional[str], arg(metavar="DIR", help="New folder for the copies.")] = "examples"
 
     def __call__(self) -> int:
         """Copy, and name the copies."""

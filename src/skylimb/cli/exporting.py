@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
-from tyro.conf import Positional, arg
-
+from skylimb.cli.arguments import Positional, arg
 from skylimb.cli.options import new_folder
 from skylimb.errors import ConfigError
 

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
-from tyro.conf import arg
-
 from skylimb.cli import output
+from skylimb.cli.arguments import arg
 from skylimb.cli.options import (
     Assignments,
     Experiment,
@@ -53,7 +52,6 @@ class Run:
             metavar="NAME",
             help="A controller's name, its TOML file, or a Python file; by default the one in the "
             "experiment's file, else hybrid.",
-            help_behavior_hint="",
         ),
     ] = ""
     seed: Seed = ""

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
-from tyro.conf import Positional, arg
-
 from skylimb.cli import output
+from skylimb.cli.arguments import Positional, arg
 from skylimb.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -31,12 +30,8 @@ class Keys:
     """
 
     word: Annotated[Positional[str], arg(metavar="WORD", help="What to look for; every key without it.")] = ""
-    schema: Annotated[
-        str, arg(metavar="DIR", help="Write JSON schemas into this folder.", help_behavior_hint="")
-    ] = ""
-    page: Annotated[
-        str, arg(metavar="FILE.md", help="Write all keys as a page of Markdown.", help_behavior_hint="")
-    ] = ""
+    schema: Annotated[str, arg(metavar="DIR", help="Write JSON schemas into this folder.")] = ""
+    page: Annotated[str, arg(metavar="FILE.md", help="Write all keys as a page of Markdown.")] = ""
 
     def __call__(self) -> int:
         """Print what was found, or write the files."""

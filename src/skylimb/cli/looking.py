@@ -8,9 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
-from tyro.conf import Positional, arg
-
 from skylimb.cli import output
+from skylimb.cli.arguments import Positional, arg
 from skylimb.cli.options import Folder, new_folder
 from skylimb.errors import ConfigError
 
@@ -225,7 +224,6 @@ class VerifyContact:
         arg(
             metavar="DIR",
             help="New folder for the table and its figures; by default none.",
-            help_behavior_hint="",
         ),
     ] = ""
 

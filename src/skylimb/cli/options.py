@@ -5,17 +5,15 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Any
 
-from tyro.conf import Positional, UseAppendAction, arg
-
+from skylimb.cli.arguments import Appended, Positional, arg
 from skylimb.errors import ConfigError, OutputError
 
 Experiment = Annotated[Positional[str], arg(metavar="EXPERIMENT", help="An experiment's name or TOML file.")]
 Assignments = Annotated[
-    UseAppendAction[tuple[tuple[str, ...], ...]],
+    Appended[tuple[tuple[str, ...], ...]],
     arg(
         metavar="KEY=VALUE ...",
         help="Change the experiment; `skylimb show EXPERIMENT` lists the keys.",
-        help_behavior_hint="",
     ),
 ]
 Seed = Annotated[
@@ -23,7 +21,6 @@ Seed = Annotated[
     arg(
         metavar="N",
         help="Seed of the sensors' noise; by default the experiment's own.",
-        help_behavior_hint="",
     ),
 ]
 Use = Annotated[
@@ -31,7 +28,6 @@ Use = Annotated[
     arg(
         metavar="FILE ...",
         help="Python files with metrics and figures of your own.",
-        help_behavior_hint="",
     ),
 ]
 Out = Annotated[
@@ -39,7 +35,6 @@ Out = Annotated[
     arg(
         metavar="DIR",
         help="New folder for the results; by default a fresh one below out/.",
-        help_behavior_hint="",
     ),
 ]
 Video = Annotated[

@@ -6,9 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
-from tyro.conf import arg
-
 from skylimb.cli import output
+from skylimb.cli.arguments import arg
 from skylimb.cli.campaigns import INTERRUPTED, Resume, campaign_progress, whole_workers
 from skylimb.cli.options import whole_number
 from skylimb.errors import ConfigError
@@ -35,18 +34,14 @@ class Reproduce:
         skylimb reproduce --out out/reproduction --resume
     """
 
-    draws: Annotated[
-        str, arg(metavar="N", help="Draws, each flown by all four; by default 200.", help_behavior_hint="")
-    ] = ""
+    draws: Annotated[str, arg(metavar="N", help="Draws, each flown by all four; by default 200.")] = ""
     out: Annotated[
         str,
-        arg(
-            metavar="DIR", help="Folder for the results; by default out/reproduction.", help_behavior_hint=""
-        ),
+        arg(metavar="DIR", help="Folder for the results; by default out/reproduction."),
     ] = "out/reproduction"
     workers: Annotated[
         str,
-        arg(metavar="N", help="Processes (0: only this one); by default one a core.", help_behavior_hint=""),
+        arg(metavar="N", help="Processes (0: only this one); by default one a core."),
     ] = ""
     resume: Resume = False
 
