@@ -217,7 +217,7 @@ def test_a_full_disk_stops_cleanly_and_goes_on(
     spec, folder = write_spec(draws=12), tmp_path / "out"
     script = (
         "import resource, sys; from skylimb.cli import main; "
-        "resource.setrlimit(resource.RLIMIT_FSIZE, (16384, 16384)); sys.exit(main(sys.argv[1:]))"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (24576, 24576)); sys.exit(main(sys.argv[1:]))"
     )
     words = ["campaign", str(spec), "--out", str(folder), "--workers", "0"]
     done = subprocess.run(
