@@ -48,6 +48,7 @@ class SimulatedVehicle:
         layout = Layout(template)
         self._slices = [layout.slices[name] for name in Measurement._fields]
         self._measured, self._row = np.zeros(layout.size), np.zeros(rows.shape[1])
+        self._taken: Command | None = None
         self._command = [np.zeros(size) for size in _command_sizes(plant)]
         outputs = (data.qpos, data.qvel, data.act, data.history)
         # State and next state change places at every tick, so that nothing is copied.
@@ -90,6 +91,9 @@ class SimulatedVehicle:
         self._tick += 1
 
     def _take(self, command: Command) -> None:
+        if command is self._taken:
+            return
+        self._taken = command
         for place, part in zip(self._command, command, strict=True):
             place[:] = part
 

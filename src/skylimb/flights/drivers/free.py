@@ -14,8 +14,9 @@ from skylimb.control.records import Command
 from skylimb.errors import ConfigError
 from skylimb.loop.flight import MISSION_TIME
 from skylimb.loop.vehicle import Vehicle
-from skylimb.missions.clock import Clock, next_clock, start_of_mission
+from skylimb.missions.clock import Clock, entries, next_clock, start_of_mission
 from skylimb.missions.mission import Mission
+from skylimb.missions.reference import Reference
 from skylimb.missions.table import window_of
 from skylimb.packing import Layout
 from skylimb.robots.model import Robot
@@ -40,6 +41,7 @@ class FreeDriver:
         self._vehicle, self._robot, self._mission = vehicle, robot, mission
         needs = needs_of(controller)
         self._window = window_of(needs.preview, needs.paced, mission.period)
+        self._entries = entries(mission.reference)
         self._clock, self._count = start_of_mission(), count
         self._step, self._what = controller.step, f"controller '{controller.name}'"
         self._gains, self._state = controller.gains(), controller.initial_state()
@@ -79,7 +81,7 @@ class FreeDriver:
         """
         vehicle, dt = self._vehicle, self._mission.period
         measurement = vehicle.measure()
-        reference = self._mission.at(self._clock, self._window.preview)
+        reference = self._reference(k)
         begun = perf_counter()
         try:
             self._state, command, own = self._step(self._gains, self._state, measurement, reference, dt)
@@ -100,6 +102,12 @@ class FreeDriver:
         vehicle.apply(command)
         self._clock = next_clock(self._clock, pace) if self._window.paced else Clock(k + 1.0, 1.0)
         return int(self._clock.ticks)
+
+    def _reference(self, k: int) -> Reference:
+        """The reference of this tick."""
+        if self._window.paced or self._window.preview:
+            return self._mission.at(self._clock, self._window.preview)
+        return Reference(*[entry[k] for entry in self._entries])
 
     def _begin_log(self, own: dict[str, Any]) -> None:
         # Only now is it known which signals this controller records.
