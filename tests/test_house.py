@@ -19,6 +19,7 @@ from skylimb.cli.commands import VERBS
 
 ROOT = Path(__file__).parents[1]
 DOCUMENTS = sorted([ROOT / "README.md", ROOT / "CHANGELOG.md", *(ROOT / "docs").glob("*.md")])
+OPTIONAL = ("campaign", "cluster", "tune", "video")
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 
 documents = pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
@@ -169,7 +170,7 @@ def canonical(requirement: str) -> str:
 def test_dependencies_are_what_is_imported() -> None:
     declared = {canonical(requirement) for requirement in PROJECT["project"]["dependencies"]}
     extras = PROJECT["project"]["optional-dependencies"]
-    optional = {canonical(requirement) for name in ("cluster", "tune") for requirement in extras[name]}
+    optional = {canonical(requirement) for name in OPTIONAL for requirement in extras[name]}
     foreign = imported_packages(ROOT / "src") - set(sys.stdlib_module_names) - {"skylimb"}
     providers = packages_distributions()
     for name in foreign:
@@ -225,3 +226,9 @@ def test_nothing_tells_of_the_machine_it_was_made_on() -> None:
         for leak in leaks:
             found = re.search(leak, text)
             assert found is None, f"{path.relative_to(ROOT)}: {found[0] if found else ''}"
+
+
+def test_the_page_of_the_python_interface_has_every_name() -> None:
+    page = (ROOT / "docs" / "api.md").read_text(encoding="utf-8")
+    missing = [name for name in skylimb.__all__ if not re.search(rf"`{name}\b", page)]
+    assert missing == []

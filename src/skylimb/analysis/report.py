@@ -9,8 +9,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from markupsafe import Markup
-
 from skylimb.analysis import palette
 from skylimb.analysis.axis_names import AxisNames, common_names
 from skylimb.analysis.claims import check_claims
@@ -131,7 +129,7 @@ def render_report(
             for plate in (*PLATES, *own)
             if (folder / "figures" / f"{plate.name}.png").is_file()
         ],
-        replay=Markup(replay_html(runs)),
+        replay=replay_html(runs),
         films=_films(runs, folder, videos_follow),
         videos_follow=videos_follow,
         command=_command(runs),

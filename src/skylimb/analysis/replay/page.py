@@ -7,8 +7,6 @@ import json
 from collections.abc import Mapping
 from pathlib import Path
 
-from markupsafe import Markup
-
 from skylimb.analysis.pages import render_page
 from skylimb.errors import OutputError
 from skylimb.recording import Run
@@ -56,9 +54,7 @@ class Replay:
         content = replay_html(runs)
         if not content:
             raise OutputError(f"{', '.join(runs)} was recorded without its scene; there is nothing to watch")
-        self.page = render_page(
-            _HERE / "page.html", title=", ".join(runs), versions={}, replay=Markup(content)
-        )
+        self.page = render_page(_HERE / "page.html", title=", ".join(runs), versions={}, replay=content)
 
     def _repr_html_(self) -> str:
         return (
