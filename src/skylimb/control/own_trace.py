@@ -76,7 +76,8 @@ def _traced(
     layout = Layout(out)
     if Layout(new).shapes != layouts[1].shapes:
         raise _NoTrace(
-            f"its new state has the shapes {Layout(new).shapes}, its initial state {layouts[1].shapes}"
+            f"its new state has the shapes {Layout(new).shapes}, its initial state {layouts[1].shapes}; "
+            "numbers of the state are floats, 0.0 and not 0"
         )
     results = [ca.densify(ca.SX(part)) for part in (layouts[1].pack(new), layout.pack(out))]
     return ca.Function("step", symbols, results), layouts[1], layout
