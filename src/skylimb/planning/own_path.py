@@ -13,14 +13,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from skylimb.errors import ConfigError, UserCodeError
 from skylimb.user_code import UserCode
 from skylimb.user_modules import load_module
+
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicSpline
 
 OWN = "own"
 """The shape's name in a configuration."""
@@ -73,6 +75,8 @@ def own_path(
         ConfigError: when the function fails, returns something else, is not finite, jumps, or is faster than
             allowed.
     """
+    from scipy.interpolate import CubicSpline  # slow to import, and few paths are functions
+
     what = f"path '{function}' of '{Path(file).name}'"
     called = getattr(load_module(Path(file), (function,)), function)
     count = int(np.clip(np.ceil(duration / _STEP), _FEWEST, _MOST)) + 1

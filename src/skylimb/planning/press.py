@@ -16,7 +16,6 @@ import functools
 
 import casadi as ca
 import numpy as np
-from scipy.optimize import least_squares
 
 from skylimb.robots.model import GRAVITY, Robot
 from skylimb.spatial import cross, rot_x, rot_y, rot_z
@@ -69,6 +68,8 @@ def _nearest_to_rest(
     moves: float,
 ) -> tuple[np.ndarray, bool]:
     """Roll, pitch, thrusts and perhaps moves that leave least over, and whether they leave nothing."""
+    from scipy.optimize import least_squares  # slow to import, and few flights need it
+
     residual, slopes = _statics(robot)
     rotors, n, weight = robot.description.rotors, len(guess), robot.mass * GRAVITY
     reach = np.array([tilt, tilt, *(rotor.thrust_max for rotor in rotors), *[moves] * robot.n_vectoring])[:n]
