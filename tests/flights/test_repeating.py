@@ -10,6 +10,7 @@ import pytest
 import skylimb
 from skylimb.analysis.output import write_comparison, write_run
 from skylimb.cli.main import main
+from skylimb.errors import OutputError
 from skylimb.experiments.experiment import experiment_with, load_experiment
 from skylimb.recording.origin import changes_since, moved
 from skylimb.robots import SHIPPED
@@ -341,6 +342,11 @@ def test_the_logs_of_a_campaign_share_one_copy_and_are_flown_again(tmp_path: Pat
         '[vary."plant.thrust_scale"]\nuniform = [0.5, 0.55]\n'
     )
     run_campaign(mine / "campaign.toml", tmp_path / "out", workers=0)
+    # Going on with another helper would mix two controllers in one table.
+    helper = mine / "helper_of_spring.py"
+    helper.write_text(helper.read_text().replace("DAMPING = 3.0", "DAMPING = 2.0"))
+    with pytest.raises(OutputError, match=r"begun with another campaign: .*code\.translation"):
+        run_campaign(mine / "campaign.toml", tmp_path / "out", workers=0, resume=True)
     shutil.rmtree(mine)
     (tmp_path / "out").rename(tmp_path / "moved")
     logs = sorted((tmp_path / "moved" / "logs").iterdir())

@@ -25,6 +25,7 @@ from skylimb.flights.export.step import controller_step
 from skylimb.recording.versions import versions
 from skylimb.robots.loader import load_robot
 from skylimb.robots.model import Robot
+from skylimb.user_modules import load_module, sources_of_module
 
 FORMAT_VERSION = 4
 """Of a campaign's folder."""
@@ -143,7 +144,7 @@ def freeze(spec: CampaignSpec, purpose: str = "campaign") -> Campaign:
     if len(controllers) < len(spec.controllers):
         raise ConfigError(f"controllers = {list(spec.controllers)!r}: two of them have the same name")
     digests = {name: robot.description.digest for name, robot in robots.items()}
-    use = {file: _file_digest(Path(file)) for file in spec.use}
+    use = {file: _code_digest(Path(file)) for file in spec.use}
     campaign = Campaign(spec, tables, controllers, digests, versions(), purpose, use)
     for key, entry in spec.vary.items():
         if not key.startswith("controller."):
@@ -205,10 +206,10 @@ def _fill_list(tables: dict[str, Any], resolved: Mapping[str, Any], key: str) ->
 
 def _controller(name: str) -> dict[str, Any]:
     if name.endswith(".py"):
-        return {"path": name, "code": _file_digest(Path(name))}
+        return {"path": name, "code": _code_digest(Path(name))}
     mapping, path = preset_mapping(name)
     laws = {
-        slot: _file_digest(path.parent / str(table["law"]))
+        slot: _code_digest(path.parent / str(table["law"]))
         for slot, table in mapping.items()
         if isinstance(table, dict) and str(table.get("law", "")).endswith(".py")
     }
@@ -219,8 +220,8 @@ def _controller(name: str) -> dict[str, Any]:
     return {**entry, "code": laws} if laws else entry
 
 
-def _file_digest(path: Path) -> str:
-    try:
-        return hashlib.sha256(path.read_bytes()).hexdigest()
-    except OSError as error:
-        raise ConfigError(f"cannot read '{path}': {error.strerror or error}") from error
+def _code_digest(path: Path) -> str:
+    """Digest of a user's Python file, and of the modules that it imports from its own folder."""
+    sources = sources_of_module(load_module(path, ()))
+    digests = [source.digest for source in sources]
+    return digests[0] if len(digests) == 1 else hashlib.sha256("".join(digests).encode()).hexdigest()

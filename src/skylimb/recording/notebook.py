@@ -69,7 +69,9 @@ def _plot(run: Run) -> str:
         if signal.ndim == 2:
             entries = run.log[signal.dims[1]].values if signal.dims[1] in run.log.coords else ()
             axes.legend([str(entry) for entry in entries], fontsize=6, frameon=False)
-        axes.set_title(f"{name}, {signal.attrs.get('units', '')}".rstrip(", "), fontsize=8)
+        title = f"{name}, {signal.attrs.get('units', '')}".rstrip(", ")
+        dashed = "; dashed: reference" if reference in run.log.variables else ""
+        axes.set_title(f"{title}{dashed}", fontsize=8)
         axes.set_xlabel("time, s", fontsize=7)
         axes.tick_params(labelsize=7)
     picture = io.BytesIO()
