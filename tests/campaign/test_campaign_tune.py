@@ -26,7 +26,7 @@ SEARCH = """
 [tune]
 objective = "error_v_median"
 trials = 9
-held_out = 4
+held_out = 6
 [tune.gains]
 "translation.normalized_stiffness.2" = [0.5, 12.0]
 """
@@ -46,7 +46,7 @@ def test_a_search_finds_the_stiffness_that_theory_asks_for(write_spec: SpecWrite
     assert found.before[key] == 1.5
     assert found.after[key] > 3.0
     assert found.better
-    assert found.held_out.wins == 4
+    assert found.held_out.wins == 6
     assert found.trials == 9
     written = preset_mapping(str(tmp_path / "tuned" / "impedance.toml"))[0]
     assert written["translation"]["normalized_stiffness"][2] == found.after[key]
