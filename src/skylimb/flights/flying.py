@@ -30,12 +30,7 @@ def fly(takeoff: Takeoff, progress: Progress | None = None) -> Flight:
     if takeoff.traceable and worth_building(takeoff.tick) and native_available():
         with suppress(CompileError):  # nowhere to build it: another driver flies
             return fly_native([takeoff], progress=progress)[0]
-    with without_timer():
-        loop = begin_loop(takeoff)
-        flight = loop.fly(progress)
-    if isinstance(loop.driver, FreeDriver):
-        _log.warning("%s", flew_in_python(takeoff, loop.driver))
-    return flight
+    return fly_here(takeoff, progress)
 
 
 def flew_in_python(takeoff: Takeoff, driver: FreeDriver) -> str:
@@ -48,7 +43,11 @@ def flew_in_python(takeoff: Takeoff, driver: FreeDriver) -> str:
 def fly_here(takeoff: Takeoff, progress: Progress | None = None) -> Flight:
     """Fly to the end in this process, with the compiled driver or the free one."""
     with without_timer():
-        return begin_loop(takeoff).fly(progress)
+        loop = begin_loop(takeoff)
+        flight = loop.fly(progress)
+    if isinstance(loop.driver, FreeDriver):
+        _log.warning("%s", flew_in_python(takeoff, loop.driver))
+    return flight
 
 
 def begin_loop(takeoff: Takeoff) -> Loop:
