@@ -23,8 +23,8 @@ import skylimb
 from reproduction import section
 from skylimb.analysis import write_comparison, write_videos
 from skylimb.analysis.axis_names import PAPER
-from skylimb.analysis.metrics import description, known_groups
 from skylimb.analysis.paper_numbers import published
+from skylimb.analysis.score_names import description, known_groups
 from skylimb.verification import Row, verify_contact
 
 HERE = Path(__file__).parent

@@ -10,7 +10,7 @@ import pytest
 from skylimb.errors import UnreadableError, UserCodeError
 from skylimb.keys.fields import fields_of
 from skylimb.keys.listing import keys_of
-from skylimb.planning.trajectories import TrajectoryConfig
+from skylimb.planning.trajectory_config import TrajectoryConfig
 from skylimb.simulation.surfaces import SURFACES, FrictionMap
 from skylimb.sources import read_source
 from skylimb.user_modules import load_module, sources_of_file, sources_of_module

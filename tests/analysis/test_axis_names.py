@@ -4,7 +4,7 @@ import pytest
 
 from skylimb.analysis.axis_names import GENERIC, PAPER, AxisNames, axis_names, common_names, names_of_vectors
 from skylimb.analysis.measures import SETS, describe, row_label
-from skylimb.analysis.metrics import DESCRIPTIONS, NUMERIC_KEYS
+from skylimb.analysis.score_names import DESCRIPTIONS, NUMERIC_KEYS
 from skylimb.missions.frame import contact_frame
 
 MINUS = "\N{MINUS SIGN}"

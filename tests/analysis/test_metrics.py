@@ -7,14 +7,14 @@ import pytest
 import xarray as xr
 
 from skylimb.analysis.measures import row_label
-from skylimb.analysis.metrics import (
+from skylimb.analysis.metrics import metrics
+from skylimb.analysis.score_names import (
     DESCRIPTIONS,
     GROUPS,
     NUMERIC_KEYS,
     ROWS,
     groups_of,
     known_groups,
-    metrics,
     printed,
 )
 from skylimb.analysis.signals import moving_mean

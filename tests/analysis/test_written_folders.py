@@ -21,8 +21,8 @@ from skylimb.analysis import (
     write_run,
     write_videos,
 )
-from skylimb.analysis.metrics import NUMERIC_KEYS
 from skylimb.analysis.report import render_report
+from skylimb.analysis.score_names import NUMERIC_KEYS
 from skylimb.errors import OutputError
 from skylimb.recording import Run, load_runs
 

@@ -9,7 +9,7 @@ from skylimb.missions.mission import Mission
 from skylimb.missions.plan import plan_mission
 from skylimb.missions.posture import PosturePlan
 from skylimb.missions.ramp import ramp_duration
-from skylimb.planning.trajectories import TrajectoryConfig
+from skylimb.planning.trajectory_config import TrajectoryConfig
 
 DT = 0.01
 PHASES = PhaseConfig(hover=0.5, tare=0.4, settle=0.3, hover_end=0.2)

@@ -9,7 +9,8 @@ import pytest
 from skylimb.errors import ConfigError
 from skylimb.experiments.experiment import load_experiment
 from skylimb.planning.own_path import own_path, spelled_out
-from skylimb.planning.trajectories import TrajectoryConfig, trajectory
+from skylimb.planning.trajectories import trajectory
+from skylimb.planning.trajectory_config import TrajectoryConfig
 
 HEART = {"file": str(Path(__file__).parents[2] / "examples" / "own_path.py"), "function": "heart"}
 

@@ -6,7 +6,8 @@ from skylimb.config import from_mapping, to_mapping
 from skylimb.errors import ConfigError
 from skylimb.planning.drawing import Strokes
 from skylimb.planning.pen_motion import ROUNDING, pen_motion
-from skylimb.planning.trajectories import TrajectoryConfig, drawing_strokes, trajectory
+from skylimb.planning.trajectories import drawing_strokes, trajectory
+from skylimb.planning.trajectory_config import TrajectoryConfig
 
 WORDS = TrajectoryConfig(shape="drawing", text="Sky", width=0.4, speed=0.08, acceleration=0.3)
 

@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 
 from skylimb.config import from_mapping, to_mapping
 from skylimb.errors import ConfigError
-from skylimb.planning.trajectories import TrajectoryConfig, trajectory
+from skylimb.planning.trajectories import trajectory
+from skylimb.planning.trajectory_config import TrajectoryConfig
 
 FIGURE = ((0.0, 0.0), (0.4, 0.1), (0.41, 0.1), (0.0, 0.5), (0.0, -0.5))
 SHAPES = [

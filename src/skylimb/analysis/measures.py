@@ -15,8 +15,8 @@ import xarray as xr
 from skylimb.analysis.axis_names import GENERIC, AxisNames
 from skylimb.analysis.board import nominal_path
 from skylimb.analysis.force import FORCE_WINDOW
-from skylimb.analysis.metrics import DESCRIPTIONS, ROWS, description
 from skylimb.analysis.own import KNOWN
+from skylimb.analysis.score_names import DESCRIPTIONS, ROWS, description
 from skylimb.analysis.signals import contact_axis, in_contact, in_phase, moving_mean, sliding_axes
 from skylimb.recording import Run
 

@@ -13,9 +13,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from skylimb.analysis.figures import own_plates, write_figures
-from skylimb.analysis.metrics import NUMERIC_KEYS, metrics
+from skylimb.analysis.metrics import metrics
 from skylimb.analysis.own import KNOWN, OwnFigure
 from skylimb.analysis.report import render_report
+from skylimb.analysis.score_names import NUMERIC_KEYS
 from skylimb.errors import OutputError
 from skylimb.recording import LOG_FILE, Run, new_folder, replace_text, write_sources, writing
 

@@ -156,7 +156,7 @@ def figure(function: Callable[[Run], Any]) -> OwnFigure:
 
 
 def _meet(found: Metric) -> None:
-    from skylimb.analysis.metrics import NUMERIC_KEYS
+    from skylimb.analysis.score_names import NUMERIC_KEYS
 
     for column in found.columns:
         if column in NUMERIC_KEYS:

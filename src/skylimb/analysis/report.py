@@ -15,11 +15,11 @@ from skylimb.analysis.claims import check_claims
 from skylimb.analysis.figures import PLATES
 from skylimb.analysis.figures.plates import Plate
 from skylimb.analysis.measures import row_label
-from skylimb.analysis.metrics import known_groups, printed
 from skylimb.analysis.pages import inlined, render_page
 from skylimb.analysis.paper_configuration import EXPERIMENT, not_the_papers
 from skylimb.analysis.paper_numbers import SOURCE, published_beside
 from skylimb.analysis.replay.page import replay_html
+from skylimb.analysis.score_names import known_groups, printed
 from skylimb.analysis.signals import contact_transitions
 from skylimb.recording import LOG_FILE, Run
 

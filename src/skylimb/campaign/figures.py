@@ -11,7 +11,7 @@ from scipy.stats import rankdata
 
 from skylimb.analysis import style
 from skylimb.analysis.axis_names import AxisNames
-from skylimb.analysis.metrics import description
+from skylimb.analysis.score_names import description
 from skylimb.campaign.maps import CLEAR_WIN, colours_of, failure_map, has_cells, winner_map
 from skylimb.campaign.points import FEW, points
 from skylimb.campaign.spec import GOALS

@@ -12,7 +12,7 @@ from matplotlib.ticker import MaxNLocator
 
 from skylimb.analysis import style
 from skylimb.analysis.axis_names import AxisNames
-from skylimb.analysis.metrics import description
+from skylimb.analysis.score_names import description
 from skylimb.campaign.maps import colours_of
 from skylimb.campaign.spec import GOALS
 from skylimb.campaign.statistics import Scores

@@ -13,8 +13,8 @@ import numpy as np
 from skylimb.analysis import style
 from skylimb.analysis.axis_names import AxisNames
 from skylimb.analysis.measures import describe, row_label
-from skylimb.analysis.metrics import groups_of, printed
 from skylimb.analysis.pages import render_page
+from skylimb.analysis.score_names import groups_of, printed
 from skylimb.campaign.draws import changed, value_at
 from skylimb.campaign.figures import plates
 from skylimb.campaign.folder import log_name

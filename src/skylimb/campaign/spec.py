@@ -11,8 +11,8 @@ from typing import Annotated, Any, Literal
 
 from skylimb.analysis import own
 from skylimb.analysis.measures import SETS
-from skylimb.analysis.metrics import NUMERIC_KEYS
 from skylimb.analysis.own import Metric, load_own, metrics_of
+from skylimb.analysis.score_names import NUMERIC_KEYS
 from skylimb.campaign.distributions import Distribution
 from skylimb.config import to_mapping
 from skylimb.errors import ConfigError, unknown_name

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from skylimb.analysis.axis_names import GENERIC, AxisNames, names_of_vectors
-from skylimb.analysis.metrics import YES_OR_NO
+from skylimb.analysis.score_names import YES_OR_NO
 from skylimb.campaign.frozen import FORMAT_VERSION, Campaign
 from skylimb.campaign.logs import worst
 from skylimb.campaign.rows import FAILED, LOST, QUARANTINED, Row

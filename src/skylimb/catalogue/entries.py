@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from skylimb.analysis.measures import SETS, describe
-from skylimb.analysis.metrics import NUMERIC_KEYS
+from skylimb.analysis.score_names import NUMERIC_KEYS
 from skylimb.campaign.spec import CampaignSpec
 from skylimb.control.preset import preset_from_mapping, preset_mapping
 from skylimb.control.preset_keys import law_tables, preset_tables
@@ -19,7 +19,7 @@ from skylimb.experiments.experiment import Settings
 from skylimb.experiments.listing import list_controllers, list_experiments
 from skylimb.keys import Table, keys_of, tables_of
 from skylimb.keys.fields import entry_section, fields_of, section_of
-from skylimb.planning.trajectories import TrajectoryConfig
+from skylimb.planning.trajectory_config import TrajectoryConfig
 from skylimb.robots.flight_file import FlightFile
 from skylimb.robots.loader import list_robots
 from skylimb.simulation.surfaces import SURFACES

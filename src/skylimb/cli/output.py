@@ -185,8 +185,8 @@ def scores(runs: Mapping[str, Run]) -> None:
     """The metrics of every run side by side, the paper's numbers in brackets where it prints them."""
     from skylimb.analysis.axis_names import common_names
     from skylimb.analysis.measures import row_label
-    from skylimb.analysis.metrics import known_groups
     from skylimb.analysis.paper_configuration import is_the_papers, not_the_papers
+    from skylimb.analysis.score_names import known_groups
 
     experiment = next(iter(runs.values())).log.attrs.get("experiment", "")
     brackets = ", in brackets the paper's numbers" if any(map(is_the_papers, runs.values())) else ""
@@ -222,8 +222,8 @@ def _status(run: Run) -> str:
 
 
 def _score(run: Run, key: str) -> str:
-    from skylimb.analysis.metrics import printed
     from skylimb.analysis.paper_numbers import published_beside
+    from skylimb.analysis.score_names import printed
 
     known = printed(key, published_beside(run, key))
     shown = printed(key, run.metrics.get(key)) or "-"
@@ -280,7 +280,7 @@ def verification(rows: Sequence[Row]) -> int:
 
 def _median(key: str, value: float) -> str:
     """The number; a dash for one that the controller does not have."""
-    from skylimb.analysis.metrics import printed
+    from skylimb.analysis.score_names import printed
 
     if math.isnan(value):
         return "-"
@@ -325,7 +325,7 @@ def campaign(
 ) -> None:
     """Success rates and medians of a campaign's controllers, each with its rank among them."""
     from skylimb.analysis.measures import row_label
-    from skylimb.analysis.metrics import groups_of
+    from skylimb.analysis.score_names import groups_of
 
     apart = any(len(set(places)) > 1 for places in ranks.values())
     brackets = " (in brackets: rank; equal ranks are ties)" if apart else ""

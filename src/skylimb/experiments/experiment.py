@@ -20,7 +20,7 @@ from skylimb.loop.terminations import Terminations
 from skylimb.missions.configuration import ApproachConfig, PhaseConfig
 from skylimb.planning.own_path import spelled_out
 from skylimb.planning.posture_path import PostureConfig
-from skylimb.planning.trajectories import TrajectoryConfig
+from skylimb.planning.trajectory_config import TrajectoryConfig
 from skylimb.recording.origin import TABLE, absolute, changes_since, used_files
 from skylimb.recording.versions import origin_versions
 from skylimb.robots.loader import list_robots

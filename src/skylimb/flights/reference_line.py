@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from skylimb.planning.trajectories import TrajectoryConfig, drawing_strokes
+from skylimb.planning.trajectories import drawing_strokes
+from skylimb.planning.trajectory_config import TrajectoryConfig
 
 
 def with_reference_line(log: xr.Dataset, trajectory: TrajectoryConfig) -> xr.Dataset:

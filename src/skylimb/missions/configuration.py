@@ -6,7 +6,7 @@ from dataclasses import field
 from typing import Annotated
 
 from skylimb.keys import Key, configuration
-from skylimb.planning.trajectories import TrajectoryConfig
+from skylimb.planning.trajectory_config import TrajectoryConfig
 
 LONGEST_PHASE = 600.0
 """Longest time that one phase may wait, s."""
