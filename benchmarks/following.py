@@ -228,7 +228,8 @@ def main() -> None:
     parser.add_argument("--tables", action="store_true", help="fly nothing: tables of docs/following.json")
     options = parser.parse_args()
     if options.tables:
-        write_tables(kept_numbers(), options.part_draws)
+        kept = kept_numbers()
+        write_tables(kept, kept["part_draws"])
         return
     numbers: dict[str, Any] = {"seed": SEED, "draws": options.draws, "part_draws": options.part_draws}
     counts = {"following": options.draws, "hybrid": options.hybrid_draws or options.draws}
