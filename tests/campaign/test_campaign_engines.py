@@ -26,21 +26,25 @@ from skylimb.errors import CompileError, SkylimbError
 
 SpecWriter = Callable[..., Path]
 
+EXAMPLE = Path(__file__).parents[2] / "examples" / "own_controller.py"
 DEADLY = """
+import multiprocessing
 import os
 
 
-class Deadly:
+class Deadly(Upright):
     name = "deadly"
 
-    def gains(self): return None
-    def initial_state(self): return None
-    def step(self, *arguments): HOW
+    def step(self, *arguments):
+        if multiprocessing.parent_process() is not None:  # the coordinator tries a controller, too
+            HOW
+        return super().step(*arguments)
 
 
 def controller(robot):
-    return Deadly()
+    return Deadly(robot)
 """
+"""Behind the example's own controller: it flies well, and ends every worker."""
 
 
 def table(folder: Path) -> bytes:
@@ -94,7 +98,7 @@ def test_the_folder_is_the_same_at_any_number_of_workers(
 def test_a_flight_that_ends_its_worker_is_quarantined_and_named(
     how: str, write_spec: SpecWriter, tmp_path: Path
 ) -> None:
-    (tmp_path / "deadly.py").write_text(DEADLY.replace("HOW", how))
+    (tmp_path / "deadly.py").write_text(EXAMPLE.read_text() + DEADLY.replace("HOW", how))
     spec = write_spec(draws=1, controllers='["pid", "deadly.py"]')
     outcome = run_campaign(spec, tmp_path / "out", workers=1)
     statuses = [outcome.rows[flight]["status"] for flight in range(2)]

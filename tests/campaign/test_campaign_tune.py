@@ -59,7 +59,7 @@ def test_controllers_are_compared_at_equal_budgets(
 ) -> None:
     spec = write_spec(draws=1, controllers='["impedance", "hybrid"]', more=SEARCH.replace("= 9", "= 3"))
     assert main(["tune", str(spec), "--out", str(tmp_path / "tuned"), "--workers", "0"]) == 0
-    assert "4 held-out draws" in capsys.readouterr().out
+    assert "6 held-out draws" in capsys.readouterr().out
     verdict = json.loads((tmp_path / "tuned" / "verdict.json").read_text())
     assert [entry["trials"] for entry in verdict["controllers"].values()] == [3, 3]
     with (tmp_path / "tuned" / "trials.csv").open() as file:
