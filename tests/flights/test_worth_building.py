@@ -53,11 +53,11 @@ def test_a_tick_that_can_be_built_nowhere_flies_with_another_driver(
     def refuse(*given: object, **options: object) -> None:
         raise CompileError("C code can be compiled nowhere")
 
-    monkeypatch.setattr(flying, "worth_building", lambda tick: True)
+    monkeypatch.setattr(flying, "worth_building", lambda function: True)
     monkeypatch.setattr(flying, "native_available", lambda: True)
     monkeypatch.setattr(flying, "fly_native", refuse)
     monkeypatch.setattr(flying, "machine_code", refuse)
     takeoff = make_takeoff("paper", "pid")
-    assert flying.fastest_tick(takeoff) is takeoff.tick
+    assert flying.fastest_tick(takeoff).function is takeoff.tick.function
     monkeypatch.setattr(flying, "fly_here", lambda *given: "here")
     assert flying.fly(takeoff) == "here"

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import dataclasses
 import logging
 from collections.abc import Callable
 from contextlib import suppress
+
+import casadi as ca
 
 from skylimb.control.own_controller import OwnController
 from skylimb.errors import CompileError
@@ -27,7 +30,7 @@ Progress = Callable[[int, int], None]
 
 def fly(takeoff: Takeoff, progress: Progress | None = None) -> Flight:
     """Fly to the end with the driver that takes the least time here; every driver gives the same flight."""
-    if takeoff.traceable and worth_building(takeoff.tick) and native_available():
+    if takeoff.traceable and worth_building(takeoff.tick.function) and native_available():
         with suppress(CompileError):  # nowhere to build it: another driver flies
             return fly_native([takeoff], progress=progress)[0]
     return fly_here(takeoff, progress)
@@ -58,11 +61,15 @@ def begin_loop(takeoff: Takeoff) -> Loop:
 
 def fastest_tick(takeoff: Takeoff) -> CompiledTick:
     """The compiled tick as machine code where that pays, else on CasADi's virtual machine; same bits."""
-    tick = takeoff.tick
-    if worth_building(tick) and native_available():
+    return dataclasses.replace(takeoff.tick, function=fastest(takeoff.tick.function))
+
+
+def fastest(function: ca.Function) -> ca.Function:
+    """A function as machine code where that pays, else as it is; same bits."""
+    if worth_building(function) and native_available():
         with suppress(CompileError):  # nowhere to build it
-            return machine_code(tick)
-    return tick
+            return machine_code(function)
+    return function
 
 
 def simulated_driver(takeoff: Takeoff) -> Driver:
@@ -71,5 +78,7 @@ def simulated_driver(takeoff: Takeoff) -> Driver:
     outside = interventions(plant, data, takeoff.times, takeoff.pushes)
     if takeoff.traceable:
         return CompiledDriver(fastest_tick(takeoff), plant, data, rows, outside)
-    vehicle = SimulatedVehicle(plant, data, rows.ticks, takeoff.experiment.sensors, takeoff.period, outside)
+    vehicle = SimulatedVehicle(
+        plant, data, rows.ticks, takeoff.experiment.sensors, takeoff.period, outside, fastest
+    )
     return FreeDriver(takeoff.controller, vehicle, plant.robot, takeoff.mission, len(rows))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-import dataclasses
 from collections import OrderedDict
 from dataclasses import dataclass
 
@@ -60,25 +59,23 @@ def compile_native(tick: CompiledTick, plant: Plant) -> NativeTick:
     return NativeTick(tick, library, address)
 
 
-def worth_building(tick: CompiledTick) -> bool:
+def worth_building(function: ca.Function) -> bool:
     """Whether a single flight should use machine code: it is loaded, in the cache, or flown again.
 
-    Building takes as long as it saves over some ten flights, so a tick that is met for the first time on this
-    machine flies with the compiled driver.
+    Building takes as long as it saves over some ten flights, so a function that is met for the first time on
+    this machine is evaluated by CasADi.
     """
-    function = tick.function
     return hash(function) in _loaded or met_before(_FOLDER, function.name(), c_source(function))
 
 
-def machine_code(tick: CompiledTick) -> CompiledTick:
-    """The same tick, its function evaluated as machine code; built or taken from the cache.
+def machine_code(function: ca.Function) -> ca.Function:
+    """The same function, evaluated as machine code; built or taken from the cache.
 
     Raises:
         CompileError: when there is no compiler that builds it.
     """
-    function = tick.function
     path = built_library(_FOLDER, function.name(), c_source(function))
-    return dataclasses.replace(tick, function=ca.external(function.name(), str(path)))
+    return ca.external(function.name(), str(path))
 
 
 def _build(function: ca.Function) -> tuple[ctypes.CDLL, int]:
