@@ -151,12 +151,12 @@ def user(tmp_path_factory: pytest.TempPathFactory) -> Iterator[User]:
     print("\n".join(f"{seconds:6.1f} s  {what}" for what, seconds in someone.times))
 
 
-def test_the_installed_package_is_the_wheel(user: User) -> None:
+def the_installed_package_is_the_wheel(user: User) -> None:
     where = user.does("where it is", "python", "-c", "import skylimb; print(skylimb.__file__)")
     assert str(user.bin.parent) in where
 
 
-def test_looking_around(user: User) -> None:
+def looking_around(user: User) -> None:
     assert "usage: skylimb VERB" in user.does("skylimb --help", "skylimb", "--help")
     assert "hybrid" in user.does("skylimb list", "skylimb", "list")
     assert "surface.friction" in user.does("skylimb keys friction", "skylimb", "keys", "friction")
@@ -165,21 +165,21 @@ def test_looking_around(user: User) -> None:
     assert (user.folder / "examples" / "own_controller.py").is_file()
 
 
-def test_the_first_flight(user: User) -> None:
+def the_first_flight(user: User) -> None:
     user.does("first flight", "skylimb", "run", "paper", "--out", "first", "--set", *SHORT)
     assert {"report.html", "log.nc", "metrics.json", "config.toml"} <= {
         path.name for path in (user.folder / "first").iterdir()
     }
 
 
-def test_an_experiment_of_ones_own(user: User) -> None:
+def an_experiment_of_ones_own(user: User) -> None:
     user.writes("mine.toml", MINE)
     said = user.does("own experiment", "skylimb", "compare", "mine.toml", "--controllers", "pid", "hybrid")
     assert "hybrid" in said
     assert "0.15" in user.does("show it", "skylimb", "show", "mine.toml")
 
 
-def test_a_controller_of_ones_own(user: User) -> None:
+def a_controller_of_ones_own(user: User) -> None:
     shutil.copy(user.folder / "examples" / "own_controller.py", user.folder / "my_controller.py")
     user.writes("my_gains.toml", GAINS)
     user.does(
@@ -190,7 +190,7 @@ def test_a_controller_of_ones_own(user: User) -> None:
     assert "velocity" in user.does("show the gains", "skylimb", "show", "my_gains.toml")
 
 
-def test_a_run_moves_and_repeats_to_the_bit(user: User) -> None:
+def a_run_moves_and_repeats_to_the_bit(user: User) -> None:
     (user.folder / "my_controller.py").write_text("broken since\n", encoding="utf-8")
     moved = user.folder / "elsewhere" / "own"
     moved.parent.mkdir()
@@ -205,14 +205,14 @@ def test_a_run_moves_and_repeats_to_the_bit(user: User) -> None:
     shutil.copy(user.folder / "examples" / "own_controller.py", user.folder / "my_controller.py")
 
 
-def test_a_law_of_ones_own(user: User) -> None:
+def a_law_of_ones_own(user: User) -> None:
     user.does(
         "own law", "skylimb", "run", "mine.toml", "--controller", "examples/laws/extended_state.toml",
         "--out", "law",
     )  # fmt: skip
 
 
-def test_a_metric_and_a_path_of_ones_own(user: User) -> None:
+def a_metric_and_a_path_of_ones_own(user: User) -> None:
     user.writes("my_metric.py", METRIC)
     said = user.does("own metric", "skylimb", "run", "mine.toml", "--use", "my_metric.py", "--out", "metric")
     assert "hardest" in said or "Largest normal force" in said
@@ -222,7 +222,7 @@ def test_a_metric_and_a_path_of_ones_own(user: User) -> None:
     )  # fmt: skip
 
 
-def test_python_and_a_sweep(user: User) -> None:
+def python_and_a_sweep(user: User) -> None:
     user.writes("flight.py", PYTHON)
     assert user.does("from Python", "python", "flight.py").startswith("OK")
     assert (user.folder / "force.png").is_file()
@@ -232,7 +232,7 @@ def test_python_and_a_sweep(user: User) -> None:
     assert "'seed': 2" in said
 
 
-def test_a_campaign_and_a_search(user: User) -> None:
+def a_campaign_and_a_search(user: User) -> None:
     user.writes("campaign.toml", CAMPAIGN)
     user.does("campaign of six flights", "skylimb", "campaign", "campaign.toml", "--out", "campaign")
     assert (user.folder / "campaign" / "report.html").is_file()
@@ -244,8 +244,23 @@ def test_a_campaign_and_a_search(user: User) -> None:
     )  # fmt: skip
 
 
-def test_a_drawing_and_the_c_code(user: User) -> None:
+def a_drawing_and_the_c_code(user: User) -> None:
     user.does(
         "draw a word", "skylimb", "draw", "--text", "hi", "--width", "0.2", "--speed", "0.1", "--out", "word"
     )
     user.does("export to C", "skylimb", "export-c", "c_code")
+
+
+def test_what_a_new_user_does(user: User) -> None:
+    """One test, as each step needs the files of those before it."""
+    the_installed_package_is_the_wheel(user)
+    looking_around(user)
+    the_first_flight(user)
+    an_experiment_of_ones_own(user)
+    a_controller_of_ones_own(user)
+    a_run_moves_and_repeats_to_the_bit(user)
+    a_law_of_ones_own(user)
+    a_metric_and_a_path_of_ones_own(user)
+    python_and_a_sweep(user)
+    a_campaign_and_a_search(user)
+    a_drawing_and_the_c_code(user)
