@@ -154,6 +154,18 @@ def moving_mean(time: np.ndarray, values: np.ndarray, window: float) -> np.ndarr
     return (total[count:] - total[:-count]) / count
 
 
+def samples_within(time: np.ndarray, window: float) -> int:
+    """How many samples of evenly spaced times (s), shape (n,), a window (s) holds; at least one."""
+    return max(1, round(window / float(np.median(np.diff(time))))) if len(time) > 1 else 1
+
+
+def centred_mean(values: np.ndarray, count: int) -> np.ndarray:
+    """Means over `count` samples around each, shape (n, ...); beyond the ends the last sample goes on."""
+    from scipy.ndimage import uniform_filter1d  # slow to import, and scores need none of it
+
+    return uniform_filter1d(values, count, axis=0, mode="nearest")
+
+
 def surface_of(log: xr.Dataset) -> dict[str, Any] | None:
     """The surface's description, or None where the log has none.
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from skylimb.catalogue.entries import KINDS, Entry, entries, tables_of_entry
-from skylimb.catalogue.search import default_text
 from skylimb.experiments.experiment import Settings
-from skylimb.keys import Table, tables_of
+from skylimb.keys import Table, brief, tables_of
 from skylimb.simulation.surfaces.surface_keys import SurfaceKeys
 
 _HEAD = """\
@@ -93,7 +92,7 @@ def _rows(tables: Iterable[Table]) -> Iterator[str]:
         return
     yield from ("| Key | Default | Unit | Range | Meaning |", "|---|---|---|---|---|")
     for key, info in rows:
-        cells = (f"`{key}`", _code(default_text(info)), info.unit, info.range, info.meaning)
+        cells = (f"`{key}`", _code(brief(info.default)), info.unit, info.range, info.meaning)
         yield f"| {' | '.join(map(_cell, cells))} |"
     yield ""
 

@@ -6,11 +6,10 @@ import difflib
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import Any
 
 from skylimb.catalogue.entries import Entry, entries, tables_of_entry
 from skylimb.experiments.experiment import Settings
-from skylimb.keys import REQUIRED, KeyInfo, Table, tables_of
+from skylimb.keys import KeyInfo, Table, tables_of
 
 _MOST = 30
 _ALIKE = 0.6
@@ -80,18 +79,3 @@ def _alike(word: str) -> list[FoundKey]:
 
     rated = sorted(((likeness(key), key) for key in all_keys()), key=lambda pair: -pair[0])
     return [key for rate, key in rated if rate >= _ALIKE]
-
-
-def default_text(info: KeyInfo) -> str:
-    """The default as TOML writes it; "-" where there is none."""
-    return "-" if info.default is REQUIRED or info.default is None else _text(info.default)
-
-
-def _text(value: Any) -> str:
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, float):
-        return f"{value:g}"
-    if isinstance(value, tuple | list):
-        return f"[{', '.join(map(_text, value))}]"
-    return f'"{value}"' if isinstance(value, str) else str(value)

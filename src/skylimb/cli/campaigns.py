@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
-from skylimb.cli import output
+from skylimb.cli import campaign_output, output
 from skylimb.cli.arguments import Positional, arg
 from skylimb.errors import ConfigError
 
@@ -177,7 +177,9 @@ def _summary(outcome: Outcome) -> int:
             name: (f"{100 * rate.rate:.1f} % ({100 * rate.low:.1f} .. {100 * rate.high:.1f})", rate.draws)
             for name, rate in summary.rates.items()
         }
-        output.campaign(outcome.campaign.spec.experiment, rates, summary.medians, summary.ranks, summary.axes)
+        campaign_output.campaign(
+            outcome.campaign.spec.experiment, rates, summary.medians, summary.ranks, summary.axes
+        )
         for row in summary.lost[:5]:
             print(f"flight {row['flight']} ({row['controller']}) {row['status']}: {row['cause']}")
         if len(summary.lost) > 5:
@@ -193,7 +195,7 @@ def _summary(outcome: Outcome) -> int:
 @contextmanager
 def campaign_progress() -> Iterator[Any]:
     """A bar with rate, time left and failures so far."""
-    with output.campaign_bar() as show:
+    with campaign_output.campaign_bar() as show:
 
         def report(progress: Progress) -> None:
             rate = progress.flown / progress.seconds if progress.seconds > 0.0 else 0.0

@@ -8,7 +8,7 @@ import textwrap
 from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
-from skylimb.keys import ANY_NAME, ANY_NUMBER, REQUIRED, KeyInfo, Table, rows_of
+from skylimb.keys import ANY_NAME, ANY_NUMBER, REQUIRED, KeyInfo, Table, brief, rows_of
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -174,15 +174,5 @@ def _toml(value: Any) -> str:
 
 def _short(value: Any) -> str:
     """A value as TOML has it, numbers with few digits, and cut where it is long."""
-    text = "-" if value is None or value is REQUIRED else _text(value)
+    text = brief(value)
     return text if len(text) <= _WIDEST_VALUE else f"{text[: _WIDEST_VALUE - 3]}..."
-
-
-def _text(value: Any) -> str:
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, float):
-        return f"{value:g}"
-    if isinstance(value, tuple | list):
-        return f"[{', '.join(map(_text, value))}]"
-    return f'"{value}"' if isinstance(value, str) else str(value)

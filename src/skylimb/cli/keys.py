@@ -53,12 +53,12 @@ class Keys:
 
 
 def _rows(found: Sequence[FoundKey]) -> list[tuple[str, ...]]:
-    from skylimb.catalogue.search import default_text
+    from skylimb.keys import brief
 
     return [
         (
             each.key,
-            default_text(each.info),
+            brief(each.info.default),
             each.info.unit,
             each.info.range,
             each.info.meaning,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import math
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -14,7 +13,6 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
-    from skylimb.analysis.axis_names import AxisNames
     from skylimb.recording.run import Run
     from skylimb.robots.model import Robot
     from skylimb.verification import Row
@@ -25,14 +23,16 @@ _PIPE_WIDTH = 140
 Progress = Callable[[str, int, int], None]
 
 
-def _console(stderr: bool = False) -> Console:
+def console_for(stderr: bool = False) -> Console:
+    """Where to print; a pipe gets a width at which no table is cut."""
     from rich.console import Console
 
     stream = sys.stderr if stderr else sys.stdout
     return Console(file=stream, width=None if stream.isatty() else _PIPE_WIDTH, highlight=False)
 
 
-def _table(title: str = "", *columns: str) -> Table:
+def plain_table(title: str = "", *columns: str) -> Table:
+    """A table in the one look of the command line; without columns it has no heading."""
     from rich.box import SIMPLE_HEAD
     from rich.table import Table
 
@@ -43,12 +43,12 @@ def _table(title: str = "", *columns: str) -> Table:
 
 def names(title: str, descriptions: Mapping[str, str]) -> None:
     """Names with their one line each."""
-    table = _table(title)
+    table = plain_table(title)
     table.add_column(style="cyan", no_wrap=True)
     table.add_column()
     for name, description in descriptions.items():
         table.add_row(name, description)
-    _console().print(table)
+    console_for().print(table)
 
 
 def keys(rows: Sequence[Sequence[str]]) -> None:
@@ -60,7 +60,7 @@ def keys(rows: Sequence[Sequence[str]]) -> None:
     from rich.padding import Padding
     from rich.text import Text
 
-    console = _console()
+    console = console_for()
     for key, default, unit, allowed, meaning, of in rows:
         value = " ".join(filter(None, (default, unit)))
         console.print(Text.assemble((key, "cyan"), f" = {value}" if value != "-" else ""))
@@ -75,13 +75,13 @@ def toml(text: str) -> None:
         return
     from rich.syntax import Syntax
 
-    _console().print(Syntax(text.rstrip(), "toml", background_color="default", word_wrap=True))
+    console_for().print(Syntax(text.rstrip(), "toml", background_color="default", word_wrap=True))
 
 
 def robot(robot: Robot) -> None:
     """A robot's figures."""
     description = robot.description
-    table = _table(robot.name)
+    table = plain_table(robot.name)
     table.add_column(style="cyan", no_wrap=True)
     table.add_column()
     table.add_row("mass", f"{robot.mass:.4f} kg in {len(robot.bodies)} moving bodies")
@@ -96,19 +96,19 @@ def robot(robot: Robot) -> None:
         table.add_row(rotor.name, f"{rotor.thrust_min:g} .. {rotor.thrust_max:g} N, turns about {spin}")
     tip = ", ".join(f"{value:g}" for value in description.tip.position)
     table.add_row("tip", f"({tip}) m on {description.tip.link}, radius {1e3 * description.tip.radius:g} mm")
-    _console().print(table)
+    console_for().print(table)
 
 
 def drawing(title: str, rows: Sequence[tuple[str, str]]) -> None:
     """How well a drawing came out."""
     from rich.markup import escape
 
-    table = _table(escape(title))
+    table = plain_table(escape(title))
     table.add_column()
     table.add_column(justify="right")
     for row in rows:
         table.add_row(*row)
-    _console().print(table)
+    console_for().print(table)
 
 
 @contextmanager
@@ -118,7 +118,7 @@ def flights() -> Iterator[Progress]:
     from rich.progress import Progress as Bars
 
     columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn())
-    console = _console(stderr=True)
+    console = console_for(stderr=True)
     said: list[str] = []
     with (
         _notes(said),
@@ -151,12 +151,14 @@ def _notes(said: list[str]) -> Iterator[None]:
 
 def reproduction(numbers: Sequence[Sequence[str]], claims: Sequence[Sequence[str]]) -> None:
     """The paper's numbers beside an ensemble's, and in how many draws each claim holds."""
-    console = _console()
-    table = _table("", "Number", "Controller", "Paper", "Ensemble: median (5 to 95 %)", "Paper's percentile")
+    console = console_for()
+    table = plain_table(
+        "", "Number", "Controller", "Paper", "Ensemble: median (5 to 95 %)", "Paper's percentile"
+    )
     for row in numbers:
         table.add_row(*row)
     console.print(table)
-    table = _table("", "Claim", "Holds in (95 % interval)", "Without loss")
+    table = plain_table("", "Claim", "Holds in (95 % interval)", "Without loss")
     for row in claims:
         table.add_row(*row)
     console.print(table)
@@ -172,7 +174,7 @@ def claims() -> Iterator[Callable[[int, int, str], None]]:
 @contextmanager
 def working(what: str) -> Iterator[None]:
     """A sign of life during work of unknown length."""
-    console = _console(stderr=True)
+    console = console_for(stderr=True)
     if not console.is_terminal:
         print(f"{what} ...", file=sys.stderr)
         yield
@@ -192,7 +194,7 @@ def scores(runs: Mapping[str, Run]) -> None:
     brackets = ", in brackets the paper's numbers" if any(map(is_the_papers, runs.values())) else ""
     axes = common_names(run.log for run in runs.values())
     heading = f"{experiment}: sliding period, {axes}{brackets}"
-    table = _table("", "", "")
+    table = plain_table("", "", "")
     for name in runs:
         table.add_column(name, justify="right")
     table.add_row("Status", "", *(_status(run) for run in runs.values()))
@@ -202,7 +204,7 @@ def scores(runs: Mapping[str, Run]) -> None:
         for key in keys:
             label, unit = row_label(key, axes)
             table.add_row(f"  {label}", unit, *(_score(run, key) for run in runs.values()))
-    console = _console()
+    console = console_for()
     console.print(heading, style="bold", markup=False)  # a table would break it at its own width
     console.print(table)
     for name, run in runs.items():
@@ -260,7 +262,7 @@ def videos(runs: Mapping[str, Run], folder: Path) -> None:
 
 def verification(rows: Sequence[Row]) -> int:
     """The table of the contact's verification; 1 when a claim fails."""
-    table = _table("", "Claim", "Measured", "Theory", "Tolerance", "Cases", "")
+    table = plain_table("", "Claim", "Measured", "Theory", "Tolerance", "Cases", "")
     for row in rows:
         bound = {"below": "at most ", "above": "at least "}.get(row.bound, "")
         verdict = "holds" if row.passed else "[red]FAILS[/red]"
@@ -272,82 +274,7 @@ def verification(rows: Sequence[Row]) -> int:
             str(row.cases),
             verdict,
         )
-    console = _console()
+    console = console_for()
     console.print(table)
     console.print(f"{sum(row.passed for row in rows)} of {len(rows)} claims hold")
     return 0 if all(row.passed for row in rows) else 1
-
-
-def _median(key: str, value: float) -> str:
-    """The number; a dash for one that the controller does not have."""
-    from skylimb.analysis.score_names import printed
-
-    if math.isnan(value):
-        return "-"
-    return printed(key, value) if math.isfinite(value) else "lost"
-
-
-@contextmanager
-def campaign_bar() -> Iterator[Callable[[int, int, float, int, bool], None]]:
-    """A bar for many flights; hands out what to call with (done, total, rate in 1/s, failures, stopping)."""
-    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
-    from rich.progress import Progress as Bars
-
-    columns = (TextColumn("flights"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.description}"))
-    console = _console(stderr=True)
-    with Bars(*columns, console=console, disable=not console.is_terminal, transient=True) as bars:
-        task = bars.add_task("")
-
-        def show(done: int, total: int, rate: float, failures: int, stopping: bool) -> None:
-            words = [f"{60.0 * rate:.0f} a minute"] if rate > 0.0 else ["starting"]
-            if rate > 0.0:
-                words.append(f"{_duration((total - done) / rate)} left")
-            words.append(f"{failures} lost")
-            if stopping:
-                words = ["stopping: finishing what flies (Ctrl-C again drops it)"]
-            bars.update(task, completed=done, total=total, description=", ".join(words))
-
-        yield show
-
-
-def _duration(seconds: float) -> str:
-    minutes, rest = divmod(round(seconds), 60)
-    hours, minutes = divmod(minutes, 60)
-    return f"{hours} h {minutes:02} min" if hours else f"{minutes} min {rest:02} s"
-
-
-def campaign(
-    experiment: str,
-    rates: Mapping[str, tuple[str, int]],
-    medians: Mapping[str, Sequence[tuple[float, float, float]]],
-    ranks: Mapping[str, Sequence[int]],
-    axes: AxisNames,
-) -> None:
-    """Success rates and medians of a campaign's controllers, each with its rank among them."""
-    from skylimb.analysis.measures import row_label
-    from skylimb.analysis.score_names import groups_of
-
-    apart = any(len(set(places)) > 1 for places in ranks.values())
-    brackets = " (in brackets: rank; equal ranks are ties)" if apart else ""
-    heading = f"{experiment}: medians over all draws, {axes}{brackets}"
-    table = _table("", "", "")
-    for name in rates:
-        table.add_column(name, justify="right")
-
-    def ranked(text: str, key: str, index: int) -> str:
-        return f"{text} ({ranks[key][index]})" if len(set(ranks.get(key, ()))) > 1 else text
-
-    shown = (ranked(text, "success", i) for i, (text, _) in enumerate(rates.values()))
-    table.add_row("Success rate", "", *shown)
-    for title, keys in groups_of(medians).items():
-        table.add_section()
-        table.add_row(f"[bold]{title}[/bold]")
-        for key in keys:
-            label, unit = row_label(key, axes)
-            cells = (_median(key, value) for value, _, _ in medians[key])
-            table.add_row(f"  {label}", unit, *(ranked(text, key, i) for i, text in enumerate(cells)))
-    console = _console()
-    console.print(heading, style="bold", markup=False)  # a table would break it at its own width
-    console.print(table)
-    if len(rates) > 1 and not apart:
-        console.print("These draws tell no two controllers apart; the report says more.")

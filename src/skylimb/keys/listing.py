@@ -145,3 +145,16 @@ def _parts(kind: Any, value: Any, path: tuple[str, ...]) -> list[tuple[Any, tupl
     if not entries:
         return [(entry_section(kind), (*path, ANY_NAME if named else ANY_NUMBER), False)]
     return [(part, (*path, str(name)), True) for name, part in entries.items()]
+
+
+def brief(value: Any) -> str:
+    """A value as TOML has it, numbers with few digits; "-" where there is none."""
+    if value is None or value is REQUIRED:
+        return "-"
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, float):
+        return f"{value:g}"
+    if isinstance(value, tuple | list):
+        return f"[{', '.join(map(brief, value))}]"
+    return f'"{value}"' if isinstance(value, str) else str(value)

@@ -23,6 +23,7 @@ from skylimb.analysis.pen_line import (
     pen_line,
     reference_line,
 )
+from skylimb.analysis.signals import centred_mean
 from skylimb.recording import Run
 
 SMOOTHING = 0.1
@@ -141,6 +142,4 @@ def _between(drawn: tuple[np.ndarray, np.ndarray, np.ndarray]) -> np.ndarray:
 def _smooth(force: np.ndarray, spacing: float) -> np.ndarray:
     """The mean over `SMOOTHING` of samples that are `spacing` (s) apart: the eye sees no single one."""
     count = round(SMOOTHING / spacing) if spacing > 0.0 else 1
-    if not 1 < count <= len(force):
-        return force
-    return np.convolve(force, np.ones(count) / count, mode="same")
+    return centred_mean(force, count) if 1 < count <= len(force) else force

@@ -11,16 +11,18 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
-from scipy.ndimage import maximum_filter1d, minimum_filter1d, uniform_filter1d
+from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from skylimb.analysis import style
 from skylimb.analysis.axis_names import common_names
 from skylimb.analysis.signals import (
     Direction,
     adapting,
+    centred_mean,
     contact_axis,
     contact_transitions,
     in_contact,
+    samples_within,
     sliding_axes,
     spans,
 )
@@ -223,13 +225,13 @@ def _forces(log: xr.Dataset) -> dict[str, np.ndarray]:
         "estimate" and "truth", averaged over `SMOOTHING`, and the "smallest" and "largest" estimate within.
     """
     axis, time = contact_axis(log), log.time.values
-    count = max(1, round(SMOOTHING / float(np.median(np.diff(time))))) if len(time) > 1 else 1
+    count = samples_within(time, SMOOTHING)
     found: dict[str, np.ndarray] = {}
     if "external_force_estimate" in log:
         estimate = axis.along(log.external_force_estimate.values)
-        found["estimate"] = uniform_filter1d(estimate, count, mode="nearest")
+        found["estimate"] = centred_mean(estimate, count)
         found["smallest"] = minimum_filter1d(estimate, count, mode="nearest")
         found["largest"] = maximum_filter1d(estimate, count, mode="nearest")
     if "contact_force" in log:
-        found["truth"] = uniform_filter1d(axis.along(log.contact_force.values), count, mode="nearest")
+        found["truth"] = centred_mean(axis.along(log.contact_force.values), count)
     return found

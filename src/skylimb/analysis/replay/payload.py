@@ -75,7 +75,7 @@ def _touch(log: xr.Dataset) -> np.ndarray:
     """Place of the tip (m) and the force on it (N, mean over a moment) in W, (k, 6)."""
     if "contact_force" not in log:
         return np.pad(log.tip_position.values, ((0, 0), (0, 3)))
-    force = np.stack([smoothed(log, axis) for axis in log.contact_force.values.T], axis=1)
+    force = smoothed(log, log.contact_force.values)
     return np.concatenate([log.tip_position.values, force], axis=1)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from skylimb.analysis.replay.packing import packed
-from skylimb.analysis.signals import contact_axis, sliding_axes
+from skylimb.analysis.signals import centred_mean, contact_axis, samples_within, sliding_axes
 
 RATE = 50.0
 """Samples a second of every curve."""
@@ -44,7 +44,7 @@ def packed_panels(log: xr.Dataset) -> dict[str, Any]:
         `panels`: title, unit and curves, each with the number of its column; `signals`: time and columns.
     """
     times = log.time.values
-    every = max(1, round(1.0 / RATE / float(np.median(np.diff(times))))) if len(times) > 1 else 1
+    every = samples_within(times, 1.0 / RATE)
     keep = slice(None, None, every)
     panels: list[dict[str, Any]] = []
     columns: list[np.ndarray] = [times[keep]]
@@ -119,8 +119,5 @@ def _reach(log: xr.Dataset) -> Iterator[Curve]:
 
 
 def smoothed(log: xr.Dataset, values: np.ndarray) -> np.ndarray:
-    """Values, (k,), averaged over `SMOOTHING`."""
-    times = log.time.values
-    count = max(1, round(SMOOTHING / float(np.median(np.diff(times))))) if len(times) > 1 else 1
-    window = np.ones(min(count, len(times)))
-    return np.convolve(values, window, "same") / np.convolve(np.ones(len(times)), window, "same")
+    """Values, (k, ...), averaged over `SMOOTHING`."""
+    return centred_mean(values, samples_within(log.time.values, SMOOTHING))
