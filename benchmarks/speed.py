@@ -17,6 +17,7 @@ from typing import Any
 
 import compare
 import native
+import own_python
 
 import campaign
 import loop
@@ -31,6 +32,7 @@ def measure(flights: int, repeats: int, before: Mapping[str, Any] | None) -> dic
     """Everything, as plain tables; the rivals are those of `before`, where it is given."""
     where = machine()
     _, python = loop.measure(EXPERIMENT, CONTROLLER, repeats)
+    plain, replayed = own_python.measure(repeats)
     found = native.measure(EXPERIMENT, CONTROLLER, 12, repeats)
     many = campaign.measure(flights)
     return {
@@ -42,6 +44,7 @@ def measure(flights: int, repeats: int, before: Mapping[str, Any] | None) -> dic
             "strict": python.strict,
             "tick": python.tick,
         },
+        "own_python": {"closed": plain, "raw": replayed, "ratio": plain / replayed},
         "native": {**dataclasses.asdict(found), "ratio": found.ratio, "strict": found.strict},
         "campaign": {**dataclasses.asdict(many), "scaling": many.scaling},
         "rivals": compare.measure(min(repeats, 3)) if before is None else before.get("rivals", []),
@@ -99,6 +102,13 @@ def wanted(data: Mapping[str, Any]) -> list[str]:
         ("Python driver: closed loop over raw replay", data["python"]["ratio"], loop.RATIO_WANTED, 1, ""),
         ("native driver: closed loop over raw replay", found["ratio"], native.RATIO_WANTED, 1, ""),
         ("native driver: two threads over one", threads[1] / threads[2], native.SCALING_WANTED, 1, ""),
+        (
+            "a Python controller of 20 us a tick: flight over raw replay, in time",
+            data["own_python"]["ratio"],
+            own_python.WANTED,
+            -1,
+            "",
+        ),
         ("campaign: two workers over one", many["scaling"], campaign.SCALING_WANTED, 1, ""),
         (
             campaign_title,

@@ -142,7 +142,11 @@ class FreeDriver:
         """The command as arrays of the right sizes."""
         parts = []
         for field, length in self._sizes:
-            value = np.asarray(getattr(command, field, ()), dtype=float)
+            value = getattr(command, field, ())
+            if type(value) is np.ndarray and value.dtype == float and value.shape == (length,):
+                parts.append(value)  # the usual case, without a call
+                continue
+            value = np.asarray(value, dtype=float)
             if value.shape != (length,):
                 value = value.ravel()
                 if len(value) != length:
