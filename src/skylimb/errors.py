@@ -7,6 +7,7 @@ and exits with code 2; it never shows a traceback for one of these.
 from __future__ import annotations
 
 import difflib
+import os
 from collections.abc import Iterable
 
 
@@ -74,16 +75,20 @@ _LONG_NAME = 100
 """Letters of a wrong name that a message repeats."""
 
 
-def unknown_name(kind: str, name: str, known: Iterable[str]) -> UnknownNameError:
+def unknown_name(
+    kind: str, name: str, known: Iterable[str], endings: Iterable[str] = ()
+) -> UnknownNameError:
     """An error for `name`, with the nearest right name first and then all that are allowed.
 
     Args:
         kind: what the name should have named, for example "experiment".
         name: what was given.
         known: every name that would have been right.
+        endings: of files that may be named as well; one that is there is the first guess.
     """
     known = sorted(known)
-    guess = nearest(name, known)
+    files = [f"{name}{ending}" for ending in endings if os.path.isfile(f"{name}{ending}")]
+    guess = files[0] if files else nearest(name, known)
     hint = f"; did you mean '{guess}'?" if guess else ""
     listed = ", ".join(known) if len(known) <= 24 else f"{', '.join(known[:24])}, ..."
     name = name if len(name) <= _LONG_NAME else f"{name[:_LONG_NAME]}..."

@@ -81,7 +81,8 @@ def load_module(path: Path, needed: tuple[str, ...]) -> ModuleType:
     missing = [name for name in needed if not hasattr(module, name)]
     if missing:
         raise ConfigError(
-            f"file '{named}' does not define {', '.join(missing)} (needed: {', '.join(needed)})"
+            f"file '{named}' does not define {', '.join(missing)} (needed: {', '.join(needed)}); "
+            "`skylimb examples` copies files to begin with"
         )
     return module
 

@@ -189,3 +189,14 @@ def test_every_key_of_a_preset_is_listed_with_its_value(robot: Robot) -> None:
     assert laws["shape.law"].choices == ("admittance", "fixed", "recentring")
     meanings = {table.path: table.meaning for table in preset_tables(made.preset)}
     assert meanings["shape",].startswith("The arm makes up the surface's motion")
+
+
+def test_a_name_without_the_ending_of_a_file_that_is_there_names_the_file(
+    tmp_path: Path, robot: Robot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    written(tmp_path, OWN, "mine.py")
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(UnknownNameError, match=r"unknown controller 'mine'; did you mean 'mine\.py'\?"):
+        load_controller("mine", robot)
+    with pytest.raises(UnknownNameError, match=r"unknown controller 'yours' \(known"):
+        load_controller("yours", robot)

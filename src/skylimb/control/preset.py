@@ -63,7 +63,7 @@ def preset_mapping(name_or_path: str) -> tuple[dict[str, Any], Path]:
         path = Path(name_or_path)
         return read_toml(path), path
     if name_or_path not in preset_names():
-        raise unknown_name("controller", name_or_path, preset_names())
+        raise unknown_name("controller", name_or_path, preset_names(), (".py", ".toml"))
     path = PRESETS / f"{name_or_path}.toml"
     return read_toml(path), path
 

@@ -150,7 +150,7 @@ def experiment_tables(name_or_path: str) -> dict[str, Any]:
     elif name_or_path in experiment_names():
         path = EXPERIMENTS / f"{name_or_path}.toml"
     else:
-        raise unknown_name("experiment", str(name_or_path), experiment_names())
+        raise unknown_name("experiment", str(name_or_path), experiment_names(), (".toml",))
     return {"name": path.stem, **_beside(read_toml(path), path.parent)}
 
 
