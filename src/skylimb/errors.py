@@ -75,9 +75,7 @@ _LONG_NAME = 100
 """Letters of a wrong name that a message repeats."""
 
 
-def unknown_name(
-    kind: str, name: str, known: Iterable[str], endings: Iterable[str] = ()
-) -> UnknownNameError:
+def unknown_name(kind: str, name: str, known: Iterable[str], endings: Iterable[str] = ()) -> UnknownNameError:
     """An error for `name`, with the nearest right name first and then all that are allowed.
 
     Args:

@@ -102,6 +102,15 @@ def test_a_loss_is_a_gap_that_lasts(make_log):
     assert metrics(log)["contact_losses"] == 1.0
 
 
+def test_what_was_never_touched_is_not_lost(make_log):
+    log = make_log(dt=0.005)
+    log.contact[:] = 0
+    assert metrics(log)["contact_losses"] == 0.0
+    slide = np.flatnonzero(sliding(log))
+    log.contact[slide[500:600]] = 1
+    assert metrics(log)["contact_losses"] == 1.0
+
+
 def test_only_the_sliding_period_counts(make_log):
     log = make_log()
     # The first touch comes before it, and where the pen is beside the robot is seen in free flight.

@@ -8,7 +8,7 @@ from scipy.stats import kstest, norm, truncnorm
 
 from skylimb.campaign.distributions import Distribution
 from skylimb.campaign.draws import draw
-from skylimb.campaign.frozen import campaign_from_mapping, freeze
+from skylimb.campaign.frozen import campaign_from_mapping, differences, freeze
 from skylimb.campaign.reading import load_spec
 from skylimb.campaign.spec import GOALS
 from skylimb.config import write_toml
@@ -48,6 +48,21 @@ def test_files_are_looked_for_beside_the_spec(write_spec: SpecWriter, tmp_path: 
     path = write_spec()
     path.write_text(path.read_text().replace('experiment = "paper"', 'experiment = "mine.toml"'))
     assert freeze(load_spec(path)).experiment["surface"]["friction"] == 0.3
+
+
+def test_an_edited_height_map_makes_another_campaign(write_spec: SpecWriter, tmp_path: Path) -> None:
+    heights = tmp_path / "wall.csv"
+    heights.write_text("0, 0, 0, 0\n0, 1, 1, 0\n0, 1, 1, 0\n0, 0, 0, 0\n")
+    (tmp_path / "mine.toml").write_text(
+        'robot = "hydrus_xi_quad"\n[surface]\nkind = "heightmap"\nfile = "wall.csv"\nrelief = 0.02\n'
+    )
+    path = write_spec()
+    path.write_text(path.read_text().replace('experiment = "paper"', 'experiment = "mine.toml"'))
+    begun = freeze(load_spec(path)).to_mapping()
+    assert differences(begun, freeze(load_spec(path)).to_mapping()) == []
+    heights.write_text(heights.read_text().replace("1, 1", "1, 2"))
+    (change,) = differences(begun, freeze(load_spec(path)).to_mapping())
+    assert change.startswith("frozen.files.surface.file: ")
 
 
 def test_a_campaign_of_grids_needs_no_number_of_draws(write_spec: SpecWriter) -> None:

@@ -154,9 +154,12 @@ def _pen_scores(log: xr.Dataset) -> dict[str, float]:
     sliding = in_phase(log, "slide")
     time = log.time.values
     if "contact_duty" in log or "contact" in log:
-        gaps = spans(time, ~in_contact(log) & sliding, 0.0)
-        scores["contact_losses"] = float(sum(end - begin > LOSS_TIME for begin, end in gaps))
         touching = np.flatnonzero(in_contact(log))
+        # What was never touched cannot be lost.
+        touched = time[touching[0]] if len(touching) else np.inf
+        gaps = spans(time, ~in_contact(log) & sliding, 0.0)
+        lost = [begin > touched and end - begin > LOSS_TIME for begin, end in gaps]
+        scores["contact_losses"] = float(sum(lost))
         if len(touching) and "contact_force_normal" in log:
             first = (time >= time[touching[0]]) & (time < time[touching[0]] + TOUCH_TIME)
             force = log.contact_force_normal.values[first]

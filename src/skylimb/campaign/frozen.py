@@ -6,8 +6,9 @@ campaign can tell whether an experiment, a preset, a user's code or a version ha
 
 from __future__ import annotations
 
+import dataclasses
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import product
 from pathlib import Path
@@ -22,6 +23,7 @@ from skylimb.control.preset import preset_mapping
 from skylimb.errors import ConfigError
 from skylimb.experiments.experiment import Experiment, experiment_from_mapping, experiment_tables
 from skylimb.flights.export.step import controller_step
+from skylimb.keys import files_of
 from skylimb.recording.versions import versions
 from skylimb.robots.loader import load_robot
 from skylimb.robots.model import Robot
@@ -46,6 +48,8 @@ class Campaign:
         versions: of everything that computes. The driver is not among them: all drivers give the same bits.
         purpose: "campaign", or "search" where the flights are those of `skylimb tune`.
         use: files with metrics of the user's -> digest.
+        files: keys of the experiment that name a file (a drawing, a height map, a mesh) -> digest of what the
+            draws may read.
     """
 
     spec: CampaignSpec
@@ -55,6 +59,7 @@ class Campaign:
     versions: dict[str, str]
     purpose: str = "campaign"
     use: dict[str, str] = field(default_factory=dict)
+    files: dict[str, str] = field(default_factory=dict)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -113,6 +118,7 @@ class Campaign:
             "experiment": self.experiment,
             "controllers": self.controllers,
             **({"use": self.use} if self.use else {}),
+            **({"files": self.files} if self.files else {}),
         }
         return {**self.spec.to_mapping(), FROZEN: frozen}
 
@@ -146,10 +152,12 @@ def freeze(spec: CampaignSpec, purpose: str = "campaign") -> Campaign:
     digests = {name: robot.description.digest for name, robot in robots.items()}
     use = {file: _code_digest(Path(file)) for file in spec.use}
     campaign = Campaign(spec, tables, controllers, digests, versions(), purpose, use)
+    possible = [campaign._experiment({}, "set")]
     for key, entry in spec.vary.items():
         if not key.startswith("controller."):
             for value in entry.extremes():  # each end by itself, so that the message names the key
-                campaign._experiment({key: value}, f"vary.'{key}'")
+                possible.append(campaign._experiment({key: value}, f"vary.'{key}'"))
+    campaign = dataclasses.replace(campaign, files=_file_digests(possible))
     for index in range(min(spec.draws, CHECKED_DRAWS)):
         campaign.experiment_of(campaign.draw(index))
     varied = any(key.startswith("controller.") for key in spec.vary)
@@ -176,7 +184,8 @@ def campaign_from_mapping(mapping: Mapping[str, Any], where: str) -> Campaign:
         )
     names = ("experiment", "controllers", "robots", "versions", "purpose")
     resolved = {name: frozen[name] for name in names}
-    return Campaign(spec_from_mapping(mapping, where), **resolved, use=frozen.get("use", {}))
+    optional = {name: frozen.get(name, {}) for name in ("use", "files")}
+    return Campaign(spec_from_mapping(mapping, where), **resolved, **optional)
 
 
 def differences(begun: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
@@ -220,8 +229,20 @@ def _controller(name: str) -> dict[str, Any]:
     return {**entry, "code": laws} if laws else entry
 
 
+def _file_digests(experiments: Sequence[Experiment]) -> dict[str, str]:
+    """Digest of what lies under each key that names a file; a robot has its own."""
+    read: dict[str, set[str]] = {}
+    for experiment in experiments:
+        for key, owner in files_of(experiment):
+            if key != "robot":
+                read.setdefault(key, set()).update(source.digest for source in owner.sources)
+    return {key: _one_digest(sorted(digests)) for key, digests in read.items()}
+
+
 def _code_digest(path: Path) -> str:
     """Digest of a user's Python file, and of the modules that it imports from its own folder."""
-    sources = sources_of_module(load_module(path, ()))
-    digests = [source.digest for source in sources]
+    return _one_digest([source.digest for source in sources_of_module(load_module(path, ()))])
+
+
+def _one_digest(digests: Sequence[str]) -> str:
     return digests[0] if len(digests) == 1 else hashlib.sha256("".join(digests).encode()).hexdigest()

@@ -103,7 +103,7 @@ class Draw:
 
         tables = experiment_tables(self.surface)
         tables["name"] = f"{what} on {stem(self.surface)}"
-        source = f"The file {self.file}" if self.file else f"The words {what!r}"
+        source = f"The file {Path(self.file).name}" if self.file else f"The words {what!r}"
         tables["description"] = f"{source} drawn by the pen"
         tables["trajectory"] = {
             "shape": "drawing",
