@@ -76,7 +76,9 @@ def no_flight(tables: Mapping[str, Any], jobs: Sequence[Job]) -> list[Flown]:
 def instant_flights(monkeypatch: pytest.MonkeyPatch) -> None:
     """Flights in this process take no time, nor does the report: it names the flights and the logs."""
 
-    def report(campaign: Campaign, rows: Mapping[int, Any], summary: Any, kept: set[int]) -> str:
+    def report(
+        campaign: Campaign, rows: Mapping[int, Any], summary: Any, kept: set[int], folder: Path
+    ) -> str:
         return f"{len(rows)} flights, logs of {sorted(kept)}\n"
 
     monkeypatch.setattr("skylimb.campaign.engines.inline.fly_jobs", no_flight)

@@ -184,7 +184,7 @@ def _texts(campaign: Campaign, rows: Mapping[int, Row], summary: Summary, folder
     kept = logged(folder, rows.values())
     return {
         SUMMARY_FILE: summary_json(campaign, rows, summary),
-        REPORT_FILE: render_report(campaign, rows, summary, kept),
+        REPORT_FILE: render_report(campaign, rows, summary, kept, folder),
     }
 
 

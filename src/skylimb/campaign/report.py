@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import shlex
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -14,6 +14,7 @@ from skylimb.analysis import style
 from skylimb.analysis.axis_names import AxisNames
 from skylimb.analysis.measures import describe, row_label
 from skylimb.analysis.pages import render_page
+from skylimb.analysis.replay.page import replay_html
 from skylimb.analysis.score_names import groups_of, printed
 from skylimb.campaign.draws import changed, value_at
 from skylimb.campaign.figures import plates
@@ -28,10 +29,13 @@ from skylimb.campaign.statistics.telling import POWER
 from skylimb.campaign.summary import Summary
 from skylimb.campaign.who_wins import shown_ranks, to_tell, verdicts, within
 from skylimb.config import to_mapping, write_toml
+from skylimb.recording import LOG_FILE, Run
 
 TEMPLATE = Path(__file__).with_name("report_template.html")
 
 _MOST_LISTED = 20
+_MOST_WATCHED = 4
+"""Flights that are shown again; each makes the page half a megabyte larger."""
 
 
 class Cell(NamedTuple):
@@ -42,7 +46,9 @@ class Cell(NamedTuple):
     rank: int = 0
 
 
-def render_report(campaign: Campaign, rows: Mapping[int, Row], summary: Summary, kept: set[int]) -> str:
+def render_report(
+    campaign: Campaign, rows: Mapping[int, Row], summary: Summary, kept: set[int], folder: Path
+) -> str:
     """The page.
 
     Args:
@@ -50,6 +56,7 @@ def render_report(campaign: Campaign, rows: Mapping[int, Row], summary: Summary,
         rows: by flight.
         summary: of these rows.
         kept: flights whose log lies in the folder.
+        folder: the campaign's.
     """
     scores, names = summary.scores, summary.scores.controllers
     score, axes = campaign.spec.score, summary.axes
@@ -67,6 +74,7 @@ def render_report(campaign: Campaign, rows: Mapping[int, Row], summary: Summary,
         refused_count=len(scores.refused),
         controllers=[(style.label(name), colour) for name, colour in colours_of(scores).items()],
         rates=_rates(summary),
+        rate_called=campaign.spec.called,
         groups=[
             (title, [_row(key, summary) for key in keys])
             for title, keys in groups_of(summary.medians).items()
@@ -77,7 +85,10 @@ def render_report(campaign: Campaign, rows: Mapping[int, Row], summary: Summary,
         range_only=len(scores.draws) < fewest_draws(),
         flown=_flown(summary, score) if len(scores.draws) < FEW else [],
         pairs=_pairs(summary),
-        regions=[(style.label(name), _region(summary, name)) for name in names],
+        regions=[
+            (style.label(name), _region(summary, name, "failure" if campaign.spec.success else "loss"))
+            for name in names
+        ],
         plates=plates(scores, score, axes),
         axes=axes,
         score=within(describe(score, axes)[0]),
@@ -85,6 +96,7 @@ def render_report(campaign: Campaign, rows: Mapping[int, Row], summary: Summary,
             (row, _cause(row, score, axes), command(campaign, row), log_name(row) * (row["flight"] in kept))
             for row in summary.worst
         ],
+        replay=replay_html(_watched(folder, [row for row in summary.worst if row["flight"] in kept])),
         success=[
             (within(describe(key, summary.axes)[0]), bound) for key, bound in campaign.spec.success.items()
         ],
@@ -92,6 +104,16 @@ def render_report(campaign: Campaign, rows: Mapping[int, Row], summary: Summary,
         spec=write_toml(campaign.spec.to_mapping()),
         versions=campaign.versions,
     )  # fmt: skip
+
+
+def _watched(folder: Path, rows: Sequence[Row]) -> dict[str, Run]:
+    """The first few of the flights, by what they are called on the page."""
+    return {
+        f"{style.label(row['controller'])}, flight {row['flight']}": Run.load(
+            folder / log_name(row) / LOG_FILE
+        )
+        for row in rows[:_MOST_WATCHED]
+    }
 
 
 def command(campaign: Campaign, row: Row) -> str:
@@ -199,10 +221,10 @@ def _signed(value: float, goal: float) -> str:
     return "first lost" if value * goal > 0.0 else "second lost"
 
 
-def _region(summary: Summary, name: str) -> str:
+def _region(summary: Summary, name: str, failure: str) -> str:
     rate, region = summary.rates[name], summary.regions[name]
     if rate.successes == rate.draws:
-        return "no failure"
+        return f"no {failure}"
     if region is None:
         return f"{rate.draws - rate.successes} of {rate.draws} fail; no parameter tells where"
     conditions = " and ".join(str(condition) for condition in region.conditions)

@@ -167,6 +167,11 @@ class CampaignSpec:
         """Whether something varies, and all that varies is a grid."""
         return bool(self.vary) and all(entry.grid for entry in self.vary.values())
 
+    @property
+    def called(self) -> str:
+        """What the rate of successes is called: without bounds, every flight that comes to its end is one."""
+        return "Success rate" if self.success else "Flown to the end"
+
     def to_mapping(self) -> dict[str, Any]:
         """The spec as in its file."""
         return {key: value for key, value in to_mapping(self).items() if value not in ({}, [])}

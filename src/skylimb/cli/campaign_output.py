@@ -42,6 +42,7 @@ def campaign(
     medians: Mapping[str, Sequence[tuple[float, float, float]]],
     ranks: Mapping[str, Sequence[int]],
     axes: AxisNames,
+    rate_called: str,
 ) -> None:
     """Success rates and medians of a campaign's controllers, each with its rank among them."""
     from skylimb.analysis.measures import row_label
@@ -58,7 +59,7 @@ def campaign(
         return f"{text} ({ranks[key][index]})" if len(set(ranks.get(key, ()))) > 1 else text
 
     shown = (ranked(text, "success", i) for i, (text, _) in enumerate(rates.values()))
-    table.add_row("Success rate", "", *shown)
+    table.add_row(rate_called, "", *shown)
     for title, keys in groups_of(medians).items():
         table.add_section()
         table.add_row(f"[bold]{title}[/bold]")

@@ -178,7 +178,12 @@ def _summary(outcome: Outcome) -> int:
             for name, rate in summary.rates.items()
         }
         campaign_output.campaign(
-            outcome.campaign.spec.experiment, rates, summary.medians, summary.ranks, summary.axes
+            outcome.campaign.spec.experiment,
+            rates,
+            summary.medians,
+            summary.ranks,
+            summary.axes,
+            outcome.campaign.spec.called,
         )
         for row in summary.lost[:5]:
             print(f"flight {row['flight']} ({row['controller']}) {row['status']}: {row['cause']}")
