@@ -13,6 +13,7 @@ from .experiments.listing import list_experiments as list_experiments
 from .flights.public import begin as begin
 from .flights.public import compare as compare
 from .flights.public import run as run
+from .flights.replay.replay import replay as replay
 from .missions.reference import Reference as Reference
 from .recording.folder import load_runs as load_runs
 from .recording.run import Run as Run

@@ -8,6 +8,7 @@ from skylimb.cli.drawing import Draw
 from skylimb.cli.exporting import ExportC
 from skylimb.cli.flying import Compare, Run
 from skylimb.cli.looking import List, Report, Show, VerifyContact, View
+from skylimb.cli.replaying import Replay
 
 VERBS: dict[str, Any] = {
     "run": Run,
@@ -18,5 +19,6 @@ VERBS: dict[str, Any] = {
     "report": Report,
     "view": View,
     "verify-contact": VerifyContact,
+    "replay": Replay,
     "export-c": ExportC,
 }

@@ -60,6 +60,17 @@ def lead_thrusts(gains: Any, thrusts: Array, wanted: Array, limits: tuple[Array,
     # More would lead past the wanted thrust, and ring.
     lead = clip(gains.lead, 1.0, 1.0 / (1.0 - decay))
     command = clip(thrusts + lead * (wanted - thrusts), limits[0], limits[1])
+    return lagging_thrusts(gains, thrusts, command, dt)
+
+
+def lagging_thrusts(gains: Any, thrusts: Array, command: Array, dt: float) -> Led:
+    """How the modelled thrusts follow a command; at once where the lag is not compensated.
+
+    Arguments are those of `lead_thrusts`; `command` is within the limits, N, (n,).
+    """
+    if not gains.compensate:
+        return Led(command, command, command)
+    decay = exp(-dt / gains.time_constant)
     away = thrusts - command
     mean = command + away * (gains.time_constant / dt) * (1.0 - decay)
     return Led(command, mean, command + away * decay)

@@ -131,12 +131,7 @@ def take_off(
     Arguments are those of `run` and `compare`. A run's own config.toml brings its metrics along.
     """
     given_own = load_own(use)
-    given = dict(set or {})
-    gains = {
-        key.removeprefix("controller."): given.pop(key)
-        for key in list(given)
-        if key.startswith("controller.")
-    }
+    given, gains = parted(set or {})
     if seed is not None:
         given["seed"] = seed
     named = experiment
@@ -145,7 +140,7 @@ def take_off(
     else:
         experiment = load_experiment(experiment, given)
     robot = load_robot(experiment.robot)
-    ready = [_controller(item, experiment, robot, gains) for item in controllers]
+    ready = [chosen_controller(item, experiment, robot, gains) for item in controllers]
     own = (*load_own(experiment.recorded.get("use", ())), *given_own)
     takeoffs = [
         prepare(experiment, robot, controller, originals(named, item), own)
@@ -156,9 +151,24 @@ def take_off(
     return takeoffs
 
 
-def _controller(
+def parted(settings: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Settings by dotted key: the experiment's, and the controller's without "controller."."""
+    gains = {key: value for key, value in settings.items() if key.startswith("controller.")}
+    rest = {key: value for key, value in settings.items() if key not in gains}
+    return rest, {key.removeprefix("controller."): value for key, value in gains.items()}
+
+
+def chosen_controller(
     given: str | Controller | None, experiment: Experiment, robot: Robot, gains: Mapping[str, Any]
 ) -> Controller:
+    """The controller that was named or handed over; else the one that the experiment brings, else "hybrid".
+
+    Args:
+        given: a name, a file, a controller at hand, or None.
+        experiment: may hold the tables of a controller.
+        robot: the model that the controller believes in.
+        gains: dotted keys and new values.
+    """
     if given is None and experiment.controller:
         return _recorded_controller(dict(experiment.controller), experiment.name, robot, gains)
     if given is None or isinstance(given, str):

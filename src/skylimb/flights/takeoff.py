@@ -171,6 +171,15 @@ def plant_and_mission(
     for push in experiment.pushes:
         if push.link:
             body_of(push.link, plant.model)
+    mission = mission_of(experiment, robot, vectoring)
+    start = initial_data(plant, mission.first)
+    require_flyable(plant, mission, start)
+    return plant, mission, start
+
+
+def mission_of(experiment: Experiment, robot: Robot, vectoring: str = "torque") -> Mission:
+    """The mission of an experiment; no plant is needed for it. Arguments are those of `plant_and_mission`."""
+    dt = experiment.control_period
     config = MissionConfig(experiment.phases, experiment.approach, experiment.trajectory)
     plan = (
         config, tuple(experiment.contact_axis), tuple(experiment.surface.position), experiment.posture,
@@ -180,12 +189,8 @@ def plant_and_mission(
     shared = experiment.trajectory.shape not in ("drawing", "own") and _is_hashable(plan)
     planned = _planned if shared else _planned.__wrapped__
     mission = planned(*plan)
-    clearance = standing_out(plant.surface, mission)
-    if clearance > 0.0:
-        mission = planned(*plan, clearance)
-    start = initial_data(plant, mission.first)
-    require_flyable(plant, mission, start)
-    return plant, mission, start
+    clearance = standing_out(experiment.surface, mission)
+    return planned(*plan, clearance) if clearance > 0.0 else mission
 
 
 @functools.lru_cache(maxsize=8)

@@ -83,7 +83,7 @@ def flight_log(
             contact_transitions(mission.times[:ticks], values[CONTACT_STATE], values[CONTACT_REASON])
         )
     return xr.Dataset(
-        {name: _variable(name, array, own.get(name, Signal())) for name, array in values.items()},
+        {name: log_variable(name, array, own.get(name, Signal())) for name, array in values.items()},
         coords=_coordinates(plant, mission.times[:ticks], values),
         attrs=attributes,
     )
@@ -116,7 +116,14 @@ def _word(names: tuple[str, ...], index: float) -> str:
     return names[int(index)] if 0.0 <= index < len(names) else f"{index:g}"
 
 
-def _variable(name: str, array: np.ndarray, own: Signal) -> xr.Variable:
+def log_variable(name: str, array: np.ndarray, own: Signal) -> xr.Variable:
+    """A signal as a variable of the log, with dimensions, unit, frame and meaning.
+
+    Args:
+        name: of the signal.
+        array: its values, the ticks first.
+        own: what its author declares; a signal that everybody knows needs nothing.
+    """
     info = SIGNALS.get(name, SignalInfo(_plain_dims(array, name), own.unit, own.frame, own.meaning, own.kind))
     attrs: dict[str, Any] = {
         "units": info.units,

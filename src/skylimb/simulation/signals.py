@@ -63,6 +63,10 @@ SIGNALS: dict[str, SignalInfo] = {
     "root_quaternion_measured": SignalInfo(
         _QUATERNION, "", "W", "attitude of the root link, measured", "measurement"
     ),
+    "root_velocity_measured": SignalInfo(_AXIS, "m/s", "W", "its velocity, measured", "measurement"),
+    "root_angular_velocity_measured": SignalInfo(
+        _AXIS, "rad/s", "root", "angular velocity of the root link, measured", "measurement"
+    ),
     "external_force_estimate": SignalInfo(_AXIS, "N", "W", "external force, estimated and tared", "estimate"),
     "external_torque_estimate": SignalInfo(
         _AXIS, "N m", "C", "external torque, estimated and tared", "estimate"

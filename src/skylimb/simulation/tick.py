@@ -64,6 +64,8 @@ def plant_signals(
         "configuration_velocity": outputs.qvel,
         "root_position_measured": measurement.position,
         "root_quaternion_measured": measurement.quaternion,
+        "root_velocity_measured": measurement.velocity,
+        "root_angular_velocity_measured": measurement.angular_velocity,
         "joint_angles_measured": measurement.joint_angles,
         "vectoring_angles_measured": measurement.vectoring_angles,
         "thrusts": outputs.act[:n],

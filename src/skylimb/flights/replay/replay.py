@@ -1,0 +1,202 @@
+"""`skylimb.replay`: a log in, the same flight as the estimator and the controller see it out."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from skylimb.analysis.replayed import REPLAYED
+from skylimb.config import to_mapping
+from skylimb.control.controller import (
+    Controller,
+    controller_signals,
+    is_traceable,
+    resolved_tables,
+)
+from skylimb.control.needs import needs_of
+from skylimb.errors import SkylimbError
+from skylimb.experiments.experiment import Experiment, load_experiment
+from skylimb.flights.public import chosen_controller, parted
+from skylimb.flights.record import config_units
+from skylimb.flights.replay.mission_of_log import mission_of_log
+from skylimb.flights.replay.open_loop import Progress, open_loop
+from skylimb.flights.replay.recorded import Recorded, recorded, sampled
+from skylimb.flights.takeoff import mission_of
+from skylimb.missions.mission import Mission
+from skylimb.packing import Layout
+from skylimb.recording.origin import TABLE, origin_text
+from skylimb.recording.run import Run
+from skylimb.recording.versions import origin_versions
+from skylimb.robots.loader import load_robot
+from skylimb.robots.model import Robot
+from skylimb.signals import Signal
+from skylimb.simulation.gain_changes import gain_rows
+from skylimb.simulation.log import log_variable
+
+UNKNOWN = "free_flight"
+"""The experiment whose robot and rates a log is replayed with that does not say what flew."""
+
+_KEPT = ("truth", "measurement", "reference")
+"""Kinds of signals that a replay takes over from the log."""
+
+_SAME_PATH = 1e-6
+"""Metres by which a mission that is planned anew may be off the recorded one."""
+
+
+def replay(
+    log: str | Path | Run,
+    controller: str | Controller | None = None,
+    set: Mapping[str, Any] | None = None,
+    progress: Progress | None = None,
+) -> Run:
+    """Run estimator and controller open loop on what a log holds of a flight, simulated or real.
+
+    With the configuration that flew, the recorded estimates and commands come out again to the bit. With
+    another one the run has what would have been estimated and commanded; truth and measurements stay those of
+    the flight. The estimator is told the thrusts that were flown, whatever the controller would have
+    commanded. Nothing is simulated.
+
+    Args:
+        log: a run, its folder, or its file.
+        controller: another one than flew: a name, a file, or a controller at hand.
+        set: dotted keys and new values, of the experiment, or of the controller after "controller.".
+        progress: called with (ticks done, ticks in all).
+
+    Returns:
+        A run without scores; `analysis.replayed.differences` holds it against the recorded one. What the log
+        lacks and what stands in its place is among its `notes`.
+
+    Raises:
+        SkylimbError: when the log cannot be read, or holds no pose of the robot.
+    """
+    run = log if isinstance(log, Run) else Run.load(log)
+    settings, gains = parted(set or {})
+    with tempfile.TemporaryDirectory(prefix="skylimb-") as folder:
+        experiment, said = _experiment(run, Path(folder), settings)
+        robot = load_robot(experiment.robot)
+        ready = chosen_controller(controller, experiment, robot, gains)
+        return _replayed(run, experiment, robot, ready, said, progress)
+
+
+def _replayed(
+    run: Run,
+    experiment: Experiment,
+    robot: Robot,
+    controller: Controller,
+    said: tuple[str, ...],
+    progress: Progress | None,
+) -> Run:
+    period, purpose = experiment.control_period, _flown_vectoring(run, experiment, robot, controller)
+    log, resampled = sampled(run.log, period)
+    held = recorded(log, robot, period, purpose)
+    mission, planned = _mission(run, log, held, experiment, robot, purpose)
+    changing, dropped = _gains(experiment, controller, len(held))
+    values = open_loop(controller, held, mission, period, changing, progress)
+    notes = (*said, *resampled, *held.missing, *planned, *dropped)
+    known = controller_signals(controller)
+    config = to_mapping({**experiment.to_mapping(), "controller": resolved_tables(controller)})
+    config.pop(TABLE, None)
+    return Run(
+        name=f"{controller.name}, replayed",
+        controller=controller.name,
+        log=_log(log, values, known).assign_attrs(
+            controller=controller.name,
+            config=origin_text(config, {}, origin_versions()),
+            config_units=json.dumps(config_units(experiment, controller)),
+            notes=json.dumps(notes),
+            status="OK",
+            cause="",
+            **{REPLAYED: run.name},
+        ),
+    )
+
+
+def _experiment(run: Run, folder: Path, settings: Mapping[str, Any]) -> tuple[Experiment, tuple[str, ...]]:
+    """The experiment that a run was flown with, read from copies of its files below `folder`."""
+    if not run.config:
+        experiment = load_experiment(UNKNOWN, dict(settings))
+        said = f"no configuration: robot {experiment.robot}, {experiment.controller_rate:g} Hz (see --set)"
+        return experiment, (said,)
+    # A comparison's runs name their copies "../sources/...": those stay below the folder as well.
+    home = folder / "comparison" / "run"
+    home.mkdir(parents=True)
+    for name, content in run.sources.items():
+        path = home / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content)
+    (home / "config.toml").write_text(run.config, encoding="utf-8")
+    experiment = load_experiment(str(home / "config.toml"), dict(settings))
+    return experiment, tuple(experiment.recorded.get("changes", ()))
+
+
+def _flown_vectoring(run: Run, experiment: Experiment, robot: Robot, controller: Controller) -> str:
+    """The purpose of the vectoring angles that the robot took off with, on which its mission depends."""
+    if run.config:
+        # A controller that was handed over as an object cannot be made again.
+        with suppress(SkylimbError):
+            return needs_of(chosen_controller(None, experiment, robot, {})).vectoring
+    return needs_of(controller).vectoring
+
+
+def _mission(
+    run: Run, log: xr.Dataset, held: Recorded, experiment: Experiment, robot: Robot, purpose: str
+) -> tuple[Mission, tuple[str, ...]]:
+    """The references of the flight: planned anew where its configuration is known, else from the log."""
+    if not run.config:
+        return mission_of_log(log, held, robot, experiment.control_period)
+    mission = mission_of(experiment, robot, purpose)
+    name = "cog_position_reference"
+    if name not in log.variables:
+        return mission, ()
+    here = np.minimum(held.clock.ticks.astype(int), len(mission.times) - 1)
+    step = np.linalg.norm(np.diff(mission.reference.position, axis=0), axis=1).max(initial=0.0)
+    away = float(np.abs(mission.reference.position[here] - log[name].values).max())
+    if away <= _SAME_PATH + step:  # between two ticks of its clock it may be anywhere
+        return mission, ()
+    return mission, (
+        f"the mission is another than was flown: up to {away:.3g} m from the recorded reference",
+    )
+
+
+def _gains(
+    experiment: Experiment, controller: Controller, count: int
+) -> tuple[tuple[np.ndarray, np.ndarray] | None, tuple[str, ...]]:
+    """The gains that changed in flight, and those that this controller does not have."""
+    if not experiment.gain_changes:
+        return None, ()
+    layout = Layout(controller.gains()) if is_traceable(controller) else None
+    known = [change for change in experiment.gain_changes if layout and change.key in layout.slices]
+    missing = {change.key for change in experiment.gain_changes} - {change.key for change in known}
+    said = tuple(f"{controller.name} has no gain '{key}' to be changed in flight" for key in sorted(missing))
+    if layout is None or not known:
+        return None, said
+    late = int(max(change.time for change in known) / experiment.control_period) + 2
+    times = np.arange(max(count, late)) * experiment.control_period
+    rows = gain_rows(known, layout.pack(controller.gains()), layout, times)
+    return (None if rows is None else (rows.columns, rows.values)), said
+
+
+def _log(log: xr.Dataset, values: Mapping[str, np.ndarray], own: Mapping[str, Signal]) -> xr.Dataset:
+    """The log with the controller's signals in the place of those that were recorded."""
+    kept = {name: variable for name, variable in log.data_vars.items() if variable.attrs.get("kind") in _KEPT}
+    made = {}
+    for name, array in values.items():
+        was = log.variables.get(name)
+        if was is not None and was.shape == array.shape:
+            # Flags are stored as small whole numbers; of a tick without number they are -1.
+            whole = was.dtype.kind == "i"
+            rows = np.where(np.isfinite(array), array, -1.0).astype(was.dtype) if whole else array
+            made[name] = xr.Variable(was.dims, rows, was.attrs)
+        else:
+            made[name] = log_variable(name, array, own.get(name, Signal()))
+    fresh = xr.Dataset({**kept, **made}, coords=log.coords, attrs=log.attrs)
+    for name in ("contact_gaps", "contact_transitions"):
+        fresh.attrs.pop(name, None)
+    return fresh
