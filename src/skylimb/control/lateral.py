@@ -17,6 +17,7 @@ import math
 from typing import Annotated, Any
 
 import casadi as ca
+import numpy as np
 
 from skylimb.control.records import Demand, LawInput
 from skylimb.keys import Key, configuration
@@ -75,5 +76,9 @@ def lateral_move(gains: Any, move: Array, inputs: LawInput, demand: Demand) -> t
     inverse = matrix([[d, -b], [-b, a]]) / (a * d - b * b)
     # The least move that gives what is missing, where the move so far counts for what it does alone.
     new = J.T @ (inverse @ (force[0:2] - side + J @ move))
-    new = low_pass(move, clip(new, -gains.limit, gains.limit), 2.0 * math.pi * gains.cutoff, inputs.dt)
+    new = clip(new, -gains.limit, gains.limit)
+    lower, upper = inputs.robot.vectoring_limits()
+    if np.isfinite(lower).any() or np.isfinite(upper).any():
+        new = clip(new, lower - nominal, upper - nominal)
+    new = low_pass(move, new, 2.0 * math.pi * gains.cutoff, inputs.dt)
     return new, stack(side - J @ move, 0.0)

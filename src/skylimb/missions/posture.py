@@ -79,8 +79,10 @@ def posture_plan(config: PostureConfig, robot: Robot, purpose: str = "torque") -
         tip_radius=robot.description.tip.radius,
         duration=path.duration,
         joint_angles=path.sample,
-        vectoring_angles=lambda t: np.stack(
-            [np.interp(np.clip(t, 0.0, path.duration), knots, angles) for angles in vectoring.T], axis=1
+        vectoring_angles=lambda t: (
+            np.array([np.interp(np.clip(t, 0.0, path.duration), knots, angles) for angles in vectoring.T])
+            .reshape(robot.n_vectoring, len(t))
+            .T
         ),
         tip_heading=lambda t: np.interp(np.clip(t, 0.0, path.duration), knots, headings) - headings[0],
     )

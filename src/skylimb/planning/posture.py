@@ -2,7 +2,7 @@
 
 Reach r is the distance from the centre of gravity to the tip along the tip link's heading. The vectoring
 units shift the centre of gravity by up to 1.5 mm as they turn; r takes their average over a turn, so that it
-depends on theta only.
+depends on theta only. A robot without bending joints has one posture, at its nominal theta, and one reach.
 """
 
 from __future__ import annotations
@@ -62,6 +62,13 @@ class ReachFamily:
         self.theta_nominal = posture.theta_nominal
         self.theta_min, self.theta_max, self._limits = _within_joint_limits(robot)
         geometry = _averaged_reach(robot)
+        self._rigid = robot.n_joints == 0
+        if self._rigid:  # one posture, one reach
+            self.coefficients = (geometry(self.theta_nominal), 0.0, 0.0)
+            self.reach_min = self.reach_max = self.reach_nominal = self.coefficients[0]
+            self._forward = self._inverse = None
+            self._falling = False
+            return
         self.coefficients = fit_circle(geometry, *self.described)
         self._forward = fit_chebyshev(geometry, *self.described) if self.coefficients is None else None
         grid = np.linspace(self.theta_min, self.theta_max, 201)
@@ -110,6 +117,8 @@ class ReachFamily:
         """
         symbolic = is_symbolic(reach)
         value = _hold(reach, self.reach_min, self.reach_max) if symbolic else self._checked_reach(reach)
+        if self._rigid:
+            return ca.SX(self.theta_nominal) if symbolic else _number(0.0 * value + self.theta_nominal)
         if self.coefficients is None:
             return self._invert_series(value)
         # r = A + D cos(theta - phi): theta is on the falling half of the cosine, or on the rising one.

@@ -56,6 +56,9 @@ def _relevant(robot: Robot, criteria: VectoringCriteria) -> Iterator[Any]:
     posture = description.posture
     yield [*posture.offset, *posture.slope, posture.theta_min, posture.theta_max, posture.theta_nominal]
     yield description.vectoring_start
+    limits = np.array(robot.vectoring_limits())
+    if np.isfinite(limits).any():
+        yield np.nan_to_num(limits, posinf=1e9, neginf=-1e9)
     if criteria == TORQUE:
         return
     # Only now, so that tables found before there were other criteria keep their digest.

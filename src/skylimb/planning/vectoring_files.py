@@ -37,6 +37,8 @@ def find_coefficients(
         AllocationError: no continuous path of vectoring angles keeps the criteria.
     """
     digest = robot_digest(robot, criteria)
+    if robot.n_vectoring == 0:  # nothing to search, nothing to keep
+        return search_vectoring(robot, criteria), digest
     if not cache:
         return np.round(search_vectoring(robot, criteria), _DECIMALS), digest
     if digest not in _known:
@@ -107,9 +109,8 @@ def table_text(
     """The text of a table's file."""
     low, high = criteria.span(robot)
     chosen = "" if criteria == TORQUE else f" for {criteria.purpose}"
-    rows = ",\n".join(
-        "  [" + ", ".join(f"{entry:.{_DECIMALS}f}" for entry in row) + "]" for row in coefficients
-    )
+    lines = ["  [" + ", ".join(f"{entry:.{_DECIMALS}f}" for entry in row) + "],\n" for row in coefficients]
+    rows = "".join(["\n", *lines]) if lines else ""
     return (
         f"# Vectoring angles of {robot.name}{chosen}, found by skylimb.planning.vectoring_search. One row a "
         "vectoring joint:\n"
@@ -117,5 +118,5 @@ def table_text(
         "edited by hand.\n\n"
         f'digest = "{digest}"\n'
         f"theta_min = {low!r}\ntheta_max = {high!r}\n"
-        f"coefficients = [\n{rows},\n]\n"
+        f"coefficients = [{rows}]\n"
     )

@@ -1,8 +1,9 @@
 """Vectoring angles along any path of postures, knot by knot from where they are.
 
-At every knot the guaranteed control torque is maximised again, without hover tilt and within a small step of
-the angles before, as the laboratory's own planner does in flight. It cannot see a singular posture coming:
-use the table of the posture family (`planning.vectoring`) where that family is all that is flown.
+At every knot the guaranteed control torque is maximised again, without hover tilt, within the joint limits
+and within a small step of the angles before, as the laboratory's own planner does in flight. It cannot see a
+singular posture coming: use the table of the posture family (`planning.vectoring`) where that family is all
+that is flown.
 """
 
 from __future__ import annotations
@@ -33,6 +34,9 @@ def vectoring_path(robot: Robot, postures: np.ndarray, start: np.ndarray) -> np.
         AllocationError: no vectoring angles within a step of the last hover without tilt at some posture.
     """
     nq, nv = robot.n_joints, robot.n_vectoring
+    if nv == 0:
+        return np.zeros((len(postures), 0))
+    lower, upper = robot.vectoring_limits()
     q, psi, last, t = ca.SX.sym("q", nq), ca.SX.sym("psi", nv), ca.SX.sym("last", nv), ca.SX.sym("t")
     rotors = robot.description.rotors
     model = robot.model(q, psi)
@@ -55,8 +59,8 @@ def vectoring_path(robot: Robot, postures: np.ndarray, start: np.ndarray) -> np.
         solution = solver(
             x0=[*now, torque],
             p=[*posture, *now],
-            lbx=[*(now - STEP), -np.inf],
-            ubx=[*(now + STEP), np.inf],
+            lbx=[*np.maximum(now - STEP, lower), -np.inf],
+            ubx=[*np.minimum(now + STEP, upper), np.inf],
             lbg=low,
             ubg=high,
         )

@@ -6,7 +6,8 @@ coefficients:
 
     maximise   mean over theta of FCTmin  -  smoothing * mean of |dpsi/dtheta|^2
     subject to |hover tilt| <= tilt, |dpsi_i/dtheta| <= slope, thrust_min <= hover thrusts <= thrust_max
-               at nodes spread over theta, and for contact |X_xy|, |X_xz| <= leak, X_yy >= sideways.
+               at nodes spread over theta, and for contact |X_xy|, |X_xz| <= leak, X_yy >= sideways;
+               psi within the vectoring joints' limits where these have any.
 
 The program has many local optima. It starts from the optima of single postures, first with few coefficients,
 and the best few of those are refined with all of them. Every start is fixed, so the result is always the
@@ -30,7 +31,7 @@ from skylimb.planning.lateral_effort import lateral_effort
 from skylimb.planning.tip_force import tip_force_map
 from skylimb.planning.vectoring_criteria import TORQUE, VectoringCriteria
 from skylimb.robots import Robot
-from skylimb.robots.flight_check import golden_steps
+from skylimb.robots.hover import golden_steps, within_limits
 from skylimb.spatial import wrapped
 
 VERSION = 1
@@ -47,13 +48,15 @@ _SAME = 0.1
 class _Posture:
     """What a posture theta with vectoring angles psi gives, and the bounds of it.
 
-    The function's outputs are the face distances and everything else that is bounded, one vector.
+    The function's outputs are the face distances and everything else that is bounded, one vector. `limits`
+    are those of the vectoring joints, (n,) each.
     """
 
     function: ca.Function
     low: list[float]
     high: list[float]
     span: tuple[float, float]
+    limits: tuple[np.ndarray, np.ndarray]
 
 
 def search_vectoring(robot: Robot, criteria: VectoringCriteria = TORQUE) -> np.ndarray:
@@ -91,11 +94,19 @@ def evaluate(coefficients: np.ndarray, low: float, high: float, theta: Any, orde
 
 
 def _near_zero(robot: Robot, span: tuple[float, float], coefficients: np.ndarray) -> np.ndarray:
-    """The same path, whole turns away: at the nominal posture each joint is within half a turn of zero."""
+    """The same path, whole turns away: at the nominal posture each joint is within half a turn of zero.
+
+    A joint with limits stays where it is.
+    """
     nominal = evaluate(coefficients, *span, robot.description.posture.theta_nominal)
     moved = coefficients.copy()
-    moved[:, 0] += wrapped(nominal) - nominal
+    moved[:, 0] += np.where(_free(*robot.vectoring_limits()), wrapped(nominal) - nominal, 0.0)
     return moved
+
+
+def _free(lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
+    """Which joints may turn without end."""
+    return ~(np.isfinite(lower) | np.isfinite(upper))
 
 
 def _posture_function(robot: Robot, criteria: VectoringCriteria) -> _Posture:
@@ -122,7 +133,7 @@ def _posture_function(robot: Robot, criteria: VectoringCriteria) -> _Posture:
         high += [criteria.effort] * 2
     function = ca.Function("posture", [theta, psi], [faces, ca.vertcat(*bounded)])
     low, high = [0.0] * faces.shape[0] + low, [np.inf] * faces.shape[0] + high
-    return _Posture(function, low, high, criteria.span(robot))
+    return _Posture(function, low, high, criteria.span(robot), robot.vectoring_limits())
 
 
 def _solver(problem: dict[str, Any], iterations: int) -> ca.Function:
@@ -138,15 +149,18 @@ def _starts(robot: Robot, posture: _Posture) -> list[np.ndarray]:
     problem = {"x": ca.vertcat(psi, t), "p": theta, "f": -t, "g": ca.vertcat(faces - t, bounded)}
     solver = _solver(problem, 100)
     steps = np.outer(np.arange(_TRIES), golden_steps(n))
-    tries = robot.description.vectoring_start + 2.0 * np.pi * steps
+    tries = within_limits(robot, robot.description.vectoring_start + 2.0 * np.pi * steps)
+    lower, upper = posture.limits
+    free = _free(lower, upper)
+    bounds = {} if free.all() else {"lbx": [*lower, -np.inf], "ubx": [*upper, np.inf]}
     found: list[np.ndarray] = []
     for angle in np.linspace(*posture.span, 4):
         optima = []
         for start in tries:
-            solution = solver(x0=[*start, 1.0], p=angle, lbg=posture.low, ubg=posture.high)
+            solution = solver(x0=[*start, 1.0], p=angle, lbg=posture.low, ubg=posture.high, **bounds)
             if solver.stats()["success"]:
                 x = solution["x"].full().ravel()
-                optima.append((float(x[n]), wrapped(x[:n])))
+                optima.append((float(x[n]), np.where(free, wrapped(x[:n]), x[:n])))
         for _, candidate in sorted(optima, key=lambda optimum: optimum[0], reverse=True):
             if all(np.max(np.abs(wrapped(candidate - other))) > _SAME for other in found):
                 found.append(candidate)
@@ -170,11 +184,16 @@ class _PathProgram:
         t = ca.SX.sym("t", self.nodes)
         psi, slope = coefficients @ ca.DM(values.T), coefficients @ ca.DM(slopes.T)
         constraints, self._low, self._high = [], [], []
+        limited = np.flatnonzero(~_free(*posture.limits)).tolist()
         for k in range(self.nodes):
             faces, bounded = posture.function(low + half * (1.0 + x[k]), psi[:, k])
             constraints += [faces - t[k], bounded, slope[:, k]]
             self._low += posture.low + [-criteria.slope] * self.n
             self._high += posture.high + [criteria.slope] * self.n
+            if limited:
+                constraints.append(psi[limited, k])
+                self._low += posture.limits[0][limited].tolist()
+                self._high += posture.limits[1][limited].tolist()
         gain = ca.sum1(t) - criteria.smoothing * ca.sumsqr(slope)
         problem = {
             "x": ca.vertcat(ca.vec(coefficients), t),

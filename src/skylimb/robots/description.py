@@ -117,6 +117,10 @@ class Servo:
     speed_limit: Annotated[float, Key("rad/s", "speed of the set point it follows", above=0.0, high=1e3)]
 
 
+NO_SERVO = Servo(1.0, 0.0, 1.0, 1.0)
+"""Stands for the servo where there is no joint of a kind."""
+
+
 @dataclass(frozen=True, eq=False)
 class Rotor(_Fixed):
     """A rotor and its frame {F_i}, whose z axis is the direction of thrust.

@@ -96,18 +96,23 @@ class PostureSection:
 
 @configuration
 class FlightFile:
-    """A whole flight TOML."""
+    """A whole flight TOML; a robot without bending joints, or without vectoring, leaves their tables out."""
 
     name: Annotated[str, Key("", "short name of the robot")]
     urdf: Annotated[str, Key("", "file name of the URDF, beside the TOML")]
     measured_link: Annotated[str, Key("", "the link whose pose and twist are measured")]
-    shape: ShapeSection
-    vectoring: VectoringSection
     tip: TipSection
-    posture: PostureSection
+    shape: ShapeSection | None = None
+    vectoring: VectoringSection | None = None
+    posture: PostureSection | None = None
     rotors: tuple[RotorSection, ...] = field(default_factory=tuple)
     summary: Annotated[str, Key("", "one line for people")] = ""
     root_link: Annotated[
         str | None,
         Key("", "where the URDF has massless links above the first real one, the name of the real one"),
     ] = None
+
+    def check(self) -> None:
+        """Refuse joints that bend without postures for them."""
+        if self.shape is not None and self.shape.joints and self.posture is None:
+            raise refused(self, "posture", "is missing: it says how the joints of [shape] stand")

@@ -11,9 +11,15 @@ import numpy as np
 
 from skylimb.config import from_mapping, parse_toml, read_toml
 from skylimb.errors import ConfigError, DescriptionError, UnreadableError, unknown_name
-from skylimb.robots.description import PostureFamily, RobotDescription, Rotor, Tip
+from skylimb.robots.description import NO_SERVO, PostureFamily, RobotDescription, Rotor, Tip
 from skylimb.robots.flight_check import check_robot
-from skylimb.robots.flight_file import FlightFile, RotorSection
+from skylimb.robots.flight_file import (
+    FlightFile,
+    PostureSection,
+    RotorSection,
+    ShapeSection,
+    VectoringSection,
+)
 from skylimb.robots.model import Robot
 from skylimb.robots.urdf import clean_rotation, read_urdf
 from skylimb.robots.validation import check_description
@@ -83,7 +89,10 @@ def _flight_path(name_or_path: str | Path) -> Path:
         raise DescriptionError(f"the folder '{path}' has no {FLIGHT_FILE}")
     is_path = path.suffix != "" or len(path.parts) > 1
     if path.suffix.lower() in (".urdf", ".xacro", ".xml"):
-        raise ConfigError(f"'{path}' is a URDF; name the flight TOML that points to it, or its folder")
+        raise ConfigError(
+            f"'{path}' is a URDF; name the flight TOML that points to it, or its folder "
+            f"(skylimb robot import {path} --out FOLDER makes one)"
+        )
     if is_path:
         return path
     if not (SHIPPED / path / FLIGHT_FILE).is_file() or not path.name:
@@ -120,8 +129,11 @@ def _describe(flight_source: Source, urdf: Source) -> RobotDescription:
     _require_known("tip.link", [flight.tip.link], [link.name for link in links])
     _require_known("rotors.link", [rotor.link for rotor in flight.rotors], [link.name for link in links])
     moving = [joint.name for joint in joints if joint.kind != "fixed"]
-    _require_known("shape.joints", flight.shape.joints, moving)
-    _require_known("vectoring.joints", flight.vectoring.joints, moving)
+    shape = flight.shape or ShapeSection((), NO_SERVO)
+    vectoring = flight.vectoring or VectoringSection((), NO_SERVO, ())
+    posture = flight.posture or PostureSection((), (), 0.0, 1.0, 0.0)
+    _require_known("shape.joints", shape.joints, moving)
+    _require_known("vectoring.joints", vectoring.joints, moving)
     description = RobotDescription(
         name=flight.name,
         summary=flight.summary,
@@ -129,11 +141,11 @@ def _describe(flight_source: Source, urdf: Source) -> RobotDescription:
         links=links,
         joints=joints,
         rotors=tuple(_rotor(section, index) for index, section in enumerate(flight.rotors)),
-        shape_joints=flight.shape.joints,
-        vectoring_joints=flight.vectoring.joints,
-        shape_servo=flight.shape.servo,
-        vectoring_servo=flight.vectoring.servo,
-        vectoring_start=np.array(flight.vectoring.start, dtype=float),
+        shape_joints=shape.joints,
+        vectoring_joints=vectoring.joints,
+        shape_servo=shape.servo,
+        vectoring_servo=vectoring.servo,
+        vectoring_start=np.array(vectoring.start, dtype=float),
         tip=Tip(
             flight.tip.link,
             np.array(flight.tip.position, dtype=float),
@@ -141,11 +153,11 @@ def _describe(flight_source: Source, urdf: Source) -> RobotDescription:
             None if flight.tip.stem is None else np.array(flight.tip.stem, dtype=float),
         ),
         posture=PostureFamily(
-            np.array(flight.posture.offset, dtype=float),
-            np.array(flight.posture.slope, dtype=float),
-            flight.posture.theta_min,
-            flight.posture.theta_max,
-            flight.posture.theta_nominal,
+            np.array(posture.offset, dtype=float),
+            np.array(posture.slope, dtype=float),
+            posture.theta_min,
+            posture.theta_max,
+            posture.theta_nominal,
         ),
         measured_link=flight.measured_link,
         digest=_digest(flight_source, urdf),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -173,6 +174,31 @@ class Robot:
         joints = [self.description.joint(name) for name in self.description.shape_joints]
         return np.array([joint.lower for joint in joints]), np.array([joint.upper for joint in joints])
 
+    def vectoring_limits(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lower and upper limits of the vectoring angles psi, (nv,) each, rad; infinite where none are."""
+        joints = [self.description.joint(name) for name in self.description.vectoring_joints]
+        return np.array([joint.lower for joint in joints]), np.array([joint.upper for joint in joints])
+
+    def nominal_posture(self) -> np.ndarray:
+        """Joint angles q (nq,) of the description's nominal posture, rad."""
+        posture = self.description.posture
+        return posture.offset + posture.slope * posture.theta_nominal
+
+    @functools.cached_property
+    def wrench_function(self) -> ca.Function:
+        """(q, psi) -> (6, n) wrench in root axes about the centre of gravity per thrust: - and m.
+
+        Unlike the allocation matrix of `at` it needs no hovering frame, so it exists for any rotors.
+        """
+        q, psi = ca.SX.sym("q", self.n_joints), ca.SX.sym("psi", self.n_vectoring)
+        poses = self._poses(q, psi)
+        axes, points = self._thrust_lines(poses, composite(self.bodies, poses)[0])
+        columns = [
+            ca.vertcat(axis, ca.cross(point, axis) + rotor.drag_torque_coefficient * axis)
+            for axis, point, rotor in zip(axes, points, self.description.rotors, strict=True)
+        ]
+        return ca.Function("wrench", [q, psi], [ca.horzcat(*columns)], ["q", "psi"], ["Q"])
+
     def _angles(self, name: str, value: Any, length: int) -> np.ndarray:
         try:
             angles = np.asarray(value, dtype=float)
@@ -197,13 +223,18 @@ class Robot:
         pose = poses[place.body]
         return pose.point(place.xyz + place.R @ np.asarray(xyz, dtype=float)), pose.turned(place.R)
 
-    def _state(self, poses: Sequence[BodyPose], q: Array, psi: Array) -> RobotState:
-        cog, inertia = composite(self.bodies, poses)
-        thrust_axes, thrust_points = [], []
+    def _thrust_lines(self, poses: Sequence[BodyPose], cog: Array) -> tuple[list[Array], list[Array]]:
+        """Axis of each rotor's thrust, and where it acts from the centre of gravity, in root axes."""
+        axes, points = [], []
         for rotor in self.description.rotors:
             point, R = self._place(poses, rotor.link, rotor.xyz)
-            thrust_axes.append(R @ rotor.R[:, 2])
-            thrust_points.append(point - cog)
+            axes.append(R @ rotor.R[:, 2])
+            points.append(point - cog)
+        return axes, points
+
+    def _state(self, poses: Sequence[BodyPose], q: Array, psi: Array) -> RobotState:
+        cog, inertia = composite(self.bodies, poses)
+        thrust_axes, thrust_points = self._thrust_lines(poses, cog)
         drag = [rotor.drag_torque_coefficient for rotor in self.description.rotors]
         hover = hovering_frame(thrust_axes, thrust_points, drag, self.mass * GRAVITY)
         tip, R_tip = self._place(poses, self.description.tip.link, self.description.tip.position)
@@ -219,17 +250,24 @@ class Robot:
             tip_root=tip,
             tip_jacobian=ca.jacobian(tip, q),
             cog_jacobian=ca.jacobian(cog, ca.vertcat(q, psi)),
-            tip_heading=self._heading(poses, R_tip),
+            tip_heading=self._heading(poses, R_tip, q, psi),
         )
 
-    def _heading(self, poses: Sequence[BodyPose], R_tip: Array) -> Any:
+    def _heading(self, poses: Sequence[BodyPose], R_tip: Array, q: Array, psi: Array) -> Any:
         place = self.placements[self.description.tip.link]
         pose = poses[place.body]
-        if abs(pose.axis[2]) < 1.0:
-            return ca.atan2(R_tip[1, 0], R_tip[0, 0])
-        # About z the angles add up, which costs no arctangent and never jumps by 2 pi.
-        x_axis = pose.R_zero @ place.R[:, 0]
-        return pose.axis[2] * pose.angle + np.arctan2(x_axis[1], x_axis[0])
+        if pose.base is None and abs(pose.axis[2]) == 1.0:
+            # About z the angles add up, which costs no arctangent and never jumps by 2 pi.
+            x_axis = pose.R_zero @ place.R[:, 0]
+            return pose.axis[2] * pose.angle + np.arctan2(x_axis[1], x_axis[0])
+        # Counted from the nominal posture, so that it jumps by 2 pi half a turn away from there only.
+        x_axis = R_tip[:2, 0]
+        posture = self.description.posture
+        nominal = posture.offset + posture.slope * posture.theta_nominal
+        start = ca.Function("x_axis", [q, psi], [x_axis])(nominal, self.description.vectoring_start).full()
+        first = np.arctan2(start[1, 0], start[0, 0])
+        cos, sin = np.cos(first), np.sin(first)
+        return first + ca.atan2(cos * x_axis[1] - sin * x_axis[0], cos * x_axis[0] + sin * x_axis[1])
 
     def _skeleton_points(self, poses: Sequence[BodyPose]) -> Array:
         origins = [self._place(poses, self.description.root)[0]]

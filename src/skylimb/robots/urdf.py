@@ -1,8 +1,13 @@
-"""Links and joints of a URDF, read with yourdfpy; meshes are named, not loaded."""
+"""Links and joints of a URDF, read with yourdfpy; meshes are named, not loaded.
+
+A mesh that is not there, or of a kind that the physics engine does not draw, is left out with a warning: no
+flight hangs on a picture.
+"""
 
 from __future__ import annotations
 
 import io
+import logging
 import math
 from collections import Counter
 from collections.abc import Iterable
@@ -14,10 +19,16 @@ import numpy as np
 
 from skylimb.errors import DescriptionError, unknown_name
 from skylimb.robots.description import Inertial, Joint, Link, Visual
+from skylimb.robots.packages import find_file
 from skylimb.sources import Source
 
 _KINDS = ("revolute", "continuous", "fixed")
 _GREY = (0.6, 0.6, 0.6, 1.0)
+DRAWN = (".stl", ".obj", ".msh")
+"""Endings of the meshes that the physics engine draws."""
+_DUST = 1e-3
+"""Mass of a root link that stands for nothing, kg."""
+_log = logging.getLogger(__name__)
 
 
 def read_urdf(
@@ -72,7 +83,11 @@ def _refuse_degrees(content: bytes, path: Path) -> None:
 
 
 def _cut_above(root_link: str, robot: Any, path: Path) -> None:
-    """Remove links and joints above `root_link`, before joints are read: those may be of any type."""
+    """Remove links and joints above `root_link`, before joints are read: those may be of any type.
+
+    Some descriptions have a root of a few milligrams, because a reader of theirs wants every link to weigh
+    something. Such a one counts as massless.
+    """
     names = [link.name for link in robot.links]
     if root_link not in names:
         raise unknown_name(f"root_link in '{path.name}'", root_link, names)
@@ -83,7 +98,7 @@ def _cut_above(root_link: str, robot: Any, path: Path) -> None:
         at = above[at]
         cut.append(at)
     for link in robot.links:
-        if link.name in cut and link.inertial is not None and (link.inertial.mass or 0.0) > 0.0:
+        if link.name in cut and link.inertial is not None and (link.inertial.mass or 0.0) > _DUST:
             raise DescriptionError(
                 f"root_link = '{root_link}' would drop link '{link.name}' ({link.inertial.mass:g} kg) of "
                 f"'{path.name}'; only massless links may stand above it"
@@ -127,10 +142,13 @@ def _link(link: Any, materials: Iterable[Any], path: Path) -> Link:
         inertia = _finite(link.inertial.inertia, f"the inertia of {what}", path)
         mass = _finite(link.inertial.mass, f"the mass of {what}", path)
         inertial = Inertial(float(mass), xyz, R @ inertia @ R.T)
-    return Link(link.name, inertial, tuple(_visual(visual, materials, what, path) for visual in link.visuals))
+    visuals = (_visual(visual, materials, what, path) for visual in link.visuals)
+    return Link(link.name, inertial, tuple(visual for visual in visuals if visual is not None))
 
 
-def _visual(visual: Any, materials: Iterable[Any], what: str, path: Path) -> Visual:
+def _visual(visual: Any, materials: Iterable[Any], what: str, path: Path) -> Visual | None:
+    if visual.geometry is None:
+        raise DescriptionError(f"{what} in '{path.name}' has a <visual> without <geometry>")
     xyz, R = _origin(visual.origin, f"a visual of {what}", path)
     rgba, geometry, mesh = _colour(visual.material, materials), visual.geometry, None
     if geometry.box is not None:
@@ -140,7 +158,14 @@ def _visual(visual: Any, materials: Iterable[Any], what: str, path: Path) -> Vis
     elif geometry.sphere is not None:
         shape, size = "sphere", (float(geometry.sphere.radius),)
     else:
-        shape, mesh = "mesh", path.parent / geometry.mesh.filename.split("://")[-1]
+        if geometry.mesh is None:
+            raise DescriptionError(f"{what} in '{path.name}' has a <geometry> that is no shape")
+        shape, mesh = "mesh", find_file(geometry.mesh.filename, path.parent)
+        if mesh is None or mesh.suffix.lower() not in DRAWN:
+            kinds = ", ".join(DRAWN)
+            reason = "is not there" if mesh is None else f"is none of {kinds}"
+            _log.warning("%s is drawn without mesh '%s', which %s", what, geometry.mesh.filename, reason)
+            return None
         scale = 1.0 if geometry.mesh.scale is None else geometry.mesh.scale
         size = tuple(float(factor) for factor in np.broadcast_to(scale, 3))
     return Visual(shape, size, xyz, R, rgba, mesh)

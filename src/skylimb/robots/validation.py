@@ -30,10 +30,9 @@ def check_description(description: RobotDescription) -> None:
     for joint in description.joints:
         _check_joint(joint)
     _check_roles(description)
-    if len(description.rotors) < 4:
+    if not description.rotors:
         raise DescriptionError(
-            f"'{description.name}' has {len(description.rotors)} rotors; thrust and three torques need at "
-            "least 4"
+            f"'{description.name}' has no rotors; thrust and three torques need at least 4"
         )
     _check_unique("rotor", [rotor.name for rotor in description.rotors])
     _check_root(description)

@@ -82,6 +82,8 @@ def _add_joint(body: mujoco.MjsBody, joint: Joint) -> None:
 def _add_inertial(body: mujoco.MjsBody, inertial: Inertial) -> None:
     body.explicitinertial = True
     body.mass = inertial.mass
+    if inertial.mass == 0.0:  # a camera's or sensor's frame; the engine refuses an inertia of zeros
+        return
     body.ipos = inertial.com
     inertia = inertial.inertia
     body.fullinertia = [
