@@ -62,6 +62,15 @@ class Settings:
     tolerances: Tolerances = field(default_factory=Tolerances)
     gain_changes: tuple[GainChange, ...] = ()
     pushes: tuple[PushConfig, ...] = ()
+    stop_at: Annotated[
+        float | None,
+        Key(
+            "s",
+            "time since take-off at which the flight is stopped before its mission's end",
+            above=0.0,
+            high=1e5,
+        ),
+    ] = None
 
     def check(self) -> None:
         """Refuse a contact axis that is no unit vector."""

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
-from collections.abc import Hashable
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -27,7 +28,7 @@ from skylimb.missions.posture import posture_plan
 from skylimb.missions.table import Window, window_of
 from skylimb.planning.posture_path import PostureConfig
 from skylimb.robots.model import Robot
-from skylimb.simulation.disturbance import Push, body_of, resolved_pushes
+from skylimb.simulation.disturbance import Push, PushConfig, body_of, resolved_pushes
 from skylimb.simulation.gain_changes import require_gain_changes
 from skylimb.simulation.plant import Plant, build_plant, initial_data
 from skylimb.simulation.rows import FlightRows, flight_rows
@@ -75,6 +76,14 @@ class Takeoff:
         return self.mission.flight_times(self.window.paced)
 
     @property
+    def count(self) -> int:
+        """Ticks that the flight may have."""
+        stop_at = self.experiment.stop_at
+        return (
+            len(self.times) if stop_at is None else max(1, int(np.searchsorted(self.times, stop_at - 1e-9)))
+        )
+
+    @property
     def traceable(self) -> bool:
         """Whether sensors, controller and actuators can be compiled to one function."""
         return is_traceable(self.controller)
@@ -102,14 +111,33 @@ class Takeoff:
         return np.concatenate([self.start.qpos[0:7], self.start.qvel[0:6]])
 
     @cached_property
+    def fixed_rows(self) -> FlightRows:
+        """References and noise of the whole mission, whatever changes in flight and when it is stopped."""
+        experiment = self.experiment
+        return flight_rows(self.plant.robot, self.mission, experiment.sensors, experiment.seed, self.window)
+
+    @cached_property
     def rows(self) -> FlightRows:
         """All that is known of the flight beforehand: references, noise, changing gains."""
-        experiment = self.experiment
-        rows = flight_rows(self.plant.robot, self.mission, experiment.sensors, experiment.seed, self.window)
-        if not experiment.gain_changes:
-            return rows
-        tick = self.tick
-        return rows.with_changes(experiment.gain_changes, tick.gains, tick.gains_layout, self.period)
+        rows, changes = self.fixed_rows, self.experiment.gain_changes
+        if changes:
+            rows = rows.with_changes(changes, self.tick.gains, self.tick.gains_layout, self.period)
+        return rows.until(self.count)
+
+    def changed(self, experiment: Experiment) -> Takeoff:
+        """The same flight with other changes in flight; all that they do not touch is shared.
+
+        Args:
+            experiment: differs from this one in `gain_changes`, `pushes`, `surface_changes` and `stop_at`.
+
+        Raises:
+            ConfigError: when a change that is new cannot be.
+        """
+        require_gain_changes(_new(experiment.gain_changes, self.experiment.gain_changes), self.controller)
+        _require_links(_new(experiment.pushes, self.experiment.pushes), self.plant.model)
+        other = dataclasses.replace(self, experiment=experiment)
+        vars(other).update({name: vars(self)[name] for name in _SHARED if name in vars(self)})
+        return other
 
     @cached_property
     def pushes(self) -> list[Push]:
@@ -122,6 +150,23 @@ class Takeoff:
         data = mujoco.MjData(self.plant.model)
         mujoco.mj_copyData(data, self.plant.model, self.start)
         return data
+
+
+_SHARED = ("window", "tick", "initial_tick_state", "fixed_rows")
+"""What a take-off computes once, and shares with those that differ from it in changes in flight alone."""
+
+
+def _new(entries: Sequence[Any], before: Sequence[Any]) -> list[Any]:
+    """The entries that were not among those before."""
+    known = set(map(id, before))
+    return [entry for entry in entries if id(entry) not in known]
+
+
+def _require_links(pushes: Sequence[PushConfig], model: mujoco.MjModel) -> None:
+    """Raise an `UnknownNameError` unless the robot has every link that is pushed."""
+    for push in pushes:
+        if push.link:
+            body_of(push.link, model)
 
 
 def prepare(
@@ -168,9 +213,7 @@ def plant_and_mission(
     """
     dt = experiment.control_period
     plant = build_plant(robot, experiment.surface, experiment.plant, dt)
-    for push in experiment.pushes:
-        if push.link:
-            body_of(push.link, plant.model)
+    _require_links(experiment.pushes, plant.model)
     mission = mission_of(experiment, robot, vectoring)
     start = initial_data(plant, mission.first)
     require_flyable(plant, mission, start)

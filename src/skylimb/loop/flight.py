@@ -74,14 +74,24 @@ def flown_mission(mission: Mission, flight: Flight) -> Mission:
 
 
 def unfinished(mission: Mission, flight: Flight) -> Flight:
-    """A flight whose every tick is over: lost, if its controller held the mission back all the while."""
-    if not flight.has(MISSION_TIME):
+    """A flight whose every tick is over: lost, if that is before its mission's end.
+
+    Either it was stopped there (`stop_at`), or its controller held the mission back all the while.
+    """
+    paced = flight.has(MISSION_TIME)
+    at = flight.signal(MISSION_TIME)[-1] if paced else (flight.ticks - 1) * mission.period
+    if at >= mission.times[-1] - 1e-9:
         return flight
-    reached = flight.signal(MISSION_TIME)[-1]
-    if reached >= mission.times[-1] - 1e-9:
-        return flight
-    cause = (
-        f"not finished: the controller held the mission back, which was at {reached:.3f} s of "
-        f"{mission.times[-1]:.3f} s when {mission.patience:g} times its time were over"
-    )
+    if flight.ticks < len(mission.flight_times(paced)):
+        cause = stopped_cause(flight.ticks, mission)
+    else:
+        cause = (
+            f"not finished: the controller held the mission back, which was at {at:.3f} s of "
+            f"{mission.times[-1]:.3f} s when {mission.patience:g} times its time were over"
+        )
     return Flight(flight.signals, flight.layout, flight.ticks, cause)
+
+
+def stopped_cause(ticks: int, mission: Mission) -> str:
+    """The cause of a flight that was stopped after `ticks` ticks, before its mission's end."""
+    return f"stopped from outside at t = {ticks * mission.period:.3f} s, before the mission's end"

@@ -7,7 +7,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from skylimb.loop.flight import Flight, unfinished
+from skylimb.loop.flight import Flight, stopped_cause, unfinished
 from skylimb.loop.terminations import Terminations, find_loss
 from skylimb.missions.mission import Mission
 from skylimb.packing import Layout
@@ -56,6 +56,7 @@ class Loop:
         limits: beyond which the flight is lost.
         count: ticks that the flight may have.
         check_interval: ticks between two looks at its health.
+        start: ticks that the driver has flown already; above 0 for a flight that goes on from its middle.
     """
 
     def __init__(
@@ -65,12 +66,13 @@ class Loop:
         limits: Terminations,
         count: int,
         check_interval: int = CHECK_INTERVAL,
+        start: int = 0,
     ) -> None:
         self._driver, self._mission, self._limits = driver, mission, limits
         self._count, self._interval = count, check_interval
         self._last = len(mission.times) - 1
-        self._next_check = min(check_interval, count)
-        self._ticks = self._at = self._checked = 0
+        self._next_check = min(start - start % check_interval + check_interval, count)
+        self._ticks = self._at = self._checked = start
         self._flight: Flight | None = None
         self._fly = driver.tick
 
@@ -126,10 +128,15 @@ class Loop:
     def finish(self) -> Flight:
         """The flight; one that is stopped before its end has that as its cause."""
         if self._flight is None:
-            cause = f"stopped from outside at t = {self.time:.3f} s, before the mission's end"
-            lost = self._loss()
-            self._flight = self._lost(lost) if lost else self._so_far(cause)
+            self._flight = self.stopped()
         return self._flight
+
+    def stopped(self) -> Flight:
+        """The flight as it would be if it were stopped here; it can go on afterwards."""
+        if self._flight is not None:
+            return self._flight
+        lost = self._loss()
+        return self._lost(lost) if lost else self._so_far(stopped_cause(self._ticks, self._mission))
 
     def _so_far(self, cause: str = "") -> Flight:
         return Flight(self._driver.log, self._driver.layout, self._ticks, cause)

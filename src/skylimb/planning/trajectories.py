@@ -28,6 +28,9 @@ from skylimb.planning.trajectory_config import TrajectoryConfig
 Samples = tuple[np.ndarray, np.ndarray, np.ndarray]
 """Position (k, 2) in m, velocity in m/s, acceleration in m/s^2."""
 
+_SHORTEST_RAMP = 1e-9
+"""A shorter ramp is none, s; rates over it would be no numbers."""
+
 
 @dataclass(frozen=True)
 class Trajectory:
@@ -212,7 +215,7 @@ def _phase(config: TrajectoryConfig) -> tuple[Callable[[np.ndarray], Samples], f
     laps_time = config.laps * config.period
 
     def phase(t: np.ndarray) -> Samples:
-        if config.ramp == 0.0:
+        if config.ramp < _SHORTEST_RAMP:
             turned = config.start_angle + full_rate * t[..., None]
             return turned, np.full_like(turned, full_rate), np.zeros_like(turned)
         # Up to speed at 0, down again one lap time later: each ramp covers half its time's worth of angle.

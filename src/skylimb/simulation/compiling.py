@@ -80,6 +80,11 @@ def met_before(folder: str, stem: str, source: str) -> bool:
     return False
 
 
+def built_before(folder: str, stem: str, source: str) -> bool:
+    """Whether this machine's cache has the library of a C source."""
+    return (_cache() / _library_name(folder, stem, source)).is_file()
+
+
 def _cache() -> Path:
     return Path(platformdirs.user_cache_dir("skylimb"))
 

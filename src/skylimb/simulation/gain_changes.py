@@ -96,12 +96,19 @@ def gain_rows(
         )
     columns = np.unique(np.concatenate([np.r_[layout.slices[change.key]] for change in changes]))
     values = np.tile(gains[columns], (len(times), 1))
-    for change in sorted(changes, key=lambda change: change.time):
+    ordered = sorted(changes, key=lambda change: change.time)
+    firsts = [int(np.searchsorted(times, change.time - 1e-9)) for change in ordered]
+    until = dict.fromkeys((change.key for change in changes), len(times))
+    ends = []
+    for change, first in zip(reversed(ordered), reversed(firsts), strict=True):
+        # Up to the next change of the same gain, which reads there where it begins.
+        ends.append(min(until[change.key] + 1, len(times)))
+        until[change.key] = first
+    for change, first, end in zip(ordered, firsts, reversed(ends), strict=True):
         where = np.searchsorted(columns, np.r_[layout.slices[change.key]])
-        first = int(np.searchsorted(times, change.time - 1e-9))
-        since = times[first:] - change.time
+        since = times[first:end] - change.time
         part = np.clip(since / change.blend, 0.0, 1.0) if change.blend > 0.0 else np.ones(len(since))
         before, after = values[first, where].copy(), np.ravel(change.value)
         # Written so that it is the new value to the bit in the end.
-        values[first:, where] = (1.0 - part[:, None]) * before + part[:, None] * after
+        values[first:end, where] = (1.0 - part[:, None]) * before + part[:, None] * after
     return GainRows(columns, values)

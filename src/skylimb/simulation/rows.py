@@ -57,6 +57,10 @@ class FlightRows:
     def __len__(self) -> int:
         return len(self.ticks)
 
+    def until(self, count: int) -> FlightRows:
+        """The rows of a flight that has `count` ticks at most; its references are the whole mission's."""
+        return self if count >= len(self) else dataclasses.replace(self, ticks=self.ticks[:count])
+
     def with_changes(
         self, changes: Sequence[GainChange], gains: np.ndarray, layout: Layout[Any], dt: float
     ) -> FlightRows:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
@@ -13,6 +13,20 @@ from skylimb.simulation.engine_warnings import raised_warnings
 from skylimb.simulation.plant import Plant
 from skylimb.simulation.rows import FlightRows
 from skylimb.simulation.tick import CompiledTick
+
+
+class Saved(NamedTuple):
+    """A moment of a flight between two ticks.
+
+    Attributes:
+        data: the plant's state.
+        states: of sensors, controller and mission clock, of both buffers.
+        at: the row of the mission that comes next.
+    """
+
+    data: mujoco.MjData
+    states: tuple[np.ndarray, np.ndarray]
+    at: int
 
 
 class CompiledDriver:
@@ -42,9 +56,21 @@ class CompiledDriver:
         # State and next state change places at every tick, so that nothing is copied.
         self._states = (tick.state.copy(), tick.state.copy())
         self.gains = tick.gains.copy()
+        # The row of the mission that comes next: as an array, so that a saved one can be put back.
+        self._at = np.zeros(1, dtype=int)
         self._fly = _bound_tick(
-            tick, plant, data, rows, self.gains, self._states, self._log, tuple(interventions), start
+            tick,
+            plant,
+            data,
+            rows,
+            self.gains,
+            self._states,
+            self._log,
+            tuple(interventions),
+            start,
+            self._at,
         )
+        self._model = plant.model
 
     @property
     def tick(self) -> Callable[[int], int]:
@@ -69,6 +95,19 @@ class CompiledDriver:
         """What the physics engine has warned of."""
         return raised_warnings(self._data.warning.number.tolist())
 
+    def saved(self) -> Saved:
+        """All that the next tick depends on, to be put back by `put_back`; the log is not among it."""
+        data = mujoco.MjData(self._model)
+        mujoco.mj_copyData(data, self._model, self._data)
+        return Saved(data, (self._states[0].copy(), self._states[1].copy()), int(self._at[0]))
+
+    def put_back(self, saved: Saved) -> None:
+        """Go on from what was saved; rows of the log after it are flown again."""
+        mujoco.mj_copyData(self._data, self._model, saved.data)
+        for state, before in zip(self._states, saved.states, strict=True):
+            state[:] = before
+        self._at[0] = saved.at
+
 
 def _bound_tick(
     tick: CompiledTick,
@@ -80,6 +119,7 @@ def _bound_tick(
     log: np.ndarray,
     interventions: tuple[Callable[[int], None], ...],
     start: int,
+    here: np.ndarray,
 ) -> Callable[[int], int]:
     """One tick as a function whose every name is local: the fastest that Python has."""
     step, model, substeps = mujoco.mj_step, plant.model, plant.substeps
@@ -90,10 +130,9 @@ def _bound_tick(
     bound = [_bind(tick, data, states[i], states[1 - i], row, reference, gains, signals) for i in (0, 1)]
     evaluations, buffers = [evaluate for _, evaluate in bound], [buffer for buffer, _ in bound]
     known, references, changing, clock = rows.ticks, rows.references, rows.gains, tick.clock
-    at = 0
 
     def fly(k: int, keep_alive: Any = buffers) -> int:
-        nonlocal at
+        at = int(here[0])
         row[:] = known[k]
         reference[:] = references[at : at + window]
         if changing is not None:
@@ -105,6 +144,7 @@ def _bound_tick(
             act(k)
         step(model, data, substeps)
         at = k + 1 if clock is None else int(states[1 - odd][clock]) - start
+        here[0] = at
         return at + start
 
     return fly

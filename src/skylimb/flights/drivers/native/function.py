@@ -10,7 +10,7 @@ import casadi as ca
 
 from skylimb.c_code import c_source
 from skylimb.errors import CompileError, ConfigError
-from skylimb.simulation.compiling import built_library, load_library, met_before
+from skylimb.simulation.compiling import built_before, built_library, load_library, met_before
 from skylimb.simulation.plant import Plant
 from skylimb.simulation.scene import USER_WORDS
 from skylimb.simulation.tick import CompiledTick
@@ -66,6 +66,11 @@ def worth_building(function: ca.Function) -> bool:
     this machine is evaluated by CasADi.
     """
     return hash(function) in _loaded or met_before(_FOLDER, function.name(), c_source(function))
+
+
+def is_built(function: ca.Function) -> bool:
+    """Whether its machine code is loaded or in the cache, so that nobody waits for a compiler."""
+    return hash(function) in _loaded or built_before(_FOLDER, function.name(), c_source(function))
 
 
 def machine_code(function: ca.Function) -> ca.Function:

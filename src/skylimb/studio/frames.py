@@ -1,0 +1,288 @@
+"""What a page needs to show live flights: the scene once, and at every moment one flat row of numbers."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
+
+import mujoco
+import numpy as np
+import xarray as xr
+
+from skylimb.analysis.board import board_of
+from skylimb.analysis.replay.packing import packed
+from skylimb.analysis.replay.shapes import meshes, shapes, thrust_sites
+from skylimb.analysis.scene import LIFT, SPACING, load_model, place_camera
+from skylimb.analysis.signals import contact_axis, sliding_axes
+from skylimb.control.contact_machine import STATES
+from skylimb.control.thrusts import thrust_limits
+from skylimb.simulation.robot_bodies import TIP_SITE
+from skylimb.spatial import quaternion_from_rotation
+from skylimb.studio.live_flight import LiveFlight
+
+SMOOTHING = 0.1
+"""Forces are averaged over this time, s: single ticks are noise to the eye."""
+
+FLYING, ENDED, LOST = 0, 1, 2
+"""State of a flight in a frame: it flies, came to its mission's end, or is lost."""
+
+_PICTURE = (640, 360)
+
+
+class _Moment(NamedTuple):
+    """What the curves are made from.
+
+    Attributes:
+        signals: of the last tick, by name.
+        force: contact force on the robot, smoothed, W, N.
+        estimate: the external force as the controller knows it, smoothed, W, N; NaN without one.
+        cog: true centre of gravity, W, m.
+        reference: position of the centre of gravity that the mission asks for, W, m.
+    """
+
+    signals: dict[str, np.ndarray]
+    force: np.ndarray
+    estimate: np.ndarray
+    cog: np.ndarray
+    reference: np.ndarray
+
+
+class _Curve(NamedTuple):
+    label: str
+    role: str
+    value: Callable[[_Moment], float]
+
+
+class FlightView:
+    """One flight as a page sees it.
+
+    Args:
+        flight: that is shown.
+        name: what it is called.
+        colour: of its lines.
+    """
+
+    def __init__(self, flight: LiveFlight, name: str, colour: str) -> None:
+        self.name = name
+        self._flight, self._colour = flight, colour
+        takeoff = flight.takeoff
+        self._model = load_model(takeoff.plant.scene, _PICTURE)
+        self._data = mujoco.MjData(self._model)
+        self._tip = self._model.site(TIP_SITE).id
+        self._root = self._model.body(takeoff.robot.description.root).id
+        self._smoothed = max(1, round(SMOOTHING / takeoff.period))
+        self._log = _planned_log(flight)
+        self._panels = list(_panels(flight, self._log))
+        self._turned = np.zeros((self._model.nbody + 1, 4))
+
+    @property
+    def layout(self) -> dict[str, int]:
+        """How many numbers of each kind `values` has, in their order."""
+        return {
+            "state": 1,
+            "poses": 7 * (self._model.nbody + 1),
+            "thrusts": self._flight.takeoff.robot.n_rotors,
+            "tip": 3,
+            "force": 3,
+            "surface": 7,
+            "curves": sum(len(curves) for _, _, curves in self._panels),
+        }
+
+    def scene(self) -> dict[str, Any]:
+        """Everything that does not change from moment to moment; lengths in m, forces in N, vectors in W."""
+        surface, robot = self._flight.takeoff.plant.surface, self._flight.takeoff.robot
+        board = board_of(self._log)
+        camera = place_camera(self._log, board)
+        low, high = thrust_limits(robot)
+        column, panels = 0, []
+        for title, unit, curves in self._panels:
+            rows = []
+            for curve in curves:
+                rows.append({"label": curve.label, "role": curve.role, "seen": "both", "column": column})
+                column += 1
+            panels.append({"title": title, "unit": unit, "curves": rows})
+        described = surface.describe()
+        return {
+            "name": self.name,
+            "colour": self._colour,
+            "controller": self._flight.takeoff.controller.name,
+            "shapes": self._shapes(),
+            "meshes": meshes(self._model),
+            "bodies": self._model.nbody + 1,
+            "body_names": [self._model.body(i).name for i in range(self._model.nbody)] + ["surface"],
+            "rotors": thrust_sites(self._model),
+            "thrust_limits": [list(map(float, low)), list(map(float, high))],
+            "nominal": self._nominal(),
+            "surface": {
+                key: described[key] for key in ("kind", "origin", "axis_u", "axis_v", "normal", "size")
+            },
+            "camera": _camera(camera),
+            "panels": panels,
+            "contact_states": list(STATES),
+        }
+
+    def _shapes(self) -> list[dict[str, Any]]:
+        """The shapes; those of the surface belong to one more body, behind the model's own."""
+        R, origin = self._surface_pose()
+        found = []
+        for shape in shapes(self._model):
+            if shape["body"] == 0 and shape["kind"] != "plane":  # the floor is the one plane that is seen
+                turn = np.zeros(9)
+                mujoco.mju_quat2Mat(turn, np.array(shape["quaternion"]))
+                shape |= {
+                    "body": self._model.nbody,
+                    "position": (R.T @ (np.array(shape["position"]) - origin)).tolist(),
+                    "quaternion": quaternion_from_rotation(R.T @ turn.reshape(3, 3)).tolist(),
+                }
+            found.append(shape)
+        return found
+
+    def _surface_pose(self) -> tuple[np.ndarray, np.ndarray]:
+        """Axes and origin of the surface where it is now, W."""
+        surface = self._flight.takeoff.plant.surface
+        return surface.R_WS, np.asarray(surface.position, dtype=float)
+
+    def values(self) -> np.ndarray:
+        """The numbers of this moment, in the order of `layout`."""
+        flight = self._flight
+        rows, slices = flight.recent, flight.slices
+        signals = {name: rows[-1, part] for name, part in slices.items()}
+        data = self._data
+        data.qpos[:] = signals["configuration"]
+        mujoco.mj_kinematics(self._model, data)
+        mujoco.mj_comPos(self._model, data)
+        recent = rows[-self._smoothed :]
+        force = recent[:, slices["contact_force"]].mean(axis=0)
+        estimate = np.full(3, np.nan)
+        if "external_force_estimate" in slices:
+            estimate = recent[:, slices["external_force_estimate"]].mean(axis=0)
+        mission = flight.takeoff.mission
+        moment = _Moment(
+            signals,
+            force,
+            estimate,
+            data.subtree_com[self._root],
+            mission.reference.position[flight.mission_tick],
+        )
+        R, origin = self._surface_pose()
+        pose = np.concatenate([origin, quaternion_from_rotation(R)])
+        lost = flight.over and (bool(flight.cause) or bool(flight.flight().cause))
+        state = FLYING if not flight.over else LOST if lost else ENDED
+        poses = np.vstack([np.hstack([data.xpos, data.xquat]), pose])
+        # A quaternion keeps its sign from moment to moment, so that one may interpolate.
+        poses[:, 3:] *= np.where(np.sum(poses[:, 3:] * self._turned, axis=1) < 0.0, -1.0, 1.0)[:, None]
+        self._turned = poses[:, 3:]
+        return np.concatenate(
+            [
+                [float(state)],
+                poses.ravel(),
+                signals["thrusts"],
+                data.site_xpos[self._tip],
+                force,
+                pose,
+                [curve.value(moment) for _, _, curves in self._panels for curve in curves],
+            ]
+        )
+
+    def _nominal(self) -> dict[str, Any]:
+        """The path that is asked for, on the surface, in dashes; as a replay has it."""
+        takeoff = self._flight.takeoff
+        mission, surface = takeoff.mission, takeoff.plant.surface
+        points = mission.tip_path[mission.in_phase("slide")]
+        ends = np.zeros((0, 2, 3))
+        if len(points):
+            travelled = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+            points = points[np.unique(np.searchsorted(travelled, np.arange(0.0, travelled[-1], SPACING)))]
+            axis = mission.frame.contact
+            points = points + surface.distance_along(points, axis)[:, None] * axis
+            points = points + LIFT * surface.normal(points)
+            ends = np.stack([points[:-1], points[1:]], axis=1)
+            ends = ends[(np.arange(len(ends)) % 6 < 3) & np.isfinite(ends).all(axis=(1, 2))]
+        return {"since": packed(np.zeros(len(ends))), "ends": packed(ends.reshape(len(ends), 6))}
+
+
+def _planned_log(flight: LiveFlight) -> xr.Dataset:
+    """What is known of a flight beforehand, as a log: enough for board, axes and camera."""
+    takeoff = flight.takeoff
+    mission, frame = takeoff.mission, takeoff.mission.frame
+    return xr.Dataset(
+        {
+            "cog_position": (("time", "axis"), mission.reference.position),
+            "tip_position": (("time", "axis"), mission.tip_path),
+        },
+        coords={"time": mission.times},
+        attrs={
+            "surface": json.dumps(takeoff.plant.surface.describe()),
+            "contact_axis": frame.contact.tolist(),
+            "sliding_axes": [*frame.sliding_u.tolist(), *frame.sliding_v.tolist()],
+        },
+    )
+
+
+def _camera(camera: mujoco.MjvCamera) -> dict[str, list[float]]:
+    azimuth, elevation = np.radians(camera.azimuth), np.radians(camera.elevation)
+    ahead = np.array(
+        [np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)]
+    )
+    target = np.array(camera.lookat)
+    return {"target": target.tolist(), "position": (target - camera.distance * ahead).tolist()}
+
+
+_Panel = tuple[str, str, list[_Curve]]
+
+
+def _panels(flight: LiveFlight, log: xr.Dataset) -> Iterator[_Panel]:
+    """Title, unit and curves of every panel of a flight."""
+    slices, takeoff = flight.slices, flight.takeoff
+    axes = [*sliding_axes(log), contact_axis(log)]
+    yield (
+        "Position error",
+        "m",
+        [
+            _Curve(f"along {axis}", "truth", lambda m, a=axis.vector: float((m.cog - m.reference) @ a))
+            for axis in axes
+        ],
+    )
+    toward = axes[-1].vector
+    force = [_Curve("truth", "truth", lambda m: -float(m.force @ toward))]
+    if "external_force_estimate" in slices:
+        force.append(_Curve("estimate", "estimate", lambda m: -float(m.estimate @ toward)))
+    for name in ("contact_force_target", "contact_force_reference"):
+        if name in slices:
+            force.append(_Curve("reference", "reference", _scalar(name)))
+            break
+    yield "Pressing force", "N", force
+    yield "Thrust", "N", list(_thrusts(flight))
+    description = takeoff.robot.description
+    for title, kind, names, place in (
+        ("Joint angles", "joint", description.shape_joints, takeoff.plant.joint_qpos),
+        ("Vectoring angles", "vectoring", description.vectoring_joints, takeoff.plant.vectoring_qpos),
+    ):
+        angles = []
+        for i, (name, at) in enumerate(zip(names, place, strict=True)):
+            angles.append(_Curve(name, "truth", lambda m, at=at: float(m.signals["configuration"][at])))
+            angles.append(_Curve(f"{name} command", "command", _entry(f"{kind}_angles_command", i)))
+        if angles:
+            yield title, "rad", angles
+    contact = [_Curve("touching", "truth", _scalar("contact_duty"))]
+    if "contact_state" in slices:
+        contact.append(_Curve("state", "estimate", _scalar("contact_state")))
+    yield "Contact", "", contact
+
+
+def _thrusts(flight: LiveFlight) -> Iterator[_Curve]:
+    robot = flight.takeoff.robot
+    low, high = thrust_limits(robot)
+    for i, rotor in enumerate(robot.description.rotors):
+        yield _Curve(rotor.name, "truth", _entry("thrusts", i))
+    yield _Curve("smallest", "limit", lambda m: float(np.min(low)))
+    yield _Curve("largest", "limit", lambda m: float(np.max(high)))
+
+
+def _scalar(name: str) -> Callable[[_Moment], float]:
+    return lambda m: float(m.signals[name][0])
+
+
+def _entry(name: str, index: int) -> Callable[[_Moment], float]:
+    return lambda m: float(m.signals[name][index])

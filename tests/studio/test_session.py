@@ -1,0 +1,149 @@
+"""What people may do to live flights."""
+
+import json
+
+import numpy as np
+import pytest
+
+from skylimb.errors import ConfigError, SkylimbError, UnknownNameError
+from skylimb.studio.session import Session
+
+
+@pytest.fixture
+def session(short, tmp_path):
+    return Session("paper", ("hybrid", "pid"), set=short, out=tmp_path / "studio")
+
+
+def poses(session, scene, flight=0):
+    begin, end = scene["layout"]["flights"][flight]["poses"]
+    return session.frame()[begin:end].reshape(-1, 7)
+
+
+def test_a_frame_has_what_the_scene_says(session):
+    scene, frame = session.scene(), session.frame()
+    json.dumps(scene, allow_nan=False)
+    assert frame.dtype == np.float32
+    assert len(frame) == scene["layout"]["size"]
+    places = [place for flight in scene["layout"]["flights"] for place in flight.values()]
+    assert [begin for begin, _ in places] == [3, *[end for _, end in places[:-1]]]
+    for flight, place in zip(scene["flights"], scene["layout"]["flights"], strict=True):
+        begin, end = place["curves"]
+        assert sum(len(panel["curves"]) for panel in flight["panels"]) == end - begin
+        assert place["poses"][1] - place["poses"][0] == 7 * flight["bodies"]
+
+
+def test_a_frame_shows_where_the_robot_is(session):
+    scene = session.scene()
+    session.advance(80)
+    flight = session.flights[0]
+    place = scene["layout"]["flights"][0]
+    frame = session.frame()
+    root = flight.row[flight.slices["configuration"]][:7]
+    body = scene["flights"][0]["body_names"].index(flight.takeoff.robot.description.root)
+    assert poses(session, scene)[body] == pytest.approx(root, abs=1e-6)
+    assert frame[0] == pytest.approx(session.time)
+    thrusts = slice(*place["thrusts"])
+    assert frame[thrusts] == pytest.approx(flight.row[flight.slices["thrusts"]], rel=1e-6)
+
+
+def test_all_flights_fly_in_lockstep_until_all_are_over(session):
+    assert session.advance(10) == 10
+    assert [flight.ticks for flight in session.flights] == [11, 11]
+    session.paused = True
+    assert session.advance(10) == 0
+    session.paused = False
+    while session.advance(200):
+        pass
+    assert session.over
+    assert session.verdict == ["came to its end", "came to its end"]
+    assert [event["event"] for event in session.events()] == ["over"]
+    assert session.advance(1) == 0
+    assert session.events() == []
+
+
+def test_a_poke_pushes_all_flights_until_it_is_released(session):
+    session.advance(150)  # until the bias of the estimated force has been taken off
+    session.poke("link4", [0.1, 0.0, 0.0], [0.0, 2.0, 0.0])
+    session.advance(60)
+    for flight in session.flights:
+        assert 1.0 < flight.row[flight.slices["external_force_estimate"]][1] < 3.0
+    session.poke("link4", [0.1, 0.0, 0.0], [0.0, 0.0, 1.0])
+    session.advance(20)
+    session.release()
+    session.release()
+    for flight in session.flights:
+        first, second = flight.experiment.pushes
+        assert (first.start, first.duration) == (0.755, 0.3)
+        assert (second.start, second.duration) == (1.055, 0.1)
+
+
+def test_a_poke_of_the_wrong_shape_or_size_is_refused(session):
+    for link, point, force in (
+        ("leg", [0, 0, 0], [1, 0, 0]),
+        ("link1", [0, 0], [1, 0, 0]),
+        ("link1", [0, 0, 0], [1e3, 0, 0]),
+    ):
+        with pytest.raises(SkylimbError):
+            session.poke(link, point, force)
+    assert session.flights[0].experiment.pushes == ()
+
+
+def test_a_gain_changes_in_flight_and_is_kept_by_a_restart(session):
+    key = "controller.translation.damping_ratio"
+    session.advance(20)
+    assert session.set_gain(0, key, [1.5, 1.5, 1.5]) == "in flight"
+    (control,) = [one for one in session.controls() if one["key"] == key]
+    assert control["flights"] == [0]
+    assert control["values"] == [[1.5, 1.5, 1.5]]
+    assert control["acts"] == "in flight"
+    session.advance(40)
+    session.restart()
+    assert session.time == session.period
+    assert session.flights[0].experiment.gain_changes == ()
+    (control,) = [one for one in session.controls() if one["key"] == key]
+    assert control["values"] == [[1.5, 1.5, 1.5]]
+
+
+def test_a_key_restarts_and_a_wrong_one_changes_nothing(session):
+    session.advance(20)
+    for key, value in (
+        ("sensors.latency", -1.0),
+        ("sensors.latenc", 0.0),
+        ("trajectory.file", "/etc/passwd"),
+    ):
+        with pytest.raises(SkylimbError):
+            session.set_key(key, value)
+    with pytest.raises(ConfigError):
+        session.set_gain(0, "translation.law", "evil.py")
+    assert session.time == pytest.approx(0.105)
+    assert session.set_key("sensors.latency", 0.01) == "restarted"
+    assert session.flights[1].experiment.sensors.latency == 0.01
+    assert [event["event"] for event in session.events()] == ["restarted", "scene"]
+    assert session.set_gain(0, "shape.law", "fixed") == "restarted"
+
+
+def test_a_gain_that_nobody_has_is_named(session):
+    with pytest.raises(UnknownNameError, match=r"did you mean 'translation\.damping_ratio'"):
+        session.set_gain(0, "translation.damping_rati", 1.0)
+
+
+def test_a_rewound_poke_is_no_longer_held(session):
+    session.advance(50)
+    session.poke("link4", [0.0, 0.0, 0.0], [0.0, 2.0, 0.0])
+    session.advance(50)
+    session.release()
+    session.advance(50)
+    session.rewind(0.35)
+    (push,) = session.flights[0].experiment.pushes
+    assert push.duration == pytest.approx(0.15)
+    assert session.time == pytest.approx(0.405)
+    session.advance(1)
+    session.rewind(10.0)
+    assert session.flights[0].experiment.pushes == ()
+
+
+def test_scores_so_far_are_told_by_name(session):
+    session.advance(300)
+    scores = session.scores()
+    assert set(scores) == {"Hybrid", "PID"}
+    assert scores["PID"]["tilt_max"] is None or scores["PID"]["tilt_max"] < 1.0
