@@ -6,7 +6,8 @@ Draws: friction 0.1 .. 0.8, stiffness of the pen 1 .. 20 N/mm (evenly in its log
 and per rotor, misaligned attitude +-1 degree about each axis, mass +-1 %, centre of gravity +-10 mm along
 each axis, latency 10 .. 30 ms (20 assumed), both directions of the circle; on the paper's board 14 and 20
 degrees toward both sides. docs/following.json keeps every number, and the tables of docs/following_results.md
-are written anew. `--tables` writes them from the numbers that were kept.
+are written anew. `--tables` writes them from the numbers that were kept, `--only TEXT` flies the rows with
+that text in their name and keeps all others.
 
 Both presets are held to the same three things: the centre of gravity to the mission's reference, the pen to
 its reference line, and the force. What only `following` has stands in columns of its own: the distance of the
@@ -48,6 +49,7 @@ EXPERIMENTS = (
     ("friction patches", "friction_patches"),
     ("sine, gentle", "sine_gentle"),
     ("sine, steep", "sine_steep"),
+    ("ceiling, pen on a mast", "ceiling"),
 )
 WEDGE: Changes = {
     "surface.friction": 0.78,
@@ -144,7 +146,7 @@ def ensemble(
     experiment: str, count: int, controller: str = "following", gains: Changes = NONE, changes: Changes = NONE
 ) -> list[dict[str, Any]]:
     """Scores of every draw: metrics, status and cause."""
-    robot = load_robot("hydrus_xi_quad")
+    robot = load_robot(load_experiment(experiment).robot)
     flown = load_controller(controller, robot, gains)
     scores: list[dict[str, Any]] = []
     ready: list[Takeoff] = []
@@ -180,16 +182,16 @@ def scored(run: Run) -> dict[str, Any]:
 
 
 SHOWN = (
-    ("CoG to mission y mm", "error_u_median", 1e3),
-    ("z mm", "error_v_median", 1e3),
+    ("CoG to mission u mm", "error_u_median", 1e3),
+    ("v mm", "error_v_median", 1e3),
     ("pen to line rms mm", "pen_line_rms", 1e3),
     ("force N", "contact_force_normal_mean", 1.0),
     ("force std N", "force_slow_std", 1.0),
     ("near %", "near_fraction", 100.0),
     ("touch N", "touch_force_peak", 1.0),
     ("time s", "flight_time", 1.0),
-    ("CoG to own target y mm", "target_error_u_median", 1e3),
-    ("z mm", "target_error_v_median", 1e3),
+    ("CoG to own target u mm", "target_error_u_median", 1e3),
+    ("v mm", "target_error_v_median", 1e3),
     ("force off wanted %", "force_off", 100.0),
 )
 """Columns: title, score, scale. The last three are only there for a law with a target and a wanted force."""
@@ -226,6 +228,7 @@ def main() -> None:
     parser.add_argument("--hybrid-draws", type=int, default=0, help="fewer for the hybrid; 0 for as many")
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--tables", action="store_true", help="fly nothing: tables of docs/following.json")
+    parser.add_argument("--only", default="", help="fly rows with this text; others of docs/following.json")
     options = parser.parse_args()
     if options.tables:
         kept = kept_numbers()
@@ -244,10 +247,11 @@ def main() -> None:
     }
     wanted |= {GONE: ("paper", few, "following", {}, REMOVED)}
     wanted |= {name: ("paper", few, "following", gains) for name, gains in PARTS}
+    kept = kept_numbers() if options.only else {}
     with ProcessPoolExecutor(options.workers) as pool:
-        jobs = {name: pool.submit(ensemble, *what) for name, what in wanted.items()}
-        for name, job in jobs.items():
-            numbers[name] = job.result()
+        jobs = {name: pool.submit(ensemble, *what) for name, what in wanted.items() if options.only in name}
+        for name in wanted:
+            numbers[name] = jobs[name].result() if name in jobs else kept[name]
             (DOCS / "following.json").write_text(compact(numbers), encoding="utf-8")
             print(" | ".join(row(name, numbers[name])), flush=True)
     write_tables(numbers, few)

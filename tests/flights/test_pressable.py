@@ -41,9 +41,9 @@ def test_a_force_that_can_be_held_or_is_never_pressed_takes_off(experiment: str,
 
 def test_drag_that_cannot_be_held_is_a_warning() -> None:
     steady, dragged = (load_experiment("ceiling", {"surface.friction": friction}) for friction in (0.1, 1.5))
-    (takeoff,) = take_off(steady, ["following"], set={FORCE: 12.0})
+    (takeoff,) = take_off(steady, ["following"], set={FORCE: 6.0})
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         warn_of_friction(steady, takeoff.robot, takeoff.controller)
-    with pytest.warns(UserWarning, match="12 N is doubtful: at a friction of 1.5"):
-        take_off(dragged, ["following"], set={FORCE: 12.0})
+    with pytest.warns(UserWarning, match="6 N is doubtful: at a friction of 1.5"):
+        take_off(dragged, ["following"], set={FORCE: 6.0})

@@ -82,12 +82,27 @@ def test_the_digest_follows_the_criteria_and_the_tip():
     assert len({*digests, TABLE.digest, robot_digest(ROBOT)}) == len(digests) + 2
 
 
-def test_a_pen_that_points_up_gets_the_table_for_torque():
+def test_a_pen_that_points_up_gets_the_table_of_a_level_one_at_its_foot():
     mast = load_robot("hydrus_xi_quad_mast")
     contact = vectoring_table(mast, "contact")
-    assert contact.digest == vectoring_table(mast).digest
+    d = mast.description
+    level = Robot(replace(d, tip=replace(d.tip, position=d.tip.stem)))
+    assert contact.digest == robot_digest(level, CONTACT) != robot_digest(mast, CONTACT)
+    np.testing.assert_allclose(contact.angles(0.5), TABLE.angles(0.5), atol=0.05)
     X = tip_force_map(mast.at(FAMILY.joint_angles(0.5), contact.angles(0.5)))
     np.testing.assert_allclose(X[2], [0.0, 0.0, 1.0], atol=1e-12)  # nothing leaks along z anyway
+
+
+@pytest.mark.parametrize(("purpose", "slowest"), [("torque", 12.2), ("contact", 17.3)])
+def test_the_side_force_of_a_tilt_has_a_zero_in_the_right_half_plane(purpose, slowest):
+    """F = (m g + S J s^2 E) theta is zero at s^2 = -m g / eig(S J E). The attitude loop reaches 12 rad/s."""
+    mast = load_robot("hydrus_xi_quad_mast")
+    table = vectoring_table(mast, purpose)
+    theta = mast.description.posture.theta_nominal
+    state = mast.at(FAMILY.joint_angles(theta), table.angles(theta))
+    S = state.allocation_C[:2] @ np.linalg.pinv(state.allocation_C[2:])[:, 1:]
+    worst = np.linalg.eigvals(S @ state.inertia_C[:, :2] @ [[0.0, -1.0], [1.0, 0.0]]).real.min()
+    assert np.sqrt(9.81 * state.mass / -worst) == pytest.approx(slowest, rel=0.02)
 
 
 def test_a_table_is_written_and_read_again(tmp_path, monkeypatch):

@@ -6,6 +6,7 @@ robot that comes with the package, else in the user's cache folder (`planning.ve
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import casadi as ca
@@ -16,7 +17,7 @@ from skylimb.keys import choice_problem
 from skylimb.planning import vectoring_files
 from skylimb.planning.control_torque import guaranteed_control_torque
 from skylimb.planning.vectoring_criteria import CONTACT, TORQUE, VectoringCriteria
-from skylimb.planning.vectoring_files import robot_digest
+from skylimb.planning.vectoring_digest import robot_digest
 from skylimb.planning.vectoring_search import evaluate
 from skylimb.robots import Robot
 from skylimb.symbolic import is_symbolic
@@ -108,9 +109,12 @@ def vectoring_table(robot: Robot, purpose: str = "torque", *, cache: bool = True
 
     "torque" has the most guaranteed control torque, without hover tilt, over all described postures.
     "contact" keeps a push across the surface out of the pressing force (`vectoring_criteria.CONTACT`), for up
-    to 0.05 rad of hover tilt and some torque, over the postures within the joint limits. A tip that points up
-    presses along z. The held lift lets nothing leak there, whatever the vectoring angles, so such a robot
-    gets the torque table for both.
+    to 0.1 rad of hover tilt and some torque, over the postures within the joint limits. A tip that points up
+    presses along z, where nothing leaks whatever the angles. Its table is that of a tip at the foot of its
+    stem: with the angles for torque the thrusts that tilt hydrus_xi_quad push the other way first. That is a
+    zero of the side force in the right half plane at 12 rad/s, as fast as the attitude loop of `following`,
+    which then loses the robot in free flight. With the angles for contact the zero is at 17 rad/s, about the
+    axis where the loop is slower.
 
     Args:
         robot: any robot.
@@ -121,26 +125,33 @@ def vectoring_table(robot: Robot, purpose: str = "torque", *, cache: bool = True
         ConfigError: another purpose.
         AllocationError: no continuous path of vectoring angles keeps the purpose's criteria over its range.
     """
-    criteria = _criteria(robot, purpose)
-    coefficients, digest = vectoring_files.find_coefficients(robot, criteria, cache=cache)
+    criteria = _criteria(purpose)
+    level = _level(robot, criteria)
+    coefficients, digest = vectoring_files.find_coefficients(level, criteria, cache=cache)
     return VectoringTable(robot, coefficients, digest, criteria.span(robot))
 
 
 def vectoring_file(robot: Robot, purpose: str = "torque") -> tuple[str, str]:
     """Name and text of the file that brings a robot's table along, to lie beside its flight TOML."""
-    criteria = _criteria(robot, purpose)
-    coefficients, digest = vectoring_files.find_coefficients(robot, criteria)
+    criteria = _criteria(purpose)
+    coefficients, digest = vectoring_files.find_coefficients(_level(robot, criteria), criteria)
     text = vectoring_files.table_text(coefficients, digest, robot, criteria)
     return vectoring_files.table_file(criteria), text
 
 
-def _criteria(robot: Robot, purpose: str) -> VectoringCriteria:
+def _criteria(purpose: str) -> VectoringCriteria:
     problem = choice_problem(purpose, tuple(PURPOSES))
     if problem is not None:
         raise ConfigError(f"purpose = {purpose!r} {problem}")
-    criteria, tip = PURPOSES[purpose], robot.description.tip
-    if criteria.about_contact and tip.stem is not None:
-        along = tip.position - tip.stem
-        if abs(along[2]) > np.hypot(along[0], along[1]):
-            return TORQUE
-    return criteria
+    return PURPOSES[purpose]
+
+
+def _level(robot: Robot, criteria: VectoringCriteria) -> Robot:
+    """The robot to search angles for: where the tip counts and points up, it is at the foot of its stem."""
+    tip = robot.description.tip
+    if not criteria.about_contact or tip.stem is None:
+        return robot
+    along = tip.position - tip.stem
+    if abs(along[2]) <= np.hypot(along[0], along[1]):
+        return robot
+    return Robot(replace(robot.description, tip=replace(tip, position=tip.stem)))
