@@ -38,6 +38,11 @@ def matrix(rows: Sequence[Sequence[Any]]) -> Array:
     return np.array([[float(entry) for entry in row] for row in rows])
 
 
+def diagonal(entries: Any) -> Array:
+    """The square matrix with these entries (n,) on its diagonal."""
+    return ca.diag(entries) if is_symbolic(entries) else np.diag(entries)
+
+
 def stack(*parts: Any) -> Array:
     """Vectors and scalars one below the other, as one vector."""
     if is_symbolic(*parts):

@@ -19,7 +19,7 @@ from skylimb.control.needs import Needs, merged
 from skylimb.control.posture import heading_of, posture_of
 from skylimb.control.preset import Preset
 from skylimb.control.preset_keys import preset_tables
-from skylimb.control.records import Command, Demand, LawInput
+from skylimb.control.records import NOTHING, Command, Demand, LawInput
 from skylimb.control.slots import SLOTS, Slot, Slots, traced_functions
 from skylimb.errors import unknown_name
 from skylimb.estimation.records import Measurement, Sensed, Signals, Start
@@ -69,7 +69,8 @@ class Cascade:
         # 1. What is known of body and external wrench.
         sensed = Sensed(self.robot, measurement, reference, dt)
         estimation, known, of_estimation = laws.estimation.step(gains.estimation, state.estimation, sensed)
-        inputs = LawInput(self.robot, measurement, reference, dt, known)
+        missing = getattr(state.allocation, "residual", NOTHING)
+        inputs = LawInput(self.robot, measurement, reference, dt, known, residual=missing)
         body, bias = known.body, known.bias
 
         # 2. Whether there is contact, and where its surface leads.

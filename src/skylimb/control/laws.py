@@ -5,6 +5,9 @@ States are records of arrays, or an empty tuple. A law may also define
 
 - `needs(gains) -> Needs`, when it sets the mission's pace or wants a preview of the reference,
 - `require(gains, dt)`, which raises a `ConfigError` when it cannot work at a control period of dt s.
+
+An allocation law whose state has a field `residual`, a `Wrench`, says with it what its rotors fell short of.
+The laws of the next tick find it as `LawInput.residual`, and those that integrate hold (`control.windup`).
 """
 
 from __future__ import annotations

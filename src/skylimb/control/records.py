@@ -4,10 +4,15 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from skylimb.estimation.records import Estimate, Measurement, Wrench
 from skylimb.missions.reference import Reference
 from skylimb.robots.model import Robot
 from skylimb.symbolic import Array
+
+NOTHING = Wrench(np.zeros(3), np.zeros(3))
+"""No wrench."""
 
 
 class Command(NamedTuple):
@@ -71,6 +76,8 @@ class LawInput(NamedTuple):
         estimate: of the estimation law.
         contact: of the contact law; nothing for the contact law itself.
         arm: of the shape law; at rest for the laws before it.
+        residual: what the rotors fell short of at the last tick, wanted less given wrench, W and C; nothing
+            where the allocation law does not say.
     """
 
     robot: Robot
@@ -80,6 +87,7 @@ class LawInput(NamedTuple):
     estimate: Estimate
     contact: ContactView = no_contact()
     arm: ArmTarget = ArmTarget(0.0)
+    residual: Wrench = NOTHING
 
 
 class Demand(NamedTuple):

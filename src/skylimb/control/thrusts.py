@@ -18,8 +18,8 @@ class Thrusts(NamedTuple):
     """Thrusts in N, (n,).
 
     Attributes:
-        total: lambda of eq:thrust within the rotors' limits.
-        rotation: lambda_r of eq:thrust rotation 1 before the limits, from which the leak is known.
+        total: lambda of eq:thrust.
+        rotation: lambda_r of eq:thrust rotation 1 without limits, from which the leak is known.
     """
 
     total: Array
@@ -38,7 +38,21 @@ def thrust_limits(robot: Robot) -> Limits:
 def allocate(
     body: BodyState, force: Array, torque: Array, limits: Limits, hold_lift: bool = False
 ) -> Thrusts:
-    """Lambda = lambda_t + lambda_r, held within the limits.
+    """Lambda = lambda_t + lambda_r, cut off at the limits; for the arguments see `unlimited`.
+
+    Args:
+        body: attitude and allocation matrix.
+        force: f_cmd in W, N.
+        torque: tau_cmd in C, N m.
+        limits: of the thrusts, N.
+        hold_lift: whether lambda_r does not lift.
+    """
+    wanted = unlimited(body, force, torque, hold_lift)
+    return wanted._replace(total=clip(wanted.total, limits[0], limits[1]))
+
+
+def unlimited(body: BodyState, force: Array, torque: Array, hold_lift: bool = False) -> Thrusts:
+    """Lambda = lambda_t + lambda_r as if rotors had no limits.
 
     eq:thrust translation 2 prints m f_cmd; f_cmd is a force already, and with the mass the robot leaves in
     0.6 s.
@@ -47,7 +61,6 @@ def allocate(
         body: attitude, and the allocation matrix at the measured angles.
         force: f_cmd in W, N.
         torque: tau_cmd in C, N m.
-        limits: of the thrusts, N.
         hold_lift: whether lambda_r is chosen so that it does not lift, [Q_tz; Q_r] lambda_r = [0; tau_cmd],
             where the paper takes the least-norm one.
     """
@@ -58,7 +71,7 @@ def allocate(
     # those solve the same four rows for the weight.
     lifting = model.hover_thrusts * (wanted / (model.mass * GRAVITY))
     rotation = right_inverse(Q[2:, :]) @ stack(0.0, torque) if hold_lift else right_inverse(Q[3:, :]) @ torque
-    return Thrusts(clip(lifting + rotation, limits[0], limits[1]), rotation)
+    return Thrusts(lifting + rotation, rotation)
 
 
 def rotor_wrench(body: BodyState, thrusts: Array) -> Wrench:

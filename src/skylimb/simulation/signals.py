@@ -122,6 +122,12 @@ SIGNALS: dict[str, SignalInfo] = {
     "thrusts_command": SignalInfo(_ROTOR, "N", "", "rotor thrusts, commanded", "command"),
     "force_command": SignalInfo(_AXIS, "N", "W", "wanted force", "command"),
     "torque_command": SignalInfo(_AXIS, "N m", "C", "wanted torque", "command"),
+    "allocation_residual_force": SignalInfo(
+        _AXIS, "N", "W", "force that the rotors fall short of: wanted less given", "command"
+    ),
+    "allocation_residual_torque": SignalInfo(
+        _AXIS, "N m", "C", "torque that the rotors fall short of: wanted less given", "command"
+    ),
     "mission_time": SignalInfo(_SCALAR, "s", "", "time on the mission's own clock", "reference"),
     "pace": SignalInfo(_SCALAR, "", "", "speed of the mission's clock", "command"),
     "contact_state": SignalInfo(_SCALAR, "", "", "state of the contact's state machine", "estimate"),

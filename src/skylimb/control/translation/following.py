@@ -27,6 +27,7 @@ import numpy as np
 
 from skylimb.control.needs import Needs
 from skylimb.control.records import LawInput
+from skylimb.control.windup import unless_short
 from skylimb.estimation.records import Signals, Start
 from skylimb.keys import Key, configuration
 from skylimb.robots.model import GRAVITY_W
@@ -184,7 +185,8 @@ def _press(gains: Any, state: State, inputs: LawInput, speed: Any) -> tuple[Any,
     wanted = gains.force * contact.ease
     missing = wanted - contact.normal_force
     alive = clip(4.0 * state.tank / gains.tank, 0.0, 1.0)
-    integral = state.integral + gains.force_integral * missing * dt
+    axis_residual = dot(inputs.reference.contact_axis, inputs.residual.force)
+    integral = state.integral + unless_short(gains.force_integral * missing * dt, axis_residual)
     integral = clip(integral, -gains.force_integral_limit, gains.force_integral_limit)
     power = integral * relative
     # The work that the integral takes back always fills the tank; what it spends needs energy in it.

@@ -7,6 +7,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from skylimb.control.records import LawInput
+from skylimb.control.windup import unless_short
 from skylimb.estimation.records import Signals, Start
 from skylimb.keys import Key, configuration
 from skylimb.robots.model import GRAVITY_W
@@ -47,11 +48,15 @@ def initial_state(gains: Gains, start: Start) -> State:
 
 
 def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, Array, Signals]:
-    """f_cmd = m (g + a_ref + P + I + D), W, N, each term within its limit."""
+    """f_cmd = m (g + a_ref + P + I + D), W, N, each term within its limit.
+
+    The integral holds along an axis along which the rotors fall short.
+    """
     body, reference = inputs.estimate.body, inputs.reference
     error = reference.position - body.position
     velocity_error = reference.velocity - body.velocity
-    integral = state.integral + gains.integral * error * inputs.dt
+    growth = gains.integral * error * inputs.dt
+    integral = state.integral + unless_short(growth, inputs.residual.force)
     integral = clip(integral, -gains.integral_limit, gains.integral_limit)
     proportional = clip(gains.proportional * error, -gains.proportional_limit, gains.proportional_limit)
     derivative = clip(gains.derivative * velocity_error, -gains.derivative_limit, gains.derivative_limit)

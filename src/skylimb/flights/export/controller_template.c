@@ -14,9 +14,10 @@ void skylimb_controller_step(double state[SKYLIMB_STATE_SIZE],
                              double command[SKYLIMB_COMMAND_SIZE],
                              double signals[SKYLIMB_SIGNALS_SIZE]) {
   double next[SKYLIMB_STATE_SIZE];
-  const double* arg[4] = {state, measurement, reference, gains};
-  double* res[3] = {next, command, signals};
+  double work[@WORK@];
+  const double* arg[@ARGUMENTS@] = {state, measurement, reference, gains};
+  double* res[@RESULTS@] = {next, command, signals};
   int i;
-  @FUNCTION@(arg, res, 0, 0, 0);
+  @FUNCTION@(arg, res, 0, work, 0);
   for (i = 0; i < SKYLIMB_STATE_SIZE; i++) state[i] = next[i];
 }

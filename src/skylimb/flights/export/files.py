@@ -136,9 +136,12 @@ def _upper(name: str) -> str:
 
 
 def _source(step: ControllerStep) -> str:
-    template = (_TEMPLATES / "controller_template.c").read_text("utf-8")
+    template, function = (_TEMPLATES / "controller_template.c").read_text("utf-8"), step.function
     return (
         template.replace("@FUNCTION@", NAME)
+        .replace("@WORK@", str(max(1, function.sz_w())))
+        .replace("@ARGUMENTS@", str(function.sz_arg()))
+        .replace("@RESULTS@", str(function.sz_res()))
         .replace("@STATE@", _numbers(step.state))
         .replace("@GAINS@", _numbers(step.gains))
     )

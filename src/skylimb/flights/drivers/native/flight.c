@@ -15,8 +15,9 @@
 #include <mujoco/mujoco.h>
 
 #define MARK 1936419121.0 /* second word of userdata: the first one is a record's address */
-#define NARGS 8
-#define NRESULTS 3
+/* A tick has 8 arguments and 3 results. The rest is room in which it calls functions of its own. */
+#define MOST_ARGUMENTS 128
+#define MOST_RESULTS 64
 
 typedef int (*Tick)(const double** arg, double** res, long long* iw, double* w, int mem);
 
@@ -153,9 +154,11 @@ static void begin_tick(Flight* f, const mjModel* m, mjData* d, int64_t k) {
     return;
   }
   for (int64_t i = 0; i < f->n_changing; i++) f->gains[f->changing[i]] = f->changing_values[k * f->n_changing + i];
-  const double* arg[NARGS] = {f->state[k & 1], d->qpos, d->qvel, d->act, d->history,
-                              f->rows + k * f->n_row, f->references + f->at * f->n_reference, f->gains};
-  double* res[NRESULTS] = {f->state[1 - (k & 1)], d->ctrl, f->log + k * f->n_signals};
+  const double *arg[MOST_ARGUMENTS], *row = f->rows + k * f->n_row;
+  double* res[MOST_RESULTS];
+  arg[0] = f->state[k & 1], arg[1] = d->qpos, arg[2] = d->qvel, arg[3] = d->act, arg[4] = d->history;
+  arg[5] = row, arg[6] = f->references + f->at * f->n_reference, arg[7] = f->gains;
+  res[0] = f->state[1 - (k & 1)], res[1] = d->ctrl, res[2] = f->log + k * f->n_signals;
   f->tick(arg, res, NULL, f->work, 0);
   if (surely_lost(f, d, k)) {
     f->stopped = 1;

@@ -15,7 +15,7 @@ from skylimb.simulation.plant import Plant
 from skylimb.simulation.scene import USER_WORDS
 from skylimb.simulation.tick import CompiledTick
 
-_ARGUMENTS, _RESULTS = 8, 3  # as in flight.c
+_MOST_ARGUMENTS, _MOST_RESULTS = 128, 64  # as in flight.c
 _FOLDER = "native"
 
 
@@ -84,7 +84,7 @@ def machine_code(function: ca.Function) -> ca.Function:
 
 
 def _build(function: ca.Function) -> tuple[ctypes.CDLL, int]:
-    if (function.sz_arg(), function.sz_res(), function.sz_iw()) != (_ARGUMENTS, _RESULTS, 0):
+    if function.sz_arg() > _MOST_ARGUMENTS or function.sz_res() > _MOST_RESULTS or function.sz_iw():
         raise CompileError(f"function '{function.name()}' needs more work space than the native driver has")
     library = load_library(built_library(_FOLDER, function.name(), c_source(function)))
     address = ctypes.cast(getattr(library, function.name()), ctypes.c_void_p).value

@@ -1,0 +1,298 @@
+"""The allocation that knows limits, alone, in the cascade, in flight and as C."""
+
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import casadi as ca
+import numpy as np
+import pytest
+
+import skylimb
+from skylimb.control.allocation import bounded, pseudoinverse
+from skylimb.control.cascade import Cascade
+from skylimb.control.leak import TorqueLeak
+from skylimb.control.needs import Needs
+from skylimb.control.records import Demand, LawInput
+from skylimb.control.rotor_lag import RotorLag
+from skylimb.control.thrusts import rotor_wrench, thrust_limits, unlimited
+from skylimb.control.translation import following, pid
+from skylimb.control.windup import unless_short
+from skylimb.estimation.records import Start, Wrench
+from skylimb.flights.drivers.native import compile_native, fly_native
+from skylimb.flights.export import export_c
+from skylimb.flights.flying import fly_here
+from skylimb.flights.public import take_off
+from skylimb.packing import Layout, numeric
+from skylimb.robots.model import GRAVITY_W, Robot, RobotState
+from skylimb.simulation.compiling import compile_c
+from skylimb.spatial import rotation_from_rpy
+
+DT = 0.005
+R = rotation_from_rpy(0.05, -0.1, 0.4)
+Make = Callable[..., LawInput]
+PRESETS = Path(pseudoinverse.__file__).parents[1] / "presets"
+
+
+@pytest.fixture
+def at(make_inputs: Make, robot: Robot, model: RobotState) -> LawInput:
+    return make_inputs(model, robot=robot, R=R)
+
+
+@pytest.fixture
+def before(make_start: Callable[..., Start], model: RobotState) -> bounded.State:
+    return bounded.initial_state(bounded.Gains(), make_start(hover_thrusts=model.hover_thrusts))
+
+
+@pytest.fixture
+def wanting(
+    model: RobotState, joint_angles: np.ndarray, vectoring_angles: np.ndarray
+) -> Callable[..., Demand]:
+    """A demand of a torque in C, N m, and a lift of some times the weight."""
+
+    def build(torque: Any, lift: float = 1.0) -> Demand:
+        force = lift * model.mass * GRAVITY_W
+        return Demand(force, force, np.asarray(torque), joint_angles, vectoring_angles)
+
+    return build
+
+
+def gains(**given: Any) -> Any:
+    return numeric(bounded.Gains(**given))
+
+
+def residual_in_body(signals: Any) -> np.ndarray:
+    """Recorded residual as the six rows of Q: force and torque in {C}."""
+    return np.array([*(R.T @ signals["allocation_residual_force"]), *signals["allocation_residual_torque"]])
+
+
+@pytest.mark.parametrize("hold_lift", [False, True])
+def test_within_the_limits_it_is_the_papers_to_the_bit(
+    at: LawInput, before: bounded.State, wanting: Callable[..., Demand], hold_lift: bool
+) -> None:
+    demand, leak = wanting([0.2, -0.3, 0.5], 1.1), TorqueLeak(compensate=True, cutoff=3.0)
+    lag = RotorLag(compensate=True)
+    state, given, signals = bounded.step(
+        gains(hold_lift=hold_lift, leak=leak, rotor_lag=lag), before, at, demand
+    )
+    paper = numeric(pseudoinverse.Gains(hold_lift=hold_lift, leak=leak, rotor_lag=lag))
+    wanted_state, wanted, _ = pseudoinverse.step(
+        paper, pseudoinverse.State(before.leak, before.thrusts), at, demand
+    )
+    for mine, theirs in zip(given.command, wanted.command, strict=True):
+        np.testing.assert_array_equal(mine, theirs)
+    np.testing.assert_array_equal(given.wrench.force, wanted.wrench.force)
+    np.testing.assert_array_equal(given.wrench.torque, wanted.wrench.torque)
+    np.testing.assert_array_equal(state.leak, wanted_state.leak)
+    np.testing.assert_array_equal(state.thrusts, wanted_state.thrusts)
+    np.testing.assert_array_equal(
+        state.allocated, unlimited(at.estimate.body, demand.aimed, demand.torque, hold_lift).total
+    )
+    np.testing.assert_array_equal(residual_in_body(signals), np.zeros(6))
+
+
+def test_it_begins_hovering_and_aims_without_a_known_leak(before: bounded.State, at: LawInput) -> None:
+    assert not np.any(before.leak)
+    assert not np.any([before.residual.force, before.residual.torque])
+    np.testing.assert_array_equal(before.thrusts, before.allocated)
+    leaking, force = before._replace(leak=np.array([0.1, 0.2, 0.3])), np.array([1.0, 2.0, 40.0])
+    np.testing.assert_array_equal(bounded.aim(gains(), leaking, at, force), force)
+    off = bounded.aim(gains(leak=TorqueLeak(compensate=True)), leaking, at, force)
+    np.testing.assert_allclose(off, [0.9, 1.8, 39.7])
+    contact = bounded.Gains(vectoring=pseudoinverse.Vectoring(purpose="contact"))
+    assert bounded.needs(contact) == Needs(vectoring="contact")
+
+
+@pytest.mark.parametrize("torque", [[0.0, 0.0, 9.0], [0.0, 0.0, -9.0], [0.5, 1.0, 12.0]])
+def test_too_much_yaw_costs_yaw_and_not_roll_pitch_or_lift(
+    at: LawInput, before: bounded.State, wanting: Callable[..., Demand], robot: Robot, torque: Any
+) -> None:
+    demand = wanting(torque)
+    state, given, signals = bounded.step(gains(), before, at, demand)
+    body, limits = at.estimate.body, thrust_limits(robot)
+    thrusts = given.command.thrusts
+    assert (thrusts >= limits[0]).all()
+    assert (thrusts <= limits[1]).all()
+    wanted = unlimited(body, demand.aimed, demand.torque)
+    np.testing.assert_allclose(
+        residual_in_body(signals), body.model.allocation_C @ (wanted.total - thrusts), atol=1e-12
+    )
+    np.testing.assert_array_equal(state.residual.force, signals["allocation_residual_force"])
+    np.testing.assert_array_equal(state.residual.torque, signals["allocation_residual_torque"])
+    made = rotor_wrench(body, thrusts)
+    np.testing.assert_array_equal(given.wrench.force, made.force)
+    np.testing.assert_array_equal(given.wrench.torque, made.torque)
+    cut = body.model.allocation_C @ (wanted.total - np.clip(wanted.total, *limits))
+    missing = np.abs(residual_in_body(signals))
+    assert abs(cut[3]) > 0.5  # what cutting off costs: it rolls or pitches the robot
+    assert missing[3:5].max() < 0.05
+    assert missing[2] < 0.5
+    assert missing[5] > 1.0
+
+
+def test_the_weights_say_what_gives_way(
+    at: LawInput, before: bounded.State, wanting: Callable[..., Demand]
+) -> None:
+    demand, missing = wanting([0.0, 0.0, 9.0]), {}
+    for name, index in (("roll_pitch", slice(3, 5)), ("lift", 2), ("sideways", slice(0, 2)), ("yaw", 5)):
+        plain = dict.fromkeys(("roll_pitch", "lift", "sideways", "yaw"), 1.0)
+        for weight in (0.01, 100.0):
+            weights = bounded.Weights(**{**plain, name: weight})
+            signals = bounded.step(gains(weights=weights), before, at, demand)[2]
+            missing[name, weight] = np.linalg.norm(residual_in_body(signals)[index])
+        assert missing[name, 100.0] < 0.2 * missing[name, 0.01]
+
+
+def test_no_thrust_changes_faster_than_its_rate(
+    at: LawInput, before: bounded.State, wanting: Callable[..., Demand]
+) -> None:
+    state, limited = before, gains(rate=100.0)
+    demand, steps = wanting([0.0, 0.5, 1.0], 1.3), 0
+    for _ in range(80):
+        new, given, signals = bounded.step(limited, state, at, demand)
+        assert np.abs(given.command.thrusts - state.allocated).max() <= 100.0 * DT + 1e-12
+        steps += np.abs(residual_in_body(signals)).max() > 0.0
+        state = new
+    assert 5 < steps < 60
+    body = at.estimate.body
+    np.testing.assert_allclose(state.allocated, unlimited(body, demand.aimed, demand.torque).total, atol=1e-6)
+
+
+def test_a_lag_is_led_within_the_limits_and_does_not_touch_the_rate(
+    at: LawInput, before: bounded.State, wanting: Callable[..., Demand], robot: Robot
+) -> None:
+    lag, limits = RotorLag(compensate=True, lead=3.0), thrust_limits(robot)
+    demand, state = wanting([0.0, 0.0, 9.0]), before
+    for _ in range(160):
+        state, given, _ = bounded.step(gains(rate=100.0, rotor_lag=lag), state, at, demand)
+        assert (given.command.thrusts >= limits[0]).all()
+        assert (given.command.thrusts <= limits[1]).all()
+    np.testing.assert_allclose(state.thrusts, state.allocated, atol=1e-3)
+    np.testing.assert_allclose(
+        state.allocated, bounded.step(gains(), before, at, demand)[0].allocated, atol=1e-9
+    )
+
+
+def test_numbers_and_symbols_give_the_same(
+    at: LawInput, before: bounded.State, wanting: Callable[..., Demand]
+) -> None:
+    layout, demand_layout = Layout(before), Layout(wanting([0.0] * 3))
+    x, d, z = (
+        ca.SX.sym(name, size) for name, size in (("x", layout.size), ("d", demand_layout.size), ("z", 1))
+    )
+    # One symbol that is zero makes symbols of the model.
+    body = at.estimate.body
+    model = body.model._replace(allocation_C=body.model.allocation_C + z)
+    symbolic = at._replace(estimate=at.estimate._replace(body=body._replace(model=model, R_WC=R + z)))
+    traced = bounded.step(gains(), layout.unpack(x), symbolic, demand_layout.unpack(d))
+    function = ca.Function("law", [x, d, z], [ca.densify(Layout(traced).pack(traced))])
+    for torque in ([0.1, 0.2, 0.3], [0.0, 0.0, 9.0], [4.0, -6.0, 2.0]):
+        found = bounded.step(gains(), before, at, wanting(torque))
+        expected = Layout(found).pack(found)
+        np.testing.assert_allclose(
+            function(layout.pack(before), demand_layout.pack(wanting(torque)), 0.0).full().ravel(),
+            expected,
+            atol=1e-9,
+        )
+
+
+# ---- integrators ----
+
+
+def test_an_integral_holds_only_where_the_rotors_fall_short_of_its_direction() -> None:
+    growth = np.array([1.0, -1.0, 1.0, -1.0, 1.0])
+    short = np.array([2.0, -2.0, -2.0, 2.0, 0.0])
+    np.testing.assert_array_equal(unless_short(growth, short), [0.0, 0.0, 1.0, -1.0, 1.0])
+
+
+def test_the_pid_holds_its_integral_along_axes_that_fall_short(make_inputs: Make) -> None:
+    cascade = skylimb.load_controller("pid", skylimb.load_robot("hydrus_xi_quad"))
+    assert isinstance(cascade, Cascade)
+    slot = numeric(cascade.preset.slots.translation.gains)
+    inputs = make_inputs(reference={"position": np.array([0.1, 0.1, 0.1])})
+    free = pid.step(slot, pid.State(np.zeros(3)), inputs)[0].integral
+    short = inputs._replace(residual=Wrench(np.array([0.0, -1.0, 5.0]), np.zeros(3)))
+    held = pid.step(slot, pid.State(np.zeros(3)), short)[0].integral
+    assert (free > 0).all()
+    np.testing.assert_array_equal(held, [free[0], free[1], 0.0])
+
+
+def test_following_holds_the_integral_of_its_force_along_the_contact_axis(make_inputs: Make) -> None:
+    slot = numeric(following.Gains((5.0, 10.0, 5.0), (0.8, 0.7, 0.8)))
+    inputs = make_inputs()
+    inputs = inputs._replace(contact=inputs.contact._replace(engaged=1.0, normal_force=0.2))
+    state = following.State(0.0, 0.5, np.zeros(2))
+    free = following.step(slot, state, inputs)[0].integral
+    sideways = inputs._replace(residual=Wrench(np.array([0.0, 3.0, 3.0]), np.zeros(3)))
+    along = inputs._replace(residual=Wrench(np.array([3.0, 0.0, 0.0]), np.zeros(3)))
+    assert following.step(slot, state, sideways)[0].integral == free > 0.0
+    assert following.step(slot, state, along)[0].integral == 0.0
+
+
+# ---- in flight, and as C ----
+
+
+@pytest.fixture(scope="module")
+def preset(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """The paper's pid with this allocation."""
+    text = (PRESETS / "pid.toml").read_text(encoding="utf-8")
+    path = tmp_path_factory.mktemp("preset") / "pid_bounded.toml"
+    path.write_text(text.replace('law = "pseudoinverse"', 'law = "bounded"'), encoding="utf-8")
+    return str(path)
+
+
+TWIST = {
+    "disturbance.force": [0.0, 0.0, 0.0],
+    "disturbance.torque": [0.0, 0.0, 5.0],
+    "disturbance.start": 1.0,
+    "disturbance.duration": 1.0,
+    "phases.hover": 0.5,
+    "phases.tare": 0.5,
+    "phases.hover_end": 0.0,
+    "trajectory.duration": 4.0,
+}
+"""A yaw torque beyond what the rotors can give, N m, on the hovering robot."""
+
+
+def test_a_twist_beyond_the_rotors_tilts_the_robot_half_as_far(preset: str) -> None:
+    cut = skylimb.run("push", controller="pid", set=TWIST)
+    held = skylimb.run("push", controller=preset, set=TWIST)
+    assert np.degrees(cut.log.tilt.values.max()) > 30.0
+    assert np.degrees(held.log.tilt.values.max()) < 0.6 * np.degrees(cut.log.tilt.values.max())
+    thrusts = held.log.thrusts_command.values
+    limits = thrust_limits(skylimb.load_robot("hydrus_xi_quad"))
+    assert ((thrusts >= limits[0]) & (thrusts <= limits[1])).all()
+    torque, force = held.log.allocation_residual_torque, held.log.allocation_residual_force
+    assert np.abs(torque.values[:, 2]).max() > 3.0
+    assert np.abs(torque.values[:, :2]).max() < 0.5
+    assert (torque.attrs["units"], force.attrs["units"]) == ("N m", "N")
+    quiet = held.log.time.values < 1.0
+    assert not np.any(torque.values[quiet])
+
+
+def test_the_native_driver_flies_the_same_to_the_bit(preset: str) -> None:
+    (takeoff,) = take_off("push", (preset,), 0, {**TWIST, "trajectory.duration": 1.5})
+    compile_native(takeoff.tick, takeoff.plant)  # else it would be flown by the other driver
+    (native,) = fly_native([takeoff])
+    here = fly_here(takeoff)
+    assert native.ticks == here.ticks
+    for name in ("thrusts_command", "allocation_residual_torque"):
+        np.testing.assert_array_equal(native.signal(name), here.signal(name))
+    assert np.abs(here.signal("allocation_residual_torque")).max() > 1.0
+
+
+def test_a_flight_within_the_limits_is_the_papers_to_the_bit(preset: str) -> None:
+    calm = {**TWIST, "disturbance.torque": [0.0, 0.0, 0.5]}
+    flown = [skylimb.run("push", controller=name, set=calm).log for name in ("pid", preset)]
+    np.testing.assert_array_equal(flown[0].configuration.values, flown[1].configuration.values)
+
+
+def test_as_c_it_passes_its_test_vector(preset: str, tmp_path: Path) -> None:
+    controller = skylimb.load_controller(preset, skylimb.load_robot("hydrus_xi_quad"))
+    assert isinstance(controller, Cascade)
+    files = export_c(controller, tmp_path / "export")
+    sources = [path for path in files if path.suffix == ".c"]
+    compile_c(sources, tmp_path / "example", ("-O1", "-std=c99", "-Wall", "-Werror", "-ffp-contract=off"))
+    done = subprocess.run([tmp_path / "example"], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout
