@@ -67,7 +67,7 @@ class VectoringCriteria:
         float,
         Key(
             "rad/N",
-            "greatest `lateral_effort`; inf where it does not count. It makes the search ten times as long",
+            "greatest `lateral_effort`; inf where it does not count. It makes the search four times as long",
             above=0.0,
             high=math.inf,
             finite=False,

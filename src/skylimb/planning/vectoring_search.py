@@ -17,8 +17,6 @@ same.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
@@ -30,6 +28,7 @@ from skylimb.planning.control_torque import face_distances
 from skylimb.planning.lateral_effort import lateral_effort
 from skylimb.planning.tip_force import tip_force_map
 from skylimb.planning.vectoring_criteria import TORQUE, VectoringCriteria
+from skylimb.planning.vectoring_program import PathProgram, Posture, ipopt, turns_freely
 from skylimb.robots import Robot
 from skylimb.robots.hover import golden_steps, within_limits
 from skylimb.spatial import wrapped
@@ -44,21 +43,6 @@ _TRIES = 16
 _SAME = 0.1
 
 
-@dataclass(frozen=True)
-class _Posture:
-    """What a posture theta with vectoring angles psi gives, and the bounds of it.
-
-    The function's outputs are the face distances and everything else that is bounded, one vector. `limits`
-    are those of the vectoring joints, (n,) each.
-    """
-
-    function: ca.Function
-    low: list[float]
-    high: list[float]
-    span: tuple[float, float]
-    limits: tuple[np.ndarray, np.ndarray]
-
-
 def search_vectoring(robot: Robot, criteria: VectoringCriteria = TORQUE) -> np.ndarray:
     """Chebyshev coefficients (n_vectoring, degree + 1) of psi over the criteria's range of theta, rad.
 
@@ -67,15 +51,15 @@ def search_vectoring(robot: Robot, criteria: VectoringCriteria = TORQUE) -> np.n
     """
     if robot.n_vectoring == 0:
         return np.zeros((0, criteria.degree + 1))
-    posture = _posture_function(robot, criteria)
-    coarse = _PathProgram(posture, criteria, _COARSE_DEGREE, 9, 80)
+    posture = posture_function(robot, criteria)
+    coarse = PathProgram(posture, criteria, _COARSE_DEGREE, 9, 80)
     paths = [coarse.solve(start) for start in _starts(robot, posture)]
     ranked = sorted((path for path in paths if path is not None), key=lambda path: path[0], reverse=True)
     distinct: list[tuple[float, np.ndarray]] = []
     for path in ranked:
         if all(np.max(np.abs(wrapped(path[1][:, 0] - other[1][:, 0]))) > _SAME for other in distinct):
             distinct.append(path)
-    fine = _PathProgram(posture, criteria, criteria.degree, 24, 150)
+    fine = PathProgram(posture, criteria, criteria.degree, 24, 150)
     refined = [fine.solve(coefficients) for _, coefficients in distinct[:_REFINED]]
     best = max((path for path in refined if path is not None), key=lambda path: path[0], default=None)
     if best is None:
@@ -100,16 +84,12 @@ def _near_zero(robot: Robot, span: tuple[float, float], coefficients: np.ndarray
     """
     nominal = evaluate(coefficients, *span, robot.description.posture.theta_nominal)
     moved = coefficients.copy()
-    moved[:, 0] += np.where(_free(*robot.vectoring_limits()), wrapped(nominal) - nominal, 0.0)
+    moved[:, 0] += np.where(turns_freely(*robot.vectoring_limits()), wrapped(nominal) - nominal, 0.0)
     return moved
 
 
-def _free(lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
-    """Which joints may turn without end."""
-    return ~(np.isfinite(lower) | np.isfinite(upper))
-
-
-def _posture_function(robot: Robot, criteria: VectoringCriteria) -> _Posture:
+def posture_function(robot: Robot, criteria: VectoringCriteria) -> Posture:
+    """What the search sees of any posture of the robot's family: face distances, and what is bounded."""
     family, rotors = robot.description.posture, robot.description.rotors
     theta = ca.SX.sym("theta")
     psi = ca.SX.sym("psi", robot.n_vectoring)
@@ -133,25 +113,20 @@ def _posture_function(robot: Robot, criteria: VectoringCriteria) -> _Posture:
         high += [criteria.effort] * 2
     function = ca.Function("posture", [theta, psi], [faces, ca.vertcat(*bounded)])
     low, high = [0.0] * faces.shape[0] + low, [np.inf] * faces.shape[0] + high
-    return _Posture(function, low, high, criteria.span(robot), robot.vectoring_limits())
+    return Posture(function, low, high, criteria.span(robot), robot.vectoring_limits())
 
 
-def _solver(problem: dict[str, Any], iterations: int) -> ca.Function:
-    quiet = {"ipopt.print_level": 0, "print_time": False, "ipopt.sb": "yes", "ipopt.max_iter": iterations}
-    return ca.nlpsol("vectoring", "ipopt", problem, quiet)
-
-
-def _starts(robot: Robot, posture: _Posture) -> list[np.ndarray]:
+def _starts(robot: Robot, posture: Posture) -> list[np.ndarray]:
     """Distinct local optima of psi at single postures, best first at each."""
     n = robot.n_vectoring
     psi, t, theta = ca.SX.sym("psi", n), ca.SX.sym("t"), ca.SX.sym("theta")
     faces, bounded = posture.function(theta, psi)
     problem = {"x": ca.vertcat(psi, t), "p": theta, "f": -t, "g": ca.vertcat(faces - t, bounded)}
-    solver = _solver(problem, 100)
+    solver = ipopt(problem, 100)
     steps = np.outer(np.arange(_TRIES), golden_steps(n))
     tries = within_limits(robot, robot.description.vectoring_start + 2.0 * np.pi * steps)
     lower, upper = posture.limits
-    free = _free(lower, upper)
+    free = turns_freely(lower, upper)
     bounds = {} if free.all() else {"lbx": [*lower, -np.inf], "ubx": [*upper, np.inf]}
     found: list[np.ndarray] = []
     for angle in np.linspace(*posture.span, 4):
@@ -165,52 +140,3 @@ def _starts(robot: Robot, posture: _Posture) -> list[np.ndarray]:
             if all(np.max(np.abs(wrapped(candidate - other))) > _SAME for other in found):
                 found.append(candidate)
     return found
-
-
-class _PathProgram:
-    """The program for whole paths psi(theta) of one degree, at Chebyshev nodes and both ends."""
-
-    def __init__(
-        self, posture: _Posture, criteria: VectoringCriteria, degree: int, nodes: int, iterations: int
-    ) -> None:
-        self.degree, self.n = degree, posture.function.size1_in(1)
-        low, high = posture.span
-        x = np.concatenate([[-1.0], chebyshev.chebpts1(nodes), [1.0]])
-        self.nodes = len(x)
-        half = 0.5 * (high - low)
-        values = chebyshev.chebvander(x, degree)
-        slopes = chebyshev.chebval(x, chebyshev.chebder(np.eye(degree + 1))).T / half
-        coefficients = ca.SX.sym("c", self.n, degree + 1)
-        t = ca.SX.sym("t", self.nodes)
-        psi, slope = coefficients @ ca.DM(values.T), coefficients @ ca.DM(slopes.T)
-        constraints, self._low, self._high = [], [], []
-        limited = np.flatnonzero(~_free(*posture.limits)).tolist()
-        for k in range(self.nodes):
-            faces, bounded = posture.function(low + half * (1.0 + x[k]), psi[:, k])
-            constraints += [faces - t[k], bounded, slope[:, k]]
-            self._low += posture.low + [-criteria.slope] * self.n
-            self._high += posture.high + [criteria.slope] * self.n
-            if limited:
-                constraints.append(psi[limited, k])
-                self._low += posture.limits[0][limited].tolist()
-                self._high += posture.limits[1][limited].tolist()
-        gain = ca.sum1(t) - criteria.smoothing * ca.sumsqr(slope)
-        problem = {
-            "x": ca.vertcat(ca.vec(coefficients), t),
-            "f": -gain / self.nodes,
-            "g": ca.vertcat(*constraints),
-        }
-        self._solver = _solver(problem, iterations)
-
-    def solve(self, start: Sequence[float] | np.ndarray) -> tuple[float, np.ndarray] | None:
-        """Gain and coefficients (n, degree + 1) from a start, (n,) or (n, fewer); None without success."""
-        start = np.asarray(start, dtype=float).reshape(self.n, -1)
-        first = np.zeros((self.n, self.degree + 1))
-        first[:, : start.shape[1]] = start
-        x0 = np.concatenate([first.ravel(order="F"), np.full(self.nodes, 1.0)])
-        solution = self._solver(x0=x0, lbg=self._low, ubg=self._high)
-        if not self._solver.stats()["success"]:
-            return None
-        size = self.n * (self.degree + 1)
-        found = solution["x"].full().ravel()[:size].reshape(self.n, -1, order="F")
-        return -float(solution["f"]), found
