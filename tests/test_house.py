@@ -19,7 +19,7 @@ from skylimb.cli.commands import VERBS
 
 ROOT = Path(__file__).parents[1]
 DOCUMENTS = sorted([ROOT / "README.md", ROOT / "CHANGELOG.md", *(ROOT / "docs").glob("*.md")])
-OPTIONAL = ("campaign", "cluster", "tune", "video")
+OPTIONAL = ("campaign", "cluster", "logs", "tune", "video")
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 
 documents = pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from skylimb.cli.converting import Convert
 from skylimb.cli.drawing import Draw
 from skylimb.cli.exporting import ExportC
 from skylimb.cli.flying import Compare, Run
@@ -20,5 +21,6 @@ VERBS: dict[str, Any] = {
     "view": View,
     "verify-contact": VerifyContact,
     "replay": Replay,
+    "convert": Convert,
     "export-c": ExportC,
 }

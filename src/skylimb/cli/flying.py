@@ -59,6 +59,7 @@ class Run:
     use: Use = ()
     out: Out = ""
     video: Video = False
+    bag: Annotated[bool, arg(help="Whether to write log.bag too, with the lab's topics.")] = False
 
     def __call__(self) -> int:
         """Fly, record, draw."""
@@ -66,6 +67,10 @@ class Run:
         folder = new_folder(
             self.out, "-".join(stem(name) for name in (self.experiment, self.controller) if name)
         )
+        if self.bag:
+            from skylimb.exchange.message_types import message_types
+
+            message_types()  # what is not installed is said before anything flies
         import skylimb
 
         with output.flights() as progress:
@@ -81,6 +86,11 @@ class Run:
             from skylimb.analysis import write_run
 
             write_run(run, folder, videos_follow=self.video, figures=own_figures(self.use))
+        if self.bag:
+            with output.working("writing log.bag"):
+                from skylimb.exchange.convert import write_log
+
+                write_log(run, folder / "log.bag")
         return _hand_over({run.name: run}, folder, self.video)
 
 

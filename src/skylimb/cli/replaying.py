@@ -31,7 +31,7 @@ class Replay:
         skylimb replay flight.bag --controller hybrid --set robot=my_robot
     """
 
-    log: Annotated[Positional[str], arg(metavar="LOG", help="A run's folder, or its log.nc.")]
+    log: Annotated[Positional[str], arg(metavar="LOG", help="A run's folder, or a .nc, .bag or .mcap file.")]
     controller: Annotated[
         str,
         arg(metavar="NAME", help="Another controller than flew: its name, its TOML file, or a Python file."),
@@ -45,8 +45,10 @@ class Replay:
         usual = "-".join(filter(None, [Path(self.log).stem, stem(self.controller), "replayed"]))
         folder = new_folder(self.out, usual)
         import skylimb
+        from skylimb.exchange.convert import read_log
 
-        recorded = skylimb.Run.load(self.log)
+        robot = str(settings.get("robot", ""))
+        recorded, read_notes = read_log(self.log, robot)
         with output.flights() as progress:
             replayed = skylimb.replay(
                 recorded,
@@ -59,6 +61,8 @@ class Replay:
 
             write_replay(recorded, replayed, folder)
         _show(recorded, replayed)
+        for note in read_notes:
+            print(f"note: {note}")
         output.notes({replayed.name: replayed})
         output.places(folder)
         return 0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import importlib
+import io
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -144,20 +145,29 @@ class Run:
         Raises:
             OutputError: if the file exists or cannot be written, or a signal is neither number nor word.
         """
-        stored = self.log.assign_attrs(
-            format=FORMAT,
-            format_version=FORMAT_VERSION,
-            name=self.name,
-            controller=self.controller,
-            metrics=json.dumps(dict(self.metrics), allow_nan=False),
-        )
         try:
-            content = netcdf_bytes(stored)
+            content = self.content()
         except TypeError as error:
             raise OutputError(f"cannot write run file '{path}': {error}") from error
         with new_file(path) as aside:
             aside.write_bytes(content)
         return Path(path)
+
+    def content(self) -> bytes:
+        """The bytes of the file that `save` writes.
+
+        Raises:
+            TypeError: when a signal is neither number nor word.
+        """
+        return netcdf_bytes(
+            self.log.assign_attrs(
+                format=FORMAT,
+                format_version=FORMAT_VERSION,
+                name=self.name,
+                controller=self.controller,
+                metrics=json.dumps(dict(self.metrics), allow_nan=False),
+            )
+        )
 
     @classmethod
     def load(cls, path: str | Path) -> Run:
@@ -168,7 +178,24 @@ class Run:
         """
         path = Path(path)
         file = path / LOG_FILE if path.is_dir() else path
-        log = _read(file)
+        run = cls._of(_read(file))
+        return dataclasses.replace(run, sources=read_sources(run.config, file.parent))
+
+    @classmethod
+    def of_content(cls, content: bytes, called: str) -> Run:
+        """The run whose `content` this is, without copies of its files.
+
+        Args:
+            content: of a run's file.
+            called: what messages call it.
+
+        Raises:
+            OutputError: if it is not a run of this format.
+        """
+        return cls._of(_dataset(io.BytesIO(content), called))
+
+    @classmethod
+    def _of(cls, log: xr.Dataset) -> Run:
         own = {name: log.attrs.pop(name, None) for name in _OWN_ATTRIBUTES}
         controller = str(log.attrs.get("controller", ""))
         return cls(
@@ -176,7 +203,6 @@ class Run:
             controller=controller,
             log=log,
             metrics=json.loads(own["metrics"] or "{}"),
-            sources=read_sources(str(log.attrs.get("config", "")), file.parent),
         )
 
     def with_sources_at(self, prefix: str) -> Run:
@@ -205,8 +231,13 @@ def _read(path: Path) -> xr.Dataset:
         raise OutputError(f"run file '{path}' does not exist") from None
     except OSError as error:
         raise OutputError(f"cannot read run file '{path}': {error.strerror or error}") from error
+    return _dataset(path, str(path))
+
+
+def _dataset(source: Any, path: str) -> xr.Dataset:
+    """The dataset of a run's file, or of its bytes; `path` is what messages call it."""
     try:
-        log = xr.load_dataset(path, engine="h5netcdf")
+        log = xr.load_dataset(source, engine="h5netcdf")
     except Exception as error:  # a damaged file fails in whatever layer meets the damage first
         raise OutputError(f"'{path}' is not a readable NetCDF-4 file: {_first_line(error)}") from error
     if log.attrs.get("format") != FORMAT:

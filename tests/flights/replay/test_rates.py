@@ -13,6 +13,9 @@ def test_a_steady_motion_has_its_velocity() -> None:
     found = velocities(TIMES, 1.0 + np.outer(FRAMES, speed))
     assert np.all(found[0] == 0.0)
     np.testing.assert_allclose(found[100:], np.tile(speed, (300, 1)), rtol=1e-9)
+    # A frame that is held comes back with other last digits.
+    jittered = np.outer(FRAMES, speed) + np.where(np.arange(len(TIMES)) % 2, 1e-15, 0.0)[:, None]
+    np.testing.assert_allclose(velocities(TIMES, jittered), found, atol=1e-9)
     step = 1.0 - np.exp(-2.0 * np.pi * CUTOFF * 0.01)
     np.testing.assert_allclose(found[2], step * speed, rtol=1e-9)
 

@@ -7,6 +7,9 @@ import numpy as np
 CUTOFF = 20.0
 """Hz: of the low pass behind the differences, as the lab's own estimator has it."""
 
+SAME = 1e-9
+"""Metres, or parts of a quaternion, by which a pose that is held may be off by rounding."""
+
 
 def velocities(times: np.ndarray, positions: np.ndarray) -> np.ndarray:
     """Velocity at every tick, m/s, (k, 3): differences between frames, through a low pass.
@@ -34,8 +37,9 @@ def angular_velocities(times: np.ndarray, quaternions: np.ndarray) -> np.ndarray
 
 
 def _fresh(rows: np.ndarray) -> np.ndarray:
-    """The rows that differ from the one before them."""
-    return np.flatnonzero(np.concatenate([[True], np.any(np.diff(rows, axis=0) != 0.0, axis=1)]))
+    """The rows that differ from the one before them by more than rounding."""
+    changed = np.any(abs(np.diff(rows, axis=0)) > SAME, axis=1)
+    return np.flatnonzero(np.concatenate([[True], changed]))
 
 
 def _filtered(times: np.ndarray, fresh: np.ndarray, steps: np.ndarray) -> np.ndarray:

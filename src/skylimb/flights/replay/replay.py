@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import tempfile
+import tomllib
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
@@ -21,7 +22,8 @@ from skylimb.control.controller import (
     resolved_tables,
 )
 from skylimb.control.needs import needs_of
-from skylimb.errors import SkylimbError
+from skylimb.errors import ConfigError, SkylimbError
+from skylimb.exchange.convert import read_log
 from skylimb.experiments.experiment import Experiment, load_experiment
 from skylimb.flights.public import chosen_controller, parted
 from skylimb.flights.record import config_units
@@ -64,7 +66,7 @@ def replay(
     commanded. Nothing is simulated.
 
     Args:
-        log: a run, its folder, or its file.
+        log: a run, its folder, or a file: .nc, .bag or .mcap.
         controller: another one than flew: a name, a file, or a controller at hand.
         set: dotted keys and new values, of the experiment, or of the controller after "controller.".
         progress: called with (ticks done, ticks in all).
@@ -76,13 +78,16 @@ def replay(
     Raises:
         SkylimbError: when the log cannot be read, or holds no pose of the robot.
     """
-    run = log if isinstance(log, Run) else Run.load(log)
     settings, gains = parted(set or {})
+    run, read = (log, ()) if isinstance(log, Run) else read_log(log, str(settings.get("robot", "")))
     with tempfile.TemporaryDirectory(prefix="skylimb-") as folder:
-        experiment, said = _experiment(run, Path(folder), settings)
-        robot = load_robot(experiment.robot)
-        ready = chosen_controller(controller, experiment, robot, gains)
-        return _replayed(run, experiment, robot, ready, said, progress)
+        try:
+            experiment, said = _experiment(run, Path(folder), settings)
+            robot = load_robot(experiment.robot)
+            ready = chosen_controller(controller, experiment, robot, gains)
+        except ConfigError as error:
+            raise _lacking(run) or error from None
+        return _replayed(run, experiment, robot, ready, (*read, *said), progress)
 
 
 def _replayed(
@@ -134,6 +139,18 @@ def _experiment(run: Run, folder: Path, settings: Mapping[str, Any]) -> tuple[Ex
     (home / "config.toml").write_text(run.config, encoding="utf-8")
     experiment = load_experiment(str(home / "config.toml"), dict(settings))
     return experiment, tuple(experiment.recorded.get("changes", ()))
+
+
+def _lacking(run: Run) -> ConfigError | None:
+    """The error for a log without the copies of the user's files that it names; None where all are there."""
+    files = tomllib.loads(run.config).get(TABLE, {}).get("files", {})
+    missing = sorted(files.keys() - run.sources.keys())
+    if not missing:
+        return None
+    return ConfigError(
+        f"the log comes without files that it was flown with: {', '.join(missing)}; replay the run's folder, "
+        "or name another controller"
+    )
 
 
 def _flown_vectoring(run: Run, experiment: Experiment, robot: Robot, controller: Controller) -> str:

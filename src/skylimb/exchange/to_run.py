@@ -1,0 +1,300 @@
+"""A stream of messages as a run: whole where skylimb wrote it, else what the lab's topics hold."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from skylimb.errors import OutputError
+from skylimb.exchange.frames import from_measured_link
+from skylimb.exchange.own_topics import RECORD, ROW, SOURCE, content_of, run_of
+from skylimb.exchange.series import Series
+from skylimb.exchange.stream import Message
+from skylimb.recording.run import Run
+from skylimb.robots.model import Robot
+from skylimb.spatial import quaternion_from_rotation, rotation_from_quaternion, rpy_from_rotation
+
+
+class Read(NamedTuple):
+    """A run that was read, and what has to be said of it, one line each."""
+
+    run: Run
+    notes: tuple[str, ...]
+
+
+def run_from(
+    messages: Iterable[Message],
+    robot: Callable[[], Robot],
+    name: str,
+    link: Callable[[Robot], str],
+    period: float = 0.005,
+) -> Read:
+    """The run of a stream of messages.
+
+    Args:
+        messages: in the order of their recording.
+        robot: makes the model of the robot that flew; not called where the stream holds a whole run.
+        name: what a run is called that has no name.
+        link: of the link whose pose the lab's topics show.
+        period: between the ticks of a run that is put together from topics, s.
+
+    Raises:
+        OutputError: when there is neither a whole run nor a pose.
+    """
+    record: bytes | None = None
+    sources: dict[str, bytes] = {}
+    rows: list[np.ndarray] = []
+    series: dict[str, Series] = {}
+    others: Counter[str] = Counter()
+    for message in messages:
+        if message.topic == RECORD:
+            record = content_of(message.value)[1]
+        elif message.topic == SOURCE:
+            source, content = content_of(message.value)
+            sources[source] = content
+        elif message.topic == ROW:
+            rows.append(np.asarray(message.value.data, dtype=float))
+        elif record is None:
+            _take(message, series, others)
+    if record is not None:
+        if len({len(row) for row in rows}) > 1:
+            raise OutputError(f"'{name}': rows of different length on {ROW}")
+        return Read(run_of(record, np.array(rows).reshape(len(rows), -1), sources, name), ())
+    return _from_topics(series, others, robot(), name, link, period)
+
+
+def _take(message: Message, series: dict[str, Series], others: Counter[str]) -> None:
+    """Note down a message of a topic that is known by the end of its name."""
+    for ending, read in _READ.items():
+        if f"/{message.topic}".endswith(f"/{ending}"):
+            for signal, value in read(message.value):
+                series.setdefault(signal, Series()).add(message.time * 1e-9, _stamp(message.value), value)
+            return
+    others[message.topic] += 1
+
+
+def _stamp(value: Any) -> float:
+    header = getattr(value, "header", value)
+    stamp = getattr(header, "stamp", None)
+    return 0.0 if stamp is None else stamp.sec + stamp.nanosec * 1e-9
+
+
+def _xyz(value: Any) -> np.ndarray:
+    return np.array([value.x, value.y, value.z])
+
+
+def _wxyz(value: Any) -> np.ndarray:
+    return np.array([value.w, value.x, value.y, value.z])
+
+
+def _pose(value: Any) -> list[tuple[str, np.ndarray]]:
+    pose = value.pose
+    return [("pose", np.concatenate([_xyz(pose.position), _wxyz(pose.orientation)]))]
+
+
+def _rates(value: Any) -> list[tuple[str, np.ndarray]]:
+    return [("gyro", np.asarray(value.gyro))]
+
+
+def _thrusts(value: Any) -> list[tuple[str, np.ndarray]]:
+    return [("thrusts", np.asarray(value.base_thrust))]
+
+
+def _angles(signal: str) -> Callable[[Any], list[tuple[str, np.ndarray]]]:
+    """Angles by name: a joint is a joint, everything else that is called a gimbal a gimbal."""
+
+    def read(value: Any) -> list[tuple[str, np.ndarray]]:
+        named = sorted(zip(value.name, value.position, strict=False))
+        found = []
+        for kind, own in (("joint", "joint"), ("gimbal", "vectoring")):
+            angles = [angle for name, angle in named if name.startswith(kind)]
+            if angles:
+                found.append((f"{own}_{signal}", np.array(angles)))
+        return found
+
+    return read
+
+
+def _odometry(value: Any) -> list[tuple[str, np.ndarray]]:
+    pose, twist = value.pose.pose, value.twist.twist
+    attitude = rpy_from_rotation(rotation_from_quaternion(_wxyz(pose.orientation)))
+    return [
+        ("cog_position_estimate", _xyz(pose.position)),
+        ("cog_velocity_estimate", _xyz(twist.linear)),
+        ("attitude_estimate", attitude),
+        ("angular_velocity_estimate", _xyz(twist.angular)),
+    ]
+
+
+def _wrench(value: Any) -> list[tuple[str, np.ndarray]]:
+    wrench = value.wrench
+    return [
+        ("external_force_estimate", _xyz(wrench.force)),
+        ("external_torque_estimate", _xyz(wrench.torque)),
+    ]
+
+
+_READ: dict[str, Callable[[Any], list[tuple[str, np.ndarray]]]] = {
+    "mocap/pose": _pose,
+    "imu": _rates,
+    "four_axes/command": _thrusts,
+    "joint_states": _angles("measured"),
+    "joints_ctrl": _angles("command"),
+    "gimbals_ctrl": _angles("command"),
+    "uav/cog/odom": _odometry,
+    "estimated_external_wrench": _wrench,
+}
+
+
+def _from_topics(
+    series: dict[str, Series],
+    others: Counter[str],
+    robot: Robot,
+    name: str,
+    link: Callable[[Robot], str],
+    period: float,
+) -> Read:
+    if "pose" not in series:
+        topics = ", ".join(sorted(others)[:8]) or "none"
+        raise OutputError(
+            f"'{name}' has no topic .../mocap/pose: there is no flight in it (topics: {topics})"
+        )
+    said = [f"topics without a place in a log: {', '.join(sorted(others))}"] if others else []
+    placed = {signal: one.times() for signal, one in series.items() if one.usable}
+    said += [f"{signal}: samples of different sizes are left out" for signal in series.keys() - placed.keys()]
+    offsets = {signal: offset for signal, (_, offset) in placed.items() if offset}
+    said += [
+        f"{signal}: stamps are {offset:+.3f} s off the recorder's clock; that is taken off"
+        for signal, offset in offsets.items()
+    ]
+    times = placed["pose"][0]
+    if len(times) < 2:
+        raise OutputError(f"'{name}' has one pose; a flight has more")
+    ticks = np.arange(int((times.max() - times.min()) / period + 1e-9) + 1) * period + times.min()
+    held = {signal: series[signal].at(ticks, when) for signal, (when, _) in placed.items()}
+    said += [
+        f"{signal} at {1.0 / gap:.3g} Hz: at each tick the last one"
+        for signal, (when, _) in placed.items()
+        if len(when) > 1 and (gap := float(np.median(np.diff(when)))) > 1.5 * period
+    ]
+    values = _signals(held, robot, link(robot), said)
+    return Read(_run(values, ticks - ticks[0], robot, name), tuple(said))
+
+
+def _signals(
+    held: dict[str, np.ndarray], robot: Robot, link: str, said: list[str]
+) -> dict[str, tuple[np.ndarray, Sequence[str]]]:
+    """The signals of a log by name, with their dimensions."""
+    sizes = {"joint": robot.n_joints, "vectoring": robot.n_vectoring, "rotor": robot.n_rotors}
+    found: dict[str, tuple[np.ndarray, Sequence[str]]] = {}
+
+    def put(signal: str, name: str, dim: str) -> None:
+        values = held.get(signal)
+        if values is None:
+            return
+        if dim in sizes and values.shape[1] != sizes[dim]:
+            said.append(f"{name}: {values.shape[1]} values, {robot.name} has {sizes[dim]}; left out")
+        else:
+            found[name] = (values, (dim,))
+
+    for kind in ("joint", "vectoring"):
+        for part in ("measured", "command"):
+            put(f"{kind}_{part}", f"{kind}_angles_{part}", kind)
+    put("thrusts", "thrusts_command", "rotor")
+    if "thrusts" in held:
+        said.append("thrusts_command is base_thrust: what a flight controller adds on board is in no topic")
+    for name in (
+        "cog_position_estimate",
+        "cog_velocity_estimate",
+        "attitude_estimate",
+        "angular_velocity_estimate",
+        "external_force_estimate",
+        "external_torque_estimate",
+    ):
+        put(name, name, "axis")
+    positions, attitudes = _measured_link(held, found, robot, link, said)
+    found["root_position_measured"] = (positions, ("axis",))
+    found["root_quaternion_measured"] = (attitudes, ("quaternion",))
+    if "gyro" in held and link == robot.description.measured_link:
+        found["root_angular_velocity_measured"] = (held["gyro"], ("axis",))
+    elif "gyro" in held:
+        said.append(f"imu: its rates are those of {link}, not of {robot.description.measured_link}; left out")
+    return found
+
+
+def _measured_link(
+    held: dict[str, np.ndarray],
+    found: dict[str, tuple[np.ndarray, Sequence[str]]],
+    robot: Robot,
+    link: str,
+    said: list[str],
+) -> tuple[np.ndarray, np.ndarray]:
+    """Position and attitude of the measured link from those of the lab's link, (k, 3) and (k, 4)."""
+    positions, attitudes = held["pose"][:, 0:3], held["pose"][:, 3:7]
+    sizes = np.linalg.norm(attitudes, axis=1)
+    attitudes = attitudes / np.where(sizes > 0.0, sizes, np.nan)[:, None]
+    if link == robot.description.measured_link:
+        return positions, attitudes
+    q = found.get("joint_angles_measured", found.get("joint_angles_command"))
+    if q is None:
+        said.append(f"no joint angles: the pose of {link} is taken for that of the measured link")
+        return positions, attitudes
+    psi = np.zeros(robot.n_vectoring)
+    moved, turned = np.empty_like(positions), np.empty_like(attitudes)
+    before = np.full(7 + q[0].shape[1], np.nan)
+    for k, (position, attitude, angles) in enumerate(zip(positions, attitudes, q[0], strict=True)):
+        now = np.concatenate([position, attitude, angles])
+        if k and np.array_equal(now, before):
+            moved[k], turned[k] = moved[k - 1], turned[k - 1]
+            continue
+        before = now
+        if not np.isfinite(now).all():
+            moved[k], turned[k] = np.nan, np.nan
+            continue
+        xyz, turn = from_measured_link(robot, link, angles, psi)
+        R = rotation_from_quaternion(attitude) @ turn.T
+        moved[k], turned[k] = position - R @ xyz, quaternion_from_rotation(R)
+    return moved, turned
+
+
+_UNITS = {
+    "cog_position_estimate": ("m", "W", "estimate"),
+    "cog_velocity_estimate": ("m/s", "W", "estimate"),
+    "attitude_estimate": ("rad", "W", "estimate"),
+    "angular_velocity_estimate": ("rad/s", "C", "estimate"),
+    "external_force_estimate": ("N", "W", "estimate"),
+    "external_torque_estimate": ("N m", "C", "estimate"),
+    "root_position_measured": ("m", "W", "measurement"),
+    "root_quaternion_measured": ("", "W", "measurement"),
+    "root_angular_velocity_measured": ("rad/s", "root", "measurement"),
+    "joint_angles_measured": ("rad", "root", "measurement"),
+    "vectoring_angles_measured": ("rad", "root", "measurement"),
+    "joint_angles_command": ("rad", "root", "command"),
+    "vectoring_angles_command": ("rad", "root", "command"),
+    "thrusts_command": ("N", "", "command"),
+}
+
+
+def _run(
+    values: dict[str, tuple[np.ndarray, Sequence[str]]], times: np.ndarray, robot: Robot, name: str
+) -> Run:
+    description = robot.description
+    variables = {}
+    for signal, (array, dims) in values.items():
+        unit, frame, kind = _UNITS[signal]
+        attributes = {"units": unit, "frame": frame, "long_name": signal.replace("_", " "), "kind": kind}
+        variables[signal] = xr.Variable(("time", *dims), array, attributes)
+    coords = {
+        "time": ("time", times, {"units": "s", "long_name": "time"}),
+        "axis": ["x", "y", "z"],
+        "quaternion": ["w", "x", "y", "z"],
+        "rotor": [rotor.name for rotor in description.rotors],
+        "joint": list(description.shape_joints),
+        "vectoring": list(description.vectoring_joints),
+    }
+    log = xr.Dataset(variables, coords, {"robot": robot.name, "experiment": "log", "status": "OK"})
+    return Run(name=name, controller="", log=log)
