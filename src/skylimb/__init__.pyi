@@ -1,5 +1,6 @@
 from .analysis.own import figure as figure
 from .analysis.own import metric as metric
+from .calibration.public import calibrate as calibrate
 from .campaign.sweep import sweep as sweep
 from .control.controller import Controller as Controller
 from .control.controller import load_controller as load_controller

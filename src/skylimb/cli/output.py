@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
+    from skylimb.calibration.result import Calibration
     from skylimb.recording.run import Run
     from skylimb.robots.model import Robot
     from skylimb.verification import Row
@@ -109,6 +110,20 @@ def drawing(title: str, rows: Sequence[tuple[str, str]]) -> None:
     for row in rows:
         table.add_row(*row)
     console_for().print(table)
+
+
+def calibration(made: Calibration) -> None:
+    """What a calibration found, entry by entry, and its verdict."""
+    from skylimb.calibration.report import rows_of
+
+    columns = ["", "Value", "95 % interval", "Believed before", "Shown"]
+    table = plain_table("", *columns, *(["Truth", "Error / std"] if made.truth is not None else []))
+    for row in rows_of(made):
+        cells = [row.label, row.value, row.interval, row.prior, "yes" if row.shown else "no"]
+        table.add_row(*cells, *([row.truth, row.error] if made.truth is not None else []))
+    console = console_for()
+    console.print(table)
+    console.print(made.verdict, markup=False, soft_wrap=True)
 
 
 @contextmanager

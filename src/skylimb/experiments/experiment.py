@@ -18,6 +18,7 @@ from skylimb.experiments.tolerances import Tolerances
 from skylimb.keys import Key, configuration, keys_of
 from skylimb.loop.terminations import Terminations
 from skylimb.missions.configuration import ApproachConfig, PhaseConfig
+from skylimb.missions.excitation import ExcitationConfig
 from skylimb.planning.own_path import spelled_out
 from skylimb.planning.posture_path import PostureConfig
 from skylimb.planning.trajectory_config import TrajectoryConfig
@@ -55,6 +56,7 @@ class Settings:
     approach: ApproachConfig = field(default_factory=ApproachConfig)
     phases: PhaseConfig = field(default_factory=PhaseConfig)
     posture: PostureConfig = field(default_factory=PostureConfig)
+    excitation: ExcitationConfig = field(default_factory=ExcitationConfig)
     disturbance: DisturbanceConfig = field(default_factory=DisturbanceConfig)
     sensors: SensorConfig = field(default_factory=SensorConfig)
     plant: PlantConfig = field(default_factory=PlantConfig)

@@ -223,7 +223,9 @@ def plant_and_mission(
 def mission_of(experiment: Experiment, robot: Robot, vectoring: str = "torque") -> Mission:
     """The mission of an experiment; no plant is needed for it. Arguments are those of `plant_and_mission`."""
     dt = experiment.control_period
-    config = MissionConfig(experiment.phases, experiment.approach, experiment.trajectory)
+    config = MissionConfig(
+        experiment.phases, experiment.approach, experiment.trajectory, experiment.excitation
+    )
     plan = (
         config, tuple(experiment.contact_axis), tuple(experiment.surface.position), experiment.posture,
         robot, vectoring, dt,

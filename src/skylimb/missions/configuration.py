@@ -6,6 +6,7 @@ from dataclasses import field
 from typing import Annotated
 
 from skylimb.keys import Key, configuration
+from skylimb.missions.excitation import ExcitationConfig
 from skylimb.planning.trajectory_config import TrajectoryConfig
 
 LONGEST_PHASE = 600.0
@@ -73,8 +74,9 @@ class ApproachConfig:
 
 @configuration
 class MissionConfig:
-    """What to fly: phases, approach and path."""
+    """What to fly: phases, approach, path, and motion on top of it that is there to be measured."""
 
     phases: PhaseConfig = field(default_factory=PhaseConfig)
     approach: ApproachConfig = field(default_factory=ApproachConfig)
     trajectory: TrajectoryConfig = field(default_factory=TrajectoryConfig)
+    excitation: ExcitationConfig = field(default_factory=ExcitationConfig)

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skylimb.missions.configuration import ApproachConfig, MissionConfig
+from skylimb.missions.excitation import ExcitationConfig, excitation
 from skylimb.missions.frame import ContactFrame
 from skylimb.missions.length import tick_count
 from skylimb.missions.mission import PHASES, Mission
@@ -93,6 +94,9 @@ def plan_mission(
         wait=waiting * contact,
         sliding_axis=np.tile(frame.sliding_u, (count, 1)),
     )
+    if not config.excitation.empty:
+        duration = max(path.duration, posture.duration)
+        reference = _excited(reference, config.excitation, clock.since_slide, duration)
     path_points = center + uv @ plane
     patience = config.phases.patience
     return Mission(clock.times, reference, clock.phase, frame, path_points, config.approach.contact, patience)
@@ -137,6 +141,22 @@ class _Axis(NamedTuple):
     acceleration: np.ndarray
     tip_depth: np.ndarray
     tip_speed: np.ndarray
+
+
+def _excited(
+    reference: Reference, config: ExcitationConfig, since_slide: np.ndarray, duration: float
+) -> Reference:
+    """The references with the sines on top, for centre of gravity and tip alike."""
+    extra = excitation(config, since_slide, duration)
+    return reference._replace(
+        position=reference.position + extra.position,
+        velocity=reference.velocity + extra.velocity,
+        acceleration=reference.acceleration + extra.acceleration,
+        heading=reference.heading + extra.heading,
+        tip_position=reference.tip_position + extra.position,
+        tip_velocity=reference.tip_velocity + extra.velocity,
+        tip_acceleration=reference.tip_acceleration + extra.acceleration,
+    )
 
 
 def _travel(approach: ApproachConfig) -> float:

@@ -1,0 +1,117 @@
+"""What is found of a robot, and how well it is known to be found."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from tests.calibration.conftest import OTHERWISE, ROBOT, SHORT
+
+import skylimb
+from skylimb.calibration.estimate import USUAL_NOISE, Fit, estimate
+from skylimb.calibration.parameters import centers, slices, spreads
+from skylimb.calibration.public import calibration_from
+from skylimb.calibration.record import Record, record_of
+from skylimb.calibration.result import Calibration, true_values
+
+
+def test_everything_is_found_within_its_interval(made: Calibration) -> None:
+    found = made.estimate
+    assert made.truth is not None
+    error = np.abs(found.value - made.truth)
+    assert np.all(error < 4.0 * found.deviation)
+    # As a physical size: 0.15 degrees, 1.5 mm, 0.5 %, 5 ms, 2 ms.
+    at = slices_of(found)
+    assert error[at["attitude_misalignment"]].max() < 0.0026
+    assert error[at["cog_offset"]].max() < 0.0015
+    assert error[at["rotor_scale"]].max() < 0.005
+    assert error[at["rotor_lag"]].max() < 0.005
+    assert error[at["latency"]].max() < 0.002
+    assert found.shown.all()
+
+
+def slices_of(found) -> dict[str, slice]:
+    """Where each parameter stands."""
+
+    return slices(found.parameters)
+
+
+def test_what_is_left_is_white_and_of_the_noises_size(made: Calibration) -> None:
+    left = made.estimate.after
+    assert np.sqrt(np.mean(left**2, axis=0)) == pytest.approx(np.ones(6), abs=0.1)
+    for lag in (1, 3, 10):
+        colour = np.mean(left[lag:] * left[:-lag], axis=0)
+        assert np.abs(colour).max() < 4.0 / np.sqrt(len(left))
+    assert np.sqrt(np.mean(made.estimate.before**2)) > 3.0
+
+
+def test_derivatives_are_exact(record: Record) -> None:
+    fit = Fit(
+        Record(**{**vars(record), "pieces": ((record.pieces[0][0] + 800, record.pieces[0][0] + 1200),)})
+    )
+    theta = centers(fit.parameters) + 0.1 * spreads(fit.parameters)
+    (steps,) = fit.steps(theta)
+    start = fit.predictor.start(steps, theta)
+    known = fit.predictor.filtered(steps, theta, USUAL_NOISE, start)
+    here = fit.predictor.predict(steps, theta, start, known)
+    assert np.allclose(here.residuals, known.residuals, atol=1e-9)
+    for index, size in enumerate(1e-4 * spreads(fit.parameters)):
+        residuals = []
+        for side in (1.0, -1.0):
+            beside = theta.copy()
+            beside[index] += side * size
+            residuals.append(fit.predictor.predict(fit.steps(beside)[0], beside, start, known).residuals)
+        numeric = (residuals[0] - residuals[1]) / (2.0 * size)
+        exact = here.by_parameters[:, :, index]
+        assert np.abs(exact - numeric).max() < 2e-3 * np.abs(exact).max()
+
+
+def test_frames_that_cannot_be_true_are_left_out(flown: skylimb.Run, made: Calibration) -> None:
+    place = flown.log["root_position_measured"]
+    values = place.values.copy()
+    # A frame is held for two ticks; of every other wild one, the second tick shows the truth again.
+    values[400:600:20] += [0.3, -0.2, 0.5]
+    values[401:600:40] += [0.3, -0.2, 0.5]
+    values[1000:1060] = np.nan
+    log = flown.log.assign(root_position_measured=(place.dims, values, place.attrs))
+    found = estimate(record_of(dataclasses.replace(flown, log=log), ROBOT))
+    assert made.estimate.frames - 50 <= found.frames <= made.estimate.frames - 40
+    assert np.all(np.abs(found.value - made.estimate.value) < 2.0 * made.estimate.deviation)
+
+
+def test_a_flight_without_the_joints_does_not_show_the_heading() -> None:
+    still = {**SHORT, **OTHERWISE, "posture.waypoints": [], "trajectory.duration": 8.0}
+    still |= {"excitation.x": [], "excitation.y": [], "excitation.heading": []}
+    flown = skylimb.run("calibration", set=still)
+    # The first seconds, in which the robot finds its place, show a little.
+    settled = dataclasses.replace(flown, log=flown.log.isel(time=slice(1000, None)))
+    made = calibration_from(settled, ROBOT)
+    at = slices_of(made.estimate)["attitude_misalignment"]
+    assert not made.estimate.shown[at][2]
+    assert made.estimate.deviation[at][2] > 0.5 * 0.035, made.estimate.deviation
+    assert "attitude_misalignment z" in made.verdict
+    assert "does not show" in made.verdict
+    assert made.truth is not None
+    assert np.all(np.abs(made.estimate.value - made.truth) < 4.0 * made.estimate.deviation)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("key", sorted(OTHERWISE))
+def test_each_alone_is_found_and_nothing_else(key: str) -> None:
+    flown = skylimb.run("calibration", seed=5, set={**SHORT, key: OTHERWISE[key]})
+    found, true = estimate(record_of(flown, ROBOT)), true_values(flown, ROBOT)
+    assert true is not None
+    assert np.all(np.abs(found.value - true) < 4.0 * found.deviation)
+
+
+@pytest.mark.slow
+def test_intervals_cover_the_truth() -> None:
+    scores = []
+    for seed in range(30):
+        flown = skylimb.run("calibration", seed=seed, set={**SHORT, **OTHERWISE})
+        found, true = estimate(record_of(flown, ROBOT)), true_values(flown, ROBOT)
+        scores.append((found.value - true) / found.deviation)
+    spread = np.sqrt(np.mean(np.square(scores), axis=0))
+    assert np.all(spread < 1.5)
+    assert np.mean(np.abs(scores) < 1.96) > 0.9

@@ -1,0 +1,58 @@
+"""A calibration as data, and its folder."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.calibration.conftest import OTHERWISE, ROBOT
+
+from skylimb.calibration.information import scaled, worth
+from skylimb.calibration.report import write_calibration
+from skylimb.calibration.result import Calibration
+from skylimb.errors import OutputError
+
+
+def test_the_file_has_a_table_for_every_parameter(made: Calibration) -> None:
+    tables = tomllib.loads(made.text)
+    assert tables["robot"] == ROBOT.name
+    assert tables["robot_digest"] == ROBOT.description.digest
+    for key in ("attitude_misalignment", "cog_offset", "rotor_scale", "rotor_lag", "latency", "lean"):
+        table = tables[key]
+        value, low, high = (np.asarray(table[name]) for name in ("value", "low", "high"))
+        assert np.all(low < value)
+        assert np.all(value < high)
+    assert tables["cog_offset"]["value"] == pytest.approx(OTHERWISE["plant.cog_offset"], abs=1e-3)
+    assert tables["rotor_lag"]["value"] == pytest.approx(0.06, abs=3e-3)
+    assert tables["mass_scale"]["value"] == 1.0
+    assert tables["mass_scale"]["shown"] is False
+    assert tables["flight"]["experiment"] == "calibration"
+    assert "mujoco" in tables["versions"]
+
+
+def test_the_map_of_information(made: Calibration) -> None:
+    found = made.estimate
+    matrix = scaled(found.information, found.parameters)
+    values = np.linalg.eigvalsh(matrix)
+    assert worth(found.information, found.parameters) == pytest.approx(values[0])
+    assert values[0] > 1.0
+
+
+def test_a_folder_with_data_page_and_figures(made: Calibration, tmp_path: Path) -> None:
+    folder = write_calibration(made, tmp_path / "made", "Everything moved.")
+    names = sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*"))
+    figures = ["correlations", "information", "intervals", "residuals"]
+    assert names == [
+        "calibration.toml",
+        "figures",
+        *(f"figures/{name}.png" for name in figures),
+        "report.html",
+    ]
+    page = (folder / "report.html").read_text("utf-8")
+    assert made.verdict in page
+    assert "Everything moved." in page
+    assert page.count("data:image/png") == 4
+    with pytest.raises(OutputError, match="exists already"):
+        write_calibration(made, folder)
