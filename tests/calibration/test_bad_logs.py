@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from tests.calibration.conftest import ROBOT
 
 import skylimb
 from skylimb.calibration.public import calibration_from
 from skylimb.cli.main import main
 from skylimb.errors import ConfigError
+from skylimb.robots.model import Robot
 
 
 def _nan(name: str) -> Callable[[xr.Dataset], xr.Dataset]:
@@ -80,10 +80,10 @@ BAD: dict[str, tuple[Callable[[xr.Dataset], xr.Dataset], str]] = {
 
 
 @pytest.mark.parametrize("name", BAD)
-def test_it_is_refused_in_one_line(flown: skylimb.Run, name: str) -> None:
+def test_it_is_refused_in_one_line(flown: skylimb.Run, robot: Robot, name: str) -> None:
     change, said = BAD[name]
     with pytest.raises(ConfigError) as error:
-        calibration_from(dataclasses.replace(flown, log=change(flown.log)), ROBOT)
+        calibration_from(dataclasses.replace(flown, log=change(flown.log)), robot)
     assert said in str(error.value)
     assert "\n" not in str(error.value)
 

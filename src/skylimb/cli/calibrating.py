@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, ClassVar
 
 from skylimb.cli import output
 from skylimb.cli.arguments import Positional, arg
@@ -52,6 +52,3 @@ class Calibrate:
         output.calibration(made)
         output.places(folder)
         return 0
-
-
-VERBS: dict[str, Any] = {"calibrate": Calibrate}

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from skylimb.cli.converting import Convert
+from skylimb.cli.calibrating import Calibrate
 from skylimb.cli.drawing import Draw
 from skylimb.cli.exporting import ExportC
 from skylimb.cli.flying import Compare, Run
@@ -15,6 +16,7 @@ VERBS: dict[str, Any] = {
     "run": Run,
     "compare": Compare,
     "draw": Draw,
+    "calibrate": Calibrate,
     "list": List,
     "show": Show,
     "report": Report,

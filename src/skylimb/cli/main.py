@@ -14,7 +14,6 @@ import traceback
 from collections.abc import Sequence
 
 from skylimb.cli.arguments import parse, verb_help
-from skylimb.cli.calibrating import VERBS as CALIBRATION_VERBS
 from skylimb.cli.campaigns import VERBS as CAMPAIGN_VERBS
 from skylimb.cli.commands import VERBS as FLIGHT_VERBS
 from skylimb.cli.examples import VERBS as EXAMPLE_VERBS
@@ -22,14 +21,7 @@ from skylimb.cli.keys import VERBS as KEY_VERBS
 from skylimb.cli.reproducing import VERBS as REPRODUCTION_VERBS
 from skylimb.errors import SkylimbError, unknown_name
 
-VERBS = {
-    **FLIGHT_VERBS,
-    **CALIBRATION_VERBS,
-    **KEY_VERBS,
-    **EXAMPLE_VERBS,
-    **CAMPAIGN_VERBS,
-    **REPRODUCTION_VERBS,
-}
+VERBS = {**FLIGHT_VERBS, **KEY_VERBS, **EXAMPLE_VERBS, **CAMPAIGN_VERBS, **REPRODUCTION_VERBS}
 
 DEBUG = "--debug"
 """Option of every verb: the whole traceback of an error, before its one line."""

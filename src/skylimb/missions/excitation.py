@@ -23,8 +23,10 @@ FADE = 2.0
 """Time over which the motion comes and goes, s; at most half of the time there is."""
 
 
-def _sines(meaning: str) -> Key:
-    return Key("m, Hz, rad", f"{meaning}; amplitude, frequency and phase of each", low=-20.0, high=20.0)
+def _sines(meaning: str, unit: str = "m") -> Key:
+    return Key(
+        "", f"{meaning}; amplitude in {unit}, frequency in Hz and phase in rad of each", low=-20.0, high=20.0
+    )
 
 
 @configuration
@@ -34,10 +36,7 @@ class ExcitationConfig:
     x: Annotated[tuple[Sine, ...], _sines("sines on the centre of gravity's x")] = ()
     y: Annotated[tuple[Sine, ...], _sines("the same on y")] = ()
     z: Annotated[tuple[Sine, ...], _sines("the same on z")] = ()
-    heading: Annotated[
-        tuple[Sine, ...],
-        Key("rad, Hz, rad", "sines on the heading; amplitude, frequency and phase of each", -20.0, 20.0),
-    ] = ()
+    heading: Annotated[tuple[Sine, ...], _sines("sines on the heading", "rad")] = ()
 
     @property
     def empty(self) -> bool:
