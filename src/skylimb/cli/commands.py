@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from skylimb.cli.converting import Convert
 from skylimb.cli.calibrating import Calibrate
+from skylimb.cli.converting import Convert
 from skylimb.cli.drawing import Draw
 from skylimb.cli.exporting import ExportC
 from skylimb.cli.flying import Compare, Run
