@@ -5,7 +5,7 @@
 #   make bench   how fast the closed loop is, and where its time goes, in Python and natively
 #   make bench-rivals  the same flights beside what else one could use; installs 2 GB and more below out/rivals
 #   make bench-page    all that docs/benchmarks.md says, measured anew (a quarter of an hour, on an idle machine)
-#   make web     bundle what reports run in a browser (needs Node)
+#   make web     bundle what reports and the studio run in a browser (needs Node)
 #   make docs    the documentation as a site; leaves site/index.html
 #   make lint    style, types and the import rules
 #   make clean   remove what the tools left behind (.venv and out/ stay)
@@ -55,6 +55,7 @@ web:
 	cd web && npm install --no-package-lock --no-audit --no-fund && npm run build
 	{ echo "viewer.js contains three.js and uPlot."; echo; cat web/node_modules/three/LICENSE; echo; \
 	  cat web/node_modules/uplot/LICENSE; } > src/skylimb/analysis/replay/licences.txt
+	sed s/viewer.js/studio.js/ src/skylimb/analysis/replay/licences.txt > src/skylimb/studio/page/licences.txt
 
 docs: $(VENV)/docs.stamp
 	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet

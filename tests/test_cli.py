@@ -94,16 +94,18 @@ def test_the_papers_numbers_stand_beside_the_papers_flight(capsys: pytest.Captur
     assert "Flown otherwise" not in out
 
 
-def test_view_without_a_display_names_what_to_open(
+def test_view_without_a_display_writes_a_page_to_open(
     compared: tuple[int, Path], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(sys, "platform", "linux")
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
-    code, out, _ = call(["view", str(compared[1])], capsys)
+    code, out, _ = call(["view", str(compared[1]), "--speed", "2"], capsys)
     assert code == 0
     assert "No display" in out
-    assert "report.html" in out
+    page = compared[1] / "replay.html"
+    assert str(page) in out
+    assert '"speed":2.0' in page.read_text(encoding="utf-8")
 
 
 class FakeWindow:

@@ -1,42 +1,19 @@
 // Shows the flights of a page again.
 
+import { choice, element, toggle } from "../shared/elements.js";
+import { Theatre } from "../shared/theatre.js";
 import { Clock } from "./clock.js";
 import { Plots } from "./plots.js";
 import { Stage } from "./stage.js";
-import { Theatre } from "./theatre.js";
 
 const SPEEDS = [0.25, 0.5, 1, 2, 4, 8];
 const CURSOR_PERIOD = 0.06; // s between two moves of the plots' cursor: they cost more than the scene
 
-const element = (name, attributes = {}, ...children) => {
-  const made = document.createElement(name);
-  for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
-  made.append(...children);
-  return made;
-};
-
-function toggle(text, title, pressed, change) {
-  const button = element("button", { type: "button", title, "aria-pressed": pressed }, text);
-  button.addEventListener("click", () => {
-    const on = button.getAttribute("aria-pressed") !== "true";
-    button.setAttribute("aria-pressed", on);
-    change(on);
-  });
-  return button;
-}
-
-function choice(label, options, chosen, change) {
-  const select = element("select", { "aria-label": label },
-    ...options.map(([value, text]) => element("option", { value }, text)));
-  select.value = chosen;
-  select.addEventListener("change", () => change(select.value));
-  return select;
-}
-
-async function start(root, { flights }) {
+async function start(root, { flights, speed = 1 }) {
   const many = flights.length > 1;
   const stages = await Promise.all(flights.map((flight) => Stage.of(flight)));
   const clock = new Clock(Math.max(...stages.map((stage) => stage.end)));
+  clock.speed = speed;
   const picture = element("div", { class: "picture", "data-count": flights.length }, element("canvas", {
     tabindex: "0", role: "img",
     "aria-label": "The flight in three dimensions. Drag to turn, wheel to zoom, right button to move.",
@@ -66,13 +43,13 @@ async function start(root, { flights }) {
     const cells = theatre?.cells() ?? [];
     const legend = (i) => {
       const { name, colour, failed } = flights[i];
-      const dot = element("span", { class: "dot", style: `background:${colour}` });
+      const dot = element("span", { class: "dot", style: { background: colour } });
       return [dot, failed ? `${name} (failed)` : name];
     };
     names.replaceChildren(...(state.ghosts && theatre
-      ? [element("div", { class: "name", style: "left:0;top:0" }, ...theatre.seen.flatMap((i) => [...legend(i), " "]))]
+      ? [element("div", { class: "name", style: { left: "0", top: "0" } }, ...theatre.seen.flatMap((i) => [...legend(i), " "]))]
       : cells.map(([i, left, top]) =>
-        element("div", { class: "name", style: `left:${100 * left}%;top:${100 * top}%` }, ...legend(i)))));
+        element("div", { class: "name", style: { left: `${100 * left}%`, top: `${100 * top}%` } }, ...legend(i)))));
   };
 
   const play = element("button", { type: "button", class: "play", "aria-label": "Play" }, "▶");
@@ -81,7 +58,7 @@ async function start(root, { flights }) {
   slider.addEventListener("input", () => clock.set(Number(slider.value)));
   const readout = element("output", { class: "time" }, "0.00 s");
   bar.append(play, slider, readout,
-    choice("Speed", SPEEDS.map((speed) => [speed, `${speed}×`]), 1, (value) => { clock.speed = Number(value); }));
+    choice("Speed", [...new Set([...SPEEDS, speed])].sort((a, b) => a - b).map((times) => [times, `${times}×`]), speed, (value) => { clock.speed = Number(value); }));
   if (many) {
     bar.append(
       choice("Flights", [["all", "all flights"], ...flights.map(({ name }, i) => [i, name])], "all", (value) => {
@@ -100,7 +77,7 @@ async function start(root, { flights }) {
   clock.addEventListener("state", () => {
     play.textContent = clock.playing ? "❚❚" : "▶";
     play.setAttribute("aria-label", clock.playing ? "Pause" : "Play");
-    if (!clock.playing) theatre?.coarsen(false);
+    if (!clock.playing) theatre?.coarsen(1);
   });
   let marked = 0;
   clock.addEventListener("time", () => {
@@ -132,7 +109,7 @@ async function start(root, { flights }) {
     if (now - since > 1000) {
       const rate = (1000 * frames) / (now - since);
       root.dataset.framesPerSecond = rate.toFixed(1);
-      if (clock.playing && rate < 20) theatre?.coarsen(true);
+      if (clock.playing && rate < 20) theatre?.coarsen(0.6);
       [frames, since] = [0, now];
     }
     requestAnimationFrame(tick);

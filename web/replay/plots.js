@@ -1,10 +1,9 @@
 // Curves over time: one cursor for all plots, zoomed together.
 
 import uPlot from "uplot";
-import { columns, lastNotAbove } from "./decode.js";
+import { curvesOf } from "../shared/curves.js";
+import { columns, lastNotAbove } from "../shared/decode.js";
 
-const HUES = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#8a8a8a"];
-const DASHES = { reference: [6, 4], command: [4, 3], limit: [2, 3] };
 
 export class Plots {
   static async of(holder, flights, clock) {
@@ -35,28 +34,11 @@ export class Plots {
   }
 
   #curves(flight, title, alone, first) {
-    const { panels, name, colour } = this.flights[flight];
-    const panel = panels.find((one) => one.title === title);
-    if (!panel) return [];
-    let hue = 0;
-    const hues = new Map();
-    return panel.curves
-      .filter((curve) => curve.seen === "both" || curve.seen === (alone ? "alone" : "compared"))
-      .filter((curve) => alone || first || curve.role !== "reference")
-      .map((curve) => {
-        const kin = curve.label.split(" ")[0];
-        if (curve.role === "truth" && !hues.has(kin)) hues.set(kin, HUES[hue++ % HUES.length]);
-        const plain = { reference: "#8a8a8a", estimate: "#E69F00" }[curve.role];
-        return {
-          unit: panel.unit,
-          label: alone ? curve.label : curve.role === "reference" ? "reference" : name,
-          stroke: alone ? plain ?? hues.get(kin) ?? colour : curve.role === "reference" ? "#8a8a8a" : colour,
-          dash: DASHES[curve.role],
-          width: curve.role === "estimate" ? 1 : 1.6,
-          times: this.signals[flight][0],
-          values: this.signals[flight][curve.column],
-        };
-      });
+    return curvesOf(this.flights[flight], title, alone, first).map((curve) => ({
+      ...curve,
+      times: this.signals[flight][0],
+      values: this.signals[flight][curve.column],
+    }));
   }
 
   #plot(title, curves) {

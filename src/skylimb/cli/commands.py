@@ -11,12 +11,14 @@ from skylimb.cli.exporting import ExportC
 from skylimb.cli.flying import Compare, Run
 from skylimb.cli.looking import List, Report, Show, VerifyContact, View
 from skylimb.cli.replaying import Replay
+from skylimb.cli.studio import Studio
 
 VERBS: dict[str, Any] = {
     "run": Run,
     "compare": Compare,
     "draw": Draw,
     "calibrate": Calibrate,
+    "studio": Studio,
     "list": List,
     "show": Show,
     "report": Report,

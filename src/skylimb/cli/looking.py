@@ -185,7 +185,10 @@ class Report:
 
 @dataclass(frozen=True)
 class View:
-    """Watch a flight again in MuJoCo's viewer; without a display, say which files to open."""
+    """Watch a flight again in MuJoCo's viewer; without a display, as a page in the browser.
+
+    The page is replay.html in the folder, one file that needs no network.
+    """
 
     examples: ClassVar[str] = """
         skylimb view out/demo/hybrid

@@ -1,10 +1,12 @@
-"""Replays a recorded flight in MuJoCo's own viewer."""
+"""Replays a recorded flight in MuJoCo's own viewer, or without a display as a page for a browser."""
 
 from __future__ import annotations
 
 import os
 import sys
+import tempfile
 import time
+import webbrowser
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -13,29 +15,26 @@ import numpy as np
 from skylimb.errors import OutputError
 from skylimb.recording.run import Run
 
+PAGE = "replay.html"
+"""Name of the page that shows flights again."""
+
 
 def replay(runs: Mapping[str, Run], folder: Path, speed: float) -> None:
     """Show the flights one after the other; closing the window leaves.
 
     Args:
         runs: with `scene` (the model) and `configuration` (its positions over time) in their logs.
-        folder: where they came from, to name the files that show the flight without a display.
+        folder: where they came from; without a display, the page that shows them is written there.
         speed: times the real speed.
 
     Raises:
-        OutputError: when a run was recorded without its scene.
+        OutputError: when a run was recorded without its scene, or the page cannot be written.
     """
     for name, run in runs.items():
         if "configuration" not in run.log or not run.log.attrs.get("scene"):
             raise OutputError(f"run '{name}' was recorded without its scene; there is nothing to replay")
     if not _has_display():
-        made = [*sorted(folder.glob("report.html")), *sorted(folder.glob("**/video.mp4"))]
-        print(
-            "No display here. These show the flight in a browser:"
-            if made
-            else f"No display here, and no report in {folder}: skylimb report {folder}"
-        )
-        print("".join(f"  {path}\n" for path in made), end="")
+        _show_page(runs, folder, speed)
         return
     for name, run in runs.items():
         if not _show(name, run, speed):
@@ -47,6 +46,20 @@ def _has_display() -> bool:
     if sys.platform == "darwin":
         return False
     return sys.platform == "win32" or bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+
+
+def _show_page(runs: Mapping[str, Run], folder: Path, speed: float) -> None:
+    """Write the replay as one file, which needs no network; open it where a browser can be."""
+    from skylimb.analysis.replay.page import Replay
+    from skylimb.recording.files import replace_text, writing
+
+    page = Replay(runs, speed=speed).page
+    place = folder if os.access(folder, os.W_OK) else Path(tempfile.mkdtemp(prefix="skylimb-"))
+    path = place / PAGE
+    with writing(path):
+        replace_text(path, page)
+    opened = sys.platform == "darwin" and webbrowser.open(path.absolute().as_uri())
+    print(f"No display here. {'Opened' if opened else 'Open'} this page in a browser:\n  {path}")
 
 
 def _show(name: str, run: Run, speed: float) -> bool:

@@ -23,14 +23,16 @@ def can_replay(run: Run) -> bool:
     return bool(run.log.attrs.get("scene")) and all(name in run.log for name in NEEDED)
 
 
-def replay_html(runs: Mapping[str, Run]) -> str:
+def replay_html(runs: Mapping[str, Run], speed: float = 1.0) -> str:
     """HTML that holds everything and fetches nothing; empty where no run can be shown."""
     shown = {name: run for name, run in runs.items() if can_replay(run)}
     if not shown:
         return ""
     from skylimb.analysis.replay.payload import replay_payload  # the engine is slow to load
 
-    data = json.dumps(replay_payload(shown), separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
+    data = json.dumps(
+        {**replay_payload(shown), "speed": speed}, separators=(",", ":"), allow_nan=False
+    ).replace("<", "\\u003c")
     style, program = ((_HERE / name).read_text(encoding="utf-8") for name in ("viewer.css", "viewer.js"))
     return (
         f"<style>{style}</style>\n"
@@ -45,13 +47,14 @@ class Replay:
 
     Args:
         runs: by name.
+        speed: at which they play, times the real speed.
 
     Raises:
         OutputError: when no run was recorded with its scene.
     """
 
-    def __init__(self, runs: Mapping[str, Run]) -> None:
-        content = replay_html(runs)
+    def __init__(self, runs: Mapping[str, Run], speed: float = 1.0) -> None:
+        content = replay_html(runs, speed)
         if not content:
             raise OutputError(f"{', '.join(runs)} was recorded without its scene; there is nothing to watch")
         self.page = render_page(_HERE / "page.html", title=", ".join(runs), versions={}, replay=content)

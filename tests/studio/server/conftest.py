@@ -1,0 +1,135 @@
+"""A studio that runs in a thread of the test, and a client that talks to it as a page does."""
+
+from __future__ import annotations
+
+import json
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from websockets.sync.client import ClientConnection, connect
+
+from skylimb.studio.messages import Speed
+from skylimb.studio.server_run import Studio
+from skylimb.studio.session import Session
+
+PATIENCE = 20.0
+"""Seconds for which a test waits for anything, on a machine that has much else to do."""
+
+
+class Client:
+    """A page without a browser."""
+
+    def __init__(self, connection: ClientConnection) -> None:
+        self.connection = connection
+        self.frames: list[np.ndarray] = []
+        self.history = b""
+
+    def say(self, what: str, **content: Any) -> None:
+        self.connection.send(json.dumps({"do": what, **content}))
+
+    def event(self, name: str) -> dict[str, Any]:
+        """The next event of a name; frames that come before it are confirmed and kept."""
+        until = time.monotonic() + PATIENCE
+        while time.monotonic() < until:
+            message = self.connection.recv(timeout=PATIENCE)
+            if isinstance(message, str):
+                content = json.loads(message)
+                if content["event"] == name:
+                    return content
+            else:
+                self._take(message)
+                if name == "frame" and self.frames:
+                    return {}
+        raise TimeoutError(name)
+
+    def frame(self) -> np.ndarray:
+        """The next frame."""
+        self.event("frame")
+        return self.frames[-1]
+
+    def frame_where(self, true: Callable[[np.ndarray], bool]) -> np.ndarray:
+        until = time.monotonic() + PATIENCE
+        while time.monotonic() < until:
+            frame = self.frame()
+            if true(frame):
+                return frame
+        raise TimeoutError("no such frame")
+
+    def _take(self, message: bytes) -> None:
+        kind, number, _, _ = np.frombuffer(message[:16], dtype="<u4")
+        if kind == 1:
+            self.say("got", frame=int(number))
+            self.frames.append(np.frombuffer(message[16:], dtype="<f4"))
+        else:
+            self.history = message
+
+
+class Running:
+    """A studio in a thread of its own."""
+
+    def __init__(self, studio: Studio, session: Session) -> None:
+        self.studio, self.session = studio, session
+        self.url = ""
+        self._ready = threading.Event()
+        self._thread = threading.Thread(target=self._run, daemon=True)
+
+    def _run(self) -> None:
+        self.studio.run(self._begin)
+
+    def _begin(self, url: str) -> None:
+        self.url = url
+        self._ready.set()
+
+    def start(self) -> None:
+        self._thread.start()
+        assert self._ready.wait(PATIENCE)
+
+    def stop(self) -> None:
+        self.studio.flight.stop()
+        self._thread.join(PATIENCE)
+        assert not self._thread.is_alive()
+
+    def speed(self, times: float) -> None:
+        self.studio.flight.command(Speed(times=times))
+
+    @property
+    def port(self) -> int:
+        return self.studio.server.access.port
+
+    @contextmanager
+    def page(self, name: str = "first", token: str = "", **headers: Any) -> Iterator[Client]:
+        origin = headers.pop("origin", f"http://127.0.0.1:{self.port}")
+        address = f"ws://127.0.0.1:{self.port}/socket?page={name}&token={token}"
+        with connect(address, origin=origin, max_size=2**24, **headers) as connection:
+            page = Client(connection)
+            if name == "first":  # a driver whose page is closed keeps the seat for a while
+                page.say("take over")
+            yield page
+
+
+@contextmanager
+def running(out: Path, *controllers: str, token: str = "") -> Iterator[Running]:
+    """A studio on a free flight, until the end of the block."""
+    session = Session("free_flight", controllers, out=out)
+    found = Running(Studio(session, controllers, "127.0.0.1", 0, token), session)
+    found.start()
+    yield found
+    found.stop()
+
+
+@pytest.fixture(scope="session")
+def run_studio() -> Callable[..., Any]:
+    """`running`, for tests that want a studio of their own."""
+    return running
+
+
+@pytest.fixture(scope="session")
+def studio(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
+    with running(tmp_path_factory.mktemp("studio")) as found:
+        yield found

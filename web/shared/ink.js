@@ -1,0 +1,33 @@
+// A line of segments in three dimensions.
+
+import { LineMaterial } from "three/addons/lines/LineMaterial.js";
+import { LineSegments2 } from "three/addons/lines/LineSegments2.js";
+import { LineSegmentsGeometry } from "three/addons/lines/LineSegmentsGeometry.js";
+import { lastNotAbove } from "./decode.js";
+
+/** Segments that are seen from their own time on; `ends` are six columns: both ends of each. */
+export class Ink {
+  constructor(since, ends, colour, width) {
+    this.since = since;
+    const count = since.length, points = new Float32Array(6 * count);
+    for (let i = 0; i < count; i++) for (let c = 0; c < 6; c++) points[6 * i + c] = ends[c][i];
+    this.object = segments(points, colour, width);
+    this.show(-1);
+  }
+
+  show(time) {
+    const seen = lastNotAbove(this.since, time + 1e-3) + 1;
+    this.object.geometry.instanceCount = seen;
+    this.object.visible = seen > 0;
+  }
+}
+
+/** An object that draws segments, six numbers each. */
+export function segments(points, colour, width) {
+  const geometry = new LineSegmentsGeometry();
+  if (points.length) geometry.setPositions(points);
+  const object = new LineSegments2(geometry, new LineMaterial({ color: colour, linewidth: width }));
+  object.frustumCulled = false;
+  object.visible = points.length > 0;
+  return object;
+}

@@ -1,0 +1,92 @@
+// The line to the studio: it comes back by itself, and the page keeps its name over a reload.
+
+const FRAME = 1, HISTORY = 2;
+const WAITS = [0.3, 0.6, 1, 2]; // s between attempts
+
+function pageName() {
+  const key = "skylimb-page";
+  let name = sessionStorage.getItem(key);
+  if (!name) {
+    name = Array.from(crypto.getRandomValues(new Uint8Array(12)), (b) => b.toString(16).padStart(2, "0")).join("");
+    sessionStorage.setItem(key, name);
+  }
+  return name;
+}
+
+export class Connection extends EventTarget {
+  constructor() {
+    super();
+    this.open = false;
+    this.attempts = 0;
+    this.connect();
+  }
+
+  connect() {
+    const query = new URLSearchParams(location.search);
+    query.set("page", pageName());
+    this.socket = new WebSocket(`${location.origin.replace(/^http/, "ws")}/socket?${query}`);
+    this.socket.binaryType = "arraybuffer";
+    this.socket.addEventListener("open", () => {
+      this.open = true;
+      this.attempts = 0;
+      this.#tell("line", { open: true });
+    });
+    this.socket.addEventListener("message", ({ data }) => {
+      if (typeof data === "string") {
+        const { event, ...content } = JSON.parse(data);
+        this.#tell(event, content);
+      } else this.#numbers(data);
+    });
+    this.socket.addEventListener("close", () => {
+      this.open = false;
+      this.#tell("line", { open: false });
+      setTimeout(() => this.connect(), 1000 * WAITS[Math.min(this.attempts++, WAITS.length - 1)]);
+    });
+  }
+
+  #numbers(data) {
+    const [kind, number, scene, width] = new Uint32Array(data, 0, 4);
+    const values = new Float32Array(data, 16);
+    if (kind === FRAME) {
+      this.say("got", { frame: number });
+      this.#tell("frame", { scene, values });
+    } else if (kind === HISTORY && width) {
+      const frames = [];
+      for (let at = 0; at + width <= values.length; at += width) frames.push(values.subarray(at, at + width));
+      this.#tell("history", { scene, frames });
+    }
+  }
+
+  #tell(event, content) {
+    this.dispatchEvent(Object.assign(new Event(event), { content }));
+  }
+
+  on(event, act) {
+    this.addEventListener(event, ({ content }) => act(content));
+  }
+
+  /** Send a command; false where there is no line. */
+  say(what, content = {}) {
+    if (!this.open || this.socket.readyState !== WebSocket.OPEN) return false;
+    this.socket.send(JSON.stringify({ do: what, ...content }));
+    return true;
+  }
+}
+
+/** A function that is called at most every `period` ms, the last time with the newest arguments. */
+export function seldom(period, act) {
+  let waiting = null, then = -Infinity, timer = null;
+  const run = () => {
+    timer = null;
+    then = performance.now();
+    const newest = waiting;
+    waiting = null;
+    act(...newest);
+  };
+  const call = (...values) => {
+    waiting = values;
+    if (timer === null) timer = setTimeout(run, Math.max(0, period - (performance.now() - then)));
+  };
+  call.cancel = () => { clearTimeout(timer); timer = null; waiting = null; };
+  return call;
+}

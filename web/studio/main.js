@@ -1,0 +1,254 @@
+// The studio's page: a live flight to see and to touch.
+
+import { button, element, toggle } from "../shared/elements.js";
+import { Theatre } from "../shared/theatre.js";
+import { Actor } from "./actor.js";
+import { Board } from "./board.js";
+import { Charts } from "./charts.js";
+import { Connection } from "./connection.js";
+import { Controls } from "./controls.js";
+import { Past } from "./past.js";
+import { Pencil } from "./pencil.js";
+import { Poke } from "./poke.js";
+import { Shell } from "./shell.js";
+import { Transport } from "./transport.js";
+
+const CHART_PERIOD = 100; // ms between two drawings of the charts; longer where they take long
+const DETAILS = [1, 0.65, 0.45];
+const MODES = [
+  ["look", "Look", "Drag to turn, wheel to zoom, right button to move"],
+  ["poke", "Poke", "Drag on a link to push it, or hold an arrow key; Shift-drag does it in every mode"],
+  ["surface", "Surface", "Drag the surface"],
+  ["draw", "Draw", "Draw on the surface"],
+];
+const find = (id) => document.getElementById(id);
+
+/** What can be pushed: every body of the robot, and where the middle of its shapes is. */
+function linksOf({ body_names: names, shapes }) {
+  return names.map((name, body) => ({ name, body })).filter(({ name, body }) => body > 0 && name !== "surface")
+    .map((link) => {
+      const places = shapes.filter(({ body }) => body === link.body).map(({ position }) => position);
+      const middle = [0, 1, 2].map((c) => places.reduce((sum, place) => sum + place[c] / places.length, 0));
+      return { ...link, middle: places.length ? middle : [0, 0, 0] };
+    });
+}
+
+class Studio {
+  constructor() {
+    this.actors = [];
+    this.number = -1;
+    this.state = { paused: false, over: false, speed: 1 };
+    this.looking = null; // time of the past that is looked at
+    this.mode = "look";
+    this.past = new Past();
+    this.shell = new Shell(this);
+    this.transport = new Transport(this, find("transport"));
+    this.charts = new Charts(find("charts"), this.past);
+    this.controls = new Controls(find("panel-gains"), (...change) => this.#change(...change));
+    this.poke = new Poke(this, find("panel-poke"));
+    this.board = new Board(this, find("panel-surface"));
+    this.pencil = new Pencil(this, find("panel-draw"));
+    this.tools = { poke: this.poke, surface: this.board, draw: this.pencil };
+    find("stage").addEventListener("scroll", () => { this.chartsDue = true; }, { passive: true });
+    addEventListener("scroll", () => { this.chartsDue = true; }, { passive: true });
+    this.#buildPictureBar();
+    this.#listenToPicture();
+    this.line = new Connection();
+    this.#listenToLine();
+    this.#run();
+  }
+
+  say(what, content) {
+    return this.line.say(what, content);
+  }
+
+  note(text, kind) {
+    this.shell.note(text, kind);
+  }
+
+  readForce(text) {
+    find("force").textContent = text;
+    find("force").hidden = !text;
+  }
+
+  stale() {
+    if (this.theatre) this.theatre.stale = true;
+  }
+
+  #listenToLine() {
+    const { line, shell } = this;
+    line.on("line", ({ open }) => { shell.online = open; shell.status(); });
+    line.on("hello", (hello) => {
+      this.past.clear();
+      this.early = null;
+      this.#begin(hello).catch((error) => { this.note(`The flight cannot be shown: ${error.message}`, "bad"); console.error(error); });
+    });
+    line.on("state", (state) => { this.state = state; this.transport.show(state); shell.status(); });
+    line.on("seats", (seats) => { shell.seats = seats; shell.status(); });
+    line.on("frame", ({ scene, values }) => { if (scene === this.number) { this.#remember(values); this.fresh = true; } });
+    line.on("history", (history) => { this.early = history; this.#recall(); });
+    line.on("refused", ({ text }) => this.note(text, "bad"));
+    line.on("error", (error) => shell.controllerError(error));
+    line.on("restarted", ({ why }) => { shell.controllerError(null); this.note(why ? `Took off again: ${why}` : "Took off again"); });
+    line.on("gain", ({ key, value, flight }) => this.controls.set(key, value, flight));
+    line.on("kept", (kept) => { shell.kept(kept); });
+    line.on("rewound", () => { for (const actor of this.actors) actor.last = null; });
+    line.on("scores", ({ scores }) => shell.showScores(scores));
+  }
+
+  async #begin({ scene, controls, controllers, number }) {
+    const { flights, layout } = scene, names = flights.map(({ name }) => name).join();
+    const actors = await Promise.all(flights.map((flight, i) => Actor.of(flight, layout.flights[i])));
+    this.#perform(actors, names !== this.names);
+    Object.assign(this, { actors, number, names, looking: null });
+    this.past.clear();
+    this.charts.begin(flights, layout);
+    this.controls.show(controls, flights.map(({ name }) => name));
+    this.poke.begin(linksOf(flights[0]));
+    this.board.begin(controls);
+    this.pencil.begin();
+    this.shell.offer(controllers, flights.map(({ controller }) => controller));
+    find("experiment").textContent = scene.experiment;
+    find("ghosts").hidden = flights.length < 2;
+    this.shell.status();
+    this.#recall();
+    document.body.dataset.ready = "true";
+  }
+
+  #perform(actors, home) {
+    try {
+      if (this.theatre) this.theatre.perform(actors, home); else this.theatre = new Theatre(find("picture"), actors);
+    } catch (error) {
+      this.note(`No three-dimensional picture here: ${error.message}`, "bad");
+      return;
+    }
+    this.#arrange();
+  }
+
+  #arrange() {
+    this.theatre.arrange(find("ghosts").getAttribute("aria-pressed") === "true", null);
+    this.theatre.showArrows(find("arrows").getAttribute("aria-pressed") === "true");
+    const legend = ({ scene: { name, colour } }) => [element("span", { class: "dot", style: { background: colour } }), name];
+    find("names").replaceChildren(...this.theatre.cells().map(([i, left, top]) => element("div", { class: "name", style: { left: `${100 * left}%`, top: `${100 * top}%` } },
+      ...(this.theatre.ghosts ? this.theatre.stages.flatMap((stage) => [...legend(stage), " "]) : legend(this.theatre.stages[i])))));
+  }
+
+  /** The past that the server has sent, once there is somebody to show it. */
+  #recall() {
+    if (this.early?.scene !== this.number) return;
+    this.past.clear();
+    for (const actor of this.actors) actor.clear();
+    for (const frame of this.early.frames) this.#remember(frame);
+    this.early = null;
+    this.fresh = true;
+  }
+
+  #remember(frame) {
+    this.past.add(frame);
+    for (const actor of this.actors) actor.draw(frame);
+  }
+
+  #change({ key, flights }, value, flight) {
+    if (flights) this.say("gain", { key, value, flight }); else this.say("key", { key, value });
+  }
+
+  /** Look at a time of the past; null for now. */
+  look(time) {
+    this.looking = this.charts.looking = time;
+    this.fresh = this.chartsDue = true;
+    this.shell.status();
+  }
+
+  #buildPictureBar() {
+    const modes = MODES.slice(0, 2).map(([name, text, title], i) => button(text, { role: "radio", "aria-checked": name === this.mode, title: `${title} (${i + 1})`, dataset: { mode: name } }, () => this.setMode(name)));
+    find("modes").append(...modes);
+    find("views").append(
+      toggle("Follow", "The camera goes along", false, (on) => { if (this.theatre) this.theatre.follow = on; }),
+      Object.assign(toggle("Arrows", "Thrusts (green, 2 cm/N), contact force (red, 12 cm/N)", true, () => this.#arrange()), { id: "arrows" }),
+      Object.assign(toggle("Ghosts", "Both flights in one picture", false, () => this.#arrange()), { id: "ghosts" }),
+      button("Home", { title: "The first view" }, () => this.theatre?.reset()));
+    find("ghosts").hidden = true;
+  }
+
+  setMode(mode) {
+    this.mode = mode;
+    for (const one of find("modes").children) one.setAttribute("aria-checked", String(one.dataset.mode === mode));
+    find("picture").dataset.mode = mode;
+    if (mode !== "look") this.shell.open(mode);
+  }
+
+  #listenToPicture() {
+    const canvas = find("picture").querySelector("canvas");
+    let tool = null;
+    canvas.addEventListener("pointerdown", (event) => {
+      if (event.button !== 0 || !this.theatre || this.looking !== null) return;
+      const wanted = event.shiftKey ? this.poke : this.tools[this.mode];
+      if (!wanted?.grab(event)) return;
+      tool = wanted;
+      this.theatre.controls.enabled = false;
+      canvas.setPointerCapture(event.pointerId);
+      event.stopImmediatePropagation();
+    }, { capture: true });
+    canvas.addEventListener("pointermove", (event) => tool?.move(event));
+    const end = () => {
+      tool?.release();
+      tool = null;
+      if (this.theatre) this.theatre.controls.enabled = true;
+    };
+    for (const kind of ["pointerup", "pointercancel", "lostpointercapture"]) canvas.addEventListener(kind, end);
+    canvas.addEventListener("keydown", (event) => {
+      if (this.mode === "poke" && this.poke.key(event)) return event.preventDefault();
+      const act = {
+        " ": () => this.transport.toggle(), r: () => this.say("restart"),
+        1: () => this.setMode("look"), 2: () => this.setMode("poke"), 3: () => this.setMode("surface"), 4: () => this.setMode("draw"),
+        ArrowLeft: () => this.theatre?.turn(-0.1, 0), ArrowRight: () => this.theatre?.turn(0.1, 0),
+        ArrowUp: () => this.theatre?.turn(0, 0.1), ArrowDown: () => this.theatre?.turn(0, -0.1),
+        "+": () => this.theatre?.zoom(0.9), "-": () => this.theatre?.zoom(1.1),
+      }[event.key];
+      if (act) { event.preventDefault(); act(); }
+    });
+    canvas.addEventListener("keyup", () => this.poke.release());
+    canvas.addEventListener("blur", () => this.poke.release());
+    new ResizeObserver(() => { if (this.theatre) this.#arrange(); }).observe(canvas);
+  }
+
+  /** Draw as finely as the machine can: coarser below 24 pictures a second, finer again above 50. */
+  #adapt(rate) {
+    if (!this.theatre || document.hidden) return;
+    const step = DETAILS.indexOf(this.theatre.detail);
+    this.theatre.coarsen(DETAILS[Math.max(0, Math.min(DETAILS.length - 1, rate < 24 ? step + 1 : rate > 50 ? step - 1 : step))]);
+  }
+
+  #run() {
+    let frames = 0, since = performance.now(), drawn = 0, taken = 0;
+    const tick = (now) => {
+      const frame = this.looking !== null ? this.past.at(this.looking) : this.past.frames[this.past.frames.length - 1];
+      if (frame && this.fresh) {
+        this.fresh = false;
+        for (const actor of this.actors) actor.take(frame);
+        this.theatre?.at(frame[0]);
+        this.poke.follow();
+        this.transport.frame(frame[0], frame[1], !this.state.paused && !this.state.over);
+        this.chartsDue = true;
+      }
+      this.theatre?.draw();
+      if (this.chartsDue && now - drawn > Math.max(CHART_PERIOD, 5 * taken)) {
+        this.chartsDue = false;
+        drawn = now;
+        this.charts.update();
+        taken = performance.now() - now;
+      }
+      frames++;
+      if (now - since > 1000) {
+        const rate = (1000 * frames) / (now - since);
+        document.body.dataset.framesPerSecond = rate.toFixed(1);
+        this.#adapt(rate);
+        [frames, since] = [0, now];
+      }
+      requestAnimationFrame(tick);
+    };
+    requestAnimationFrame(tick);
+  }
+}
+
+window.skylimbStudio = new Studio();

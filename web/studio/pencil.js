@@ -1,0 +1,99 @@
+// Draw on the surface with the mouse, or give an SVG file: the robot draws that.
+
+import { Vector3 } from "three";
+import { button, element } from "../shared/elements.js";
+import { segments } from "../shared/ink.js";
+
+const SPACING = 0.005; // m between two points of a stroke
+const LIFT = 0.006; // m by which the plan stands before the surface
+const LARGEST = 500_000; // bytes of an SVG
+
+export class Pencil {
+  constructor(studio, panel) {
+    this.studio = studio;
+    this.strokes = [];
+    this.fly = button("Draw this", { class: "main", disabled: true }, () => this.#send());
+    this.wipe = button("Wipe off", { disabled: true }, () => this.clear());
+    this.file = element("input", { type: "file", accept: ".svg,image/svg+xml", id: "svg-file" });
+    this.file.addEventListener("change", () => { if (this.file.files[0]) this.take(this.file.files[0]); this.file.value = ""; });
+    this.count = element("span", { class: "soft", role: "status" }, "nothing drawn yet");
+    panel.append(
+      element("p", {}, "Choose mode Draw and draw on the surface with the mouse. The flight takes off again and draws your lines."),
+      element("div", { class: "row" }, this.fly, this.wipe, this.count),
+      element("label", { for: "svg-file" }, "Or an SVG file, which may also be dropped on this page "), this.file);
+    document.addEventListener("dragover", (event) => { event.preventDefault(); });
+    document.addEventListener("drop", (event) => {
+      event.preventDefault();
+      const [file] = event.dataTransfer.files;
+      if (file) this.take(file);
+    });
+  }
+
+  begin() {
+    this.clear();
+  }
+
+  async take(file) {
+    if (!/\.svg$/i.test(file.name)) return this.studio.note(`${file.name} is no SVG file`, "bad");
+    if (file.size > LARGEST) return this.studio.note(`${file.name} is larger than ${LARGEST / 1000} kB`, "bad");
+    this.studio.say("draw", { svg: await file.text() });
+  }
+
+  grab(event) {
+    const point = this.#pointAt(event);
+    if (!point) return false;
+    this.stroke = [point];
+    this.strokes.push(this.stroke);
+    return true;
+  }
+
+  move(event) {
+    const point = this.stroke && this.#pointAt(event);
+    if (!point) return;
+    const [u, v] = this.stroke[this.stroke.length - 1];
+    if (Math.hypot(point[0] - u, point[1] - v) < SPACING) return;
+    this.stroke.push(point);
+    this.#show();
+  }
+
+  release() {
+    if (this.stroke && this.stroke.length < 2) this.strokes.pop();
+    this.stroke = null;
+    this.#show();
+  }
+
+  clear() {
+    this.strokes = [];
+    this.#show();
+  }
+
+  #send() {
+    if (this.studio.say("draw", { strokes: this.strokes })) this.clear();
+  }
+
+  /** Where a pointer meets the surface: (u, v) in m from its middle. */
+  #pointAt(event) {
+    const ray = this.studio.theatre.rayAt(event);
+    if (!ray) return null;
+    const actor = this.studio.actors[ray.flight];
+    const [hit] = ray.caster.intersectObjects(actor.surfaceObjects, true);
+    if (!hit) return null;
+    const { y: u, z: v } = actor.drawn.worldToLocal(hit.point.clone());
+    return [u, v];
+  }
+
+  #show() {
+    for (const actor of this.studio.actors) {
+      if (actor.plan) { actor.drawn.remove(actor.plan); actor.plan.geometry.dispose(); actor.plan = null; }
+      if (!this.strokes.length) continue;
+      const place = ([u, v]) => [-LIFT, u, v];
+      const points = this.strokes.flatMap((stroke) => stroke.slice(1).flatMap((end, k) => [...place(stroke[k]), ...place(end)]));
+      actor.plan = segments(new Float32Array(points), 0xd55e00, 3);
+      actor.drawn.add(actor.plan);
+    }
+    const points = this.strokes.reduce((sum, stroke) => sum + stroke.length, 0);
+    this.fly.disabled = this.wipe.disabled = points < 2;
+    this.count.textContent = points ? `${this.strokes.length} strokes` : "nothing drawn yet";
+    this.studio.stale();
+  }
+}

@@ -1,0 +1,140 @@
+// What stands around the picture: status, seats, notes, tabs, second controller, scores, keep.
+
+import { button, choice, element } from "../shared/elements.js";
+
+const TOLD = 8000; // ms for which a note is seen
+const find = (id) => document.getElementById(id);
+
+const ENDED = "came to its end"; // the verdict on a flight that wasn't lost
+
+/** What became of the flights, in a line. */
+function verdictOf(verdicts, actors) {
+  if (verdicts.every((text) => text === ENDED)) return "Over: came to its end";
+  if (verdicts.length === 1) return `Lost: ${verdicts[0]}`;
+  return verdicts.map((text, i) => `${actors[i]?.scene.name ?? i}: ${text}`).join("; ");
+}
+
+export class Shell {
+  constructor(studio) {
+    this.studio = studio;
+    this.online = false;
+    this.seats = { drives: false, others: 0 };
+    this.#buildTabs();
+    find("take-over").addEventListener("click", () => studio.say("take over"));
+    this.first = choice("Controller", [], "", () => this.#choose());
+    this.second = choice("Second controller", [], "", () => this.#choose());
+    find("controllers").append(this.first, element("span", { class: "soft" }, "beside"), this.second);
+    this.name = element("input", { type: "text", id: "keep-name", maxlength: 60, pattern: "[A-Za-z0-9][A-Za-z0-9 _\\-]*", placeholder: "a name (optional)" });
+    find("panel-keep").append(
+      element("p", {}, "Writes what was flown so far: the experiment with every poke and change, the preset, the log, the report. Flown again, it gives the same numbers to the last bit."),
+      element("div", { class: "row" }, element("label", { for: "keep-name" }, "Name"), this.name,
+        button("Keep", { class: "main" }, () => { if (this.name.reportValidity()) studio.say("keep", { name: this.name.value }); })),
+      this.keptList = element("ul", { class: "kept", "aria-live": "polite" }));
+    find("panel-scores").append(
+      element("div", { class: "row" }, button("Score now", { class: "main" }, () => studio.say("scores")),
+        element("span", { class: "soft" }, "of the flight so far")),
+      this.scores = element("div", { class: "scroll" }));
+  }
+
+  #buildTabs() {
+    const tabs = [...document.querySelectorAll('[role="tab"]')];
+    this.choose = (chosen) => {
+      for (const tab of tabs) {
+        const on = tab === chosen;
+        tab.setAttribute("aria-selected", on);
+        tab.tabIndex = on ? 0 : -1;
+        find(tab.getAttribute("aria-controls")).hidden = !on;
+      }
+    };
+    for (const [i, tab] of tabs.entries()) {
+      tab.addEventListener("click", () => this.choose(tab));
+      tab.addEventListener("keydown", ({ key }) => {
+        const step = { ArrowRight: 1, ArrowLeft: -1 }[key];
+        if (!step) return;
+        const next = tabs[(i + step + tabs.length) % tabs.length];
+        this.choose(next);
+        next.focus();
+      });
+    }
+  }
+
+  /** Bring a panel to the front. */
+  open(panel) {
+    this.choose(document.querySelector(`[aria-controls="panel-${panel}"]`));
+  }
+
+  /** The controllers that may be flown, and those that are. */
+  offer(controllers, flown) {
+    const options = (none) => [...(none ? [["", "nobody"]] : []), ...controllers.map((name) => [name, name])]
+      .map(([value, text]) => element("option", { value }, text));
+    this.first.replaceChildren(...options(false));
+    this.second.replaceChildren(...options(true));
+    this.first.value = flown[0];
+    this.second.value = flown[1] ?? "";
+  }
+
+  #choose() {
+    const names = [this.first.value, this.second.value].filter(Boolean);
+    this.studio.say("controllers", { names: [...new Set(names)] });
+    if (names.length === 2 && names[0] === names[1]) this.second.value = "";
+  }
+
+  status() {
+    const { state, looking } = this.studio;
+    const lost = state.verdict?.some((text) => text !== ENDED);
+    const [kind, text] = !this.online ? ["off", "No connection; trying again"]
+      : looking !== null ? ["paused", "Looking back"]
+        : state.over ? [lost ? "bad" : "over", verdictOf(state.verdict ?? [], this.studio.actors)]
+          : state.paused ? ["paused", "Paused"] : ["flying", "Flying"];
+    const status = find("status");
+    if (status.textContent !== text || status.dataset.kind !== kind) {
+      status.textContent = text;
+      status.title = text;
+      status.dataset.kind = kind;
+    }
+    const { drives, others } = this.seats;
+    document.body.dataset.drives = String(drives);
+    find("seat").textContent = drives ? (others ? `You drive, ${others} watching` : "") : "You watch";
+    find("take-over").hidden = drives || !this.online;
+  }
+
+  note(text, kind = "") {
+    const made = element("p", { class: `note ${kind}` }, text);
+    find("notes").append(made);
+    while (find("notes").children.length > 4) find("notes").firstChild.remove();
+    setTimeout(() => made.remove(), TOLD);
+  }
+
+  kept({ folder, command }) {
+    const line = element("code", {}, command);
+    this.keptList.prepend(element("li", {}, element("strong", {}, folder), line,
+      button("Copy", { "aria-label": "Copy the command line" }, async ({ target }) => {
+        try {
+          await navigator.clipboard.writeText(command);
+          target.textContent = "Copied";
+        } catch {
+          getSelection().selectAllChildren(line);
+        }
+      })));
+    this.note(`Kept in ${folder}`);
+  }
+
+  showScores(scores) {
+    const names = Object.keys(scores), keys = [...new Set(names.flatMap((name) => Object.keys(scores[name])))];
+    const cell = (value) => element("td", {}, typeof value === "number" ? String(Number(value.toPrecision(3))) : value ?? "–");
+    this.scores.replaceChildren(element("table", {},
+      element("thead", {}, element("tr", {}, element("th", { scope: "col" }, "Score"), ...names.map((name) => element("th", { scope: "col" }, name)))),
+      element("tbody", {}, ...keys.map((key) => element("tr", {}, element("th", { scope: "row" }, key.replaceAll("_", " ")),
+        ...names.map((name) => cell(scores[name][key])))))));
+  }
+
+  /** An exception in the user's controller: where and what; null once it is mended. */
+  controllerError(error) {
+    const box = find("trouble");
+    box.hidden = !error;
+    if (!error) return box.replaceChildren();
+    const where = error.file ? `${error.file}${error.line ? `, line ${error.line}` : ""}` : "";
+    box.replaceChildren(element("strong", {}, "The controller failed. "), where ? element("code", {}, where) : "",
+      element("pre", {}, error.text), element("p", { class: "soft" }, "Save the file and it is flown anew."));
+  }
+}
