@@ -5,6 +5,8 @@ from .campaign.sweep import sweep as sweep
 from .control.controller import Controller as Controller
 from .control.controller import load_controller as load_controller
 from .control.records import Command as Command
+from .descriptions.checking import check_robot_file as check_robot_file
+from .descriptions.writing import import_robot as import_robot
 from .errors import SkylimbError as SkylimbError
 from .estimation.records import Measurement as Measurement
 from .experiments.experiment import Experiment as Experiment

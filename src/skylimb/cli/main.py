@@ -19,9 +19,17 @@ from skylimb.cli.commands import VERBS as FLIGHT_VERBS
 from skylimb.cli.examples import VERBS as EXAMPLE_VERBS
 from skylimb.cli.keys import VERBS as KEY_VERBS
 from skylimb.cli.reproducing import VERBS as REPRODUCTION_VERBS
+from skylimb.cli.robots import VERBS as ROBOT_VERBS
 from skylimb.errors import SkylimbError, unknown_name
 
-VERBS = {**FLIGHT_VERBS, **KEY_VERBS, **EXAMPLE_VERBS, **CAMPAIGN_VERBS, **REPRODUCTION_VERBS}
+VERBS = {
+    **FLIGHT_VERBS,
+    **KEY_VERBS,
+    **EXAMPLE_VERBS,
+    **ROBOT_VERBS,
+    **CAMPAIGN_VERBS,
+    **REPRODUCTION_VERBS,
+}
 
 DEBUG = "--debug"
 """Option of every verb: the whole traceback of an error, before its one line."""

@@ -69,11 +69,12 @@ class Visual(_Fixed):
 
 @dataclass(frozen=True)
 class Link:
-    """A rigid link of the URDF."""
+    """A rigid link of the URDF: what it weighs, how it looks, and what it may collide with itself by."""
 
     name: str
     inertial: Inertial = field(default_factory=Inertial)
     visuals: tuple[Visual, ...] = ()
+    collisions: tuple[Visual, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

@@ -55,9 +55,14 @@ def find_hover(robot: Robot, joint_angles: np.ndarray, *, least_thrust: bool = T
     Returns:
         None where no start leads to a hover with all thrusts within their limits.
     """
+    hovers = find_hovers(robot, joint_angles, least_thrust=least_thrust)
+    return max(hovers, key=lambda hover: hover.margin, default=None)
+
+
+def find_hovers(robot: Robot, joint_angles: np.ndarray, *, least_thrust: bool = True) -> list[Hover]:
+    """Every local optimum that the starts of `find_hover` lead to; tilted ones where none is level."""
     program = _Program(robot, joint_angles, least_thrust)
-    level = program.best(LEVEL)
-    return level if level is not None else program.best(TILTED)
+    return program.solutions(LEVEL) or program.solutions(TILTED)
 
 
 def golden_steps(n: int) -> np.ndarray:
@@ -128,8 +133,8 @@ class _Program:
         self._high = [0.0, 0.0, 0.0, 1.0, *free_high, np.inf, *np.full(n, np.inf), *np.ones(n)]
         self._share = weight / max(float(high.sum()), 1e-9) * high
 
-    def best(self, tilt: float) -> Hover | None:
-        """The best of all starts with at most that tilt (rad), None when none succeeds."""
+    def solutions(self, tilt: float) -> list[Hover]:
+        """Where the starts lead, with at most that tilt (rad)."""
         nv, n = self._robot.n_vectoring, self._robot.n_rotors
         low, high = list(self._low), list(self._high)
         # |force| = 1 already, so one bound on its vertical part holds the tilt.
@@ -147,4 +152,4 @@ class _Program:
                     float(x[-1]), x[nv : nv + n], x[:nv], float(np.arctan2(np.hypot(g[4], g[5]), g[6]))
                 )
                 found.append(hover)
-        return max(found, key=lambda hover: hover.margin, default=None)
+        return found

@@ -123,7 +123,18 @@ def _digest(*sources: Source) -> str:
 
 
 def _describe(flight_source: Source, urdf: Source) -> RobotDescription:
-    flight = _flight_file(flight_source)
+    description = describe(_flight_file(flight_source), flight_source, urdf)
+    check_description(description)
+    return description
+
+
+def describe(flight: FlightFile, flight_source: Source, urdf: Source) -> RobotDescription:
+    """What the two files say together; whether such a robot can exist is not checked here.
+
+    Raises:
+        DescriptionError: the URDF cannot be read.
+        UnknownNameError: the flight file names a link or joint that is not there.
+    """
     root, links, joints = read_urdf(urdf, flight.root_link)
     _require_known("measured_link", [flight.measured_link], [link.name for link in links])
     _require_known("tip.link", [flight.tip.link], [link.name for link in links])
@@ -134,7 +145,7 @@ def _describe(flight_source: Source, urdf: Source) -> RobotDescription:
     posture = flight.posture or PostureSection((), (), 0.0, 1.0, 0.0)
     _require_known("shape.joints", shape.joints, moving)
     _require_known("vectoring.joints", vectoring.joints, moving)
-    description = RobotDescription(
+    return RobotDescription(
         name=flight.name,
         summary=flight.summary,
         root=root,
@@ -164,8 +175,6 @@ def _describe(flight_source: Source, urdf: Source) -> RobotDescription:
         folder=flight_source.path.parent,
         sources=(flight_source, urdf),
     )
-    check_description(description)
-    return description
 
 
 def _require_known(key: str, names: Iterable[str], known: Sequence[str]) -> None:

@@ -109,7 +109,8 @@ def _cut_above(root_link: str, robot: Any, path: Path) -> None:
 
 def _finite(value: Any, what: str, path: Path) -> Any:
     if not np.all(np.isfinite(value)):
-        raise DescriptionError(f"{what} in '{path.name}' is {value}; only finite numbers are allowed")
+        shown = " ".join(str(value).split())
+        raise DescriptionError(f"{what} in '{path.name}' is {shown}; only finite numbers are allowed")
     return value
 
 
@@ -142,15 +143,17 @@ def _link(link: Any, materials: Iterable[Any], path: Path) -> Link:
         inertia = _finite(link.inertial.inertia, f"the inertia of {what}", path)
         mass = _finite(link.inertial.mass, f"the mass of {what}", path)
         inertial = Inertial(float(mass), xyz, R @ inertia @ R.T)
-    visuals = (_visual(visual, materials, what, path) for visual in link.visuals)
-    return Link(link.name, inertial, tuple(visual for visual in visuals if visual is not None))
+    visuals = (_shape(one, _colour(one.material, materials), what, path) for one in link.visuals)
+    collisions = (_shape(one, _GREY, what, path) for one in link.collisions)
+    return Link(link.name, inertial, tuple(filter(None, visuals)), tuple(filter(None, collisions)))
 
 
-def _visual(visual: Any, materials: Iterable[Any], what: str, path: Path) -> Visual | None:
-    if visual.geometry is None:
-        raise DescriptionError(f"{what} in '{path.name}' has a <visual> without <geometry>")
-    xyz, R = _origin(visual.origin, f"a visual of {what}", path)
-    rgba, geometry, mesh = _colour(visual.material, materials), visual.geometry, None
+def _shape(element: Any, rgba: tuple[float, float, float, float], what: str, path: Path) -> Visual | None:
+    """The shape of a <visual> or <collision>; None for a mesh that cannot be drawn."""
+    geometry, mesh = element.geometry, None
+    if geometry is None:
+        raise DescriptionError(f"{what} in '{path.name}' has a <visual> or <collision> without <geometry>")
+    xyz, R = _origin(element.origin, f"a shape of {what}", path)
     if geometry.box is not None:
         shape, size = "box", tuple(float(edge) for edge in geometry.box.size)
     elif geometry.cylinder is not None:

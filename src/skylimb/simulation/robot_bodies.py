@@ -93,19 +93,26 @@ def _add_inertial(body: mujoco.MjsBody, inertial: Inertial) -> None:
 
 def _add_visuals(spec: mujoco.MjSpec, body: mujoco.MjsBody, link: Link) -> None:
     for index, visual in enumerate(link.visuals):
-        size, mesh = _geom_size(spec, visual, f"{link.name}_{index}")
-        body.add_geom(
-            type=_GEOM[visual.shape],
-            size=size,
-            meshname=mesh,
-            pos=visual.xyz,
-            quat=quaternion_from_rotation(visual.R),
-            rgba=visual.rgba,
-            contype=0,
-            conaffinity=0,
-            mass=0.0,
-            group=1,
-        )
+        add_shape(spec, body, visual, f"{link.name}_{index}")
+
+
+def add_shape(
+    spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Visual, name: str, *, collides: bool = False
+) -> None:
+    """Add a weightless shape to a body; `name` is for its mesh."""
+    size, mesh = _geom_size(spec, shape, name)
+    body.add_geom(
+        type=_GEOM[shape.shape],
+        size=size,
+        meshname=mesh,
+        pos=shape.xyz,
+        quat=quaternion_from_rotation(shape.R),
+        rgba=shape.rgba,
+        contype=int(collides),
+        conaffinity=int(collides),
+        mass=0.0,
+        group=3 if collides else 1,
+    )
 
 
 def _geom_size(spec: mujoco.MjSpec, visual: Visual, name: str) -> tuple[list[float], str]:

@@ -1,0 +1,87 @@
+"""What the rotors of a robot can do in its nominal posture, in numbers."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from skylimb.robots.hover import Hover, find_hovers
+from skylimb.robots.model import GRAVITY, Robot
+
+_RANK = 1e-6
+"""A singular value counts from this share of the greatest one on."""
+
+
+@dataclass(frozen=True)
+class Actuation:
+    """What the rotors can do.
+
+    Attributes:
+        thrust_to_weight: sum of the greatest thrusts over the weight.
+        hover: the steadiest hover, None where there is none.
+        rank: of the (6, n) wrench matrix with the vectoring angles at rest there.
+        condition: of its rows for lift and torque, which the flight controllers use; the best of the hovers
+            found.
+        rank_moving: of the (6, n + nv) matrix with thrusts and vectoring angles as inputs.
+        lift_and_torque: whether thrusts alone give lift and three torques.
+    """
+
+    thrust_to_weight: float
+    hover: Hover | None
+    rank: int
+    condition: float
+    rank_moving: int
+    lift_and_torque: bool
+
+    @property
+    def in_words(self) -> str:
+        """Whether the robot is fully actuated."""
+        if self.rank == 6:
+            return "fully actuated with vectoring angles at rest"
+        if self.rank_moving == 6:
+            return "fully actuated when its vectoring angles move"
+        if not self.lift_and_torque:
+            return "cannot give lift and three torques by its thrusts alone"
+        return "underactuated: side force needs tilt"
+
+
+def actuation(robot: Robot) -> Actuation:
+    """The actuation in the nominal posture, at the vectoring angles of its steadiest hover."""
+    q = robot.nominal_posture()
+    hovers = find_hovers(robot, q)
+    hover = max(hovers, key=lambda one: one.margin, default=None)
+    at = robot.description.vectoring_start if hover is None else hover.vectoring_angles
+    limits = np.array([rotor.thrust_max for rotor in robot.description.rotors])
+    thrusts = 0.5 * limits if hover is None else hover.thrusts
+    psi = ca.SX.sym("psi", robot.n_vectoring)
+    wrench = robot.wrench_function(ca.DM(q), psi)
+    inputs = ca.horzcat(wrench, ca.jacobian(wrench @ ca.DM(thrusts), psi))
+    moving = ca.Function("moving", [psi], [inputs])(at).full()
+    fixed = moving[:, : robot.n_rotors]
+    angles = [at, *(one.vectoring_angles for one in hovers)]
+    condition = min(_condition(robot.wrench_function(q, psi).full()[2:]) for psi in angles)
+    return Actuation(
+        float(limits.sum() / (robot.mass * GRAVITY)),
+        hover,
+        _rank(fixed),
+        condition,
+        _rank(moving),
+        math.isfinite(condition),
+    )
+
+
+def _condition(matrix: np.ndarray) -> float:
+    """Greatest over least singular value of (4, n), infinite where the rank is below four."""
+    values = np.linalg.svd(matrix, compute_uv=False)
+    full = len(values) == 4 and bool(values[-1] > _RANK * values[0])
+    return float(values[0] / values[-1]) if full else math.inf
+
+
+def _rank(matrix: np.ndarray) -> int:
+    if not np.isfinite(matrix).all():
+        return 0
+    values = np.linalg.svd(matrix, compute_uv=False)
+    return int(np.count_nonzero(values > _RANK * max(float(values[0]), 1e-300)))
