@@ -10,6 +10,7 @@ from skylimb.cli.drawing import Draw
 from skylimb.cli.exporting import ExportC
 from skylimb.cli.flying import Compare, Run
 from skylimb.cli.looking import List, Report, Show, VerifyContact, View
+from skylimb.cli.realtime import Fly
 from skylimb.cli.replaying import Replay
 from skylimb.cli.studio import Studio
 
@@ -24,6 +25,7 @@ VERBS: dict[str, Any] = {
     "report": Report,
     "view": View,
     "verify-contact": VerifyContact,
+    "fly": Fly,
     "replay": Replay,
     "convert": Convert,
     "export-c": ExportC,

@@ -146,6 +146,14 @@ SIGNALS: dict[str, SignalInfo] = {
         _AXIS, "", "W", "estimated rise of the surface along the contact axis a metre of path", "estimate"
     ),
     "tip_position_estimate": SignalInfo(_AXIS, "m", "W", "tip, as the controller knows it", "estimate"),
+    "tick_late": SignalInfo(_SCALAR, "s", "", "how late the tick began on the wall clock", "measurement"),
+    "tick_latency": SignalInfo(
+        _SCALAR, "s", "", "from when the tick was due until its command was ready", "measurement"
+    ),
+    "tick_held": SignalInfo(
+        _SCALAR, "", "", "1 where the command of the tick before was held", "measurement"
+    ),
+    "retreating": SignalInfo(_SCALAR, "", "", "1 once the flight was broken off", "measurement"),
     "phase": SignalInfo(_SCALAR, "", "", "phase of the mission", "reference"),
     "configuration": SignalInfo(("qpos",), "", "W", "positions of the scene's joints, for replay", "truth"),
     "skeleton": SignalInfo(("node", "axis"), "m", "W", "points along the chain, root to tip", "truth"),

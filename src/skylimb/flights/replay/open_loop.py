@@ -104,6 +104,9 @@ def _traced(
     given[0][:], given[4][:] = states.pack(initial), gains_layout.pack(gains)
     log, last = np.empty((count, signals.size)), len(mission.times) - 1
     for k in range(count):
+        if k and recorded.held[k]:
+            log[k] = log[k - 1]
+            continue
         at = min(int(recorded.clock.ticks[k]), last)
         given[1][:] = measured[k]
         given[2][:] = table[at : at + window.rows].ravel()
@@ -125,6 +128,9 @@ def _in_python(
     gains, state, rows = controller.gains(), controller.initial_state(), list[Mapping[str, Any]]()
     last = len(mission.times) - 1
     for k in range(len(recorded)):
+        if k and recorded.held[k]:
+            rows.append(rows[-1])
+            continue
         measurement = Measurement(*(entry[k].copy() for entry in recorded.measurement))
         clock = Clock(min(float(recorded.clock.ticks[k]), float(last)), float(recorded.clock.pace[k]))
         try:

@@ -29,8 +29,8 @@ MEASURED = (
 )
 """Signals of a log that make a measurement, in the order of its entries."""
 
-COMMANDED = ("thrusts_command", "joint_angles_command", "vectoring_angles_command")
-"""Signals of a log that make a command."""
+HELD = "tick_held"
+"""Signal of a flight on the wall clock: 1 where the command of the tick before was held."""
 
 _WHOLE = 1e-6
 """Seconds by which a tick's stamp may be off its place before the log is sampled anew."""
@@ -46,6 +46,7 @@ class Recorded:
         command: likewise; thrusts are NaN where the log has none.
         clock: where the flight was on its mission's clock, each (k,).
         paced: whether the controller that flew set the pace of that clock.
+        held: whether the controller was not asked and its command of the tick before held, (k,).
         missing: what the log lacks and what stands in its place, one line each.
     """
 
@@ -54,6 +55,7 @@ class Recorded:
     command: Command
     clock: Clock
     paced: bool
+    held: np.ndarray
     missing: tuple[str, ...]
 
     def __len__(self) -> int:
@@ -130,6 +132,7 @@ def recorded(log: xr.Dataset, robot: Robot, period: float, vectoring: str) -> Re
         Command(thrusts, joints[1], vectored[1]),
         clock,
         paced,
+        _flags(log, HELD) > 0.0,
         tuple(said),
     )
 
@@ -150,6 +153,13 @@ def _held(log: xr.Dataset, name: str, width: int, said: list[str]) -> np.ndarray
     rows = np.maximum.accumulate(np.where(bad, 0, np.arange(len(bad))))
     rows[: int(np.argmin(bad))] = int(np.argmin(bad))
     return values[rows]
+
+
+def _flags(log: xr.Dataset, name: str) -> np.ndarray:
+    """A number at every tick, (k,); 0 where the log has none."""
+    if name not in log.variables:
+        return np.zeros(len(log.time))
+    return np.nan_to_num(np.asarray(log[name].values, dtype=float))
 
 
 def _angles(
