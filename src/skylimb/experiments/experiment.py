@@ -29,6 +29,7 @@ from skylimb.simulation.disturbance import DisturbanceConfig, PushConfig
 from skylimb.simulation.gain_changes import GainChange
 from skylimb.simulation.plant import PlantConfig
 from skylimb.simulation.sensors import SensorConfig
+from skylimb.simulation.surface_changes import SurfaceChange
 from skylimb.simulation.surfaces import SURFACES, Surface, surface_from_mapping
 from skylimb.simulation.surfaces.placement import check_unit_vector
 
@@ -64,6 +65,7 @@ class Settings:
     tolerances: Tolerances = field(default_factory=Tolerances)
     gain_changes: tuple[GainChange, ...] = ()
     pushes: tuple[PushConfig, ...] = ()
+    surface_changes: tuple[SurfaceChange, ...] = ()
     stop_at: Annotated[
         float | None,
         Key(
@@ -101,7 +103,7 @@ class Experiment(Settings):
     def to_mapping(self) -> dict[str, Any]:
         """The experiment as nested plain values, as in its file."""
         mapping = to_mapping(self)
-        for name in ("controller", "gain_changes", "pushes", "recorded"):
+        for name in ("controller", "gain_changes", "pushes", "recorded", "surface_changes"):
             if not mapping[name]:
                 del mapping[name]
         return mapping

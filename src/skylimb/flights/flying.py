@@ -64,8 +64,10 @@ def fly_here(takeoff: Takeoff, progress: Progress | None = None) -> Flight:
 
 def begin_loop(takeoff: Takeoff) -> Loop:
     """The loop of a simulated flight before its first tick, to be stepped from outside."""
+    if takeoff.experiment.surface_changes:
+        takeoff = takeoff.with_own_model()
     data = takeoff.data()
-    outside = interventions(takeoff.plant, data, takeoff.times, takeoff.pushes)
+    outside = interventions(takeoff.plant, data, takeoff.times, takeoff.pushes, takeoff.surface_table)
     driver = simulated_driver(takeoff, data, takeoff.rows, outside)
     return Loop(driver, takeoff.mission, takeoff.experiment.terminations, takeoff.count)
 

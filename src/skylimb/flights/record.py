@@ -31,7 +31,8 @@ def scored(takeoff: Takeoff, flight: Flight) -> Run:
     """The run of a flight with its scores; `documented` adds what only a record that is kept needs."""
     experiment, plant, mission = takeoff.experiment, takeoff.plant, takeoff.mission
     log = with_reference_line(
-        flight_log(plant, flight, mission, controller_signals(takeoff.controller)), experiment.trajectory
+        flight_log(plant, flight, mission, controller_signals(takeoff.controller), takeoff.surface_table),
+        experiment.trajectory,
     )
     frame, name = mission.frame, takeoff.controller.name
     log.attrs |= {
@@ -64,9 +65,26 @@ def documented(run: Run, takeoff: Takeoff) -> Run:
         config_units=json.dumps(config_units(takeoff.experiment, takeoff.controller)),
         versions=json.dumps(versions()),
         scene=takeoff.plant.scene,
-        notes=json.dumps([*changes, *(f"this run cannot be repeated: {line}" for line in kept.problems)]),
+        notes=json.dumps(
+            [
+                *changes,
+                *_moved(takeoff.experiment),
+                *(f"this run cannot be repeated: {line}" for line in kept.problems),
+            ]
+        ),
     )
     return dataclasses.replace(run, log=log, sources=kept.files)
+
+
+def _moved(experiment: Experiment) -> list[str]:
+    """That the surface was elsewhere than figures draw it, and from when on."""
+    times = [one.time for one in experiment.surface_changes if one.moves or one.present is not None]
+    if not times:
+        return []
+    return [
+        f"the surface was moved or taken away in flight, from t = {min(times):g} s on: gap, trace and forces "
+        "are those of where it was, figures and videos draw it where it was at take-off"
+    ]
 
 
 def config_units(experiment: Experiment, controller: Controller) -> dict[str, str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 import functools
 from collections.abc import Hashable, Sequence
@@ -32,6 +33,7 @@ from skylimb.simulation.disturbance import Push, PushConfig, body_of, resolved_p
 from skylimb.simulation.gain_changes import require_gain_changes
 from skylimb.simulation.plant import Plant, build_plant, initial_data
 from skylimb.simulation.rows import FlightRows, flight_rows
+from skylimb.simulation.surface_changes import require_surface_changes, surface_table
 from skylimb.simulation.tick import CompiledTick, compile_tick, initial_tick_state
 
 
@@ -135,7 +137,12 @@ class Takeoff:
         """
         require_gain_changes(_new(experiment.gain_changes, self.experiment.gain_changes), self.controller)
         _require_links(_new(experiment.pushes, self.experiment.pushes), self.plant.model)
-        other = dataclasses.replace(self, experiment=experiment)
+        changes = _new(experiment.surface_changes, self.experiment.surface_changes)
+        require_surface_changes(changes, self.plant.surface, self.plant.model)
+        return self._otherwise(experiment=experiment)
+
+    def _otherwise(self, **changes: Any) -> Takeoff:
+        other = dataclasses.replace(self, **changes)
         vars(other).update({name: vars(self)[name] for name in _SHARED if name in vars(self)})
         return other
 
@@ -144,6 +151,16 @@ class Takeoff:
         """What pushes the robot in flight."""
         experiment, root = self.experiment, self.plant.robot.description.root
         return resolved_pushes(experiment.disturbance, experiment.pushes, self.plant.model, root, self.times)
+
+    @cached_property
+    def surface_table(self) -> np.ndarray | None:
+        """What the surface is at every tick; None where it does not change."""
+        changes = self.experiment.surface_changes
+        return surface_table(changes, self.plant.surface, self.times) if changes else None
+
+    def with_own_model(self) -> Takeoff:
+        """The same with a model that no other flight has, for changes of the surface are written into it."""
+        return self._otherwise(plant=dataclasses.replace(self.plant, model=copy.copy(self.plant.model)))
 
     def data(self) -> mujoco.MjData:
         """The plant's state before the first tick, as a copy of its own."""
@@ -214,6 +231,7 @@ def plant_and_mission(
     dt = experiment.control_period
     plant = build_plant(robot, experiment.surface, experiment.plant, dt)
     _require_links(experiment.pushes, plant.model)
+    require_surface_changes(experiment.surface_changes, plant.surface, plant.model)
     mission = mission_of(experiment, robot, vectoring)
     start = initial_data(plant, mission.first)
     require_flyable(plant, mission, start)

@@ -151,19 +151,30 @@ def tune_contact_pair(model: mujoco.MjModel, parameters: ContactParameters, name
     the time step cannot carry the stiffness or damping.
     """
     pair = _pair_id(model, name)
-    mass = effective_mass(model, name)
-    k, c = parameters.stiffness, parameters.normal_damping(mass)
-    _require_resolved(k, c, mass, float(model.opt.timestep))
-    d, scale = _IMPEDANCE, (1.0 - _IMPEDANCE) / mass
+    d, scale = _IMPEDANCE, (1.0 - _IMPEDANCE) / effective_mass(model, name)
     b_f = parameters.friction_rate
     model.pair_solimp[pair] = (d, d, 1e-3, 0.5, 2.0)
-    model.pair_solref[pair] = (-k * scale, -c * scale)
+    *model.pair_solref[pair], model.pair_gap[pair] = pair_compliance(model, parameters, name)
     model.pair_solreffriction[pair] = (-1.0, -b_f * d)
     model.pair_friction[pair, :2] = parameters.friction
     model.pair_adhesion[pair] = parameters.adhesion
-    # A pull reaches as far as the surface's spring stretches under it.
-    model.pair_gap[pair] = parameters.adhesion / k
     model.opt.impratio = parameters.stick_damping * scale / (b_f * d)
+
+
+def pair_compliance(
+    model: mujoco.MjModel, parameters: ContactParameters, name: str = PAIR_NAME
+) -> tuple[float, float, float]:
+    """How a pair gives way, as the engine takes it: the two numbers of `solref`, and the gap in m.
+
+    Raises:
+        ConfigError: when the time step cannot carry the stiffness or damping.
+    """
+    mass = effective_mass(model, name)
+    k, c = parameters.stiffness, parameters.normal_damping(mass)
+    _require_resolved(k, c, mass, float(model.opt.timestep))
+    scale = (1.0 - _IMPEDANCE) / mass
+    # A pull reaches as far as the surface's spring stretches under it.
+    return -k * scale, -c * scale, parameters.adhesion / k
 
 
 def _require_resolved(k: float, c: float, mass: float, timestep: float) -> None:

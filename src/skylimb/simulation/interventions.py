@@ -1,4 +1,4 @@
-"""What acts on the plant from outside before a tick's physics: a moving surface, its friction, a push."""
+"""What acts on the plant from outside before a tick's physics: a moving surface, its changes, a push."""
 
 from __future__ import annotations
 
@@ -10,21 +10,29 @@ import numpy as np
 from skylimb.simulation.disturbance import Push, pusher
 from skylimb.simulation.plant import Plant
 from skylimb.simulation.robot_bodies import TIP_SITE
+from skylimb.simulation.surface_changes import SurfaceWriter, surface_act
 from skylimb.simulation.surfaces import PairFriction
 
 
 def interventions(
-    plant: Plant, data: mujoco.MjData, times: np.ndarray, pushes: Sequence[Push]
+    plant: Plant,
+    data: mujoco.MjData,
+    times: np.ndarray,
+    pushes: Sequence[Push],
+    surface: np.ndarray | None = None,
 ) -> list[Callable[[int], None]]:
-    """Functions of the tick that act on the plant's data before the tick's physics.
+    """Functions of the tick that act on the plant before the tick's physics.
 
     Args:
-        plant: what is flown.
+        plant: what is flown; with a surface that changes, its model belongs to this flight alone.
         data: its state.
         times: of every tick that the flight may have, s.
         pushes: on the robot.
+        surface: what the surface is at every tick (`surface_table`); None where it does not change.
     """
     found: list[Callable[[int], None]] = []
+    if surface is not None:
+        found.append(surface_act(SurfaceWriter(plant), surface))
     if plant.wall_joint is not None:
         position, velocity = plant.surface.motion(times)
         at, dof = plant.wall_joint

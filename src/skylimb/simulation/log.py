@@ -14,6 +14,7 @@ from skylimb.errors import ConfigError
 from skylimb.loop.flight import Flight, flown_mission
 from skylimb.missions.mission import PHASES, Mission
 from skylimb.signals import Signal, require_recorded
+from skylimb.simulation.moved_surface import MovedSurface
 from skylimb.simulation.plant import Plant
 from skylimb.simulation.signals import SIGNALS, SignalInfo
 from skylimb.simulation.truth import contact_truth, flight_kinematics
@@ -26,7 +27,11 @@ _FLAGS = {"phase": PHASES, CONTACT_STATE: STATES, CONTACT_REASON: REASONS}
 
 
 def flight_log(
-    plant: Plant, flight: Flight, mission: Mission, own: Mapping[str, Signal] | None = None
+    plant: Plant,
+    flight: Flight,
+    mission: Mission,
+    own: Mapping[str, Signal] | None = None,
+    surface: np.ndarray | None = None,
 ) -> xr.Dataset:
     """Assemble the log: recorded signals, the reference, and the truth that follows from the physics' state.
 
@@ -38,6 +43,7 @@ def flight_log(
         flight: the raw record.
         mission: what was asked.
         own: what the controller declares of its own signals.
+        surface: what the surface was at every tick (`surface_table`); None where it did not change.
 
     Raises:
         ConfigError: when a user's controller names a signal that the loop records itself, or declares one
@@ -52,7 +58,11 @@ def flight_log(
     values: dict[str, np.ndarray] = {
         name: flight.signal(name) for name in flight.layout.slices if name != "configuration_velocity"
     }
-    contact, gaps = contact_truth(plant, flight, mission, moved)
+    touched, changed = plant.surface, {}
+    if surface is not None:
+        touched = MovedSurface(plant.surface, surface[:ticks], mission.period)
+        changed = _surface_signals(touched, surface[:ticks])
+    contact, gaps = contact_truth(plant, flight, mission, moved, touched)
     computed = {
         "cog_position_reference": reference.position[:ticks],
         "cog_velocity_reference": reference.velocity[:ticks],
@@ -66,6 +76,7 @@ def flight_log(
         "vectoring_angles": qpos[:, list(plant.vectoring_qpos)],
         **moved._asdict(),
         **contact,
+        **changed,
     }
     for name in (CONTACT_STATE, CONTACT_REASON):
         if name in values:
@@ -87,6 +98,17 @@ def flight_log(
         coords=_coordinates(plant, mission.times[:ticks], values),
         attrs=attributes,
     )
+
+
+def _surface_signals(moved: MovedSurface, table: np.ndarray) -> dict[str, np.ndarray]:
+    """Where the surface was and what it was made of, at every tick."""
+    return {
+        "surface_position": moved.position,
+        "surface_quaternion": moved.quaternion,
+        "surface_friction": table[:, 6],
+        "surface_stiffness": table[:, 7],
+        "surface_present": table[:, 8],
+    }
 
 
 def contact_transitions(

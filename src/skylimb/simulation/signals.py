@@ -102,6 +102,17 @@ SIGNALS: dict[str, SignalInfo] = {
     "surface_gap": SignalInfo(
         _SCALAR, "m", "", "gap between tip and surface; negative when pressed in", "truth"
     ),
+    "surface_position": SignalInfo(
+        _AXIS, "m", "W", "origin of a surface that was changed in flight", "truth"
+    ),
+    "surface_quaternion": SignalInfo(
+        _QUATERNION, "", "W", "attitude of the axes of a surface that was changed in flight", "truth"
+    ),
+    "surface_friction": SignalInfo(_SCALAR, "", "", "Coulomb coefficient of a surface that changes", "truth"),
+    "surface_stiffness": SignalInfo(
+        _SCALAR, "N/m", "", "stiffness of a surface that was changed in flight", "truth"
+    ),
+    "surface_present": SignalInfo(_SCALAR, "", "", "0 while the surface was taken away", "truth"),
     "tip_position": SignalInfo(_AXIS, "m", "W", "tip", "truth"),
     "tip_velocity": SignalInfo(_AXIS, "m/s", "W", "velocity of the tip", "truth"),
     "reach": SignalInfo(_SCALAR, "m", "", "centre of gravity to tip along the contact axis", "truth"),

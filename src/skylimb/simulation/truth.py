@@ -22,7 +22,7 @@ from skylimb.packing import Layout
 from skylimb.robots.model import Robot
 from skylimb.simulation.compiling import built_library
 from skylimb.simulation.plant import Plant
-from skylimb.simulation.surfaces.contact_record import ContactGap, record_contact
+from skylimb.simulation.surfaces.contact_record import ContactGap, TouchedSurface, record_contact
 from skylimb.spatial import cross, rotation_from_quaternion, rpy_from_rotation
 
 _BLOCK = 256
@@ -141,14 +141,14 @@ def flight_kinematics(plant: Plant, flight: Flight, mission: Mission) -> Kinemat
 
 
 def contact_truth(
-    plant: Plant, flight: Flight, mission: Mission, moved: Kinematics
+    plant: Plant, flight: Flight, mission: Mission, moved: Kinematics, surface: TouchedSurface
 ) -> tuple[dict[str, np.ndarray], tuple[ContactGap, ...]]:
     """What the contact was at every tick, on the surface where it then is, and every gap in it.
 
     A logged force is the mean since the tick before, so a tick's slip, work and trace are those of the tick
     that ends there.
     """
-    surface, times = plant.surface, mission.times[: flight.ticks]
+    times = mission.times[: flight.ticks]
     force, duty = flight.signal("contact_force"), flight.signal("contact_duty")
     record = record_contact(
         surface, times[:-1], force[1:], duty[1:], moved.tip_position[:-1], moved.tip_velocity[:-1]

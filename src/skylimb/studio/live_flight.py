@@ -7,8 +7,6 @@ was flown, and there is no second way in which anything acts on a flight.
 
 from __future__ import annotations
 
-import copy
-import dataclasses
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -23,6 +21,7 @@ from skylimb.loop.flight import Flight, mission_ticks
 from skylimb.loop.loop import Loop
 from skylimb.simulation.disturbance import pusher, resolved_pushes
 from skylimb.simulation.interventions import interventions
+from skylimb.simulation.surface_changes import SurfaceWriter, surface_act, surface_table
 
 HISTORY = 30.0
 """Seconds that a flight can be rewound in a moment; to earlier times it is flown again from take-off."""
@@ -56,9 +55,8 @@ class LiveFlight:
     """
 
     def __init__(self, takeoff: Takeoff) -> None:
-        # Changes of the surface are written into the model, which other flights may share.
-        plant = dataclasses.replace(takeoff.plant, model=copy.copy(takeoff.plant.model))
-        self._first = dataclasses.replace(takeoff, plant=plant)
+        self._first = takeoff.with_own_model()
+        self._surface = SurfaceWriter(self._first.plant)
         self._acts: list[Callable[[int], None]] = []
         self._take_off()
 
@@ -215,7 +213,12 @@ class LiveFlight:
         # Of a push that is over nothing may stay behind; one that lasts is written anew at every tick.
         self._data.qfrc_applied[:] = 0.0
         self._gains = gains
-        self._acts = [*self._standing, *([push] if push is not None else [])]
+        table = takeoff.surface_table
+        if table is None:
+            table = surface_table((), takeoff.plant.surface, takeoff.times)
+        surface = surface_act(self._surface, table)
+        self.surface = table
+        self._acts = [surface, *self._standing, *([push] if push is not None else [])]
 
     def _save(self, tick: int) -> None:
         """Keep this moment where one is due."""

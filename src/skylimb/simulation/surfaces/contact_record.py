@@ -3,10 +3,29 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any, Protocol
 
 import numpy as np
 
-from skylimb.simulation.surfaces.surface import Surface
+
+class TouchedSurface(Protocol):
+    """What the record of a contact has to know of a surface; points (n, 3) in W, m, times (n,) in s."""
+
+    def velocity(self, time: Any) -> np.ndarray:
+        """Its velocity, (n, 3), W, m/s."""
+        ...
+
+    def normal(self, points: np.ndarray, time: Any) -> np.ndarray:
+        """Outward unit normals nearest to the points, (n, 3), W."""
+        ...
+
+    def signed_distance(self, points: np.ndarray, time: Any) -> np.ndarray:
+        """Distances of the points, (n,), m; negative behind it."""
+        ...
+
+    def trace(self, points: np.ndarray, time: Any) -> tuple[np.ndarray, np.ndarray]:
+        """Unrolled coordinates (s, t), m, of the nearest points."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -46,7 +65,7 @@ class ContactRecord:
 
 
 def record_contact(
-    surface: Surface,
+    surface: TouchedSurface,
     time: np.ndarray,
     force: np.ndarray,
     duty: np.ndarray,
@@ -65,7 +84,7 @@ def record_contact(
     """
     touching = duty > 0.0
     normal = surface.normal(tip, time)
-    relative = tip_velocity - surface.motion(time)[1][:, None] * surface.motion_axis
+    relative = tip_velocity - surface.velocity(time)
     slip = relative - np.sum(relative * normal, axis=1, keepdims=True) * normal
     slip = np.where(touching[:, None], slip, 0.0)
     pressing = np.sum(force * normal, axis=1)

@@ -132,6 +132,10 @@ class Surface(SurfaceKeys, abc.ABC):
             x, v = x + dx, v + dv
         return x, v
 
+    def velocity(self, time: Any) -> np.ndarray:
+        """Velocity (..., 3) with which it moves by itself at times (...), W, m/s."""
+        return self.motion(time)[1][..., None] * self.motion_axis
+
     def to_local(self, points: np.ndarray, time: Any = None) -> np.ndarray:
         """World points (..., 3) in the surface's axes (w, u, v); `time` (s) takes a moving surface along."""
         points = np.asarray(points, dtype=float) - np.asarray(self.position)

@@ -130,6 +130,18 @@ static void write_friction(const Flight* f, const mjModel* m, mjData* d, int64_t
   }
 }
 
+/* Write what the surface is at tick k. */
+static void write_surface(const Flight* f, int64_t k) {
+  const double* numbers = f->surface + 11 * k;
+  memcpy(f->model->geom_pos + 3 * f->geom, numbers, 3 * sizeof(mjtNum));
+  memcpy(f->model->geom_quat + 4 * f->geom, numbers + 3, 4 * sizeof(mjtNum));
+  if (f->frictions) return;
+  mjtNum* friction = f->model->pair_friction + 5 * f->pair;
+  friction[0] = friction[1] = numbers[7];
+  memcpy(f->model->pair_solref + 2 * f->pair, numbers + 8, 2 * sizeof(mjtNum));
+  f->model->pair_gap[f->pair] = numbers[10];
+}
+
 /* Fetch what the next tick reads and writes while the engine is still at work: nothing else touches it. */
 static void fetch_ahead(const Flight* f, int64_t k) {
 #if defined(__GNUC__) || defined(__clang__)
@@ -187,7 +199,8 @@ void skylimb_control(const mjModel* m, mjData* d) {
   if (step == 0) begin_tick(f, m, d, k);
   f->done++;
   if (step == f->substeps - 1 && k + 1 < f->count) fetch_ahead(f, k + 1);
-  /* Friction is what the next tick's first collision must find: it comes before the next callback. */
-  if (f->model && step == f->substeps - 1 && k + 1 < f->count) write_friction(f, m, d, k + 1);
+  /* The surface is what the next tick's first collision must find: it comes before the next callback. */
+  if (f->surface && step == f->substeps - 1 && k + 1 < f->count) write_surface(f, k + 1);
+  if (f->frictions && step == f->substeps - 1 && k + 1 < f->count) write_friction(f, m, d, k + 1);
   if (f->done == f->count * f->substeps || (f->at > f->last && step == f->substeps - 1)) f->finished = f->stopped = 1;
 }

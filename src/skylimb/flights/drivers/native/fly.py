@@ -74,8 +74,10 @@ def fly_native(
 
 
 def _fly_compiled(takeoff: Takeoff) -> Flight:
+    if takeoff.experiment.surface_changes:
+        takeoff = takeoff.with_own_model()
     data = takeoff.data()
-    outside = interventions(takeoff.plant, data, takeoff.times, takeoff.pushes)
+    outside = interventions(takeoff.plant, data, takeoff.times, takeoff.pushes, takeoff.surface_table)
     driver = CompiledDriver(takeoff.tick, takeoff.plant, data, takeoff.rows, outside)
     with without_timer():
         return Loop(driver, takeoff.mission, takeoff.experiment.terminations, len(takeoff.rows)).fly()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import ctypes
 import math
 from dataclasses import dataclass, field
@@ -21,7 +20,9 @@ from skylimb.simulation.contact import PAIR_NAME
 from skylimb.simulation.interventions import friction_writer
 from skylimb.simulation.plant import Plant
 from skylimb.simulation.robot_bodies import TIP_SITE
+from skylimb.simulation.surface_changes import SurfaceWriter
 from skylimb.simulation.surfaces.pair_friction import friction_table
+from skylimb.simulation.surfaces.surface import GEOM
 
 MARK = 1936419121.0
 """Second word of `data.userdata` of a flight; the first is its record's address."""
@@ -45,7 +46,9 @@ class FlightRecord(ctypes.Structure):
     tick, and its warnings were looked at before. warned: ticks flown when a warning was found, or -1.
     warnings: how many of each there had been before this flight was continued; then, how many new. wall:
     displacement and speed of a moving surface at every tick, (count, 2). pushes: on the robot. model: of
-    this flight alone, whose friction is written; null where friction is constant.
+    this flight alone, into which friction and changes of the surface are written. frictions: null where
+    friction is constant. surface: numbers of the surface's geom and pair at every tick (`SurfaceWriter`),
+    (count, 11); null where it does not change.
     """
 
     _fields_ = (
@@ -65,6 +68,7 @@ class FlightRecord(ctypes.Structure):
         ("origin", _Number * 3), ("axis", _Number * 3),
         ("w", _Number * 3), ("u", _Number * 3), ("v", _Number * 3), ("half", _Number * 2),
         ("ratio", _Number), ("speed", _Number), ("stiffness", _Number),
+        ("surface", _Given), ("geom", _Word),
     )  # fmt: skip
 
 
@@ -74,7 +78,7 @@ class Aloft:
 
     Attributes:
         record: what the callback reads and writes.
-        model: the flight's own where its friction is written, else the plant's.
+        model: the flight's own where something is written into it, else the plant's.
         log: one row of signals a tick; NaN where nothing was flown.
         mission: what is flown.
         layout: of the log's rows.
@@ -122,9 +126,16 @@ def begin_flight(takeoff: Takeoff, function: int) -> Aloft:
     tick, plant, mission, rows = takeoff.tick, takeoff.plant, takeoff.mission, takeoff.rows
     count, times = len(rows), takeoff.times
     limits = takeoff.experiment.terminations
+    surface, numbers = takeoff.surface_table, np.zeros(0)
+    if plant.surface.friction_varies or surface is not None:
+        takeoff = takeoff.with_own_model()
+        plant = takeoff.plant
     model = plant.model
+    if surface is not None:
+        writer = SurfaceWriter(plant)
+        numbers = writer.all_numbers(surface)
+        writer.write(numbers[0])
     if plant.surface.friction_varies:
-        model = copy.copy(model)
         friction_writer(plant, takeoff.data(), times, model)(0)
     log = np.full((count, tick.signals.size), np.nan)
     flight = Aloft(FlightRecord(), model, log, mission, tick.signals, limits)
@@ -156,6 +167,10 @@ def begin_flight(takeoff: Takeoff, function: int) -> Aloft:
     if takeoff.pushes:
         bytes_of = b"".join(map(bytes, takeoff.pushes))
         record.pushes = keep(np.frombuffer(bytes_of, np.uint8), np.uint8)
+    if surface is not None:
+        record.model, record.pair = model._address, model.pair(PAIR_NAME).id
+        record.geom = model.geom(GEOM).id
+        record.surface = keep(numbers)
     if plant.surface.friction_varies:
         _add_friction(flight, plant)
     return flight
