@@ -119,6 +119,13 @@ def told_error(what: str, error: Exception) -> Exception:
     return UserCodeError(f"{what} fails{where}: {described(error)}")
 
 
+def place_of(error: BaseException) -> Place | None:
+    """The deepest line of a user's own file in which an error, or what caused it, was raised."""
+    deepest = error.__cause__ or error
+    frames = _frames(deepest) if isinstance(deepest, Exception) else []
+    return next((place for place in reversed(frames) if is_users(place.file)), None)
+
+
 def described(error: Exception) -> str:
     """What went wrong, in one line, with the remedy where it is known."""
     text = " ".join(str(error).split())

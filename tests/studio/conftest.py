@@ -16,6 +16,6 @@ SHORT = {
 }
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def short() -> dict[str, float]:
     return dict(SHORT)

@@ -80,6 +80,34 @@ def write_comparison(
     return Path(folder)
 
 
+def write_records(
+    runs: Mapping[str, Run], folder: str | Path, beside: Mapping[str, Mapping[str, str]] | None = None
+) -> Path:
+    """Write one run or several into a new folder without figures and report, which `write_report` adds.
+
+    Args:
+        runs: by name; with several, each gets a subfolder of its name.
+        folder: must not exist.
+        beside: of a run, texts that lie beside its record, by the file's name.
+
+    Raises:
+        OutputError: if the folder exists or cannot be written, or a name cannot be a folder's name; nothing
+            is left behind then.
+    """
+    with new_folder(folder) as aside:
+        for name, run in runs.items():
+            _require_folder_name(name)
+            place = aside if len(runs) == 1 else aside / name
+            place.mkdir(exist_ok=True)
+            write_sources(run.sources, aside)
+            _record(run if place == aside else run.with_sources_at("../"), place)
+            for file, text in (beside or {}).get(name, {}).items():
+                replace_text(place / file, text)
+        if len(runs) > 1:
+            replace_text(aside / TABLE_FILE, metrics_table(runs))
+    return Path(folder)
+
+
 def write_report(runs: Mapping[str, Run], folder: str | Path) -> Path:
     """Score and draw again what lies in `folder`, and write its report.
 

@@ -165,6 +165,8 @@ def drawing_strokes(config: TrajectoryConfig) -> Strokes:
         svg_strokes(config.sources[0], config.file) if config.file else text_strokes(config.text, config.font)
     )
     strokes = fitted(drawn, config.width, config.height)
+    if config.center is not None:
+        strokes = Strokes(tuple(line + np.asarray(config.center) for line in strokes.lines))
     if config.order == "nearest":
         strokes = nearest_first(strokes)
     return strokes.reversed() if config.direction < 0 else strokes

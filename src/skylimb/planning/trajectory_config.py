@@ -90,6 +90,10 @@ class TrajectoryConfig:
     height: Annotated[
         float, Key("m", "drawing: height of that box; 0 for no limit", low=0.0, high=LARGEST)
     ] = 0.0
+    center: Annotated[
+        tuple[float, float] | None,
+        Key("m", "drawing: where the middle of that box is, (u, v); by default (0, 0)", low=-10.0, high=10.0),
+    ] = None
     order: Annotated[
         Literal["given", "nearest"],
         Key("", "drawing: order of its strokes; nearest makes the ways between them short"),

@@ -42,7 +42,7 @@ def controls_of(flights: Sequence[LiveFlight], settled: Sequence[Mapping[str, An
 
 
 def _of_experiment(flight: LiveFlight) -> Iterator[dict[str, Any]]:
-    now = surface_keys_in_flight(flight.experiment, flight.time)
+    now = surface_keys_in_flight(flight.experiment)
     for key, value, info in rows_of(tables_of(flight.experiment)):
         if key.partition(".")[0] in _LEFT_OUT or key in _NOT_TO_TURN:
             continue

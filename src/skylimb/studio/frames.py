@@ -18,6 +18,9 @@ from skylimb.analysis.signals import contact_axis, sliding_axes
 from skylimb.control.contact_machine import STATES
 from skylimb.control.thrusts import thrust_limits
 from skylimb.simulation.robot_bodies import TIP_SITE
+from skylimb.simulation.surface_changes import state_of
+from skylimb.simulation.surfaces.placement import surface_rotation
+from skylimb.simulation.surfaces.surface import BODY
 from skylimb.spatial import quaternion_from_rotation
 from skylimb.studio.live_flight import LiveFlight
 
@@ -28,6 +31,7 @@ FLYING, ENDED, LOST = 0, 1, 2
 """State of a flight in a frame: it flies, came to its mission's end, or is lost."""
 
 _PICTURE = (640, 360)
+_OUT_OF_SIGHT = 1000.0  # m below the floor: where a page draws a surface that was taken away
 
 
 class _Moment(NamedTuple):
@@ -74,6 +78,8 @@ class FlightView:
         self._smoothed = max(1, round(SMOOTHING / takeoff.period))
         self._log = _planned_log(flight)
         self._panels = list(_panels(flight, self._log))
+        body = mujoco.mj_name2id(self._model, mujoco.mjtObj.mjOBJ_BODY, BODY)
+        self._surface = [self._model.nbody] if body < 0 else [body, self._model.nbody]
         self._turned = np.zeros((self._model.nbody + 1, 4))
 
     @property
@@ -86,6 +92,7 @@ class FlightView:
             "tip": 3,
             "force": 3,
             "surface": 7,
+            "present": 1,
             "curves": sum(len(curves) for _, _, curves in self._panels),
         }
 
@@ -124,7 +131,8 @@ class FlightView:
 
     def _shapes(self) -> list[dict[str, Any]]:
         """The shapes; those of the surface belong to one more body, behind the model's own."""
-        R, origin = self._surface_pose()
+        surface = self._flight.takeoff.plant.surface
+        R, origin = surface.R_WS, np.asarray(surface.position, dtype=float)
         found = []
         for shape in shapes(self._model):
             if shape["body"] == 0 and shape["kind"] != "plane":  # the floor is the one plane that is seen
@@ -138,10 +146,14 @@ class FlightView:
             found.append(shape)
         return found
 
-    def _surface_pose(self) -> tuple[np.ndarray, np.ndarray]:
-        """Axes and origin of the surface where it is now, W."""
-        surface = self._flight.takeoff.plant.surface
-        return surface.R_WS, np.asarray(surface.position, dtype=float)
+    def _surface_pose(self) -> tuple[np.ndarray, bool]:
+        """Where the surface is now: place and quaternion of its axes in W, (7,); and whether it is there."""
+        flight, surface = self._flight, self._flight.takeoff.plant.surface
+        tick = flight.ticks - 1
+        state = state_of(flight.surface[tick])
+        R = surface_rotation(surface.contact_axis, state.slope, state.pitch, state.roll)
+        slid = surface.motion(tick * flight.takeoff.period)[0] * surface.motion_axis
+        return np.concatenate([state.position + slid, quaternion_from_rotation(R)]), state.present > 0.0
 
     def values(self) -> np.ndarray:
         """The numbers of this moment, in the order of `layout`."""
@@ -165,11 +177,12 @@ class FlightView:
             data.subtree_com[self._root],
             mission.reference.position[flight.mission_tick],
         )
-        R, origin = self._surface_pose()
-        pose = np.concatenate([origin, quaternion_from_rotation(R)])
+        pose, present = self._surface_pose()
         lost = flight.over and (bool(flight.cause) or bool(flight.flight().cause))
         state = FLYING if not flight.over else LOST if lost else ENDED
         poses = np.vstack([np.hstack([data.xpos, data.xquat]), pose])
+        if not present:
+            poses[self._surface, 2] -= _OUT_OF_SIGHT
         # A quaternion keeps its sign from moment to moment, so that one may interpolate.
         poses[:, 3:] *= np.where(np.sum(poses[:, 3:] * self._turned, axis=1) < 0.0, -1.0, 1.0)[:, None]
         self._turned = poses[:, 3:]
@@ -181,6 +194,7 @@ class FlightView:
                 data.site_xpos[self._tip],
                 force,
                 pose,
+                [float(present)],
                 [curve.value(moment) for _, _, curves in self._panels for curve in curves],
             ]
         )

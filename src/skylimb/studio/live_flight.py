@@ -112,6 +112,11 @@ class LiveFlight:
         return self._loop.over or bool(self.cause)
 
     @property
+    def ended(self) -> bool:
+        """Whether the flight came to its end or is lost, so that nobody has to stop it."""
+        return self._loop.over
+
+    @property
     def row(self) -> np.ndarray:
         """The signals of the last tick, flat; `slices` says where each stands."""
         return self._driver.log[self.ticks - 1]

@@ -11,17 +11,23 @@ from typing import Any
 import numpy as np
 
 from skylimb.analysis.palette import CONTROLLER_COLOURS, OTHER_COLOURS, label
-from skylimb.control.controller import Controller, is_configurable, is_traceable
+from skylimb.control.controller import Controller
 from skylimb.errors import ConfigError, SkylimbError, unknown_name
 from skylimb.experiments.experiment import Experiment
 from skylimb.flights.public import DEFAULT_CONTROLLER, take_off
 from skylimb.flights.record import scored
-from skylimb.packing import Layout
 from skylimb.simulation.disturbance import PushConfig
+from skylimb.simulation.surface_changes import SurfaceChange
 from skylimb.studio.changes import with_gain, with_push, without_push
 from skylimb.studio.controls import IN_FLIGHT, PREFIX, controls_of
+from skylimb.studio.drawings import keep_drawing, strokes_as_svg
 from skylimb.studio.frames import FlightView
+from skylimb.studio.gains import changes_in_flight, gain_keys, settled_gains
+from skylimb.studio.keeping import Kept, keep
 from skylimb.studio.live_flight import LiveFlight
+from skylimb.studio.surface_edits import BLEND, surface_change, surface_keys_in_flight, with_surface
+from skylimb.studio.watching import Watcher, files_of_controller
+from skylimb.user_code import place_of
 
 MOST_FLIGHTS = 4
 """Flights beside each other at most."""
@@ -60,6 +66,7 @@ class Session:
         self.paused, self.speed_reached = False, 0.0
         self._experiment, self._seed = experiment, seed
         self._events: deque[dict[str, Any]] = deque(maxlen=_MOST_EVENTS)
+        self._reports: list[Kept] = []
         given = dict(set or {})
         self._gains_of_all = {key: given.pop(key) for key in list(given) if key.startswith(PREFIX)}
         self._begin(tuple(controllers) or (None,), given, [{} for _ in controllers or (None,)])
@@ -90,6 +97,11 @@ class Session:
         self._first = [flight.experiment for flight in flights]
         self._held: list[tuple[float, PushConfig | None]] = [(0.0, None)]
         self._was_over = False
+        self._watcher = Watcher(
+            path
+            for given, flight in zip(controllers, flights, strict=True)
+            for path in files_of_controller(given, flight.takeoff.controller)
+        )
         self._views = [
             FlightView(flight, name, colour)
             for flight, name, colour in zip(flights, *_names_and_colours(flights), strict=True)
@@ -171,7 +183,7 @@ class Session:
 
     def controls(self) -> list[dict[str, Any]]:
         """Every gain and key as a control; see `controls.controls_of`."""
-        return controls_of(self._flights, [_settled(flight.experiment) for flight in self._flights])
+        return controls_of(self._flights, [settled_gains(flight.experiment) for flight in self._flights])
 
     def events(self) -> list[dict[str, Any]]:
         """What has happened since the last call: `event`, `time` and what belongs to it."""
@@ -211,13 +223,13 @@ class Session:
         """
         key, value = key.removeprefix(PREFIX), _value(value)
         chosen = self._flights if flight is None else [self._flight(flight)]
-        known = {name for one in chosen for name in _gain_keys(one)}
-        having = [one for one in chosen if key in _gain_keys(one)]
+        known = {name for one in chosen for name in gain_keys(one)}
+        having = [one for one in chosen if key in gain_keys(one)]
         if not having:
             raise unknown_name("gain", key, known)
         if isinstance(value, str) and value.endswith(".py"):
             raise ConfigError(f"{key} = '{value}': a file of your own is named where the studio is started")
-        if all(_changes_in_flight(one, key) and one.time < one.end for one in having):
+        if all(changes_in_flight(one, key) for one in having):
             self._branch({one: with_gain(one.experiment, one.time, key, value) for one in having})
             return IN_FLIGHT
         gains = self._gains_now()
@@ -242,8 +254,14 @@ class Session:
         known = [control["key"] for control in self.controls()]
         if key not in known:
             raise unknown_name("key that can be set here", key, known)
+        value = _value(value)
+        if key in surface_keys_in_flight(self._flights[0].experiment) and not self.over:
+            name = key.removeprefix("surface.")
+            self._change_surface(SurfaceChange(time=self.time, blend=BLEND, **{name: value}))
+            self._keys[key] = value
+            return IN_FLIGHT
         self._begin_again(
-            self._controllers, {**self._keys, key: _value(value)}, self._gains_now(), f"{key} = {value}"
+            self._controllers, {**self._keys, key: value}, self._gains_now(), f"{key} = {value}"
         )
         return RESTARTED
 
@@ -279,6 +297,20 @@ class Session:
         self._branch({one: without_push(one.experiment, held, time) for one in self._flights if not one.over})
         self._held.append((time, None))
 
+    def surface(
+        self,
+        position: Sequence[float] | None = None,
+        tilt: Sequence[float] | None = None,
+        friction: float | None = None,
+        stiffness: float | None = None,
+        present: bool | None = None,
+    ) -> None:
+        """Move, tilt or change the surface of all flights, or take it away; see `surface_change`."""
+        self._change_surface(surface_change(self.time, position, tilt, friction, stiffness, present))
+
+    def _change_surface(self, change: SurfaceChange) -> None:
+        self._branch({one: with_surface(one.experiment, change) for one in self._flights if not one.over})
+
     def restart(self) -> None:
         """Fly again from take-off; gains keep what they were changed to, pushes and moves are left out."""
         self._begin_again(self._controllers, self._keys, self._gains_now(), "")
@@ -304,6 +336,62 @@ class Session:
         self.release()
         self._tell("rewound")
 
+    def keep(self, name: str = "") -> Kept:
+        """Keep the flights so far in a folder below `out`; see `keeping.keep`. They go on."""
+        kept = keep(self._flights, _folder_names(self._flights), self.out, name)
+        self._reports.append(kept)
+        self._tell("kept", folder=str(kept.folder), command=kept.command)
+        return kept
+
+    def draw(self, drawing: str | Sequence[Sequence[Sequence[float]]]) -> Path:
+        """Draw on the surface, from take-off.
+
+        Args:
+            drawing: the text of an SVG file, in the size and at the place that the experiment's path has; or
+                strokes of points (u, v) in the surface's axes, m, drawn where they are.
+
+        Returns:
+            The SVG file that was kept.
+        """
+        takeoff, keys = self._flights[0].takeoff, dict[str, Any]()
+        if isinstance(drawing, str):
+            svg = drawing
+        else:
+            svg, keys = strokes_as_svg(drawing, takeoff.experiment.surface, takeoff.mission.frame)
+        path = keep_drawing(svg, self.out)
+        keys |= {"trajectory.shape": "drawing", "trajectory.file": str(path.resolve()), "trajectory.text": ""}
+        try:
+            self._begin_again(self._controllers, {**self._keys, **keys}, self._gains_now(), "a new drawing")
+        except SkylimbError:
+            path.unlink()
+            raise
+        return path
+
+    def poll(self) -> None:
+        """Look after what goes on beside the flights: edited files of controllers, reports that are drawn.
+
+        A file that was edited restarts the flights with it; one that has a mistake leaves them as they are.
+        """
+        for kept in list(self._reports):
+            if kept.report.poll() is None:
+                continue
+            self._reports.remove(kept)
+            _, said = kept.report.communicate()
+            if kept.report.returncode > 1:
+                text = said.decode(errors="replace").strip().rpartition("\n")[2]
+                self._tell("error", text=f"the report of {kept.folder} could not be drawn: {text}")
+            else:
+                self._tell("report", folder=str(kept.folder))
+        edited = [path.name for path in self._watcher.changed()]
+        if not edited:
+            return
+        try:
+            self._begin_again(
+                self._controllers, self._keys, self._gains_now(), f"{', '.join(edited)} was edited"
+            )
+        except SkylimbError as error:
+            self._tell("error", **_told(error))
+
     # How it is done.
 
     def _branch(self, experiments: Mapping[LiveFlight, Experiment]) -> None:
@@ -326,7 +414,7 @@ class Session:
     def _gains_now(self) -> list[dict[str, Any]]:
         """The gains that were set, with what changed in flight."""
         return [
-            {**own, **_settled(flight.experiment, first)}
+            {**own, **settled_gains(flight.experiment, first)}
             for own, flight, first in zip(self._gains, self._flights, self._first, strict=True)
         ]
 
@@ -359,32 +447,6 @@ def _verdict(flight: LiveFlight) -> str:
     return flight.cause or flight.flight().cause or "came to its end"
 
 
-def _settled(experiment: Experiment, first: Experiment | None = None) -> dict[str, Any]:
-    """What every gain that changes in flight comes to, without those that change in `first` as well."""
-    before = {id(change) for change in first.gain_changes} if first else {}
-    changes = sorted(experiment.gain_changes, key=lambda change: change.time)
-    return {change.key: change.value for change in changes if id(change) not in before}
-
-
-def _gain_keys(flight: LiveFlight) -> list[str]:
-    """Keys of the gains of a flight's controller that may be set."""
-    controller = flight.takeoff.controller
-    if not is_configurable(controller):
-        return []
-    return [
-        ".".join((*table.path, name))
-        for table in controller.key_tables()
-        if table.given
-        for name, _, info in table.rows
-        if not info.key.file
-    ]
-
-
-def _changes_in_flight(flight: LiveFlight, key: str) -> bool:
-    controller = flight.takeoff.controller
-    return is_traceable(controller) and key in Layout(controller.gains()).slices
-
-
 def _value(value: Any) -> Any:
     """A value from a page as a configuration has it."""
     return tuple(map(_value, value)) if isinstance(value, list | tuple) else value
@@ -398,4 +460,17 @@ def _vector(numbers: Sequence[float], what: str) -> tuple[float, float, float]:
 
 
 def _told(error: SkylimbError) -> dict[str, Any]:
-    return {"text": str(error)}
+    place = place_of(error)
+    return {"text": str(error), **({"file": place.file, "line": place.line} if place else {})}
+
+
+def _folder_names(flights: Sequence[LiveFlight]) -> list[str]:
+    """The controllers' names, with a number where two are called alike."""
+    names: list[str] = []
+    for flight in flights:
+        name, number = flight.takeoff.controller.name, 2
+        called = name
+        while called in names:
+            called, number = f"{name}-{number}", number + 1
+        names.append(called)
+    return names
