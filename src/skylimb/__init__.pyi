@@ -18,6 +18,9 @@ from .flights.public import compare as compare
 from .flights.public import run as run
 from .flights.replay.replay import replay as replay
 from .missions.reference import Reference as Reference
+from .planning.feasible_wrench import FeasibleWrench as FeasibleWrench
+from .planning.feasible_wrench import feasible_wrench as feasible_wrench
+from .planning.feasible_wrench import push_limit as push_limit
 from .recording.folder import load_runs as load_runs
 from .recording.run import Run as Run
 from .robots.loader import list_robots as list_robots

@@ -20,6 +20,7 @@ from skylimb.cli.examples import VERBS as EXAMPLE_VERBS
 from skylimb.cli.keys import VERBS as KEY_VERBS
 from skylimb.cli.reproducing import VERBS as REPRODUCTION_VERBS
 from skylimb.cli.robots import VERBS as ROBOT_VERBS
+from skylimb.cli.wrench import VERBS as WRENCH_VERBS
 from skylimb.errors import SkylimbError, unknown_name
 
 VERBS = {
@@ -27,6 +28,7 @@ VERBS = {
     **KEY_VERBS,
     **EXAMPLE_VERBS,
     **ROBOT_VERBS,
+    **WRENCH_VERBS,
     **CAMPAIGN_VERBS,
     **REPRODUCTION_VERBS,
 }

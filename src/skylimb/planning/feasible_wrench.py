@@ -1,0 +1,331 @@
+"""What a robot can do in a posture: wrenches at its centre of gravity, and pushes of its tip.
+
+The vectoring angles are held, thrusts are within their limits. All of these sets are then zonotopes or
+slices of one (`robots.zonotope`):
+
+    wrenches at the centre of gravity      Q lambda
+    torque while it hovers                 those of them with the lift m g, whatever the side force
+    force while it hovers level            those with no torque
+    push of the tip while it hovers level  those that are (m g z + p, r x p)
+
+with r the tip from the centre of gravity. A robot of four rotors spans four of the six directions. Level, it
+has no force to the side; it tilts to push (`push_limit`).
+
+The laboratory's two numbers take force and torque each by itself, with thrusts from zero: FCTmin is the
+distance of no torque from the nearest face of all torques, FCFmin that of the weight from the nearest face of
+all forces.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from skylimb.errors import ConfigError, UnreachableError
+from skylimb.planning.control_torque import guaranteed_control_torque
+from skylimb.planning.posture import posture_family
+from skylimb.planning.posture_path import PostureConfig, posture_path
+from skylimb.planning.press import greatest_push
+from skylimb.planning.vectoring import vectoring_table
+from skylimb.planning.vectoring_path import vectoring_path
+from skylimb.robots.model import GRAVITY, Robot, RobotState
+from skylimb.robots.zonotope import Slice, Zonotope
+from skylimb.spatial import hat, rot_z
+
+_MOST_CORNERS = 12
+"""Rotors up to which the corners of all wrenches are worked out."""
+
+_KNOT = 0.1
+"""Time between two knots on the way to a posture, s."""
+
+TILT = 0.35
+"""Tilt to which a robot may lean into a push unless another is given, rad (20 degrees)."""
+
+
+@dataclass(frozen=True)
+class FeasibleWrench:
+    """What a robot can do at some joint and vectoring angles.
+
+    Forces and torques are in {C} unless said otherwise. The heading frame is level, its x axis is the tip
+    link's; pushes are those of the tip on its surroundings.
+
+    Attributes:
+        robot: whose rotors have limits.
+        joint_angles: q, rad, (nq,).
+        vectoring_angles: psi, rad, (nv,).
+    """
+
+    robot: Robot
+    joint_angles: np.ndarray
+    vectoring_angles: np.ndarray
+
+    @cached_property
+    def state(self) -> RobotState:
+        """The model at these angles."""
+        return self.robot.at(self.joint_angles, self.vectoring_angles)
+
+    @cached_property
+    def thrust_limits(self) -> tuple[np.ndarray, np.ndarray]:
+        """Least and greatest thrust, N, (n,) each."""
+        rotors = self.robot.description.rotors
+        return (
+            np.array([rotor.thrust_min for rotor in rotors]),
+            np.array([rotor.thrust_max for rotor in rotors]),
+        )
+
+    @property
+    def hover(self) -> np.ndarray:
+        """The wrench that carries the robot: (0, 0, m g, 0, 0, 0), N and N m."""
+        return np.array([0.0, 0.0, self.robot.mass * GRAVITY, 0.0, 0.0, 0.0])
+
+    @cached_property
+    def length(self) -> float:
+        """Root mean square lever of the rotors, m: a torque counts as the force that makes it there."""
+        levers = np.linalg.norm(self.state.allocation_C[3:], axis=0)
+        return float(np.sqrt(np.mean(levers**2)))
+
+    @cached_property
+    def wrenches(self) -> Zonotope:
+        """All Q lambda, N: torques are divided by `length`."""
+        scale = np.array([1.0, 1.0, 1.0, *[1.0 / self.length] * 3])
+        return Zonotope(scale[:, None] * self.state.allocation_C, *self.thrust_limits)
+
+    @cached_property
+    def hover_torques(self) -> Slice | None:
+        """Torques, N m, that it can give while the lift is the weight; the side force is what comes of it."""
+        lifting = Zonotope(self.state.allocation_C[2:], *self.thrust_limits)
+        return lifting.section(self.hover[2:], np.eye(4)[:, 1:])
+
+    @cached_property
+    def level_forces(self) -> Slice | None:
+        """Forces, N, beyond the weight that it can give without torque and without tilting."""
+        return self._slice(np.vstack([np.eye(3), np.zeros((3, 3))]))
+
+    @cached_property
+    def level_pushes(self) -> Slice | None:
+        """Pushes of the tip, N, in the heading frame, that it can hold without tilting."""
+        to_heading = rot_z(self.state.tip_heading)
+        return self._slice(np.vstack([to_heading, hat(self.state.tip_C) @ to_heading]))
+
+    @property
+    def fct_min(self) -> float:
+        """FCTmin: the torque that it can give about every axis, whatever the force, from thrust 0, N m."""
+        return guaranteed_control_torque(self.state.allocation_C, self.thrust_limits[1])
+
+    @property
+    def fcf_min(self) -> float:
+        """FCFmin: the force beside the weight that it can give in every direction, whatever the torque, N."""
+        upper = self.thrust_limits[1]
+        forces = Zonotope(self.state.allocation_C[:3], np.zeros_like(upper), upper)
+        return forces.margin(self.hover[:3]) if forces.rank == 3 else 0.0
+
+    def margin(self, wrench: np.ndarray) -> float:
+        """Distance of a wrench (6,), N and N m, beyond hover to what cannot be given, N; negative beyond it.
+
+        Torques count as the force that makes them at `length`. 0 or less for robots that cannot give wrenches
+        in all six directions.
+        """
+        if self.wrenches.rank < 6:
+            return min(0.0, self.wrenches.margin(self._scaled(self.hover + wrench)))
+        return self.wrenches.margin(self._scaled(self.hover + wrench))
+
+    def times(self, wrench: np.ndarray) -> float:
+        """How many times a wrench (6,), N and N m, can be given beside hover; NaN where it cannot hover."""
+        return self.wrenches.reach(self._scaled(self.hover), self._scaled(np.asarray(wrench, dtype=float)))
+
+    def push(self, direction: np.ndarray, tilt: float = TILT, moves: float = 0.0) -> float:
+        """How hard the tip can push along a direction (3,) of the heading frame while the robot rests, N.
+
+        Args:
+            direction: of any length but zero.
+            tilt: how far the body may lean into it in roll and in pitch, rad; 0 for level.
+            moves: how far each vectoring angle may move for it, rad.
+
+        Raises:
+            ConfigError: for a direction that is none.
+        """
+        direction = unit_vector(direction)
+        if tilt <= 0.0 and moves <= 0.0:
+            level = self.level_pushes
+            return 0.0 if level is None else float(np.nan_to_num(level.reach(direction)))
+        most = float(self.thrust_limits[1].sum())
+        return greatest_push(
+            self.robot, self.joint_angles, self.vectoring_angles, direction, most, tilt, moves
+        )
+
+    def _slice(self, axes: np.ndarray) -> Slice | None:
+        scale = np.array([1.0, 1.0, 1.0, *[1.0 / self.length] * 3])
+        return self.wrenches.section(self._scaled(self.hover), scale[:, None] * axes)
+
+    def _scaled(self, wrench: np.ndarray) -> np.ndarray:
+        return wrench / np.array([1.0, 1.0, 1.0, *[self.length] * 3])
+
+
+def feasible_wrench(
+    robot: Robot, joint_angles: np.ndarray | None = None, vectoring_angles: np.ndarray | None = None
+) -> FeasibleWrench:
+    """What a robot can do in a posture.
+
+    Args:
+        robot: any.
+        joint_angles: q, rad, (nq,); by default the nominal posture.
+        vectoring_angles: psi, rad, (nv,); by default those with which a flight gets there.
+
+    Raises:
+        ConfigError: the wrong number of angles.
+        UnreachableError: joint angles beyond their limits.
+        AllocationError: at these angles the rotors cannot carry the robot without torque.
+    """
+    nominal = robot.nominal_posture()
+    q = nominal if joint_angles is None else np.asarray(joint_angles, dtype=float)
+    _require_within_limits(robot, q)
+    psi = _vectoring_angles(robot, nominal, q) if vectoring_angles is None else np.asarray(vectoring_angles)
+    found = FeasibleWrench(robot, q, psi.astype(float))
+    _ = found.state  # refuses wrong numbers of angles, and angles that carry nothing
+    return found
+
+
+def _require_within_limits(robot: Robot, q: np.ndarray) -> None:
+    lower, upper = robot.joint_limits()
+    if q.shape != lower.shape:
+        raise ConfigError(f"joint_angles = {q.tolist()} of '{robot.name}' must be {len(lower)} numbers (rad)")
+    for name, angle, low, high in zip(robot.description.shape_joints, q, lower, upper, strict=True):
+        if not low - 1e-9 <= angle <= high + 1e-9:
+            raise UnreachableError(
+                f"joint '{name}' = {angle:g} rad is outside of its limits, {low:g} .. {high:g} rad"
+            )
+
+
+def _vectoring_angles(robot: Robot, nominal: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """Those of the nominal posture, taken along the way to q as a flight through that posture would."""
+    if robot.n_vectoring == 0:
+        return np.zeros(0)
+    angles = np.asarray(vectoring_table(robot).angles(posture_family(robot).theta_nominal), dtype=float)
+    path = posture_path(PostureConfig(waypoints=(tuple(map(float, q)),), hold=0.0), robot, nominal)
+    if path.duration <= 0.0:
+        return angles
+    times = np.append(np.arange(_KNOT, path.duration, _KNOT), path.duration)
+    return vectoring_path(robot, path.sample(times), angles)[-1]
+
+
+def push_limit(
+    robot: Robot,
+    direction: np.ndarray,
+    joint_angles: np.ndarray | None = None,
+    vectoring_angles: np.ndarray | None = None,
+    *,
+    tilt: float = TILT,
+    moves: float = 0.0,
+) -> float:
+    """How hard the robot can push here, this way: the greatest force of its tip at rest, N.
+
+    What is beyond it no controller can hold. In flight some thrust has to be left for control, see `FCTmin`.
+
+    Args:
+        robot: any.
+        direction: of the push, (3,), in the level frame whose x axis is the tip link's; of any length.
+        joint_angles: q, rad; by default the nominal posture.
+        vectoring_angles: psi, rad; by default those with which a flight gets there.
+        tilt: how far the body may lean into it in roll and in pitch, rad; 0 for level.
+        moves: how far each vectoring angle may move for it, rad.
+
+    Raises:
+        ConfigError: as `feasible_wrench`, or for a direction that is none.
+    """
+    return feasible_wrench(robot, joint_angles, vectoring_angles).push(direction, tilt, moves)
+
+
+def unit_vector(direction: np.ndarray) -> np.ndarray:
+    """A direction (3,) of length 1.
+
+    Raises:
+        ConfigError: where it is none.
+    """
+    vector = np.asarray(direction, dtype=float)
+    size = float(np.linalg.norm(vector)) if vector.shape == (3,) else 0.0
+    if not np.isfinite(size) or size == 0.0:
+        raise ConfigError(f"direction = {vector.tolist()} must be three finite numbers, not all zero")
+    return vector / size
+
+
+def summary(feasible: FeasibleWrench) -> dict[str, str]:
+    """What it can do, a line each: name and value with unit."""
+    state, torques, level = feasible.state, feasible.hover_torques, feasible.level_forces
+    low, high = feasible.thrust_limits
+    rank, thrusts = feasible.wrenches.rank, state.hover_thrusts
+    actuated = "all six directions" if rank == 6 else f"{rank} of six directions; it tilts for the others"
+    lines = {
+        "joint angles, rad": _listed(feasible.joint_angles, 3),
+        "vectoring angles, rad": _listed(feasible.vectoring_angles, 3) or "none",
+        "hover thrusts, N": f"{_listed(thrusts, 1)} of {low.min():g} .. {high.max():g}",
+        "rotors give, angles held": actuated,
+        "FCTmin, N m": f"{feasible.fct_min:.2f} (about any axis; thrusts from 0, any force)",
+        "FCFmin, N": f"{feasible.fcf_min:.2f} (beside the weight, any way; thrusts from 0, any torque)",
+    }
+    if torques is not None:
+        least = max(torques.margin(np.zeros(3)), 0.0)
+        lines["torque about any axis in hover, N m"] = f"{least:.2f}"
+        lines["volume of the torques in hover"] = f"{torques.volume:.4g} {_unit('N m', torques.dimension)}"
+    if level is not None:
+        least = max(level.margin(np.zeros(3)), 0.0)
+        lines["force in any direction while level, N"] = f"{least:.2f}"
+        lines["volume of the forces while level"] = f"{level.volume:.4g} {_unit('N', level.dimension)}"
+    lines["volume of the wrenches"] = (
+        f"{feasible.wrenches.volume:.4g} {_unit('N', rank)} (torques over {feasible.length:.3f} m)"
+    )
+    return lines
+
+
+def as_tables(feasible: FeasibleWrench) -> dict[str, Any]:
+    """All of it as plain tables: numbers, corners and faces (outward normal and offset) of every set."""
+    sets = {
+        "hover_torques": feasible.hover_torques,
+        "level_forces": feasible.level_forces,
+        "level_pushes": feasible.level_pushes,
+    }
+    wrenches = feasible.wrenches
+    few = wrenches.matrix.shape[1] <= _MOST_CORNERS
+    return {
+        "robot": feasible.robot.name,
+        "joint_angles": feasible.joint_angles.tolist(),
+        "vectoring_angles": feasible.vectoring_angles.tolist(),
+        "hover_thrusts": feasible.state.hover_thrusts.tolist(),
+        "allocation": feasible.state.allocation_C.tolist(),
+        "fct_min": feasible.fct_min,
+        "fcf_min": feasible.fcf_min,
+        "length": feasible.length,
+        "wrenches": {
+            "dimension": wrenches.rank,
+            "volume": wrenches.volume,
+            "axes": wrenches.basis.tolist(),
+            "normals": wrenches.inside.normals.tolist(),
+            "offsets": wrenches.inside.offsets.tolist(),
+            "vertices": wrenches.vertices.tolist() if few else [],
+        },
+        **{name: None if one is None else _slice_tables(one) for name, one in sets.items()},
+    }
+
+
+def _slice_tables(one: Slice) -> dict[str, Any]:
+    return {
+        "dimension": one.dimension,
+        "volume": one.volume,
+        "origin": one.origin.tolist(),
+        "axes": one.axes.tolist(),
+        "normals": one.inside.normals.tolist(),
+        "offsets": one.inside.offsets.tolist(),
+        "vertices": one.vertices.tolist(),
+    }
+
+
+def _listed(values: np.ndarray, digits: int) -> str:
+    return ", ".join(f"{value:.{digits}f}" for value in values)
+
+
+def _unit(unit: str, power: int) -> str:
+    if power == 1:
+        return unit
+    return f"({unit})^{power}" if " " in unit else f"{unit}^{power}"
