@@ -147,3 +147,44 @@ def test_scores_so_far_are_told_by_name(session):
     scores = session.scores()
     assert set(scores) == {"Hybrid", "PID"}
     assert scores["PID"]["tilt_max"] is None or scores["PID"]["tilt_max"] < 1.0
+
+
+def test_the_surface_is_moved_from_where_it_was_at_take_off(session):
+    scene = session.scene()
+    surface = session.flights[0].experiment.surface
+    before = poses(session, scene)[-1]
+    assert before[:3] == pytest.approx(surface.position, abs=1e-6)
+    session.surface(position=[0.0, 0.05, -0.02], tilt=[0.1, 0.0])
+    session.surface(friction=0.2)
+    session.advance(20)
+    (change,) = session.flights[0].experiment.surface_changes
+    assert change.position == pytest.approx((1.5, 0.05, 1.18))
+    assert (change.slope, change.pitch) == pytest.approx((surface.slope + 0.1, surface.pitch))
+    assert 0.0 < poses(session, scene)[-1][1] < 0.05
+    session.advance(30)
+    after = poses(session, scene)[-1]
+    assert after[:3] == pytest.approx([1.5, 0.05, 1.18], abs=1e-6)
+    assert after[3:] @ before[3:] == pytest.approx(np.cos(0.05), abs=1e-6)
+    begin, end = scene["layout"]["flights"][0]["surface"]
+    assert session.frame()[begin:end] == pytest.approx(after)
+    session.surface(present=False)
+    session.advance(1)
+    assert poses(session, scene)[-1][2] < -900.0
+    assert not session.frame()[scene["layout"]["flights"][0]["present"][0]]
+    session.rewind(5.0)
+    session.advance(1)
+    assert poses(session, scene)[-1] == pytest.approx(before)
+
+
+def test_a_key_of_the_surface_acts_in_flight_and_is_kept_by_a_restart(session):
+    session.advance(10)
+    assert session.set_key("surface.friction", 0.25) == "in flight"
+    (control,) = [one for one in session.controls() if one["key"] == "surface.friction"]
+    assert (control["value"], control["acts"]) == (0.25, "in flight")
+    session.restart()
+    assert session.flights[0].experiment.surface.friction == 0.25
+    assert session.flights[0].experiment.surface_changes == ()
+    with pytest.raises(SkylimbError):
+        session.surface(friction=-1.0)
+    with pytest.raises(SkylimbError):
+        session.surface(position=[1.0])

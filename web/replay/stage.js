@@ -40,7 +40,11 @@ export class Stage extends Figure {
     const part = j > i ? Math.min(1, Math.max(0, (time - moments[i]) / (moments[j] - moments[i]))) : 0;
     const mixed = (column) => column[i] + part * (column[j] - column[i]);
     this.show(poses.map(mixed), thrusts.map(mixed), contact.map(mixed));
-    if (surface) this.drawn.position.set(...surface.map(mixed));
+    if (surface) {
+      const [x, y, z, w, qx, qy, qz] = surface.map(mixed);
+      this.drawn.position.set(x, y, z);
+      this.drawn.quaternion.set(qx, qy, qz, w).normalize();
+    }
     this.nominal.show(this.ghost ? -1 : Infinity);
     this.trace.show(time);
   }

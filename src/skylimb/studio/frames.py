@@ -12,7 +12,7 @@ import xarray as xr
 
 from skylimb.analysis.board import board_of
 from skylimb.analysis.replay.packing import packed
-from skylimb.analysis.replay.shapes import meshes, shapes, thrust_sites
+from skylimb.analysis.replay.shapes import OUT_OF_SIGHT, meshes, shapes_with_surface, thrust_sites
 from skylimb.analysis.scene import LIFT, SPACING, load_model, place_camera
 from skylimb.analysis.signals import contact_axis, sliding_axes
 from skylimb.control.contact_machine import STATES
@@ -31,7 +31,6 @@ FLYING, ENDED, LOST = 0, 1, 2
 """State of a flight in a frame: it flies, came to its mission's end, or is lost."""
 
 _PICTURE = (640, 360)
-_OUT_OF_SIGHT = 1000.0  # m below the floor: where a page draws a surface that was taken away
 
 
 class _Moment(NamedTuple):
@@ -114,7 +113,9 @@ class FlightView:
             "name": self.name,
             "colour": self._colour,
             "controller": self._flight.takeoff.controller.name,
-            "shapes": self._shapes(),
+            "shapes": shapes_with_surface(
+                self._model, np.asarray(surface.position, dtype=float), quaternion_from_rotation(surface.R_WS)
+            ),
             "meshes": meshes(self._model),
             "bodies": self._model.nbody + 1,
             "body_names": [self._model.body(i).name for i in range(self._model.nbody)] + ["surface"],
@@ -128,23 +129,6 @@ class FlightView:
             "panels": panels,
             "contact_states": list(STATES),
         }
-
-    def _shapes(self) -> list[dict[str, Any]]:
-        """The shapes; those of the surface belong to one more body, behind the model's own."""
-        surface = self._flight.takeoff.plant.surface
-        R, origin = surface.R_WS, np.asarray(surface.position, dtype=float)
-        found = []
-        for shape in shapes(self._model):
-            if shape["body"] == 0 and shape["kind"] != "plane":  # the floor is the one plane that is seen
-                turn = np.zeros(9)
-                mujoco.mju_quat2Mat(turn, np.array(shape["quaternion"]))
-                shape |= {
-                    "body": self._model.nbody,
-                    "position": (R.T @ (np.array(shape["position"]) - origin)).tolist(),
-                    "quaternion": quaternion_from_rotation(R.T @ turn.reshape(3, 3)).tolist(),
-                }
-            found.append(shape)
-        return found
 
     def _surface_pose(self) -> tuple[np.ndarray, bool]:
         """Where the surface is now: place and quaternion of its axes in W, (7,); and whether it is there."""
@@ -182,7 +166,7 @@ class FlightView:
         state = FLYING if not flight.over else LOST if lost else ENDED
         poses = np.vstack([np.hstack([data.xpos, data.xquat]), pose])
         if not present:
-            poses[self._surface, 2] -= _OUT_OF_SIGHT
+            poses[self._surface, 2] -= OUT_OF_SIGHT
         # A quaternion keeps its sign from moment to moment, so that one may interpolate.
         poses[:, 3:] *= np.where(np.sum(poses[:, 3:] * self._turned, axis=1) < 0.0, -1.0, 1.0)[:, None]
         self._turned = poses[:, 3:]

@@ -305,8 +305,18 @@ class Session:
         stiffness: float | None = None,
         present: bool | None = None,
     ) -> None:
-        """Move, tilt or change the surface of all flights, or take it away; see `surface_change`."""
-        self._change_surface(surface_change(self.time, position, tilt, friction, stiffness, present))
+        """Move, tilt or change the surface of all flights, or take it away.
+
+        Args:
+            position: how far its origin is to be from where it was at take-off, W, m, (3,).
+            tilt: slope and pitch on top of those that it had then, rad; and roll where there is a third.
+            friction: Coulomb coefficient.
+            stiffness: N/m.
+            present: false takes the surface away, true brings it back.
+        """
+        first = self._flights[0].experiment.surface
+        change = surface_change(self.time, first, position, tilt, friction, stiffness, present)
+        self._change_surface(change)
 
     def _change_surface(self, change: SurfaceChange) -> None:
         self._branch({one: with_surface(one.experiment, change) for one in self._flights if not one.over})

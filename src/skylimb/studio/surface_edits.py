@@ -6,8 +6,10 @@ import dataclasses
 from collections.abc import Sequence
 from typing import Any
 
+from skylimb.errors import ConfigError
 from skylimb.experiments.experiment import Experiment
 from skylimb.simulation.surface_changes import SurfaceChange
+from skylimb.simulation.surfaces import Surface
 
 BLEND = 0.2
 """How long a surface takes to a new place, s."""
@@ -28,7 +30,8 @@ def surface_keys_in_flight(experiment: Experiment) -> dict[str, Any]:
 
 def surface_change(
     time: float,
-    position: Sequence[float] | None = None,
+    surface: Surface,
+    moved: Sequence[float] | None = None,
     tilt: Sequence[float] | None = None,
     friction: float | None = None,
     stiffness: float | None = None,
@@ -38,15 +41,26 @@ def surface_change(
 
     Args:
         time: since take-off, s.
-        position: of the surface's origin, W, m, (3,).
-        tilt: slope and pitch, rad, and roll where there is a third number.
+        surface: as it was at take-off.
+        moved: how far its origin is to be from where it was then, W, m, (3,).
+        tilt: slope and pitch on top of those that it had then, rad; and roll where there is a third number.
         friction: Coulomb coefficient.
         stiffness: N/m.
         present: false takes the surface away.
+
+    Raises:
+        ConfigError: when a value cannot be.
     """
-    angles = dict(zip(("slope", "pitch", "roll"), map(float, tilt or ()), strict=False))
-    given = {"position": None if position is None else tuple(map(float, position)), "friction": friction}
-    return SurfaceChange(time=time, **given, stiffness=stiffness, present=present, blend=BLEND, **angles)  # type: ignore[arg-type]
+    pose: dict[str, Any] = {}
+    for name, more in zip(("slope", "pitch", "roll"), tilt or (), strict=False):
+        pose[name] = round(getattr(surface, name) + float(more), 9)
+    if moved is not None:
+        if len(moved) != 3:
+            raise ConfigError(f"position has {len(moved)} numbers; it takes three")
+        pose["position"] = tuple(round(a + float(b), 9) for a, b in zip(surface.position, moved, strict=True))
+    return SurfaceChange(
+        time=time, friction=friction, stiffness=stiffness, present=present, blend=BLEND, **pose
+    )
 
 
 def with_surface(experiment: Experiment, change: SurfaceChange) -> Experiment:

@@ -11,8 +11,9 @@ import xarray as xr
 
 from skylimb.analysis import palette, scene
 from skylimb.analysis.board import board_of
+from skylimb.analysis.replay.moved import is_moved, moves_of, taken_back, where
 from skylimb.analysis.replay.packing import packed
-from skylimb.analysis.replay.shapes import body_poses, meshes, shapes, thrust_sites
+from skylimb.analysis.replay.shapes import body_poses, meshes, shapes, shapes_with_surface, thrust_sites
 from skylimb.analysis.replay.signals import packed_panels, smoothed
 from skylimb.recording import Run
 
@@ -53,12 +54,21 @@ def _scene(run: Run) -> dict[str, Any]:
     samples = np.clip(np.searchsorted(times, moments - 1e-9), 0, len(times) - 1)
     configuration = log.configuration.values
     poses = body_poses(model, configuration[samples])
-    motion = scene.surface_motion(model, configuration)
+    placed, bodies = shapes(model), model.nbody
+    if is_moved(log):
+        motion = moves_of(log)
+        first = where(log)[0]
+        placed, bodies = shapes_with_surface(model, first[:3], first[3:]), bodies + 1
+        poses = np.concatenate([poses, where(log)[samples][:, None, :]], axis=1)
+    else:
+        slid = scene.surface_motion(model, configuration)
+        motion = np.pad(slid, ((0, 0), (0, 4)))
+        motion[:, 3] = 1.0
     moves = bool(np.any(motion != motion[:1]))
     return {
-        "shapes": shapes(model),
+        "shapes": placed,
         "meshes": meshes(model),
-        "bodies": model.nbody,
+        "bodies": bodies,
         "moments": packed(times[samples]),
         "poses": packed(poses.reshape(len(poses), -1)),
         "rotors": thrust_sites(model) if "thrusts" in log else [],
@@ -82,7 +92,7 @@ def _touch(log: xr.Dataset) -> np.ndarray:
 def _ink(ink: scene.Ink, board: Any, motion: np.ndarray, times: np.ndarray) -> dict[str, Any]:
     """Segments of a line with the time from which each is seen, where the surface was first."""
     normal = board.normal if board is not None else np.zeros(3)
-    ends = ink.ends + scene.LIFT * normal - motion[ink.since][:, None, :]
+    ends = taken_back(ink.ends + scene.LIFT * normal, motion[ink.since])
     return {"since": packed(times[ink.since]), "ends": packed(ends.reshape(len(ends), 6))}
 
 

@@ -44,6 +44,33 @@ def shapes(model: mujoco.MjModel) -> list[dict[str, Any]]:
     return found
 
 
+def shapes_with_surface(
+    model: mujoco.MjModel, position: np.ndarray, quaternion: np.ndarray
+) -> list[dict[str, Any]]:
+    """The shapes, where a surface that stands still is one more body behind the model's, which may be moved.
+
+    The engine makes what stands still a part of the world.
+
+    Args:
+        model: of the scene.
+        position: origin of the surface's axes in the scene, W, m, (3,).
+        quaternion: their attitude, (4,).
+    """
+    back, place, turned = np.zeros(4), np.zeros(3), np.zeros(4)
+    mujoco.mju_negQuat(back, quaternion)
+    found = shapes(model)
+    for shape in found:
+        if shape["body"] == 0 and shape["kind"] != "plane":  # the floor is the one plane that is seen
+            mujoco.mju_rotVecQuat(place, np.array(shape["position"]) - position, back)
+            mujoco.mju_mulQuat(turned, back, np.array(shape["quaternion"]))
+            shape |= {"body": model.nbody, "position": _digits(place), "quaternion": _digits(turned, 9)}
+    return found
+
+
+OUT_OF_SIGHT = 1000.0
+"""Metres below the floor: where a surface that was taken away is shown."""
+
+
 def meshes(model: mujoco.MjModel) -> list[dict[str, Any]]:
     """Vertices (float32, m) and triangles (uint32) of every mesh, deflated, base64."""
     found = []
