@@ -103,3 +103,28 @@ def right_inverse(A: Array) -> Array:
     if A.shape[0] == A.shape[1]:
         return ca.inv_minor(A)
     return A.T @ ca.inv_minor(A @ A.T)
+
+
+def solve_positive(M: Array, right: Array) -> Array:
+    """The solution x (n,) of M x = right for a symmetric positive definite M (n, n).
+
+    In symbols by the factors L D L^T, of which only the lower half of M is read: free of pivots and roots,
+    so it is the same operations at every call.
+    """
+    if not is_symbolic(M, right):
+        return np.linalg.solve(M, right)
+    n = M.shape[0]
+    L: list[list[Any]] = []
+    inverse: list[Any] = []  # of D
+    for i in range(n):
+        scaled: list[Any] = []  # row i of L D
+        for j in range(i):
+            scaled.append(M[i, j] - sum(scaled[k] * L[j][k] for k in range(j)))
+        L.append([entry * inverse[k] for k, entry in enumerate(scaled)])
+        inverse.append(1.0 / (M[i, i] - sum(entry * L[i][k] for k, entry in enumerate(scaled))))
+    x = [right[i] for i in range(n)]
+    for i in range(n):
+        x[i] = x[i] - sum(L[i][k] * x[k] for k in range(i))
+    for i in reversed(range(n)):
+        x[i] = x[i] * inverse[i] - sum(L[k][i] * x[k] for k in range(i + 1, n))
+    return ca.vertcat(*x)

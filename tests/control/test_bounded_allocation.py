@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import skylimb
+from made_robots import multirotor
 from skylimb.control.allocation import bounded, pseudoinverse
 from skylimb.control.cascade import Cascade
 from skylimb.control.leak import TorqueLeak
@@ -19,6 +20,7 @@ from skylimb.control.rotor_lag import RotorLag
 from skylimb.control.thrusts import rotor_wrench, thrust_limits, unlimited
 from skylimb.control.translation import following, pid
 from skylimb.control.windup import unless_short
+from skylimb.errors import ConfigError
 from skylimb.estimation.records import Start, Wrench
 from skylimb.flights.drivers.native import compile_native, fly_native
 from skylimb.flights.export import export_c
@@ -195,6 +197,78 @@ def test_numbers_and_symbols_give_the_same(
             expected,
             atol=1e-9,
         )
+
+
+# ---- side force by the rotors ----
+
+
+@pytest.fixture(scope="module")
+def canted(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """A hexarotor whose rotors are canted to both sides, 1.3 kg."""
+    return str(multirotor(tmp_path_factory.mktemp("canted")))
+
+
+BY_ROTORS = {"side_force": "rotors", "leak": TorqueLeak(cutoff=3.0)}
+
+
+def test_rotors_in_all_directions_give_force_and_torque_as_wanted(canted: str, make_inputs: Make) -> None:
+    robot = skylimb.load_robot(canted)
+    model, none = robot.at([], []), np.zeros(0)
+    at = make_inputs(model, robot=robot, R=R, q=none, psi=none)
+    force, torque = model.mass * GRAVITY_W + np.array([1.0, -0.8, 0.5]), np.array([0.1, -0.2, 0.15])
+    start = Start(robot, 0.6, model.hover_thrusts)
+    state = bounded.initial_state(bounded.Gains(**BY_ROTORS), start)
+    new, given, signals = bounded.step(
+        gains(**BY_ROTORS), state, at, Demand(force, force, torque, none, none)
+    )
+    np.testing.assert_allclose(given.wrench.force, force, atol=1e-9)
+    np.testing.assert_allclose(given.wrench.torque, torque, atol=1e-9)
+    np.testing.assert_array_equal(residual_in_body(signals), np.zeros(6))
+    least = np.linalg.pinv(model.allocation_C) @ np.array([*(R.T @ force), *torque])
+    np.testing.assert_allclose(given.command.thrusts, least, atol=1e-9)
+    np.testing.assert_array_equal(bounded.aim(gains(**BY_ROTORS), new, at, force), [0.0, 0.0, force[2]])
+    symbol = ca.SX.sym("force", 3)
+    traced = ca.Function("whole", [symbol], [bounded.whole_wrench(at.estimate.body, symbol, torque).total])
+    np.testing.assert_allclose(traced(force).full().ravel(), least, atol=1e-9)
+
+
+def test_the_tilt_gives_what_the_rotors_fall_short_of_sideways(canted: str, make_inputs: Make) -> None:
+    robot = skylimb.load_robot(canted)
+    model, none, law = robot.at([], []), np.zeros(0), gains(**BY_ROTORS)
+    at = make_inputs(model, robot=robot, q=none, psi=none)
+    force = model.mass * GRAVITY_W + np.array([12.0, 0.0, 0.0])
+    state = bounded.initial_state(bounded.Gains(**BY_ROTORS), Start(robot, 0.6, model.hover_thrusts))
+    missing = np.zeros(3)
+    for _ in range(200):
+        state, _, signals = bounded.step(law, state, at, Demand(force, force, np.zeros(3), none, none))
+        missing = signals["allocation_residual_force"]
+    assert 1.0 < missing[0] < 12.0
+    aimed = bounded.aim(law, state, at, force)
+    np.testing.assert_allclose(aimed[:2], missing[:2], atol=1e-3)
+    assert aimed[2] == force[2]
+
+
+def test_a_robot_whose_rotors_cannot_is_refused_in_a_line(
+    robot: Robot, make_start: Callable[..., Start]
+) -> None:
+    with pytest.raises(ConfigError, match=r"side_force.*those of 'hydrus_xi_quad' give 4"):
+        bounded.initial_state(bounded.Gains(**BY_ROTORS), make_start(robot=robot))
+
+
+@pytest.mark.parametrize(("side_force", "tilt"), [("rotors", (0.0, 0.5)), ("tilt", (5.0, 20.0))])
+def test_a_sideways_push_leaves_a_robot_level_whose_rotors_give_the_force(
+    side_force: str, tilt: tuple[float, float], canted: str, tmp_path: Path
+) -> None:
+    text = (PRESETS / "pid.toml").read_text(encoding="utf-8")
+    path = tmp_path / "level.toml"
+    path.write_text(
+        text.replace('"pseudoinverse"', f'"bounded"\nside_force = "{side_force}"'), encoding="utf-8"
+    )
+    push = {**TWIST, "robot": canted, "disturbance.force": [-2.5, 0, 0], "disturbance.torque": [0, 0, 0]}
+    run = skylimb.run("push", controller=str(path), set={**push, "disturbance.duration": 3.0})
+    assert run.status == "OK"
+    assert tilt[0] < np.degrees(run.log.tilt.values.max()) < tilt[1]
+    assert np.abs(run.log.cog_position.values[:, 0] - run.log.cog_position_reference.values[:, 0]).max() < 1.0
 
 
 # ---- integrators ----

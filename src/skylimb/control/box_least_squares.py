@@ -30,7 +30,7 @@ from typing import NamedTuple
 
 import casadi as ca
 
-from skylimb.symbolic import clip
+from skylimb.symbolic import clip, solve_positive
 
 ROUNDS = 3
 """Proximal rounds."""
@@ -143,10 +143,7 @@ def _iteration(n: int) -> ca.Function:
     old = _State(*ca.vertsplit(flat, [0, n, 2 * n, 3 * n, 4 * n, 4 * n + 1, 4 * n + 2]))
 
     # The least point of the face: rows and columns of held entries are those of the identity.
-    masked = [
-        [H[i, j] * old.free[i] * old.free[j] for j in range(i)] + [old.free[i] * (H[i, i] - 1.0) + 1.0]
-        for i in range(n)
-    ]
+    masked = H * (old.free @ old.free.T) + ca.diag(1.0 - old.free)
     move = solve_positive(masked, -old.free * old.gradient)
 
     # As far as the first bound on the way.
@@ -174,27 +171,3 @@ def _iteration(n: int) -> ca.Function:
         old.iterations + 1,
     )
     return ca.Function("iteration", [flat, H, wanted, lower, upper], [_flat(new)], {"cse": True})
-
-
-def solve_positive(lower: list[list[ca.SX]], right: ca.SX) -> ca.SX:
-    """The solution of M x = right for a positive definite M, by its factors L D L^T.
-
-    Args:
-        lower: rows of M up to the diagonal.
-        right: (n, 1).
-    """
-    n = len(lower)
-    L: list[list[ca.SX]] = []
-    inverse: list[ca.SX] = []  # of D
-    for i in range(n):
-        scaled: list[ca.SX] = []  # row i of L D
-        for j in range(i):
-            scaled.append(lower[i][j] - sum(scaled[k] * L[j][k] for k in range(j)))
-        L.append([entry * inverse[k] for k, entry in enumerate(scaled)])
-        inverse.append(1.0 / (lower[i][i] - sum(entry * L[i][k] for k, entry in enumerate(scaled))))
-    x = [right[i] for i in range(n)]
-    for i in range(n):
-        x[i] = x[i] - sum(L[i][k] * x[k] for k in range(i))
-    for i in reversed(range(n)):
-        x[i] = x[i] * inverse[i] - sum(L[k][i] * x[k] for k in range(i + 1, n))
-    return ca.vertcat(*x)

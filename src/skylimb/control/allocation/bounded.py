@@ -13,6 +13,10 @@ limits come back as they are, to the last bit.
 The side force that counts is that of lambda_wanted, so the leak is not chased: it is what it would be without
 limits, and what is missing of it is part of the residual.
 
+A robot whose rotors give wrenches in all six directions need not tilt for a side force (`side_force =
+"rotors"`). Its lambda_wanted is then the least-norm one of all six rows, Q^T (Q Q^T)^-1 w, and the tilt gives
+only what the rotors fall short of, low-passed.
+
 The residual, wanted less given wrench, is recorded. The estimation is told the wrench that is really given,
 and integrators hold where the rotors fall short (`LawInput.residual`).
 """
@@ -21,7 +25,7 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import field
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -31,10 +35,12 @@ from skylimb.control.leak import TorqueLeak, follow_leak, side_force, without_le
 from skylimb.control.needs import Needs
 from skylimb.control.records import Allocated, Command, Demand, LawInput
 from skylimb.control.rotor_lag import RotorLag, lead_thrusts
-from skylimb.control.thrusts import Limits, rotor_wrench, thrust_limits, unlimited
-from skylimb.estimation.records import Signals, Start, Wrench
+from skylimb.control.thrusts import Limits, Thrusts, rotor_wrench, thrust_limits, unlimited
+from skylimb.errors import ConfigError
+from skylimb.estimation.records import BodyState, Signals, Start, Wrench
 from skylimb.keys import Key, configuration
-from skylimb.symbolic import Array, clip, diagonal, is_symbolic, vector
+from skylimb.robots.model import Robot
+from skylimb.symbolic import Array, clip, diagonal, is_symbolic, solve_positive, stack, vector
 
 
 @configuration
@@ -63,6 +69,10 @@ class Gains:
     hold_lift: Annotated[
         bool, Key("", "whether the thrusts for a torque are chosen so that they do not lift")
     ] = False
+    side_force: Annotated[
+        Literal["tilt", "rotors"],
+        Key("", "what gives it: the tilt of the robot, or rotors that give wrenches in all six directions"),
+    ] = "tilt"
     rate: Annotated[
         float,
         Key(
@@ -79,7 +89,7 @@ class State(NamedTuple):
     """What the law remembers.
 
     Attributes:
-        leak: known one, W, N, (3,).
+        leak: known one, W, N, (3,); where the rotors give the side force, what they fall short of.
         thrusts: modelled, N, (n,).
         allocated: thrusts of the last tick before their lag was led, N, (n,).
         residual: wanted less given wrench of the last tick, W and C.
@@ -97,12 +107,20 @@ def needs(gains: Gains) -> Needs:
 
 
 def initial_state(gains: Gains, start: Start) -> State:
-    """Hovering; no leak known, nothing missing."""
+    """Hovering; no leak known, nothing missing.
+
+    Raises:
+        ConfigError: for side force by rotors that do not give wrenches in all six directions.
+    """
+    if gains.side_force == "rotors":
+        _require_all_directions(start.robot)
     return State(np.zeros(3), start.hover_thrusts, start.hover_thrusts, Wrench(np.zeros(3), np.zeros(3)))
 
 
 def aim(gains: Any, state: State, inputs: LawInput, force: Array) -> Array:
     """The part of the wanted force that the tilt has to give, W, N: all that does not leak anyway."""
+    if gains.side_force == "rotors":
+        return vector(state.leak[0], state.leak[1], force[2])
     return without_leak(gains.leak, state.leak, force)
 
 
@@ -110,7 +128,12 @@ def step(gains: Any, state: State, inputs: LawInput, demand: Demand) -> tuple[St
     """Thrusts within limits and rates for the aimed force and the torque; vectoring angles stay nominal."""
     body, dt = inputs.estimate.body, inputs.dt
     limits = thrust_limits(inputs.robot)
-    wanted = unlimited(body, demand.aimed, demand.torque, gains.hold_lift)
+    level = gains.side_force == "rotors"
+    wanted = (
+        whole_wrench(body, demand.force, demand.torque)
+        if level
+        else unlimited(body, demand.aimed, demand.torque, gains.hold_lift)
+    )
     given = nearest_thrusts(
         gains.weights,
         body.model.allocation_C,
@@ -118,8 +141,9 @@ def step(gains: Any, state: State, inputs: LawInput, demand: Demand) -> tuple[St
         reachable(limits, state.allocated, gains.rate * dt),
     )
     led = lead_thrusts(gains.rotor_lag, state.thrusts, given, limits, dt)
-    leak = follow_leak(gains.leak, state.leak, side_force(gains.leak, inputs, wanted), dt)
     missing = rotor_wrench(body, wanted.total - given)
+    side = missing.force if level else side_force(gains.leak, inputs, wanted)
+    leak = follow_leak(gains.leak, state.leak, side, dt)
     signals = {"allocation_residual_force": missing.force, "allocation_residual_torque": missing.torque}
     command = Command(led.command, demand.joint_angles, demand.vectoring_angles)
     new = State(leak, led.end, given, missing)
@@ -135,6 +159,30 @@ def reachable(limits: Limits, before: Array, change: Any) -> Limits:
         change: greatest one in a tick, N.
     """
     return clip(before - change, *limits), clip(before + change, *limits)
+
+
+def whole_wrench(body: BodyState, force: Array, torque: Array) -> Thrusts:
+    """The least thrusts for a force in W, N, and a torque in C, N m, as if rotors had no limits.
+
+    Args:
+        body: attitude, and an allocation matrix of rank six.
+        force: (3,).
+        torque: (3,).
+    """
+    Q = body.model.allocation_C
+    wrench = stack(body.R_WC.T @ force, torque)
+    total = Q.T @ solve_positive(Q @ Q.T, wrench)
+    return Thrusts(total, total - Q.T @ solve_positive(Q @ Q.T, stack(wrench[0:3], 0.0, 0.0, 0.0)))
+
+
+def _require_all_directions(robot: Robot) -> None:
+    Q = robot.wrench_function(robot.nominal_posture(), robot.description.vectoring_start).full()
+    rank = int(np.linalg.matrix_rank(Q, tol=1e-3 * np.linalg.norm(Q, 2)))
+    if rank < 6:
+        raise ConfigError(
+            f"allocation.side_force = 'rotors' needs rotors that give wrenches in all six directions; those "
+            f"of '{robot.name}' give {rank}, so it has to be 'tilt'"
+        )
 
 
 def nearest_thrusts(weights: Any, allocation: Array, wanted: Array, limits: Limits) -> Array:
