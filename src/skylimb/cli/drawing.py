@@ -15,8 +15,11 @@ from skylimb.errors import ConfigError
 if TYPE_CHECKING:
     from skylimb.recording.run import Run as RunRecord
 
-_WANTED, _OTHERWISE = "following", "hybrid"
-"""The controller made for it, and the one for where that does not ship."""
+_WANTED = "drawing"
+"""The controller that is made for it."""
+
+_ACCELERATION = 0.05
+"""Of the pen, m/s^2: where a stroke begins faster, friction holds the pen back and then lets it go at once."""
 
 
 @dataclass(frozen=True)
@@ -59,8 +62,7 @@ class Draw:
         str,
         arg(
             metavar="NAME",
-            help="A controller's name, its TOML file, or a Python file; by default "
-            f"{_WANTED} where that ships, else {_OTHERWISE}.",
+            help=f"A controller's name, its TOML file, or a Python file; by default {_WANTED}.",
         ),
     ] = ""
     seed: Seed = ""
@@ -81,7 +83,7 @@ class Draw:
         experiment = self._experiment(what, settings)
         gains = {key: value for key, value in settings.items() if key.startswith("controller.")}
         with output.flights() as progress:
-            run = skylimb.run(experiment, self.controller or _usual(), seed, gains, progress)
+            run = skylimb.run(experiment, self.controller or _WANTED, seed, gains, progress)
         with output.working("writing log, figures and report"):
             from skylimb.analysis import write_run
 
@@ -114,6 +116,7 @@ class Draw:
             "height": self.height,
             "order": self.order,
             "speed": self.speed,
+            "acceleration": _ACCELERATION,
             "feedforward": "full",
         }
         tables.pop("controller", None)
@@ -127,12 +130,6 @@ def _word(name: str) -> str:
     """A name that can be a part of a folder's name."""
     kept = "".join(letter if letter.isalnum() or letter in "_-." else "_" for letter in name)
     return kept.strip("._")[:40] or "drawing"
-
-
-def _usual() -> str:
-    from skylimb.control.preset import preset_names
-
-    return _WANTED if _WANTED in preset_names() else _OTHERWISE
 
 
 def _rows(run: RunRecord) -> list[tuple[str, str]]:

@@ -36,6 +36,8 @@ class ContactView(NamedTuple):
         normal_force: with which the surface is believed to push, N.
         speed: of the path, m/s.
         ease: share of the wanted force that is to be pressed with.
+        across: force that surface and friction are expected to push with across the contact axis, W, N, (3,);
+            nothing where the law does not know it.
     """
 
     engaged: Any
@@ -46,11 +48,12 @@ class ContactView(NamedTuple):
     normal_force: Any
     speed: Any
     ease: Any
+    across: Array = NOTHING.force
 
 
 def no_contact() -> ContactView:
     """A view of nothing."""
-    return ContactView(*(0.0 for _ in ContactView._fields))._replace(ease=1.0)
+    return ContactView(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, ease=1.0)
 
 
 class ArmTarget(NamedTuple):

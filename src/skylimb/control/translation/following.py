@@ -5,7 +5,7 @@ In the sliding plane (u, v) the centre of gravity follows the tip's reference le
     f = m (a_ref - D (p' - p'_ref) - K (p - p_ref)) - c f_hat,    c = cancel min(1, |v_path| / cancel_speed),
 
 where the estimated force is cancelled only as the pen moves: a pen that sticks makes any integral action
-hunt.
+hunt. A force that the contact law expects is made up for at once (`feed`).
 
 Along the contact axis it is soft while the force is regulated, around an anchor that the contact law carries
 along, and heavier or lighter than it is by the mass ratio mu = M_d / m:
@@ -93,6 +93,16 @@ class Gains:
     cancel_speed: Annotated[
         float, Key("m/s", "speed of the path from which it is cancelled in full", above=0.0, high=10.0)
     ] = 0.06
+    feed: Annotated[
+        float,
+        Key(
+            "",
+            "share of the force across the contact axis that the contact law expects which is made up for "
+            "at once; only of a law that knows it",
+            low=0.0,
+            high=1.0,
+        ),
+    ] = 0.0
     error_limit: Annotated[
         float,
         Key(
@@ -150,7 +160,8 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, Array, Sign
         wanted = dot(axis, reference.tip_acceleration) - damping[i] * error_rate - gains.stiffness[i] * error
         rubbing = clip(dot(axis, force), -gains.cancel_limit, gains.cancel_limit)
         slow.append(low_pass(state.rubbing[i - 1], rubbing, 2.0 * math.pi * gains.cancel_cutoff[i - 1], dt))
-        total = total + axis * (m * wanted - share * gains.cancel[i - 1] * slow[-1])
+        known = share * gains.cancel[i - 1] * slow[-1] + gains.feed * dot(axis, contact.across)
+        total = total + axis * (m * wanted - known)
 
     speed = dot(a, body.velocity)
     tip = dot(a, body.position + estimate.arm)

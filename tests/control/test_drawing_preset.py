@@ -1,0 +1,81 @@
+"""The preset `drawing` beside `following`: what it does at corners, and where strokes begin and end."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import skylimb
+from skylimb.control.attitude import firm, impedance
+from skylimb.control.contact_machine import RETREAT, SETTLE
+from skylimb.control.controller import load_controller
+from skylimb.control.records import no_contact
+from skylimb.packing import numeric
+from skylimb.recording import Run
+from skylimb.spatial import rotation_from_rpy
+
+DRAWING = {
+    "trajectory.shape": "drawing",
+    "trajectory.text": "LT",
+    "trajectory.width": 0.25,
+    "trajectory.speed": 0.05,
+    "trajectory.acceleration": 0.05,
+    "trajectory.feedforward": "full",
+}
+
+
+@pytest.fixture(scope="module")
+def runs() -> dict[str, Run]:
+    return dict(skylimb.compare("paper", ("following", "drawing"), set=DRAWING))
+
+
+def test_it_draws_better(runs: dict[str, Run]) -> None:
+    before, after = (runs[name].metrics for name in ("following", "drawing"))
+    assert runs["drawing"].status == "OK"
+    assert after["pen_line_rms"] < 0.75 * before["pen_line_rms"]
+    assert after["line_frechet"] < 0.85 * before["line_frechet"]
+    assert after["contact_losses"] == 0
+
+
+def test_it_learns_the_friction(runs: dict[str, Run]) -> None:
+    """The board's is 0.4, and 1 N is wanted."""
+    assert runs["drawing"].log.friction_estimate.values[-1] == pytest.approx(0.4, abs=0.12)
+
+
+def test_the_press_comes_and_goes_over_time(runs: dict[str, Run]) -> None:
+    log = runs["drawing"].log
+    state, target = log.contact_state.values, log.contact_force_target.values
+    dt = float(log.time[1] - log.time[0])
+    (begin, *_) = np.flatnonzero((state[1:] == SETTLE) & (state[:-1] != SETTLE)) + 1
+    np.testing.assert_allclose(target[begin + 1], 0.5, atol=0.05)
+    np.testing.assert_allclose(target[begin + round(0.9 / dt)], 1.0, atol=0.05)
+    (leave, *_) = np.flatnonzero((state[1:] == RETREAT) & (state[:-1] != RETREAT)) + 1
+    going = target[leave : leave + round(0.75 / dt)]
+    assert np.all(np.diff(going) <= 1e-9)
+    assert going[0] > 0.7
+    assert going[-1] < 0.1
+    assert np.all(target[leave + round(0.85 / dt) : leave + round(1.2 / dt)] == 0.0)
+
+
+def test_the_expected_torque_is_taken_off_by_its_share(make_inputs: Any, model: Any) -> None:
+    view = no_contact()._replace(across=np.array([0.1, 0.4, -0.3]))
+    arm, target = np.array([0.9, 0.1, -0.2]), np.eye(3)
+    inputs = make_inputs(model=model, R=rotation_from_rpy(0.1, -0.2, 0.3), arm=arm, contact=view)
+    gains = firm.Gains((10.0, 10.0, 1.0), (52.0, 150.0, 24.0), (1.1, 0.8, 0.5), contact_share=(0.0, 0.5, 1.0))
+    plain = impedance.Gains((10.0, 10.0, 1.0), (52.0, 150.0, 24.0), (1.1, 0.8, 0.5))
+    _, torque, _ = firm.step(numeric(gains), (), inputs, target)
+    _, without, _ = impedance.step(numeric(plain), (), inputs, target)
+    expected = inputs.estimate.body.R_WC.T @ np.cross(inputs.estimate.arm, inputs.contact.across)
+    np.testing.assert_allclose(torque, without - np.array([0.0, 0.5, 1.0]) * expected, atol=1e-12)
+    _, none, _ = firm.step(numeric(replace(gains, contact_share=(0.0, 0.0, 0.0))), (), inputs, target)
+    np.testing.assert_array_equal(none, without)
+
+
+def test_it_is_following_but_for_what_it_says(robot: Any) -> None:
+    mine, other = (load_controller(name, robot).tables() for name in ("drawing", "following"))  # type: ignore[attr-defined]
+    assert mine["estimation"] == other["estimation"]
+    assert mine["allocation"] == other["allocation"]
+    assert mine["shape"] == other["shape"]
+    changed = {key for key in other["translation"] if mine["translation"][key] != other["translation"][key]}
+    assert changed == {"stiffness", "damping_ratio", "cancel", "feed"}
