@@ -19,7 +19,7 @@ _WANTED = "drawing"
 """The controller that is made for it."""
 
 _ACCELERATION = 0.05
-"""Of the pen, m/s^2: where a stroke begins faster, friction holds the pen back and then lets it go at once."""
+"""Of the pen, m/s^2: where a stroke begins faster, friction holds the pen back, then lets it go at once."""
 
 
 @dataclass(frozen=True)
