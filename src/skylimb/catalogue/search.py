@@ -62,15 +62,15 @@ def _prefix(entry: Entry) -> str:
 def search(word: str) -> list[FoundKey]:
     """Keys that a word may mean: first those of that name, then those with it in name, meaning or unit.
 
-    Of those of one name a key of a list, whose entries have numbers, comes last.
+    Of each kind a key of a list, whose entries have numbers, comes last.
 
     Where there are none, those with a word that is spelled alike.
     """
     word = word.lower().strip()
-    last = [key for key in all_keys() if word in (key.key.lower(), key.key.lower().rpartition(".")[2])]
-    last.sort(key=lambda key: ANY_NUMBER in key.key)
-    inside = [key for key in all_keys() if word in key.key.lower()]
-    told = [key for key in all_keys() if word in key.info.meaning.lower()]
+    keys = sorted(all_keys(), key=lambda key: ANY_NUMBER in key.key)
+    last = [key for key in keys if word in (key.key.lower(), key.key.lower().rpartition(".")[2])]
+    inside = [key for key in keys if word in key.key.lower()]
+    told = [key for key in keys if word in key.info.meaning.lower()]
     found = list(dict.fromkeys([*last, *inside, *told]))
     return found or _alike(word)[:_MOST]
 
