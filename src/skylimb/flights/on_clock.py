@@ -103,7 +103,7 @@ def _loop(takeoff: Takeoff, controller: Controller) -> Loop:
 def _fly(loop: Loop, clock: Pacer, progress: Progress | None) -> Flight:
     """Tick by tick, each when it is due."""
     total, every, k = len(loop.mission.times), round(1.0 / clock.period), 0
-    with _without_garbage():
+    with without_garbage():
         clock.start(clock.period)
         while True:
             clock.wait(k)
@@ -115,7 +115,7 @@ def _fly(loop: Loop, clock: Pacer, progress: Progress | None) -> Flight:
 
 
 @contextmanager
-def _without_garbage() -> Iterator[None]:
+def without_garbage() -> Iterator[None]:
     """No pause for collecting garbage; what is there already is not looked at again."""
     enabled = gc.isenabled()
     gc.collect()

@@ -69,9 +69,10 @@ class GuardedController:
         """When the next tick's measurement was taken, s since the first tick; by default at that tick."""
         self._taken = time
 
-    def retreat(self, why: str) -> None:
-        """Break the flight off at the next tick."""
-        self._note(why)
+    def retreat(self, why: str = "") -> None:
+        """Break the flight off at the next tick, for a fault if there is a reason, else to land."""
+        if why:
+            self._note(why)
         self._without = self._limits.overruns + 1
 
     def gains(self) -> Any:
@@ -86,7 +87,7 @@ class GuardedController:
         self, gains: Any, state: Any, measurement: Measurement, reference: Reference, dt: float
     ) -> tuple[Any, Command, Mapping[str, Any]]:
         """Fly, hold or retreat."""
-        now = self._ticks * dt
+        now = self._ticks * dt if self._pacer is None else self._pacer.time()
         taken, self._taken = now if self._taken is None else self._taken, None
         judged = self.watchdog.judge(measurement, taken, now)
         if self._broken is None and (judged == State.RETREAT or self._without > self._limits.overruns):

@@ -56,6 +56,19 @@ class Pacer:
         """Whether the present tick began when the next one was due already."""
         return self._begun - self._deadline >= self._period
 
+    def clock(self) -> float:
+        """The clock itself, s; no start changes it."""
+        return self._now() * 1e-9
+
+    @property
+    def started(self) -> float:
+        """When tick 0 was due, s on the clock."""
+        return self._start * 1e-9
+
+    def time(self) -> float:
+        """Time since tick 0 was due, s."""
+        return self.clock() - self.started
+
     def elapsed(self) -> float:
         """Time since the present tick was due, s."""
         return (self._now() - self._deadline) * 1e-9

@@ -17,6 +17,10 @@ from skylimb.robots.model import Robot
 _log = logging.getLogger(__name__)
 
 
+BEYOND = 1e9
+"""No SI number that a robot measures is as large; NaN is not below it either."""
+
+
 class State(IntEnum):
     """What is done at a tick."""
 
@@ -118,7 +122,7 @@ class Watchdog:
         """Faults in the order in which they are looked for; each relies on those before it being absent."""
         limits = self._limits
         yield "wrong size", tuple(part.shape for part in parts) != self._shapes
-        yield "not finite", not all(np.isfinite(part).all() for part in parts)
+        yield "not finite", not all((abs(part) < BEYOND).all() for part in parts)
         yield "no attitude", abs(float(np.linalg.norm(parts[1])) - 1.0) > 0.1
         yield "angle out of range", max(np.abs(np.concatenate(parts[4:])), default=0.0) > limits.angles
         yield "too fast", bool(np.abs(parts[2]).max() > limits.speed)

@@ -104,7 +104,7 @@ def _replayed(
     mission, planned = _mission(run, log, held, experiment, robot, purpose)
     changing, dropped = _gains(experiment, controller, len(held))
     values = open_loop(controller, held, mission, period, changing, progress)
-    notes = (*said, *resampled, *held.missing, *planned, *dropped)
+    notes = (*said, *resampled, *held.missing, *planned, *dropped, *_broken_off(log))
     known = controller_signals(controller)
     config = to_mapping({**experiment.to_mapping(), "controller": resolved_tables(controller)})
     config.pop(TABLE, None)
@@ -160,6 +160,15 @@ def _flown_vectoring(run: Run, experiment: Experiment, robot: Robot, controller:
         with suppress(SkylimbError):
             return needs_of(chosen_controller(None, experiment, robot, {})).vectoring
     return needs_of(controller).vectoring
+
+
+def _broken_off(log: xr.Dataset) -> tuple[str, ...]:
+    """That a flight left its mission, and when."""
+    left = np.asarray(log["retreating"].values) > 0.0 if "retreating" in log.variables else np.zeros(1, bool)
+    if not left.any():
+        return ()
+    time = float(log.time.values[int(np.argmax(left))])
+    return (f"landing or broken off from t = {time:.3f} s on: its references there are not the mission's",)
 
 
 def _mission(
