@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
@@ -12,11 +12,12 @@ import tomli_w
 
 from skylimb.calibration.estimate import Estimate
 from skylimb.calibration.parameters import Parameter
+from skylimb.config import from_mapping
+from skylimb.control.corrections import FORMAT, Corrections
 from skylimb.recording.run import Run
 from skylimb.recording.versions import versions
 from skylimb.robots.model import GRAVITY, Robot
 
-FORMAT = "skylimb calibration"
 FILE = "calibration.toml"
 
 SIGMAS = 1.959964
@@ -96,6 +97,14 @@ class Calibration:
             "shown": shown[0] if single else shown,
             "meaning": one.meaning,
         }
+
+    @property
+    def corrections(self) -> Corrections:
+        """What a controller uses of it, for `skylimb.run(..., calibration=)`."""
+        tables = self.tables
+        found = {one.name: tables[one.name] for one in fields(Corrections)}
+        values = {name: one["value"] if isinstance(one, dict) else one for name, one in found.items()}
+        return from_mapping(Corrections, values, f"the calibration of '{self.robot}'")
 
     @property
     def text(self) -> str:

@@ -19,6 +19,7 @@ from skylimb.campaign.reading import FROZEN, spec_from_mapping
 from skylimb.campaign.spec import CampaignSpec
 from skylimb.config import flatten
 from skylimb.control.controller import Controller, controller_from_tables, is_traceable, load_controller
+from skylimb.control.corrections import read_corrections, with_corrections
 from skylimb.control.preset import preset_mapping
 from skylimb.errors import ConfigError
 from skylimb.experiments.experiment import Experiment, experiment_from_mapping, experiment_tables
@@ -146,7 +147,7 @@ def freeze(spec: CampaignSpec, purpose: str = "campaign") -> Campaign:
     own = experiment_from_mapping(tables, "set").robot
     chosen = spec.vary["robot"].extremes() if "robot" in spec.vary else [own]
     robots = {str(name): load_robot(str(name)) for name in chosen}
-    controllers = {Path(name).stem: _controller(name) for name in spec.controllers}
+    controllers = {Path(name).stem: _controller(name, spec.calibration) for name in spec.controllers}
     if len(controllers) < len(spec.controllers):
         raise ConfigError(f"controllers = {list(spec.controllers)!r}: two of them have the same name")
     digests = {name: robot.description.digest for name, robot in robots.items()}
@@ -213,10 +214,14 @@ def _fill_list(tables: dict[str, Any], resolved: Mapping[str, Any], key: str) ->
     return changed(tables, {whole: defaults})
 
 
-def _controller(name: str) -> dict[str, Any]:
+def _controller(name: str, calibration: str = "") -> dict[str, Any]:
     if name.endswith(".py"):
+        if calibration:
+            raise ConfigError(f"controller '{name}' is Python of its own; only presets fly calibrated")
         return {"path": name, "code": _code_digest(Path(name))}
     mapping, path = preset_mapping(name)
+    if calibration:
+        mapping = with_corrections(mapping, path, read_corrections(calibration))
     laws = {
         slot: _code_digest(path.parent / str(table["law"]))
         for slot, table in mapping.items()

@@ -114,6 +114,9 @@ class CampaignSpec:
         default_factory=dict
     )
     use: Annotated[tuple[str, ...], Key("", "Python files with metrics of your own")] = ()
+    calibration: Annotated[
+        str, Key("", "a calibration.toml, which every controller knows its robot by; empty for none")
+    ] = ""
     measures: Annotated[tuple[str, ...], Key("", "sets of further numbers of each flight")] = ()
     success: dict[str, Bound] = field(default_factory=dict)
     stop: StopRule | None = None

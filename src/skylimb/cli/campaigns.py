@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -10,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from skylimb.cli import campaign_output, output
 from skylimb.cli.arguments import Positional, arg
+from skylimb.cli.options import Calibration
 from skylimb.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -56,6 +58,7 @@ class Campaign:
     """
 
     spec: Spec
+    calibration: Calibration = ""
     out: Out = ""
     workers: Workers = ""
     resume: Resume = False
@@ -66,10 +69,14 @@ class Campaign:
         """Fly, or go on flying."""
         workers, folder = whole_workers(self.workers), self.out or f"out/{Path(self.spec).stem}"
         from skylimb.campaign import run_campaign
+        from skylimb.campaign.reading import load_spec
 
+        spec = load_spec(self.spec)
+        if self.calibration:
+            spec = dataclasses.replace(spec, calibration=self.calibration)
         with campaign_progress() as report:
             outcome = run_campaign(
-                self.spec,
+                spec,
                 folder,
                 workers=workers,
                 resume=self.resume,
@@ -82,7 +89,12 @@ class Campaign:
         if not outcome.complete:
             kept, total = len(outcome.rows), outcome.campaign.flight(outcome.campaign.spec.draws, 0)
             print(f"interrupted: {kept} of {total} flights are kept in {folder}; to go on:")
-            options = {"workers": self.workers, "scheduler": self.scheduler, "slurm": self.slurm}
+            options = {
+                "calibration": self.calibration,
+                "workers": self.workers,
+                "scheduler": self.scheduler,
+                "slurm": self.slurm,
+            }
             print(f"  {_again('campaign', self.spec, folder, **options)}")
             return INTERRUPTED
         return _summary(outcome)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
 from skylimb.cli.arguments import Positional, arg
-from skylimb.cli.options import new_folder
+from skylimb.cli.options import Calibration, new_folder
 from skylimb.errors import ConfigError
 
 
@@ -26,6 +26,7 @@ class ExportC:
     folder: Annotated[Positional[str], arg(metavar="DIR", help="New folder for the files.")]
     controller: Annotated[str, arg(metavar="NAME", help="A controller's name or its TOML file.")] = "hybrid"
     robot: Annotated[str, arg(metavar="NAME", help="A robot's name, folder or file.")] = "hydrus_xi_quad"
+    calibration: Calibration = ""
     rate: Annotated[float, arg(metavar="HZ", help="Control ticks a second.")] = 200.0
 
     def __call__(self) -> int:
@@ -36,7 +37,13 @@ class ExportC:
         import skylimb
         from skylimb.flights.export import export_c
 
-        controller = skylimb.load_controller(self.controller, skylimb.load_robot(self.robot))
+        robot = skylimb.load_robot(self.robot)
+        controller = skylimb.load_controller(self.controller, robot)
+        if self.calibration:
+            from skylimb.control.cascade import calibrated
+            from skylimb.control.corrections import read_corrections
+
+            controller = calibrated(controller, robot, read_corrections(self.calibration))
         for path in export_c(controller, folder, 1.0 / self.rate):
             print(f"  {path}")
         build = "cc main.c controller.c controller_function.c -o example -lm"

@@ -11,6 +11,7 @@ from skylimb.cli import output
 from skylimb.cli.arguments import arg
 from skylimb.cli.options import (
     Assignments,
+    Calibration,
     Experiment,
     Out,
     Seed,
@@ -57,6 +58,7 @@ class Run:
     seed: Seed = ""
     set: Assignments = ()
     use: Use = ()
+    calibration: Calibration = ""
     out: Out = ""
     video: Video = False
     bag: Annotated[bool, arg(help="Whether to write log.bag too, with the lab's topics.")] = False
@@ -81,6 +83,7 @@ class Run:
                 set=settings,
                 progress=progress,
                 use=self.use,
+                calibration=self.calibration or None,
             )
         with output.working("writing log, figures and report"):
             from skylimb.analysis import write_run
@@ -116,6 +119,7 @@ class Compare:
     seed: Seed = ""
     set: Assignments = ()
     use: Use = ()
+    calibration: Calibration = ""
     out: Out = ""
     video: Video = False
 
@@ -138,6 +142,7 @@ class Compare:
                 set=settings,
                 progress=progress,
                 use=self.use,
+                calibration=self.calibration or None,
             )
         with output.working("writing logs, figures and report"):
             from skylimb.analysis import write_comparison

@@ -30,6 +30,13 @@ Use = Annotated[
         help="Python files with metrics and figures of your own.",
     ),
 ]
+Calibration = Annotated[
+    str,
+    arg(
+        metavar="FILE",
+        help="A calibration.toml, which `skylimb calibrate` writes: what the controller knows of its robot.",
+    ),
+]
 Out = Annotated[
     str,
     arg(

@@ -8,20 +8,30 @@ for a test or a debugger) and on CasADi symbols (once, to be compiled into the t
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterator, Mapping
+from collections.abc import Collection, Hashable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 from skylimb.config import with_overrides
 from skylimb.control.attitude_target import attitude_target
+from skylimb.control.corrections import (
+    CALIBRATION,
+    GAINS,
+    Corrections,
+    believed_robot,
+    for_rotors,
+    kept,
+    require_made_for,
+    turned_back,
+)
 from skylimb.control.needs import Needs, merged
 from skylimb.control.posture import heading_of, posture_of
 from skylimb.control.preset import Preset
 from skylimb.control.preset_keys import preset_tables
 from skylimb.control.records import NOTHING, Command, Demand, LawInput
 from skylimb.control.slots import SLOTS, Slot, Slots, traced_functions
-from skylimb.errors import unknown_name
+from skylimb.errors import ConfigError, unknown_name
 from skylimb.estimation.records import Measurement, Sensed, Signals, Start
 from skylimb.keys import Table, rows_of
 from skylimb.missions.reference import Reference
@@ -42,12 +52,14 @@ class Cascade:
         preset: the laws and their gains.
         family: reach and joint angles of the one-parameter posture.
         vectoring: vectoring angles over the posture.
+        corrections: what a calibration found; `robot` is then the robot that it believes in.
     """
 
     robot: Robot
     preset: Preset
     family: ReachFamily
     vectoring: VectoringTable
+    corrections: Corrections | None = None
 
     def step(
         self, gains: Slots, state: Slots, measurement: Measurement, reference: Reference, dt: float
@@ -65,6 +77,8 @@ class Cascade:
             The new state, the command, and every inner signal by its public name.
         """
         laws = self.preset.laws
+        if self.corrections is not None:
+            measurement = turned_back(self.corrections, measurement)
 
         # 1. What is known of body and external wrench.
         sensed = Sensed(self.robot, measurement, reference, dt)
@@ -122,7 +136,8 @@ class Cascade:
         for own in (of_estimation, of_contact, of_shape, of_translation, of_attitude, of_allocation):
             signals |= own
         new = Slots(estimation, contact, shape, translation, attitude, allocation)
-        return new, given.command, signals
+        command = given.command if self.corrections is None else for_rotors(self.corrections, given.command)
+        return new, command, signals
 
     def gains(self) -> Slots:
         """The preset's gains as arrays: every number that may change without a new trace."""
@@ -202,8 +217,9 @@ class Cascade:
         return preset_tables(self.preset)
 
     def tables(self) -> dict[str, Any]:
-        """The preset as plain tables."""
-        return self.preset.tables()
+        """The preset as plain tables, and the calibration where there is one."""
+        calibration = {} if self.corrections is None else {CALIBRATION: kept(self.corrections)}
+        return {**self.preset.tables(), **calibration}
 
     def structure(self) -> Hashable:
         """Everything that ends up in the traced function rather than in its arguments."""
@@ -221,12 +237,42 @@ class Cascade:
         return (
             type(self),
             self.robot,
+            self.corrections and (self.corrections.attitude_misalignment, self.corrections.rotor_scale),
             functions,
             structure(self.gains()),
             structure(self.initial_state()),
             (family.theta_min, family.theta_max, family.theta_nominal, family.described, family.coefficients),
             (table.theta_min, table.theta_max, table.digest, table.coefficients.tobytes()),
         )
+
+
+def calibrated(
+    controller: Any, robot: Robot, corrections: Corrections, given: Collection[str] = ()
+) -> Cascade:
+    """A cascade that knows of its robot what a calibration found.
+
+    Args:
+        controller: a cascade of the described robot.
+        robot: as it is described.
+        corrections: what was found.
+        given: keys of gains that the user gave; they stay.
+
+    Raises:
+        ConfigError: when the calibration was made for another robot, or the controller is no cascade.
+    """
+    if not isinstance(controller, Cascade):
+        raise ConfigError(
+            f"controller '{controller.name}' is Python of its own, which a calibration cannot reach; only "
+            "presets fly calibrated"
+        )
+    require_made_for(robot, corrections)
+    known = {key for key, _, _ in rows_of(controller.key_tables())}
+    found = {key: float(getattr(corrections, name)) for name, key in GAINS.items()}
+    changes = {
+        key: value for key, value in found.items() if key in known and key not in given and value >= 0.0
+    }
+    believed = believed_robot(robot, corrections)
+    return replace(controller.with_gains(changes), robot=believed, corrections=corrections)
 
 
 def build_cascade(robot: Robot, preset: Preset) -> Cascade:

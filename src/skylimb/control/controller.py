@@ -7,8 +7,9 @@ from collections.abc import Hashable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, Protocol, TypeGuard, runtime_checkable
 
-from skylimb.config import put
-from skylimb.control.cascade import Cascade, build_cascade
+from skylimb.config import from_mapping, put
+from skylimb.control.cascade import Cascade, build_cascade, calibrated
+from skylimb.control.corrections import CALIBRATION, Corrections
 from skylimb.control.needs import Needs
 from skylimb.control.own_controller import Origin, OwnController, own_controller
 from skylimb.control.preset import preset_from_mapping, preset_mapping
@@ -168,7 +169,13 @@ def cascade_from_tables(
             mapping[slot] = _common(mapping.get(slot, {}), known)
     for key, value in overrides.items():
         put(mapping, key, value)
-    return build_cascade(robot, preset_from_mapping(mapping, path))
+    found = mapping.pop(CALIBRATION, None)
+    cascade = build_cascade(robot, preset_from_mapping(mapping, path))
+    if found is None:
+        return cascade
+    return calibrated(
+        cascade, robot, from_mapping(Corrections, found, f"controller {path.stem}", CALIBRATION)
+    )
 
 
 def _common(table: Mapping[str, Any], known: Iterable[str]) -> dict[str, Any]:

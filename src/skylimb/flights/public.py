@@ -8,12 +8,14 @@ from types import ModuleType
 from typing import Any
 
 from skylimb.analysis.own import Own, load_own, with_own_scores
+from skylimb.control.cascade import calibrated
 from skylimb.control.controller import (
     Controller,
     controller_from_tables,
     controller_of,
     load_controller,
 )
+from skylimb.control.corrections import Calibrated, corrections_of
 from skylimb.control.slots import SLOTS
 from skylimb.errors import ConfigError
 from skylimb.experiments.experiment import Experiment, experiment_with, load_experiment
@@ -45,6 +47,7 @@ def run(
     set: Mapping[str, Any] | None = None,
     progress: Progress | None = None,
     use: Sequence[Use] = (),
+    calibration: Calibrated | None = None,
 ) -> Run:
     """Fly one controller through one experiment.
 
@@ -58,6 +61,8 @@ def run(
             preset.
         progress: called with how far the flight is.
         use: metrics of your own besides those that ship: functions with `@skylimb.metric`, or Python files.
+        calibration: what the controller knows of robot and sensors besides their description: a
+            calibration.toml, or what `skylimb.calibrate` returned.
 
     Returns:
         The run; a flight that is lost has status FAILED and its cause, and no scores.
@@ -65,7 +70,7 @@ def run(
     Raises:
         SkylimbError: when a flight cannot be flown; nothing has flown then.
     """
-    (takeoff,) = take_off(experiment, (controller,), seed, set, use)
+    (takeoff,) = take_off(experiment, (controller,), seed, set, use, calibration)
     return _flown(takeoff, progress)
 
 
@@ -74,6 +79,7 @@ def begin(
     controller: str | Controller | None = None,
     seed: int | None = None,
     set: Mapping[str, Any] | None = None,
+    calibration: Calibrated | None = None,
 ) -> SteppedFlight:
     """A flight before its first tick, to be stepped from outside.
 
@@ -82,7 +88,7 @@ def begin(
     Returns:
         A flight with `tick`, `signal` and `finish`; driven to its end it is the flight of `run`.
     """
-    (takeoff,) = take_off(experiment, (controller,), seed, set)
+    (takeoff,) = take_off(experiment, (controller,), seed, set, calibration=calibration)
     return SteppedFlight(takeoff, begin_loop(takeoff))
 
 
@@ -93,6 +99,7 @@ def compare(
     set: Mapping[str, Any] | None = None,
     progress: Progress | None = None,
     use: Sequence[Use] = (),
+    calibration: Calibrated | None = None,
 ) -> Runs:
     """Fly several controllers through the same experiment with the same seed.
 
@@ -101,7 +108,7 @@ def compare(
     Returns:
         Runs by the controllers' names, in the order given, as a dict with a method `plot`.
     """
-    ready = take_off(experiment, controllers, seed, set, use)
+    ready = take_off(experiment, controllers, seed, set, use, calibration)
     names = [takeoff.controller.name for takeoff in ready]
     alike = sorted({name for name in names if names.count(name) > 1})
     if alike:
@@ -125,6 +132,7 @@ def take_off(
     seed: int | None = None,
     set: Mapping[str, Any] | None = None,
     use: Sequence[Use] = (),
+    calibration: Calibrated | None = None,
 ) -> list[Takeoff]:
     """Load and check everything before anything flies: one take-off for each controller.
 
@@ -141,6 +149,9 @@ def take_off(
         experiment = load_experiment(experiment, given)
     robot = load_robot(experiment.robot)
     ready = [chosen_controller(item, experiment, robot, gains) for item in controllers]
+    if calibration is not None:
+        found = corrections_of(calibration)
+        ready = [calibrated(controller, robot, found, gains) for controller in ready]
     own = (*load_own(experiment.recorded.get("use", ())), *given_own)
     takeoffs = [
         prepare(experiment, robot, controller, originals(named, item), own)
