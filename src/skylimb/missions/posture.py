@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -45,6 +46,12 @@ class PosturePlan:
     tip_heading: Callable[[np.ndarray], np.ndarray]
 
 
+@functools.lru_cache(maxsize=8)
+def _along(robot: Robot, postures: tuple[tuple[float, ...], ...], start: tuple[float, ...]) -> np.ndarray:
+    """Vectoring angles along some postures; flights that differ in nothing else share one search."""
+    return vectoring_path(robot, np.array(postures), np.array(start))
+
+
 def posture_plan(config: PostureConfig, robot: Robot, purpose: str = "torque") -> PosturePlan:
     """From the nominal posture through the experiment's, with the vectoring angles that suit each.
 
@@ -67,9 +74,8 @@ def posture_plan(config: PostureConfig, robot: Robot, purpose: str = "torque") -
     knots = np.append(np.arange(0.0, path.duration, _KNOT), path.duration)
     vectoring = vectoring_angles[None, :]
     if path.duration > 0.0:
-        vectoring = np.vstack(
-            [vectoring_angles, vectoring_path(robot, path.sample(knots[1:]), vectoring_angles)]
-        )
+        postures = tuple(map(tuple, path.sample(knots[1:]).tolist()))
+        vectoring = np.vstack([vectoring_angles, _along(robot, postures, tuple(vectoring_angles.tolist()))])
     nominal = robot.at(joint_angles, vectoring_angles)
     headings = [robot.at(q, psi).tip_heading for q, psi in zip(path.sample(knots), vectoring, strict=True)]
 

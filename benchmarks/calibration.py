@@ -1,0 +1,170 @@
+"""What `skylimb calibrate` reaches over random draws, and what it is worth to the preset `following`.
+
+    python benchmarks/calibration.py [--draws 200] [--minutes 10]
+
+Draws are those of benchmarks/following.py: thrust +-2 % overall and per rotor, misaligned attitude +-1 degree
+about each axis, mass +-1 %, centre of gravity +-10 mm along each axis, latency 10 .. 30 ms. Each is
+calibrated by the experiment `calibration`, then flies the paper's board with and without its calibration.
+docs/calibration.json keeps every number, and the tables of docs/calibration.md are written anew;
+`--tables` does that from what was kept.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+import sys
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import skylimb
+from skylimb.calibration.information import WANTED
+from skylimb.calibration.public import calibration_from
+from skylimb.calibration.result import SIGMAS
+from skylimb.errors import SkylimbError
+from skylimb.robots.loader import load_robot
+
+sys.path.insert(0, str(Path(__file__).parent))
+from following import draws  # the same draws, beside this file
+
+DOCS = Path(__file__).parents[1] / "docs"
+PLANT = ("plant.", "sensors.")
+SCORES = {
+    "pen_line_rms": ("pen line, rms", "mm", 1e3),
+    "error_u_median": ("y of the centre of gravity", "mm", 1e3),
+    "error_v_median": ("z of the centre of gravity", "mm", 1e3),
+    "force_slow_std": ("force std", "N", 1.0),
+}
+UNITS = {"rad": ("mrad", 1e3), "m": ("mm", 1e3), "s": ("ms", 1e3), "": ("%", 1e2)}
+
+
+def one(drawn: Mapping[str, Any], seed: int, fly: bool) -> dict[str, Any]:
+    """Calibrate a draw; fly the paper's board without and with it."""
+    robot = load_robot("hydrus_xi_quad")
+    plant = {key: value for key, value in drawn.items() if key.startswith(PLANT)}
+    flown = skylimb.run("calibration", seed=seed, set=plant)
+    if flown.failed:
+        return {"lost": flown.cause}
+    try:
+        made = calibration_from(flown, robot)
+    except SkylimbError as error:
+        return {"lost": str(error)}
+    assert made.truth is not None
+    found: dict[str, Any] = {
+        "error": (made.estimate.value - made.truth).tolist(),
+        "deviation": made.estimate.deviation.tolist(),
+        "shown": made.estimate.shown.tolist(),
+        "left": made.left,
+    }
+    for name, calibration in (("without", None), ("with", made)) if fly else ():
+        run = skylimb.run("paper", "following", set=dict(drawn), calibration=calibration)
+        found[name] = {key: run.metrics.get(key) for key in SCORES} | {"lost": run.cause}
+    return found
+
+
+def identification(rows: Sequence[Mapping[str, Any]]) -> list[str]:
+    """A line for every parameter: error, wanted accuracy, coverage of the 95 % intervals."""
+    from skylimb.calibration.parameters import parameters
+
+    kept = [row for row in rows if "error" in row]
+    error = np.array([row["error"] for row in kept])
+    deviation = np.array([row["deviation"] for row in kept])
+    covered = np.mean(np.abs(error) < SIGMAS * deviation, axis=0)
+    lines = [
+        "| | error: median / worst decile | wanted | standard deviation | intervals that hold the truth |",
+        "|---|---|---|---|---|",
+    ]
+    at = 0
+    for one_of in parameters(load_robot("hydrus_xi_quad")):
+        unit, factor = UNITS[one_of.unit]
+        for label in one_of.labels:
+            size = factor * np.abs(error[:, at])
+            lines.append(
+                f"| `{label}` | {np.median(size):.3g} / {np.percentile(size, 90):.3g} {unit} | "
+                f"{factor * WANTED[one_of.name]:.3g} {unit} | "
+                f"{factor * np.median(deviation[:, at]):.2g} {unit} | {100.0 * covered[at]:.0f} % |"
+            )
+            at += 1
+    return lines
+
+
+def following(rows: Sequence[Mapping[str, Any]]) -> list[str]:
+    """What `following` reaches without and with the calibration."""
+    lines = ["| paper's board, `following` | without | with |", "|---|---|---|"]
+    kept = [row for row in rows if "with" in row]
+    for key, (title, unit, scale) in SCORES.items():
+        cells = []
+        for name in ("without", "with"):
+            values = [row[name][key] for row in kept if row[name].get(key) is not None]
+            middle, worst = (scale * float(np.percentile(values, at)) for at in (50, 90))
+            cells.append(f"{middle:.3g} / {worst:.3g} {unit}")
+        lines.append(f"| {title} | {' | '.join(cells)} |")
+    lost = [sum(bool(row[name]["lost"]) for row in kept) for name in ("without", "with")]
+    lines.append(f"| lost flights | {lost[0]} of {len(kept)} | {lost[1]} of {len(kept)} |")
+    return lines
+
+
+def main() -> None:
+    """Fly, keep, write."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
+    parser.add_argument("--draws", type=int, default=200)
+    parser.add_argument("--minutes", type=float, default=60.0, help="begin no draw after so long")
+    parser.add_argument("--no-board", action="store_true", help="calibrate only")
+    parser.add_argument("--tables", action="store_true", help="fly nothing: tables of docs/calibration.json")
+    options = parser.parse_args()
+    kept = DOCS / "calibration.json"
+    if not options.tables:
+        rows, began = [], time.monotonic()
+        for number, drawn in enumerate(draws("paper", options.draws)):
+            if time.monotonic() - began > 60.0 * options.minutes:
+                break
+            rows.append(one(drawn, 1000 + number, not options.no_board))
+            print(number, json.dumps(rows[-1])[:100], flush=True)
+            kept.write_text(compact(rows), encoding="utf-8")
+    write_tables(json.loads(kept.read_text(encoding="utf-8")))
+
+
+def compact(rows: Sequence[Mapping[str, Any]]) -> str:
+    """JSON with a line a draw and five digits a number."""
+
+    def short(value: Any) -> Any:
+        if isinstance(value, float):
+            return float(f"{value:.5g}")
+        if isinstance(value, list):
+            return [short(entry) for entry in value]
+        return {key: short(entry) for key, entry in value.items()} if isinstance(value, dict) else value
+
+    return "[\n" + ",\n".join(json.dumps(short(dict(row))) for row in rows) + "\n]\n"
+
+
+def write_tables(rows: Sequence[Mapping[str, Any]]) -> None:
+    """Put the tables into the page."""
+    lost = sum("lost" in row for row in rows)
+    lines = [
+        f"{len(rows)} draws; {lost} of their calibration flights were lost.",
+        "",
+        *identification(rows),
+    ]
+    if any("with" in row for row in rows):
+        lines += ["", *following(rows)]
+    page = DOCS / "calibration.md"
+    begin, end = "<!-- begin: table -->", "<!-- end: table -->"
+    text = "\n".join(lines)
+    page.write_text(
+        re.sub(
+            f"{begin}.*?{end}",
+            lambda _: f"{begin}\n\n{text}\n\n{end}",
+            page.read_text(encoding="utf-8"),
+            flags=re.DOTALL,
+        ),
+        encoding="utf-8",
+    )
+
+
+if __name__ == "__main__":
+    main()
