@@ -169,7 +169,9 @@ def cascade_from_tables(
             mapping[slot] = _common(mapping.get(slot, {}), known)
     for key, value in overrides.items():
         put(mapping, key, value)
-    found = mapping.pop(CALIBRATION, None)
+    # A table without a robot is a key in the wrong place, which the preset's check names.
+    named = "robot" in mapping.get(CALIBRATION, {})
+    found = mapping.pop(CALIBRATION) if named else None
     cascade = build_cascade(robot, preset_from_mapping(mapping, path))
     if found is None:
         return cascade
