@@ -21,4 +21,5 @@ def _main(path: str, names: str) -> None:
     sys.stdout.write(text)
 
 
-_main(*sys.argv[1:])
+if __name__ == "__main__":
+    _main(*sys.argv[1:])
