@@ -169,6 +169,11 @@ class Robot:
             link.name: (b[:, 0], b[:, 1:]) for link, b in zip(self.description.links, blocks, strict=True)
         }
 
+    def link_pose_function(self, link: str) -> ca.Function:
+        """(q, psi) -> (3, 4) position (m) and orientation of a link's frame in the root frame."""
+        q, psi = ca.SX.sym("q", self.n_joints), ca.SX.sym("psi", self.n_vectoring)
+        return ca.Function("pose", [q, psi], [ca.horzcat(*self._place(self._poses(q, psi), link))])
+
     def joint_limits(self) -> tuple[np.ndarray, np.ndarray]:
         """Lower and upper limits of the joint angles q, (nq,) each, rad."""
         joints = [self.description.joint(name) for name in self.description.shape_joints]
