@@ -6,6 +6,7 @@
 #   make bench-rivals  the same flights beside what else one could use; installs 2 GB and more below out/rivals
 #   make bench-page    all that docs/benchmarks.md says, measured anew (a quarter of an hour, on an idle machine)
 #   make web     bundle what reports and the studio run in a browser (needs Node)
+#   make picture film the moving picture of the README (needs a Chromium)
 #   make docs    the documentation as a site; leaves site/index.html
 #   make lint    style, types and the import rules
 #   make clean   remove what the tools left behind (.venv and out/ stay)
@@ -22,7 +23,7 @@ PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constr
 DEMO := out/demo
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test bench bench-rivals bench-page web docs lint format clean constraints
+.PHONY: help demo test bench bench-rivals bench-page web picture docs lint format clean constraints
 .DELETE_ON_ERROR:
 
 help:
@@ -56,6 +57,9 @@ web:
 	{ echo "viewer.js contains three.js and uPlot."; echo; cat web/node_modules/three/LICENSE; echo; \
 	  cat web/node_modules/uplot/LICENSE; } > src/skylimb/analysis/replay/licences.txt
 	sed s/viewer.js/studio.js/ src/skylimb/analysis/replay/licences.txt > src/skylimb/studio/page/licences.txt
+
+picture: $(VENV)/dev.stamp
+	$(BIN)/python docs/picture.py
 
 docs: $(VENV)/docs.stamp
 	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet

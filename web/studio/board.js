@@ -31,8 +31,8 @@ export class Board {
       return element("div", { class: "key" }, element("label", { for: `surface-${name}` }, text, element("span", { class: "unit" }, ` ${unit}`)),
         element("div", { class: "number" }, slider, field));
     };
-    this.sendPlace = seldom(PERIOD, () => this.#sendPlace());
-    this.sendTilt = seldom(PERIOD, () => this.studio.say("surface", { tilt: [this.values.slope, this.values.pitch] }));
+    this.sendPlace = seldom(PERIOD, () => this.studio.say("surface", this.#place()));
+    this.sendTilt = seldom(PERIOD, () => this.studio.say("surface", this.#tilt()));
     const friction = seldom(PERIOD, (value) => studio.say("surface", { friction: value }));
     const stiffness = seldom(PERIOD, (value) => studio.say("surface", { stiffness: value }));
     this.present = element("input", { type: "checkbox", role: "switch", id: "surface-present" });
@@ -53,10 +53,11 @@ export class Board {
         button("As at the start", {}, () => this.#home())));
   }
 
-  /** A new take-off; the surface's keys are among the controls. */
+  /** A new take-off; the surface's keys are among the controls. Moves are counted from where it is then. */
   begin(controls) {
-    const value = (key) => controls.find((control) => control.key === `surface.${key}`)?.value;
-    this.first = { friction: value("friction") ?? 0, stiffness: value("stiffness") ?? 5000 };
+    const found = (key, usual) => controls.find((control) => control.key === `surface.${key}`)?.value ?? usual;
+    this.first = { position: found("position", [0, 0, 0]), slope: found("slope", 0), pitch: found("pitch", 0),
+      friction: found("friction", 0), stiffness: found("stiffness", 5000) };
     this.#show();
   }
 
@@ -70,11 +71,17 @@ export class Board {
 
   #home() {
     this.#show();
-    this.studio.say("surface", { position: [0, 0, 0], tilt: [0, 0], friction: this.first.friction, stiffness: this.first.stiffness, present: true });
+    const { friction, stiffness } = this.first;
+    this.studio.say("surface", { ...this.#place(), ...this.#tilt(), friction, stiffness, present: true });
   }
 
-  #sendPlace() {
-    this.studio.say("surface", { position: [this.values.x, this.values.y, this.values.z] });
+  #place() {
+    const { x, y, z } = this.values, [x0, y0, z0] = this.first.position;
+    return { position: [x0 + x, y0 + y, z0 + z] };
+  }
+
+  #tilt() {
+    return { tilt: [this.first.slope + this.values.slope, this.first.pitch + this.values.pitch].map((angle) => Math.max(-1.4, Math.min(1.4, angle))) };
   }
 
   grab(event) {

@@ -89,6 +89,7 @@ class Studio {
     line.on("history", (history) => { this.early = history; this.#recall(); });
     line.on("refused", ({ text }) => this.note(text, "bad"));
     line.on("error", (error) => shell.controllerError(error));
+    line.on("report", ({ folder }) => this.note(`The report in ${folder} is drawn`));
     line.on("restarted", ({ why }) => { shell.controllerError(null); this.note(why ? `Took off again: ${why}` : "Took off again"); });
     line.on("gain", ({ key, value, flight }) => this.controls.set(key, value, flight));
     line.on("kept", (kept) => { shell.kept(kept); });
@@ -160,7 +161,7 @@ class Studio {
   }
 
   #buildPictureBar() {
-    const modes = MODES.slice(0, 2).map(([name, text, title], i) => button(text, { role: "radio", "aria-checked": name === this.mode, title: `${title} (${i + 1})`, dataset: { mode: name } }, () => this.setMode(name)));
+    const modes = MODES.map(([name, text, title], i) => button(text, { role: "radio", "aria-checked": name === this.mode, title: `${title} (${i + 1})`, dataset: { mode: name } }, () => this.setMode(name)));
     find("modes").append(...modes);
     find("views").append(
       toggle("Follow", "The camera goes along", false, (on) => { if (this.theatre) this.theatre.follow = on; }),

@@ -84,12 +84,12 @@ class Release(Command, tag="release", frozen=True):
 
 
 class Surface(Command, tag="surface", frozen=True):
-    """Move, tilt or change the surface; what isn't given stays."""
+    """Change the surface: its origin (m, W), slope and pitch (rad), what it's made of; the rest stays."""
 
     position: tuple[Metres, Metres, Metres] | None = None
     tilt: tuple[Tilt, Tilt] | None = None
     friction: Annotated[float, Meta(ge=0.0, le=5.0)] | None = None
-    stiffness: Annotated[float, Meta(ge=1.0, le=1e6)] | None = None
+    stiffness: Annotated[float, Meta(ge=50.0, le=1e6)] | None = None
     present: bool | None = None
 
 
@@ -129,7 +129,8 @@ class Got(Command, tag="got", frozen=True):
 
 
 Commands = (
-    Pause | Speed | Restart | Rewind | Gain | SetKey | Poke | Release | Controllers | Scores | TakeOver | Got
+    Pause | Speed | Restart | Rewind | Gain | SetKey | Poke | Release | Surface | Controllers | Keep | Draw
+    | Scores | TakeOver | Got
 )  # fmt: skip
 
 _DECODER = msgspec.json.Decoder(Commands)
@@ -157,5 +158,5 @@ def _check_drawing(command: Draw) -> None:
         raise ConfigError("a drawing is either strokes or an SVG")
     if command.strokes is not None and sum(map(len, command.strokes)) > _MOST_POINTS:
         raise ConfigError(f"a drawing has at most {_MOST_POINTS} points")
-    if command.svg is not None and ("<!DOCTYPE" in command.svg or "<!ENTITY" in command.svg):
-        raise ConfigError("an SVG with a DOCTYPE or an ENTITY is refused; save it without")
+    if command.svg is not None and "<!ENTITY" in command.svg:
+        raise ConfigError("an SVG that declares an ENTITY is refused: it may grow without end")

@@ -16,6 +16,9 @@ from skylimb.studio.session import Session
 FRAME_PERIOD = 0.02
 """Seconds between two frames that are made; a page gets as many of them as it can show."""
 
+POLL_PERIOD = 0.4
+"""Seconds between two looks at the user's files."""
+
 IDLE = 0.01
 """Longest sleep, s: no command is left waiting for more."""
 
@@ -51,6 +54,11 @@ class FlightThread:
             messages.SetKey: lambda c: self._set_key(c.key, c.value),
             messages.Poke: lambda c: session.poke(c.link, c.point, c.force),
             messages.Release: lambda _: session.release(),
+            messages.Surface: lambda c: session.surface(
+                c.position, c.tilt, c.friction, c.stiffness, c.present
+            ),
+            messages.Keep: lambda c: session.keep(c.name),
+            messages.Draw: lambda c: session.draw(c.strokes if c.svg is None else c.svg),
             messages.Controllers: lambda c: self._set_controllers(c.names),
             messages.Scores: lambda _: say("scores", {"scores": session.scores()}),
         }
@@ -72,7 +80,7 @@ class FlightThread:
         self._show_scene()
         gc.collect()
         gc.freeze()  # what has been loaded stays; looking through it again would hold ticks up
-        next_frame = time.perf_counter()
+        next_frame = next_poll = time.perf_counter()
         while not self._stopped:
             self._obey_all()
             resting = self._session.paused or self._session.over
@@ -82,6 +90,9 @@ class FlightThread:
             if now >= next_frame:
                 self._show()
                 next_frame = max(next_frame + FRAME_PERIOD, now)
+            if now >= next_poll:
+                self._session.poll()
+                next_poll = now + POLL_PERIOD
             wait = next_frame - time.perf_counter()
             time.sleep(max(0.0, min(IDLE, wait if resting else min(wait, self.pace.wait))))
 

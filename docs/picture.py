@@ -1,0 +1,107 @@
+"""Film the replay of a flight: the moving picture of the README.
+
+    make picture        (or: python docs/picture.py --out docs/images/hybrid.webp)
+
+A headless Chromium shows the replay's page, one moment after the other, so that the film is the same however
+fast the machine is. Needs the extra `dev` (Playwright's client) and a Chromium.
+"""
+
+from __future__ import annotations
+
+import argparse
+import io
+import shutil
+import tempfile
+from pathlib import Path
+
+from PIL import Image
+from playwright import sync_api
+
+import skylimb
+from skylimb.analysis.replay.page import Replay
+
+SIZE = (720, 600)
+"""Pixels of the film."""
+
+FRAMES_A_SECOND = 12.5
+SPEED = 4.0
+BROWSERS = ("chromium", "chromium-browser", "google-chrome")
+ARGUMENTS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+LOOK = """
+main { padding: 0 !important; max-width: none !important; } .replay { margin: 0 !important; }
+.replay .bar, .replay .u-legend { display: none !important; }
+.replay .picture { border-radius: 0 !important; border: 0 !important; }
+.replay .picture > canvas { height: 405px !important; }
+.replay .plots { grid-template-columns: 1fr 1fr !important; gap: 0 !important; padding: .3rem .2rem 0 0; }
+"""
+PANELS = ("Centre of gravity along z (m)", "Pressing force (N)")
+
+
+def film(controller: str, path: Path, most: int) -> int:
+    """Fly, film, write; the number of bytes.
+
+    Raises:
+        SystemExit: when there is no browser, or the film is larger than `most` bytes.
+    """
+    browser = next(filter(None, map(shutil.which, BROWSERS)), None)
+    if browser is None:
+        raise SystemExit(f"picture.py: none of {', '.join(BROWSERS)} is installed")
+    run = skylimb.run("paper", controller)
+    with tempfile.TemporaryDirectory() as folder:
+        page_file = Path(folder) / "page.html"
+        page_file.write_text(Replay({controller: run}).page, encoding="utf-8")
+        frames = _frames(browser, page_file)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    frames[0].save(
+        path,
+        save_all=True,
+        append_images=frames[1:],
+        duration=round(1000 / FRAMES_A_SECOND),
+        loop=0,
+        quality=62,
+        method=6,
+    )
+    size = path.stat().st_size
+    if size > most:
+        raise SystemExit(f"picture.py: {path} has {1e-6 * size:.1f} MB, more than {1e-6 * most:g} MB")
+    return size
+
+
+def _frames(browser: str, page_file: Path) -> list[Image.Image]:
+    with sync_api.sync_playwright() as playwright:
+        chromium = playwright.chromium.launch(executable_path=browser, args=ARGUMENTS)
+        page = chromium.new_page(viewport={"width": SIZE[0], "height": SIZE[1]}, color_scheme="light")
+        page.goto(page_file.as_uri())
+        page.wait_for_selector("#replay[data-ready]")
+        page.add_style_tag(content=LOOK)
+        page.evaluate(
+            "(titles) => { for (const panel of document.querySelectorAll('.replay .panel'))"
+            " if (!titles.includes(panel.querySelector('.u-title').textContent)) panel.remove();"
+            " skylimbReplay.plots.plots = skylimbReplay.plots.plots.filter((plot) => plot.root.isConnected);"
+            " skylimbReplay.plots.resize(); skylimbReplay.theatre.coarsen(1); skylimbReplay.theatre.zoom(0.85); }",
+            list(PANELS),
+        )
+        end = page.evaluate("skylimbReplay.clock.end")
+        frames = []
+        step = SPEED / FRAMES_A_SECOND
+        for k in range(int(end / step) + 1):
+            page.evaluate("(time) => { skylimbReplay.clock.set(time); skylimbReplay.theatre.draw(); }", k * step)
+            shot = page.screenshot(type="png", animations="disabled")
+            frames.append(Image.open(io.BytesIO(shot)).convert("RGB"))
+        chromium.close()
+    return frames
+
+
+def main() -> None:
+    """Read the command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--controller", default="hybrid")
+    parser.add_argument("--out", type=Path, default=Path("docs/images/hybrid.webp"))
+    parser.add_argument("--most", type=int, default=2_000_000, metavar="BYTES")
+    given = parser.parse_args()
+    size = film(given.controller, given.out, given.most)
+    print(f"{given.out}: {1e-6 * size:.2f} MB")
+
+
+if __name__ == "__main__":
+    main()
