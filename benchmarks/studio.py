@@ -2,8 +2,9 @@
 
     python benchmarks/studio.py --seconds 60        (--seconds 3600 for an hour)
 
-A studio runs as a user's would, in a process of its own, with its page open in a headless Chromium that draws in
-software. Beside it a second page, without a picture, counts what arrives. Flights follow each other.
+The studio runs as a user's would, in a process of its own, with its page open in a headless Chromium that draws
+in software. A second page without a picture changes a gain now and then. Flights follow each other. It exits
+with 1 when a figure falls short of what is wanted.
 """
 
 from __future__ import annotations
@@ -22,7 +23,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from playwright import sync_api
 from rich.console import Console
 from rich.table import Table
@@ -32,18 +32,151 @@ BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 ARGUMENTS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 GAIN = "controller.translation.normalized_stiffness"
 BEFORE, AFTER = [2.5, 2.5, 1.5], [3.0, 3.0, 2.0]
-REPEATS = 15
+SETTLING = 5.0
+"""Seconds that aren't counted: the page has just been opened."""
 
 
 @dataclass
 class Found:
-    """What was measured."""
+    """What was measured; rates in 1/s, times in s, memory in MB by time in s."""
 
     first_picture: float = 0.0
-    ticks: int = 0
-    late: int = 0
-    updates: float = 0.0
-    drawn: float = 0.0
     numbers: int = 0
-    latencies: list[float] = field(default_factory=list)
-    memory: list[float] = field(default_factory=list)
+    late: int = 0
+    flown: int = 0
+    updates: float = 0.0
+    pictures: float = 0.0
+    answers: list[float] = field(default_factory=list)
+    memory: list[tuple[float, float]] = field(default_factory=list)
+
+    @property
+    def late_of_thousand(self) -> float:
+        return 1000.0 * self.late / max(1, self.flown)
+
+    @property
+    def growth(self) -> float:
+        """Of the memory, MB an hour, over the second half of the time."""
+        half = self.memory[len(self.memory) // 2 :]
+        (begun, before), (ended, after) = half[0], half[-1]
+        return 3600.0 * (after - before) / max(1.0, ended - begun)
+
+
+@contextmanager
+def studio(experiment: str, out: str) -> Iterator[tuple[subprocess.Popen[str], str]]:
+    """A studio in a process of its own, and its address."""
+    command = [sys.executable, "-m", "skylimb", "studio", experiment, "--no-browser", "--out", out]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    line = process.stdout.readline()
+    try:
+        yield process, line.split()[2]
+    finally:
+        process.terminate()
+        process.wait(timeout=20)
+
+
+def event(page: ClientConnection, name: str) -> dict[str, Any]:
+    """The next event of a name."""
+    while True:
+        message = page.recv(timeout=20)
+        if isinstance(message, str):
+            content = json.loads(message)
+            if content["event"] == name:
+                return content
+
+
+def measure(experiment: str, seconds: float) -> Found:
+    """Open the studio, watch it for some seconds."""
+    browser = next(filter(None, map(shutil.which, BROWSERS)), None)
+    if browser is None:
+        raise SystemExit(f"studio.py: none of {', '.join(BROWSERS)} is installed")
+    found = Found()
+    with sync_api.sync_playwright() as playwright, tempfile.TemporaryDirectory() as out:
+        chromium = playwright.chromium.launch(executable_path=browser, args=ARGUMENTS)
+        page = chromium.new_page(viewport={"width": 1280, "height": 800})
+        begun = time.perf_counter()
+        with studio(experiment, out) as (process, url):
+            page.goto(url)
+            page.wait_for_selector("body[data-ready]")
+            while not page.evaluate("skylimbStudio.past.end > 0.05"):
+                time.sleep(0.01)
+            found.first_picture = time.perf_counter() - begun
+            time.sleep(SETTLING)
+            address = url.replace("http", "ws") + "socket?page=benchmark"
+            with connect(address, origin=url.rstrip("/"), max_size=2**24) as second:  # type: ignore[arg-type]
+                _watch(found, page, second, process.pid, seconds)
+        chromium.close()
+    return found
+
+
+def _watch(found: Found, page: sync_api.Page, second: ClientConnection, process: int, seconds: float) -> None:
+    found.numbers = event(second, "hello")["scene"]["layout"]["size"]
+    second.send('{"do": "take over"}')
+    page.evaluate(
+        "() => { window.counted = 0; skylimbStudio.line.addEventListener('frame', () => { window.counted++; }); }"
+    )
+    first = event(second, "pace")
+    begun = time.perf_counter()
+    pictures = []
+    value = BEFORE
+    while (now := time.perf_counter() - begun) < seconds:
+        value = AFTER if value is BEFORE else BEFORE
+        sent = time.perf_counter()
+        second.send(json.dumps({"do": "gain", "key": GAIN, "value": value}))
+        event(second, "gain")
+        found.answers.append(time.perf_counter() - sent)
+        if event(second, "pace") and page.evaluate("skylimbStudio.state.over"):
+            second.send('{"do": "restart"}')
+            event(second, "restarted")
+        found.memory.append((now, _memory(process)))
+        pictures.append(float(page.evaluate("document.body.dataset.framesPerSecond") or 0))
+        time.sleep(1.0)
+    last = event(second, "pace")
+    found.late, found.flown = last["late"] - first["late"], last["flown"] - first["flown"]
+    found.updates = page.evaluate("window.counted") / (time.perf_counter() - begun)
+    found.pictures = statistics.median(pictures)
+
+
+def _memory(process: int) -> float:
+    """Resident memory, MB."""
+    status = Path(f"/proc/{process}/status").read_text(encoding="utf-8")
+    line = next(line for line in status.splitlines() if line.startswith("VmRSS"))
+    return int(line.split()[1]) / 1024
+
+
+def report(found: Found, seconds: float) -> int:
+    """Print the table; 1 when something falls short."""
+    slowest = max(found.answers)
+    rows = [
+        ("Ticks late by more than 5 ms, of 1000", f"{found.late_of_thousand:.2f}", "at most 1", found.late_of_thousand <= 1),
+        ("Updates that reach the page, 1/s", f"{found.updates:.1f}", "at least 20", found.updates >= 20),
+        ("Pictures that it draws, in software, 1/s", f"{found.pictures:.1f}", "", True),
+        ("Numbers in an update", f"{found.numbers}", "at least 60", found.numbers >= 60),
+        ("A gain acts after, median, ms", f"{1e3 * statistics.median(found.answers):.1f}", "", True),
+        (f"A gain acts after, slowest of {len(found.answers)}, ms", f"{1e3 * slowest:.1f}", "at most 100", slowest <= 0.1),
+        ("From the command to a moving picture, s", f"{found.first_picture:.2f}", "at most 3", found.first_picture <= 3),
+        ("Memory in the end, MB", f"{found.memory[-1][1]:.0f}", "", True),
+        ("Its growth in the second half, MB an hour", f"{found.growth:+.1f}", "", True),
+    ]  # fmt: skip
+    table = Table(title=f"The studio over {seconds:.0f} s, {found.flown} ticks", title_justify="left")
+    for column in ("", "Measured", "Wanted", ""):
+        table.add_column(column)
+    for name, value, wanted, good in rows:
+        table.add_row(name, value, wanted, "" if not wanted else "holds" if good else "FALLS SHORT")
+    Console(width=100).print(table)
+    return 0 if all(good for *_, good in rows) else 1
+
+
+def main() -> int:
+    """Read the command line, measure, print."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--experiment", default="paper")
+    parser.add_argument("--seconds", type=float, default=60.0)
+    given = parser.parse_args()
+    return report(measure(given.experiment, given.seconds), given.seconds)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

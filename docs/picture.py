@@ -85,7 +85,9 @@ def _frames(browser: str, page_file: Path) -> list[Image.Image]:
         frames = []
         step = SPEED / FRAMES_A_SECOND
         for k in range(int(end / step) + 1):
-            page.evaluate("(time) => { skylimbReplay.clock.set(time); skylimbReplay.theatre.draw(); }", k * step)
+            page.evaluate(
+                "(time) => { skylimbReplay.clock.set(time); skylimbReplay.theatre.draw(); }", k * step
+            )
             shot = page.screenshot(type="png", animations="disabled")
             frames.append(Image.open(io.BytesIO(shot)).convert("RGB"))
         chromium.close()
@@ -94,7 +96,9 @@ def _frames(browser: str, page_file: Path) -> list[Image.Image]:
 
 def main() -> None:
     """Read the command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--controller", default="hybrid")
     parser.add_argument("--out", type=Path, default=Path("docs/images/hybrid.webp"))
     parser.add_argument("--most", type=int, default=2_000_000, metavar="BYTES")

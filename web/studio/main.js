@@ -94,6 +94,7 @@ class Studio {
     line.on("gain", ({ key, value, flight }) => this.controls.set(key, value, flight));
     line.on("kept", (kept) => { shell.kept(kept); });
     line.on("rewound", () => { for (const actor of this.actors) actor.last = null; });
+    line.on("pace", (pace) => this.transport.pace(pace));
     line.on("scores", ({ scores }) => shell.showScores(scores));
   }
 

@@ -79,6 +79,11 @@ export class Transport {
     if (document.activeElement !== this.speed) this.#say(round(speed));
   }
 
+  /** How many ticks were late, of all that were flown. */
+  pace({ late, flown }) {
+    this.reached.title = `The speed really reached; ${late} of ${flown} ticks were late by more than 5 ms`;
+  }
+
   frame(time, reached, flying) {
     this.time.textContent = `${time.toFixed(1)} s`;
     this.reached.textContent = flying ? `reached ${reached.toFixed(reached < 9.95 ? 2 : 1)}×` : "";

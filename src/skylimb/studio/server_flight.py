@@ -9,7 +9,9 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from skylimb.errors import ConfigError, SkylimbError, choice_error, unknown_name
+from skylimb.keys.key import is_number, shown
 from skylimb.studio import messages
+from skylimb.studio.controls import IN_FLIGHT, RESTART
 from skylimb.studio.pacing import Pacing
 from skylimb.studio.session import Session
 
@@ -17,7 +19,7 @@ FRAME_PERIOD = 0.02
 """Seconds between two frames that are made; a page gets as many of them as it can show."""
 
 POLL_PERIOD = 0.4
-"""Seconds between two looks at the user's files."""
+"""Seconds between two looks at the user's files, and two reports of how many ticks were late."""
 
 IDLE = 0.01
 """Longest sleep, s: no command is left waiting for more."""
@@ -92,6 +94,7 @@ class FlightThread:
                 next_frame = max(next_frame + FRAME_PERIOD, now)
             if now >= next_poll:
                 self._session.poll()
+                self._say("pace", {"late": self.pace.late, "flown": self.pace.flown})
                 next_poll = now + POLL_PERIOD
             wait = next_frame - time.perf_counter()
             time.sleep(max(0.0, min(IDLE, wait if resting else min(wait, self.pace.wait))))
@@ -119,9 +122,9 @@ class FlightThread:
         self._keys = {control["key"]: control for control in controls}
         for control in controls:
             control["whole"] = isinstance(control["value"], int) and control["kind"] == "number"
-        speed = self.pace.speed
+        before = self.pace
         self.pace = Pacing(session.period)  # the period is among what may have changed
-        self.pace.speed = speed
+        self.pace.speed, self.pace.late, self.pace.flown = before.speed, before.late, before.flown
         self._say("scene", {"scene": session.scene(), "controls": controls, "controllers": self._controllers})
 
     def _obey_all(self) -> None:
@@ -172,6 +175,8 @@ class FlightThread:
             raise unknown_name("key", key, self._keys)
         if isinstance(value, str) and value not in control["choices"] and _names_a_file(value):
             raise ConfigError(f"{key} = '{value[:60]}' names a file; name it on the command line with --set")
+        if not _is_of_kind(control, value):
+            raise ConfigError(f"{key} = {shown(value)} is no {control['kind']}; it is {shown(control['value'])}")
         return value
 
     def _tell_again(self, command: Any) -> None:
@@ -179,6 +184,24 @@ class FlightThread:
         if isinstance(command, messages.Gain | messages.SetKey) and command.key in self._keys:
             now = {control["key"]: control["value"] for control in self._session.controls()}
             self._say("gain", {"key": command.key, "value": now.get(command.key), "flight": None})
+
+
+def _is_of_kind(control: dict[str, Any], value: Any) -> bool:
+    """Whether a value is of a control's kind; its range is the configuration's to check."""
+    now = control["value"]
+    if value is None:
+        return now is None or control["acts"] == RESTART
+    match control["kind"]:
+        case "choice":
+            return value in control["choices"]
+        case "switch":
+            return isinstance(value, bool)
+        case "number":
+            return is_number(value)
+        case "vector":
+            of_numbers = isinstance(value, list) and all(map(is_number, value))
+            return of_numbers and len(value) == len(now) if control["acts"] == IN_FLIGHT else isinstance(value, list)
+    return isinstance(value, str)
 
 
 def _names_a_file(text: str) -> bool:

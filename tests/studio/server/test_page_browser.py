@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import shutil
 import time
 from collections.abc import Callable, Iterator
@@ -10,6 +11,9 @@ from typing import Any
 import numpy as np
 import pytest
 from playwright import sync_api
+
+import skylimb
+from skylimb.recording import Run
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 ARGUMENTS = [
@@ -148,6 +152,64 @@ def test_a_drag_on_a_link_pokes(page: sync_api.Page, studio: Any) -> None:
     wait_for(lambda: any(push.force[2] > 0.3 for push in studio.session.flights[0].experiment.pushes))
     page.mouse.up()
     page.get_by_role("radio", name="Look").click()
+
+
+def test_the_surface_is_moved_and_made_slippery(page: sync_api.Page, studio: Any) -> None:
+    page.get_by_role("radio", name="Surface").click()
+    forward = page.locator("#surface-x")
+    forward.fill("0.1")
+    forward.press("Enter")
+    friction = page.get_by_label("Friction, slider")
+    friction.focus()
+    page.keyboard.press("ArrowLeft")
+
+    def changes() -> Any:
+        return studio.session.flights[0].experiment.surface_changes
+
+    wait_for(lambda: any(one.friction is not None for one in changes()))
+    place = studio.session.flights[0].experiment.surface.position
+    (moved,) = (one.position for one in changes() if one.position)
+    assert moved == pytest.approx((place[0] + 0.1, place[1], place[2]))
+    page.get_by_role("radio", name="Look").click()
+
+
+def test_what_is_kept_is_flown_again_to_the_bit(page: sync_api.Page, studio: Any) -> None:
+    page.get_by_role("tab", name="Poke").click()
+    page.get_by_role("button", name="Hold to poke").focus()
+    page.keyboard.down("Space")
+    wait_for(lambda: bool(studio.session.flights[0].experiment.pushes))
+    begun = studio.session.time
+    wait_for(lambda: studio.session.time > begun + 0.3)
+    page.keyboard.up("Space")
+    page.get_by_role("tab", name="Keep").click()
+    page.locator("#keep-name").fill("felt")
+    page.get_by_role("button", name="Keep", exact=True).click()
+    page.locator(".kept code").wait_for()
+    command = shlex.split(page.locator(".kept code").inner_text())
+    assert command[:2] == ["skylimb", "run"]
+    kept = Run.load(studio.session.out / "felt")
+    again = skylimb.run(command[2])
+    assert len(kept.log.time) > 50
+    for name in ("configuration", "thrusts", "contact_force", "external_force_estimate"):
+        np.testing.assert_array_equal(again.log[name].values, kept.log[name].values)
+
+
+def test_an_svg_file_is_drawn(page: sync_api.Page, studio: Any) -> None:
+    page.get_by_role("tab", name="Draw").click()
+    svg = b'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 9 9"><path d="M 1,1 L 8,8"/></svg>'
+    page.locator("#svg-file").set_input_files(
+        {"name": "line.svg", "mimeType": "image/svg+xml", "buffer": svg}
+    )
+    wait_for(lambda: studio.session.flights[0].experiment.trajectory.shape == "drawing")
+    assert (studio.session.out / "drawings" / "drawing-1.svg").read_bytes() == svg
+
+
+def test_a_controllers_exception_is_shown_with_its_line(page: sync_api.Page, studio: Any) -> None:
+    studio.studio.server.say("error", {"text": "division by zero", "file": "mine.py", "line": 12})
+    page.get_by_role("alert").wait_for()
+    assert "mine.py, line 12" in page.get_by_role("alert").inner_text()
+    page.evaluate("skylimbStudio.say('restart')")
+    page.get_by_role("alert").wait_for(state="hidden")
 
 
 def test_the_past_can_be_looked_at_and_gone_on_from(page: sync_api.Page, studio: Any) -> None:
