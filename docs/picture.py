@@ -75,10 +75,11 @@ def _frames(browser: str, page_file: Path) -> list[Image.Image]:
         page.wait_for_selector("#replay[data-ready]")
         page.add_style_tag(content=LOOK)
         page.evaluate(
-            "(titles) => { for (const panel of document.querySelectorAll('.replay .panel'))"
-            " if (!titles.includes(panel.querySelector('.u-title').textContent)) panel.remove();"
-            " skylimbReplay.plots.plots = skylimbReplay.plots.plots.filter((plot) => plot.root.isConnected);"
-            " skylimbReplay.plots.resize(); skylimbReplay.theatre.coarsen(1); skylimbReplay.theatre.zoom(0.85); }",
+            "(titles) => { const { plots, theatre } = skylimbReplay;"
+            " for (const panel of document.querySelectorAll('.replay .panel'))"
+            "  if (!titles.includes(panel.querySelector('.u-title').textContent)) panel.remove();"
+            " plots.plots = plots.plots.filter((plot) => plot.root.isConnected);"
+            " plots.resize(); theatre.coarsen(1); theatre.zoom(0.85); }",
             list(PANELS),
         )
         end = page.evaluate("skylimbReplay.clock.end")

@@ -46,15 +46,10 @@ export class Connection extends EventTarget {
 
   #numbers(data) {
     const [kind, number, scene, width] = new Uint32Array(data, 0, 4);
-    const values = new Float32Array(data, 16);
-    if (kind === FRAME) {
-      this.say("got", { frame: number });
-      this.#tell("frame", { scene, values });
-    } else if (kind === HISTORY && width) {
-      const frames = [];
-      for (let at = 0; at + width <= values.length; at += width) frames.push(values.subarray(at, at + width));
-      this.#tell("history", { scene, frames });
-    }
+    const values = new Float32Array(data, 16), frames = [];
+    for (let at = 0; width && at + width <= values.length; at += width) frames.push(values.subarray(at, at + width));
+    if (kind === FRAME) this.say("got", { frame: number });
+    this.#tell(kind === HISTORY ? "history" : "frame", { scene, frames });
   }
 
   #tell(event, content) {

@@ -85,7 +85,11 @@ class Studio {
     });
     line.on("state", (state) => { this.state = state; this.transport.show(state); shell.status(); });
     line.on("seats", (seats) => { shell.seats = seats; shell.status(); });
-    line.on("frame", ({ scene, values }) => { if (scene === this.number) { this.#remember(values); this.fresh = true; } });
+    line.on("frame", ({ scene, frames }) => {
+      if (scene !== this.number) return;
+      for (const frame of frames) this.#remember(frame);
+      this.fresh = true;
+    });
     line.on("history", (history) => { this.early = history; this.#recall(); });
     line.on("refused", ({ text }) => this.note(text, "bad"));
     line.on("error", (error) => shell.controllerError(error));
@@ -217,6 +221,7 @@ class Studio {
   /** Draw as finely as the machine can: coarser below 24 pictures a second, finer again above 50. */
   #adapt(rate) {
     if (!this.theatre || document.hidden) return;
+    if (this.state.paused || this.state.over) return this.theatre.coarsen(1);
     const step = DETAILS.indexOf(this.theatre.detail);
     this.theatre.coarsen(DETAILS[Math.max(0, Math.min(DETAILS.length - 1, rate < 24 ? step + 1 : rate > 50 ? step - 1 : step))]);
   }

@@ -11,6 +11,7 @@ import http
 import logging
 import threading
 import time
+import traceback
 from collections.abc import Callable
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
@@ -25,7 +26,7 @@ from websockets.http11 import Request, Response
 from skylimb.errors import ConfigError, OutputError
 from skylimb.studio import messages
 from skylimb.studio.server_access import HEADERS, PUBLIC, Access, file_of
-from skylimb.studio.server_pages import FRAME, History, Page, Seats, header
+from skylimb.studio.server_pages import FRAME, HISTORY, History, Page, Seats, header
 
 SOCKET = "/socket"
 """Path of the WebSocket."""
@@ -160,6 +161,7 @@ class StudioServer:
         self._greet(page)
         self._tell_who_drives()
         writer = asyncio.create_task(self._write(connection, page))
+        writer.add_done_callback(_complain)
         try:
             async for message in connection:
                 self._read(page, message)
@@ -200,8 +202,8 @@ class StudioServer:
         if event == "frame":
             self._number += 1
             frame = np.ascontiguousarray(content, dtype="<f4")
-            self._history.add(frame)
-            self._frame = header(FRAME, self._number, self._scene, len(frame)) + frame.tobytes()
+            self._history.add(self._number, frame)
+            self._frame = frame.tobytes()
             for page in self._seats.pages:
                 page.news.set()
         elif event == "scene":
@@ -234,7 +236,7 @@ class StudioServer:
         page.news.set()
 
     async def _write(self, connection: ServerConnection, page: Page) -> None:
-        """Send what a page has yet to get: all events, but only the newest frame."""
+        """Send what a page has yet to get: all events, the newest frame, and missed ones thinned."""
         while True:
             await page.news.wait()
             page.news.clear()
@@ -242,17 +244,29 @@ class StudioServer:
                 await connection.send(page.texts.popleft())
             if page.history_due and self._frame:
                 page.history_due = False
-                await connection.send(self._history.packed(self._number, self._scene))
+                await connection.send(self._numbers(HISTORY, self._history.after(0)))
             number = self._number
             if self._frame and page.may_be_sent(number):
+                missed = self._history.after(page.sent) if page.sent else b""
                 page.sent, page.sent_at = number, time.monotonic()
-                await connection.send(self._frame)
+                await connection.send(self._numbers(FRAME, missed + self._frame))
+
+    def _numbers(self, kind: int, frames: bytes) -> bytes:
+        """One message with some frames, the newest last."""
+        return header(kind, self._number, self._scene, len(self._frame) // 4) + frames
 
     async def _mind_the_seat(self) -> None:
         while True:
             await asyncio.sleep(_LOOK)
             if self._seats.give_free_seat():
                 self._tell_who_drives()
+
+
+def _complain(task: asyncio.Task[None]) -> None:
+    """Show a mistake of this program; that a page has gone is none."""
+    error = None if task.cancelled() else task.exception()
+    if error is not None and not isinstance(error, ConnectionClosed):
+        traceback.print_exception(error)
 
 
 def _json(content: dict[str, Any]) -> str:

@@ -176,7 +176,9 @@ class FlightThread:
         if isinstance(value, str) and value not in control["choices"] and _names_a_file(value):
             raise ConfigError(f"{key} = '{value[:60]}' names a file; name it on the command line with --set")
         if not _is_of_kind(control, value):
-            raise ConfigError(f"{key} = {shown(value)} is no {control['kind']}; it is {shown(control['value'])}")
+            raise ConfigError(
+                f"{key} = {shown(value)} is no {control['kind']}; it is {shown(control['value'])}"
+            )
         return value
 
     def _tell_again(self, command: Any) -> None:
@@ -200,7 +202,11 @@ def _is_of_kind(control: dict[str, Any], value: Any) -> bool:
             return is_number(value)
         case "vector":
             of_numbers = isinstance(value, list) and all(map(is_number, value))
-            return of_numbers and len(value) == len(now) if control["acts"] == IN_FLIGHT else isinstance(value, list)
+            return (
+                of_numbers and len(value) == len(now)
+                if control["acts"] == IN_FLIGHT
+                else isinstance(value, list)
+            )
     return isinstance(value, str)
 
 

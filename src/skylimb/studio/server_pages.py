@@ -124,7 +124,7 @@ class Seats:
 
 
 class History:
-    """The frames of the last minute or so, thinned, for pages that come back.
+    """The frames of the last minute or so, thinned, for pages that come back or couldn't keep up.
 
     Args:
         period: flight time between two that are kept, s.
@@ -133,23 +133,27 @@ class History:
 
     def __init__(self, period: float = 0.05, most: int = 1200) -> None:
         self._period = period
-        self._frames: deque[np.ndarray] = deque(maxlen=most)
+        self._frames: deque[tuple[int, np.ndarray]] = deque(maxlen=most)
 
     def clear(self) -> None:
         """Forget all, as the scene is another one."""
         self._frames.clear()
 
-    def add(self, frame: np.ndarray) -> None:
+    def add(self, number: int, frame: np.ndarray) -> None:
         """Keep a frame if it is due; after a rewind, forget what comes later."""
-        while self._frames and self._frames[-1][0] > frame[0]:
+        while self._frames and self._frames[-1][1][0] > frame[0]:
             self._frames.pop()
-        if not self._frames or frame[0] - self._frames[-1][0] >= self._period - 1e-6:
-            self._frames.append(frame)
+        if not self._frames or frame[0] - self._frames[-1][1][0] >= self._period - 1e-6:
+            self._frames.append((number, frame))
 
-    def packed(self, number: int, scene: int) -> bytes:
-        """One message with all frames."""
-        width = len(self._frames[-1]) if self._frames else 0
-        return header(HISTORY, number, scene, width) + b"".join(frame.tobytes() for frame in self._frames)
+    def after(self, number: int) -> bytes:
+        """The frames that are newer than the one of that number, the oldest first."""
+        found: list[bytes] = []
+        for other, frame in reversed(self._frames):
+            if other <= number:
+                break
+            found.append(frame.tobytes())
+        return b"".join(reversed(found))
 
 
 def header(kind: int, number: int, scene: int, width: int) -> bytes:

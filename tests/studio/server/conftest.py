@@ -62,10 +62,10 @@ class Client:
         raise TimeoutError("no such frame")
 
     def _take(self, message: bytes) -> None:
-        kind, number, _, _ = np.frombuffer(message[:16], dtype="<u4")
+        kind, number, _, width = np.frombuffer(message[:16], dtype="<u4")
         if kind == 1:
             self.say("got", frame=int(number))
-            self.frames.append(np.frombuffer(message[16:], dtype="<f4"))
+            self.frames.extend(np.frombuffer(message[16:], dtype="<f4").reshape(-1, int(width)))
         else:
             self.history = message
 

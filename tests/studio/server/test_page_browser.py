@@ -144,7 +144,8 @@ def test_a_drag_on_a_link_pokes(page: sync_api.Page, studio: Any) -> None:
     place = page.evaluate(
         "() => { const s = skylimbStudio, b = s.theatre.canvas.getBoundingClientRect();"
         " for (let y = b.top + 40; y < b.bottom - 60; y += 4) for (let x = b.left; x < b.right; x += 4)"
-        "  if (s.poke.linkAt({ clientX: x, clientY: y })) return [x, y]; }"
+        "  if ([[0, 0], [5, 0], [-5, 0], [0, 5], [0, -5]].every(([dx, dy]) =>"
+        "   s.poke.linkAt({ clientX: x + dx, clientY: y + dy }))) return [x, y]; }"
     )
     page.mouse.move(*place)
     page.mouse.down()
@@ -159,7 +160,7 @@ def test_the_surface_is_moved_and_made_slippery(page: sync_api.Page, studio: Any
     forward = page.locator("#surface-x")
     forward.fill("0.1")
     forward.press("Enter")
-    friction = page.get_by_label("Friction, slider")
+    friction = page.get_by_label("Friction, slider", exact=True)
     friction.focus()
     page.keyboard.press("ArrowLeft")
 
@@ -192,16 +193,6 @@ def test_what_is_kept_is_flown_again_to_the_bit(page: sync_api.Page, studio: Any
     assert len(kept.log.time) > 50
     for name in ("configuration", "thrusts", "contact_force", "external_force_estimate"):
         np.testing.assert_array_equal(again.log[name].values, kept.log[name].values)
-
-
-def test_an_svg_file_is_drawn(page: sync_api.Page, studio: Any) -> None:
-    page.get_by_role("tab", name="Draw").click()
-    svg = b'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 9 9"><path d="M 1,1 L 8,8"/></svg>'
-    page.locator("#svg-file").set_input_files(
-        {"name": "line.svg", "mimeType": "image/svg+xml", "buffer": svg}
-    )
-    wait_for(lambda: studio.session.flights[0].experiment.trajectory.shape == "drawing")
-    assert (studio.session.out / "drawings" / "drawing-1.svg").read_bytes() == svg
 
 
 def test_a_controllers_exception_is_shown_with_its_line(page: sync_api.Page, studio: Any) -> None:
@@ -260,6 +251,16 @@ def test_everything_is_named_and_can_be_reached_by_keyboard(page: sync_api.Page)
 def test_nothing_is_wider_than_the_page(page: sync_api.Page, width: int) -> None:
     page.set_viewport_size({"width": width, "height": 800})
     until(page, f"document.documentElement.scrollWidth <= {width}")
+
+
+def test_an_svg_file_is_drawn(page: sync_api.Page, studio: Any) -> None:
+    page.get_by_role("tab", name="Draw").click()
+    svg = b'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 9 9"><path d="M 1,1 L 8,8"/></svg>'
+    page.locator("#svg-file").set_input_files(
+        {"name": "line.svg", "mimeType": "image/svg+xml", "buffer": svg}
+    )
+    wait_for(lambda: studio.session.flights[0].experiment.trajectory.shape == "drawing")
+    assert (studio.session.out / "drawings" / "drawing-1.svg").read_bytes() == svg
 
 
 def test_a_page_of_another_site_is_refused(studio: Any, browser: sync_api.Browser) -> None:

@@ -113,7 +113,10 @@ def test_a_gain_is_changed_and_told_to_all(studio: Any) -> None:
         ({"do": "gain", "key": "controller.translation.stiff", "value": 1.0}, "stiff"),
         ({"do": "gain", "key": "controller.translation.normalized_stiffness", "value": "stiff"}, "no vector"),
         ({"do": "gain", "key": "controller.translation.normalized_stiffness", "value": [1.0]}, "no vector"),
-        ({"do": "gain", "key": "controller.translation.normalized_stiffness", "value": [-1, 1, 1]}, "stiffness"),
+        (
+            {"do": "gain", "key": "controller.translation.normalized_stiffness", "value": [-1, 1, 1]},
+            "stiffness",
+        ),
         ({"do": "key", "key": "approach.contact", "value": 1}, "no switch"),
         ({"do": "key", "key": "sensors.latency", "value": 99.0}, "latency"),
         ({"do": "key", "key": "trajectory.function", "value": "evil.py:run"}, "names a file"),
