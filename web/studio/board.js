@@ -56,8 +56,7 @@ export class Board {
   /** A new take-off; the surface's keys are among the controls. Moves are counted from where it is then. */
   begin(controls) {
     const found = (key, usual) => controls.find((control) => control.key === `surface.${key}`)?.value ?? usual;
-    this.first = { position: found("position", [0, 0, 0]), slope: found("slope", 0), pitch: found("pitch", 0),
-      friction: found("friction", 0), stiffness: found("stiffness", 5000) };
+    this.first = { friction: found("friction", 0), stiffness: found("stiffness", 5000) };
     this.#show();
   }
 
@@ -76,12 +75,11 @@ export class Board {
   }
 
   #place() {
-    const { x, y, z } = this.values, [x0, y0, z0] = this.first.position;
-    return { position: [x0 + x, y0 + y, z0 + z] };
+    return { position: [this.values.x, this.values.y, this.values.z] };
   }
 
   #tilt() {
-    return { tilt: [this.first.slope + this.values.slope, this.first.pitch + this.values.pitch].map((angle) => Math.max(-1.4, Math.min(1.4, angle))) };
+    return { tilt: [this.values.slope, this.values.pitch] };
   }
 
   grab(event) {

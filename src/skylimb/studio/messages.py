@@ -84,7 +84,7 @@ class Release(Command, tag="release", frozen=True):
 
 
 class Surface(Command, tag="surface", frozen=True):
-    """Change the surface: its origin (m, W), slope and pitch (rad), what it's made of; the rest stays."""
+    """Change the surface: where it is and how it's tilted, from take-off (m, W; rad); what it's made of."""
 
     position: tuple[Metres, Metres, Metres] | None = None
     tilt: tuple[Tilt, Tilt] | None = None
