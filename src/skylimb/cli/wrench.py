@@ -106,12 +106,11 @@ def _show(feasible: FeasibleWrench, pushes: dict[str, tuple[np.ndarray, float, f
     for name, value in summary(feasible).items():
         table.add_row(name, value)
     console.print(table)
-    table = output.plain_table(
-        "Greatest push of the tip at rest, N", "Direction", "level", f"tilted up to {tilt:g} rad"
-    )
+    columns = ("Direction", "level") if tilt == 0.0 else ("Direction", "level", f"tilted up to {tilt:g} rad")
+    table = output.plain_table("Greatest push of the tip at rest, N", *columns)
     for name, (axis, level, tilted) in pushes.items():
         shown = name if name != "yours" else f"({', '.join(f'{part:.2f}' for part in axis)})"
-        table.add_row(shown, f"{level:.1f}", f"{tilted:.1f}")
+        table.add_row(*(shown, f"{level:.1f}", f"{tilted:.1f}")[: len(columns)])
     console.print(table)
 
 

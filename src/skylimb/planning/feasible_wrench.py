@@ -204,9 +204,9 @@ def _vectoring_angles(robot: Robot, nominal: np.ndarray, q: np.ndarray) -> np.nd
     if robot.n_vectoring == 0:
         return np.zeros(0)
     angles = np.asarray(vectoring_table(robot).angles(posture_family(robot).theta_nominal), dtype=float)
-    path = posture_path(PostureConfig(waypoints=(tuple(map(float, q)),), hold=0.0), robot, nominal)
-    if path.duration <= 0.0:
+    if np.array_equal(q, nominal):
         return angles
+    path = posture_path(PostureConfig(waypoints=(tuple(map(float, q)),), hold=0.0), robot, nominal)
     times = np.append(np.arange(_KNOT, path.duration, _KNOT), path.duration)
     return vectoring_path(robot, path.sample(times), angles)[-1]
 
