@@ -140,7 +140,7 @@ def test_every_label_in_the_code_is_on_the_paper_map() -> None:
     labels = sorted(re.findall(r"eq:[\w \-]+\w", text), key=len, reverse=True)
     for path in (ROOT / "src").rglob("*.py"):
         flat = " ".join(path.read_text(encoding="utf-8").split())
-        for at in [match.start() for match in re.finditer(r"eq:", flat)]:
+        for at in [match.start() for match in re.finditer(r"\beq:", flat)]:
             assert flat[at:].startswith(tuple(labels)), f"{path}: {flat[at : at + 50]}"
 
 
