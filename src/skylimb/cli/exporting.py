@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated, ClassVar
 
 from skylimb.cli.arguments import Positional, arg
@@ -21,6 +22,7 @@ class ExportC:
     examples: ClassVar[str] = """
         skylimb export-c --controller hybrid out/hybrid-c
         skylimb export-c --controller my_gains.toml out/mine-c --rate 250
+        skylimb export-c --log out/hybrid out/hybrid-c
     """
 
     folder: Annotated[Positional[str], arg(metavar="DIR", help="New folder for the files.")]
@@ -28,12 +30,20 @@ class ExportC:
     robot: Annotated[str, arg(metavar="NAME", help="A robot's name, folder or file.")] = "hydrus_xi_quad"
     calibration: Calibration = ""
     rate: Annotated[float, arg(metavar="HZ", help="Control ticks a second.")] = 200.0
+    log: Annotated[
+        str,
+        arg(
+            metavar="LOG", help="A recorded flight: its controller is written, and its inputs as flight.bin."
+        ),
+    ] = ""
 
     def __call__(self) -> int:
         """Trace it and write the files."""
         if not 10.0 <= self.rate <= 10_000.0:
             raise ConfigError(f"--rate = {self.rate:g} Hz is outside 10 .. 10000 Hz")
         folder = new_folder(self.folder, "")
+        if self.log:
+            return self._with_flight(folder)
         import skylimb
         from skylimb.flights.export import export_c
 
@@ -48,4 +58,14 @@ class ExportC:
             print(f"  {path}")
         build = "cc main.c controller.c controller_function.c -o example -lm"
         print(f"try it: cd {folder} && {build} && ./example")
+        return 0
+
+    def _with_flight(self, folder: Path) -> int:
+        from skylimb.exchange.convert import read_log
+        from skylimb.flights.export.host import export_with_flight
+
+        for path in export_with_flight(read_log(self.log).run, folder):
+            print(f"  {path}")
+        build = "cc -std=c99 -O2 host.c controller.c controller_function.c -o host -lm"
+        print(f"try it: cd {folder} && {build} && ./host < flight.bin > commands.bin")
         return 0

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -23,22 +25,33 @@ from skylimb.packing import Layout
 from skylimb.recording.files import new_folder
 
 _TEMPLATES = Path(__file__).parent
+_QUIET = """\
+#if defined(__GNUC__) /* every function has the same arguments, used or not */
+#pragma GCC diagnostic ignored "-Wunused-parameter"
+#endif
+"""
 TOLERANCE = 1e-12
 """Greatest difference, relative to the number's own size where that is above 1, that the example accepts."""
 
 
-def export_c(controller: Controller, folder: str | Path, control_period: float = 0.005) -> list[Path]:
+def export_c(
+    controller: Controller,
+    folder: str | Path,
+    control_period: float = 0.005,
+    beside: Mapping[str, bytes] = MappingProxyType({}),
+) -> list[Path]:
     """Write a controller as C99 that allocates nothing and needs only libm.
 
     Left in the folder: `controller_function.c` (CasADi's own text of the cascade), `controller.c` and
     `controller.h` (its gains, first state, the place of every named number, and one function to call),
-    `test_vector.h` (inputs of some ticks and what they must give) and `main.c`, an example that holds the
-    code against the vector.
+    `test_vector.h` (inputs of some ticks and what they must give), `main.c`, an example that holds the code
+    against the vector, and `host.c`, which reads measurements and writes commands.
 
     Args:
         controller: a cascade; a user's own Python class cannot be exported.
         folder: new.
         control_period: s, that the code is called with.
+        beside: more files for the folder, by name.
 
     Returns:
         The files.
@@ -55,16 +68,19 @@ def export_c(controller: Controller, folder: str | Path, control_period: float =
         raise ConfigError(f"control period = {control_period:g} s must be positive")
     step = controller_step(controller, control_period)
     texts = {
-        "controller_function.c": c_source(step.function),
+        "controller_function.c": f"{_QUIET}{c_source(step.function)}",
         "controller.h": _header(controller, step, control_period),
         "controller.c": _source(step),
         "test_vector.h": _vector(example_vector(controller, step)),
         "main.c": (_TEMPLATES / "example_main.c").read_text("utf-8"),
+        "host.c": (_TEMPLATES / "host.c").read_text("utf-8"),
     }
     with new_folder(folder) as staging:
         for name, text in texts.items():
             (staging / name).write_text(text, encoding="utf-8")
-    return [Path(folder) / name for name in texts]
+        for name, content in beside.items():
+            (staging / name).write_bytes(content)
+    return [Path(folder) / name for name in (*texts, *beside)]
 
 
 _ABOUT = {

@@ -82,7 +82,7 @@ def replay(
     run, read = (log, ()) if isinstance(log, Run) else read_log(log, str(settings.get("robot", "")))
     with tempfile.TemporaryDirectory(prefix="skylimb-") as folder:
         try:
-            experiment, said = _experiment(run, Path(folder), settings)
+            experiment, said = experiment_of(run, Path(folder), settings)
             robot = load_robot(experiment.robot)
             ready = chosen_controller(controller, experiment, robot, gains)
         except ConfigError as error:
@@ -123,7 +123,7 @@ def _replayed(
     )
 
 
-def _experiment(run: Run, folder: Path, settings: Mapping[str, Any]) -> tuple[Experiment, tuple[str, ...]]:
+def experiment_of(run: Run, folder: Path, settings: Mapping[str, Any]) -> tuple[Experiment, tuple[str, ...]]:
     """The experiment that a run was flown with, read from copies of its files below `folder`."""
     if not run.config:
         experiment = load_experiment(UNKNOWN, dict(settings))
