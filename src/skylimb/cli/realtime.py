@@ -12,6 +12,7 @@ from skylimb.cli import output
 from skylimb.cli.arguments import arg
 from skylimb.cli.options import (
     Assignments,
+    Calibration,
     Experiment,
     Out,
     Seed,
@@ -66,6 +67,7 @@ class Fly:
     overruns: Annotated[
         str, arg(metavar="N", help="Ticks in a row without a new command before the robot retreats; 100.")
     ] = ""
+    calibration: Calibration = ""
     seed: Seed = ""
     set: Assignments = ()
     out: Out = ""
@@ -105,18 +107,22 @@ class Fly:
     def _flown(
         self, settings: dict[str, Any], limits: Limits, report: Callable[[int, int], None]
     ) -> ClockedFlight:
-        controller = self.controller or None
+        controller, known = self.controller or None, self.calibration or None
         if self.realtime:
             from skylimb.flights.on_clock import fly_on_clock
 
-            return fly_on_clock(self.experiment, controller, set=settings, limits=limits, progress=report)
+            return fly_on_clock(
+                self.experiment, controller, set=settings, limits=limits, progress=report, calibration=known
+            )
         from skylimb.flights.linked import fly_linked
         from skylimb.realtime.udp import UdpLink, address_of
 
         peer = address_of(self.udp, self.anywhere)
         link = UdpLink(address_of(self.listen, self.anywhere), peer)
         try:
-            return fly_linked(link, self.experiment, controller, settings, limits, progress=report)
+            return fly_linked(
+                link, self.experiment, controller, settings, limits, progress=report, calibration=known
+            )
         finally:
             link.close()
 

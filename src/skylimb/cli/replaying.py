@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from skylimb.cli import output
 from skylimb.cli.arguments import Positional, arg
-from skylimb.cli.options import Assignments, Out, new_folder, settings_of, stem
+from skylimb.cli.options import Assignments, Calibration, Out, new_folder, settings_of, stem
 
 if TYPE_CHECKING:
     from skylimb.recording.run import Run
@@ -36,6 +36,7 @@ class Replay:
         str,
         arg(metavar="NAME", help="Another controller than flew: its name, its TOML file, or a Python file."),
     ] = ""
+    calibration: Calibration = ""
     set: Assignments = ()
     out: Out = ""
 
@@ -55,6 +56,7 @@ class Replay:
                 self.controller or None,
                 set=settings,
                 progress=lambda done, total: progress("replaying", done, total),
+                calibration=self.calibration or None,
             )
         with output.working("writing log, table and figures"):
             from skylimb.analysis.replayed_folder import write_replay

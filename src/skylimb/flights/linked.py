@@ -12,7 +12,9 @@ import numpy as np
 import xarray as xr
 
 from skylimb.config import to_mapping
+from skylimb.control.cascade import calibrated
 from skylimb.control.controller import Controller, controller_signals, is_traceable, resolved_tables
+from skylimb.control.corrections import Calibrated, corrections_of
 from skylimb.control.needs import needs_of
 from skylimb.errors import OutputError
 from skylimb.experiments.experiment import Experiment, experiment_with, load_experiment
@@ -54,6 +56,7 @@ def fly_linked(
     pacer: Pacer | None = None,
     patience: float = PATIENCE,
     progress: Progress | None = None,
+    calibration: Calibrated | None = None,
 ) -> ClockedFlight:
     """Fly the mission of an experiment with a robot that hovers behind a link; at its end the robot lands.
 
@@ -68,6 +71,7 @@ def fly_linked(
         pacer: of the ticks; the wall clock by default.
         patience: how long the first measurement is waited for, s.
         progress: called once a second with how far the flight is.
+        calibration: as of `skylimb.run`.
 
     Returns:
         A run without truth and scores: measurements, commands, and all that the controller records.
@@ -83,6 +87,8 @@ def fly_linked(
     )
     robot = load_robot(experiment.robot)
     chosen = chosen_controller(controller, experiment, robot, gains)
+    if calibration is not None:
+        chosen = calibrated(chosen, robot, corrections_of(calibration), gains)
     clock = pacer or Pacer(experiment.control_period)
     inner: Any = CompiledController(chosen, clock.period, fastest) if is_traceable(chosen) else chosen
     guard = GuardedController(inner, robot, clock, limits)

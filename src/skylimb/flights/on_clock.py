@@ -10,6 +10,7 @@ from typing import Any
 
 from skylimb.analysis.own import with_own_scores
 from skylimb.control.controller import Controller
+from skylimb.control.corrections import Calibrated
 from skylimb.experiments.experiment import Experiment
 from skylimb.flights.drivers.free import FreeDriver
 from skylimb.flights.flying import fastest
@@ -55,6 +56,7 @@ def fly_on_clock(
     limits: Limits | None = None,
     pacer: Callable[[float], Pacer] = Pacer,
     progress: Progress | None = None,
+    calibration: Calibrated | None = None,
 ) -> ClockedFlight:
     """Fly a simulated plant on the wall clock, under the guard that flies a robot.
 
@@ -69,8 +71,9 @@ def fly_on_clock(
         limits: when to hold and when to retreat.
         pacer: makes the pacer for a control period, s.
         progress: called with how far the flight is.
+        calibration: as of `skylimb.run`.
     """
-    (takeoff,) = take_off(experiment, (controller,), seed, set)
+    (takeoff,) = take_off(experiment, (controller,), seed, set, calibration=calibration)
     clock = pacer(takeoff.period)
     guard = guarded(takeoff, clock, limits)
     with without_timer():

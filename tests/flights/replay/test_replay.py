@@ -12,6 +12,7 @@ import pytest
 import skylimb
 from skylimb.analysis.replayed import differences, differences_table, only_in
 from skylimb.cli.main import main
+from skylimb.control.corrections import Corrections
 from skylimb.errors import ConfigError, UnknownNameError
 from skylimb.flights.flying import fly
 from skylimb.flights.record import recorded
@@ -114,6 +115,21 @@ def test_a_gain_changes_what_is_estimated(flown: skylimb.Run) -> None:
     assert found["external_force_estimate"].rms > 0.02
     assert found["cog_position_estimate"].same
     np.testing.assert_array_equal(slow.log.contact_force, flown.log.contact_force)
+
+
+def test_a_calibrated_flight_and_a_calibrated_replay(make_takeoff: Make) -> None:
+    robot = skylimb.load_robot("hydrus_xi_quad")
+    found = Corrections(
+        robot=robot.name, robot_digest=robot.description.digest, rotor_scale=(0.95, 1.03, 0.98, 1.01)
+    )
+    hover = {"trajectory.shape": "hold", "trajectory.duration": 0.2, "approach.contact": False}
+    real = {**hover, "plant.rotor_scale": list(found.rotor_scale)}
+    knowing = skylimb.run("paper", "hybrid", set=real, calibration=found)
+    require_same_bits(knowing, skylimb.replay(knowing), 17)
+    plain = skylimb.run("paper", "hybrid", set=real)
+    seen = skylimb.replay(plain, calibration=found)
+    bias = [abs(run.log.external_force_bias.values[-1]).max() for run in (plain, seen)]
+    assert bias[1] < 0.3 * bias[0]
 
 
 def test_a_log_of_a_real_robot_lacks_things(flown: skylimb.Run) -> None:

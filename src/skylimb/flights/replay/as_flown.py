@@ -5,8 +5,11 @@ from __future__ import annotations
 import dataclasses
 from typing import Any
 
+import numpy as np
+
 from skylimb.control.cascade import Cascade
 from skylimb.control.controller import TraceableController
+from skylimb.control.corrections import Corrections, for_rotors
 from skylimb.control.records import Allocated, Demand, LawInput
 from skylimb.control.rotor_lag import lagging_thrusts
 from skylimb.control.slots import Slot
@@ -26,10 +29,11 @@ class AllocationAsFlown:
     Args:
         law: of the allocation slot.
         flown: thrusts that were commanded in flight, N, (n,), NaN where they are not known.
+        corrections: of a calibrated controller, which commands other thrusts than its law wants.
     """
 
-    def __init__(self, law: Any, flown: Array) -> None:
-        self._law, self._flown = law, flown
+    def __init__(self, law: Any, flown: Array, corrections: Corrections | None = None) -> None:
+        self._law, self._flown, self._corrections = law, flown, corrections
         self.aim = law.aim
 
     def step(
@@ -38,6 +42,10 @@ class AllocationAsFlown:
         """The law's own step, then the thrusts that were flown in the place of its own."""
         new, given, signals = self._law.step(gains, state, inputs, demand)
         flown, command = self._flown, given.command.thrusts
+        if self._corrections is not None:
+            # What the rotors are believed to have made of the flown command.
+            command = for_rotors(self._corrections, given.command).thrusts
+            flown = flown * np.asarray(self._corrections.rotor_scale or (1.0,) * inputs.robot.n_rotors)
         lag, known = getattr(gains, "rotor_lag", None), hasattr(new, "thrusts")
         mean = end = flown
         if lag is not None and known:
@@ -47,7 +55,7 @@ class AllocationAsFlown:
         # Also false for thrusts that are no numbers.
         other: Any = 0.0
         for i in range(inputs.robot.n_rotors):
-            other = other + (abs(flown[i] - command[i]) > 0.0)
+            other = other + (abs(self._flown[i] - command[i]) > 0.0)
         other = other > 0.0
         wrench = Wrench(
             where(other, others.force, given.wrench.force), where(other, others.torque, given.wrench.torque)
@@ -62,5 +70,5 @@ def as_flown(controller: TraceableController, flown: Array) -> TraceableControll
     if not isinstance(controller, Cascade):
         return controller
     slot = controller.preset.slots.allocation
-    told = Slot(slot.name, AllocationAsFlown(slot.law, flown), slot.gains)
+    told = Slot(slot.name, AllocationAsFlown(slot.law, flown, controller.corrections), slot.gains)
     return dataclasses.replace(controller, preset=controller.preset.with_slot(_ALLOCATION, told))

@@ -15,12 +15,14 @@ import xarray as xr
 
 from skylimb.analysis.replayed import REPLAYED
 from skylimb.config import to_mapping
+from skylimb.control.cascade import calibrated
 from skylimb.control.controller import (
     Controller,
     controller_signals,
     is_traceable,
     resolved_tables,
 )
+from skylimb.control.corrections import Calibrated, corrections_of
 from skylimb.control.needs import needs_of
 from skylimb.errors import ConfigError, SkylimbError
 from skylimb.exchange.convert import read_log
@@ -57,6 +59,7 @@ def replay(
     controller: str | Controller | None = None,
     set: Mapping[str, Any] | None = None,
     progress: Progress | None = None,
+    calibration: Calibrated | None = None,
 ) -> Run:
     """Run estimator and controller open loop on what a log holds of a flight, simulated or real.
 
@@ -70,6 +73,8 @@ def replay(
         controller: another one than flew: a name, a file, or a controller at hand.
         set: dotted keys and new values, of the experiment, or of the controller after "controller.".
         progress: called with (ticks done, ticks in all).
+        calibration: what the controller knows of robot and sensors besides their description; by default
+            what the one that flew knew.
 
     Returns:
         A run without scores; `analysis.replayed.differences` holds it against the recorded one. What the log
@@ -85,6 +90,8 @@ def replay(
             experiment, said = experiment_of(run, Path(folder), settings)
             robot = load_robot(experiment.robot)
             ready = chosen_controller(controller, experiment, robot, gains)
+            if calibration is not None:
+                ready = calibrated(ready, robot, corrections_of(calibration), gains)
         except ConfigError as error:
             raise _lacking(run) or error from None
         return _replayed(run, experiment, robot, ready, (*read, *said), progress)
