@@ -1,6 +1,6 @@
 """What `skylimb calibrate` reaches over random draws, and what it is worth to the preset `following`.
 
-    python benchmarks/calibration.py [--draws 200] [--minutes 10]
+    python benchmarks/calibration.py [--draws 200] [--board-draws 200] [--minutes 60]
 
 Draws are those of benchmarks/following.py: thrust +-2 % overall and per rotor, misaligned attitude +-1 degree
 about each axis, mass +-1 %, centre of gravity +-10 mm along each axis, latency 10 .. 30 ms. Each is
@@ -23,6 +23,7 @@ from typing import Any
 import numpy as np
 
 import skylimb
+from skylimb.analysis.measures import measured
 from skylimb.calibration.information import WANTED
 from skylimb.calibration.public import calibration_from
 from skylimb.calibration.result import SIGMAS
@@ -63,7 +64,8 @@ def one(drawn: Mapping[str, Any], seed: int, fly: bool) -> dict[str, Any]:
     }
     for name, calibration in (("without", None), ("with", made)) if fly else ():
         run = skylimb.run("paper", "following", set=dict(drawn), calibration=calibration)
-        found[name] = {key: run.metrics.get(key) for key in SCORES} | {"lost": run.cause}
+        scores = {**run.metrics, **measured(run, ["contact"])}
+        found[name] = {key: scores.get(key) for key in SCORES} | {"lost": run.cause}
     return found
 
 
@@ -95,12 +97,15 @@ def identification(rows: Sequence[Mapping[str, Any]]) -> list[str]:
 
 def following(rows: Sequence[Mapping[str, Any]]) -> list[str]:
     """What `following` reaches without and with the calibration."""
-    lines = ["| paper's board, `following` | without | with |", "|---|---|---|"]
     kept = [row for row in rows if "with" in row]
+    lines = [
+        f"| `following` on the paper's board, {len(kept)} draws | without | with the calibration |",
+        "|---|---|---|",
+    ]
     for key, (title, unit, scale) in SCORES.items():
         cells = []
         for name in ("without", "with"):
-            values = [row[name][key] for row in kept if row[name].get(key) is not None]
+            values = [row[name][key] for row in kept if row[name].get(key) is not None] or [np.nan]
             middle, worst = (scale * float(np.percentile(values, at)) for at in (50, 90))
             cells.append(f"{middle:.3g} / {worst:.3g} {unit}")
         lines.append(f"| {title} | {' | '.join(cells)} |")
@@ -114,7 +119,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--draws", type=int, default=200)
     parser.add_argument("--minutes", type=float, default=60.0, help="begin no draw after so long")
-    parser.add_argument("--no-board", action="store_true", help="calibrate only")
+    parser.add_argument("--board-draws", type=int, default=200, help="draws that fly the board besides")
     parser.add_argument("--tables", action="store_true", help="fly nothing: tables of docs/calibration.json")
     options = parser.parse_args()
     kept = DOCS / "calibration.json"
@@ -123,7 +128,7 @@ def main() -> None:
         for number, drawn in enumerate(draws("paper", options.draws)):
             if time.monotonic() - began > 60.0 * options.minutes:
                 break
-            rows.append(one(drawn, 1000 + number, not options.no_board))
+            rows.append(one(drawn, 1000 + number, number < options.board_draws))
             print(number, json.dumps(rows[-1])[:100], flush=True)
             kept.write_text(compact(rows), encoding="utf-8")
     write_tables(json.loads(kept.read_text(encoding="utf-8")))

@@ -89,7 +89,9 @@ def _information(made: Calibration) -> Figure:
     above.set_ylabel("std / wanted")
     drawn = below.imshow(np.abs(vectors[:, order]), cmap="Blues", vmin=0.0, vmax=1.0, aspect="auto")
     wanted = [
-        f"{label} ({WANTED[one.name]:g} {one.unit})" for one in estimate.parameters for label in one.labels
+        f"{label} ({f'{WANTED[one.name]:g} {one.unit}'.strip()})"
+        for one in estimate.parameters
+        for label in one.labels
     ]
     below.set_yticks(np.arange(len(wanted)), wanted)
     below.set_xticks(at, [str(i + 1) for i in at])

@@ -12,6 +12,7 @@ from skylimb.calibration.figures import write_figures
 from skylimb.calibration.parameters import centers, spreads
 from skylimb.calibration.result import FILE, SIGMAS, Calibration
 from skylimb.recording.files import new_folder
+from skylimb.recording.run import LOG_FILE, Run
 
 TEMPLATE = Path(__file__).with_name("report_template.html")
 REPORT = "report.html"
@@ -71,13 +72,16 @@ def correlated(made: Calibration) -> list[str]:
     ]
 
 
-def write_calibration(made: Calibration, folder: str | Path, moved: str = "") -> Path:
+def write_calibration(
+    made: Calibration, folder: str | Path, moved: str = "", flown: Run | None = None
+) -> Path:
     """Write `calibration.toml`, `report.html` and the figures into a new folder.
 
     Args:
         made: the calibration.
         folder: it must not exist.
         moved: what was excited, in words.
+        flown: the flight, whose log.nc is kept beside them.
 
     Returns:
         The folder.
@@ -87,6 +91,8 @@ def write_calibration(made: Calibration, folder: str | Path, moved: str = "") ->
     """
     with new_folder(folder) as staging:
         (staging / FILE).write_text(made.text, encoding="utf-8")
+        if flown is not None:
+            flown.save(staging / LOG_FILE)
         figures = staging / "figures"
         figures.mkdir()
         captions = write_figures(made, figures)

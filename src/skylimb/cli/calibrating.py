@@ -16,7 +16,7 @@ class Calibrate:
 
     Flies an experiment, or takes the log of a flight that was flown, and estimates the motion capture's
     misalignment, the centre of gravity, the thrust of each rotor, lag and latency, each with a 95 % interval.
-    Leaves calibration.toml, which --calibration of other verbs takes, and report.html.
+    Leaves calibration.toml, which --calibration of other verbs takes, report.html, and the log of its flight.
     """
 
     examples: ClassVar[str] = """
@@ -38,7 +38,7 @@ class Calibrate:
         settings, seed = settings_of(self.set), whole_number("--seed", self.seed)
         folder = new_folder(self.out, f"{stem(self.what.rstrip('/').split('/')[-1])}-calibrated")
         from skylimb.calibration.excited import motion_of
-        from skylimb.calibration.public import calibration_from, flight_of, robot_of
+        from skylimb.calibration.public import calibration_from, flight_of, is_log, robot_of
         from skylimb.calibration.record import record_of
         from skylimb.calibration.report import write_calibration
 
@@ -48,7 +48,8 @@ class Calibrate:
         with output.working("estimating"):
             made = calibration_from(flown, robot)
         with output.working("writing the report"):
-            write_calibration(made, folder, motion_of(record_of(flown, robot)))
+            kept = None if is_log(self.what) else flown
+            write_calibration(made, folder, motion_of(record_of(flown, robot)), kept)
         output.calibration(made)
         output.places(folder)
         return 0
