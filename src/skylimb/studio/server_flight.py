@@ -118,6 +118,7 @@ class FlightThread:
 
     def _show_scene(self) -> None:
         session = self._session
+        gc.collect()  # the flights before are rings of objects, large ones, that would stay for long
         controls = session.controls()
         self._keys = {control["key"]: control for control in controls}
         for control in controls:

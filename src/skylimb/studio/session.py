@@ -6,7 +6,7 @@ import math
 from collections import deque
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,11 +23,13 @@ from skylimb.studio.controls import IN_FLIGHT, PREFIX, controls_of
 from skylimb.studio.drawings import keep_drawing, strokes_as_svg
 from skylimb.studio.frames import FlightView
 from skylimb.studio.gains import changes_in_flight, gain_keys, settled_gains
-from skylimb.studio.keeping import Kept, keep
 from skylimb.studio.live_flight import LiveFlight
 from skylimb.studio.surface_edits import BLEND, surface_change, surface_keys_in_flight, with_surface
 from skylimb.studio.watching import Watcher, files_of_controller
 from skylimb.user_code import place_of
+
+if TYPE_CHECKING:
+    from skylimb.studio.keeping import Kept
 
 MOST_FLIGHTS = 4
 """Flights beside each other at most."""
@@ -348,6 +350,8 @@ class Session:
 
     def keep(self, name: str = "") -> Kept:
         """Keep the flights so far in a folder below `out`; see `keeping.keep`. They go on."""
+        from skylimb.studio.keeping import keep  # figures are slow to load
+
         kept = keep(self._flights, _folder_names(self._flights), self.out, name)
         self._reports.append(kept)
         self._tell("kept", folder=str(kept.folder), command=kept.command)
