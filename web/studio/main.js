@@ -99,6 +99,7 @@ class Studio {
     line.on("kept", (kept) => { shell.kept(kept); });
     line.on("rewound", () => { for (const actor of this.actors) actor.last = null; });
     line.on("pace", (pace) => this.transport.pace(pace));
+    line.on("over", () => { if (shell.seats.drives) this.say("scores"); });
     line.on("scores", ({ scores }) => shell.showScores(scores));
   }
 

@@ -120,7 +120,8 @@ export class Shell {
   }
 
   showScores(scores) {
-    const names = Object.keys(scores), keys = [...new Set(names.flatMap((name) => Object.keys(scores[name])))];
+    const names = Object.keys(scores), keys = [...new Set(names.flatMap((name) => Object.keys(scores[name])))]
+      .filter((key) => names.some((name) => scores[name][key] !== null));
     const cell = (value) => element("td", {}, typeof value === "number" ? String(Number(value.toPrecision(3))) : value ?? "–");
     this.scores.replaceChildren(element("table", {},
       element("thead", {}, element("tr", {}, element("th", { scope: "col" }, "Score"), ...names.map((name) => element("th", { scope: "col" }, name)))),
