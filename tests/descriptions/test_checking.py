@@ -86,6 +86,15 @@ def test_impossible_inertias_are_faults_and_mend_replaces_them(lab_file):
     assert "mended to" in doubt_about(mended, "inertia of link 'main'").value
 
 
+def test_a_point_mass_is_mended_to_a_ball_that_the_engine_takes(lab_file):
+    ball = '<inertia ixx="0.00027" iyy="0.00027" izz="0.00027" ixy="0" ixz="0" iyz="0"/>'
+    point = ball.replace("0.00027", "0.0")
+    report = check_robot_file(lab_file((ball, point)), mend=True)
+    assert report.can_fly, report.reasons
+    inertia = report.description.link("battery").inertial.inertia
+    np.testing.assert_allclose(inertia, 0.3 * 0.01**2 * np.eye(3))
+
+
 def test_dust_far_from_its_centre_is_a_doubt(lab_file):
     report = check_robot_file(lab_file(dust=1e-3))
     assert report.can_fly
@@ -165,6 +174,14 @@ UNREADABLE = {
     "no parent": '<robot name="a"><link name="b"/><joint name="x" type="fixed"><child link="b"/></joint>'
     "</robot>",
 }
+
+
+def test_a_part_without_links_is_told_from_a_loop(tmp_path):
+    path = tmp_path / "bad.urdf"
+    for name, words in (("no links", "has no links"), ("a loop", "joints form a loop")):
+        path.write_text(UNREADABLE[name])
+        with pytest.raises(SkylimbError, match=words):
+            check_robot_file(path)
 
 
 @pytest.mark.parametrize("name", UNREADABLE)

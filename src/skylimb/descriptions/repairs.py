@@ -19,6 +19,9 @@ DUST = 1e-3
 _DUST_GYRATION = 0.01
 """Radius of gyration that such a link is given where its own cannot be, m."""
 
+_POINT = 1e-3
+"""Radius of gyration below which a link is a point, m."""
+
 _LIMITS = {"effort": (3.0, "N m"), "velocity": (0.5, "rad/s")}
 """Assumed where a joint's limit is missing or not positive."""
 
@@ -127,6 +130,8 @@ def _mend_inertia(tree: UrdfTree, name: str, mend: bool) -> list[Doubt]:
             ]
         if mend:
             mended = nearest_inertia(inertial.inertia)
+            if np.trace(mended) < inertial.mass * _POINT**2:  # a point mass, which the physics engine refuses
+                mended = inertial.mass * _DUST_GYRATION**2 * np.eye(3)
             _write_inertia(tree, name, mended)
             new = _moments(Inertial(inertial.mass, inertial.com, mended))
             value = f"{without_name(error)}; mended to {new} kg m^2"

@@ -100,9 +100,11 @@ class UrdfTree:
             DescriptionError: there is none.
         """
         children = {self.end(joint, "child") for joint in self.joints()}
+        if not self.links():
+            raise DescriptionError(f"'{self._where}' has no links; is it a part that other files include?")
         root = next((name for name in self.links() if name not in children), None)
         if root is None:
-            raise DescriptionError(f"'{self._where}' has no root link: no links, or joints that form a loop")
+            raise DescriptionError(f"'{self._where}' has no root link: its joints form a loop")
         return root
 
     def mass(self, link: str) -> float:
