@@ -37,8 +37,8 @@ DOCS = Path(__file__).parents[1] / "docs"
 PLANT = ("plant.", "sensors.")
 SCORES = {
     "pen_line_rms": ("pen line, rms", "mm", 1e3),
-    "error_u_median": ("y of the centre of gravity", "mm", 1e3),
-    "error_v_median": ("z of the centre of gravity", "mm", 1e3),
+    "error_u_median": ("centre of gravity to the mission, y", "mm", 1e3),
+    "error_v_median": ("the same, z", "mm", 1e3),
     "force_slow_std": ("force std", "N", 1.0),
 }
 UNITS = {"rad": ("mrad", 1e3), "m": ("mm", 1e3), "s": ("ms", 1e3), "": ("%", 1e2)}
@@ -105,10 +105,13 @@ def following(rows: Sequence[Mapping[str, Any]]) -> list[str]:
     for key, (title, unit, scale) in SCORES.items():
         cells = []
         for name in ("without", "with"):
-            values = [row[name][key] for row in kept if row[name].get(key) is not None] or [np.nan]
+            values = [row[name][key] for row in kept if row[name].get(key) is not None]
+            if not values:
+                break
             middle, worst = (scale * float(np.percentile(values, at)) for at in (50, 90))
             cells.append(f"{middle:.3g} / {worst:.3g} {unit}")
-        lines.append(f"| {title} | {' | '.join(cells)} |")
+        if cells:
+            lines.append(f"| {title} | {' | '.join(cells)} |")
     lost = [sum(bool(row[name]["lost"]) for row in kept) for name in ("without", "with")]
     lines.append(f"| lost flights | {lost[0]} of {len(kept)} | {lost[1]} of {len(kept)} |")
     return lines
