@@ -143,7 +143,13 @@ class Takeoff:
 
     def _otherwise(self, **changes: Any) -> Takeoff:
         other = dataclasses.replace(self, **changes)
-        vars(other).update({name: vars(self)[name] for name in _SHARED if name in vars(self)})
+        before, after = self.experiment, other.experiment
+        shared = [*_SHARED]
+        if after.gain_changes is before.gain_changes and after.stop_at == before.stop_at:
+            shared.append("rows")
+        if after.surface_changes is before.surface_changes:
+            shared.append("surface_table")
+        vars(other).update({name: vars(self)[name] for name in shared if name in vars(self)})
         return other
 
     @cached_property

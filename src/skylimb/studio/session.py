@@ -225,10 +225,9 @@ class Session:
         """
         key, value = key.removeprefix(PREFIX), _value(value)
         chosen = self._flights if flight is None else [self._flight(flight)]
-        known = {name for one in chosen for name in gain_keys(one)}
         having = [one for one in chosen if key in gain_keys(one)]
         if not having:
-            raise unknown_name("gain", key, known)
+            raise unknown_name("gain", key, {name for one in chosen for name in gain_keys(one)})
         if isinstance(value, str) and value.endswith(".py"):
             raise ConfigError(f"{key} = '{value}': a file of your own is named where the studio is started")
         if all(changes_in_flight(one, key) for one in having):
