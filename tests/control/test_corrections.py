@@ -118,8 +118,8 @@ def test_gains_that_laws_have_are_set_unless_the_user_gives_them() -> None:
 
 
 def test_its_tables_make_it_again() -> None:
-    first = calibrated(load_controller("following", ROBOT), ROBOT, FOUND)
-    again = controller_from_tables(first.tables(), Path("config.toml"), ROBOT)
+    first: Any = calibrated(load_controller("following", ROBOT), ROBOT, FOUND)
+    again: Any = controller_from_tables(first.tables(), Path("config.toml"), ROBOT)
     assert again.tables() == first.tables()
     assert again.structure() == first.structure()
     assert first.structure() != load_controller("following", ROBOT).structure()  # type: ignore[attr-defined]

@@ -1,6 +1,7 @@
 """A surface that changes in flight: the same in every driver, and told by the record."""
 
 import dataclasses
+from typing import Any
 
 import numpy as np
 import pytest
@@ -75,7 +76,8 @@ NUMBERS = ("geom_pos", "geom_quat", "pair_friction", "pair_solref", "pair_gap", 
 def test_a_flight_without_changes_writes_nothing_into_its_model():
     takeoff = made()
     assert takeoff.surface_table is None
-    assert begin_loop(takeoff).driver._model is takeoff.plant.model
+    driver: Any = begin_loop(takeoff).driver
+    assert driver._model is takeoff.plant.model
 
 
 def test_a_change_that_comes_to_what_is_there_changes_no_bit():

@@ -160,7 +160,7 @@ class Fit:
         usual = np.median(np.abs(self.used(known)), axis=0) / _QUARTILE
         most = _IMPOSSIBLE * np.maximum(usual, 1.0)
         for piece, one in enumerate(known):
-            far = (np.abs(one.residuals) > most).any(axis=1)
+            far = np.any(np.abs(one.residuals) > most, axis=1)
             # A wild frame makes those behind it look wild.
             self.impossible[piece] |= far & ~np.concatenate([[False], far[:-1]])
 

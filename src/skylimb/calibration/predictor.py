@@ -21,7 +21,7 @@ with the filter's gain held.
 from __future__ import annotations
 
 import functools
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -326,12 +326,10 @@ def _scan(function: ca.Function, state: np.ndarray, columns: list[np.ndarray]) -
     for k in range(count):
         buffer.set_arg(0, memoryview(state))  # pyright: ignore[reportCallIssue]
         for i, column in enumerate(arguments):
-            row: Any = column[k]
-            buffer.set_arg(i + 1, memoryview(row))  # pyright: ignore[reportCallIssue]
+            buffer.set_arg(i + 1, memoryview(column[k]))  # pyright: ignore[reportCallIssue, reportArgumentType]
         buffer.set_res(0, memoryview(following))  # pyright: ignore[reportCallIssue]
         for i, output in enumerate(outputs):
-            given: Any = output[k]
-            buffer.set_res(i + 1, memoryview(given))  # pyright: ignore[reportCallIssue]
+            buffer.set_res(i + 1, memoryview(output[k]))  # pyright: ignore[reportCallIssue, reportArgumentType]
         evaluate()
         state, following = following, state
     return outputs
