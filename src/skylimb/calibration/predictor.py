@@ -324,10 +324,10 @@ def _scan(function: ca.Function, state: np.ndarray, columns: list[np.ndarray]) -
     following = np.empty_like(state)
     arguments = [np.ascontiguousarray(column, dtype=float) for column in columns]
     for k in range(count):
-        buffer.set_arg(0, memoryview(state))  # pyright: ignore[reportCallIssue]
+        buffer.set_arg(0, memoryview(state))  # pyright: ignore[reportCallIssue, reportArgumentType]
         for i, column in enumerate(arguments):
             buffer.set_arg(i + 1, memoryview(column[k]))  # pyright: ignore[reportCallIssue, reportArgumentType]
-        buffer.set_res(0, memoryview(following))  # pyright: ignore[reportCallIssue]
+        buffer.set_res(0, memoryview(following))  # pyright: ignore[reportCallIssue, reportArgumentType]
         for i, output in enumerate(outputs):
             buffer.set_res(i + 1, memoryview(output[k]))  # pyright: ignore[reportCallIssue, reportArgumentType]
         evaluate()
