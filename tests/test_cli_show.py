@@ -122,7 +122,7 @@ def test_an_entry_of_a_list_and_an_odd_name_are_read_back() -> None:
     text = "\n".join(commented_toml("title", tables_of(experiment), ""))
     tables = tomllib.loads(text)
     assert [change["value"] for change in tables["gain_changes"]] == [[1.0, 2.0], 3.0]
-    assert text.count("time since take-off at which the change begins") == 1
+    assert text.count("as many numbers as the gain has") == 1
 
     surface = surface_from_mapping({})
     mapped = type(surface)(friction_map=FrictionMap(patches={"wet spot": Patch(), "b": Patch(radius=0.1)}))
