@@ -1,7 +1,7 @@
 # Everything runs from a virtual environment in .venv, made on first use; nothing else on the machine changes.
 #
 #   make demo    fly the paper's experiment with its four controllers; leaves out/demo/report.html
-#   make test    the whole test suite
+#   make test    the tests; make test-slow those that take long, too
 #   make bench   how fast the closed loop is, and where its time goes, in Python and natively
 #   make bench-rivals  the same flights beside what else one could use; installs 2 GB and more below out/rivals
 #   make bench-page    all that docs/benchmarks.md says, measured anew (a quarter of an hour, on an idle machine)
@@ -23,7 +23,7 @@ PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constr
 DEMO := out/demo
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test bench bench-rivals bench-page web picture docs lint format clean constraints
+.PHONY: help demo test test-slow bench bench-rivals bench-page web picture docs lint format clean constraints
 .DELETE_ON_ERROR:
 
 help:
@@ -38,7 +38,11 @@ demo: $(VENV)/run.stamp
 	@echo "open $(DEMO)/report.html in a browser"
 
 test: $(VENV)/dev.stamp
-	$(BIN)/pytest -n 2
+	$(BIN)/pytest -n 2 -m "not slow"
+
+# Statistics and long searches; CI runs them as well.
+test-slow: $(VENV)/dev.stamp
+	$(BIN)/pytest -n 2 -m slow
 
 bench: $(VENV)/run.stamp
 	$(BIN)/python benchmarks/loop.py

@@ -77,10 +77,10 @@ def test_files_that_are_not_there(tmp_path: Path, robot: Robot) -> None:
 def test_laws_are_the_files_of_their_folder() -> None:
     assert {slot: law_names(slot) for slot in SLOTS} == {
         "estimation": ["momentum", "predictive"],
-        "contact": ["following", "open"],
+        "contact": ["drawing", "following", "open"],
         "shape": ["admittance", "fixed", "recentring"],
         "translation": ["following", "impedance", "pid"],
-        "attitude": ["impedance"],
+        "attitude": ["firm", "impedance"],
         "allocation": ["bounded", "pseudoinverse", "vectored"],
     }
     assert find_law("shape", "fixed", Path()).__name__ == "skylimb.control.shape.fixed"
@@ -160,7 +160,7 @@ def test_a_preset_that_cannot_be_is_refused(change: dict[str, object], message: 
 
 
 def test_presets_are_found_by_name_and_by_file(tmp_path: Path) -> None:
-    assert preset_names() == ["admittance", "following", "hybrid", "impedance", "pid"]
+    assert preset_names() == ["admittance", "drawing", "following", "hybrid", "impedance", "pid"]
     tables, path = preset_mapping("hybrid")
     assert path.name == "hybrid.toml"
     copy = written(tmp_path, path.read_text(encoding="utf-8"), "copy.toml")

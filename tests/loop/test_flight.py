@@ -74,15 +74,16 @@ def test_a_clock_on_a_whole_tick_stays_there_though_seconds_are_rounded() -> Non
 
 
 def test_a_mission_that_was_held_back_is_not_finished() -> None:
-    done, short = paced([1.0] * 40), paced([0.5] * 40)
+    every = len(mission().flight_times(True))
+    done, short = paced([1.0] * 40), paced([0.25] * every)
     assert unfinished(mission(), done).cause == ""
     assert unfinished(mission(), short).cause == (
-        "not finished: the controller held the mission back, which was at 0.195 s of 0.390 s when 2 times "
-        "its time were over"
+        f"not finished: the controller held the mission back, which was at {0.0025 * (every - 1):.3f} s of "
+        "0.390 s when 2 times its time were over"
     )
-    one_short = paced([1.0] * 39)
-    assert "was at 0.380 s" in unfinished(mission(), one_short).cause
-    free = Flight(np.zeros((7, SIMULATED.size)), SIMULATED, 7, "")
+    stopped = unfinished(mission(), paced([0.5] * 40)).cause
+    assert stopped == "stopped from outside at t = 0.400 s, before the mission's end"
+    free = Flight(np.zeros((40, SIMULATED.size)), SIMULATED, 40, "")
     assert unfinished(mission(), free) is free
 
 

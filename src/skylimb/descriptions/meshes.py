@@ -10,6 +10,7 @@ from skylimb.descriptions.doubts import Doubt
 from skylimb.descriptions.tree import UrdfTree
 from skylimb.robots.packages import find_file
 from skylimb.robots.urdf import DRAWN
+from skylimb.sources import read_source
 
 FOLDER = "meshes"
 
@@ -85,9 +86,10 @@ def _drawable(file: Path) -> bytes | None:
     import trimesh
 
     try:
+        given = read_source(file).content
         if file.suffix.lower() in DRAWN:
-            return file.read_bytes()
-        mesh = trimesh.load(io.BytesIO(file.read_bytes()), file_type=file.suffix[1:].lower(), force="mesh")
+            return given
+        mesh = trimesh.load(io.BytesIO(given), file_type=file.suffix[1:].lower(), force="mesh")
         content = mesh.export(file_type="stl")  # type: ignore[union-attr]
     except Exception:  # readers of many kinds of files raise many kinds of errors: all mean "cannot be read"
         return None

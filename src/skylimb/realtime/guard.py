@@ -29,6 +29,9 @@ BLIND = 0.95
 _MARGIN = 1e-6
 """Radians, or parts of a newton, by which a command may be off its limits by rounding."""
 
+_INSTANT = 1e-6
+"""Least time between two ticks, s."""
+
 
 class GuardedController:
     """Follows `Controller` around another one.
@@ -58,6 +61,7 @@ class GuardedController:
         self._broken: tuple[Retreat, int] | None = None
         self._ticks = self._without = 0
         self._taken: float | None = None
+        self._now = -_INSTANT
         self.counts: Counter[str] = Counter()
 
     @property
@@ -88,6 +92,8 @@ class GuardedController:
     ) -> tuple[Any, Command, Mapping[str, Any]]:
         """Fly, hold or retreat."""
         now = self._ticks * dt if self._pacer is None else self._pacer.time()
+        # A late tick and the one that catches up may read the same time; their measurements are two.
+        self._now = now = max(now, self._now + _INSTANT)
         taken, self._taken = now if self._taken is None else self._taken, None
         judged = self.watchdog.judge(measurement, taken, now)
         if self._broken is None and (judged == State.RETREAT or self._without > self._limits.overruns):
