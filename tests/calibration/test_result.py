@@ -14,6 +14,7 @@ from skylimb.calibration.information import scaled, worth
 from skylimb.calibration.report import write_calibration
 from skylimb.calibration.result import Calibration
 from skylimb.errors import OutputError
+from skylimb.recording.run import Run
 from skylimb.robots.model import Robot
 
 
@@ -58,5 +59,14 @@ def test_a_folder_with_data_page_and_figures(made: Calibration, tmp_path: Path) 
     assert escape(made.verdict, quote=False).replace("'", "&#39;") in page
     assert "Everything moved." in page
     assert page.count("data:image/png") == 4
+    assert "Watch it" not in page
     with pytest.raises(OutputError, match="exists already"):
         write_calibration(made, folder)
+
+
+def test_the_page_shows_the_flight_again(made: Calibration, flown: Run, tmp_path: Path) -> None:
+    folder = write_calibration(made, tmp_path / "flown", "Everything moved.", flown)
+    page = (folder / "report.html").read_text("utf-8")
+    assert "Watch it" in page
+    assert 'id="replay-data"' in page
+    assert (folder / "log.nc").is_file()

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skylimb.analysis.pages import inlined, render_page
+from skylimb.analysis.replay.page import replay_html
 from skylimb.calibration.figures import write_figures
 from skylimb.calibration.parameters import centers, spreads
 from skylimb.calibration.result import FILE, SIGMAS, Calibration
@@ -81,7 +82,7 @@ def write_calibration(
         made: the calibration.
         folder: it must not exist.
         moved: what was excited, in words.
-        flown: the flight, whose log.nc is kept beside them.
+        flown: the flight, whose log.nc is kept beside them, and which the report shows again.
 
     Returns:
         The folder.
@@ -96,11 +97,11 @@ def write_calibration(
         figures = staging / "figures"
         figures.mkdir()
         captions = write_figures(made, figures)
-        (staging / REPORT).write_text(_page(made, figures, captions, moved), encoding="utf-8")
+        (staging / REPORT).write_text(_page(made, figures, captions, moved, flown), encoding="utf-8")
     return Path(folder)
 
 
-def _page(made: Calibration, figures: Path, captions: dict[str, str], moved: str) -> str:
+def _page(made: Calibration, figures: Path, captions: dict[str, str], moved: str, flown: Run | None) -> str:
     estimate, flight = made.estimate, made.flight
     before = float(np.sqrt(np.mean(estimate.before**2)))
     return render_page(
@@ -118,6 +119,7 @@ def _page(made: Calibration, figures: Path, captions: dict[str, str], moved: str
         correlated=correlated(made),
         strong=STRONG,
         moved=moved,
+        replay=replay_html({flown.name: flown}) if flown is not None else "",
         figures=[(inlined(figures / name, "image/png"), caption) for name, caption in captions.items()],
         versions=dict(made.versions),
     )
