@@ -21,8 +21,10 @@ from scipy.signal import lfilter
 
 from skylimb.calibration.mechanics import root_mass
 from skylimb.calibration.parameters import Parameter, centers, parameters, slices, spreads
-from skylimb.calibration.predictor import MEASURED, Filtered, Noise, Predicted, Predictor, Steps
+from skylimb.calibration.predictor import Predictor
 from skylimb.calibration.record import Record
+from skylimb.calibration.step_model import MEASURED
+from skylimb.calibration.steps import Filtered, Noise, Predicted, Steps
 
 USUAL_NOISE = Noise(position=1e-3, attitude=1e-3, push=5e-3, turn=2e-3)
 """Levels to begin with."""

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from skylimb.calibration.log import measured
 from skylimb.calibration.mechanics import mechanics, packed
-from skylimb.calibration.predictor import Steps
+from skylimb.calibration.steps import Steps
 from skylimb.recording.run import Run
 from skylimb.robots.model import Robot
 
