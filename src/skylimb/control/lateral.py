@@ -44,8 +44,12 @@ class Moves:
 
 
 @functools.lru_cache(maxsize=16)
-def _side_force(robot: Robot) -> ca.Function:
-    """(q, at, psi, lift, torque) -> h in N, (2,), and J in N/rad, (2, nv), both in {C} of the angles `at`."""
+def side_force_function(robot: Robot) -> ca.Function:
+    """(q, at, psi, lift, torque) -> h, J, g, of the thrusts that give lift (N) and torque (N m, {C}).
+
+    h: their side force in {C} of the angles `at`, N, (2,). J = dh/dpsi, N/rad, (2, nv). g: gradient of
+    |thrusts|^2 / 2 by psi with each thrust in shares of its rotor's greatest, 1/rad, (nv,).
+    """
     q, psi = ca.SX.sym("q", robot.n_joints), ca.SX.sym("psi", robot.n_vectoring)
     at, lift, torque = ca.SX.sym("at", robot.n_vectoring), ca.SX.sym("lift"), ca.SX.sym("torque", 3)
     model = robot.model(q, psi)
@@ -54,7 +58,10 @@ def _side_force(robot: Robot) -> ca.Function:
     Q = ca.diagcat(turn, turn) @ model.allocation_C
     thrusts = right_inverse(Q[2:, :]) @ ca.vertcat(lift, torque)
     side = Q[:2, :] @ thrusts
-    return ca.Function("side_force", [q, at, psi, lift, torque], ca.cse([side, ca.jacobian(side, psi)]))
+    shares = thrusts / ca.DM([rotor.thrust_max for rotor in robot.description.rotors])
+    effort = ca.gradient(0.5 * ca.sumsqr(shares), psi)
+    outputs = ca.cse([side, ca.jacobian(side, psi), effort])
+    return ca.Function("side_force", [q, at, psi, lift, torque], outputs)
 
 
 def lateral_move(gains: Any, move: Array, inputs: LawInput, demand: Demand) -> tuple[Array, Array]:
@@ -67,7 +74,7 @@ def lateral_move(gains: Any, move: Array, inputs: LawInput, demand: Demand) -> t
         demand: force, torque and nominal vectoring angles.
     """
     nominal, force = demand.vectoring_angles, inputs.estimate.body.R_WC.T @ demand.force
-    side, J = _side_force(inputs.robot)(
+    side, J, _ = side_force_function(inputs.robot)(
         inputs.measurement.joint_angles, nominal, nominal + move, force[2], demand.torque
     )
     a = J[0, :] @ J[0, :].T + gains.damping

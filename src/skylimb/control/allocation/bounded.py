@@ -197,4 +197,4 @@ def nearest_thrusts(weights: Any, allocation: Array, wanted: Array, limits: Limi
     w = (weights.sideways,) * 2, (weights.lift,), (weights.roll_pitch,) * 2, (weights.yaw,)
     rows = diagonal(vector(*itertools.chain(*w))) @ allocation
     thrusts, _ = nearest_in_box(*allocation.shape)(rows, wanted, *limits)
-    return thrusts if is_symbolic(allocation, wanted) else thrusts.full().ravel()
+    return thrusts if is_symbolic(allocation, wanted, *limits) else thrusts.full().ravel()

@@ -1,0 +1,135 @@
+"""Force and torque in all six directions with the body level: thrusts and vectoring angles together.
+
+Lift and torque come from the thrusts at the measured angles, at once and within limits as in `bounded`. The
+side force comes from the vectoring angles (`control.level_moves`), as fast as their servos turn. So four
+rotors that turn give six directions, and a sideways push leaves the body level.
+
+The target attitude is that of {C}, which the vectoring angles turn in the body. So `aim` returns the force
+along which z of {C} lies while the body is level, and adds what the angles cannot give within their limits:
+that part the tilt has to give, low-passed.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import field
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+
+from skylimb.control.allocation import pseudoinverse
+from skylimb.control.allocation.bounded import Weights, nearest_thrusts, reachable
+from skylimb.control.level_moves import LevelMoves, level_move, nominal_rotation
+from skylimb.control.needs import Needs
+from skylimb.control.records import Allocated, Command, Demand, LawInput
+from skylimb.control.rotor_lag import RotorLag, lead_thrusts
+from skylimb.control.thrusts import rotor_wrench, thrust_limits, unlimited
+from skylimb.errors import ConfigError
+from skylimb.estimation.records import Signals, Start, Wrench
+from skylimb.keys import Key, configuration
+from skylimb.robots.model import Robot
+from skylimb.spatial import rot_z, rpy_from_rotation
+from skylimb.symbolic import Array, low_pass, vector
+
+
+@configuration
+class Vectoring(LevelMoves, pseudoinverse.Vectoring):
+    """Nominal vectoring angles, and the moves around them."""
+
+
+@configuration
+class Gains:
+    """How rotors and vectoring angles share the wrench."""
+
+    weights: Weights = field(default_factory=Weights)
+    rate: Annotated[
+        float,
+        Key(
+            "N/s", "greatest rate of a thrust before its lag is led; the default is none", above=0.0, high=1e6
+        ),
+    ] = 1e6
+    tilt_cutoff: Annotated[
+        float,
+        Key("Hz", "cut-off of the low pass on the force that is left to the tilt", above=0.0, high=100.0),
+    ] = 0.5
+    rotor_lag: RotorLag = field(default_factory=RotorLag)
+    vectoring: Vectoring = field(default_factory=Vectoring)
+
+
+class State(NamedTuple):
+    """What the law remembers.
+
+    Attributes:
+        thrusts: modelled, N, (n,).
+        allocated: thrusts of the last tick before their lag was led, N, (n,).
+        posed: vectoring angles of the last tick's posture less those of the reference's, rad, (nv,).
+        move: of the vectoring angles from the posture's, rad, (nv,).
+        short: side force that the angles fall short of, low-passed, W, N, (3,).
+        residual: wanted less given wrench of the last tick, W and C.
+    """
+
+    thrusts: Array
+    allocated: Array
+    posed: Array
+    move: Array
+    short: Array
+    residual: Wrench
+
+
+def needs(gains: Gains) -> Needs:
+    """The vectoring angles to take off with, and how far they move."""
+    return Needs(vectoring=gains.vectoring.purpose, moves=gains.vectoring.limit)
+
+
+def initial_state(gains: Gains, start: Start) -> State:
+    """Hovering at the first posture; no move made, nothing missing.
+
+    Raises:
+        ConfigError: for a robot whose vectoring angles give no side force in two directions.
+    """
+    _require_turning_rotors(start.robot)
+    none, nothing = np.zeros(start.robot.n_vectoring), Wrench(np.zeros(3), np.zeros(3))
+    return State(start.hover_thrusts, start.hover_thrusts, none, none, np.zeros(3), nothing)
+
+
+def aim(gains: Any, state: State, inputs: LawInput, force: Array) -> Array:
+    """The force along which {C} has to point, W, N, (3,): with the body level, plus what the angles miss."""
+    body = inputs.estimate.body
+    nominal = inputs.reference.vectoring_angles + state.posed
+    R_WN = nominal_rotation(inputs.robot, body, inputs.measurement.joint_angles, nominal)
+    # Where z of {C} lies in the level body, turned to the body's heading.
+    up = R_WN.T @ body.R_WC[:, 2]
+    turned = rot_z(rpy_from_rotation(body.R_WC)[2]) @ up
+    return turned * (force[2] / up[2]) + vector(state.short[0], state.short[1], 0.0)
+
+
+def step(gains: Any, state: State, inputs: LawInput, demand: Demand) -> tuple[State, Allocated, Signals]:
+    """Thrusts for lift and torque, vectoring angles for the side force."""
+    body, dt = inputs.estimate.body, inputs.dt
+    limits = thrust_limits(inputs.robot)
+    wanted = unlimited(body, demand.force, demand.torque, hold_lift=True)
+    within = reachable(limits, state.allocated, gains.rate * dt)
+    given = nearest_thrusts(gains.weights, body.model.allocation_C, wanted.total, within)
+    led = lead_thrusts(gains.rotor_lag, state.thrusts, given, limits, dt)
+    moved = level_move(gains.vectoring, state.move, inputs, demand)
+    short = low_pass(state.short, moved.short, 2.0 * math.pi * gains.tilt_cutoff, dt)
+    missing = rotor_wrench(body, wanted.total - given)
+    residual = Wrench(missing.force + moved.short, missing.torque)
+    angles = demand.vectoring_angles + moved.move
+    signals = {
+        "allocation_residual_force": residual.force,
+        "allocation_residual_torque": residual.torque,
+        "vectoring_move": moved.move,
+    }
+    posed = demand.vectoring_angles - inputs.reference.vectoring_angles
+    new = State(led.end, given, posed, moved.move, short, residual)
+    command = Command(led.command, demand.joint_angles, angles)
+    return new, Allocated(command, rotor_wrench(body, led.mean)), signals
+
+
+def _require_turning_rotors(robot: Robot) -> None:
+    if robot.n_vectoring < 2:
+        raise ConfigError(
+            f"allocation.law = 'level' turns rotors for a side force; those of '{robot.name}' turn about "
+            f"{robot.n_vectoring} vectoring joints, so it has to be 'bounded'"
+        )
