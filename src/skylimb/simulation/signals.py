@@ -139,6 +139,13 @@ SIGNALS: dict[str, SignalInfo] = {
     "allocation_residual_torque": SignalInfo(
         _AXIS, "N m", "C", "torque that the rotors fall short of: wanted less given", "command"
     ),
+    "vectoring_move": SignalInfo(
+        _VECTORING,
+        "rad",
+        "root",
+        "move of the vectoring joints for a side force with the body level",
+        "command",
+    ),
     "mission_time": SignalInfo(_SCALAR, "s", "", "time on the mission's own clock", "reference"),
     "pace": SignalInfo(_SCALAR, "", "", "speed of the mission's clock", "command"),
     "contact_state": SignalInfo(_SCALAR, "", "", "state of the contact's state machine", "estimate"),
