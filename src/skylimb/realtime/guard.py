@@ -46,12 +46,18 @@ class GuardedController:
         robot: gives the limits of a command.
         pacer: tells how late a tick is; None for a flight without a wall clock.
         limits: when to hold and when to retreat.
+        floor: height of the centre of gravity at which the descent of a retreat ends, m.
     """
 
     def __init__(
-        self, controller: Controller, robot: Robot, pacer: Pacer | None = None, limits: Limits | None = None
+        self,
+        controller: Controller,
+        robot: Robot,
+        pacer: Pacer | None = None,
+        limits: Limits | None = None,
+        floor: float = 0.0,
     ) -> None:
-        self._controller, self._pacer = controller, pacer
+        self._controller, self._pacer, self._floor = controller, pacer, floor
         self._robot, self._limits = robot, limits or Limits()
         self.name, self.needs = controller.name, needs_of(controller)
         self.watchdog = Watchdog(robot, self._limits)
@@ -62,12 +68,18 @@ class GuardedController:
         self._ticks = self._without = 0
         self._taken: float | None = None
         self._now = -_INSTANT
+        self._flown: Reference | None = None
         self.counts: Counter[str] = Counter()
 
     @property
     def retreating(self) -> bool:
         """Whether the flight was broken off."""
         return self._broken is not None
+
+    @property
+    def flown(self) -> Reference | None:
+        """The reference that the controller was last given: the mission's, or that of the retreat."""
+        return self._flown
 
     def taken(self, time: float) -> None:
         """When the next tick's measurement was taken, s since the first tick; by default at that tick."""
@@ -98,7 +110,7 @@ class GuardedController:
         judged = self.watchdog.judge(measurement, taken, now)
         if self._broken is None and (judged == State.RETREAT or self._without > self._limits.overruns):
             _log.warning("retreat at %.3f s", now)
-            self._broken = Retreat(reference), self._ticks
+            self._broken = Retreat(reference, self._floor), self._ticks
         held = judged == State.HOLD or (self._pacer is not None and self._pacer.missed)
         if held and self._pacer is not None and self._pacer.missed:
             self._note("missed tick")
@@ -117,6 +129,7 @@ class GuardedController:
                 reference = self._broken[0].at((self._ticks - self._broken[1]) * dt)
                 reference = reference._replace(ahead=(reference,) * len(self.needs.preview))
             given = measurement if known is None else known
+            self._flown = reference
             new, command, own = self._controller.step(gains, state, given, reference, dt)
             command, own = self._within(command), dict(own)
             if command is None:

@@ -7,6 +7,7 @@ import tempfile
 import tomllib
 from collections.abc import Mapping
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -32,7 +33,9 @@ from skylimb.flights.record import config_units
 from skylimb.flights.replay.mission_of_log import mission_of_log
 from skylimb.flights.replay.open_loop import Progress, open_loop
 from skylimb.flights.replay.recorded import Recorded, recorded, sampled
+from skylimb.flights.replay.whole_reference import whole_mission
 from skylimb.flights.takeoff import mission_of
+from skylimb.missions.clock import Clock
 from skylimb.missions.mission import Mission
 from skylimb.packing import Layout
 from skylimb.recording.origin import TABLE, origin_text
@@ -108,7 +111,12 @@ def _replayed(
     period, purpose = experiment.control_period, _flown_vectoring(run, experiment, robot, controller)
     log, resampled = sampled(run.log, period)
     held = recorded(log, robot, period, purpose)
-    mission, planned = _mission(run, log, held, experiment, robot, purpose)
+    mission, planned = whole_mission(log, period), ()
+    if mission is None:
+        mission, planned = _mission(run, log, held, experiment, robot, purpose)
+    else:  # a row a tick, whatever clock its mission had
+        ticks = np.arange(float(len(held)))
+        held = replace(held, clock=Clock(ticks, np.ones(len(held))), paced=False)
     changing, dropped = _gains(experiment, controller, len(held))
     values = open_loop(controller, held, mission, period, changing, progress)
     notes = (*said, *resampled, *held.missing, *planned, *dropped, *_broken_off(log))

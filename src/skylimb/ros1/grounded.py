@@ -1,0 +1,107 @@
+"""The simulated plant as a robot that stands on the ground until its rotors carry it.
+
+The physics knows no ground. A robot whose measured link is as low as it stands, and whose centre of gravity
+does not rise, is put back at rest where it stands after every tick. So torques that it would turn by are lost
+on the ground, and it leaves it once its rotors lift it, whatever turn they give it.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from skylimb.control.records import Command
+from skylimb.errors import ConfigError
+from skylimb.estimation.records import Measurement
+from skylimb.experiments.experiment import Experiment
+from skylimb.flights.flying import fastest
+from skylimb.flights.takeoff import Takeoff
+from skylimb.packing import Layout
+from skylimb.simulation.vehicle import SimulatedVehicle
+
+STAND = 0.15
+"""Height of the measured link of a robot that stands, m."""
+
+LONGEST = 1800.0
+"""Seconds for which the sensors' noise is laid out; then it comes again from the beginning."""
+
+_IN_FLIGHT = ("gain_changes", "pushes", "surface_changes")
+
+
+class GroundedPlant:
+    """Follows `Vehicle`; the ground holds whoever sinks below it, at rest and as it came down.
+
+    Args:
+        takeoff: gives plant, sensors and surface; its mission only where the robot stands.
+    """
+
+    def __init__(self, takeoff: Takeoff) -> None:
+        require_steady(takeoff.experiment)
+        self._data = takeoff.data()
+        self._data.qpos[2] = STAND
+        known = takeoff.rows.ticks
+        rows = np.resize(known, (round(LONGEST / takeoff.period), known.shape[1]))
+        self._count, self._ticks = len(rows), 0
+        self._vehicle = SimulatedVehicle(
+            takeoff.plant, self._data, rows, takeoff.experiment.sensors, takeoff.period, (), fastest
+        )
+        self._model = takeoff.plant.model
+        self._root = self._model.body(takeoff.robot.description.root).id
+        self._stands: np.ndarray | None = np.array(self._data.qpos[0:7])
+
+    @property
+    def layout(self) -> Layout[dict[str, Any]]:
+        """That of the plant."""
+        return self._vehicle.layout
+
+    @property
+    def stands(self) -> bool:
+        """Whether the ground holds it."""
+        return self._stands is not None
+
+    @property
+    def over(self) -> bool:
+        """Whether the time is over for which noise is laid out."""
+        return self._ticks >= self._count - 1
+
+    def measure(self) -> Measurement:
+        """What the sensors say."""
+        return self._vehicle.measure()
+
+    def record(self, measurement: Measurement, command: Command) -> np.ndarray:
+        """The tick's signals, truth among them."""
+        return self._vehicle.record(measurement, command)
+
+    def apply(self, command: Command) -> None:
+        """A tick of physics, then the ground."""
+        self._vehicle.apply(command)
+        self._ticks += 1
+        self._hold()
+
+    def fault(self) -> str:
+        """The plant's own."""
+        return self._vehicle.fault()
+
+    def _hold(self) -> None:
+        """Put a robot that is on the ground and does not rise back at rest."""
+        mujoco.mj_subtreeVel(self._model, self._data)
+        if self._data.qpos[2] > STAND or self._data.subtree_linvel[self._root, 2] > 0.0:
+            self._stands = None
+            return
+        if self._stands is None:
+            self._stands = np.array(self._data.qpos[0:7])
+            self._stands[2] = STAND
+        self._data.qpos[0:7] = self._stands
+        self._data.qvel[0:6] = 0.0
+
+
+def require_steady(experiment: Experiment) -> None:
+    """Raise a `ConfigError` for an experiment whose changes in flight hang on a time since take-off."""
+    odd = [name for name in _IN_FLIGHT if getattr(experiment, name)]
+    if odd:
+        raise ConfigError(
+            f"experiment {experiment.name} has {' and '.join(odd)} at times since take-off; a flight that "
+            "its user starts has none"
+        )

@@ -1,0 +1,61 @@
+"""Thresholds and time-outs of the lab's flight states, and what bounds a user's target."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class FlightLimits:
+    """Numbers of the lab's navigator for hydrus_xi, where no comment says that they are ours.
+
+    Attributes:
+        takeoff_height: of the centre of gravity in W that a take-off goes to, m.
+        takeoff_drift: way to any side, or up, since `start` above which `takeoff` stops instead, m.
+        settled_xy: distance from the target below which a take-off counts as settled, m.
+        settled_z: the same of the height, m.
+        settled_time: for which it has to be, s.
+        descent: speed of a landing, m/s.
+        landed_time: between two looks at whether the robot stands, s.
+        landed_way: height lost in that time below which it may stand, m.
+        landed_speed: speed down below which it may stand, m/s.
+        landed_lead: how far the target has to be below a robot that stands, m; ours, so that none is stopped
+            in the air on its way back from a surface.
+        nav_speed: of a step on `uav/nav`, m/s.
+        fastest: of a velocity on `uav/nav`, m/s.
+        nav_timeout: after which a velocity on `uav/nav` ends, s.
+        pose_speed: of a way to `target_pose`, m/s.
+        turn_speed: of a turn there, rad/s.
+        shortest_way: time that any such way takes at least, s.
+        joint_speed: of shape joints that a user moves, rad/s; ours.
+        farthest: distance to a target beyond which it is refused, m; ours.
+        lowest: height of a target below which it is refused, m; ours.
+        low_battery: percentage below which the robot lands and does not start.
+        acknowledged: time in which arming has to be acknowledged, s; ours.
+        tilt: beyond which a flight is broken off, rad; the flight controller's.
+        astray: distance from the reference beyond which it is, m; ours.
+    """
+
+    takeoff_height: float = 0.6
+    takeoff_drift: float = 0.3
+    settled_xy: float = 0.15
+    settled_z: float = 0.05
+    settled_time: float = 1.0
+    descent: float = 0.3
+    landed_time: float = 0.5
+    landed_way: float = 0.02
+    landed_speed: float = 0.05
+    landed_lead: float = 0.1
+    nav_speed: float = 0.3
+    fastest: float = 0.5
+    nav_timeout: float = 0.5
+    pose_speed: float = 0.5
+    turn_speed: float = 0.3
+    shortest_way: float = 2.0
+    joint_speed: float = 0.2
+    farthest: float = 10.0
+    lowest: float = 0.3
+    low_battery: float = 10.0
+    acknowledged: float = 5.0
+    tilt: float = 1.0
+    astray: float = 2.0

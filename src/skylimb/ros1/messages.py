@@ -1,0 +1,153 @@
+"""What passes between the lab's topics and us, as plain values: no middleware has a part in it.
+
+SI units; quaternions w x y z; stamps in seconds on the clock of whoever set them. A middleware is one folder
+like `ros1.rim`, which turns its own messages into these and back.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import IntEnum
+
+Vector = tuple[float, float, float]
+Turn = tuple[float, float, float, float]
+
+WORLD = "world"
+
+
+@dataclass(frozen=True)
+class Pose:
+    """A stamped pose in W: of the flight controller (`mocap/pose`), or a target (`target_pose`)."""
+
+    stamp: float
+    position: Vector
+    quaternion: Turn
+
+
+@dataclass(frozen=True)
+class Path:
+    """Poses to fly through, one after another (`target_path`)."""
+
+    poses: tuple[Pose, ...]
+
+
+@dataclass(frozen=True)
+class Imu:
+    """Attitude and rates of the flight controller, its own axes."""
+
+    stamp: float
+    quaternion: Turn
+    gyro: Vector
+    acceleration: Vector = (0.0, 0.0, 9.81)
+
+
+@dataclass(frozen=True)
+class Joints:
+    """Angles by name, rad: measured (`joint_states`), or wanted (`joints_ctrl`, `gimbals_ctrl`)."""
+
+    stamp: float
+    names: tuple[str, ...]
+    angles: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class FourAxes:
+    """What the flight controller is to do (`four_axes/command`).
+
+    Attributes:
+        angles: roll and pitch targets, rad, and the yaw term, N.
+        base_thrust: N, in the order of the rotors.
+    """
+
+    angles: Vector
+    base_thrust: tuple[float, ...]
+
+
+class NavMode(IntEnum):
+    """How an axis of `uav/nav` is meant."""
+
+    NO = 0
+    VELOCITY = 1
+    POSITION = 2
+    ACCELERATION = 3
+    POSITION_VELOCITY = 4
+    GPS = 5
+
+
+@dataclass(frozen=True)
+class Nav:
+    """A user's step or velocity (`uav/nav`); fields that the lab's stack does not use are left out.
+
+    Attributes:
+        xy_mode: of x and y.
+        z_mode: of z.
+        yaw_mode: of yaw.
+        position: target, W, m.
+        velocity: target, m/s.
+        yaw: target, rad.
+        yaw_rate: target, rad/s.
+        local: whether velocities are in the robot's own axes.
+    """
+
+    xy_mode: int
+    z_mode: int
+    yaw_mode: int
+    position: Vector
+    velocity: Vector
+    yaw: float = 0.0
+    yaw_rate: float = 0.0
+    local: bool = False
+
+
+@dataclass(frozen=True)
+class Odometry:
+    """Pose in W of a frame; linear velocity in W, angular velocity in the frame."""
+
+    stamp: float
+    frame: str
+    position: Vector
+    quaternion: Turn
+    velocity: Vector
+    angular_velocity: Vector
+
+
+@dataclass(frozen=True)
+class Axis:
+    """Target and error of an axis (`debug/pose/pid`)."""
+
+    target: float
+    error: float
+    target_rate: float = 0.0
+    rate_error: float = 0.0
+
+
+@dataclass(frozen=True)
+class PoseControl:
+    """Targets and errors of x, y, z, roll, pitch and yaw (`debug/pose/pid`)."""
+
+    stamp: float
+    axes: tuple[Axis, Axis, Axis, Axis, Axis, Axis]
+
+
+@dataclass(frozen=True)
+class Wrench:
+    """External force in W and torque about the centre of gravity, as estimated."""
+
+    stamp: float
+    force: Vector
+    torque: Vector
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """What is wrong, for `/diagnostics`.
+
+    Attributes:
+        level: 0 for well, 1 for a warning, 2 for an error.
+        words: one line.
+        values: counts and states, by name.
+    """
+
+    level: int
+    words: str
+    values: dict[str, str] = field(default_factory=dict)

@@ -1,0 +1,125 @@
+"""The lab's robot without ROS: pilot and simulated plant in step, on a clock of their own."""
+
+from __future__ import annotations
+
+import functools
+from typing import Any
+
+import numpy as np
+
+from skylimb.estimation.records import Measurement
+from skylimb.exchange.frames import lab_link
+from skylimb.flights.flying import fastest
+from skylimb.flights.public import take_off
+from skylimb.flights.takeoff import Takeoff
+from skylimb.realtime.compiled_controller import CompiledController
+from skylimb.realtime.pacer import Pacer
+from skylimb.ros1.grounded import GroundedPlant
+from skylimb.ros1.pilot import Inputs, Pilot, Tick
+from skylimb.ros1.states import FlightState, Order
+
+SHORT = {
+    "phases.hover": 0.4,
+    "phases.tare": 0.3,
+    "phases.settle": 0.3,
+    "phases.hover_end": 0.1,
+    "approach.depth": 0.05,
+    "approach.standoff": 0.02,
+    "approach.speed": 0.2,
+    "approach.retreat_speed": 0.3,
+    "trajectory.radius": 0.05,
+    "trajectory.period": 1.5,
+}
+
+
+@functools.cache
+def _ready(controller: str) -> tuple[Takeoff, CompiledController]:
+    (takeoff,) = take_off("paper", (controller,), set=SHORT)
+    chosen: Any = takeoff.controller
+    return takeoff, CompiledController(chosen, takeoff.period, fastest)
+
+
+class Steered:
+    """Ticks of pilot and plant; whoever acknowledges does so at the next tick.
+
+    Args:
+        controller: a preset's name.
+    """
+
+    def __init__(self, controller: str = "hybrid") -> None:
+        self.takeoff, chosen = _ready(controller)
+        self.robot, period = self.takeoff.robot, self.takeoff.period
+        self.plant = GroundedPlant(self.takeoff)
+        self.time, self.k = 0, 0
+        self.pacer = Pacer(period, lambda: self.time, self._sleep, spin=0.0)
+        missions = {"paper": self.takeoff.mission}
+        self.pilot = Pilot(self.robot, chosen, missions, lab_link(self.robot), self.pacer, period)
+        self.acknowledges, self.measures = True, True
+        self.battery: float | None = None
+        self.said: list[str] = []
+        self.ticks: list[Tick] = []
+        self.rows: list[np.ndarray] = []
+        self._taken, self._measurement = -np.inf, None
+        self.pacer.start()
+
+    def _sleep(self, seconds: float) -> None:
+        self.time += round(seconds * 1e9)
+
+    @property
+    def state(self) -> FlightState:
+        return self.pilot.flying.state
+
+    @property
+    def height(self) -> float:
+        body = self.ticks[-1].body
+        assert body is not None
+        return float(body.cog[2])
+
+    def tick(
+        self, *orders: Order, wishes: tuple[Any, ...] = (), mission: str = "", spoil: Any = None
+    ) -> Tick:
+        self.pacer.wait(self.k)
+        measured: Measurement | None = self.plant.measure()
+        now = self.pacer.time()
+        if spoil is not None:
+            measured = spoil(measured)
+        if self.measures:
+            self._taken, self._measurement = now, measured
+        arming = self.pilot.flying.arming
+        tick = self.pilot.tick(
+            Inputs(
+                now,
+                self._measurement,
+                self._taken,
+                orders,
+                tuple((wish, 0.0) for wish in wishes),
+                mission,
+                int(arming) if arming is not None and self.acknowledges else None,
+                self.battery,
+            )
+        )
+        self.rows.append(self.plant.record(self._measurement or measured, tick.command).copy())  # type: ignore[arg-type]
+        self.plant.apply(tick.command)
+        self.k += 1
+        self.said += tick.said
+        self.ticks.append(tick)
+        return tick
+
+    def fly(self, seconds: float) -> None:
+        for _ in range(round(seconds / self.takeoff.period)):
+            self.tick()
+
+    def until(self, state: FlightState, seconds: float = 30.0) -> None:
+        for _ in range(round(seconds / self.takeoff.period)):
+            if self.state == state:
+                return
+            self.tick()
+        raise AssertionError(f"{self.state.name} after {seconds} s, wanted {state.name}: {self.said}")
+
+    def hover(self) -> None:
+        """On the ground to hover."""
+        self.tick()
+        self.tick(Order.START)
+        self.until(FlightState.ARM_ON)
+        self.tick(Order.TAKEOFF)
+        self.until(FlightState.HOVER)

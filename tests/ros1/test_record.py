@@ -1,0 +1,81 @@
+"""The record of a steered flight: replayed to 1e-9, and its mission scored like a flight of `skylimb run`."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import skylimb
+from skylimb.analysis.replayed import differences
+from skylimb.flights.record import recorded
+from skylimb.ros1.record import FlightRecord, run_of
+from skylimb.ros1.states import FlightState, Order
+from steered import Steered
+
+
+@pytest.fixture(scope="module", params=["hybrid", "following"])
+def flown(request: pytest.FixtureRequest) -> tuple[Steered, FlightRecord, tuple[int, int]]:
+    robot = Steered(request.param)
+    record: FlightRecord | None = None
+    mission: list[int] = []
+
+    def kept() -> None:
+        nonlocal record
+        tick = robot.ticks[-1]
+        if tick.reference is None or not tick.signals:
+            return
+        if record is None:
+            paced = robot.takeoff.window.paced
+            record = FlightRecord(robot.plant.layout, tick.signals, tick.reference, paced)
+        script = tick.script if tick.script is not None and tick.script.begun else None
+        if script is not None:
+            mission.append(record.ticks)
+        clock = 0.0 if script is None else float(script.clock.ticks) * robot.takeoff.period
+        record.add(robot.rows[-1], tick.signals, clock, tick.flying.shown, tick.reference)
+
+    orders: dict[int, tuple[Order, ...]] = {1: (Order.START,), 20: (Order.TAKEOFF,)}
+    hovered = False
+    for k in range(8000):
+        go = robot.state == FlightState.HOVER and not hovered
+        hovered |= go
+        robot.tick(*orders.get(k, ()), mission="paper" if go else "")
+        kept()
+        if hovered and robot.pilot._script is None and mission:
+            break
+    robot.tick(Order.LAND)
+    while robot.state != FlightState.ARM_OFF:
+        kept()
+        robot.tick()
+    assert record is not None
+    return robot, record, (mission[0], mission[-1] + 1)
+
+
+def test_it_is_replayed_to_the_same_numbers(flown: tuple[Steered, FlightRecord, tuple[int, int]]) -> None:
+    robot, record, _ = flown
+    takeoff = robot.takeoff
+    log = record.log(takeoff.robot, takeoff.controller, takeoff.period)
+    run = run_of(log, takeoff.experiment, takeoff.robot, takeoff.controller)
+    again = skylimb.replay(run)
+    for name in ("thrusts_command", "joint_angles_command", "external_force_estimate"):
+        np.testing.assert_allclose(again.log[name], run.log[name], atol=1e-9, rtol=0, err_msg=name)
+    assert [one for one in differences(run, again) if not one.same] == []
+    other = skylimb.replay(run, controller="pid")
+    assert np.abs(other.log.thrusts_command.values - run.log.thrusts_command.values).max() > 0.1
+
+
+def test_its_mission_has_the_scores_of_run(flown: tuple[Steered, FlightRecord, tuple[int, int]]) -> None:
+    robot, record, (first, last) = flown
+    run = recorded(robot.takeoff, record.flight(first, last))
+    assert run.status == "OK"
+    alone = skylimb.run(robot.takeoff.experiment, robot.takeoff.controller)
+    assert run.metrics.keys() == alone.metrics.keys()
+    for name in ("contact_time", "force_rms"):
+        if name in alone.metrics:
+            assert run.metrics[name] == pytest.approx(alone.metrics[name], rel=0.3)
+
+
+def test_rows_grow_beyond_the_first_chunk(flown: tuple[Steered, FlightRecord, tuple[int, int]]) -> None:
+    _, record, _ = flown
+    rows = record.flight(0, record.ticks)
+    assert rows.signals.shape[0] == record.ticks
+    assert np.isfinite(rows.signal("thrusts_command")).all()
