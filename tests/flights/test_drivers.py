@@ -7,23 +7,11 @@ import numpy as np
 import pytest
 
 import skylimb
+from short_flights import HOLD
 from skylimb.control.controller import Controller
 from skylimb.control.needs import needs_of
 from skylimb.flights.flying import fly, fly_here
 from skylimb.flights.public import take_off
-
-SHORT = {
-    "phases.hover": 0.4,
-    "phases.tare": 0.3,
-    "phases.settle": 0.3,
-    "phases.hover_end": 0.1,
-    "approach.depth": 0.05,
-    "approach.standoff": 0.02,
-    "approach.speed": 0.2,
-    "approach.retreat_speed": 0.3,
-    "trajectory.shape": "hold",
-    "trajectory.duration": 0.4,
-}
 
 OWN_CONTROLLER = '''
 """A PD controller for the centre of gravity in plain NumPy; the attitude is kept by another."""
@@ -87,7 +75,7 @@ class Untraceable:
 
 @pytest.mark.parametrize("name", ["pid", "hybrid", "following"])
 def test_all_drivers_agree(name: str) -> None:
-    (takeoff,) = take_off("paper", (name,), set=SHORT)
+    (takeoff,) = take_off("paper", (name,), set=HOLD)
     hidden = dataclasses.replace(takeoff, controller=Untraceable(takeoff.controller))
     assert takeoff.traceable
     assert not hidden.traceable
@@ -109,7 +97,7 @@ def test_all_drivers_agree(name: str) -> None:
 def test_a_users_numpy_controller_flies_from_its_file(tmp_path: Path) -> None:
     file = tmp_path / "own.py"
     file.write_text(OWN_CONTROLLER)
-    run = skylimb.run("paper", controller=str(file), set=SHORT)
+    run = skylimb.run("paper", controller=str(file), set=HOLD)
     assert run.status == "OK", run.cause
     assert run.controller == "own"
     assert run.log["my_force"].dims == ("time", "axis")
@@ -128,14 +116,14 @@ def test_a_file_that_is_no_controller_is_refused(tmp_path: Path, text: str, mess
     file = tmp_path / "bad.py"
     file.write_text(text)
     with pytest.raises(skylimb.SkylimbError, match=message):
-        skylimb.run("paper", controller=str(file), set=SHORT)
+        skylimb.run("paper", controller=str(file), set=HOLD)
 
 
 def test_a_command_that_does_not_fit_is_refused(tmp_path: Path) -> None:
     file = tmp_path / "short.py"
     file.write_text(OWN_CONTROLLER.replace("Command(np.clip(thrusts, 1.0, 30.0)", "Command(thrusts[:3]"))
     with pytest.raises(skylimb.SkylimbError, match="3 thrusts"):
-        skylimb.run("paper", controller=str(file), set=SHORT)
+        skylimb.run("paper", controller=str(file), set=HOLD)
 
 
 def test_an_error_in_a_controller_says_where(tmp_path: Path) -> None:
@@ -147,13 +135,13 @@ def test_an_error_in_a_controller_says_where(tmp_path: Path) -> None:
         skylimb.SkylimbError,
         match=r"at t = 0\.000 s fails in .*slip\.py, line \d+, `q, psi = .*AttributeError",
     ):
-        skylimb.run("paper", controller=str(file), set=SHORT)
+        skylimb.run("paper", controller=str(file), set=HOLD)
 
 
 def test_a_controller_that_lets_go_fails_with_its_last_states(tmp_path: Path) -> None:
     file = tmp_path / "limp.py"
     file.write_text(OWN_CONTROLLER.replace("np.clip(thrusts, 1.0, 30.0)", "np.zeros(4)"))
-    run = skylimb.run("paper", controller=str(file), set=SHORT)
+    run = skylimb.run("paper", controller=str(file), set=HOLD)
     assert run.status == "FAILED"
     assert run.cause
     assert run.metrics["error_u_median"] is None
@@ -164,6 +152,6 @@ def test_a_controller_that_lets_go_fails_with_its_last_states(tmp_path: Path) ->
 def test_a_controller_that_returns_nan_fails(tmp_path: Path) -> None:
     file = tmp_path / "nan.py"
     file.write_text(OWN_CONTROLLER.replace("np.clip(thrusts, 1.0, 30.0)", "np.full(4, np.nan)"))
-    run = skylimb.run("paper", controller=str(file), set=SHORT)
+    run = skylimb.run("paper", controller=str(file), set=HOLD)
     assert run.status == "FAILED"
     assert run.cause == "diverged: thrusts_command not finite at t = 0.000 s"

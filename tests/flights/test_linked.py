@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import skylimb
+from short_flights import HOLD
 from skylimb.analysis.replayed import differences
 from skylimb.cli.main import main
 from skylimb.errors import ConfigError, OutputError
@@ -22,18 +23,6 @@ from skylimb.flights.simulated_robot import SimulatedRobot, serve_plant
 from skylimb.realtime.link import Datagram
 from skylimb.realtime.pacer import Pacer
 from skylimb.realtime.udp import UdpLink, address_of
-
-SHORT = {
-    "phases.hover": 0.4,
-    "phases.tare": 0.3,
-    "phases.settle": 0.2,
-    "phases.hover_end": 0.1,
-    "approach.standoff": 0.02,
-    "approach.speed": 0.3,
-    "approach.retreat_speed": 0.3,
-    "trajectory.shape": "hold",
-    "trajectory.duration": 0.3,
-}
 
 
 class End:
@@ -76,7 +65,7 @@ def flown(
 ) -> tuple[ClockedFlight, SimulatedRobot]:
     there, back = deque[bytes](), deque[bytes]()
     near, far = End(there, back, "robot"), End(back, there, "us")
-    (takeoff,) = take_off("paper", (controller,), set={**SHORT, **changes})
+    (takeoff,) = take_off("paper", (controller,), set={**HOLD, **changes})
     robot = SimulatedRobot(takeoff, far)
     clock = InStep(robot, takeoff.period, lambda k: before(k, robot, far))
 
@@ -89,13 +78,13 @@ def flown(
             return super().receive(most)
 
     link = Greeting(near.coming, near.leaving, "robot")
-    return fly_linked(link, "paper", controller, {**SHORT, **changes}, pacer=clock), robot
+    return fly_linked(link, "paper", controller, {**HOLD, **changes}, pacer=clock), robot
 
 
 @pytest.mark.parametrize("controller", ["hybrid", "following"])
 def test_over_a_link_it_is_the_flight_of_run(controller: str) -> None:
     over, robot = flown(controller)
-    run = skylimb.run("paper", controller, set=SHORT)
+    run = skylimb.run("paper", controller, set=HOLD)
     log, was = over.run.log, run.log
     assert over.run.status == "OK", over.run.cause
     assert over.faults == {}
@@ -140,7 +129,7 @@ def test_over_udp_on_the_wall_clock() -> None:
     robot = UdpLink(("127.0.0.1", 0))
     near = UdpLink(("127.0.0.1", 0), robot.address)
     robot._peer = near.address
-    short = {**SHORT, "approach.contact": False, "approach.depth": 0.05}
+    short = {**HOLD, "approach.contact": False, "approach.depth": 0.05}
     ticks: list[int] = []
     served = threading.Thread(target=lambda: ticks.append(serve_plant(robot, "paper", short)))
     served.start()

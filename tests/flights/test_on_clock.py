@@ -9,23 +9,12 @@ import numpy as np
 import pytest
 
 import skylimb
+from short_flights import HOLD
 from skylimb.analysis.replayed import differences
 from skylimb.cli.main import main
 from skylimb.flights.on_clock import fly_on_clock
 from skylimb.realtime.pacer import Pacer
 from skylimb.realtime.watchdog import Limits
-
-SHORT = {
-    "phases.hover": 0.4,
-    "phases.tare": 0.3,
-    "phases.settle": 0.2,
-    "phases.hover_end": 0.1,
-    "approach.standoff": 0.02,
-    "approach.speed": 0.3,
-    "approach.retreat_speed": 0.3,
-    "trajectory.shape": "hold",
-    "trajectory.duration": 0.3,
-}
 
 
 class FakeTime:
@@ -51,8 +40,8 @@ class FakeTime:
 
 @pytest.mark.parametrize("controller", ["hybrid", "following"])
 def test_in_time_it_is_the_flight_of_run(controller: str) -> None:
-    flown = fly_on_clock("paper", controller, set=SHORT, pacer=FakeTime().pacer)
-    run = skylimb.run("paper", controller, set=SHORT)
+    flown = fly_on_clock("paper", controller, set=HOLD, pacer=FakeTime().pacer)
+    run = skylimb.run("paper", controller, set=HOLD)
     assert flown.run.status == "OK", flown.run.cause
     assert flown.run.log.sizes == {**run.log.sizes}
     for name in run.log.data_vars:
@@ -64,7 +53,7 @@ def test_in_time_it_is_the_flight_of_run(controller: str) -> None:
 
 
 def test_a_slow_stretch_is_held_and_made_good() -> None:
-    flown = fly_on_clock("paper", "hybrid", set=SHORT, pacer=FakeTime((60, 66), 0.009).pacer)
+    flown = fly_on_clock("paper", "hybrid", set=HOLD, pacer=FakeTime((60, 66), 0.009).pacer)
     held = flown.run.log.tick_held.values
     assert 4 <= held.sum() <= 12
     assert held[:60].sum() == 0.0
@@ -82,7 +71,7 @@ def test_a_slow_stretch_is_held_and_made_good() -> None:
 
 def test_a_machine_that_is_too_slow_breaks_the_flight_off() -> None:
     flown = fly_on_clock(
-        "paper", "hybrid", set=SHORT, limits=Limits(overruns=20), pacer=FakeTime((100, 130), 0.006).pacer
+        "paper", "hybrid", set=HOLD, limits=Limits(overruns=20), pacer=FakeTime((100, 130), 0.006).pacer
     )
     log = flown.run.log
     assert log.retreating.values[-1] == 1.0
@@ -94,7 +83,7 @@ def test_a_machine_that_is_too_slow_breaks_the_flight_off() -> None:
 
 
 def test_the_command_says_how_it_went(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    words = [f"{key}={value}" for key, value in SHORT.items()]
+    words = [f"{key}={value}" for key, value in HOLD.items()]
     assert main(["fly", "paper", "--realtime", "--set", *words, "--out", str(tmp_path / "out")]) in (0, 1)
     said = capsys.readouterr().out
     assert "jitter of a bare timer" in said

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import skylimb
+from short_flights import HOLD
 from skylimb.config import write_toml
 from skylimb.control.preset import preset_mapping
 from skylimb.errors import UnknownNameError
@@ -18,22 +19,11 @@ from skylimb.flights.public import take_off
 
 EXAMPLE = str(Path(__file__).parents[2] / "examples" / "own_controller.py")
 
-SHORT = {
-    "phases.hover": 0.2,
-    "phases.tare": 0.2,
-    "phases.settle": 0.1,
-    "phases.hover_end": 0.1,
-    "approach.speed": 0.2,
-    "approach.retreat_speed": 0.3,
-    "trajectory.shape": "hold",
-    "trajectory.duration": 0.2,
-}
-
 
 def test_both_compiled_drivers_give_the_same_bits() -> None:
     if not native_available():
         pytest.skip("no compiler here")
-    (takeoff,) = take_off("paper", (EXAMPLE,), set=SHORT)
+    (takeoff,) = take_off("paper", (EXAMPLE,), set=HOLD)
     assert takeoff.traceable
     here, native = fly_here(takeoff), fly_native([takeoff])[0]
     assert (here.cause, here.ticks) == (native.cause, native.ticks) == ("", len(takeoff.times))
@@ -41,7 +31,7 @@ def test_both_compiled_drivers_give_the_same_bits() -> None:
 
 
 def test_a_run_has_its_gains_and_its_signals_with_units() -> None:
-    run = skylimb.run("paper", EXAMPLE, set={**SHORT, "controller.spin": [12.0, 12.0, 6.0]})
+    run = skylimb.run("paper", EXAMPLE, set={**HOLD, "controller.spin": [12.0, 12.0, 6.0]})
     assert run.status == "OK", run.cause
     signal = run.log.integral_acceleration
     assert signal.attrs == {
@@ -63,10 +53,10 @@ def test_a_signal_that_is_declared_is_recorded(tmp_path: Path) -> None:
     )
     (tmp_path / "own.py").write_text(text, encoding="utf-8")
     with pytest.raises(UnknownNameError, match=r"'integral'; did you mean 'integral_acceleration'"):
-        skylimb.run("paper", str(tmp_path / "own.py"), set=SHORT)
+        skylimb.run("paper", str(tmp_path / "own.py"), set=HOLD)
     (tmp_path / "own.py").write_text(text.replace("SIGNALS = {", "SIGNALS = 3 or {"), encoding="utf-8")
     with pytest.raises(skylimb.SkylimbError, match="SIGNALS should be a table"):
-        skylimb.run("paper", str(tmp_path / "own.py"), set=SHORT)
+        skylimb.run("paper", str(tmp_path / "own.py"), set=HOLD)
 
 
 LAW = """
@@ -87,7 +77,7 @@ def test_a_law_declares_its_signals(tmp_path: Path) -> None:
     tables = preset_mapping("pid")[0]
     tables["translation"]["law"] = "law.py"
     (tmp_path / "own.toml").write_text(write_toml(tables), encoding="utf-8")
-    run = skylimb.run("paper", str(tmp_path / "own.toml"), set=SHORT)
+    run = skylimb.run("paper", str(tmp_path / "own.toml"), set=HOLD)
     assert run.log.pull.attrs["units"] == "N"
     assert run.log.pull.attrs["long_name"] == "what the law wants"
 
@@ -124,7 +114,7 @@ def written(folder: Path, signals: str = '{"z": measurement.position[2], "both":
 def test_a_flight_in_python_says_why_and_what_a_tick_costs(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
-    run = skylimb.run("paper", written(tmp_path), set=SHORT)
+    run = skylimb.run("paper", written(tmp_path), set=HOLD)
     (said,) = [record.getMessage() for record in caplog.records if record.name == "skylimb.flights.flying"]
     assert re.fullmatch(
         r"controller 'own' flies in Python, \d+ us a tick: .*own\.py, line 11, `if measurement\..*where.*",
@@ -135,7 +125,7 @@ def test_a_flight_in_python_says_why_and_what_a_tick_costs(
 
 
 def test_what_a_controller_keeps_of_a_measurement_stays(tmp_path: Path) -> None:
-    (takeoff,) = take_off("paper", (written(tmp_path),), set=SHORT)
+    (takeoff,) = take_off("paper", (written(tmp_path),), set=HOLD)
     flight = fly_here(takeoff)
     made = vars(takeoff.controller)["made"]
     seen = sys.modules[type(made).__module__].SEEN[-flight.ticks :]
@@ -155,13 +145,13 @@ def test_what_a_controller_keeps_of_a_measurement_stays(tmp_path: Path) -> None:
 )
 def test_signals_are_those_of_the_first_tick(tmp_path: Path, signals: str, message: str) -> None:
     with pytest.raises(skylimb.SkylimbError, match=message):
-        skylimb.run("paper", written(tmp_path, signals), set=SHORT)
+        skylimb.run("paper", written(tmp_path, signals), set=HOLD)
 
 
 def test_the_loop_around_a_python_controller_is_short(tmp_path: Path) -> None:
     """What is not the controller's own: at most twice the time of a compiled flight."""
-    (python,) = take_off("paper", (written(tmp_path, "{}"),), set=SHORT)
-    (compiled,) = take_off("paper", (EXAMPLE,), set=SHORT)
+    (python,) = take_off("paper", (written(tmp_path, "{}"),), set=HOLD)
+    (compiled,) = take_off("paper", (EXAMPLE,), set=HOLD)
     spent = []
     for takeoff in (compiled, python):
         loop = begin_loop(takeoff)

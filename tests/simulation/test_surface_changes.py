@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from short_flights import CIRCLE
 from skylimb.errors import ConfigError
 from skylimb.experiments.experiment import experiment_from_mapping, load_experiment
 from skylimb.flights.drivers.native import fly_native
@@ -15,18 +16,6 @@ from skylimb.flights.record import recorded
 from skylimb.simulation.surface_changes import SurfaceChange, surface_table
 from skylimb.simulation.surfaces import surface_from_mapping
 
-SHORT = {
-    "phases.hover": 0.4,
-    "phases.tare": 0.3,
-    "phases.settle": 0.3,
-    "phases.hover_end": 0.1,
-    "approach.depth": 0.05,
-    "approach.standoff": 0.02,
-    "approach.speed": 0.2,
-    "approach.retreat_speed": 0.3,
-    "trajectory.radius": 0.05,
-    "trajectory.period": 1.5,
-}
 BOARD = [
     {"time": 2.3, "position": [1.497, 0.0, 1.2], "slope": -0.3, "pitch": 0.02},
     {"time": 2.4, "friction": 0.15, "stiffness": 3000.0, "blend": 0.3},
@@ -42,7 +31,7 @@ GONE = [{"time": 2.6, "present": False}, {"time": 3.2, "present": True}]
 
 
 def made(experiment="paper", controller="hybrid", changes=(), **settings):
-    set = {**(SHORT if experiment == "paper" else {}), **settings, "surface_changes": list(changes)}
+    set = {**(CIRCLE if experiment == "paper" else {}), **settings, "surface_changes": list(changes)}
     (takeoff,) = take_off(experiment, (controller,), 1, set)
     return takeoff
 
@@ -52,8 +41,8 @@ def made(experiment="paper", controller="hybrid", changes=(), **settings):
     [
         ("paper", "hybrid", BOARD, {}),
         ("paper", "following", BOARD, {}),
-        ("sine_gentle", "hybrid", CURVED, {**SHORT, "surface.slope": 0.0}),
-        ("friction_patches", "hybrid", GONE, SHORT),
+        ("sine_gentle", "hybrid", CURVED, {**CIRCLE, "surface.slope": 0.0}),
+        ("friction_patches", "hybrid", GONE, CIRCLE),
         ("paper", "pid", GONE, {"surface.sway_amplitude": 0.01}),
     ],
 )

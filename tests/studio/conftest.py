@@ -2,20 +2,9 @@
 
 import pytest
 
-SHORT = {
-    "phases.hover": 0.4,
-    "phases.tare": 0.3,
-    "phases.settle": 0.3,
-    "phases.hover_end": 0.1,
-    "approach.depth": 0.05,
-    "approach.standoff": 0.02,
-    "approach.speed": 0.2,
-    "approach.retreat_speed": 0.3,
-    "trajectory.radius": 0.05,
-    "trajectory.period": 1.5,
-}
+from short_flights import CIRCLE
 
 
 @pytest.fixture(scope="session")
 def short() -> dict[str, float]:
-    return dict(SHORT)
+    return dict(CIRCLE)

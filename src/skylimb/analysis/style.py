@@ -23,10 +23,10 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from skylimb.analysis.fonts import families
-from skylimb.analysis.palette import CONTROLLER_COLOURS, OTHER_COLOURS, colours, label
+from skylimb.analysis.palette import CONTROLLER_COLOURS, CURVES, colours, colours_of, label
 from skylimb.recording import Run, replacing
 
-__all__ = ["CONTROLLER_COLOURS", "OTHER_COLOURS", "colours", "label"]
+__all__ = ["CONTROLLER_COLOURS", "colours", "colours_of", "label"]
 
 Parameters = ParamSpec("Parameters")
 Result = TypeVar("Result")
@@ -37,9 +37,6 @@ WIDTH = 7.16
 DPI = 200
 POINTS = 600
 """A line is drawn through at most about this many samples; more would not show at this size."""
-
-CURVES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
-"""Curves that belong to no controller; Okabe and Ito's colours."""
 
 MOST_SIGNS = 6
 """Colours that a sign in a legend shows side by side, at most."""

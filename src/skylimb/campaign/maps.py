@@ -129,5 +129,4 @@ def _failure_share(
 
 def colours_of(scores: Scores) -> dict[str, str]:
     """The colour of each controller."""
-    others = iter(style.OTHER_COLOURS * (1 + len(scores.controllers) // len(style.OTHER_COLOURS)))
-    return {name: style.CONTROLLER_COLOURS.get(name) or next(others) for name in scores.controllers}
+    return dict(zip(scores.controllers, style.colours_of(scores.controllers), strict=True))
