@@ -79,7 +79,7 @@ def _frames(browser: str, page_file: Path) -> list[Image.Image]:
             " for (const panel of document.querySelectorAll('.replay .panel'))"
             "  if (!titles.includes(panel.querySelector('.u-title').textContent)) panel.remove();"
             " plots.plots = plots.plots.filter((plot) => plot.root.isConnected);"
-            " plots.resize(); theatre.coarsen(1); theatre.zoom(0.85); }",
+            " plots.resize(); theatre.adapt(60, false); theatre.zoom(0.85); }",
             list(PANELS),
         )
         end = page.evaluate("skylimbReplay.clock.end")
@@ -87,7 +87,7 @@ def _frames(browser: str, page_file: Path) -> list[Image.Image]:
         step = SPEED / FRAMES_A_SECOND
         for k in range(int(end / step) + 1):
             page.evaluate(
-                "(time) => { skylimbReplay.clock.set(time); skylimbReplay.theatre.draw(); }", k * step
+                "(time) => { skylimbReplay.clock.set(time); skylimbReplay.theatre.render(); }", k * step
             )
             shot = page.screenshot(type="png", animations="disabled")
             frames.append(Image.open(io.BytesIO(shot)).convert("RGB"))

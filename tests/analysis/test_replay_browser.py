@@ -62,7 +62,7 @@ def test_all_flights_stand_side_by_side_with_their_plots(page: sync_api.Page) ->
     assert page.locator(".replay .name").all_inner_texts() == names
     assert page.locator(".replay .uplot").count() >= 4
     drawn = page.evaluate(
-        "() => { const t = skylimbReplay.theatre; t.stale = true; t.draw();"
+        "() => { const t = skylimbReplay.theatre; t.render();"
         " const c = document.createElement('canvas'); c.width = c.height = 64;"
         " const g = c.getContext('2d'); g.drawImage(t.canvas, 0, 0, 64, 64);"
         " return new Set(g.getImageData(0, 0, 64, 64).data).size; }"

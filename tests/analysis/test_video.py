@@ -111,7 +111,7 @@ def test_the_camera_stands_on_the_side_that_the_board_faces(make_run):
     log = make_run(slide=1.0).log
     board = board_of(log)
     assert board is not None
-    camera = scene.place_camera(log, board)
+    camera = scene.camera_of(log, board)
     azimuth, elevation = np.radians([camera.azimuth, camera.elevation])
     looking = np.array(
         [np.cos(azimuth) * np.cos(elevation), np.sin(azimuth) * np.cos(elevation), np.sin(elevation)]

@@ -20,7 +20,7 @@ def poses(session, scene, flight=0):
 
 
 def test_a_frame_has_what_the_scene_says(session):
-    scene, frame = session.scene(), session.frame()
+    scene, frame = session.fleet.scene(), session.frame()
     json.dumps(scene, allow_nan=False)
     assert frame.dtype == np.float32
     assert len(frame) == scene["layout"]["size"]
@@ -33,7 +33,7 @@ def test_a_frame_has_what_the_scene_says(session):
 
 
 def test_a_frame_shows_where_the_robot_is(session):
-    scene = session.scene()
+    scene = session.fleet.scene()
     session.advance(80)
     flight = session.flights[0]
     place = scene["layout"]["flights"][0]
@@ -55,7 +55,7 @@ def test_all_flights_fly_in_lockstep_until_all_are_over(session):
     while session.advance(200):
         pass
     assert session.over
-    assert session.verdict == ["came to its end", "came to its end"]
+    assert session.fleet.verdict == ["came to its end", "came to its end"]
     assert [event["event"] for event in session.events()] == ["over"]
     assert session.advance(1) == 0
     assert session.events() == []
@@ -92,15 +92,15 @@ def test_a_gain_changes_in_flight_and_is_kept_by_a_restart(session):
     key = "controller.translation.damping_ratio"
     session.advance(20)
     assert session.set_gain(0, key, [1.5, 1.5, 1.5]) == "in flight"
-    (control,) = [one for one in session.controls() if one["key"] == key]
+    (control,) = [one for one in session.fleet.controls() if one["key"] == key]
     assert control["flights"] == [0]
     assert control["values"] == [[1.5, 1.5, 1.5]]
     assert control["acts"] == "in flight"
     session.advance(40)
     session.restart()
-    assert session.time == session.period
+    assert session.time == session.fleet.period
     assert session.flights[0].experiment.gain_changes == ()
-    (control,) = [one for one in session.controls() if one["key"] == key]
+    (control,) = [one for one in session.fleet.controls() if one["key"] == key]
     assert control["values"] == [[1.5, 1.5, 1.5]]
 
 
@@ -144,13 +144,13 @@ def test_a_rewound_poke_is_no_longer_held(session):
 
 def test_scores_so_far_are_told_by_name(session):
     session.advance(300)
-    scores = session.scores()
+    scores = session.fleet.scores()
     assert set(scores) == {"Hybrid", "PID"}
     assert scores["PID"]["tilt_max"] is None or scores["PID"]["tilt_max"] < 1.0
 
 
 def test_the_surface_is_moved_from_where_it_was_at_take_off(session):
-    scene = session.scene()
+    scene = session.fleet.scene()
     surface = session.flights[0].experiment.surface
     before = poses(session, scene)[-1]
     assert before[:3] == pytest.approx(surface.position, abs=1e-6)
@@ -179,7 +179,7 @@ def test_the_surface_is_moved_from_where_it_was_at_take_off(session):
 def test_a_key_of_the_surface_acts_in_flight_and_is_kept_by_a_restart(session):
     session.advance(10)
     assert session.set_key("surface.friction", 0.25) == "in flight"
-    (control,) = [one for one in session.controls() if one["key"] == "surface.friction"]
+    (control,) = [one for one in session.fleet.controls() if one["key"] == "surface.friction"]
     assert (control["value"], control["acts"]) == (0.25, "in flight")
     session.restart()
     assert session.flights[0].experiment.surface.friction == 0.25

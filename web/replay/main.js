@@ -77,7 +77,7 @@ async function start(root, { flights, speed = 1 }) {
   clock.addEventListener("state", () => {
     play.textContent = clock.playing ? "❚❚" : "▶";
     play.setAttribute("aria-label", clock.playing ? "Pause" : "Play");
-    if (!clock.playing) theatre?.coarsen(1);
+    if (!clock.playing) theatre?.adapt(60, false);
   });
   let marked = 0;
   clock.addEventListener("time", () => {
@@ -100,7 +100,7 @@ async function start(root, { flights, speed = 1 }) {
 
   arrange();
   new ResizeObserver(label).observe(picture);
-  let last = performance.now(), frames = 0, since = last;
+  let last = performance.now(), frames = 0, since = last, before = 0;
   const tick = (now) => {
     clock.pass((now - last) / 1000);
     last = now;
@@ -108,8 +108,9 @@ async function start(root, { flights, speed = 1 }) {
     frames++;
     if (now - since > 1000) {
       const rate = (1000 * frames) / (now - since);
-      root.dataset.framesPerSecond = rate.toFixed(1);
-      if (clock.playing && rate < 20) theatre?.coarsen(0.6);
+      root.dataset.framesPerSecond = ((1000 * ((theatre?.drawn ?? 0) - before)) / (now - since)).toFixed(1);
+      before = theatre?.drawn ?? 0;
+      theatre?.adapt(rate, clock.playing);
       [frames, since] = [0, now];
     }
     requestAnimationFrame(tick);

@@ -13,18 +13,25 @@ function drawnBySoftware() {
 }
 
 const X = new Vector3(1, 0, 0);
+const SHARE = 0.3; // of the time that pictures drawn by a processor may take: the flight needs it, too
+const LONGEST_REST = 300; // ms
+const DETAILS = [1, 0.65, 0.45]; // points along each side, of 1
 
 export class Theatre {
   constructor(holder, stages) {
     this.holder = holder;
     this.canvas = holder.querySelector("canvas");
-    this.renderer = new WebGLRenderer({ canvas: this.canvas, antialias: !drawnBySoftware(), powerPreference: "low-power" });
+    this.bySoftware = drawnBySoftware();
+    this.renderer = new WebGLRenderer({ canvas: this.canvas, antialias: !this.bySoftware, powerPreference: "low-power" });
+    this.fence = null; // tells when the picture that was begun last is drawn
+    this.begun = this.resting = this.cost = 0; // ms: when it was begun; until when no other is; how long it took
     this.camera = new PerspectiveCamera(38, 16 / 9, 0.05, 60);
     this.camera.up.set(0, 0, 1);
     this.controls = new OrbitControls(this.camera, this.canvas);
     this.controls.addEventListener("change", () => { this.stale = true; });
     this.follow = false;
     this.detail = 1;
+    this.drawn = 0;
     this.perform(stages);
     new ResizeObserver(() => { this.stale = true; }).observe(this.canvas);
   }
@@ -107,8 +114,14 @@ export class Theatre {
     this.stale = true;
   }
 
-  /** Fewer points for a machine that cannot keep up: so many of them along each side, of 1. */
-  coarsen(detail) {
+  /** Draw as finely as the machine can.
+   *
+   * rate: times a second that the page gets its turn; moving: whether there is anything to keep up with. */
+  adapt(rate, moving) {
+    const now = DETAILS.indexOf(this.detail);
+    const [slow, quick] = this.bySoftware ? [this.cost > 40, this.cost < 12] : [rate < 24, rate > 50];
+    const step = !moving ? 0 : slow ? now + 1 : quick ? now - 1 : now;
+    const detail = DETAILS[Math.max(0, Math.min(DETAILS.length - 1, step))];
     if (detail === this.detail) return;
     this.detail = detail;
     this.stale = true;
@@ -140,14 +153,34 @@ export class Theatre {
     this.camera.aspect = cell.aspect;
     this.camera.updateProjectionMatrix();
     this.camera.updateMatrixWorld();
+    this.stages[cell.flight].root.updateMatrixWorld(); // the last picture may be an older one
     const caster = new Raycaster();
     caster.setFromCamera(cell.place, this.camera);
     return { flight: cell.flight, caster };
   }
 
+  /** Whether another picture may be begun: where a processor draws, it rests in between. */
+  #rested() {
+    if (!this.bySoftware) return true;
+    const now = performance.now(), gl = this.renderer.getContext();
+    if (this.fence) {
+      if (gl.clientWaitSync(this.fence, 0, 0) === gl.TIMEOUT_EXPIRED) return false;
+      gl.deleteSync(this.fence);
+      this.fence = null;
+      this.cost = now - this.begun;
+      this.resting = now + Math.min(LONGEST_REST, this.cost * (1 / SHARE - 1));
+    }
+    return now >= this.resting;
+  }
+
+  /** Draw where something has changed and a picture is due. */
   draw() {
     this.controls.update();
-    if (!this.stale) return;
+    if (this.stale && this.#rested()) this.render();
+  }
+
+  /** Draw now. */
+  render() {
     this.stale = false;
     const { clientWidth: width, clientHeight: height } = this.canvas;
     if (!width || !height) return;
@@ -166,6 +199,13 @@ export class Theatre {
       this.camera.aspect = box[2] / box[3];
       this.camera.updateProjectionMatrix();
       this.renderer.render(scene, this.camera);
+    }
+    this.drawn++;
+    if (this.bySoftware) {
+      const gl = this.renderer.getContext();
+      this.begun = performance.now();
+      this.fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+      gl.flush();
     }
   }
 }

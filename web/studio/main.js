@@ -14,7 +14,7 @@ import { Shell } from "./shell.js";
 import { Transport } from "./transport.js";
 
 const CHART_PERIOD = 100; // ms between two drawings of the charts; longer where they take long
-const DETAILS = [1, 0.65, 0.45];
+const PAGE_PERIOD = 45; // ms between two changes of the page where a processor draws it
 const MODES = [
   ["look", "Look", "Drag to turn, wheel to zoom, right button to move"],
   ["poke", "Poke", "Drag on a link to push it, or hold an arrow key; Shift-drag does it in every mode"],
@@ -219,20 +219,13 @@ class Studio {
     new ResizeObserver(() => { if (this.theatre) this.#arrange(); }).observe(canvas);
   }
 
-  /** Draw as finely as the machine can: coarser below 24 pictures a second, finer again above 50. */
-  #adapt(rate) {
-    if (!this.theatre || document.hidden) return;
-    if (this.state.paused || this.state.over) return this.theatre.coarsen(1);
-    const step = DETAILS.indexOf(this.theatre.detail);
-    this.theatre.coarsen(DETAILS[Math.max(0, Math.min(DETAILS.length - 1, rate < 24 ? step + 1 : rate > 50 ? step - 1 : step))]);
-  }
-
   #run() {
-    let frames = 0, since = performance.now(), drawn = 0, taken = 0;
+    let frames = 0, since = performance.now(), drawn = 0, taken = 0, before = 0, shown = 0;
     const tick = (now) => {
       const frame = this.looking !== null ? this.past.at(this.looking) : this.past.frames[this.past.frames.length - 1];
-      if (frame && this.fresh) {
+      if (frame && this.fresh && (!this.theatre?.bySoftware || now - shown > PAGE_PERIOD)) {
         this.fresh = false;
+        shown = now;
         for (const actor of this.actors) actor.take(frame);
         this.theatre?.at(frame[0]);
         this.poke.follow();
@@ -249,8 +242,9 @@ class Studio {
       frames++;
       if (now - since > 1000) {
         const rate = (1000 * frames) / (now - since);
-        document.body.dataset.framesPerSecond = rate.toFixed(1);
-        this.#adapt(rate);
+        document.body.dataset.framesPerSecond = ((1000 * ((this.theatre?.drawn ?? 0) - before)) / (now - since)).toFixed(1);
+        before = this.theatre?.drawn ?? 0;
+        if (!document.hidden) this.theatre?.adapt(rate, !this.state.paused && !this.state.over);
         [frames, since] = [0, now];
       }
       requestAnimationFrame(tick);

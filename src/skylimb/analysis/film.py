@@ -52,7 +52,7 @@ def pictures(run: Run, size: tuple[int, int], fps: float, speed: float) -> Itera
     model = scene.load_model(str(log.attrs["scene"]), size)
     data = mujoco.MjData(model)
     board = board_of(log)
-    camera = scene.place_camera(log, board)
+    camera = scene.camera_of(log, board)
     rgb = np.array(ImageColor.getrgb(palette.colours({run.name: run})[run.name])) / 255
     configuration = log.configuration.values
     motion = scene.surface_motion(model, configuration)

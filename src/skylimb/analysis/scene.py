@@ -57,11 +57,22 @@ def load_model(scene: str, size: tuple[int, int]) -> mujoco.MjModel:
     return spec.compile()
 
 
-def place_camera(log: xr.Dataset, board: Board | None) -> mujoco.MjvCamera:
-    """A camera that sees the drawn side of the surface and the whole robot."""
-    cog, tip = (np.median(log[name].values, axis=0) for name in ("cog_position", "tip_position"))
-    ahead = (tip - cog) * [1.0, 1.0, 0.0]
+def camera_of(log: xr.Dataset, board: Board | None) -> mujoco.MjvCamera:
+    """A camera for a flight that was flown; see `place_camera`."""
     normal = board.normal if board is not None else np.zeros(3)
+    return place_camera(log.cog_position.values, log.tip_position.values, normal)
+
+
+def place_camera(cogs: np.ndarray, tips: np.ndarray, normal: np.ndarray) -> mujoco.MjvCamera:
+    """A camera that sees the drawn side of the surface and the whole robot.
+
+    Args:
+        cogs: where the centre of gravity comes, W, m, (n, 3).
+        tips: where the tip comes, W, m, (n, 3).
+        normal: out of the surface toward the robot, W, (3,); zeros without a surface.
+    """
+    cog, tip = np.median(cogs, axis=0), np.median(tips, axis=0)
+    ahead = (tip - cog) * [1.0, 1.0, 0.0]
     camera = mujoco.MjvCamera()
     camera.lookat[:] = 0.45 * cog + 0.55 * tip
     # Stand on the side toward which the surface turns its face, and under it if that is downward.
@@ -70,6 +81,16 @@ def place_camera(log: xr.Dataset, board: Board | None) -> mujoco.MjvCamera:
     camera.elevation = 20.0 if normal[2] < -0.5 else -25.0
     camera.distance = 3.1
     return camera
+
+
+def eye_and_target(camera: mujoco.MjvCamera) -> dict[str, list[float]]:
+    """Where a camera stands (`position`) and looks (`target`), W, m, ready for JSON."""
+    azimuth, elevation = np.radians(camera.azimuth), np.radians(camera.elevation)
+    ahead = np.array(
+        [np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)]
+    )
+    target = np.array(camera.lookat)
+    return {"target": target.tolist(), "position": (target - camera.distance * ahead).tolist()}
 
 
 def trace_ink(log: xr.Dataset, rgb: np.ndarray) -> Ink:

@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable, Iterator
-from typing import Any, NamedTuple
+from typing import Any
 
 import mujoco
 import numpy as np
-import xarray as xr
 
-from skylimb.analysis.board import board_of
 from skylimb.analysis.replay.packing import packed
 from skylimb.analysis.replay.shapes import OUT_OF_SIGHT, meshes, shapes_with_surface, thrust_sites
-from skylimb.analysis.scene import LIFT, SPACING, load_model, place_camera
-from skylimb.analysis.signals import contact_axis, sliding_axes
+from skylimb.analysis.scene import LIFT, SPACING, eye_and_target, load_model, place_camera
+from skylimb.analysis.signals import direction
 from skylimb.control.contact_machine import STATES
 from skylimb.control.thrusts import thrust_limits
 from skylimb.simulation.robot_bodies import TIP_SITE
@@ -22,6 +18,7 @@ from skylimb.simulation.surface_changes import state_of
 from skylimb.simulation.surfaces.placement import surface_rotation
 from skylimb.simulation.surfaces.surface import BODY
 from skylimb.spatial import quaternion_from_rotation
+from skylimb.studio.curves import Moment, panels_of
 from skylimb.studio.live_flight import LiveFlight
 
 SMOOTHING = 0.1
@@ -31,30 +28,6 @@ FLYING, ENDED, LOST = 0, 1, 2
 """State of a flight in a frame: it flies, came to its mission's end, or is lost."""
 
 _PICTURE = (640, 360)
-
-
-class _Moment(NamedTuple):
-    """What the curves are made from.
-
-    Attributes:
-        signals: of the last tick, by name.
-        force: contact force on the robot, smoothed, W, N.
-        estimate: the external force as the controller knows it, smoothed, W, N; NaN without one.
-        cog: true centre of gravity, W, m.
-        reference: position of the centre of gravity that the mission asks for, W, m.
-    """
-
-    signals: dict[str, np.ndarray]
-    force: np.ndarray
-    estimate: np.ndarray
-    cog: np.ndarray
-    reference: np.ndarray
-
-
-class _Curve(NamedTuple):
-    label: str
-    role: str
-    value: Callable[[_Moment], float]
 
 
 class FlightView:
@@ -75,8 +48,9 @@ class FlightView:
         self._tip = self._model.site(TIP_SITE).id
         self._root = self._model.body(takeoff.robot.description.root).id
         self._smoothed = max(1, round(SMOOTHING / takeoff.period))
-        self._log = _planned_log(flight)
-        self._panels = list(_panels(flight, self._log))
+        frame = takeoff.mission.frame
+        named = ((frame.sliding_u, "u"), (frame.sliding_v, "v"), (frame.contact, "n"))
+        self._panels = panels_of(flight, [direction(axis, name) for axis, name in named])
         body = mujoco.mj_name2id(self._model, mujoco.mjtObj.mjOBJ_BODY, BODY)
         self._surface = [self._model.nbody] if body < 0 else [body, self._model.nbody]
         self._turned = np.zeros((self._model.nbody + 1, 4))
@@ -92,23 +66,16 @@ class FlightView:
             "force": 3,
             "surface": 7,
             "present": 1,
-            "curves": sum(len(curves) for _, _, curves in self._panels),
+            "curves": sum(len(panel.curves) for panel in self._panels),
         }
 
     def scene(self) -> dict[str, Any]:
         """Everything that does not change from moment to moment; lengths in m, forces in N, vectors in W."""
         surface, robot = self._flight.takeoff.plant.surface, self._flight.takeoff.robot
-        board = board_of(self._log)
-        camera = place_camera(self._log, board)
+        mission, described = self._flight.takeoff.mission, surface.describe()
+        camera = place_camera(mission.reference.position, mission.tip_path, np.array(described["normal"]))
         low, high = thrust_limits(robot)
-        column, panels = 0, []
-        for title, unit, curves in self._panels:
-            rows = []
-            for curve in curves:
-                rows.append({"label": curve.label, "role": curve.role, "seen": "both", "column": column})
-                column += 1
-            panels.append({"title": title, "unit": unit, "curves": rows})
-        described = surface.describe()
+        columns = np.cumsum([0, *(len(panel.curves) for panel in self._panels)])
         return {
             "name": self.name,
             "colour": self._colour,
@@ -125,8 +92,8 @@ class FlightView:
             "surface": {
                 key: described[key] for key in ("kind", "origin", "axis_u", "axis_v", "normal", "size")
             },
-            "camera": _camera(camera),
-            "panels": panels,
+            "camera": eye_and_target(camera),
+            "panels": [panel.described(int(k)) for panel, k in zip(self._panels, columns, strict=False)],
             "contact_states": list(STATES),
         }
 
@@ -154,7 +121,7 @@ class FlightView:
         if "external_force_estimate" in slices:
             estimate = recent[:, slices["external_force_estimate"]].mean(axis=0)
         mission = flight.takeoff.mission
-        moment = _Moment(
+        moment = Moment(
             signals,
             force,
             estimate,
@@ -179,7 +146,7 @@ class FlightView:
                 force,
                 pose,
                 [float(present)],
-                [curve.value(moment) for _, _, curves in self._panels for curve in curves],
+                [curve.value(moment) for panel in self._panels for curve in panel.curves],
             ]
         )
 
@@ -198,89 +165,3 @@ class FlightView:
             ends = np.stack([points[:-1], points[1:]], axis=1)
             ends = ends[(np.arange(len(ends)) % 6 < 3) & np.isfinite(ends).all(axis=(1, 2))]
         return {"since": packed(np.zeros(len(ends))), "ends": packed(ends.reshape(len(ends), 6))}
-
-
-def _planned_log(flight: LiveFlight) -> xr.Dataset:
-    """What is known of a flight beforehand, as a log: enough for board, axes and camera."""
-    takeoff = flight.takeoff
-    mission, frame = takeoff.mission, takeoff.mission.frame
-    return xr.Dataset(
-        {
-            "cog_position": (("time", "axis"), mission.reference.position),
-            "tip_position": (("time", "axis"), mission.tip_path),
-        },
-        coords={"time": mission.times},
-        attrs={
-            "surface": json.dumps(takeoff.plant.surface.describe()),
-            "contact_axis": frame.contact.tolist(),
-            "sliding_axes": [*frame.sliding_u.tolist(), *frame.sliding_v.tolist()],
-        },
-    )
-
-
-def _camera(camera: mujoco.MjvCamera) -> dict[str, list[float]]:
-    azimuth, elevation = np.radians(camera.azimuth), np.radians(camera.elevation)
-    ahead = np.array(
-        [np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)]
-    )
-    target = np.array(camera.lookat)
-    return {"target": target.tolist(), "position": (target - camera.distance * ahead).tolist()}
-
-
-_Panel = tuple[str, str, list[_Curve]]
-
-
-def _panels(flight: LiveFlight, log: xr.Dataset) -> Iterator[_Panel]:
-    """Title, unit and curves of every panel of a flight."""
-    slices, takeoff = flight.slices, flight.takeoff
-    axes = [*sliding_axes(log), contact_axis(log)]
-    yield (
-        "Position error",
-        "m",
-        [
-            _Curve(f"along {axis}", "truth", lambda m, a=axis.vector: float((m.cog - m.reference) @ a))
-            for axis in axes
-        ],
-    )
-    toward = axes[-1].vector
-    force = [_Curve("truth", "truth", lambda m: -float(m.force @ toward))]
-    if "external_force_estimate" in slices:
-        force.append(_Curve("estimate", "estimate", lambda m: -float(m.estimate @ toward)))
-    for name in ("contact_force_target", "contact_force_reference"):
-        if name in slices:
-            force.append(_Curve("reference", "reference", _scalar(name)))
-            break
-    yield "Pressing force", "N", force
-    yield "Thrust", "N", list(_thrusts(flight))
-    description = takeoff.robot.description
-    for title, kind, names, place in (
-        ("Joint angles", "joint", description.shape_joints, takeoff.plant.joint_qpos),
-        ("Vectoring angles", "vectoring", description.vectoring_joints, takeoff.plant.vectoring_qpos),
-    ):
-        angles = []
-        for i, (name, at) in enumerate(zip(names, place, strict=True)):
-            angles.append(_Curve(name, "truth", lambda m, at=at: float(m.signals["configuration"][at])))
-            angles.append(_Curve(f"{name} command", "command", _entry(f"{kind}_angles_command", i)))
-        if angles:
-            yield title, "rad", angles
-    contact = [_Curve("touching", "truth", _scalar("contact_duty"))]
-    if "contact_state" in slices:
-        contact.append(_Curve("state", "estimate", _scalar("contact_state")))
-    yield "Contact", "", contact
-
-
-def _thrusts(flight: LiveFlight) -> Iterator[_Curve]:
-    robot = flight.takeoff.robot
-    low, high = thrust_limits(robot)
-    for i, rotor in enumerate(robot.description.rotors):
-        yield _Curve(rotor.name, "truth", _entry("thrusts", i))
-    yield _Curve("smallest", "limit", lambda m: float(np.min(low)))
-    yield _Curve("largest", "limit", lambda m: float(np.max(high)))
-
-
-def _scalar(name: str) -> Callable[[_Moment], float]:
-    return lambda m: float(m.signals[name][0])
-
-
-def _entry(name: str, index: int) -> Callable[[_Moment], float]:
-    return lambda m: float(m.signals[name][index])

@@ -40,6 +40,17 @@ class Kept:
     command: str
     report: subprocess.Popen[bytes]
 
+    @property
+    def drawn(self) -> bool:
+        """Whether the report's process has ended."""
+        return self.report.poll() is not None
+
+    def mistake(self) -> str:
+        """Why the report could not be drawn, in a line; empty where it was. Waits for its process."""
+        _, said = self.report.communicate()
+        # 1 is a flight that was lost: its report is drawn all the same.
+        return said.decode(errors="replace").strip().rpartition("\n")[2] if self.report.returncode > 1 else ""
+
 
 def keep(flights: Sequence[LiveFlight], names: Sequence[str], out: Path, name: str = "") -> Kept:
     """Write the flights so far into a new folder.

@@ -192,6 +192,8 @@ class StudioServer:
             self._seats.take(page)
             self._obey(messages.Release())
             self._tell_who_drives()
+        elif self._hello is None:
+            self._tell(page, "refused", {"text": "the flight is still being put together"})
         elif not self._seats.drives(page):
             self._tell(page, "refused", {"text": "this page watches; take over to drive"})
         elif not self._obey(command):
@@ -223,7 +225,8 @@ class StudioServer:
         """All that a page needs to begin; nothing while the flight is still being put together."""
         if self._hello is not None:
             self._tell(page, "hello", {**self._hello, "drives": self._seats.drives(page)})
-            self._tell(page, "state", self._state)
+            if self._state:  # it comes right behind the first scene
+                self._tell(page, "state", self._state)
             page.history_due = True
 
     def _tell_who_drives(self) -> None:

@@ -42,7 +42,7 @@ class FlightThread:
 
     def __init__(self, session: Session, say: Say, controllers: Sequence[str]) -> None:
         self._session, self._say, self._controllers = session, say, list(controllers)
-        self.pace = Pacing(session.period)
+        self.pace = Pacing(session.fleet.period)
         self._keys: dict[str, Any] = {}
         self._commands: queue.Queue[Any] = queue.Queue(_MOST_WAITING)
         self._stopped = False
@@ -62,7 +62,7 @@ class FlightThread:
             messages.Keep: lambda c: session.keep(c.name),
             messages.Draw: lambda c: session.draw(c.strokes if c.svg is None else c.svg),
             messages.Controllers: lambda c: self._set_controllers(c.names),
-            messages.Scores: lambda _: say("scores", {"scores": session.scores()}),
+            messages.Scores: lambda _: say("scores", {"scores": session.fleet.scores()}),
         }
 
     def command(self, command: Any) -> bool:
@@ -101,17 +101,16 @@ class FlightThread:
 
     def _show(self) -> None:
         session = self._session
-        session.speed_reached = self.pace.reached
         for event in session.events():
             name = event["event"]
             if name == "scene":
                 self._show_scene()
             else:
                 self._say(name, {key: value for key, value in event.items() if key != "event"})
-        self._say("frame", session.frame())
+        self._say("frame", session.frame(self.pace.reached))
         state = {"paused": session.paused, "over": session.over, "speed": self.pace.speed}
         if session.over:
-            state["verdict"] = session.verdict
+            state["verdict"] = session.fleet.verdict
         if state != self._state:
             self._state = state
             self._say("state", state)
@@ -119,14 +118,16 @@ class FlightThread:
     def _show_scene(self) -> None:
         session = self._session
         gc.collect()  # the flights before are rings of objects, large ones, that would stay for long
-        controls = session.controls()
+        controls = session.fleet.controls()
         self._keys = {control["key"]: control for control in controls}
         for control in controls:
             control["whole"] = isinstance(control["value"], int) and control["kind"] == "number"
         before = self.pace
-        self.pace = Pacing(session.period)  # the period is among what may have changed
+        self.pace = Pacing(session.fleet.period)  # the period is among what may have changed
         self.pace.speed, self.pace.late, self.pace.flown = before.speed, before.late, before.flown
-        self._say("scene", {"scene": session.scene(), "controls": controls, "controllers": self._controllers})
+        self._say(
+            "scene", {"scene": session.fleet.scene(), "controls": controls, "controllers": self._controllers}
+        )
 
     def _obey_all(self) -> None:
         """Obey all that waits; of several pokes in a row only the last, as each of them is a branch."""
@@ -185,7 +186,7 @@ class FlightThread:
     def _tell_again(self, command: Any) -> None:
         """What a key is, after a change of it was refused."""
         if isinstance(command, messages.Gain | messages.SetKey) and command.key in self._keys:
-            now = {control["key"]: control["value"] for control in self._session.controls()}
+            now = {control["key"]: control["value"] for control in self._session.fleet.controls()}
             self._say("gain", {"key": command.key, "value": now.get(command.key), "flight": None})
 
 

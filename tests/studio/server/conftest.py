@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -73,30 +73,21 @@ class Client:
 class Running:
     """A studio in a thread of its own."""
 
-    def __init__(self, studio: Studio, session: Session) -> None:
-        self.studio, self.session = studio, session
-        self.url = ""
-        self._ready = threading.Event()
-        self._thread = threading.Thread(target=self._run, daemon=True)
-
-    def _run(self) -> None:
-        self.studio.run(self._begin)
-
-    def _begin(self, url: str) -> None:
-        self.url = url
-        self._ready.set()
+    def __init__(self, studio: Studio, session: Session, controllers: Sequence[str]) -> None:
+        self.studio, self.session, self.url = studio, session, studio.url
+        self.flight = studio.take(session, controllers)
+        self._thread = threading.Thread(target=self.flight.run, daemon=True)
 
     def start(self) -> None:
         self._thread.start()
-        assert self._ready.wait(PATIENCE)
 
     def stop(self) -> None:
-        self.studio.flight.stop()
+        self.flight.stop()
         self._thread.join(PATIENCE)
         assert not self._thread.is_alive()
 
     def speed(self, times: float) -> None:
-        self.studio.flight.command(Speed(times=times))
+        self.flight.command(Speed(times=times))
 
     @property
     def port(self) -> int:
@@ -117,10 +108,11 @@ class Running:
 def running(out: Path, *controllers: str, token: str = "") -> Iterator[Running]:
     """A studio on a free flight, until the end of the block."""
     session = Session("free_flight", controllers, out=out)
-    found = Running(Studio(session, controllers, "127.0.0.1", 0, token), session)
-    found.start()
-    yield found
-    found.stop()
+    with Studio("127.0.0.1", 0, token) as open_studio:
+        found = Running(open_studio, session, controllers)
+        found.start()
+        yield found
+        found.stop()
 
 
 @pytest.fixture(scope="session")

@@ -83,7 +83,7 @@ def test_the_picture_moves(page: sync_api.Page) -> None:
     until(page, f"skylimbStudio.past.end > {before} + 0.3")
     assert page.locator("#charts .uplot").count() >= 4
     drawn = page.evaluate(
-        "() => { const t = skylimbStudio.theatre; t.stale = true; t.draw();"
+        "() => { const t = skylimbStudio.theatre; t.render();"
         " const c = document.createElement('canvas'); c.width = c.height = 64;"
         " const g = c.getContext('2d'); g.drawImage(t.canvas, 0, 0, 64, 64);"
         " return new Set(g.getImageData(0, 0, 64, 64).data).size; }"
@@ -133,7 +133,7 @@ def test_a_poke_of_2_newtons_is_felt(page: sync_api.Page, studio: Any) -> None:
     page.keyboard.up("Space")
     wait_for(lambda: studio.session.flights[0].experiment.pushes[-1].duration < 20)
     flight = studio.session.flights[0]
-    first = round((begun + 1.0) / studio.session.period)
+    first = round((begun + 1.0) / studio.session.fleet.period)
     estimate = flight.recent[first : first + 80, flight.slices["external_force_estimate"]]
     np.testing.assert_allclose(estimate.mean(axis=0), [0.0, 2.0, 0.0], atol=0.3)
 

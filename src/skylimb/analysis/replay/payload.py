@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-import mujoco
 import numpy as np
 import xarray as xr
 
@@ -77,7 +76,7 @@ def _scene(run: Run) -> dict[str, Any]:
         "surface": packed(motion[samples]) if moves else None,
         "nominal": _ink(scene.nominal_ink(log, board), board, motion, times),
         "trace": _ink(scene.trace_ink(log, np.zeros(3)), board, motion, times),
-        "camera": _camera(scene.place_camera(log, board)),
+        "camera": scene.eye_and_target(scene.camera_of(log, board)),
     }
 
 
@@ -94,12 +93,3 @@ def _ink(ink: scene.Ink, board: Any, motion: np.ndarray, times: np.ndarray) -> d
     normal = board.normal if board is not None else np.zeros(3)
     ends = taken_back(ink.ends + scene.LIFT * normal, motion[ink.since])
     return {"since": packed(times[ink.since]), "ends": packed(ends.reshape(len(ends), 6))}
-
-
-def _camera(camera: mujoco.MjvCamera) -> dict[str, list[float]]:
-    azimuth, elevation = np.radians(camera.azimuth), np.radians(camera.elevation)
-    ahead = np.array(
-        [np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)]
-    )
-    target = np.array(camera.lookat)
-    return {"target": target.tolist(), "position": (target - camera.distance * ahead).tolist()}
