@@ -23,7 +23,8 @@ class Needs:
         paced: whether it sets the pace of the mission's clock, by a signal "pace" between 0 and 1.
         preview: times ahead on the mission's own clock, s, at which it wants the reference; the loop hands
             them over as `reference.ahead`, in this order.
-        vectoring: purpose of the vectoring angles that the robot takes off with, "torque" or "contact".
+        vectoring: purpose of the vectoring angles that the robot takes off with: "torque", "contact" or
+            "online".
         force: normal force that it commands, N; refused before take-off where the robot cannot hold it.
         moves: how far it moves the vectoring angles from those of the posture, rad.
     """

@@ -165,8 +165,8 @@ def _robot_files(robot: Robot, purpose: str) -> tuple[Source, ...]:
         return ()
     meshes = {visual.mesh for link in description.links for visual in link.visuals if visual.mesh is not None}
     table = vectoring_file(robot, purpose)
-    beside = Source(description.folder / table[0], table[1].encode())
-    return (*description.sources, *map(read_source, sorted(meshes)), beside)
+    beside = () if table is None else (Source(description.folder / table[0], table[1].encode()),)
+    return (*description.sources, *map(read_source, sorted(meshes)), *beside)
 
 
 def _root(files: Sequence[Source]) -> Path | None:

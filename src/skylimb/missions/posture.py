@@ -6,12 +6,13 @@ import functools
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import casadi as ca
 import numpy as np
 
 from skylimb.errors import ConfigError
 from skylimb.planning.posture import posture_family
 from skylimb.planning.posture_path import PostureConfig, posture_path
-from skylimb.planning.vectoring import vectoring_table
+from skylimb.planning.vectoring import ONLINE, vectoring_table
 from skylimb.planning.vectoring_path import vectoring_path
 from skylimb.robots.model import Robot
 from skylimb.spatial import rot_z
@@ -73,11 +74,16 @@ def posture_plan(config: PostureConfig, robot: Robot, purpose: str = "torque") -
         )
     knots = np.append(np.arange(0.0, path.duration, _KNOT), path.duration)
     vectoring = vectoring_angles[None, :]
-    if path.duration > 0.0:
+    if purpose == ONLINE:
+        vectoring = np.repeat(vectoring, len(knots), axis=0)
+    elif path.duration > 0.0:
         postures = tuple(map(tuple, path.sample(knots[1:]).tolist()))
         vectoring = np.vstack([vectoring_angles, _along(robot, postures, tuple(vectoring_angles.tolist()))])
     nominal = robot.at(joint_angles, vectoring_angles)
-    headings = [robot.at(q, psi).tip_heading for q, psi in zip(path.sample(knots), vectoring, strict=True)]
+    headings = [
+        float(robot.model(ca.DM(q), ca.DM(psi)).tip_heading)
+        for q, psi in zip(path.sample(knots), vectoring, strict=True)
+    ]
 
     return PosturePlan(
         reach=float(family.reach_nominal),

@@ -19,12 +19,16 @@ from skylimb.planning.control_torque import guaranteed_control_torque
 from skylimb.planning.vectoring_criteria import CONTACT, TORQUE, VectoringCriteria
 from skylimb.planning.vectoring_digest import robot_digest
 from skylimb.planning.vectoring_search import evaluate
+from skylimb.planning.vectoring_step import first_vectoring
 from skylimb.robots import Robot
 from skylimb.symbolic import is_symbolic
 
 __all__ = ["VectoringTable", "guaranteed_control_torque", "robot_digest", "vectoring_file", "vectoring_table"]
 
 PURPOSES = {criteria.purpose: criteria for criteria in (TORQUE, CONTACT)}
+ONLINE = "online"
+"""Purpose of angles that a controller plans in flight: the table has those of the nominal posture only."""
+
 _SLACK = 1e-9
 
 
@@ -116,23 +120,34 @@ def vectoring_table(robot: Robot, purpose: str = "torque", *, cache: bool = True
     which then loses the robot in free flight. With the angles for contact the zero is at 17 rad/s, about the
     axis where the loop is slower.
 
+    "online" is for a controller that plans its angles in flight (`planning.vectoring_step`): the same angles,
+    the best of the nominal posture, at every theta. Nothing is searched but these.
+
     Args:
         robot: any robot.
-        purpose: "torque" or "contact".
+        purpose: "torque", "contact" or "online".
         cache: False searches anew and neither reads nor writes a file.
 
     Raises:
         ConfigError: another purpose.
-        AllocationError: no continuous path of vectoring angles keeps the purpose's criteria over its range.
+        AllocationError: no continuous path of vectoring angles keeps the purpose's criteria over its range,
+            or none let it hover in its nominal posture.
     """
+    if purpose == ONLINE:
+        return VectoringTable(robot, first_vectoring(robot).angles[:, None], ONLINE)
     criteria = _criteria(purpose)
     level = _level(robot, criteria)
     coefficients, digest = vectoring_files.find_coefficients(level, criteria, cache=cache)
     return VectoringTable(robot, coefficients, digest, criteria.span(robot))
 
 
-def vectoring_file(robot: Robot, purpose: str = "torque") -> tuple[str, str]:
-    """Name and text of the file that brings a robot's table along, to lie beside its flight TOML."""
+def vectoring_file(robot: Robot, purpose: str = "torque") -> tuple[str, str] | None:
+    """Name and text of the file that brings a robot's table along, to lie beside its flight TOML.
+
+    None for angles that are planned in flight.
+    """
+    if purpose == ONLINE:
+        return None
     criteria = _criteria(purpose)
     coefficients, digest = vectoring_files.find_coefficients(_level(robot, criteria), criteria)
     text = vectoring_files.table_text(coefficients, digest, robot, criteria)
@@ -140,7 +155,7 @@ def vectoring_file(robot: Robot, purpose: str = "torque") -> tuple[str, str]:
 
 
 def _criteria(purpose: str) -> VectoringCriteria:
-    problem = choice_problem(purpose, tuple(PURPOSES))
+    problem = choice_problem(purpose, (*PURPOSES, ONLINE))
     if problem is not None:
         raise ConfigError(f"purpose = {purpose!r} {problem}")
     return PURPOSES[purpose]

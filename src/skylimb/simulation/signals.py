@@ -146,6 +146,13 @@ SIGNALS: dict[str, SignalInfo] = {
         "move of the vectoring joints for a side force with the body level",
         "command",
     ),
+    "vectoring_margin": SignalInfo(
+        _SCALAR,
+        "N m",
+        "",
+        "what planned vectoring angles leave of torque",
+        "command",
+    ),
     "mission_time": SignalInfo(_SCALAR, "s", "", "time on the mission's own clock", "reference"),
     "pace": SignalInfo(_SCALAR, "", "", "speed of the mission's clock", "command"),
     "contact_state": SignalInfo(_SCALAR, "", "", "state of the contact's state machine", "estimate"),

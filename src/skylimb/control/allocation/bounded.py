@@ -63,8 +63,8 @@ class Weights:
 
 
 @configuration
-class Gains:
-    """Weights and rates, and what the paper's allocation has besides."""
+class ThrustGains:
+    """How thrusts are made of force and torque, whatever the vectoring angles."""
 
     hold_lift: Annotated[
         bool, Key("", "whether the thrusts for a torque are chosen so that they do not lift")
@@ -82,6 +82,12 @@ class Gains:
     weights: Weights = field(default_factory=Weights)
     leak: TorqueLeak = field(default_factory=TorqueLeak)
     rotor_lag: RotorLag = field(default_factory=RotorLag)
+
+
+@configuration
+class Gains(ThrustGains):
+    """Weights and rates, and what the paper's allocation has besides."""
+
     vectoring: pseudoinverse.Vectoring = field(default_factory=pseudoinverse.Vectoring)
 
 
@@ -106,7 +112,7 @@ def needs(gains: Gains) -> Needs:
     return Needs(vectoring=gains.vectoring.purpose)
 
 
-def initial_state(gains: Gains, start: Start) -> State:
+def initial_state(gains: ThrustGains, start: Start) -> State:
     """Hovering; no leak known, nothing missing.
 
     Raises:
