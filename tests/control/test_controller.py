@@ -81,7 +81,7 @@ def test_laws_are_the_files_of_their_folder() -> None:
         "shape": ["admittance", "fixed", "recentring"],
         "translation": ["following", "impedance", "pid"],
         "attitude": ["firm", "impedance"],
-        "allocation": ["bounded", "level", "pseudoinverse", "vectored"],
+        "allocation": ["bounded", "level", "planned", "pseudoinverse", "vectored"],
     }
     assert find_law("shape", "fixed", Path()).__name__ == "skylimb.control.shape.fixed"
     assert find_law("estimation", "momentum", Path()).__name__ == "skylimb.estimation.laws.momentum"
