@@ -142,11 +142,14 @@ def test_a_rewound_poke_is_no_longer_held(session):
     assert session.flights[0].experiment.pushes == ()
 
 
-def test_scores_so_far_are_told_by_name(session):
+def test_scores_so_far_are_told_in_words_with_units(session):
     session.advance(300)
     scores = session.fleet.scores()
-    assert set(scores) == {"Hybrid", "PID"}
-    assert scores["PID"]["tilt_max"] is None or scores["PID"]["tilt_max"] < 1.0
+    assert scores["flights"] == ["Hybrid", "PID"]
+    rows = {row["label"]: row for group in scores["groups"] for row in group["rows"]}
+    tilt = rows["largest tilt"]
+    assert tilt["unit"] == "rad"
+    assert all(0.0 <= float(value) < 1.0 for value in tilt["values"] if value)
 
 
 def test_the_surface_is_moved_from_where_it_was_at_take_off(session):

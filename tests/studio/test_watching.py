@@ -5,51 +5,15 @@ import os
 import numpy as np
 import pytest
 
+from failing_controller import save_failing_controller
 from skylimb.studio.session import Session
 from skylimb.studio.watching import Watcher
-
-CONTROLLER = """
-import numpy as np
-from skylimb.control.records import Command
-
-
-class Still:
-    name = "still"
-
-    def __init__(self, robot):
-        self.command = Command(
-            np.full(robot.n_rotors, 8.0), np.zeros(robot.n_joints), np.zeros(robot.n_vectoring)
-        )
-
-    def gains(self):
-        return None
-
-    def initial_state(self):
-        return 0
-
-    def step(self, gains, state, measurement, reference, dt):
-        float(np.asarray(measurement.position)[0])  # flies in Python
-        state = state + 1
-        if state > LIMIT:
-            raise ZeroDivisionError("too late")
-        return state, self.command, {"count": state}
-
-
-def controller(robot):
-    return Still(robot)
-"""
-
-
-def save(path, limit):
-    before = path.stat().st_mtime_ns if path.exists() else 0
-    path.write_text(CONTROLLER.replace("LIMIT", str(limit)))
-    os.utime(path, ns=(before + 10**9, before + 10**9))
 
 
 @pytest.fixture
 def file(tmp_path):
     path = tmp_path / "still.py"
-    save(path, 20)
+    save_failing_controller(path, 20)
     return path
 
 
@@ -77,7 +41,7 @@ def test_an_exception_in_flight_is_told_with_its_line_and_the_other_flight_goes_
 
 def test_an_edited_file_is_flown_from_take_off(session, file):
     session.advance(40)
-    save(file, 1000)
+    save_failing_controller(file, 1000)
     session.poll()
     told = events(session, "restarted", "scene")
     assert "still.py was edited" in told[0]["why"]
@@ -98,13 +62,13 @@ def test_a_file_with_a_mistake_leaves_the_flights_as_they_are(session, file):
     assert session.advance(5) == 5
     session.poll()
     assert events(session, "error") == []
-    save(file, 1000)
+    save_failing_controller(file, 1000)
     session.poll()
     assert events(session, "error", "restarted")[0]["event"] == "restarted"
 
 
 def test_a_flight_in_python_is_poked_and_rewound(session, file):
-    save(file, 10**6)
+    save_failing_controller(file, 10**6)
     session.poll()
     session.advance(20)
     session.poke("link1", [0.0, 0.0, 0.0], [0.0, 1.0, 0.0])

@@ -2,6 +2,7 @@
 
 const FRAME = 1, HISTORY = 2;
 const WAITS = [0.3, 0.6, 1, 2]; // s between attempts
+const SILENT = 3000, DEAD = 12000; // ms without a message, of which 50 a second come: the line is lost; another is tried
 
 function pageName() {
   const key = "skylimb-page";
@@ -19,6 +20,7 @@ export class Connection extends EventTarget {
     this.open = false;
     this.attempts = 0;
     this.connect();
+    setInterval(() => this.#listen(), 1000);
   }
 
   connect() {
@@ -26,22 +28,41 @@ export class Connection extends EventTarget {
     query.set("page", pageName());
     this.socket = new WebSocket(`${location.origin.replace(/^http/, "ws")}/socket?${query}`);
     this.socket.binaryType = "arraybuffer";
+    this.heard = performance.now();
     this.socket.addEventListener("open", () => {
-      this.open = true;
       this.attempts = 0;
-      this.#tell("line", { open: true });
+      this.#hear();
     });
     this.socket.addEventListener("message", ({ data }) => {
+      this.#hear();
       if (typeof data === "string") {
         const { event, ...content } = JSON.parse(data);
         this.#tell(event, content);
       } else this.#numbers(data);
     });
     this.socket.addEventListener("close", () => {
-      this.open = false;
-      this.#tell("line", { open: false });
+      this.#lose();
       setTimeout(() => this.connect(), 1000 * WAITS[Math.min(this.attempts++, WAITS.length - 1)]);
     });
+  }
+
+  #hear() {
+    this.heard = performance.now();
+    if (this.open) return;
+    this.open = true;
+    this.#tell("line", { open: true });
+  }
+
+  #lose() {
+    this.open = false;
+    this.#tell("line", { open: false });
+  }
+
+  /** A network that breaks does not close a socket: it only falls silent. */
+  #listen() {
+    const silent = performance.now() - this.heard;
+    if (this.open && silent > SILENT) this.#lose();
+    if (this.socket.readyState === WebSocket.OPEN && silent > DEAD) this.socket.close();
   }
 
   #numbers(data) {

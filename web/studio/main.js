@@ -81,6 +81,7 @@ class Studio {
     line.on("hello", (hello) => {
       this.past.clear();
       this.early = null;
+      this.number = -1; // until it can be shown, also where it is the scene that was here before
       this.#begin(hello).catch((error) => { this.note(`The flight cannot be shown: ${error.message}`, "bad"); console.error(error); });
     });
     line.on("state", (state) => { this.state = state; this.transport.show(state); shell.status(); });
@@ -100,7 +101,7 @@ class Studio {
     line.on("rewound", () => { for (const actor of this.actors) actor.last = null; });
     line.on("pace", (pace) => this.transport.pace(pace));
     line.on("over", () => { if (shell.seats.drives) this.say("scores"); });
-    line.on("scores", ({ scores }) => shell.showScores(scores));
+    line.on("scores", (scores) => shell.showScores(scores));
   }
 
   async #begin({ scene, controls, controllers, number }) {

@@ -119,14 +119,14 @@ export class Shell {
     this.note(`Kept in ${folder}`);
   }
 
-  showScores(scores) {
-    const names = Object.keys(scores), keys = [...new Set(names.flatMap((name) => Object.keys(scores[name])))]
-      .filter((key) => names.some((name) => scores[name][key] !== null));
-    const cell = (value) => element("td", {}, typeof value === "number" ? String(Number(value.toPrecision(3))) : value ?? "–");
+  showScores({ flights, groups }) {
+    const head = (text) => element("th", { scope: "col" }, text), cell = (text) => element("td", {}, text);
+    const row = ({ label, unit, values }) => element("tr", {}, element("th", { scope: "row" }, label),
+      cell(unit), ...values.map((value) => cell(value || "–")));
     this.scores.replaceChildren(element("table", {},
-      element("thead", {}, element("tr", {}, element("th", { scope: "col" }, "Score"), ...names.map((name) => element("th", { scope: "col" }, name)))),
-      element("tbody", {}, ...keys.map((key) => element("tr", {}, element("th", { scope: "row" }, key.replaceAll("_", " ")),
-        ...names.map((name) => cell(scores[name][key])))))));
+      element("thead", {}, element("tr", {}, head("Score"), head("Unit"), ...flights.map(head))),
+      ...groups.map(({ title, rows }) => element("tbody", {},
+        element("tr", {}, element("th", { scope: "rowgroup", colspan: 2 + flights.length, class: "heading" }, title)), ...rows.map(row)))));
   }
 
   /** An exception in the user's controller: where and what; null once it is mended. */

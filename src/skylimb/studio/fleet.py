@@ -102,25 +102,13 @@ class Fleet:
         """Every gain and key as a control; see `controls.controls_of`."""
         return controls_of(self.flights, [settled_gains(flight.experiment) for flight in self.flights])
 
-    def scores(self) -> dict[str, dict[str, Any]]:
-        """The scores of every flight so far, by its name; some 0.1 s of work.
+    def scores(self) -> dict[str, Any]:
+        """The scores so far of every flight; see `scores.score_table`."""
+        from skylimb.studio.scores import score_table  # slow to import
 
-        They are those of the part that was flown: of another, easier task than the whole.
-        """
-        from skylimb.flights.record import scored  # slow to import
-
-        found: dict[str, dict[str, Any]] = {}
-        for view, flight in zip(self._views, self.flights, strict=True):
-            so_far = flight.flight()
-            if not flight.over:
-                so_far = type(so_far)(so_far.signals, so_far.layout, so_far.ticks, "")
-            run = scored(flight.takeoff, so_far)
-            found[view.name] = {
-                key: value
-                for key, value in run.metrics.items()
-                if isinstance(value, int | float | str | None)
-            }
-        return found
+        return score_table(
+            {view.name: flight for view, flight in zip(self._views, self.flights, strict=True)}
+        )
 
     def scene(self) -> dict[str, Any]:
         """What a page needs once, ready for JSON: each flight's scene, and where a frame's numbers are."""

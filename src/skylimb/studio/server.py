@@ -57,6 +57,7 @@ class StudioServer:
         self._seats, self._history = Seats(), History()
         self._hello: dict[str, Any] | None = None
         self._state: dict[str, Any] = {}
+        self._trouble: dict[str, Any] | None = None
         self._scene = self._number = 0
         self._frame = b""
         self._loop = asyncio.new_event_loop()
@@ -211,13 +212,15 @@ class StudioServer:
         elif event == "scene":
             self._scene += 1
             self._history.clear()
-            self._frame = b""
+            self._frame, self._trouble = b"", None
             self._hello = {**content, "number": self._scene}
             for page in self._seats.pages:
                 self._greet(page)
         else:
             if event == "state":
                 self._state = content
+            elif event == "error":
+                self._trouble = content
             for page in self._seats.pages:
                 self._tell(page, event, content)
 
@@ -227,6 +230,8 @@ class StudioServer:
             self._tell(page, "hello", {**self._hello, "drives": self._seats.drives(page)})
             if self._state:  # it comes right behind the first scene
                 self._tell(page, "state", self._state)
+            if self._trouble is not None:
+                self._tell(page, "error", self._trouble)
             page.history_due = True
 
     def _tell_who_drives(self) -> None:

@@ -6,6 +6,7 @@ import shlex
 import shutil
 import time
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ import pytest
 from playwright import sync_api
 
 import skylimb
+from failing_controller import save_failing_controller
 from skylimb.recording import Run
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
@@ -195,12 +197,23 @@ def test_what_is_kept_is_flown_again_to_the_bit(page: sync_api.Page, studio: Any
         np.testing.assert_array_equal(again.log[name].values, kept.log[name].values)
 
 
-def test_a_controllers_exception_is_shown_with_its_line(page: sync_api.Page, studio: Any) -> None:
-    studio.studio.server.say("error", {"text": "division by zero", "file": "mine.py", "line": 12})
-    page.get_by_role("alert").wait_for()
-    assert "mine.py, line 12" in page.get_by_role("alert").inner_text()
-    page.evaluate("skylimbStudio.say('restart')")
-    page.get_by_role("alert").wait_for(state="hidden")
+def test_a_controllers_exception_is_shown_with_its_line_until_the_file_is_mended(
+    browser: sync_api.Browser, run_studio: Callable[..., Any], tmp_path: Path
+) -> None:
+    file = tmp_path / "still.py"
+    save_failing_controller(file, 100)
+    line = file.read_text().splitlines().index('            raise ZeroDivisionError("too late")') + 1
+    with run_studio(tmp_path / "out", str(file)) as studio, browser.new_context() as context:
+        page = context.new_page()
+        page.set_default_timeout(PATIENCE)
+        page.goto(studio.url)
+        page.get_by_role("alert").wait_for()
+        said = page.get_by_role("alert").inner_text()
+        assert f"still.py, line {line}" in said
+        assert "too late" in said
+        save_failing_controller(file, 10**9)
+        page.get_by_role("alert").wait_for(state="hidden")
+        until(page, "skylimbStudio.past.end > 0.6")
 
 
 def test_the_past_can_be_looked_at_and_gone_on_from(page: sync_api.Page, studio: Any) -> None:
@@ -225,10 +238,12 @@ def test_a_reload_comes_back_to_the_same_flight(page: sync_api.Page, studio: Any
     assert page.evaluate("skylimbStudio.shell.seats.drives")
 
 
-def test_a_lost_connection_is_said_and_comes_back(page: sync_api.Page) -> None:
+def test_a_lost_connection_is_said_and_comes_back_with_the_past(page: sync_api.Page) -> None:
+    until(page, "skylimbStudio.past.end > 1.5")
     page.evaluate("skylimbStudio.line.socket.close()")
     until(page, "!skylimbStudio.line.open")
     until(page, "skylimbStudio.line.open && skylimbStudio.shell.online")
+    until(page, "skylimbStudio.past.frames.length && skylimbStudio.past.frames[0][0] < 0.6")
     before = shown_time(page)
     until(page, f"skylimbStudio.past.end !== {before}")
 
