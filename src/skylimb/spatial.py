@@ -78,6 +78,14 @@ def rotation_from_axis_angle(axis: Sequence[float], angle: Any) -> Array:
     return np.eye(3) + K * s + (K @ K) * (1.0 - c)
 
 
+def rotation_from_vector(v: Array) -> Array:
+    """Rotation about `v` (3,) by its length, rad; exact but for the square of 1e-9 rad."""
+    size = (dot(v, v) + 1e-18) ** 0.5
+    c, s = _cos_sin(size)
+    K = hat(v / size)
+    return np.eye(3) + K * s + (K @ K) * (1.0 - c)
+
+
 def rotation_from_quaternion(q: Array) -> Array:
     """Rotation matrix of a unit quaternion (w, x, y, z)."""
     w, x, y, z = q[0], q[1], q[2], q[3]

@@ -77,11 +77,17 @@ def test_files_that_are_not_there(tmp_path: Path, robot: Robot) -> None:
 def test_laws_are_the_files_of_their_folder() -> None:
     assert {slot: law_names(slot) for slot in SLOTS} == {
         "estimation": ["momentum", "predictive"],
-        "contact": ["drawing", "following", "open"],
+        "contact": ["drawing", "following", "open", "task_frame"],
         "shape": ["admittance", "fixed", "recentring"],
+<<<<<<< HEAD
         "translation": ["following", "impedance", "pid"],
         "attitude": ["firm", "impedance"],
         "allocation": ["bounded", "level", "planned", "pseudoinverse", "vectored"],
+=======
+        "translation": ["following", "impedance", "pid", "task_frame"],
+        "attitude": ["firm", "impedance", "task_frame"],
+        "allocation": ["bounded", "level", "pseudoinverse", "vectored"],
+>>>>>>> 71a2bf7 (Impedance and admittance in six directions at the tip, with matrices in the contact frame)
     }
     assert find_law("shape", "fixed", Path()).__name__ == "skylimb.control.shape.fixed"
     assert find_law("estimation", "momentum", Path()).__name__ == "skylimb.estimation.laws.momentum"
@@ -160,7 +166,15 @@ def test_a_preset_that_cannot_be_is_refused(change: dict[str, object], message: 
 
 
 def test_presets_are_found_by_name_and_by_file(tmp_path: Path) -> None:
-    assert preset_names() == ["admittance", "drawing", "following", "hybrid", "impedance", "pid"]
+    assert preset_names() == [
+        "admittance",
+        "drawing",
+        "following",
+        "hybrid",
+        "impedance",
+        "pid",
+        "task_frame",
+    ]
     tables, path = preset_mapping("hybrid")
     assert path.name == "hybrid.toml"
     copy = written(tmp_path, path.read_text(encoding="utf-8"), "copy.toml")

@@ -42,6 +42,9 @@ class LevelMoves:
         float,
         Key("Hz", "cut-off of the low pass on the moves, as the wanted force is noisy", above=0.0, high=1e4),
     ] = 4.0
+    lead: Annotated[
+        float, Key("", "how many times faster than by their servos the angles follow", low=1.0, high=10.0)
+    ] = 1.0
     margin: Annotated[
         float,
         Key(

@@ -23,6 +23,26 @@ class Command(NamedTuple):
     vectoring_angles: Array
 
 
+class TipMove(NamedTuple):
+    """How far the tip's target is from its reference, as a contact law wants it.
+
+    Attributes:
+        position: W, m, (3,).
+        velocity: W, m/s, (3,).
+        rotation: of the tip link from its nominal attitude, a vector along its axis, W, rad, (3,).
+        rotation_rate: W, rad/s, (3,).
+    """
+
+    position: Array
+    velocity: Array
+    rotation: Array
+    rotation_rate: Array
+
+
+STILL = TipMove(*(np.zeros(3) for _ in TipMove._fields))
+"""A target that is the reference."""
+
+
 class ContactView(NamedTuple):
     """What a contact law knows.
 
@@ -38,6 +58,7 @@ class ContactView(NamedTuple):
         ease: share of the wanted force that is to be pressed with.
         across: force that surface and friction are expected to push with across the contact axis, W, N, (3,);
             nothing where the law does not know it.
+        tip: how far the tip's target is from its reference; nothing where the law does not move it.
     """
 
     engaged: Any
@@ -49,6 +70,7 @@ class ContactView(NamedTuple):
     speed: Any
     ease: Any
     across: Array = NOTHING.force
+    tip: TipMove = STILL
 
 
 def no_contact() -> ContactView:

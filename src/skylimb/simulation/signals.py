@@ -171,6 +171,14 @@ SIGNALS: dict[str, SignalInfo] = {
         _AXIS, "", "W", "estimated rise of the surface along the contact axis a metre of path", "estimate"
     ),
     "tip_position_estimate": SignalInfo(_AXIS, "m", "W", "tip, as the controller knows it", "estimate"),
+    "tip_force_estimate": SignalInfo(
+        _AXIS, "N", "task", "estimated force on the robot at its tip: contact axis, u, v", "estimate"
+    ),
+    "tip_torque_estimate": SignalInfo(
+        _AXIS, "N m", "task", "estimated torque on the robot at its tip: contact axis, u, v", "estimate"
+    ),
+    "tip_move": SignalInfo(_AXIS, "m", "task", "way of the tip's target from its reference", "command"),
+    "tip_turn": SignalInfo(_AXIS, "rad", "task", "turn of the tip's target from its reference", "command"),
     "tick_late": SignalInfo(_SCALAR, "s", "", "how late the tick began on the wall clock", "measurement"),
     "tick_latency": SignalInfo(
         _SCALAR, "s", "", "from when the tick was due until its command was ready", "measurement"

@@ -116,6 +116,7 @@ def step(gains: Any, state: State, inputs: LawInput, demand: Demand) -> tuple[St
     missing = rotor_wrench(body, wanted.total - given)
     residual = Wrench(missing.force + moved.short, missing.torque)
     angles = demand.vectoring_angles + moved.move
+    angles = angles + (gains.vectoring.lead - 1.0) * (angles - inputs.measurement.vectoring_angles)
     signals = {
         "allocation_residual_force": residual.force,
         "allocation_residual_torque": residual.torque,

@@ -1,0 +1,63 @@
+"""The task frame: six directions at the tip in which a law may be stiff, soft, or push.
+
+Its axes are the contact axis a, the sliding axis u and v = a x u. Matrices of a law stand in it: a symmetric
+matrix is three entries of its diagonal and three beside it. A wrench that acts on the tip is the one at the
+centre of gravity with the force's lever taken off.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from skylimb.estimation.records import Estimate
+from skylimb.keys import refused
+from skylimb.missions.reference import Reference
+from skylimb.spatial import cross
+from skylimb.symbolic import Array, matrix
+
+Vector3 = tuple[float, float, float]
+COUPLING: Vector3 = (0.0, 0.0, 0.0)
+"""No entries beside the diagonal."""
+
+
+class TipWrench(NamedTuple):
+    """What acts on the robot at its tip, in the axes of the task: force, N, (3,), and torque, N m, (3,)."""
+
+    force: Array
+    torque: Array
+
+
+def task_axes(reference: Reference) -> Array:
+    """R_WT, (3, 3): contact axis, sliding axis and their cross product as columns."""
+    a, u = reference.contact_axis, reference.sliding_axis
+    v = cross(a, u)
+    return matrix([[a[i], u[i], v[i]] for i in range(3)])
+
+
+def tip_wrench(estimate: Estimate, R_WT: Array) -> TipWrench:
+    """The estimated wrench at the tip in the axes of the task."""
+    wrench = estimate.wrench
+    torque = estimate.body.R_WC @ wrench.torque - cross(estimate.arm, wrench.force)
+    return TipWrench(R_WT.T @ wrench.force, R_WT.T @ torque)
+
+
+def symmetric(diagonal: Any, coupling: Any) -> Array:
+    """The symmetric matrix of (aa, uu, vv) and (au, av, uv), (3, 3)."""
+    aa, uu, vv = (diagonal[i] for i in range(3))
+    au, av, uv = (coupling[i] for i in range(3))
+    return matrix([[aa, au, av], [au, uu, uv], [av, uv, vv]])
+
+
+def require_definite(gains: Any, *names: str) -> None:
+    """Refuse matrices that are not positive definite, as they would give energy.
+
+    Args:
+        gains: a configuration with the fields `name` and `name`_coupling for each name.
+        names: of the diagonals.
+    """
+    for name in names:
+        M = symmetric(getattr(gains, name), getattr(gains, f"{name}_coupling"))
+        if float(np.linalg.eigvalsh(M)[0]) <= 0.0:
+            raise refused(gains, name, f"and {name}_coupling make a matrix that is not positive definite")
