@@ -79,15 +79,9 @@ def test_laws_are_the_files_of_their_folder() -> None:
         "estimation": ["momentum", "predictive"],
         "contact": ["drawing", "following", "open", "task_frame"],
         "shape": ["admittance", "fixed", "recentring"],
-<<<<<<< HEAD
-        "translation": ["following", "impedance", "pid"],
-        "attitude": ["firm", "impedance"],
-        "allocation": ["bounded", "level", "planned", "pseudoinverse", "vectored"],
-=======
         "translation": ["following", "impedance", "pid", "task_frame"],
         "attitude": ["firm", "impedance", "task_frame"],
-        "allocation": ["bounded", "level", "pseudoinverse", "vectored"],
->>>>>>> 71a2bf7 (Impedance and admittance in six directions at the tip, with matrices in the contact frame)
+        "allocation": ["bounded", "level", "planned", "pseudoinverse", "vectored"],
     }
     assert find_law("shape", "fixed", Path()).__name__ == "skylimb.control.shape.fixed"
     assert find_law("estimation", "momentum", Path()).__name__ == "skylimb.estimation.laws.momentum"
