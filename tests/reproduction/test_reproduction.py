@@ -19,9 +19,9 @@ from skylimb.campaign.frozen import freeze
 from skylimb.cli.main import main
 from skylimb.errors import ConfigError, OutputError, SkylimbError
 from skylimb.reproduction import Prior, load_prior, reproduce
+from skylimb.reproduction.judging import judge
 from skylimb.reproduction.otherwise import flown_otherwise
 from skylimb.reproduction.prior import PRIOR
-from skylimb.reproduction.result import judge
 from skylimb.reproduction.sensitivity import correlations, unknown_columns
 
 REPOSITORY = Path(__file__).parents[2]

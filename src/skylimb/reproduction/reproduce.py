@@ -20,9 +20,10 @@ from skylimb.recording.files import replace_text
 from skylimb.reproduction.errata_figure import errata_figure, fly_errata
 from skylimb.reproduction.figures import claims_figure, numbers_figure, sensitivity_figure
 from skylimb.reproduction.files import result_json
+from skylimb.reproduction.judging import judge
 from skylimb.reproduction.prior import Prior, load_prior
 from skylimb.reproduction.report import render_report
-from skylimb.reproduction.result import Result, judge
+from skylimb.reproduction.result import Result
 
 DRAWS = 200
 ENSEMBLE = "ensemble"
