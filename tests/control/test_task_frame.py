@@ -154,9 +154,12 @@ def test_the_targets_rate_knows_that_the_axes_turn(make_inputs: Make) -> None:
     law, state = gains(), contact.initial_state(gains(), NOBODY)._replace(way=np.array([0.2, 0.0, 0.0]))
     axes = rot_z(0.01)
     reference = {**TOUCHING, "contact_axis": axes[:, 0], "sliding_axis": axes[:, 1]}
-    state = state._replace(place=np.array([0.2, 0.0, 0.0]))
+    state = state._replace(place=np.array([0.2, 0.0, 0.0]), axes=np.eye(3))
     _, view, _ = contact.step(law, state, make_inputs(reference=reference))
     assert view.tip.velocity[1] == pytest.approx(0.2 * np.sin(0.01) / DT, rel=0.05)
+    np.testing.assert_allclose(view.tip.rotation_rate, [0.0, 0.0, 0.01 / DT], atol=1e-4)
+    first = contact.step(law, contact.initial_state(gains(), NOBODY), make_inputs(reference=reference))[1]
+    assert not np.any(first.tip.rotation_rate)
 
 
 # ---- the impedances ----
@@ -238,7 +241,7 @@ def test_targets_of_the_tip_move_the_body(make_inputs: Make, model: RobotState) 
     law = numeric(translation.Gains(stiffness=(5.0, 5.0, 5.0), damping=(4.0, 4.0, 4.0)))
     change = translation.step(law, (), moved)[1] - translation.step(law, (), inputs)[1]
     # To turn about its tip to the left, the centre of gravity behind it goes to the right.
-    np.testing.assert_allclose(change, model.mass * np.array([0.5, -0.4, 0.0]), atol=1e-12)
+    np.testing.assert_allclose(change, model.mass * np.array([0.5 + 0.01, -0.4, 0.0]), atol=1e-12)
     turning = numeric(attitude.Gains())
     torque = (
         attitude.step(turning, (), moved, np.eye(3))[1] - attitude.step(turning, (), inputs, np.eye(3))[1]
@@ -286,6 +289,34 @@ def test_a_force_is_kept_while_the_tip_draws_with_the_body_level() -> None:
     assert slide.tip_force_estimate.attrs["units"] == "N"
     off = slide.tip_position - slide.tip_position_reference
     assert np.quantile(np.abs(off.sel(axis=["y", "z"]).values), 0.9) < 0.02
+
+
+QUICK = {"phases.hover": 0.5, "phases.tare": 1.5, "phases.settle": 3.0, "phases.hover_end": 0.0}
+
+
+def test_it_drags_once_around_a_pipe_with_the_body_level() -> None:
+    log = skylimb.run("pipe_around", "task_frame", set=QUICK).log
+    slide = log.where(log.phase == 4, drop=True)
+    assert slide.contact_force_normal.values.mean() == pytest.approx(1.0, abs=0.1)
+    off = np.linalg.norm((slide.tip_position - slide.tip_position_reference).values, axis=1)
+    assert np.quantile(off, 0.95) < 0.03
+    z = Rotation.from_quat(slide.configuration.values[:, [4, 5, 6, 3]]).as_matrix()[:, 2, 2]
+    assert np.degrees(np.arccos(np.clip(z / z.max(), -1.0, 1.0))).max() < 1.0
+    turned = np.unwrap(slide.attitude_estimate.values[:, 2])
+    assert abs(turned[-1] - turned[0]) == pytest.approx(2.0 * np.pi, abs=0.2)
+
+
+def test_it_pushes_with_a_wanted_force_in_three_directions() -> None:
+    wanted = {
+        "controller.contact.force": [2.0, 0.5, -0.4],
+        "controller.contact.stiffness": [0.0, 0.0, 0.0],
+        "controller.contact.damping": [30.0, 60.0, 60.0],
+    }
+    log = skylimb.run("tilted_push", "task_frame", set={**QUICK, **wanted}).log
+    end = log.where((log.phase == 4) & (log.time > float(log.time[-1]) - 8.0), drop=True)
+    c, s = np.cos(np.radians(20.0)), np.sin(np.radians(20.0))
+    axes = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
+    np.testing.assert_allclose(axes @ end.contact_force.values.mean(axis=0), [-2.0, -0.5, 0.4], atol=0.1)
 
 
 def test_it_is_stable_in_contact(robot: Robot) -> None:

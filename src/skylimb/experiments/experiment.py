@@ -19,6 +19,7 @@ from skylimb.keys import Key, configuration, keys_of
 from skylimb.loop.terminations import Terminations
 from skylimb.missions.configuration import ApproachConfig, PhaseConfig
 from skylimb.missions.excitation import ExcitationConfig
+from skylimb.missions.wrap import WrapConfig
 from skylimb.planning.own_path import spelled_out
 from skylimb.planning.posture_path import PostureConfig
 from skylimb.planning.trajectory_config import TrajectoryConfig
@@ -58,6 +59,7 @@ class Settings:
     phases: PhaseConfig = field(default_factory=PhaseConfig)
     posture: PostureConfig = field(default_factory=PostureConfig)
     excitation: ExcitationConfig = field(default_factory=ExcitationConfig)
+    wrap: WrapConfig = field(default_factory=WrapConfig)
     disturbance: DisturbanceConfig = field(default_factory=DisturbanceConfig)
     sensors: SensorConfig = field(default_factory=SensorConfig)
     plant: PlantConfig = field(default_factory=PlantConfig)

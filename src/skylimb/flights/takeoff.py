@@ -248,7 +248,11 @@ def mission_of(experiment: Experiment, robot: Robot, vectoring: str = "torque") 
     """The mission of an experiment; no plant is needed for it. Arguments are those of `plant_and_mission`."""
     dt = experiment.control_period
     config = MissionConfig(
-        experiment.phases, experiment.approach, experiment.trajectory, experiment.excitation
+        experiment.phases,
+        experiment.approach,
+        experiment.trajectory,
+        experiment.excitation,
+        experiment.wrap,
     )
     plan = (
         config, tuple(experiment.contact_axis), tuple(experiment.surface.position), experiment.posture,

@@ -7,6 +7,7 @@ from typing import Annotated
 
 from skylimb.keys import Key, configuration
 from skylimb.missions.excitation import ExcitationConfig
+from skylimb.missions.wrap import WrapConfig
 from skylimb.planning.trajectory_config import TrajectoryConfig
 
 LONGEST_PHASE = 600.0
@@ -74,9 +75,10 @@ class ApproachConfig:
 
 @configuration
 class MissionConfig:
-    """What to fly: phases, approach, path, and motion on top of it that is there to be measured."""
+    """What to fly: phases, approach, path, motion to be measured, and what the path is bent around."""
 
     phases: PhaseConfig = field(default_factory=PhaseConfig)
     approach: ApproachConfig = field(default_factory=ApproachConfig)
     trajectory: TrajectoryConfig = field(default_factory=TrajectoryConfig)
     excitation: ExcitationConfig = field(default_factory=ExcitationConfig)
+    wrap: WrapConfig = field(default_factory=WrapConfig)

@@ -21,6 +21,7 @@ from skylimb.missions.mission import PHASES, Mission
 from skylimb.missions.posture import PosturePlan
 from skylimb.missions.ramp import ramp, ramp_duration
 from skylimb.missions.reference import Reference
+from skylimb.missions.wrap import Along, require_upright, wrapped, wrapped_points
 from skylimb.planning.trajectories import Trajectory, trajectory
 from skylimb.spatial import rot_z
 
@@ -98,6 +99,11 @@ def plan_mission(
         duration = max(path.duration, posture.duration)
         reference = _excited(reference, config.excitation, clock.since_slide, duration)
     path_points = center + uv @ plane
+    if config.wrap.radius is not None:
+        require_upright(frame)
+        along = Along(uv[:, 0], uv_rate[:, 0] * sliding[:, 0], uv_bend[:, 0] * sliding[:, 0])
+        reference = wrapped(reference, frame, center, config.wrap.radius, along)
+        path_points = wrapped_points(path_points, frame, center, config.wrap.radius, uv[:, 0])
     patience = config.phases.patience
     return Mission(clock.times, reference, clock.phase, frame, path_points, config.approach.contact, patience)
 

@@ -14,6 +14,7 @@ from skylimb.simulation.surfaces import (
     HeightMap,
     MeshSurface,
     Pipe,
+    Post,
     Ramp,
     Ridge,
     SineWall,
@@ -41,6 +42,7 @@ SHAPES = {
     "cylinder_moving": lambda egg: Cylinder(advance_distance=0.1, slope=0.2),
     "cylinder_hollow": lambda egg: Cylinder(concave=True, size=(1.6, 2.0), roll=0.3),
     "pipe": lambda egg: Pipe(),
+    "post": lambda egg: Post(roll=0.2),
     "sphere": lambda egg: Sphere(),
     "sine_gentle": lambda egg: SineWall(),
     "sine_steep": lambda egg: SineWall(wavelength=0.8, phase=-0.5 * np.pi, roll=0.4, slope=-0.2),
@@ -163,3 +165,18 @@ def test_description_is_json_and_builds_the_surface_again(surface):
         assert height.shape == (len(description["u"]), len(description["v"]))
         grid = np.meshgrid(description["u"], description["v"], indexing="ij")
         np.testing.assert_allclose(height, surface.height(*grid), atol=2e-4)
+
+
+def test_a_post_is_touched_all_around():
+    post = Post(radius=0.4, position=(1.0, 0.0, 1.0))
+    angles = np.linspace(-3.0, 3.0, 25)
+    outward = np.column_stack([-np.cos(angles), np.sin(angles), np.zeros(25)])
+    feet = np.array([1.4, 0.0, 1.3]) + 0.4 * outward
+    np.testing.assert_allclose(post.signed_distance(feet + 0.01 * outward), 0.01, atol=1e-12)
+    np.testing.assert_allclose(post.normal(feet), outward, atol=1e-12)
+    length, height = post.trace(feet + 0.01 * outward)
+    np.testing.assert_allclose(length, 0.4 * angles, atol=1e-12)
+    np.testing.assert_allclose(height, 0.3)
+    assert post.covers(feet + 0.1 * outward).all()
+    assert not post.covers(feet + np.array([0.0, 0.0, 1.0])).any()
+    assert np.isnan(post.height(0.41, 0.0))

@@ -25,6 +25,7 @@ from skylimb.control.task_frame import Vector3, task_axes, tip_wrench
 from skylimb.control.windup import unless_short
 from skylimb.estimation.records import Signals, Start
 from skylimb.keys import Key, configuration
+from skylimb.spatial import cross
 from skylimb.symbolic import Array, clip, low_pass, where
 
 _AXES = "along the contact axis, u and v"
@@ -88,6 +89,7 @@ class State(NamedTuple):
         turn_rate: of it, rad/s, (3,).
         place: the way in W, m, (3,); the task's axes may turn.
         rotation: the turn in W, rad, (3,).
+        axes: R_WT of the last tick, (3, 3); zeros before the first.
         load: share of the push that has come.
     """
 
@@ -97,6 +99,7 @@ class State(NamedTuple):
     turn_rate: Array
     place: Array
     rotation: Array
+    axes: Array
     load: Any
 
 
@@ -108,7 +111,7 @@ def needs(gains: Gains) -> Needs:
 def initial_state(gains: Gains, start: Start) -> State:
     """The target is the reference."""
     z3 = np.zeros(3)
-    return State(z3, z3, z3, z3, z3, z3, 0.0)
+    return State(z3, z3, z3, z3, z3, z3, np.zeros((3, 3)), 0.0)
 
 
 def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView, Signals]:
@@ -128,6 +131,7 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     turn, turn_rate = advance(about, state.turn, state.turn_rate, twist, (gains.turn, gains.turn_speed), dt)
     place, rotation = R_WT @ way, R_WT @ turn
     moved, turned = (place - state.place) * (1.0 / dt), (rotation - state.rotation) * (1.0 / dt)
+    turned = turned + turning_rate(state.axes, R_WT, dt)
     view = no_contact()._replace(
         engaged=touch, normal_force=-felt.force[0], tip=TipMove(place, moved, rotation, turned)
     )
@@ -139,7 +143,18 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
         "tip_move": way,
         "tip_turn": turn,
     }
-    return State(way, rate, turn, turn_rate, place, rotation, load), view, signals
+    return State(way, rate, turn, turn_rate, place, rotation, R_WT, load), view, signals
+
+
+def turning_rate(before: Array, now: Array, dt: float) -> Array:
+    """Rate at which axes turn, the half sum of e_i x e_i' over them, rad/s, (3,).
+
+    Args:
+        before: axes of the last tick as columns, (3, 3); zeros give no rate.
+        now: axes of this tick.
+        dt: s.
+    """
+    return sum(cross(now[:, i], now[:, i] - before[:, i]) for i in range(3)) * (0.5 / dt)
 
 
 class Spring(NamedTuple):

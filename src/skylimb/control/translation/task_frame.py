@@ -1,6 +1,6 @@
 """Impedance of the tip's position with matrices in the task frame, eq:imp cmd for trans2 in full.
 
-    f_cmd = (L^-1 - E) f_hat + m (g + p_ref'' - D e' - K e),        e = p - (p_tip + x - r)
+    f_cmd = (L^-1 - E) f_hat + m (g + p_ref'' - D e' - K e),        e = p - p_ref,    p_ref = p_tip + x - r
 
 with L = M_d / m, and D = C_d M_d^-1 and K = K_d M_d^-1 symmetric matrices in the axes of the task: stiff
 across the surface and soft along its normal, in whatever direction that points. p_tip is the tip's reference,
@@ -66,5 +66,7 @@ def step(gains: Any, state: tuple[()], inputs: LawInput) -> tuple[tuple[()], Arr
     felt = R_WT.T @ estimate.wrench.force
     feedback = right_inverse(symmetric(gains.mass_ratio, gains.mass_ratio_coupling)) @ felt - felt
     m = body.model.mass
-    force = R_WT @ (feedback - m * (spring + damper)) + m * (GRAVITY_W + reference.tip_acceleration)
+    # The centre of gravity goes around the tip where the target turns.
+    acceleration = reference.tip_acceleration - cross(tip.rotation_rate, cross(tip.rotation_rate, arm))
+    force = R_WT @ (feedback - m * (spring + damper)) + m * (GRAVITY_W + acceleration)
     return state, force, {"cog_position_target": target}

@@ -18,12 +18,13 @@ from skylimb.simulation.surfaces.friction_map import FrictionMap, Patch
 from skylimb.simulation.surfaces.heightmap import HeightMap
 from skylimb.simulation.surfaces.meshes import MeshSurface
 from skylimb.simulation.surfaces.pair_friction import PairFriction
+from skylimb.simulation.surfaces.post import Post
 from skylimb.simulation.surfaces.sine import Corrugated, SineWall
 from skylimb.simulation.surfaces.steps import Ramp, Ridge, Step
 from skylimb.simulation.surfaces.surface import Surface, SurfaceParts
 
 _KINDS: tuple[type[Surface], ...] = (
-    Board, Cylinder, Pipe, Sphere, SineWall, Corrugated, Step, Ridge, Ramp, HeightMap, MeshSurface,
+    Board, Cylinder, Pipe, Post, Sphere, SineWall, Corrugated, Step, Ridge, Ramp, HeightMap, MeshSurface,
 )  # fmt: skip
 SURFACES: dict[str, type[Surface]] = {str(kind.kind): kind for kind in _KINDS}
 """Every kind of surface by the name that `surface.kind` gives it."""
@@ -60,6 +61,7 @@ __all__ = [
     "PairFriction",
     "Patch",
     "Pipe",
+    "Post",
     "Ramp",
     "Ridge",
     "SineWall",

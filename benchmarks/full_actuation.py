@@ -1,0 +1,338 @@
+"""Fully actuated flight: what it reaches, over many draws.
+
+    python benchmarks/full_actuation.py [--draws 100]          (four minutes; sections of the page)
+
+Pushes: the hovering robot is pushed sideways in a random level direction; how far its body tilts. Tasks:
+each with robots that do not know themselves, surfaces that are not where they should be, and sensors that are
+late. A task counts as done when its tolerance holds. Stability: of the linearised loop while the tip presses.
+The sections between the markers of docs/full_actuation.md are written anew.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import re
+import tempfile
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+# Matrices of this size are faster on one thread.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+import skylimb
+from skylimb.flights.drivers.native import fly_native
+from skylimb.flights.public import take_off
+from skylimb.loop.flight import Flight
+from skylimb.verification.stability import at, linearise, operating_point
+
+PAGE = Path(__file__).parents[1] / "docs" / "full_actuation.md"
+BATCH = 20
+PUSHES = (
+    ("hydrus_xi_quad", 1.0, "level"),
+    ("hydrus_xi_quad", 1.0, "pseudoinverse"),
+    ("tiltable_hexarotor", 5.0, "level"),
+    ("tiltable_hexarotor", 5.0, "pseudoinverse"),
+    ("tilted_hexarotor", 5.0, 'bounded"\nside_force = "rotors'),
+    ("hydrus_xi_hex", 1.0, "level"),
+    ("dragon", 1.0, "level"),
+)
+"""Robot, push in N, allocation law."""
+
+
+def body_axes(flight: Flight) -> np.ndarray:
+    """z axis of the root link at every tick, W, (k, 3)."""
+    return Rotation.from_quat(flight.signal("configuration")[:, [4, 5, 6, 3]]).as_matrix()[:, :, 2]
+
+
+def tilt(flight: Flight, before: np.ndarray) -> np.ndarray:
+    """Angle between the body's z axis and its mean where `before` holds, degrees, (k,)."""
+    z = body_axes(flight)
+    mean = z[before].mean(axis=0)
+    return np.degrees(np.arccos(np.clip(z @ mean / np.linalg.norm(mean), -1.0, 1.0)))
+
+
+def before_touch(flight: Flight) -> np.ndarray:
+    """Whether a tick is in the second before the first touch: calibrated, and in free flight, (k,)."""
+    first = int(np.argmax(flight.signal("contact_duty") > 0.0))
+    index = np.arange(flight.ticks)
+    return (index >= first - 200) & (index < first)
+
+
+def flown(
+    experiment: str, controller: str, draws: list[dict[str, Any]]
+) -> Iterator[tuple[dict[str, Any], Any, Flight]]:
+    """Each draw with its mission and its flight."""
+    for first in range(0, len(draws), BATCH):
+        some = draws[first : first + BATCH]
+        takeoffs = [take_off(experiment, (controller,), first + k, draw)[0] for k, draw in enumerate(some)]
+        for draw, takeoff, flight in zip(some, takeoffs, fly_native(takeoffs), strict=True):
+            yield draw, takeoff.mission, flight
+
+
+# ---- pushes ----
+
+
+def pushes(count: int) -> str:
+    """A table of the body's tilt under a push at the centre of gravity that begins at once."""
+    rows = [
+        "| robot | push | allocation | body tilt: median | 95 % | greatest | lost |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for robot, force, law in PUSHES:
+        angles, lost = [], 0
+        with tempfile.TemporaryDirectory() as folder:
+            path = preset_with(law, Path(folder))
+            for _, _, flight in flown("push", path, push_draws(robot, force, count)):
+                lost += bool(flight.cause)
+                time = np.arange(flight.ticks) * 0.005
+                angles.append(tilt(flight, (time > 1.0) & (time < 2.0))[time > 2.0].max())
+        name = law.partition('"')[0]
+        low, high, most = np.median(angles), np.quantile(angles, 0.95), np.max(angles)
+        rows.append(
+            f"| `{robot}` | {force:g} N | `{name}` | {low:.2f}° | {high:.2f}° | {most:.2f}° | {lost} |"
+        )
+    return "\n".join(rows)
+
+
+def push_draws(robot: str, force: float, count: int) -> list[dict[str, Any]]:
+    """Pushes in random level directions."""
+    angles = np.random.default_rng(1).uniform(-np.pi, np.pi, count)
+    return [
+        {
+            "robot": robot,
+            "disturbance.force": [force * np.cos(angle), force * np.sin(angle), 0.0],
+            "disturbance.start": 2.0,
+            "disturbance.duration": 6.0,
+            "phases.hover": 0.5,
+            "phases.tare": 1.0,
+            "phases.hover_end": 0.0,
+            "trajectory.duration": 6.0,
+        }
+        for angle in angles
+    ]
+
+
+def preset_with(law: str, folder: Path) -> str:
+    """The paper's impedance without its feedback of the force, with an allocation law, as a file."""
+    shipped = Path(skylimb.__file__).parent / "control" / "presets" / "impedance.toml"
+    text = shipped.read_text(encoding="utf-8").replace("[1.0, 3.0, 1.0]", "[1.0, 1.0, 1.0]")
+    path = folder / "pushed.toml"
+    path.write_text(text.replace('law = "pseudoinverse"', f'law = "{law}"'), encoding="utf-8")
+    return str(path)
+
+
+# ---- tasks ----
+
+
+@dataclass(frozen=True)
+class Task:
+    """A task that is flown many times.
+
+    Attributes:
+        name: in the table.
+        experiment: that ships.
+        wanted: keys that it is flown with.
+        tolerance: in words.
+        draw: further keys of one draw.
+        score: errors of a flight, and whether they are within the tolerance.
+    """
+
+    name: str
+    experiment: str
+    wanted: dict[str, Any]
+    tolerance: str
+    draw: Callable[[np.random.Generator], dict[str, Any]]
+    score: Callable[[dict[str, Any], Any, Flight], tuple[dict[str, float], bool]]
+
+
+QUICK = {"phases.hover": 1.0, "phases.tare": 2.0, "phases.hover_end": 0.0}
+
+
+def unknowns(rng: np.random.Generator) -> dict[str, Any]:
+    """What a robot does not know of itself: thrusts, mass, attitude, latency."""
+    return {
+        "plant.thrust_scale": rng.uniform(0.98, 1.02),
+        "plant.rotor_scale": rng.uniform(0.98, 1.02, 4).tolist(),
+        "plant.mass_scale": rng.uniform(0.99, 1.01),
+        "sensors.attitude_misalignment": [*np.radians(rng.uniform(-1.0, 1.0, 2)).tolist(), 0.0],
+        "sensors.latency": rng.uniform(0.01, 0.03),
+    }
+
+
+def plane_draw(rng: np.random.Generator) -> dict[str, Any]:
+    """A plane that leans by up to 5 degrees otherwise than it should, and stands up to 2 cm elsewhere."""
+    away = rng.uniform(-0.02, 0.02)
+    return {
+        **unknowns(rng),
+        "surface.position": [1.5 + away, 0.0, 1.2],
+        "surface.slope": np.radians(rng.uniform(-5.0, 5.0)),
+        "surface.pitch": np.radians(rng.uniform(-5.0, 5.0)),
+        "surface.friction": rng.uniform(0.5, 0.8),
+    }
+
+
+FORCE = np.array([2.0, 0.5, -0.4])
+
+
+def plane_score(draw: dict[str, Any], mission: Any, flight: Flight) -> tuple[dict[str, float], bool]:
+    """The mean force of the last ten seconds of contact against the wanted one, and the body's tilt there."""
+    end = np.flatnonzero(mission.in_phase("slide")[: flight.ticks])[-2000:]
+    axes = np.stack([mission.frame.contact, mission.frame.sliding_u, mission.frame.sliding_v])
+    force = -axes @ flight.signal("contact_force")[end].mean(axis=0)
+    off = float(np.linalg.norm(force - FORCE))
+    leaning = float(np.median(tilt(flight, before_touch(flight))[end]))
+    return {"force error, N": off, "body tilt, °": leaning}, off < 0.2 and leaning < 0.5
+
+
+def pipe_draw(rng: np.random.Generator) -> dict[str, Any]:
+    """A pipe up to 1 cm thicker or thinner than the path, up to 1 cm elsewhere, with unknown friction."""
+    return {
+        **unknowns(rng),
+        "surface.radius": rng.uniform(0.29, 0.31),
+        "surface.position": [1.5 + rng.uniform(-0.01, 0.01), rng.uniform(-0.01, 0.01), 1.2],
+        "surface.friction": rng.uniform(0.1, 0.4),
+    }
+
+
+def pipe_score(draw: dict[str, Any], mission: Any, flight: Flight) -> tuple[dict[str, float], bool]:
+    """Touch, force and height all the way around, and the body's tilt."""
+    slide = np.flatnonzero(mission.in_phase("slide")[: flight.ticks])
+    force = np.linalg.norm(flight.signal("contact_force")[slide], axis=1)
+    touch = float(flight.signal("contact_duty")[slide].mean())
+    axis = mission.reference.contact_axis[slide]
+    normal = float(-np.sum(flight.signal("contact_force")[slide] * axis, axis=1).mean())
+    points = flight.signal("contact_point")[slide][force > 0.1]
+    height = float(np.quantile(np.abs(points[:, 2] - 1.2), 0.95))
+    leaning = float(np.quantile(_tilt_of_turning(flight)[slide], 0.95))
+    good = touch > 0.95 and abs(normal - 1.0) < 0.1 and height < 0.03 and leaning < 1.0
+    return {"touch, %": 100.0 * touch, "force, N": normal, "height error, mm": 1e3 * height,
+            "body tilt, °": leaning}, good  # fmt: skip
+
+
+def _tilt_of_turning(flight: Flight) -> np.ndarray:
+    """Tilt of a body that turns about the vertical, against its mean before the touch, degrees, (k,)."""
+    R = Rotation.from_quat(flight.signal("configuration")[:, [4, 5, 6, 3]])
+    down = R.inv().apply([0.0, 0.0, 1.0])
+    mean = down[before_touch(flight)].mean(axis=0)
+    return np.degrees(np.arccos(np.clip(down @ mean / np.linalg.norm(mean), -1.0, 1.0)))
+
+
+TASKS = (
+    Task(
+        "push with 2.1 N in three directions at a plane that leans by 20°",
+        "tilted_push",
+        {
+            **QUICK,
+            "controller.contact.force": FORCE.tolist(),
+            "controller.contact.stiffness": [0.0, 0.0, 0.0],
+            "controller.contact.damping": [30.0, 60.0, 60.0],
+        },
+        "mean force vector of 10 s within 0.2 N, body tilt below 0.5°",
+        plane_draw,
+        plane_score,
+    ),
+    Task(
+        "once around an upright pipe of 0.3 m radius with 1 N",
+        "pipe_around",
+        QUICK,
+        "touch 95 % of the time, mean force within 0.1 N, height within 30 mm and body tilt below 1° (95 %)",
+        pipe_draw,
+        pipe_score,
+    ),
+)
+
+
+def tasks(count: int) -> str:
+    """A table of the tasks."""
+    rows = [
+        "| task | experiment | tolerance | done | lost | median, 95 % of the errors |",
+        "|---|---|---|---|---|---|",
+    ]
+    for task in TASKS:
+        rng = np.random.default_rng(7)
+        draws = [{**task.wanted, **task.draw(rng)} for _ in range(count)]
+        lost, done, errors = 0, 0, []
+        for draw, mission, flight in flown(task.experiment, "task_frame", draws):
+            if flight.cause:
+                lost += 1
+                continue
+            found, good = task.score(draw, mission, flight)
+            errors.append(found)
+            done += good
+        said = "; ".join(
+            f"{name} {np.median(values):.3g}, {np.quantile(values, 0.95):.3g}"
+            for name in errors[0]
+            for values in [[error[name] for error in errors]]
+        )
+        rows.append(
+            f"| {task.name} | `{task.experiment}` | {task.tolerance} | {done} of {count} | {lost} | {said} |"
+        )
+    return "\n".join(rows)
+
+
+# ---- stability ----
+
+REST = {
+    "phases.hover": 1.0,
+    "phases.tare": 1.0,
+    "sensors.latency": 0.02,
+    "surface.slope": 0.0,
+    "surface.friction": 0.0,
+    "trajectory.shape": "hold",
+}
+AXES: tuple[tuple[str, str, tuple[float, ...]], ...] = (
+    ("stiffness of the surface, N/m", "stiffness", (300.0, 1e3, 5e3, 2e4, 5e4)),
+    ("latency, 20 ms assumed, s", "latency", (0.0, 0.02, 0.04, 0.06, 0.08)),
+    ("damper of the admittance, times", "x contact.damping", (0.03, 0.1, 0.3, 1.0, 3.0)),
+    ("stiffness of the position, times", "x translation.stiffness", (0.3, 0.6, 1.0, 1.5, 2.0)),
+    ("stiffness of the attitude, times", "x attitude.stiffness", (0.3, 0.6, 1.0, 1.5, 2.0)),
+    ("lead of the vectoring angles", "allocation.vectoring.lead", (1.0, 1.5, 2.0, 2.5, 3.0)),
+)
+
+
+def stability() -> str:
+    """Growth of the dominant mode while the tip presses, over one parameter at a time."""
+    controller: Any = skylimb.load_controller("task_frame", skylimb.load_robot("hydrus_xi_quad"))
+    point = operating_point(skylimb.load_experiment("paper", REST), controller)
+    rows = ["| parameter | | | | | |", "|---|---|---|---|---|---|"]
+    for name, axis, values in AXES:
+        growths = [linearise(at(point, axis, value)).growth for value in values]
+        cells = [f"{value:g}: {growth:.2f}" for value, growth in zip(values, growths, strict=True)]
+        cells = [f"**{cell}**" if growth > 0.0 else cell for cell, growth in zip(cells, growths, strict=True)]
+        rows.append(f"| {name} | {' | '.join(cells)} |")
+    return "\n".join(rows)
+
+
+def write(name: str, text: str) -> None:
+    """Write a section between its markers in the page."""
+    begin, end = f"<!-- {name} -->", f"<!-- end of {name} -->"
+    page = PAGE.read_text(encoding="utf-8")
+    pattern = re.compile(f"{re.escape(begin)}.*?{re.escape(end)}", re.DOTALL)
+    if not pattern.search(page):
+        raise SystemExit(f"{PAGE.name} has no section '{name}'")
+    PAGE.write_text(pattern.sub(lambda _: f"{begin}\n\n{text}\n\n{end}", page), encoding="utf-8")
+    print(text)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--draws", type=int, default=100)
+    parser.add_argument("--part", choices=("pushes", "tasks", "stability"), action="append")
+    given = parser.parse_args()
+    parts: dict[str, Callable[[], str]] = {
+        "pushes": lambda: pushes(given.draws),
+        "tasks": lambda: tasks(given.draws),
+        "stability": stability,
+    }
+    for name in given.part or parts:
+        write(name, parts[name]())
+
+
+if __name__ == "__main__":
+    main()
