@@ -20,8 +20,9 @@ CONTROLLER_COLOURS = {
     "hybrid": "#7A3E9D",
     "following": "#3A9FD8",
     "drawing": "#CC79A7",
+    "task_frame": "#66A61E",
 }
-OTHER_COLOURS = ("#8C6D00", "#000000", "#B2182B", "#4D4D4D", "#66A61E")
+OTHER_COLOURS = ("#8C6D00", "#000000", "#B2182B", "#4D4D4D")
 
 LABELS = {
     "pid": "PID",
@@ -30,6 +31,7 @@ LABELS = {
     "hybrid": "Hybrid",
     "following": "Following",
     "drawing": "Drawing",
+    "task_frame": "Task frame",
 }
 
 CURVES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")

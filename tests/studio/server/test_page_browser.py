@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shlex
-import shutil
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -14,43 +13,29 @@ import pytest
 from playwright import sync_api
 
 import skylimb
+from chromium import PAINTED, chromium, needs_chromium, silent_page
 from failing_controller import save_failing_controller
 from skylimb.recording import Run
 
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-ARGUMENTS = [
-    "--no-sandbox",
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
-    "--disable-background-networking",
-]
 PATIENCE = 20_000
 
-pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium here; the build machine installs it")
+pytestmark = needs_chromium
 
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[sync_api.Browser]:
-    with sync_api.sync_playwright() as playwright:
-        chromium = playwright.chromium.launch(executable_path=CHROMIUM, args=ARGUMENTS)
-        yield chromium
-        chromium.close()
+    with chromium() as found:
+        yield found
 
 
 @pytest.fixture(scope="module")
 def open_page(studio: Any, browser: sync_api.Browser) -> Iterator[sync_api.Page]:
-    """The one page of all tests; at their end the browser must have had nothing to say."""
-    context = browser.new_context(viewport={"width": 1000, "height": 800})
-    page = context.new_page()
-    page.set_default_timeout(PATIENCE)
-    said: list[str] = []
-    page.on("console", lambda message: said.append(message.text))
-    page.on("pageerror", lambda error: said.append(str(error)))
-    page.goto(studio.url)
-    page.wait_for_selector("body[data-ready]")
-    yield page
-    context.close()
-    assert [line for line in said if "GPU stall" not in line] == []
+    """The one page of all tests."""
+    with silent_page(browser) as page:
+        page.set_default_timeout(PATIENCE)
+        page.goto(studio.url)
+        page.wait_for_selector("body[data-ready]")
+        yield page
 
 
 @pytest.fixture
@@ -84,12 +69,7 @@ def test_the_picture_moves(page: sync_api.Page) -> None:
     before = shown_time(page)
     until(page, f"skylimbStudio.past.end > {before} + 0.3")
     assert page.locator("#charts .uplot").count() >= 4
-    drawn = page.evaluate(
-        "() => { const t = skylimbStudio.theatre; t.render();"
-        " const c = document.createElement('canvas'); c.width = c.height = 64;"
-        " const g = c.getContext('2d'); g.drawImage(t.canvas, 0, 0, 64, 64);"
-        " return new Set(g.getImageData(0, 0, 64, 64).data).size; }"
-    )
+    drawn = page.evaluate("() => { const t = skylimbStudio.theatre; t.render(); " + PAINTED + " }")
     assert drawn > 20  # a picture, not one colour
 
 
