@@ -123,6 +123,8 @@ COMMANDS = (
     "campaign unknown_key.toml",
     "campaign report out/missing",
     "export-c",
+    "ros bot",
+    "ros controller",
     "verify-contact --out notes.txt",
 )
 

@@ -19,7 +19,7 @@ from skylimb.cli.commands import VERBS
 
 ROOT = Path(__file__).parents[1]
 DOCUMENTS = sorted([ROOT / "README.md", ROOT / "CHANGELOG.md", *(ROOT / "docs").glob("*.md")])
-OPTIONAL = ("campaign", "cluster", "logs", "tune", "video")
+OPTIONAL = ("campaign", "cluster", "logs", "ros", "tune", "video")
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 
 documents = pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
@@ -171,7 +171,9 @@ def test_dependencies_are_what_is_imported() -> None:
     declared = {canonical(requirement) for requirement in PROJECT["project"]["dependencies"]}
     extras = PROJECT["project"]["optional-dependencies"]
     optional = {canonical(requirement) for name in OPTIONAL for requirement in extras[name]}
-    foreign = imported_packages(ROOT / "src") - set(sys.stdlib_module_names) - {"skylimb"}
+    # ROS 1 comes from Debian, not from an index of Python packages.
+    known = {*sys.stdlib_module_names, "skylimb", "rospy", "rosgraph", "genpy", "genmsg"}
+    foreign = imported_packages(ROOT / "src") - known
     providers = packages_distributions()
     for name in foreign:
         provided_by = {canonical(provider) for provider in providers[name]}

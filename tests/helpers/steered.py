@@ -33,7 +33,7 @@ SHORT = {
 
 
 @functools.cache
-def _ready(controller: str) -> tuple[Takeoff, CompiledController]:
+def ready(controller: str) -> tuple[Takeoff, CompiledController]:
     (takeoff,) = take_off("paper", (controller,), set=SHORT)
     chosen: Any = takeoff.controller
     return takeoff, CompiledController(chosen, takeoff.period, fastest)
@@ -47,7 +47,7 @@ class Steered:
     """
 
     def __init__(self, controller: str = "hybrid") -> None:
-        self.takeoff, chosen = _ready(controller)
+        self.takeoff, chosen = ready(controller)
         self.robot, period = self.takeoff.robot, self.takeoff.period
         self.plant = GroundedPlant(self.takeoff)
         self.time, self.k = 0, 0

@@ -12,6 +12,7 @@ from skylimb.cli.flying import Compare, Run
 from skylimb.cli.looking import List, Report, Show, VerifyContact, View
 from skylimb.cli.realtime import Fly
 from skylimb.cli.replaying import Replay
+from skylimb.cli.ros import Ros
 from skylimb.cli.studio import Studio
 
 VERBS: dict[str, Any] = {
@@ -26,6 +27,7 @@ VERBS: dict[str, Any] = {
     "view": View,
     "verify-contact": VerifyContact,
     "fly": Fly,
+    "ros": Ros,
     "replay": Replay,
     "convert": Convert,
     "export-c": ExportC,

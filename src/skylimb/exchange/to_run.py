@@ -50,6 +50,7 @@ def run_from(
     rows: list[np.ndarray] = []
     series: dict[str, Series] = {}
     others: Counter[str] = Counter()
+    flights = 1
     for message in messages:
         if message.topic == RECORD:
             record = content_of(message.value)[1]
@@ -57,13 +58,18 @@ def run_from(
             source, content = content_of(message.value)
             sources[source] = content
         elif message.topic == ROW:
-            rows.append(np.asarray(message.value.data, dtype=float))
+            row = np.asarray(message.value.data, dtype=float)
+            if rows and row[0] <= rows[-1][0]:  # time goes back: another flight begins
+                rows.clear()
+                flights += 1
+            rows.append(row)
         elif record is None:
             _take(message, series, others)
     if record is not None:
         if len({len(row) for row in rows}) > 1:
             raise OutputError(f"'{name}': rows of different length on {ROW}")
-        return Read(run_of(record, np.array(rows).reshape(len(rows), -1), sources, name), ())
+        said = (f"{flights} flights; this is the last one",) if flights > 1 else ()
+        return Read(run_of(record, np.array(rows).reshape(len(rows), -1), sources, name), said)
     return _from_topics(series, others, robot(), name, link, period)
 
 

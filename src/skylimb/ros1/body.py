@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+import casadi as ca
 import numpy as np
 
 from skylimb.estimation.records import Measurement
-from skylimb.ros1.kinematics import Seats
-from skylimb.spatial import rotation_from_quaternion, rpy_from_rotation
+from skylimb.robots.model import Robot
+from skylimb.ros1.kinematics import seat_function
+from skylimb.spatial import cross, rotation_from_quaternion
 
 
 class Body(NamedTuple):
@@ -18,50 +20,78 @@ class Body(NamedTuple):
         cog: centre of gravity in W, m, (3,).
         velocity: of it, m/s, (3,); joints that turn are left out.
         R_WC: axes of C in W, (3, 3).
+        rates_cog: angular velocity in C, rad/s, (3,).
         link: origin of the lab's link in W, m, (3,).
         link_velocity: of it, m/s, (3,).
         R_W_link: its axes, (3, 3).
-        angular_velocity: in the axes of the measured link, rad/s, (3,).
-        rates_cog: the same in C.
-        rates_link: the same in the lab's link.
+        rates_link: angular velocity in its axes, rad/s, (3,).
     """
 
     cog: np.ndarray
     velocity: np.ndarray
     R_WC: np.ndarray
+    rates_cog: np.ndarray
     link: np.ndarray
     link_velocity: np.ndarray
     R_W_link: np.ndarray
-    angular_velocity: np.ndarray
-    rates_cog: np.ndarray
     rates_link: np.ndarray
 
     @property
     def yaw(self) -> float:
         """Yaw of the lab's link, rad."""
-        return float(rpy_from_rotation(self.R_W_link)[2])
+        return float(np.arctan2(self.R_W_link[1, 0], self.R_W_link[0, 0]))
 
     @property
     def tilt(self) -> float:
         """Angle of C's z axis against the vertical, rad."""
-        return float(np.arccos(np.clip(self.R_WC[2, 2], -1.0, 1.0)))
+        return float(np.arccos(min(max(self.R_WC[2, 2], -1.0), 1.0)))
 
 
-def body_of(measured: Measurement, seats: Seats) -> Body:
-    """The body of a measurement that is believed."""
-    seat = seats.at(np.asarray(measured.joint_angles), np.asarray(measured.vectoring_angles))
-    q = np.asarray(measured.quaternion, dtype=float)
-    R = np.asarray(rotation_from_quaternion(q / np.linalg.norm(q)))
-    rates = np.asarray(measured.angular_velocity, dtype=float)
-    position, velocity = np.asarray(measured.position), np.asarray(measured.velocity)
-    return Body(
-        cog=position + R @ seat.cog,
-        velocity=velocity + R @ np.cross(rates, seat.cog),
-        R_WC=R @ seat.R_root_C,
-        link=position + R @ seat.link,
-        link_velocity=velocity + R @ np.cross(rates, seat.link),
-        R_W_link=R @ seat.R_root_link,
-        angular_velocity=rates,
-        rates_cog=seat.R_root_C.T @ rates,
-        rates_link=seat.R_root_link.T @ rates,
-    )
+class Bodies:
+    """Makes bodies of measurements: one evaluation, on its own memory.
+
+    Args:
+        robot: whose.
+        link: whose pose is on the lab's topics.
+    """
+
+    def __init__(self, robot: Robot, link: str) -> None:
+        sizes = (3, 4, 3, 3, robot.n_joints, robot.n_vectoring)
+        given = [ca.SX.sym(name, size) for name, size in zip(Measurement._fields, sizes, strict=True)]
+        p, q, v, w, joints, vectoring = given
+        cog, R_root_C, _, link_root, R_root_link = seat_function(robot, link)(joints, vectoring)
+        R: Any = rotation_from_quaternion(q / ca.norm_2(q))
+        parts = [
+            p + R @ cog,
+            v + R @ cross(w, cog),
+            R @ R_root_C,
+            R_root_C.T @ w,
+            p + R @ link_root,
+            v + R @ cross(w, link_root),
+            R @ R_root_link,
+            R_root_link.T @ w,
+        ]
+        flat = [ca.reshape(part.T, -1, 1) for part in parts]
+        function = ca.Function("body", [ca.vertcat(*given)], [ca.densify(ca.vertcat(*flat))], {"cse": True})
+        self._given, self._made = np.zeros(sum(sizes)), np.zeros(36)
+        self._buffer, self._evaluate = function.buffer()
+        array: Any = self._given  # the stubs know no buffers
+        self._buffer.set_arg(0, memoryview(array))  # pyright: ignore[reportCallIssue]
+        array = self._made
+        self._buffer.set_res(0, memoryview(array))  # pyright: ignore[reportCallIssue]
+
+    def of(self, measured: Measurement) -> Body:
+        """The body of a measurement that is believed."""
+        np.concatenate(measured, out=self._given)
+        self._evaluate()
+        made = self._made.copy()
+        return Body(
+            made[0:3],
+            made[3:6],
+            made[6:15].reshape(3, 3),
+            made[15:18],
+            made[18:21],
+            made[21:24],
+            made[24:33].reshape(3, 3),
+            made[33:36],
+        )

@@ -24,8 +24,8 @@ from skylimb.simulation.vehicle import SimulatedVehicle
 STAND = 0.15
 """Height of the measured link of a robot that stands, m."""
 
-LONGEST = 1800.0
-"""Seconds for which the sensors' noise is laid out; then it comes again from the beginning."""
+ROWS = 600_000
+"""Ticks for which the sensors' noise is laid out: 50 minutes at 200 Hz. The flight's own comes again."""
 
 _IN_FLIGHT = ("gain_changes", "pushes", "surface_changes")
 
@@ -42,12 +42,12 @@ class GroundedPlant:
         self._data = takeoff.data()
         self._data.qpos[2] = STAND
         known = takeoff.rows.ticks
-        rows = np.resize(known, (round(LONGEST / takeoff.period), known.shape[1]))
+        rows = np.resize(known, (ROWS, known.shape[1]))
         self._count, self._ticks = len(rows), 0
         self._vehicle = SimulatedVehicle(
             takeoff.plant, self._data, rows, takeoff.experiment.sensors, takeoff.period, (), fastest
         )
-        self._model = takeoff.plant.model
+        self._plant, self._model = takeoff.plant, takeoff.plant.model
         self._root = self._model.body(takeoff.robot.description.root).id
         self._stands: np.ndarray | None = np.array(self._data.qpos[0:7])
 
@@ -69,6 +69,13 @@ class GroundedPlant:
     def measure(self) -> Measurement:
         """What the sensors say."""
         return self._vehicle.measure()
+
+    def truth(self) -> Measurement:
+        """What is really so: without noise, and of this tick."""
+        q, v, plant = np.array(self._data.qpos), np.array(self._data.qvel), self._plant
+        return Measurement(
+            q[0:3], q[3:7], v[0:3], v[3:6], q[list(plant.joint_qpos)], q[list(plant.vectoring_qpos)]
+        )
 
     def record(self, measurement: Measurement, command: Command) -> np.ndarray:
         """The tick's signals, truth among them."""

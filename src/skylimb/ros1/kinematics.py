@@ -1,4 +1,4 @@
-"""Where the centre of gravity and the lab's link are in the measured link, fast enough for every tick."""
+"""Where the centre of gravity and the lab's link are in the measured link."""
 
 from __future__ import annotations
 
@@ -34,29 +34,24 @@ class Seat(NamedTuple):
         return float(rpy_from_rotation(self.R_root_C.T @ self.R_root_link)[2])
 
 
-class Seats:
-    """Finds the seat of any posture.
+def seat_function(robot: Robot, link: str) -> ca.Function:
+    """(q, psi) -> the entries of a seat, in numbers or symbols.
 
     Args:
         robot: whose.
         link: whose pose is on the lab's topics.
     """
+    q, psi = ca.SX.sym("q", robot.n_joints), ca.SX.sym("psi", robot.n_vectoring)
+    model: Any = robot.model(q, psi)
+    there: Any = robot.link_pose_function(link)(q, psi)
+    base: Any = robot.link_pose_function(robot.description.measured_link)(q, psi)
+    turn = base[:, 1:].T
+    link_pose = (turn @ (there[:, 0] - base[:, 0]), turn @ there[:, 1:])
+    outputs = [ca.densify(part) for part in (model.cog_root, model.R_root_C, model.tip_heading, *link_pose)]
+    return ca.Function("seat", [q, psi], outputs, {"cse": True})
 
-    def __init__(self, robot: Robot, link: str) -> None:
-        q, psi = ca.SX.sym("q", robot.n_joints), ca.SX.sym("psi", robot.n_vectoring)
-        model: Any = robot.model(q, psi)
-        there: Any = robot.link_pose_function(link)(q, psi)
-        base: Any = robot.link_pose_function(robot.description.measured_link)(q, psi)
-        turn = base[:, 1:].T
-        link_pose = (turn @ (there[:, 0] - base[:, 0]), turn @ there[:, 1:])
-        outputs = [
-            ca.densify(part) for part in (model.cog_root, model.R_root_C, model.tip_heading, *link_pose)
-        ]
-        self._function = ca.Function("seat", [q, psi], outputs, {"cse": True})
 
-    def at(self, joint_angles: np.ndarray, vectoring_angles: np.ndarray) -> Seat:
-        """The seat of a posture."""
-        cog, R_root_C, heading, link, R = [
-            part.full() for part in self._function(joint_angles, vectoring_angles)
-        ]
-        return Seat(cog[:, 0], R_root_C, float(heading[0, 0]), link[:, 0], R)
+def seat_at(function: ca.Function, joint_angles: np.ndarray, vectoring_angles: np.ndarray) -> Seat:
+    """The seat of a posture, of a `seat_function`."""
+    cog, R_root_C, heading, link, R = [part.full() for part in function(joint_angles, vectoring_angles)]
+    return Seat(cog[:, 0], R_root_C, float(heading[0, 0]), link[:, 0], R)

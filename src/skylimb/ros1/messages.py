@@ -63,6 +63,39 @@ class FourAxes:
     base_thrust: tuple[float, ...]
 
 
+@dataclass(frozen=True)
+class Gains:
+    """Attitude gains of each rotor, in thousandths (`rpy/gain`).
+
+    Attributes:
+        motors: roll p i d, pitch p i d, yaw d, each 16 bits.
+    """
+
+    motors: tuple[tuple[int, ...], ...]
+
+
+@dataclass(frozen=True)
+class PMatrix:
+    """For the gyro term, in thousandths (`p_matrix_pseudo_inverse_inertia`).
+
+    Attributes:
+        rows: of each rotor: roll, pitch, yaw.
+        inertia: xx yy zz xy yz xz.
+    """
+
+    rows: tuple[tuple[int, int, int], ...]
+    inertia: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Desire:
+    """Axes that are controlled, seen from the board (`desire_coordinate`), rad."""
+
+    roll: float
+    pitch: float
+    yaw: float
+
+
 class NavMode(IntEnum):
     """How an axis of `uav/nav` is meant."""
 

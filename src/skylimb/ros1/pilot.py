@@ -22,15 +22,14 @@ from skylimb.realtime.guard import BLIND, GuardedController
 from skylimb.realtime.pacer import Pacer
 from skylimb.realtime.watchdog import Limits, Watchdog
 from skylimb.robots.model import Robot
-from skylimb.ros1.body import Body, body_of
-from skylimb.ros1.kinematics import Seats
+from skylimb.ros1.body import Bodies, Body
 from skylimb.ros1.landing import Landing
 from skylimb.ros1.limits import FlightLimits
 from skylimb.ros1.messages import Joints
 from skylimb.ros1.references import References
 from skylimb.ros1.script import Script, after_tick, require_from_hover
 from skylimb.ros1.states import FlightState, Flying, Order, Seen, advance
-from skylimb.ros1.targets import Place, Targets, duration_of
+from skylimb.ros1.targets import Place, Target, Targets, duration_of
 from skylimb.ros1.wishes import Refused, Wish, Wishes
 
 SPOOL_TIME, SPOOL_SHARE = 1.0, 0.9
@@ -123,10 +122,10 @@ class Pilot:
         self.robot, self.missions, self.period = robot, missions, period
         self._controller, self._pacer = controller, pacer
         self._limits, self._guard_limits = limits or FlightLimits(), guard_limits or Limits()
-        self._needs, self._seats = needs_of(controller), Seats(robot, link)
+        self._needs, self._bodies = needs_of(controller), Bodies(robot, link)
         self._preview = window_of(self._needs.preview, False, period).preview
         first = next(iter(missions.values())).first
-        self.references = References(robot, self._seats, first, self._needs.vectoring)
+        self.references = References(robot, link, first, self._needs.vectoring)
         self._wishes = Wishes(robot, self._limits)
         self._joints, self._bounds = robot.joint_limits(), thrust_limits(robot)
         self.flying = Flying()
@@ -154,6 +153,20 @@ class Pilot:
         command = Command(np.zeros(self.robot.n_rotors), q, psi)
         return Tick(self.flying, command, False, None, {}, None, body, tuple(said))
 
+    def rehearsed(self) -> tuple[Mapping[str, Any], Reference]:
+        """The controller's signals and the reference at a first tick that is not flown."""
+        first = next(iter(self.missions.values())).first
+        here = self.references.place_of(first)
+        still = np.zeros(3)
+        reference = self.references.at(Target(here, still, still))
+        given = reference._replace(ahead=(reference,) * len(self._preview))
+        guard = GuardedController(self._controller, self.robot, self._pacer, self._guard_limits, FLOOR)
+        level = np.array([1.0, 0.0, 0.0, 0.0])
+        posture = reference.joint_angles, reference.vectoring_angles
+        measured = Measurement(here.position, level, still, still, *posture)
+        _, _, own = guard.step(guard.gains(), guard.initial_state(), measured, given, self.period)
+        return own, given
+
     @property
     def faults(self) -> Counter[str]:
         """How often each fault was met, by name."""
@@ -166,7 +179,7 @@ class Pilot:
         good = self._watch.good
         if good is None or inputs.now - inputs.taken > self._guard_limits.hold_after:
             return None
-        return body_of(good, self._seats)
+        return self._bodies.of(good)
 
     def _advance(self, inputs: Inputs, body: Body | None, said: list[str]) -> None:
         """The flight states, and what begins and ends with them."""

@@ -31,8 +31,8 @@ _MORE = {
         "s", "", "where the flight is on its mission's clock; 0 without a mission", "reference"
     ),
 }
-_CHUNK = 4096
-"""Rows by which a record grows."""
+_CHUNK = 512
+"""Rows by which a record grows: what is there already is not copied in flight."""
 
 
 class FlightRecord:
@@ -54,7 +54,7 @@ class FlightRecord:
         flown = {**zeros, **mine, **({MISSION_TIME: 0.0} if paced else {})}
         self.flown = Layout(flown)
         self.layout = Layout({**flown, STATE: 0.0, **reference_signals(reference)})
-        self._rows, self.ticks = np.full((_CHUNK, self.layout.size), np.nan), 0
+        self._chunks, self.ticks = list[np.ndarray](), 0
 
     def add(
         self,
@@ -65,9 +65,9 @@ class FlightRecord:
         reference: Reference,
     ) -> np.ndarray:
         """One more row; it stays valid until the next one."""
-        if self.ticks == len(self._rows):
-            self._rows = np.concatenate([self._rows, np.full_like(self._rows[:_CHUNK], np.nan)])
-        row = self._rows[self.ticks]
+        if self.ticks == len(self._chunks) * _CHUNK:
+            self._chunks.append(np.empty((_CHUNK, self.layout.size)))
+        row = self._chunks[-1][self.ticks % _CHUNK]
         parts = [vehicle, *(np.ravel(np.asarray(own[name], dtype=float)) for name in self._own)]
         clock = (mission_time,) if self._paced else ()
         values = [np.ravel(value) for value in reference_signals(reference).values()]
@@ -75,18 +75,22 @@ class FlightRecord:
         self.ticks += 1
         return row
 
+    def _all(self) -> np.ndarray:
+        """Every row so far, (ticks, width)."""
+        return np.concatenate([np.empty((0, self.layout.size)), *self._chunks])[: self.ticks]
+
     def flight(self, first: int, last: int, cause: str = "") -> Flight:
         """Some ticks as the flight of their mission, without the signals that no mission needs."""
-        rows = self._rows[first:last, : self.flown.size]
+        rows = self._all()[first:last, : self.flown.size]
         return Flight(rows, self.flown, last - first, cause)
 
     def log(self, robot: Robot, controller: Controller, period: float, rows: int | None = None) -> xr.Dataset:
         """The signals with their units; `rows` of them, by default all."""
         count = self.ticks if rows is None else rows
         declared = {**controller_signals(controller), **_MORE, **REFERENCE_SIGNALS}
-        values = {}
+        values, whole = {}, self._all()
         for name, part in self.layout.slices.items():
-            array = self._rows[:count, part]
+            array = whole[:count, part]
             shape = self.layout.shapes[name]
             values[name] = log_variable(name, array.reshape(count, *shape), declared.get(name, Signal()))
         description = robot.description

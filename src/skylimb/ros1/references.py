@@ -8,7 +8,7 @@ from skylimb.missions.reference import Reference
 from skylimb.planning.posture import posture_family
 from skylimb.planning.vectoring import vectoring_table
 from skylimb.robots.model import Robot
-from skylimb.ros1.kinematics import Seat, Seats
+from skylimb.ros1.kinematics import Seat, seat_at, seat_function
 from skylimb.ros1.targets import Place, Target
 from skylimb.spatial import rot_z
 
@@ -18,34 +18,37 @@ class References:
 
     Args:
         robot: what flies.
-        seats: its kinematics.
+        link: whose pose is on the lab's topics.
         template: any reference of its mission: contact axis and reach are taken from it.
         purpose: of the vectoring angles.
     """
 
-    def __init__(self, robot: Robot, seats: Seats, template: Reference, purpose: str) -> None:
+    def __init__(self, robot: Robot, link: str, template: Reference, purpose: str) -> None:
         self._family, self._table = posture_family(robot), vectoring_table(robot, purpose)
-        self._seats, self._robot = seats, robot
+        self._seat, self._robot = seat_function(robot, link), robot
         self._template = template._replace(
             tare=0.0, align=0.0, adapt=0.0, touch=0.0, wait=0.0, tip_acceleration=np.zeros(3), ahead=()
         )
-        self._posture = self.posture(self._family.theta_nominal)
         self._theta = self._family.theta_nominal
+        self._posture = self._made(self._theta)
 
     def posture(self, theta: float) -> tuple[np.ndarray, np.ndarray, Seat, np.ndarray]:
         """Joint angles, vectoring angles, seat, and tip seen from the centre of gravity at heading 0."""
+        if theta != self._theta:
+            self._posture, self._theta = self._made(theta), theta
+        return self._posture
+
+    def _made(self, theta: float) -> tuple[np.ndarray, np.ndarray, Seat, np.ndarray]:
         theta = float(np.clip(theta, self._family.theta_min, self._family.theta_max))
         q = np.asarray(self._family.joint_angles(theta), dtype=float)
         psi = np.asarray(self._table.angles(theta), dtype=float)
         state = self._robot.at(q, psi)
-        return q, psi, self._seats.at(q, psi), rot_z(-state.tip_heading) @ state.tip_C
+        return q, psi, seat_at(self._seat, q, psi), rot_z(-state.tip_heading) @ state.tip_C
 
     def at(self, target: Target) -> Reference:
         """The reference of a target."""
         place = target.place
-        if place.theta != self._theta:
-            self._posture, self._theta = self.posture(place.theta), place.theta
-        q, psi, seat, tip = self._posture
+        q, psi, seat, tip = self.posture(place.theta)
         heading = place.yaw - seat.yaw_in_C + seat.tip_heading
         return self._template._replace(
             position=place.position,
@@ -66,6 +69,6 @@ class References:
         slope = np.asarray(posture.slope)
         size = float(slope @ slope)
         theta = float(slope @ (q - np.asarray(posture.offset)) / size) if size else self._family.theta_nominal
-        seat = self._seats.at(q, np.asarray(reference.vectoring_angles, dtype=float))
+        seat = seat_at(self._seat, q, np.asarray(reference.vectoring_angles, dtype=float))
         yaw = float(reference.heading) - seat.tip_heading + seat.yaw_in_C
         return Place(np.array(reference.position, dtype=float), yaw, theta)

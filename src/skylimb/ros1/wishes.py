@@ -10,6 +10,7 @@ import numpy as np
 
 from skylimb.errors import UnreachableError
 from skylimb.planning.posture import ReachFamily, posture_family
+from skylimb.realtime.watchdog import BEYOND
 from skylimb.robots.model import Robot
 from skylimb.ros1.limits import FlightLimits
 from skylimb.ros1.messages import Joints, Nav, NavMode, Path, Pose
@@ -91,7 +92,7 @@ class Wishes:
             return Refused(f"no joint is called {unknown[0]!r}; the joints are {', '.join(self._names)}")
         for index, name in enumerate(self._names):
             wanted[index] = joints.get(name, wanted[index])
-        if not np.isfinite(wanted).all():
+        if not _sane(wanted):
             return Refused("a joint angle is no number")
         return _nearest(self._family, wanted, self._offset, self._slope)
 
@@ -121,7 +122,7 @@ class Wishes:
     def _place(self, here: Place, pose: Pose) -> Place | Refused:
         """The place that a pose names: its position, and its yaw; roll and pitch are the robot's own."""
         turn = np.asarray(pose.quaternion, dtype=float)
-        size = float(np.linalg.norm(turn)) if np.isfinite(turn).all() else 0.0
+        size = float(np.linalg.norm(turn)) if _sane(turn) else 0.0
         if abs(size - 1.0) > 0.1:
             return Refused("its orientation is no unit quaternion")
         yaw = float(rpy_from_rotation(rotation_from_quaternion(turn / size))[2])
@@ -129,7 +130,7 @@ class Wishes:
 
     def _bounded(self, here: Place, there: Place) -> Place | Refused:
         limits = self._limits
-        if not (np.isfinite(there.position).all() and math.isfinite(there.yaw)):
+        if not _sane(np.array([*there.position, there.yaw])):
             return Refused("its position is no number")
         if float(np.linalg.norm(there.position - here.position)) > limits.farthest:
             return Refused(f"it is more than {limits.farthest:g} m away")
@@ -140,7 +141,7 @@ class Wishes:
     def _nav(self, targets: Targets, here: Place, wish: Nav, now: float) -> Targets | Refused:
         limits = self._limits
         numbers = np.array([*wish.position, *wish.velocity, wish.yaw, wish.yaw_rate], dtype=float)
-        if not np.isfinite(numbers).all():
+        if not _sane(numbers):
             return Refused("it holds something that is no number")
         modes = (wish.xy_mode, wish.z_mode, wish.yaw_mode)
         if any(mode in (NavMode.ACCELERATION, NavMode.GPS) or mode > NavMode.GPS for mode in modes):
@@ -175,6 +176,11 @@ class Wishes:
             velocity[:2] = np.array([[cos, -sin], [sin, cos]]) @ velocity[:2]
         speed = float(np.linalg.norm(velocity))
         return velocity * min(1.0, self._limits.fastest / speed) if speed > 0.0 else velocity
+
+
+def _sane(numbers: np.ndarray) -> bool:
+    """Whether all are numbers that a robot may be told; NaN is not below the bound either."""
+    return bool((np.abs(numbers) < BEYOND).all())
 
 
 def _nearest(

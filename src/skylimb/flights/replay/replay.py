@@ -35,6 +35,7 @@ from skylimb.flights.replay.open_loop import Progress, open_loop
 from skylimb.flights.replay.recorded import Recorded, recorded, sampled
 from skylimb.flights.replay.whole_reference import whole_mission
 from skylimb.flights.takeoff import mission_of
+from skylimb.loop.flight import MISSION_TIME
 from skylimb.missions.clock import Clock
 from skylimb.missions.mission import Mission
 from skylimb.packing import Layout
@@ -116,7 +117,9 @@ def _replayed(
         mission, planned = _mission(run, log, held, experiment, robot, purpose)
     else:  # a row a tick, whatever clock its mission had
         ticks = np.arange(float(len(held)))
-        held = replace(held, clock=Clock(ticks, np.ones(len(held))), paced=False)
+        clock = Clock(ticks, np.ones(len(held)))
+        missing = tuple(line for line in held.missing if MISSION_TIME not in line)
+        held = replace(held, clock=clock, paced=False, missing=missing)
     changing, dropped = _gains(experiment, controller, len(held))
     values = open_loop(controller, held, mission, period, changing, progress)
     notes = (*said, *resampled, *held.missing, *planned, *dropped, *_broken_off(log))

@@ -1,0 +1,131 @@
+"""The record of a flight as it is flown: rows on a topic, and what is kept when there is time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from skylimb.control.controller import Controller
+from skylimb.control.needs import needs_of
+from skylimb.estimation.records import Measurement
+from skylimb.exchange.own_topics import row_names
+from skylimb.experiments.experiment import Experiment
+from skylimb.loop.flight import Flight
+from skylimb.missions.reference import Reference
+from skylimb.packing import Layout
+from skylimb.recording.run import Run
+from skylimb.robots.model import Robot
+from skylimb.ros1 import topics
+from skylimb.ros1.outputs import Outgoing
+from skylimb.ros1.pilot import Tick
+from skylimb.ros1.record import FlightRecord, run_of
+
+FILE = "log.nc"
+"""What the record is called on its topic."""
+
+
+class Kept(NamedTuple):
+    """Something worth keeping: its name, and what makes its run, which takes too long for a tick."""
+
+    name: str
+    run: Callable[[], Run]
+
+
+class LiveRecord:
+    """Keeps every tick of one flight after another.
+
+    Args:
+        robot: what flies.
+        experiment: that its plant and its missions are of.
+        controller: as it was loaded, before it was compiled.
+        layout: of what the vehicle records.
+        period: of the ticks, s.
+        sample: the controller's signals and the reference of any tick.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        experiment: Experiment,
+        controller: Controller,
+        layout: Layout[dict[str, Any]],
+        period: float,
+        sample: tuple[Mapping[str, Any], Reference],
+    ) -> None:
+        self._robot, self._experiment, self._controller = robot, experiment, controller
+        self._period = period
+        paced = needs_of(controller).paced
+        self._fresh = lambda: FlightRecord(layout, *sample, paced)
+        self._record: FlightRecord | None = None
+        self._mission: tuple[str, int] | None = None
+        empty = self._fresh()
+        self._content = self._run(empty, 0).content()
+        names = row_names(Run.of_content(self._content, "record").log)[1:]
+        self._order = [empty.layout.slices[name] for name in names]
+
+    def add(self, tick: Tick, vehicle: np.ndarray) -> Iterator[Outgoing]:
+        """Keep a tick that a controller flew, and tell of it.
+
+        Args:
+            tick: as flown.
+            vehicle: what the vehicle recorded of it.
+        """
+        if tick.reference is None or not tick.signals:
+            return
+        if self._record is None:
+            self._record = self._fresh()
+            yield Outgoing(topics.RECORD, (FILE, self._content))
+        record, script = self._record, tick.script
+        clock = 0.0
+        if script is not None and script.begun:
+            self._mission = self._mission or (script.name, record.ticks)
+            clock = float(script.clock.ticks) * self._period
+        time = record.ticks * self._period
+        row = record.add(vehicle, tick.signals, clock, tick.flying.shown, tick.reference)
+        yield Outgoing(topics.ROW, np.concatenate([[time], *(row[part] for part in self._order)]))
+
+    def mission_flown(self, tick: Tick) -> tuple[str, Callable[[], Flight]] | None:
+        """The mission that is over at this tick, by name, and what makes its flight; None without one."""
+        record, mission = self._record, self._mission
+        if record is None or mission is None or (tick.script is not None and tick.script.begun):
+            return None
+        self._mission = None
+        name, first = mission
+        last = record.ticks - (1 if tick.signals else 0)
+        return name, lambda: record.flight(first, last)
+
+    def finish(self) -> Kept | None:
+        """The whole flight; the next tick begins another one."""
+        record, self._record, self._mission = self._record, None, None
+        if record is None:
+            return None
+        return Kept("flight", lambda: self._run(record, record.ticks))
+
+    def _run(self, record: FlightRecord, rows: int) -> Run:
+        log = record.log(self._robot, self._controller, self._period, rows)
+        return run_of(log, self._experiment, self._robot, self._controller)
+
+
+def measured_layout(robot: Robot) -> Layout[dict[str, Any]]:
+    """Layout of what is known of a robot that is no simulation: measurement and command."""
+    q, psi = np.zeros(robot.n_joints), np.zeros(robot.n_vectoring)
+    return Layout(
+        {
+            "root_position_measured": np.zeros(3),
+            "root_quaternion_measured": np.zeros(4),
+            "root_velocity_measured": np.zeros(3),
+            "root_angular_velocity_measured": np.zeros(3),
+            "joint_angles_measured": q,
+            "vectoring_angles_measured": psi,
+            "thrusts_command": np.zeros(robot.n_rotors),
+            "joint_angles_command": q,
+            "vectoring_angles_command": psi,
+        }
+    )
+
+
+def measured_row(measurement: Measurement, tick: Tick) -> np.ndarray:
+    """Measurement and command of a tick, in the order of `measured_layout`."""
+    return np.concatenate([*measurement, *tick.command])

@@ -1,0 +1,200 @@
+"""From words on a command line to a node that flies: everything is checked before ROS is told of it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from skylimb.control.needs import needs_of
+from skylimb.errors import ConfigError, choice_error
+from skylimb.exchange.frames import lab_link
+from skylimb.experiments.experiment import load_experiment
+from skylimb.flights.flying import fastest
+from skylimb.flights.public import take_off
+from skylimb.flights.takeoff import Takeoff, mission_of
+from skylimb.missions.mission import Mission
+from skylimb.realtime.compiled_controller import CompiledController
+from skylimb.realtime.pacer import Pacer
+from skylimb.realtime.timing import Timing
+from skylimb.ros1 import topics
+from skylimb.ros1.both import Both
+from skylimb.ros1.controlled import Controlled
+from skylimb.ros1.live import Kept
+from skylimb.ros1.node import Node
+from skylimb.ros1.rim.bridge import Settings, start_bridge
+from skylimb.ros1.rim.carrier import BridgeCarrier
+from skylimb.ros1.rim.definitions import Definitions
+from skylimb.ros1.rim.here import require_loopback, require_master, require_ros
+from skylimb.ros1.simulated import Simulated
+
+PROFILES = ("simulator", "controller", "both")
+
+INNER_RATE = 1000.0
+"""Hz, of the flight controller's inner loop, which `simulator` runs."""
+
+_PATIENCE = 10.0
+"""Seconds that the process with ROS has to end."""
+
+WARNING = (
+    "controller: its thrusts go to the flight controller as base_thrust, with zero attitude gains. The "
+    "flight controller then holds no attitude, also not when commands stop or in a forced landing: the robot "
+    "falls as it is. docs/flying.md has the check list of a first flight."
+)
+
+
+@dataclass(frozen=True)
+class Options:
+    """What a node is started with.
+
+    Attributes:
+        profile: one of `PROFILES`.
+        robot: in place of the experiment's.
+        experiment: gives plant, surface and the first mission.
+        missions: further experiments whose missions may be flown, on the first one's surface.
+        controller: as of `skylimb.run`.
+        settings: dotted keys and new values.
+        messages: folders of .msg files.
+        namespace: of the lab's topics.
+        link: whose pose is on them; the flight controller's by default.
+        cells: of the battery.
+        anywhere: whether master and node may be on a network.
+        no_attitude_loop: whether the cost of `controller` is accepted.
+    """
+
+    profile: str
+    robot: str = ""
+    experiment: str = "paper"
+    missions: Sequence[str] = ()
+    controller: str | None = None
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    messages: Sequence[str] = ()
+    namespace: str = topics.NAMESPACE
+    link: str = ""
+    cells: int = 6
+    anywhere: bool = False
+    no_attitude_loop: bool = False
+
+
+@dataclass(frozen=True)
+class Flown:
+    """What is left when a node has ended.
+
+    Attributes:
+        kept: flights and missions, in their order.
+        timing: how the loop kept to the clock.
+        faults: how often each was met, by name.
+    """
+
+    kept: tuple[Kept, ...]
+    timing: Timing
+    faults: Mapping[str, int]
+
+
+def run(options: Options, say: Callable[[str], None] = print) -> Flown:
+    """Be a node until it is shut down.
+
+    Raises:
+        SkylimbError: before anything is published, where ROS, its master, a message or a name is missing.
+    """
+    if options.profile not in PROFILES:
+        raise choice_error("PROFILE", options.profile, PROFILES)
+    if options.profile == "controller" and not options.no_attitude_loop:
+        raise ConfigError(f"{WARNING} --no-attitude-loop says that you know")
+    require_ros()
+    require_loopback(options.anywhere)
+    definitions = Definitions(options.messages)
+    settings = {**options.settings, **({"robot": options.robot} if options.robot else {})}
+    period = load_experiment(options.experiment, settings).control_period
+    if options.profile == "simulator":
+        settings["controller_rate"] = INNER_RATE
+    (takeoff,) = take_off(options.experiment, (options.controller,), set=settings)
+    missions = _missions(takeoff, options)
+    require_master()
+    pacer = Pacer(period)
+    profile = _profile(options, takeoff, missions, pacer)
+    _say_left_out(options.profile, definitions, say)
+    if options.profile == "controller":
+        say(WARNING)
+    process, pipe = start_bridge(Settings(options.profile, tuple(options.messages), options.namespace))
+    try:
+        node = Node(profile, BridgeCarrier(pipe), pacer, say)
+        names = ", ".join(missions)
+        say(f"{options.profile}: {takeoff.robot.name} below /{options.namespace}, missions {names}")
+        node.spin()
+    finally:
+        pipe.close()
+        process.wait(_PATIENCE)
+    return Flown(tuple(profile.kept), node.timing, dict(node.faults))
+
+
+def write(flown: Flown, folder: Path) -> list[Path]:
+    """Flights and missions below a new folder, and how the loop kept to the clock."""
+    from skylimb.analysis import write_run
+    from skylimb.recording.files import new_folder
+
+    places, count = [], 0
+    with new_folder(folder) as aside:
+        for kept in flown.kept:
+            count += 1
+            path = aside / f"{count:02d}-{kept.name}"
+            run = kept.run()
+            if kept.name == "flight":
+                run.save(path.with_suffix(".nc"))
+                places.append(folder / f"{path.name}.nc")
+            else:
+                write_run(run, path)
+                places.append(folder / path.name)
+        told = {
+            "verdict": flown.timing.verdict(),
+            "seconds": flown.timing.quantiles(),
+            "faults": dict(flown.faults),
+        }
+        (aside / "timing.json").write_text(json.dumps(told, indent=2) + "\n", encoding="utf-8")
+    return places
+
+
+def _missions(takeoff: Takeoff, options: Options) -> dict[str, Mission]:
+    """The missions that can be flown, by the names of their experiments."""
+    found = {takeoff.experiment.name: takeoff.mission}
+    purpose = needs_of(takeoff.controller).vectoring
+    for name in options.missions:
+        experiment = load_experiment(name, {"robot": takeoff.experiment.robot})
+        if experiment.control_period != takeoff.period:
+            raise ConfigError(
+                f"mission '{name}' is at {experiment.controller_rate:g} Hz, the node at another rate"
+            )
+        found[experiment.name] = mission_of(experiment, takeoff.robot, purpose)
+    return found
+
+
+def _profile(options: Options, takeoff: Takeoff, missions: Mapping[str, Mission], pacer: Pacer) -> Any:
+    """The profile."""
+    link = lab_link(takeoff.robot, options.link)
+    controller: Any = takeoff.controller
+    if takeoff.traceable:
+        controller = CompiledController(controller, takeoff.period, fastest)
+    if options.profile == "simulator":
+        return Simulated(takeoff, link, pacer, options.cells)
+    kind = Both if options.profile == "both" else Controlled
+    return kind(takeoff, controller, missions, link, pacer, options.cells)
+
+
+def _say_left_out(profile: str, definitions: Definitions, say: Callable[[str], None]) -> None:
+    """Say which topics are left out as their type is not known.
+
+    Raises:
+        ConfigError: for a profile that talks to a robot, which needs them all.
+    """
+    wanted = (*topics.LISTENS[profile], *topics.SAYS[profile])
+    unknown = {topic.name: topic.type for topic in wanted if definitions.find(topic.type) is None}
+    missing = sorted(set(unknown.values()))
+    if missing and profile == "both":
+        say(f"left out: {', '.join(unknown)}, as no definition of {', '.join(missing)} is known (--messages)")
+    elif missing:
+        raise ConfigError(
+            f"no definition of {', '.join(missing)}: name the robot's own checkout with --messages DIR, as "
+            "definitions have changed"
+        )

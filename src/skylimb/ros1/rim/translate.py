@@ -1,0 +1,281 @@
+"""Between ROS's messages and plain ones: fields by name, x y z w to w x y z, stamps in seconds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from skylimb.ros1 import topics
+from skylimb.ros1.messages import (
+    WORLD,
+    Axis,
+    Desire,
+    Diagnosis,
+    FourAxes,
+    Gains,
+    Imu,
+    Joints,
+    Nav,
+    Odometry,
+    Path,
+    PMatrix,
+    Pose,
+    PoseControl,
+    Turn,
+    Vector,
+    Wrench,
+)
+
+Find = Callable[[str], Any]
+"""The class of a type, by name."""
+
+
+def stamp_of(seconds: float) -> Any:
+    """A stamp; times before 0 are 0."""
+    import genpy
+
+    return genpy.Time.from_sec(max(0.0, seconds))
+
+
+# --- in ---------------------------------------------------------------------------------------------------
+
+
+def plain(topic: str, message: Any) -> Any:
+    """The plain message of a topic; None for one without content.
+
+    Raises:
+        AttributeError: for a message without the fields that are read.
+        ValueError: for values of the wrong size.
+    """
+    read = _READ.get(topic)
+    return None if read is None else read(message)
+
+
+def _seconds(stamp: Any) -> float:
+    return float(stamp.to_sec())
+
+
+def _xyz(value: Any) -> Vector:
+    return float(value.x), float(value.y), float(value.z)
+
+
+def _wxyz(value: Any) -> Turn:
+    return float(value.w), float(value.x), float(value.y), float(value.z)
+
+
+def _pose(message: Any) -> Pose:
+    pose = message.pose
+    return Pose(_seconds(message.header.stamp), _xyz(pose.position), _wxyz(pose.orientation))
+
+
+def _path(message: Any) -> Path:
+    return Path(tuple(_pose(pose) for pose in message.poses))
+
+
+def _imu(message: Any) -> Imu:
+    x, y, z, w = (float(part) for part in message.quaternion)
+    gyro, acceleration = _triple(message.gyro), _triple(message.acc)
+    return Imu(_seconds(message.stamp), (w, x, y, z), gyro, acceleration)
+
+
+def _triple(values: Any) -> Vector:
+    x, y, z = (float(value) for value in values)
+    return x, y, z
+
+
+def _joints(message: Any) -> Joints:
+    angles = tuple(float(angle) for angle in message.position)
+    return Joints(_seconds(message.header.stamp), tuple(message.name), angles)
+
+
+def _nav(message: Any) -> Nav:
+    return Nav(
+        int(message.pos_xy_nav_mode),
+        int(message.pos_z_nav_mode),
+        int(message.yaw_nav_mode),
+        (float(message.target_pos_x), float(message.target_pos_y), float(message.target_pos_z)),
+        (float(message.target_vel_x), float(message.target_vel_y), float(message.target_vel_z)),
+        float(message.target_yaw),
+        float(message.target_omega_z),
+        int(message.control_frame) == 1,
+    )
+
+
+def _four_axes(message: Any) -> FourAxes:
+    return FourAxes(_triple(message.angles), tuple(float(thrust) for thrust in message.base_thrust))
+
+
+_GAINS = ("roll_p", "roll_i", "roll_d", "pitch_p", "pitch_i", "pitch_d", "yaw_d")
+
+
+def _gains(message: Any) -> Gains:
+    return Gains(tuple(tuple(int(getattr(motor, name)) for name in _GAINS) for motor in message.motors))
+
+
+def _p_matrix(message: Any) -> PMatrix:
+    rows = tuple((int(row.r), int(row.p), int(row.y)) for row in message.pseudo_inverse)
+    return PMatrix(rows, tuple(int(value) for value in message.inertia))
+
+
+def _desire(message: Any) -> Desire:
+    return Desire(float(message.roll), float(message.pitch), float(message.yaw))
+
+
+def _data(message: Any) -> Any:
+    return message.data
+
+
+def _command(message: Any) -> int:
+    return int(message.cmd)
+
+
+_READ: dict[str, Callable[[Any], Any]] = {
+    topics.MOCAP.name: _pose,
+    topics.TARGET_POSE.name: _pose,
+    topics.TARGET_PATH.name: _path,
+    topics.IMU.name: _imu,
+    topics.JOINT_STATES.name: _joints,
+    topics.JOINTS_CTRL.name: _joints,
+    topics.GIMBALS_CTRL.name: _joints,
+    topics.NAV.name: _nav,
+    topics.FOUR_AXES.name: _four_axes,
+    topics.CONFIG.name: _command,
+    topics.GAINS.name: _gains,
+    topics.P_MATRIX.name: _p_matrix,
+    topics.DESIRE.name: _desire,
+    topics.ACK.name: _data,
+    topics.BATTERY.name: _data,
+    topics.MISSION.name: _data,
+}
+
+
+# --- out --------------------------------------------------------------------------------------------------
+
+
+def message_of(topic: topics.Topic, value: Any, find: Find) -> Any:
+    """The message that carries a plain value on a topic."""
+    message = find(topic.type)()
+    _WRITE[type(value)](message, value, find) if type(value) in _WRITE else _write_data(
+        topic, message, value, find
+    )
+    return message
+
+
+def _write_data(topic: topics.Topic, message: Any, value: Any, find: Find) -> None:
+    if topic == topics.CONFIG:
+        message.cmd = int(value)
+    elif isinstance(value, np.ndarray):
+        message.data = value.tolist()
+    elif isinstance(value, tuple):
+        name, content = value
+        message.data = content
+        dimension = find("std_msgs/MultiArrayDimension")()
+        dimension.label, dimension.size, dimension.stride = name, len(content), 1
+        message.layout.dim = [dimension]
+    else:
+        message.data = value
+
+
+def _set_header(message: Any, stamp: float, frame: str = WORLD) -> None:
+    message.header.stamp, message.header.frame_id = stamp_of(stamp), frame
+
+
+def _set_xyz(place: Any, values: Vector) -> None:
+    place.x, place.y, place.z = values
+
+
+def _set_turn(place: Any, values: Turn) -> None:
+    place.w, place.x, place.y, place.z = values
+
+
+def _write_pose(message: Any, value: Pose, find: Find) -> None:
+    _set_header(message, value.stamp)
+    _set_xyz(message.pose.position, value.position)
+    _set_turn(message.pose.orientation, value.quaternion)
+
+
+def _write_imu(message: Any, value: Imu, find: Find) -> None:
+    message.stamp = stamp_of(value.stamp)
+    w, x, y, z = value.quaternion
+    message.quaternion = [x, y, z, w]
+    message.gyro, message.acc = list(value.gyro), list(value.acceleration)
+
+
+def _write_joints(message: Any, value: Joints, find: Find) -> None:
+    _set_header(message, value.stamp, "")
+    message.name, message.position = list(value.names), list(value.angles)
+
+
+def _write_four_axes(message: Any, value: FourAxes, find: Find) -> None:
+    message.angles, message.base_thrust = list(value.angles), list(value.base_thrust)
+
+
+def _write_gains(message: Any, value: Gains, find: Find) -> None:
+    for gains in value.motors:
+        motor = find("spinal/RollPitchYawTerm")()
+        for name, gain in zip(_GAINS, gains, strict=True):
+            setattr(motor, name, gain)
+        message.motors.append(motor)
+
+
+def _write_p_matrix(message: Any, value: PMatrix, find: Find) -> None:
+    for row in value.rows:
+        unit = find("spinal/PMatrixPseudoInverseUnit")()
+        unit.r, unit.p, unit.y = row
+        message.pseudo_inverse.append(unit)
+    message.inertia = list(value.inertia)
+
+
+def _write_odometry(message: Any, value: Odometry, find: Find) -> None:
+    _set_header(message, value.stamp)
+    message.child_frame_id = value.frame
+    _set_xyz(message.pose.pose.position, value.position)
+    _set_turn(message.pose.pose.orientation, value.quaternion)
+    _set_xyz(message.twist.twist.linear, value.velocity)
+    _set_xyz(message.twist.twist.angular, value.angular_velocity)
+
+
+def _write_wrench(message: Any, value: Wrench, find: Find) -> None:
+    _set_header(message, value.stamp)
+    _set_xyz(message.wrench.force, value.force)
+    _set_xyz(message.wrench.torque, value.torque)
+
+
+def _write_control(message: Any, value: PoseControl, find: Find) -> None:
+    _set_header(message, value.stamp)
+    for name, axis in zip(("x", "y", "z", "roll", "pitch", "yaw"), value.axes, strict=True):
+        _write_axis(getattr(message, name), axis)
+
+
+def _write_axis(place: Any, axis: Axis) -> None:
+    place.target_p, place.err_p = axis.target, axis.error
+    place.target_d, place.err_d = axis.target_rate, axis.rate_error
+
+
+def _write_diagnosis(message: Any, value: Diagnosis, find: Find) -> None:
+    import rospy
+
+    message.header.stamp = stamp_of(rospy.get_time())
+    status = find("diagnostic_msgs/DiagnosticStatus")()
+    status.level, status.name, status.message = value.level, "skylimb", value.words
+    for key, word in value.values.items():
+        entry = find("diagnostic_msgs/KeyValue")()
+        entry.key, entry.value = key, word
+        status.values.append(entry)
+    message.status = [status]
+
+
+_WRITE: dict[type, Callable[[Any, Any, Find], None]] = {
+    Pose: _write_pose,
+    Imu: _write_imu,
+    Joints: _write_joints,
+    FourAxes: _write_four_axes,
+    Gains: _write_gains,
+    PMatrix: _write_p_matrix,
+    Odometry: _write_odometry,
+    Wrench: _write_wrench,
+    PoseControl: _write_control,
+    Diagnosis: _write_diagnosis,
+}
