@@ -20,9 +20,9 @@ CONTROLLER_COLOURS = {
     "hybrid": "#7A3E9D",
     "following": "#3A9FD8",
     "drawing": "#CC79A7",
-    "task_frame": "#66A61E",
+    "task_frame": "#E69F00",
 }
-OTHER_COLOURS = ("#8C6D00", "#000000", "#B2182B", "#4D4D4D")
+OTHER_COLOURS = ("#8C6D00", "#000000", "#B2182B", "#4D4D4D", "#66A61E")
 
 LABELS = {
     "pid": "PID",
