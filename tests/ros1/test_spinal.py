@@ -161,3 +161,17 @@ def test_controller_and_simulator_fly_over_the_labs_topics() -> None:
     wire.until(FlightState.ARM_OFF, 30.0)
     assert wire.robot.plant.stands
     assert [kept.name for kept in wire.pilot.kept] == ["flight"]
+
+
+def test_the_labs_axes_at_the_centre_of_gravity_have_the_yaw_of_its_link() -> None:
+    wire = Wire()
+    for _ in range(20):
+        wire.tick()
+    odometry = {topic.name: value for topic, value in wire.pilot.tick([], 0.0) if "odom" in topic.name}
+    # Both are published on even ticks only.
+    odometry |= {topic.name: value for topic, value in wire.pilot.tick([], 0.0) if "odom" in topic.name}
+    yaws = []
+    for name in ("uav/cog/odom", "uav/baselink/odom"):
+        w, x, y, z = odometry[name].quaternion
+        yaws.append(np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))
+    assert yaws[0] == pytest.approx(yaws[1], abs=0.01)

@@ -25,7 +25,7 @@ class Ros:
         skylimb ros both --controller hybrid --messages ~/jsk_aerial_robot
         skylimb ros both --experiment paper --mission my_drawing.toml --out out/ros
         skylimb ros simulator --messages ~/jsk_aerial_robot
-        skylimb ros controller --controller hybrid --messages ~/jsk_aerial_robot --no-attitude-loop
+        skylimb ros controller --controller hybrid --messages ~/jsk_aerial_robot --bare
     """
 
     profile: Annotated[Positional[str], arg(metavar="PROFILE", help="simulator, controller or both.")]
@@ -48,7 +48,7 @@ class Ros:
     ] = ""
     cells: Annotated[str, arg(metavar="N", help="Cells of the battery in series.")] = "6"
     anywhere: Annotated[bool, arg(help="Whether master and node may be on a network.")] = False
-    no_attitude_loop: Annotated[
+    bare: Annotated[
         bool, arg(help="That the flight controller may hold no attitude; controller needs it.")
     ] = False
     set: Assignments = ()
@@ -75,7 +75,7 @@ class Ros:
                 self.link,
                 cells,
                 self.anywhere,
-                self.no_attitude_loop,
+                self.bare,
             ),
             lambda words: print(words, flush=True),
         )

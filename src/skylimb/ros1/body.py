@@ -42,6 +42,12 @@ class Body(NamedTuple):
         return float(np.arctan2(self.R_W_link[1, 0], self.R_W_link[0, 0]))
 
     @property
+    def yaw_in_C(self) -> float:
+        """Yaw of the lab's link in C, rad."""
+        R = self.R_WC.T @ self.R_W_link
+        return float(np.arctan2(R[1, 0], R[0, 0]))
+
+    @property
     def tilt(self) -> float:
         """Angle of C's z axis against the vertical, rad."""
         return float(np.arccos(min(max(self.R_WC[2, 2], -1.0), 1.0)))

@@ -28,7 +28,7 @@ from skylimb.ros1.messages import (
 )
 from skylimb.ros1.pilot import Tick
 from skylimb.ros1.topics import Topic
-from skylimb.spatial import rpy_from_rotation
+from skylimb.spatial import rot_z, rpy_from_rotation
 
 _FORCE, _TORQUE = "external_force_estimate", "external_torque_estimate"
 
@@ -92,9 +92,10 @@ def seen_by_anybody(k: int, stamp: float, tick: Tick, rates: Rates) -> Iterator[
     if body is None:
         return
     if rates.due(topics.COG, k):
-        yield Outgoing(
-            topics.COG, _odometry(stamp, "cog", body.cog, body.R_WC, body.velocity, body.rates_cog)
-        )
+        # The lab's axes at the centre of gravity are level like C, with the yaw of its link.
+        turn = np.asarray(rot_z(body.yaw_in_C))
+        R, turning = body.R_WC @ turn, turn.T @ body.rates_cog
+        yield Outgoing(topics.COG, _odometry(stamp, "cog", body.cog, R, body.velocity, turning))
     if rates.due(topics.BASELINK, k):
         yield Outgoing(
             topics.BASELINK,

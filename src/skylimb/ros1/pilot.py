@@ -175,6 +175,8 @@ class Pilot:
 
     def _body(self, inputs: Inputs) -> Body | None:
         """Where the robot is, if that is known and fresh."""
+        if inputs.measurement is None and self._watch.good is None:
+            return None  # nobody has measured anything yet
         self._watch.judge(inputs.measurement, inputs.taken, inputs.now)
         good = self._watch.good
         if good is None or inputs.now - inputs.taken > self._guard_limits.hold_after:

@@ -43,7 +43,7 @@ def test_mistakes_are_said_before_ros_is_looked_for() -> None:
     assert "PROFILE = 'bot' is not one of simulator, controller, both" in command("bot").stderr
     said = command("controller").stderr
     assert "holds no attitude" in said
-    assert "--no-attitude-loop says that you know" in said
+    assert "--bare says that you know" in said
     assert "--cells = 99 is outside of 1 .. 20" in command("both", "--cells", "99").stderr
 
 

@@ -61,7 +61,7 @@ class Options:
         link: whose pose is on them; the flight controller's by default.
         cells: of the battery.
         anywhere: whether master and node may be on a network.
-        no_attitude_loop: whether the cost of `controller` is accepted.
+        bare: whether the cost of `controller` is accepted.
     """
 
     profile: str
@@ -75,7 +75,7 @@ class Options:
     link: str = ""
     cells: int = 6
     anywhere: bool = False
-    no_attitude_loop: bool = False
+    bare: bool = False
 
 
 @dataclass(frozen=True)
@@ -101,8 +101,8 @@ def run(options: Options, say: Callable[[str], None] = print) -> Flown:
     """
     if options.profile not in PROFILES:
         raise choice_error("PROFILE", options.profile, PROFILES)
-    if options.profile == "controller" and not options.no_attitude_loop:
-        raise ConfigError(f"{WARNING} --no-attitude-loop says that you know")
+    if options.profile == "controller" and not options.bare:
+        raise ConfigError(f"{WARNING} --bare says that you know")
     require_ros()
     require_loopback(options.anywhere)
     definitions = Definitions(options.messages)
