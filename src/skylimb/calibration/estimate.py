@@ -6,9 +6,7 @@ of unknown pushes by the likelihood. The covariance counts the colour that the r
 Jacobian J of the whitened residuals, their covariance Sigma of an autoregressive model, and the prior's
 information P, it is
 
-    (J^T J + P)^-1 (J^T Sigma J + P) (J^T J + P)^-1,
-
-and no time is known better than a log's clock.
+    (J^T J + P)^-1 (J^T Sigma J + P) (J^T J + P)^-1.
 """
 
 from __future__ import annotations
@@ -26,20 +24,20 @@ from skylimb.calibration.record import Record
 from skylimb.calibration.step_model import MEASURED
 from skylimb.calibration.steps import Filtered, Noise, Predicted, Steps
 
-USUAL_NOISE = Noise(position=1e-3, attitude=1e-3, push=5e-3, turn=2e-3)
+USUAL_NOISE = Noise(position=1e-3, attitude=1e-3, push=5e-3, turn=5e-3)
 """Levels to begin with."""
 
-_PUSHES = (0.01, 0.1, 1.0, 10.0)
-"""Multiples of the usual unknown push and turn that are tried."""
+_FACTORS = (10.0, 10.0**0.5)
+"""By which levels of unknown pushes are raised and lowered, ever finer."""
 
-CLOCK = 1.5e-4
-"""How well the times in a log are known, s: a simulation steps by 1 ms, the clock of a real robot jitters."""
+_LEAST_PUSH, _MOST_PUSH = 1e-2, 1e2
+"""Multiples of the usual levels beyond which nothing is tried: no model is exact to less."""
 
 _HUBER, _IMPOSSIBLE = 3.0, 8.0
 """Residuals, over their usual size, from which they weigh less, and from which their frame is not used."""
 
-_SETTLED = 1e-3
-"""A step below this part of every standard deviation ends the search."""
+_ROUGH, _SETTLED = 0.03, 1e-3
+"""A step below this part of every standard deviation ends a search."""
 
 _MOST_STEPS = 12
 
@@ -170,10 +168,13 @@ class Fit:
 def estimate(record: Record) -> Estimate:
     """The parameters that explain a record best, and how well it shows each."""
     fit = Fit(record)
-    theta, noise = _search(fit, centers(fit.parameters), USUAL_NOISE, 0.03)
+    noise = USUAL_NOISE
+    theta = _search(fit, centers(fit.parameters), noise, _ROUGH)
     fit.leave_out(fit.filtered(theta, noise))
-    noise = _levels(fit, theta, noise)
-    theta, noise = _search(fit, theta, noise, _SETTLED)
+    for settled in (_ROUGH, _SETTLED):
+        # Parameters that are a little off look like pushes, so levels are found twice.
+        noise = _levels(fit, theta, noise)
+        theta = _search(fit, theta, noise, settled)
     known = fit.filtered(theta, noise)
     predicted = fit.predicted(theta, known)
     information, covariance = _covariance(fit, predicted)
@@ -197,7 +198,7 @@ def estimate(record: Record) -> Estimate:
     )
 
 
-def _search(fit: Fit, theta: np.ndarray, noise: Noise, settled: float) -> tuple[np.ndarray, Noise]:
+def _search(fit: Fit, theta: np.ndarray, noise: Noise, settled: float) -> np.ndarray:
     """Gauss and Newton's steps until all are small against what the record leaves unknown."""
     center, spread = centers(fit.parameters), spreads(fit.parameters)
     for _ in range(_MOST_STEPS):
@@ -214,7 +215,7 @@ def _search(fit: Fit, theta: np.ndarray, noise: Noise, settled: float) -> tuple[
         theta = _allowed(fit, theta + step)
         if np.all(np.abs(step) < settled * spread):
             break
-    return theta, noise
+    return theta
 
 
 def _allowed(fit: Fit, theta: np.ndarray) -> np.ndarray:
@@ -228,19 +229,29 @@ def _allowed(fit: Fit, theta: np.ndarray) -> np.ndarray:
 
 def _levels(fit: Fit, theta: np.ndarray, noise: Noise) -> Noise:
     """Levels of noise that the record has: of unknown pushes by the likelihood, of frames by what is left."""
-    best, found = np.inf, noise
-    for times in _PUSHES:
-        tried = noise._replace(push=times * USUAL_NOISE.push, turn=times * USUAL_NOISE.turn)
-        residuals = fit.used(fit.filtered(theta, tried))
-        size = np.median(np.abs(residuals), axis=0) / _QUARTILE
-        tried = tried._replace(
-            position=float(tried.position * np.sqrt(np.mean(size[:3] ** 2))),
-            attitude=float(tried.attitude * np.sqrt(np.mean(size[3:] ** 2))),
-        )
-        likelihood = fit.likelihood(fit.filtered(theta, tried))
-        if likelihood < best:
-            best, found = likelihood, tried
+    least, found = _likely(fit, theta, noise)
+    for factor in _FACTORS:
+        for name in ("push", "turn"):
+            usual = getattr(USUAL_NOISE, name)
+            for times in (1.0 / factor, factor):
+                while True:
+                    level = np.clip(times * getattr(found, name), _LEAST_PUSH * usual, _MOST_PUSH * usual)
+                    value, tried = _likely(fit, theta, found._replace(**{name: float(level)}))
+                    if value >= least:
+                        break
+                    least, found = value, tried
     return found
+
+
+def _likely(fit: Fit, theta: np.ndarray, noise: Noise) -> tuple[float, Noise]:
+    """How unlikely the record is with these unknown pushes, and the levels of its frames with them."""
+    residuals = fit.used(fit.filtered(theta, noise))
+    size = np.median(np.abs(residuals), axis=0) / _QUARTILE
+    noise = noise._replace(
+        position=float(noise.position * np.sqrt(np.mean(size[:3] ** 2))),
+        attitude=float(noise.attitude * np.sqrt(np.mean(size[3:] ** 2))),
+    )
+    return fit.likelihood(fit.filtered(theta, noise)), noise
 
 
 def _covariance(fit: Fit, predicted: list[Predicted]) -> tuple[np.ndarray, np.ndarray]:
@@ -259,9 +270,6 @@ def _covariance(fit: Fit, predicted: list[Predicted]) -> tuple[np.ndarray, np.nd
     prior = np.diag(spreads(fit.parameters) ** -2)
     inverse = np.linalg.inv(information + prior)
     covariance = inverse @ (coloured + prior) @ inverse
-    for name in ("rotor_lag", "latency"):
-        at = fit.places[name]
-        covariance[at, at] += CLOCK**2
     return information, 0.5 * (covariance + covariance.T)
 
 

@@ -17,8 +17,11 @@ WANTED = {
     "rotor_lag": 0.005,
     "latency": 0.002,
     "lean": 0.0026,
+    "gravity": 0.05,
 }
-"""Standard deviation that is wanted of each parameter: 0.15 degrees, 1.5 mm, 0.5 %, 5 ms, 2 ms."""
+"""Standard deviation that is wanted of each parameter: 0.15 degrees, 1.5 mm, 0.5 %, 5 ms, 2 ms.
+
+That of gravity is the rotor scales', as they trade for each other in a hover."""
 
 
 def wanted(given: tuple[Parameter, ...]) -> np.ndarray:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from skylimb.robots.model import Robot
+from skylimb.robots.model import GRAVITY, Robot
 
 
 @dataclass(frozen=True)
@@ -77,6 +77,9 @@ def parameters(robot: Robot) -> tuple[Parameter, ...]:
             (0.0, 0.0),
             0.01,
             "steady push along the axes of W over the weight: wind, or a world frame that leans",
+        ),
+        Parameter(
+            "gravity", "m/s^2", ("",), (GRAVITY,), 0.02, "of the place, which is not the same everywhere"
         ),
     )
 

@@ -17,6 +17,7 @@ import functools
 import casadi as ca
 import numpy as np
 
+from skylimb.calibration.scan import quick, scan
 from skylimb.calibration.step_model import MEASURED, STATES, StepModel, small_rotation
 from skylimb.calibration.steps import Filtered, Noise, Predicted, Steps
 from skylimb.calibration.triangular import cholesky, inverse_lower
@@ -32,9 +33,8 @@ def _functions(
     """The filter's step, which finds gains, and the predictor's, which takes them and has derivatives."""
     model = StepModel(n, mass, (root_mass, np.array(root_centre)), dt)
     following, slope, residual, seen = model.linear()
-    inputs = [model.theta, *model.given]
 
-    # 1. The filter: covariance along, gain and whitening out.
+    # The filter: covariance along, gain and whitening out.
     P, noise = ca.SX.sym("P", STATES, STATES), ca.SX.sym("noise", MEASURED + STATES)
     H = -seen[:, :STATES]
     M = P @ H.T
@@ -47,10 +47,10 @@ def _functions(
     (moved,) = ca.substitute([following], [model.gain], [gain])
     filtering = ca.Function(
         "filtering",
-        [ca.vertcat(model.x, ca.vec(P)), *inputs, noise],
+        [ca.vertcat(model.x, ca.vec(P)), ca.vertcat(model.theta, *model.given, noise)],
         [
-            ca.densify(out)
-            for out in (ca.vertcat(moved, ca.vec(P_next)), ca.vec(gain), ca.vec(W), W @ residual)
+            ca.densify(ca.vertcat(moved, ca.vec(P_next))),
+            ca.densify(ca.vertcat(ca.vec(gain), ca.vec(W), W @ residual)),
         ],
         {"cse": True},
     )
@@ -69,32 +69,11 @@ def _predicting(
     S_next = slope[:, :STATES] @ S + slope[:, STATES:]
     outputs = [
         ca.densify(ca.vertcat(following, ca.vec(S_next))),
-        ca.densify(W @ residual),
-        ca.densify(ca.vec(W @ total)),
+        ca.densify(ca.vertcat(W @ residual, ca.vec(W @ total))),
     ]
     outputs = ca.substitute(outputs, [model.gain], [ca.reshape(gain, STATES, MEASURED)])
-    inputs = [ca.vertcat(model.x, ca.vec(S)), model.theta, *model.given, gain, white]
+    inputs = [ca.vertcat(model.x, ca.vec(S)), ca.vertcat(model.theta, *model.given, gain, white)]
     return ca.Function("predicting", inputs, outputs, {"cse": True})
-
-
-def _scan(function: ca.Function, state: np.ndarray, columns: list[np.ndarray]) -> list[np.ndarray]:
-    """A step's function over all rows; what it gives besides the state, (k, size) each."""
-    count = len(columns[0])
-    buffer, evaluate = function.buffer()
-    outputs = [np.empty((count, function.size1_out(i))) for i in range(1, function.n_out())]
-    state = np.array(state, dtype=float)
-    following = np.empty_like(state)
-    arguments = [np.ascontiguousarray(column, dtype=float) for column in columns]
-    for k in range(count):
-        buffer.set_arg(0, memoryview(state))  # pyright: ignore[reportCallIssue, reportArgumentType]
-        for i, column in enumerate(arguments):
-            buffer.set_arg(i + 1, memoryview(column[k]))  # pyright: ignore[reportCallIssue, reportArgumentType]
-        buffer.set_res(0, memoryview(following))  # pyright: ignore[reportCallIssue, reportArgumentType]
-        for i, output in enumerate(outputs):
-            buffer.set_res(i + 1, memoryview(output[k]))  # pyright: ignore[reportCallIssue, reportArgumentType]
-        evaluate()
-        state, following = following, state
-    return outputs
 
 
 class Predictor:
@@ -109,8 +88,9 @@ class Predictor:
 
     def __init__(self, n: int, mass: float, root: tuple[float, np.ndarray], dt: float) -> None:
         self.dt = dt
-        self._filtering, self._predicting = _functions(n, mass, root[0], tuple(map(float, root[1])), dt)
-        self.parameters = 10 + n
+        functions = _functions(n, mass, root[0], tuple(map(float, root[1])), dt)
+        self._filtering, self._predicting = map(quick, functions)
+        self.parameters = 11 + n
 
     def start(self, steps: Steps, theta: np.ndarray) -> np.ndarray:
         """The state that the first frame suggests, at rest, (18,)."""
@@ -127,16 +107,17 @@ class Predictor:
         levels = np.repeat(
             [noise.position**2, noise.attitude**2, 1e-14, dt * noise.push**2, 1e-14, dt * noise.turn**2], 3
         )
-        count = len(steps.fresh)
-        columns = [np.tile(theta, (count, 1)), *steps, np.tile(levels, (count, 1))]
-        gains, whitening, residuals = _scan(self._filtering, np.concatenate([start, P.ravel()]), columns)
+        rows = [np.tile(theta, (len(steps.fresh), 1)), *steps, np.tile(levels, (len(steps.fresh), 1))]
+        found = scan(self._filtering, np.concatenate([start, P.ravel()]), np.hstack(rows))
+        gains, whitening, residuals = np.split(found, np.cumsum([STATES * MEASURED, MEASURED**2]), axis=1)
         return Filtered(gains, whitening, residuals * steps.fresh)
 
     def predict(self, steps: Steps, theta: np.ndarray, start: np.ndarray, known: Filtered) -> Predicted:
         """Residuals and their derivatives by the parameters, with the filter's gains held."""
         state = np.concatenate([start, np.zeros(STATES * self.parameters)])
-        columns = [np.tile(theta, (len(steps.fresh), 1)), *steps, known.gains, known.whitening]
-        residuals, slopes = _scan(self._predicting, state, columns)
+        rows = [np.tile(theta, (len(steps.fresh), 1)), *steps, known.gains, known.whitening]
+        found = scan(self._predicting, state, np.hstack(rows))
+        residuals, slopes = found[:, :MEASURED], found[:, MEASURED:]
         slopes = slopes.reshape(len(residuals), self.parameters, MEASURED).transpose(0, 2, 1)
         used = steps.fresh
         return Predicted(residuals * used, slopes * used[:, :, None])

@@ -16,7 +16,7 @@ from skylimb.config import from_mapping
 from skylimb.control.corrections import FORMAT, Corrections
 from skylimb.recording.run import Run
 from skylimb.recording.versions import versions
-from skylimb.robots.model import GRAVITY, Robot
+from skylimb.robots.model import Robot
 
 FILE = "calibration.toml"
 
@@ -27,7 +27,7 @@ MASS_SPREAD = 0.02
 """What is believed of the mass, as a part of it: a flight does not show it."""
 
 _ENGINE_GRAVITY = 9.81
-"""MuJoCo's own, m/s^2, with which every flight is simulated."""
+"""MuJoCo's own, m/s^2: no simulated flight has another."""
 
 _TIGHT, _LOOSE = 0.9, 1.25
 """Residuals, over what the noise explains, between which the model is good."""
@@ -167,8 +167,7 @@ def true_values(run: Run, robot: Robot) -> np.ndarray | None:
         [
             np.asarray(sensors.get("attitude_misalignment", np.zeros(3)), dtype=float),
             np.asarray(plant.get("cog_offset", np.zeros(3)), dtype=float),
-            # The estimate is over the weight in standard gravity; the engine's is 9.81 m/s^2.
-            scale * GRAVITY / _ENGINE_GRAVITY,
-            [described if lag < 0.0 else lag, float(sensors.get("latency", 0.0)), 0.0, 0.0],
+            scale,
+            [described if lag < 0.0 else lag, float(sensors.get("latency", 0.0)), 0.0, 0.0, _ENGINE_GRAVITY],
         ]
     )

@@ -8,6 +8,9 @@ their lag,
     v' = R sum_i s_i lambda_i u_i / m - g + g lean,      l' = R sum_i s_i lambda_i (t_i - d x u_i) / m,
     R' = R hat(I^-1 (R^T l - h)),                         measured: p - R (c + d) and R Exp(e).
 
+Gravity g is a parameter too: over the Earth it differs by half a percent, which is a millimetre of centre of
+gravity's height.
+
 Momentum makes the joints' own motion exact, and needs no acceleration of anything.
 """
 
@@ -19,7 +22,6 @@ import casadi as ca
 import numpy as np
 
 from skylimb.calibration.mechanics import Mechanics, shapes
-from skylimb.robots.model import GRAVITY
 from skylimb.spatial import cross, hat, vee
 
 STATES = 12
@@ -79,7 +81,7 @@ class StepModel:
         size = sum(int(np.prod(shape)) for shape in shapes(n).values())
         widths = (size, size, 3, 3, n, 2 * n, n, 2 * n, 3, 9, 1)
         self.given = _Symbols(*(ca.SX.sym(k, w) for k, w in zip(_Symbols._fields, widths, strict=True)))
-        self.parameters = 10 + n
+        self.parameters = 11 + n
         self.x, self.theta = ca.SX.sym("x", 3 + 3 + 9 + 3), ca.SX.sym("theta", self.parameters)
         self.dx, self.dtheta = ca.SX.sym("dx", STATES), ca.SX.sym("dtheta", self.parameters)
         self.gain = ca.SX.sym("gain", STATES, MEASURED)
@@ -89,11 +91,11 @@ class StepModel:
         x, theta, n = self.x, self.theta + dtheta, self.n
         R = _rows(x[6:15], 3, 3) @ small_rotation(dx[6:9])
         state = (x[0:3] + dx[0:3], x[3:6] + dx[3:6], R, x[15:18] + dx[9:12])
-        return (*state, theta[0:3], theta[3:6], theta[6 : 6 + n], theta[8 + n : 10 + n])
+        return (*state, theta[0:3], theta[3:6], theta[6 : 6 + n], theta[8 + n : 10 + n], theta[10 + n])
 
     def residual(self, dx: ca.SX, dtheta: ca.SX) -> ca.SX:
         """What the frame differs from its prediction, m and rad, (6,)."""
-        p, _, R, _, e, d, _, _ = self._beside(dx, dtheta)
+        p, _, R, _, e, d, _, _, _ = self._beside(dx, dtheta)
         given, latency = self.given, dtheta[self.n + 7]
         c = given.cog + given.cog_rate * latency
         seen = R @ small_rotation(e)
@@ -101,7 +103,7 @@ class StepModel:
 
     def next(self, dx: ca.SX, dtheta: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
         """p, v, R and l one step later, put right by the frame before."""
-        p, v, R, momentum, _, d, scale, lean = self._beside(dx, dtheta)
+        p, v, R, momentum, _, d, scale, lean, gravity = self._beside(dx, dtheta)
         given, n, dt = self.given, self.n, self.dt
         right = given.fresh * (self.gain @ self.residual(dx, dtheta))
         p, v, R, momentum = (
@@ -128,7 +130,7 @@ class StepModel:
         mean = momentum + 0.5 * dt * (R @ early_torque)
         first = inertia @ (R.T @ mean - own)
         R_half, R_early = R @ small_rotation(0.5 * dt * first), R @ small_rotation(dt / 3.0 * first)
-        weight = GRAVITY * ca.vertcat(lean, -1.0)
+        weight = gravity * ca.vertcat(lean, -1.0)
         spin = inertia @ (R_half.T @ mean - own)
         return (
             p + dt * v + 0.5 * dt**2 * (R_early @ early_force + weight),

@@ -1,0 +1,48 @@
+"""A step's function over all rows of a flight, as machine code where that is at hand."""
+
+from __future__ import annotations
+
+import casadi as ca
+import numpy as np
+
+from skylimb.errors import CompileError
+from skylimb.flights.drivers.native import machine_code, native_available, worth_building
+
+
+def quick(function: ca.Function) -> ca.Function:
+    """The same function as machine code once this machine meets it again, with the same numbers to the bit.
+
+    Building takes as long as one estimate without it.
+    """
+    if not (native_available() and worth_building(function)):
+        return function
+    try:
+        return machine_code(function)
+    except CompileError:
+        return function
+
+
+def scan(function: ca.Function, state: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """What a function (state, row) -> (state, output) gives along all rows.
+
+    Args:
+        function: of dense columns.
+        state: before the first row.
+        rows: (k, size).
+
+    Returns:
+        The outputs, (k, size).
+    """
+    buffer, evaluate = function.buffer()
+    rows = np.ascontiguousarray(rows, dtype=float)
+    outputs = np.empty((len(rows), function.size1_out(1)))
+    state = np.array(state, dtype=float)
+    following = np.empty_like(state)
+    for row, output in zip(rows, outputs, strict=True):
+        buffer.set_arg(0, memoryview(state))  # pyright: ignore[reportCallIssue, reportArgumentType]
+        buffer.set_arg(1, memoryview(row))  # pyright: ignore[reportCallIssue, reportArgumentType]
+        buffer.set_res(0, memoryview(following))  # pyright: ignore[reportCallIssue, reportArgumentType]
+        buffer.set_res(1, memoryview(output))  # pyright: ignore[reportCallIssue, reportArgumentType]
+        evaluate()
+        state, following = following, state
+    return outputs
