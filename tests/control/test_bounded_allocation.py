@@ -296,7 +296,7 @@ def test_following_holds_the_integral_of_its_force_along_the_contact_axis(make_i
     slot = numeric(following.Gains((5.0, 10.0, 5.0), (0.8, 0.7, 0.8)))
     inputs = make_inputs()
     inputs = inputs._replace(contact=inputs.contact._replace(engaged=1.0, normal_force=0.2))
-    state = following.State(0.0, 0.5, np.zeros(2))
+    state = following.State(0.0, 0.5, np.zeros(2), np.zeros(3))
     free = following.step(slot, state, inputs)[0].integral
     sideways = inputs._replace(residual=Wrench(np.array([0.0, 3.0, 3.0]), np.zeros(3)))
     along = inputs._replace(residual=Wrench(np.array([3.0, 0.0, 0.0]), np.zeros(3)))

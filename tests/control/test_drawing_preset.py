@@ -8,7 +8,8 @@ import pytest
 
 import skylimb
 from skylimb.control.attitude import firm, impedance
-from skylimb.control.contact_machine import RETREAT, SETTLE
+from skylimb.control.contact import drawing
+from skylimb.control.contact_machine import RETREAT, SETTLE, SLIDE
 from skylimb.control.controller import load_controller
 from skylimb.control.records import no_contact
 from skylimb.packing import numeric
@@ -68,8 +69,31 @@ def test_the_expected_torque_is_taken_off_by_its_share(make_inputs: Any, model: 
     _, without, _ = impedance.step(numeric(plain), (), inputs, target)
     expected = inputs.estimate.body.R_WC.T @ np.cross(inputs.estimate.arm, inputs.contact.across)
     np.testing.assert_allclose(torque, without - np.array([0.0, 0.5, 1.0]) * expected, atol=1e-12)
+    both = replace(gains, unexpected_share=(0.3, 0.2, 0.1))
+    _, less, _ = firm.step(numeric(both), (), inputs, target)
+    beyond = inputs.estimate.wrench.torque - expected
+    assert np.abs(beyond).min() > 1e-3
+    np.testing.assert_allclose(less, torque - np.array([0.3, 0.2, 0.1]) * beyond, atol=1e-12)
     _, none, _ = firm.step(numeric(replace(gains, contact_share=(0.0, 0.0, 0.0))), (), inputs, target)
     np.testing.assert_array_equal(none, without)
+
+
+def test_a_path_waits_for_its_pen_no_slower_than_it_should(make_inputs: Any, make_start: Any) -> None:
+    gains = replace(drawing.Gains(), wait_beyond=0.008, waiting_pace=0.4, path_acceleration=100.0)
+    state = drawing.initial_state(gains, make_start())
+    slides = state.following._replace(machine=state.following.machine._replace(state=SLIDE))
+    paces = []
+    for behind in (0.003, 0.006, 0.02):
+        moving = {"tip_velocity": np.array([0.0, 0.05, 0.0]), "touch": 1.0, "wait": 1.0}
+        moving |= {"tip_position": np.array([1.0, behind, 0.0])}
+        inputs = make_inputs(
+            force=np.array([-1.0, 0.0, 0.0]),
+            contact_force=-1.0,
+            reference=moving,
+        )
+        _, _, signals = drawing.step(numeric(gains), numeric(state._replace(following=slides)), inputs)
+        paces.append(float(signals["pace"]))
+    assert paces == pytest.approx([1.0, 0.5, 0.4])
 
 
 def test_it_is_following_but_for_what_it_says(robot: Any) -> None:
@@ -78,4 +102,6 @@ def test_it_is_following_but_for_what_it_says(robot: Any) -> None:
     assert mine["allocation"] == other["allocation"]
     assert mine["shape"] == other["shape"]
     changed = {key for key in other["translation"] if mine["translation"][key] != other["translation"][key]}
-    assert changed == {"stiffness", "damping_ratio", "cancel", "feed"}
+    assert changed == {
+        *("stiffness", "damping_ratio", "cancel", "cancel_speed", "feed", "swing", "swing_cutoff")
+    }

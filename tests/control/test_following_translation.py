@@ -1,6 +1,7 @@
 """The translation law of the preset `following`, in the frame of the task and in numbers."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -36,7 +37,7 @@ Make = Callable[..., LawInput]
 
 def step(at: LawInput, gains: Any = GAINS, state: Any = None) -> tuple[Any, np.ndarray, np.ndarray]:
     """State, force less weight, and target."""
-    state = following.State(0.0, GAINS.tank, np.zeros(2)) if state is None else state
+    state = following.State(0.0, GAINS.tank, np.zeros(2), np.zeros(3)) if state is None else state
     state, force, signals = following.step(numeric(gains), state, at)
     assert list(signals) == [
         "cog_position_target", "contact_force_reference", "contact_force_target", "contact_force_integral",
@@ -74,7 +75,7 @@ def test_it_tells_which_force_is_commanded_and_what_it_presses_with(make_inputs:
 
     def told(contact: Any, touch: float, tank: float = 0.5) -> list[float]:
         at = make_inputs(contact=contact, **{**CALM, "reference": {"tip_position": ARM, "touch": touch}})
-        state = following.State(2.0, tank, np.zeros(2))
+        state = following.State(2.0, tank, np.zeros(2), np.zeros(3))
         signals = following.step(numeric(GAINS), state, at)[2]
         return [float(signals[name]) for name in list(signals)[1:]]
 
@@ -127,6 +128,27 @@ def test_a_stiff_spring_and_damper_hold_each_sliding_axis(make_inputs: Make) -> 
     K, D = np.array([0.0, 8.0, 6.0]), 2.0 * np.array([0.0, 0.7 * 8.0**0.5, 0.9 * 6.0**0.5])
     _, force, _ = step(at)
     np.testing.assert_allclose(force[1:], (MASS * (bending - D * (moving - drift) - K * off))[1:], atol=1e-12)
+
+
+def test_the_damper_counts_the_pens_swing_by_its_shares(make_inputs: Make) -> None:
+    gains = replace(GAINS, swing=(0.5, 0.25), swing_cutoff=1e4)
+    spin = np.array([0.1, -0.2, 0.3])
+    at = make_inputs(contact=ENGAGED, omega=spin, **CALM)
+    state, force, _ = step(at, gains)
+    swing = np.cross(spin, ARM)
+    np.testing.assert_allclose(state.swing, swing, atol=1e-12)
+    D = 2.0 * np.array([0.7 * 8.0**0.5, 0.9 * 6.0**0.5])
+    np.testing.assert_allclose(force[1:], -MASS * D * np.array([0.5, 0.25]) * swing[1:], atol=1e-12)
+    slow, _, _ = step(at, replace(gains, swing_cutoff=1.0))
+    np.testing.assert_allclose(slow.swing, (1.0 - np.exp(-2.0 * np.pi * DT)) * swing, atol=1e-12)
+
+
+def test_of_an_expected_force_only_what_is_felt_beyond_it_is_cancelled(make_inputs: Make) -> None:
+    gains = replace(GAINS, feed=1.0, cancel=(0.5, 0.5), cancel_cutoff=(1e4, 1e4))
+    expected, felt = np.array([0.0, 0.3, -0.2]), np.array([-1.0, 0.4, -0.4])
+    at = make_inputs(contact=ENGAGED._replace(speed=1.0, across=expected), **{**CALM, "force": felt})
+    _, force, _ = step(at, gains)
+    np.testing.assert_allclose(force[1:], -(expected + 0.5 * (felt - expected))[1:], atol=1e-12)
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -186,7 +208,7 @@ def test_out_of_contact_the_tip_is_led_by_position(make_inputs: Make) -> None:
     at = make_inputs(
         contact=led, **{**CALM, "position": np.array([0.03, 0.0, 0.0]), "velocity": np.array([0.1, 0.0, 0.0])}
     )
-    state, force, _ = step(at, state=following.State(1.0, 0.1, np.zeros(2)))
+    state, force, _ = step(at, state=following.State(1.0, 0.1, np.zeros(2), np.zeros(3)))
     damping = 2.0 * 0.8 * 5.0**0.5
     assert force[0] == pytest.approx(-MASS * (damping * (0.1 - 0.05) + 5.0 * (0.03 + 1.09 - 1.2)))
     assert state.integral == 0.0
@@ -205,7 +227,7 @@ def test_the_damper_counts_the_motion_against_surface_and_arm(make_inputs: Make)
         commanded_arm=ArmTarget(1.09, 0.02),
         **{**CALM, "velocity": np.array([0.07, 0.0, 0.0])},
     )
-    state, force, _ = step(at, state=following.State(0.0, 0.2, np.zeros(2)))
+    state, force, _ = step(at, state=following.State(0.0, 0.2, np.zeros(2), np.zeros(3)))
     relative = 0.07 - (0.05 - 0.02)
     assert force[0] == pytest.approx(1.0 - MASS * GAINS.press_damping * relative)
     assert state.tank == pytest.approx(0.2 + MASS * GAINS.press_damping * relative**2 * DT)
@@ -226,7 +248,9 @@ def test_a_missing_force_is_integrated_up_to_its_limit(make_inputs: Make, normal
     state, force, _ = step(at)
     assert state.integral == pytest.approx(GAINS.force_integral * (1.0 - normal) * DT)
     assert force[0] == pytest.approx(1.0 + state.integral)
-    nearly = following.State(np.sign(1.0 - normal) * (GAINS.force_integral_limit - 1e-4), 0.5, np.zeros(2))
+    nearly = following.State(
+        np.sign(1.0 - normal) * (GAINS.force_integral_limit - 1e-4), 0.5, np.zeros(2), np.zeros(3)
+    )
     state, force, _ = step(at, state=nearly)
     assert state.integral == pytest.approx(np.sign(1.0 - normal) * GAINS.force_integral_limit)
     assert force[0] == pytest.approx(1.0 + state.integral)
@@ -248,7 +272,7 @@ def test_an_empty_tank_lets_the_integral_fade_where_it_spends(
 ) -> None:
     gains = following.Gains(GAINS.stiffness, GAINS.damping_ratio, press_mass_ratio=1.0, press_damping=0.01)
     at = make_inputs(contact=ENGAGED, **{**CALM, "velocity": speed * X})
-    state, force, _ = step(at, gains, following.State(2.0, tank, np.zeros(2)))
+    state, force, _ = step(at, gains, following.State(2.0, tank, np.zeros(2), np.zeros(3)))
     damper = MASS * 0.01 * speed
     assert force[0] == pytest.approx(1.0 + share * 2.0 - damper)
     filled = tank + (damper - share * 2.0) * speed * DT
@@ -263,7 +287,7 @@ def test_the_integral_gives_no_more_than_tank_and_damper_put_in(
     make_inputs: Make, motion: list[tuple[float, float]], tank: float
 ) -> None:
     """Work of the integral on the motion <= tank at first + what the damper dissipated + a tick's worth."""
-    state = following.State(3.0, tank, np.zeros(2))
+    state = following.State(3.0, tank, np.zeros(2), np.zeros(3))
     spent = dissipated = 0.0
     for speed, normal in motion:
         view = ENGAGED._replace(normal_force=normal)

@@ -21,7 +21,9 @@ REPORT = "report.html"
 STRONG = 0.9
 """Size of a correlation from which it is named."""
 
-_SHOWN_IN = {"rad": ("mrad", 1e3, 2), "m": ("mm", 1e3, 2), "s": ("ms", 1e3, 2), "": ("%", 1e2, 3)}
+_SHOWN_IN = {"rad": ("mrad", 1e3, 2), "m": ("mm", 1e3, 2), "s": ("ms", 1e3, 2), "": ("%", 1e2, 3)} | {
+    "m/s^2": ("m/s^2", 1.0, 4)
+}
 """Unit that people read, its factor and its digits, by the SI unit."""
 
 

@@ -78,6 +78,7 @@ class Gains:
             high=10.0,
         ),
     ] = 0.08
+    waiting_pace: Annotated[float, Key("", "pace of a path that waits for its pen", low=0.01, high=1.0)] = 0.1
     body_share: Annotated[
         float,
         Key("", "share of the surface's motion that the body takes, the arm the rest", low=0.0, high=1.0),
@@ -245,7 +246,9 @@ def _pace(
     # Speeds are those of the present pace; divided by it, they are those of the mission's own.
     own = clip(state.pace, 0.05, 1.0)
     allowed = clip(gains.axis_speed * own / (abs(surface_velocity) + 1e-6), gains.least_pace, 1.0)
-    allowed = allowed * clip((gains.wait_beyond - behind) / (0.5 * gains.wait_beyond), 0.1, 1.0)
+    allowed = allowed * clip(
+        (gains.wait_beyond - behind) / (0.5 * gains.wait_beyond), gains.waiting_pace, 1.0
+    )
     halted = reference.wait * (1.0 - machine.given_up) * (1.0 - is_in(machine.state, SLIDE))
     faster = (state.speed + gains.path_acceleration * dt) * own / (speed + 1e-6)
     slower = state.pace - gains.path_acceleration * dt * own / (speed + 1e-6)

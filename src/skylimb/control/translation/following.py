@@ -5,7 +5,10 @@ In the sliding plane (u, v) the centre of gravity follows the tip's reference le
     f = m (a_ref - D (p' - p'_ref) - K (p - p_ref)) - c f_hat,    c = cancel min(1, |v_path| / cancel_speed),
 
 where the estimated force is cancelled only as the pen moves: a pen that sticks makes any integral action
-hunt. A force that the contact law expects is made up for at once (`feed`).
+hunt. A force that the contact law expects is made up for at once (`feed`), and only what is estimated beyond
+it is cancelled. A robot that presses harder tilts, and its pen swings about the centre of gravity. The damper
+must not hold back the way by which the centre of gravity makes up for that, so p' may count the swing, as
+p' + share (omega x r) behind a low pass.
 
 Along the contact axis it is soft while the force is regulated, around an anchor that the contact law carries
 along, and heavier or lighter than it is by the mass ratio mu = M_d / m:
@@ -103,6 +106,18 @@ class Gains:
             high=1.0,
         ),
     ] = 0.0
+    swing: Annotated[
+        tuple[float, float],
+        Key(
+            "",
+            "shares of the pen's motion about the centre of gravity that the sliding axes' damping counts",
+            low=0.0,
+            high=1.0,
+        ),
+    ] = (0.0, 0.0)
+    swing_cutoff: Annotated[
+        float, Key("Hz", "cut-off of the low pass on that motion", above=0.0, high=1e4)
+    ] = 1.0
     error_limit: Annotated[
         float,
         Key(
@@ -124,11 +139,13 @@ class State(NamedTuple):
         integral: of the force error, N.
         tank: energy in the tank, J.
         rubbing: low-passed force in the sliding plane, N, (2,).
+        swing: low-passed velocity of the pen about the centre of gravity, W, m/s, (3,).
     """
 
     integral: Any
     tank: Any
     rubbing: Array
+    swing: Array
 
 
 def needs(gains: Gains) -> Needs:
@@ -138,7 +155,7 @@ def needs(gains: Gains) -> Needs:
 
 def initial_state(gains: Gains, start: Start) -> State:
     """No integral, a full tank."""
-    return State(0.0, gains.tank, np.zeros(2))
+    return State(0.0, gains.tank, np.zeros(2), np.zeros(3))
 
 
 def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, Array, Signals]:
@@ -153,12 +170,15 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, Array, Sign
 
     target = cog_target(gains, inputs)
     share = clip(contact.speed / gains.cancel_speed, 0.0, 1.0)
+    swing = cross(body.R_WC @ body.angular_velocity, estimate.arm)
+    swing = low_pass(state.swing, swing, 2.0 * math.pi * gains.swing_cutoff, dt)
     total, slow = m * GRAVITY_W, []
     for axis, i in ((u, 1), (v, 2)):
         error = clip(dot(axis, body.position - target), -gains.error_limit, gains.error_limit)
-        error_rate = dot(axis, body.velocity - reference.tip_velocity)
+        error_rate = dot(axis, body.velocity + gains.swing[i - 1] * swing - reference.tip_velocity)
         wanted = dot(axis, reference.tip_acceleration) - damping[i] * error_rate - gains.stiffness[i] * error
-        rubbing = clip(dot(axis, force), -gains.cancel_limit, gains.cancel_limit)
+        unexpected = dot(axis, force - gains.feed * contact.across)
+        rubbing = clip(unexpected, -gains.cancel_limit, gains.cancel_limit)
         slow.append(low_pass(state.rubbing[i - 1], rubbing, 2.0 * math.pi * gains.cancel_cutoff[i - 1], dt))
         known = share * gains.cancel[i - 1] * slow[-1] + gains.feed * dot(axis, contact.across)
         total = total + axis * (m * wanted - known)
@@ -173,7 +193,7 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, Array, Sign
     pressed = push + anchored
     total = total + a * where(contact.engaged > 0.5, pressed, led)
     signals = {"cog_position_target": target, **pressing}
-    return State(integral, tank, vector(*slow)), total, signals
+    return State(integral, tank, vector(*slow), swing), total, signals
 
 
 def cog_target(gains: Any, inputs: LawInput) -> Array:
