@@ -18,6 +18,7 @@ from skylimb.cli.campaigns import VERBS as CAMPAIGN_VERBS
 from skylimb.cli.commands import VERBS as FLIGHT_VERBS
 from skylimb.cli.examples import VERBS as EXAMPLE_VERBS
 from skylimb.cli.keys import VERBS as KEY_VERBS
+from skylimb.cli.planning import VERBS as PLANNING_VERBS
 from skylimb.cli.reproducing import VERBS as REPRODUCTION_VERBS
 from skylimb.cli.robots import VERBS as ROBOT_VERBS
 from skylimb.cli.wrench import VERBS as WRENCH_VERBS
@@ -28,6 +29,7 @@ VERBS = {
     **KEY_VERBS,
     **EXAMPLE_VERBS,
     **ROBOT_VERBS,
+    **PLANNING_VERBS,
     **WRENCH_VERBS,
     **CAMPAIGN_VERBS,
     **REPRODUCTION_VERBS,

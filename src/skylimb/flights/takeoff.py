@@ -19,6 +19,7 @@ from skylimb.control.needs import needs_of
 from skylimb.errors import ConfigError
 from skylimb.experiments.experiment import Experiment
 from skylimb.flights.flyable import require_flyable, standing_out
+from skylimb.flights.hoverable import require_hoverable
 from skylimb.flights.pressable import require_pressable
 from skylimb.flights.sources import Bundle
 from skylimb.missions.configuration import MissionConfig
@@ -209,10 +210,12 @@ def prepare(
         own: metrics and figures of the user's own.
 
     Raises:
-        ConfigError: when a gain that is to change does not exist, when the robot cannot hold the force that
-            the controller commands, or as `plant_and_mission` does.
+        ConfigError: when a gain that is to change does not exist, when a nominal posture leaves the rotors
+            too little, when the robot cannot hold the force that the controller commands, or as
+            `plant_and_mission` does.
     """
     require_gain_changes(experiment.gain_changes, controller)
+    require_hoverable(experiment, robot, controller)
     require_pressable(experiment, robot, controller)
     plant, mission, start = plant_and_mission(experiment, robot, needs_of(controller).vectoring)
     takeoff = Takeoff(experiment, robot, controller, plant, mission, start, originals, own)

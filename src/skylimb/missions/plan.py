@@ -71,7 +71,8 @@ def plan_mission(
     velocity_sent, acceleration_sent = sent in ("velocity", "full"), sent == "full"
     a, plane = frame.contact, np.stack([frame.sliding_u, frame.sliding_v])
     # Where the centre of gravity is when the tip's ball just touches the middle of the path.
-    home = center - a * posture.tip_radius - rot_z(frame.heading) @ posture.tip
+    heading = frame.heading + config.approach.heading
+    home = center - a * posture.tip_radius - rot_z(heading) @ posture.tip
     position = home + axis.depth[:, None] * a + uv @ plane
     velocity = axis.speed[:, None] * a + (uv_rate * sliding) @ plane
     acceleration = axis.acceleration[:, None] * a + (uv_bend * sliding) @ plane
@@ -80,7 +81,7 @@ def plan_mission(
         velocity=velocity * velocity_sent,
         acceleration=acceleration * acceleration_sent,
         # The robot keeps its own heading; the tip link turns with the posture.
-        heading=frame.heading + posture.tip_heading(clock.since_slide),
+        heading=heading + posture.tip_heading(clock.since_slide),
         reach=np.full(count, posture.reach),
         joint_angles=posture.joint_angles(clock.since_slide),
         vectoring_angles=posture.vectoring_angles(clock.since_slide),

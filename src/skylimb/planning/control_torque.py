@@ -42,15 +42,31 @@ def guaranteed_control_torque(
         raise AllocationError(
             f"thrust_max = {thrust_max} N must be positive and the allocation matrix finite"
         )
-    nearest = np.inf
-    for i, j in itertools.combinations(range(matrix.shape[1]), 2):
+    return _nearest(torques)[0]
+
+
+def nearest_face(allocation: np.ndarray, thrust_max: float | Sequence[float] | np.ndarray) -> np.ndarray:
+    """The axis about which the guaranteed torque is least: unit normal of the nearest face, (3,).
+
+    Arguments are those of `guaranteed_control_torque`, and not checked again.
+    """
+    torques = np.asarray(allocation, dtype=float)[-3:] * thrust_max
+    return _nearest(torques)[1]
+
+
+def _nearest(torques: np.ndarray) -> tuple[float, np.ndarray]:
+    """Distance of the nearest face from no torque, and its unit normal; of torques (3, n), N m."""
+    nearest, axis = np.inf, np.zeros(3)
+    for i, j in itertools.combinations(range(torques.shape[1]), 2):
         normal = np.cross(torques[:, i], torques[:, j])
         size = np.linalg.norm(normal)
         if size <= _PARALLEL * np.linalg.norm(torques[:, i]) * np.linalg.norm(torques[:, j]):
             continue  # parallel torques span no face
         heights = normal @ torques / size
-        nearest = min(nearest, np.sum(heights[heights > 0.0]), -np.sum(heights[heights < 0.0]))
-    return float(nearest) if np.isfinite(nearest) else 0.0
+        distance = min(np.sum(heights[heights > 0.0]), -np.sum(heights[heights < 0.0]))
+        if distance < nearest:
+            nearest, axis = float(distance), normal / size
+    return (nearest, axis) if np.isfinite(nearest) else (0.0, axis)
 
 
 def face_distances(torque_rows: Any, thrust_max: Sequence[float], rounding: float) -> Any:

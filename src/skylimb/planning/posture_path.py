@@ -29,6 +29,15 @@ class PostureConfig:
     ] = ()
     speed: Annotated[float, Key("rad/s", "greatest joint speed on the way", above=0.0, high=20.0)] = 0.4
     hold: Annotated[float, Key("s", "time at each posture", low=0.0, high=3600.0)] = 2.0
+    margin: Annotated[
+        float,
+        Key(
+            "N m",
+            "torque that every nominal posture has to leave about every axis, and to each rotor's limits",
+            low=0.0,
+            high=1e3,
+        ),
+    ] = 0.0
 
 
 @dataclass(frozen=True)

@@ -113,6 +113,11 @@ def greatest_push(
     return low
 
 
+def statics_function(robot: Robot) -> ca.Function:
+    """(x, q, psi, p) -> what is left over of force (N) and torque (N m), (6,); see `_statics`."""
+    return _statics(robot)[0]
+
+
 @functools.lru_cache(maxsize=16)
 def _statics(robot: Robot) -> tuple[ca.Function, ca.Function]:
     """(x, q, psi, p) -> what is left over of force (N) and torque (N m), (6,), and its derivative by x.

@@ -22,6 +22,9 @@ from skylimb.robots.model import Robot
 
 _STARTS = 8
 _NEAR = 1e-6
+_HAND = 0.1
+"""Origins of joints that are closer than this are one place, m."""
+
 _SHARES = (0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0)
 """Where the points lie on a link whose distances to other links' points are kept."""
 
@@ -46,10 +49,14 @@ def tip_position(robot: Robot, joint_angles: np.ndarray, vectoring_angles: np.nd
     return _geometry(robot)(joint_angles, vectoring_angles)[0].full().ravel()
 
 
+def tip_jacobian(robot: Robot, joint_angles: np.ndarray, vectoring_angles: np.ndarray) -> np.ndarray:
+    """Derivative of `tip_position` by the joint angles: (3, nq), m/rad."""
+    return _geometry(robot)(joint_angles, vectoring_angles)[3].full()
+
+
 def null_space(robot: Robot, joint_angles: np.ndarray, vectoring_angles: np.ndarray) -> np.ndarray:
     """Orthonormal moves of the joints that keep the tip's position: (nq, k)."""
-    jacobian = _geometry(robot)(joint_angles, vectoring_angles)[3].full()
-    _, values, rows = np.linalg.svd(jacobian)
+    _, values, rows = np.linalg.svd(tip_jacobian(robot, joint_angles, vectoring_angles))
     return rows[int(np.count_nonzero(values > 1e-9 * max(values.max(initial=0.0), 1e-12))) :].T
 
 
@@ -136,18 +143,28 @@ def _geometry(robot: Robot) -> ca.Function:
 
 
 def _segments(robot: Robot) -> list[tuple[str, str]]:
-    """Pairs of links between whose origins something rigid lies; the tip's has no second one."""
+    """Pairs of links between whose origins something rigid lies; the tip's has no second one.
+
+    Joints that follow each other within `_HAND` are one: a link between them is no segment.
+    """
     description = robot.description
     bending = {description.joint(name).child for name in description.shape_joints}
     above = {joint.child: joint.parent for joint in description.joints}
+    poses = robot.link_poses(robot.nominal_posture(), robot.description.vectoring_start)
 
     def anchor(link: str) -> str:
         while link not in bending and link in above:
             link = above[link]
         return link
 
-    found = [(anchor(above[link]), link) for link in sorted(bending)]
-    return [*found, (anchor(description.tip.link), "")]
+    def first(link: str) -> str:
+        """The first of the joints that a link's own follows at once."""
+        before = anchor(above[link]) if link in above else link
+        near = link in bending and np.linalg.norm(poses[before][0] - poses[link][0]) < _HAND
+        return first(before) if near and before != link else link
+
+    found = [(first(anchor(above[link])), link) for link in sorted(bending) if first(link) == link]
+    return [*found, (first(anchor(description.tip.link)), "")]
 
 
 @functools.lru_cache(maxsize=32)
@@ -163,6 +180,14 @@ def _solver(robot: Robot, elevation: bool, apart: bool) -> tuple[ca.Function, in
     rows += [ca.sumsqr(points[:, i] - points[:, j]) for i, j in pairs]
     problem = {"x": q, "p": p, "f": ca.sumsqr(q - p[4 : 4 + nq]), "g": ca.vertcat(*rows)}
     return ca.nlpsol("posture", "ipopt", problem, _QUIET), len(pairs)
+
+
+def link_distances(robot: Robot, joint_angles: Any) -> Any:
+    """Distances between points of links that are not joined, m, (k, 1), of CasADi's joint angles (nq,)."""
+    psi = ca.DM(robot.description.vectoring_start)
+    points = _geometry(robot)(joint_angles, psi)[2]
+    rows = [ca.norm_2(points[:, i] - points[:, j]) for i, j in _pairs(_segments(robot))]
+    return ca.vertcat(*rows)
 
 
 def _pairs(segments: list[tuple[str, str]]) -> list[tuple[int, int]]:

@@ -32,7 +32,7 @@ SHARP = 60.0
 TILT = 100.0
 """What a squared radian of hover tilt costs, where s is the unit."""
 
-DAMPING = 0.05
+DAMPING = 0.5
 """Least curvature, 1/rad^2, where s is the unit."""
 
 PER_RADIAN = 0.2
@@ -59,6 +59,14 @@ def merit_function(robot: Robot) -> ca.Function:
     flown, all_margins, tilt = _margins(robot, q, psi)
     merit, _ = _merit(all_margins / _unit(robot), tilt)
     return ca.Function("merit", [q, psi], [merit, ca.mmin(flown), tilt], {"cse": True})
+
+
+@functools.lru_cache(maxsize=16)
+def margins_function(robot: Robot) -> ca.Function:
+    """(q, psi) -> all margins of faces and thrusts, N m, (k,), and tilt (2,), rad: for constraints."""
+    q, psi = ca.SX.sym("q", robot.n_joints), ca.SX.sym("psi", robot.n_vectoring)
+    flown, _, tilt = _margins(robot, q, psi)
+    return ca.Function("margins", [q, psi], [flown, tilt], {"cse": True})
 
 
 @functools.lru_cache(maxsize=16)

@@ -27,7 +27,7 @@ from skylimb.symbolic import Array, clip, is_symbolic, solve_positive
 RATE = 20.0
 """Plans in a second of flight, Hz."""
 
-STEP = 0.2
+STEP = 0.05
 """Greatest move of an angle in a plan unless another is given, rad."""
 
 TILTED = 0.1
@@ -39,6 +39,9 @@ SHARES = (1.0, 0.5, 0.25, 0.06)
 _ITERATIONS = 3
 _SAME = 0.05
 """Angles closer than this lead to the same place, rad."""
+
+_SETTLING = 0.2
+"""Greatest move of an angle in a plan while angles settle, rad."""
 
 _SETTLED = 100
 """Plans until angles have settled in a posture that stays."""
@@ -133,9 +136,9 @@ def _plan_when(robot: Robot) -> ca.Function:
 
 def settled_vectoring(robot: Robot, joint_angles: Any, before: Any) -> Planned:
     """Where plans in one posture lead, from some angles on. Arguments are those of `plan_vectoring`."""
-    plan = plan_vectoring(robot, joint_angles, before)
+    plan = plan_vectoring(robot, joint_angles, before, _SETTLING)
     for _ in range(_SETTLED):
-        last, plan = plan, plan_vectoring(robot, joint_angles, plan.angles)
+        last, plan = plan, plan_vectoring(robot, joint_angles, plan.angles, _SETTLING)
         if np.max(np.abs(plan.angles - last.angles), initial=0.0) < 1e-4:
             break
     return plan

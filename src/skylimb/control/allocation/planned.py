@@ -31,7 +31,7 @@ _NEVER = 1e9
 class Plan:
     """How fast the angles may change."""
 
-    speed: Annotated[float, Key("rad/s", "greatest speed of a vectoring angle", above=0.0, high=50.0)] = 4.0
+    speed: Annotated[float, Key("rad/s", "greatest speed of a vectoring angle", above=0.0, high=50.0)] = 1.0
 
 
 @configuration

@@ -1,0 +1,226 @@
+"""Transformations between any two of 50 random feasible postures, vectoring angles planned in flight.
+
+    python benchmarks/transformations.py [--robots dragon ...] [--postures 50] [--tours 25]
+
+Postures are drawn evenly within the joint limits (seed `SEED`). One counts as feasible where its links keep
+`CLEARANCE`, the best vectoring angles leave `LEAST` N m about every axis, and hover is level where the robot
+has vectoring joints. Every pair is flown once: the complete graph of an even number 2 n of postures falls
+into n open tours through all of them (Walecki, 1883), and each tour is flown in pieces. Where the straight
+way leaves too little, the way of `planning.posture_roadmap` is taken.
+
+The free-flight experiment flies, with `pid`, `allocation.law = "planned"` and its leak compensated, at 0.2
+rad/s and with a second of hold, the sensors' noise seeded by the piece. Rows are kept in
+docs/transformations.json and written into docs/feasibility.md.
+"""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+import json
+import tempfile
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+import skylimb
+from skylimb.config import to_mapping
+from skylimb.control.preset import PRESETS
+from skylimb.flights.drivers.native import fly_native
+from skylimb.flights.public import take_off
+from skylimb.planning.posture_path import PostureConfig, posture_path
+from skylimb.planning.posture_rehearsal import rehearse, straight_way
+from skylimb.planning.posture_roadmap import Place, Roadmap, keeps_clear
+from skylimb.planning.vectoring_step import RATE, first_vectoring, plan_vectoring
+from skylimb.robots import Robot
+
+SEED = 50
+ROBOTS = ("hydrus_xi_quad", "hydrus_xi_hex", "dragon", "hydrus_quad")
+LEAST = 1.0  # N m, of a drawn posture
+ON_THE_WAY = 0.6  # N m
+MILESTONES = 20  # postures besides, which a way may lead through
+CLEARANCE = 0.15  # m
+PIECE = 8  # transformations a flight
+TOGETHER = 4  # flights at once
+PAGE = Path(__file__).parents[1] / "docs" / "feasibility.md"
+SPEED = 0.5  # rad/s, of a vectoring angle at most
+LAW = f'law = "planned"\nleak.compensate = true\nhold_lift = true\nplan.speed = {SPEED}'
+KEPT = PAGE.with_name("transformations.json")
+HEAD = (
+    "| robot | feasible, no way found | pairs flown | of them by a detour | no way | lost | m off: median, "
+    "most of a flight | step, rad | least margin, N m | ms a plan: median, 99 %, most |",
+    "|---|---|---|---|---|---|---|---|---|---|",
+)
+BEGIN, END = "<!-- transformations: written by benchmarks/transformations.py -->", "<!-- end -->"
+
+
+@dataclass
+class Flown:
+    """What the flights of a robot showed."""
+
+    drawn: int = 0
+    islands: int = 0
+    pairs: int = 0
+    detours: int = 0
+    no_way: int = 0
+    lost: int = 0
+    away: list[float] = field(default_factory=list)  # m, greatest of a flight
+    step: float = 0.0  # rad, greatest change of a commanded vectoring angle in a twentieth of a second
+    margin: float = np.inf  # N m
+    times: list[float] = field(default_factory=list)  # ms, of a plan from Python
+
+
+def drawn(robot: Robot, count: int) -> tuple[Roadmap, list[int], Flown]:
+    """A map of feasible postures, and which of them a way leads to from the nominal one."""
+    rng, (low, high), flown = np.random.default_rng(SEED), robot.joint_limits(), Flown()
+    postures: list[np.ndarray] = []
+    while True:
+        while len(postures) < count + MILESTONES + flown.islands:
+            q = rng.uniform(low, high)
+            flown.drawn += 1
+            if keeps_clear(robot, q[None], CLEARANCE) and hovers(robot, q):
+                postures.append(q)
+        roadmap = Roadmap(robot, np.array(postures), ON_THE_WAY, CLEARANCE, SPEED / RATE)
+        among = range(1, len(postures) - MILESTONES + 1)
+        reached = [k for k in among if roadmap.way(roadmap.start, k)]
+        flown.islands = len(among) - len(reached)
+        if len(reached) >= count or flown.islands > count:
+            return roadmap, reached[:count], flown
+
+
+def hovers(robot: Robot, q: np.ndarray) -> bool:
+    """Whether a posture counts as feasible."""
+    try:
+        best = first_vectoring(robot, q)
+    except skylimb.SkylimbError:
+        return False
+    return best.margin > LEAST and (robot.n_vectoring == 0 or best.feasible(LEAST))
+
+
+def tours(n: int) -> Iterator[list[int]]:
+    """Open tours of 0 .. n - 1 for an even n that have every pair once between them."""
+    zigzag = [(k + 1) // 2 * (1 if k % 2 else -1) for k in range(n)]
+    for first in range(n // 2):
+        yield [(first + step) % n for step in zigzag]
+
+
+def pieces(roadmap: Roadmap, reached: list[int], count: int, flown: Flown) -> Iterator[PostureConfig]:
+    """What each flight goes through; it begins in the nominal posture.
+
+    A transformation is taken in where a rehearsal of the flight so far, at its own times, leaves enough.
+    """
+    for tour in list(tours(len(reached)))[:count]:
+        stops = [reached[k] for k in tour]
+        for k in range(0, len(stops) - 1, PIECE):
+            place, config = roadmap.start, PostureConfig(speed=0.2, hold=1.0, margin=ON_THE_WAY)
+            for transformation, goal in enumerate(stops[k : k + PIECE + 1]):
+                way = roadmap.way(place, goal)
+                longer = config if way is None else through(config, roadmap, way)
+                if way is None or not rehearsed(roadmap.robot, longer):
+                    flown.no_way += transformation > 0
+                    continue
+                flown.pairs += transformation > 0
+                flown.detours += transformation > 0 and len(way) > 2
+                place, config = way[-1], longer
+            yield config
+
+
+def through(config: PostureConfig, roadmap: Roadmap, way: list[Place]) -> PostureConfig:
+    """The same with the postures of a way at its end."""
+    more = tuple(tuple(roadmap.postures[stop.posture].tolist()) for stop in way[1:])
+    return replace(config, waypoints=config.waypoints + more)
+
+
+def rehearsed(robot: Robot, config: PostureConfig) -> bool:
+    """Whether a flight through the postures leaves enough all along, as the check before take-off sees it."""
+    path = posture_path(config, robot, robot.nominal_posture())
+    q = path.sample(np.arange(0.0, path.duration + 1.0 / RATE, 1.0 / RATE))
+    flown = rehearse(robot, q, first_vectoring(robot).angles, SPEED / RATE)
+    return flown.first_without(config.margin) is None
+
+
+def fly(robot: Robot, preset: str, ways: list[PostureConfig], seed: int, flown: Flown) -> None:
+    """Some flights at once, into the tally."""
+    takeoffs = [
+        take_off(
+            "free_flight",
+            (preset,),
+            seed + k,
+            {
+                "robot": robot.name,
+                "posture": to_mapping(way),
+                "phases.tare": 1.0,
+            },
+        )[0]
+        for k, way in enumerate(ways)
+    ]
+    for takeoff, flight in zip(takeoffs, fly_native(takeoffs), strict=True):
+        flown.lost += bool(flight.cause)
+        off = flight.signal("cog_position_estimate") - takeoff.mission.reference.position[: flight.ticks]
+        flown.away.append(float(np.linalg.norm(off, axis=1).max()))
+        commanded = flight.signal("vectoring_angles_command")[:: round(200.0 / RATE)]
+        flown.step = max(flown.step, float(np.abs(np.diff(commanded, axis=0)).max(initial=0.0)))
+        flown.margin = min(flown.margin, float(flight.signal("vectoring_margin").min()))
+
+
+def plan_times(robot: Robot, roadmap: Roadmap, reached: list[int], flown: Flown) -> None:
+    """Milliseconds of each plan along the ways from the nominal posture."""
+    for goal in reached[:20]:
+        way: list[Place] = roadmap.way(roadmap.start, goal) or []
+        for one, other in itertools.pairwise(way):
+            psi = roadmap.vectoring_angles(one)
+            for q in straight_way(roadmap.postures[one.posture], roadmap.postures[other.posture]):
+                begin = time.perf_counter()
+                psi = plan_vectoring(robot, q, psi, SPEED / RATE).angles
+                flown.times.append(1e3 * (time.perf_counter() - begin))
+
+
+def row(robot: Robot, flown: Flown) -> str:
+    """A line of the table."""
+    away, times = np.array(flown.away), np.array(flown.times)
+    return (
+        f"| `{robot.name}` | {flown.islands} | {flown.pairs} | {flown.detours} | {flown.no_way} "
+        f"| {flown.lost} | {np.median(away):.3f}, {away.max():.3f} | {flown.step:.3f} | {flown.margin:.2f} "
+        f"| {np.median(times):.2f}, {np.quantile(times, 0.99):.2f}, {times.max():.2f} |"
+    )
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--robots", nargs="+", default=ROBOTS)
+    parser.add_argument("--postures", type=int, default=50)
+    parser.add_argument("--tours", type=int, default=25, help="of all, how many to fly")
+    given = parser.parse_args()
+    rows = json.loads(KEPT.read_text(encoding="utf-8")) if KEPT.exists() else {}
+    with tempfile.TemporaryDirectory() as folder:
+        preset = Path(folder) / "pid_planned.toml"
+        text = (PRESETS / "pid.toml").read_text(encoding="utf-8")
+        preset.write_text(text.replace('law = "pseudoinverse"', LAW), encoding="utf-8")
+        for name in given.robots:
+            robot = skylimb.load_robot(name)
+            roadmap, reached, flown = drawn(robot, given.postures)
+            print(name, len(reached), "postures of", flown.drawn, "draws", flush=True)
+            plan_times(robot, roadmap, reached, flown)
+            ways = list(pieces(roadmap, reached, given.tours, flown))
+            print(flown.pairs, "pairs,", flown.no_way, "without a way,", len(ways), "flights", flush=True)
+            for k in range(0, len(ways), TOGETHER):
+                fly(robot, str(preset), ways[k : k + TOGETHER], k, flown)
+            rows[name] = row(robot, flown)
+            print(rows[name], flush=True)
+            KEPT.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
+    write([*HEAD, *(rows[name] for name in ROBOTS if name in rows)])
+
+
+def write(lines: list[str]) -> None:
+    """The table, between its marks in the page."""
+    page = PAGE.read_text(encoding="utf-8")
+    before, _, rest = page.partition(BEGIN)
+    _, _, after = rest.partition(END)
+    PAGE.write_text(f"{before}{BEGIN}\n\n" + "\n".join(lines) + f"\n\n{END}{after}", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,109 @@
+"""The verb that finds a posture for an experiment: `plan`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, ClassVar
+
+from skylimb.cli import output
+from skylimb.cli.arguments import arg
+from skylimb.cli.options import Assignments, Experiment, settings_of
+from skylimb.errors import ConfigError
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from skylimb.flights.task_plan import TaskPlan
+    from skylimb.planning.task_posture import TaskPosture
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Find the posture that leaves the rotors the most torque all along an experiment's path.
+
+    Joint angles, heading and vectoring angles are chosen together, for the push along the surface's normal
+    and the drag of its friction, within joint limits, without links or rotors touching anything. With --apply
+    the experiment is written anew, with its robot standing that way.
+    """
+
+    examples: ClassVar[str] = """
+        skylimb plan paper
+        skylimb plan paper --force 5 --picture posture.png
+        skylimb plan paper --controller following --apply planned
+        skylimb run planned/experiment.toml --controller following
+    """
+
+    experiment: Experiment = "paper"
+    controller: Annotated[
+        str, arg(metavar="NAME", help="What is to fly it: its force, and what its vectoring angles keep.")
+    ] = "hybrid"
+    force: Annotated[str, arg(metavar="N", help="Normal force; by default the controller's, else 3 N.")] = ""
+    set: Assignments = ()
+    picture: Annotated[str, arg(metavar="PNG", help="Draw both postures into this new file.")] = ""
+    apply: Annotated[str, arg(metavar="DIR", help="New folder for the experiment and its robot.")] = ""
+
+    def __call__(self) -> int:
+        """Search, print, draw, write."""
+        from skylimb.recording.files import new_file, require_new
+
+        force = _force(self.force)
+        for path in filter(None, (self.picture, self.apply)):
+            require_new(path)
+        import skylimb
+        from skylimb.flights.task_plan import EXPERIMENT, plan_posture, write_planned
+
+        experiment = skylimb.load_experiment(self.experiment, settings_of(self.set))
+        robot = skylimb.load_robot(experiment.robot)
+        controller = skylimb.load_controller(self.controller, robot)
+        with output.working("looking for a posture"):
+            plan = plan_posture(experiment, robot, controller, force)
+        _show(plan)
+        if self.picture:
+            from skylimb.analysis import style
+            from skylimb.planning.task_figure import task_figure
+
+            with new_file(self.picture) as path:
+                path.write_bytes(style.png(task_figure(robot, plan.task, plan.own, plan.planned)))
+            print(f"Drawn into {self.picture}")
+        if self.apply:
+            write_planned(plan, experiment, self.apply)
+            print(f"Written: skylimb run {self.apply}/{EXPERIMENT} --controller {self.controller}")
+        return 0
+
+
+def _force(text: str) -> float | None:
+    if not text:
+        return None
+    try:
+        return float(text)
+    except ValueError:
+        raise ConfigError(f"--force = '{text}' must be a number (N)") from None
+
+
+def _show(plan: TaskPlan) -> None:
+    title = f"{plan.robot.name}, pressing with {plan.force:g} N at {len(plan.points)} points of the path"
+    table = output.plain_table(title, "", "own posture", "planned")
+    own, planned = _column(plan.own), _column(plan.planned)
+    for name, value in planned.items():
+        table.add_row(name, own.get(name, "cannot hold it"), value)
+    output.console_for().print(table)
+
+
+def _column(posture: TaskPosture | None) -> dict[str, str]:
+    """What is shown of a posture."""
+    if posture is None:
+        return {}
+    return {
+        "worst margin, N m": f"{posture.margin:.2f}",
+        "joint angles, rad": _listed(posture.joint_angles),
+        "vectoring angles, rad": _listed(posture.vectoring_angles),
+        "heading beside the contact axis, rad": f"{posture.heading:.3f}",
+        "thrusts, N": f"{posture.thrusts.min():.1f} .. {posture.thrusts.max():.1f}",
+    }
+
+
+def _listed(values: np.ndarray) -> str:
+    return ", ".join(f"{value:.3f}" for value in values) or "none"
+
+
+VERBS = {"plan": Plan}

@@ -1,0 +1,165 @@
+"""The posture for an experiment: the pushes of its path, and the experiment written with that posture."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import tomli_w
+
+from skylimb.config import parse_toml, write_toml
+from skylimb.control.controller import Controller
+from skylimb.control.needs import TORQUE, needs_of
+from skylimb.errors import ConfigError, UnreachableError
+from skylimb.experiments.experiment import Experiment
+from skylimb.flights.takeoff import mission_of
+from skylimb.planning.task_family import standing_in, vectoring_through
+from skylimb.planning.task_posture import Task, TaskPosture, best_posture, judged_posture
+from skylimb.planning.vectoring import PURPOSES, vectoring_table
+from skylimb.planning.vectoring_digest import robot_digest
+from skylimb.planning.vectoring_files import table_file, write_table
+from skylimb.recording.files import new_folder
+from skylimb.robots.loader import FLIGHT_FILE, load_robot
+from skylimb.robots.model import Robot
+from skylimb.spatial import rot_z
+
+_POINTS = 8
+"""Points of the path at which the push is looked at."""
+
+FORCE = 3.0
+"""Normal force where neither the user nor the controller says one, N."""
+
+EXPERIMENT = "experiment.toml"
+
+
+@dataclass(frozen=True, eq=False)
+class TaskPlan:
+    """A posture for an experiment beside the robot's own.
+
+    Attributes:
+        robot: as the experiment has it.
+        task: the pushes along the path.
+        points: of the path, W, m, (k, 3).
+        force: normal force, N.
+        own: the nominal posture; None where it cannot hold the pushes at all.
+        planned: the posture that was found.
+        purpose: of the vectoring angles that the controller flies with.
+    """
+
+    robot: Robot
+    task: Task
+    points: np.ndarray
+    force: float
+    own: TaskPosture | None
+    planned: TaskPosture
+    purpose: str
+
+
+def plan_posture(
+    experiment: Experiment, robot: Robot, controller: Controller, force: float | None = None
+) -> TaskPlan:
+    """The posture with the greatest worst margin along an experiment's path.
+
+    At `_POINTS` points of the slide the tip presses along the surface's normal and drags with its friction.
+
+    Args:
+        experiment: with a surface and a path.
+        robot: the experiment's.
+        controller: what is to fly it; it says which force it commands, and what its vectoring angles keep.
+        force: normal force, N; by default the controller's, else `FORCE`.
+
+    Raises:
+        ConfigError: the experiment touches nothing, or its path stands still.
+        UnreachableError: no posture can do it.
+    """
+    if not experiment.approach.contact:
+        raise ConfigError(
+            f"experiment {experiment.name} touches nothing (approach.contact); there is nothing to plan"
+        )
+    needs = needs_of(controller)
+    wanted = force if force is not None else needs.force or FORCE
+    if not 0.0 < wanted < 1e3:
+        raise ConfigError(f"force = {wanted:g} N is outside of 0 .. 1000 N")
+    task, points = _task(experiment, robot, needs.vectoring, wanted)
+    table = vectoring_table(robot, needs.vectoring)
+    psi = np.asarray(table.angles(robot.description.posture.theta_nominal), dtype=float)
+    own = judged_posture(robot, task, robot.nominal_posture(), psi)
+    nothing = np.zeros((len(points), robot.n_rotors))
+    start = own or TaskPosture(robot.nominal_posture(), psi, 0.0, nothing, nothing[:, 0])
+    planned = best_posture(robot, task, start)
+    standing_in(robot, planned.joint_angles, planned.vectoring_angles)  # refuses what has no travel
+    return TaskPlan(robot, task, points, wanted, own, planned, needs.vectoring)
+
+
+def _task(experiment: Experiment, robot: Robot, purpose: str, force: float) -> tuple[Task, np.ndarray]:
+    mission, surface = mission_of(experiment, robot, purpose), experiment.surface
+    slide = np.flatnonzero(mission.in_phase("slide"))
+    chosen = slide[np.linspace(0, max(len(slide) - 2, 0), _POINTS).astype(int)]
+    on_path, motion = mission.tip_path[chosen], mission.tip_path[chosen + 1] - mission.tip_path[chosen]
+    speed = np.linalg.norm(motion, axis=1, keepdims=True)
+    if not np.all(np.isfinite(on_path)) or not np.any(speed > 0.0):
+        raise ConfigError(f"experiment {experiment.name}: the tip stands still; there is no path to plan for")
+    feet = surface.project(on_path)
+    normals = surface.normal(feet)
+    along = motion / np.where(speed > 0.0, speed, 1.0)
+    along -= np.sum(along * normals, axis=1, keepdims=True) * normals
+    friction = float(getattr(surface, "friction", 0.0))
+    turn = rot_z(-mission.frame.heading).T
+    pushes = force * (-normals + friction * along)
+    leak = PURPOSES[purpose].leak if purpose in PURPOSES else math.inf
+    return Task(pushes @ turn, normals @ turn, leak=leak), feet
+
+
+def write_planned(plan: TaskPlan, experiment: Experiment, out: str | Path) -> None:
+    """A new folder with the experiment and its robot standing in the planned posture.
+
+    `experiment.toml` flies it: `skylimb run DIR/experiment.toml`. Of the robot, only the family of postures
+    and the vectoring angles are others.
+
+    Raises:
+        OutputError: the folder cannot be made.
+        UnreachableError: the robot was not read from files, so there are none to write.
+    """
+    description = plan.robot.description
+    if not description.sources:
+        raise UnreachableError(f"'{plan.robot.name}' was made in Python; only robots of files can be written")
+    there = standing_in(plan.robot, plan.planned.joint_angles, plan.planned.vectoring_angles)
+    family = there.description.posture
+    flight = parse_toml(description.sources[0])
+    flight["posture"] = {
+        "offset": family.offset.tolist(),
+        "slope": family.slope.tolist(),
+        **{key: float(getattr(family, key)) for key in ("theta_min", "theta_max", "theta_nominal")},
+    }
+    if plan.robot.n_vectoring:
+        flight["vectoring"]["start"] = plan.planned.vectoring_angles.tolist()
+    with new_folder(out) as folder:
+        (folder / "robot").mkdir()
+        for source in description.sources[1:]:
+            _beside(folder / "robot", source.path, description.folder).write_bytes(source.content)
+        for link in description.links:
+            for visual in link.visuals:
+                if visual.mesh is not None:
+                    _beside(folder / "robot", visual.mesh, description.folder).write_bytes(
+                        visual.mesh.read_bytes()
+                    )
+        (folder / "robot" / FLIGHT_FILE).write_text(tomli_w.dumps(flight), encoding="utf-8")
+        robot = load_robot(str(folder / "robot"))
+        criteria = PURPOSES.get(plan.purpose, PURPOSES[TORQUE])
+        if plan.robot.n_vectoring:
+            found = np.round(vectoring_through(robot, plan.planned.vectoring_angles, criteria), 10)
+            write_table(
+                folder / "robot" / table_file(criteria), found, robot_digest(robot, criteria), robot, criteria
+            )
+        approach = replace(experiment.approach, heading=experiment.approach.heading + plan.planned.heading)
+        flown = replace(experiment, robot="robot", approach=approach)
+        (folder / EXPERIMENT).write_text(write_toml(flown.to_mapping()), encoding="utf-8")
+
+
+def _beside(folder: Path, path: Path, home: Path) -> Path:
+    """Where a file of the robot's folder goes in the new one."""
+    there = folder / (path.relative_to(home) if path.is_relative_to(home) else path.name)
+    there.parent.mkdir(parents=True, exist_ok=True)
+    return there

@@ -1,0 +1,91 @@
+"""What a posture lacks, in words, and the nearest posture that does not lack it."""
+
+from __future__ import annotations
+
+import functools
+import math
+from typing import NamedTuple
+
+import casadi as ca
+import numpy as np
+
+from skylimb.planning.control_torque import guaranteed_control_torque, nearest_face
+from skylimb.planning.vectoring_merit import lever, margins_function
+from skylimb.planning.vectoring_program import ipopt
+from skylimb.robots.hover import golden_steps, within_limits
+from skylimb.robots.model import Robot
+
+_AXES = ("roll torque", "pitch torque", "yaw torque")
+_LEVEL = 0.02
+"""Tilt of the hover in a posture that is found, in roll and in pitch, rad."""
+
+_STARTS = 4
+"""Sets of vectoring angles that a search begins with."""
+
+_SPARE = 0.02
+"""How much more than the least margin a posture that is found leaves, N m."""
+
+
+class Weakest(NamedTuple):
+    """The least margin of a posture: its name, and what is left, N m; negative beyond a thrust's limit."""
+
+    name: str
+    margin: float
+
+
+def weakest_margin(robot: Robot, joint_angles: np.ndarray, vectoring_angles: np.ndarray) -> Weakest:
+    """Which torque, or which rotor's thrust, has the least left while the robot hovers.
+
+    A torque is named after the axis of {C} nearest to the normal of the face. Thrusts count at the rotors'
+    root mean square lever, as in `vectoring_merit`.
+
+    Raises:
+        AllocationError: the rotors cannot carry the robot at these angles at all.
+    """
+    state, rotors = robot.at(joint_angles, vectoring_angles), robot.description.rotors
+    most = np.array([rotor.thrust_max for rotor in rotors])
+    least = np.array([rotor.thrust_min for rotor in rotors])
+    torque = guaranteed_control_torque(state.allocation_C, most)
+    rooms = lever(robot) * np.minimum(state.hover_thrusts - least, most - state.hover_thrusts)
+    rotor = int(np.argmin(rooms))
+    if rooms[rotor] < torque:
+        return Weakest(f"hover thrust of rotor {rotor + 1}", float(rooms[rotor]))
+    normal = nearest_face(state.allocation_C, most)
+    return Weakest(_AXES[int(np.argmax(np.abs(normal)))], torque)
+
+
+def nearest_posture(
+    robot: Robot, joint_angles: np.ndarray, vectoring_angles: np.ndarray, least: float
+) -> np.ndarray | None:
+    """The posture nearest to one that leaves a margin (N m) in level hover, q (nq,), rad; None if none is.
+
+    Joint and vectoring angles are free within their limits. A local search from the posture and from the
+    nominal one, each with several vectoring angles; the nearest of what they find.
+    """
+    if robot.n_joints == 0:
+        return None
+    solver, lower, upper, count = _program(robot)
+    level = _LEVEL if robot.n_vectoring else math.inf
+    low, high = [least + _SPARE] * count + [-level] * 2, [math.inf] * count + [level] * 2
+    wanted = np.asarray(joint_angles, dtype=float)
+    steps = np.outer(np.arange(_STARTS if robot.n_vectoring else 1), golden_steps(robot.n_vectoring))
+    best: tuple[float, np.ndarray] | None = None
+    for psi in within_limits(robot, vectoring_angles + 2.0 * math.pi * steps):
+        for start in (wanted, robot.nominal_posture()):
+            found = solver(x0=[*start, *psi], p=wanted, lbx=lower, ubx=upper, lbg=low, ubg=high)
+            if solver.stats()["success"] and (best is None or float(found["f"]) < best[0]):
+                best = float(found["f"]), found["x"].full().ravel()[: robot.n_joints]
+    return None if best is None else best[1]
+
+
+@functools.lru_cache(maxsize=16)
+def _program(robot: Robot) -> tuple[ca.Function, np.ndarray, np.ndarray, int]:
+    """The program over (q, psi), bounds of these, and how many margins it keeps."""
+    nq, nv = robot.n_joints, robot.n_vectoring
+    x, wanted = ca.SX.sym("x", nq + nv), ca.SX.sym("wanted", nq)
+    margins, tilt = margins_function(robot)(x[:nq], x[nq:])
+    problem = {"x": x, "p": wanted, "f": ca.sumsqr(x[:nq] - wanted), "g": ca.vertcat(margins, tilt)}
+    lower, upper = (
+        np.concatenate(pair) for pair in zip(robot.joint_limits(), robot.vectoring_limits(), strict=True)
+    )
+    return ipopt(problem, 100), np.maximum(lower, -1e9), np.minimum(upper, 1e9), int(margins.shape[0])

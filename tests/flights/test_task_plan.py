@@ -1,0 +1,110 @@
+"""A posture planned for an experiment, written and flown."""
+
+import numpy as np
+import pytest
+
+import skylimb
+from skylimb.cli import main
+from skylimb.errors import ConfigError, UnreachableError
+from skylimb.flights.task_plan import plan_posture
+from skylimb.planning.posture import posture_family
+from skylimb.planning.task_family import standing_in
+from skylimb.planning.task_posture import judged_posture, travel
+from skylimb.planning.tip_pose import link_distances, tip_position
+
+
+@pytest.fixture(scope="module")
+def robot():
+    return skylimb.load_robot("hydrus_xi_quad")
+
+
+@pytest.fixture(scope="module")
+def plan(robot):
+    experiment = skylimb.load_experiment("paper")
+    return plan_posture(experiment, robot, skylimb.load_controller("hybrid", robot))
+
+
+@pytest.fixture(scope="module")
+def applied(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("plan") / "planned"
+    assert main(["plan", "paper", "--apply", str(folder), "--picture", str(folder.parent / "p.png")]) == 0
+    return folder
+
+
+def test_it_leaves_more_than_the_papers_posture(plan):
+    assert plan.own is not None
+    assert plan.own.margin > 1.5
+    assert plan.planned.margin > 1.5 * plan.own.margin
+    assert plan.force == 3.0
+
+
+def test_the_margin_is_the_torque_that_is_left(robot, plan):
+    """Thrusts, pushed by that torque in any direction, stay within their limits; by more they do not."""
+    found = plan.planned
+    state = robot.at(found.joint_angles, found.vectoring_angles)
+    inverse = np.linalg.inv(state.allocation_C[2:])[:, 1:]
+    swing = found.margin * np.linalg.norm(inverse, axis=1)
+    assert np.all(found.thrusts - swing >= 1.0 - 1e-4)
+    assert np.all(found.thrusts + swing <= 30.0 + 1e-4)
+    worst = found.thrusts[int(np.argmin(found.margins))]
+    assert np.any(worst - 1.01 * swing < 1.0) or np.any(worst + 1.01 * swing > 30.0)
+
+
+def test_it_keeps_joints_links_and_rotors_clear(robot, plan):
+    lower, upper = travel(robot)
+    assert np.all(plan.planned.joint_angles >= lower - 1e-6)
+    assert np.all(plan.planned.joint_angles <= upper + 1e-6)
+    import casadi as ca
+
+    distances = np.array(link_distances(robot, ca.DM(plan.planned.joint_angles)))
+    assert distances.min() >= 0.1 - 1e-6
+
+
+def test_a_posture_is_judged_as_it_is(robot, plan):
+    again = judged_posture(
+        robot, plan.task, plan.planned.joint_angles, plan.planned.vectoring_angles, plan.planned.heading
+    )
+    assert again is not None
+    assert again.margins == pytest.approx(plan.planned.margins, abs=1e-3)
+
+
+def test_the_family_takes_the_tip_to_and_fro(robot, plan):
+    there = standing_in(robot, plan.planned.joint_angles, plan.planned.vectoring_angles)
+    family = posture_family(there)
+    assert np.allclose(family.joint_angles(0.0), plan.planned.joint_angles)
+    psi = plan.planned.vectoring_angles
+    moved = tip_position(there, family.joint_angles(0.02), psi) - tip_position(
+        there, family.joint_angles(0.0), psi
+    )
+    assert abs(moved[1]) < 0.05 * abs(moved[0])
+    assert family.reach_max - family.reach_min > 0.02
+
+
+def test_what_is_written_is_what_was_planned_and_flies(applied, plan):
+    assert (applied.parent / "p.png").read_bytes().startswith(b"\x89PNG")
+    robot = skylimb.load_robot(str(applied / "robot"))
+    assert np.allclose(robot.nominal_posture(), plan.planned.joint_angles, atol=1e-6)
+    run = skylimb.run(str(applied / "experiment.toml"), controller="hybrid")
+    assert run.status == "OK"
+    assert np.allclose(run.log["joint_angles_command"].values[0], plan.planned.joint_angles, atol=1e-6)
+    assert np.allclose(
+        run.log["vectoring_angles_command"].values[0], plan.planned.vectoring_angles, atol=1e-6
+    )
+    assert run.metrics["contact_fraction"] > 0.5
+
+
+def test_what_cannot_be_planned_is_refused(robot):
+    controller = skylimb.load_controller("hybrid", robot)
+    with pytest.raises(ConfigError, match="touches nothing"):
+        plan_posture(skylimb.load_experiment("free_flight"), robot, controller)
+    with pytest.raises(ConfigError, match="stands still"):
+        plan_posture(skylimb.load_experiment("paper", {"trajectory.shape": "hold"}), robot, controller)
+    with pytest.raises(UnreachableError, match="no posture of 'hydrus_xi_quad' holds all of the 8 pushes"):
+        plan_posture(skylimb.load_experiment("paper"), robot, controller, 90.0)
+
+
+@pytest.mark.parametrize("words", [["--force", "much"], ["--force", "-1"]])
+def test_bad_words_are_one_line_and_write_nothing(words, tmp_path, capsys):
+    assert main(["plan", "paper", *words, "--apply", str(tmp_path / "out")]) == 2
+    assert not (tmp_path / "out").exists()
+    assert capsys.readouterr().err.count("\n") == 1
