@@ -6,7 +6,7 @@ import pytest
 import skylimb
 from skylimb.cli import main
 from skylimb.errors import ConfigError, UnreachableError
-from skylimb.flights.task_plan import plan_posture
+from skylimb.flights.task_plan import plan_posture, write_planned
 from skylimb.planning.posture import posture_family
 from skylimb.planning.task_family import standing_in
 from skylimb.planning.task_posture import judged_posture, travel
@@ -25,9 +25,9 @@ def plan(robot):
 
 
 @pytest.fixture(scope="module")
-def applied(tmp_path_factory):
+def applied(tmp_path_factory, plan):
     folder = tmp_path_factory.mktemp("plan") / "planned"
-    assert main(["plan", "paper", "--apply", str(folder), "--picture", str(folder.parent / "p.png")]) == 0
+    write_planned(plan, skylimb.load_experiment("paper"), folder)
     return folder
 
 
@@ -73,15 +73,13 @@ def test_the_family_takes_the_tip_to_and_fro(robot, plan):
     family = posture_family(there)
     assert np.allclose(family.joint_angles(0.0), plan.planned.joint_angles)
     psi = plan.planned.vectoring_angles
-    moved = tip_position(there, family.joint_angles(0.02), psi) - tip_position(
-        there, family.joint_angles(0.0), psi
-    )
+    near, here = (tip_position(there, family.joint_angles(theta), psi) for theta in (0.02, 0.0))
+    moved = near - here
     assert abs(moved[1]) < 0.05 * abs(moved[0])
     assert family.reach_max - family.reach_min > 0.02
 
 
 def test_what_is_written_is_what_was_planned_and_flies(applied, plan):
-    assert (applied.parent / "p.png").read_bytes().startswith(b"\x89PNG")
     robot = skylimb.load_robot(str(applied / "robot"))
     assert np.allclose(robot.nominal_posture(), plan.planned.joint_angles, atol=1e-6)
     run = skylimb.run(str(applied / "experiment.toml"), controller="hybrid")
@@ -99,8 +97,22 @@ def test_what_cannot_be_planned_is_refused(robot):
         plan_posture(skylimb.load_experiment("free_flight"), robot, controller)
     with pytest.raises(ConfigError, match="stands still"):
         plan_posture(skylimb.load_experiment("paper", {"trajectory.shape": "hold"}), robot, controller)
+
+
+@pytest.mark.slow
+def test_a_push_that_nothing_holds_is_refused(robot):
+    controller = skylimb.load_controller("hybrid", robot)
     with pytest.raises(UnreachableError, match="no posture of 'hydrus_xi_quad' holds all of the 8 pushes"):
         plan_posture(skylimb.load_experiment("paper"), robot, controller, 90.0)
+
+
+@pytest.mark.slow
+def test_the_verb_prints_draws_and_writes(tmp_path, capsys):
+    folder, picture = tmp_path / "planned", tmp_path / "p.png"
+    assert main(["plan", "paper", "--apply", str(folder), "--picture", str(picture)]) == 0
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    assert {path.name for path in folder.iterdir()} == {"experiment.toml", "robot"}
+    assert "worst margin" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("words", [["--force", "much"], ["--force", "-1"]])

@@ -17,6 +17,10 @@ if TYPE_CHECKING:
     from skylimb.planning.task_posture import TaskPosture
 
 
+_MOST = 1000.0
+"""Greatest force that may be given, N."""
+
+
 @dataclass(frozen=True)
 class Plan:
     """Find the posture that leaves the rotors the most torque all along an experiment's path.
@@ -75,9 +79,12 @@ def _force(text: str) -> float | None:
     if not text:
         return None
     try:
-        return float(text)
+        force = float(text)
     except ValueError:
         raise ConfigError(f"--force = '{text}' must be a number (N)") from None
+    if not 0.0 < force < _MOST:
+        raise ConfigError(f"--force = {force:g} N is outside of 0 .. {_MOST:g} N")
+    return force
 
 
 def _show(plan: TaskPlan) -> None:
