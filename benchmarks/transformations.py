@@ -46,8 +46,7 @@ CLEARANCE = 0.15  # m
 PIECE = 8  # transformations a flight
 TOGETHER = 4  # flights at once
 PAGE = Path(__file__).parents[1] / "docs" / "feasibility.md"
-SPEED = 0.5  # rad/s, of a vectoring angle at most
-LAW = f'law = "planned"\nleak.compensate = true\nhold_lift = true\nplan.speed = {SPEED}'
+LAW = 'law = "planned"\nleak.compensate = true\nhold_lift = true'
 KEPT = PAGE.with_name("transformations.json")
 HEAD = (
     "| robot | feasible, no way found | pairs flown | of them by a detour | no way | lost | m off: median, "
@@ -83,7 +82,7 @@ def drawn(robot: Robot, count: int) -> tuple[Roadmap, list[int], Flown]:
             flown.drawn += 1
             if keeps_clear(robot, q[None], CLEARANCE) and hovers(robot, q):
                 postures.append(q)
-        roadmap = Roadmap(robot, np.array(postures), ON_THE_WAY, CLEARANCE, SPEED / RATE)
+        roadmap = Roadmap(robot, np.array(postures), ON_THE_WAY, CLEARANCE)
         among = range(1, len(postures) - MILESTONES + 1)
         reached = [k for k in among if roadmap.way(roadmap.start, k)]
         flown.islands = len(among) - len(reached)
@@ -138,7 +137,7 @@ def rehearsed(robot: Robot, config: PostureConfig) -> bool:
     """Whether a flight through the postures leaves enough all along, as the check before take-off sees it."""
     path = posture_path(config, robot, robot.nominal_posture())
     q = path.sample(np.arange(0.0, path.duration + 1.0 / RATE, 1.0 / RATE))
-    flown = rehearse(robot, q, first_vectoring(robot).angles, SPEED / RATE)
+    flown = rehearse(robot, q, first_vectoring(robot).angles)
     return flown.first_without(config.margin) is None
 
 
@@ -174,7 +173,7 @@ def plan_times(robot: Robot, roadmap: Roadmap, reached: list[int], flown: Flown)
             psi = roadmap.vectoring_angles(one)
             for q in straight_way(roadmap.postures[one.posture], roadmap.postures[other.posture]):
                 begin = time.perf_counter()
-                psi = plan_vectoring(robot, q, psi, SPEED / RATE).angles
+                psi = plan_vectoring(robot, q, psi).angles
                 flown.times.append(1e3 * (time.perf_counter() - begin))
 
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skylimb.planning.vectoring_step import STEP, Planned, plan_vectoring
+from skylimb.planning.vectoring_step import Planned, plan_vectoring
 from skylimb.robots.model import Robot
 
 _APART = 0.02
@@ -47,18 +47,17 @@ class Rehearsal(NamedTuple):
         return int(short[0]) if len(short) else None
 
 
-def rehearse(robot: Robot, postures: np.ndarray, before: np.ndarray, step: float = STEP) -> Rehearsal:
+def rehearse(robot: Robot, postures: np.ndarray, before: np.ndarray) -> Rehearsal:
     """The plans for postures (k, nq), one after another from the angles `before` (nv,), rad.
 
     Args:
         robot: of four rotors or more.
         postures: q, as they are commanded from plan to plan, rad.
         before: psi in the first of them, rad.
-        step: greatest move of a vectoring angle in a plan, rad.
     """
     plans, angles = [], np.asarray(before, dtype=float)
     for q in postures:
-        plans.append(plan_vectoring(robot, q, angles, step))
+        plans.append(plan_vectoring(robot, q, angles))
         angles = plans[-1].angles
     return Rehearsal(
         np.asarray(postures, dtype=float),

@@ -17,7 +17,7 @@ import numpy as np
 
 from skylimb.planning.posture_rehearsal import rehearse, straight_way
 from skylimb.planning.tip_pose import link_distances
-from skylimb.planning.vectoring_step import STEP, TILTED, first_vectoring, settled_vectoring
+from skylimb.planning.vectoring_step import TILTED, first_vectoring, settled_vectoring
 from skylimb.robots.model import Robot
 from skylimb.spatial import wrapped
 
@@ -47,7 +47,6 @@ class Roadmap:
         postures: q of each, rad, (k, nq); the first is the nominal one.
         least: margin that every way leaves, N m.
         clearance: least distance between links that are not joined, m.
-        step: greatest move of a vectoring angle in a plan, rad.
     """
 
     def __init__(
@@ -56,9 +55,8 @@ class Roadmap:
         postures: np.ndarray,
         least: float,
         clearance: float = 0.0,
-        step: float = STEP,
     ) -> None:
-        self.robot, self.least, self.clearance, self.step = robot, least, clearance, step
+        self.robot, self.least, self.clearance = robot, least, clearance
         self.postures = np.vstack([robot.nominal_posture(), postures])
         self._branches: list[list[np.ndarray]] = [[] for _ in self.postures]
         self._edges: dict[tuple[Place, int], Place | None] = {}
@@ -112,7 +110,7 @@ class Roadmap:
         way = straight_way(self.postures[begin.posture], self.postures[end])
         if not keeps_clear(self.robot, way, self.clearance):
             return None
-        flown = rehearse(self.robot, way, self.vectoring_angles(begin), self.step)
+        flown = rehearse(self.robot, way, self.vectoring_angles(begin))
         settled = settled_vectoring(self.robot, self.postures[end], flown.last.angles)
         tilted = self.robot.n_vectoring > 0 and flown.tilts.max() > TILTED
         short = flown.first_without(self.least) is not None or settled.margin < self.least

@@ -27,8 +27,8 @@ from skylimb.symbolic import Array, clip, is_symbolic, solve_positive
 RATE = 20.0
 """Plans in a second of flight, Hz."""
 
-STEP = 0.05
-"""Greatest move of an angle in a plan unless another is given, rad."""
+STEP = 0.025
+"""Greatest move of an angle in a plan of a flight, rad: faster ones push the robot off its place."""
 
 TILTED = 0.1
 """Tilt of the hover beyond which a posture counts as none to fly in, rad."""

@@ -10,17 +10,16 @@ What a plan has left is recorded. A flight whose nominal postures leave too litt
 
 from __future__ import annotations
 
-from dataclasses import field
-from typing import Annotated, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from skylimb.control.allocation import bounded
 from skylimb.control.needs import Needs
 from skylimb.control.records import Allocated, Demand, LawInput
 from skylimb.errors import ConfigError
 from skylimb.estimation.records import Signals, Start, Wrench
-from skylimb.keys import Key, configuration
+from skylimb.keys import configuration
 from skylimb.planning.vectoring import ONLINE
-from skylimb.planning.vectoring_step import RATE, first_vectoring, plan_when
+from skylimb.planning.vectoring_step import RATE, STEP, first_vectoring, plan_when
 from skylimb.symbolic import Array, where
 
 _NEVER = 1e9
@@ -28,17 +27,8 @@ _NEVER = 1e9
 
 
 @configuration
-class Plan:
-    """How fast the angles may change."""
-
-    speed: Annotated[float, Key("rad/s", "greatest speed of a vectoring angle", above=0.0, high=50.0)] = 1.0
-
-
-@configuration
 class Gains(bounded.ThrustGains):
-    """What `bounded` has, with planned vectoring angles."""
-
-    plan: Plan = field(default_factory=Plan)
+    """Those of `bounded`; the plan has none, so that a rehearsal needs no controller."""
 
 
 class State(NamedTuple):
@@ -98,8 +88,7 @@ def step(gains: Any, state: State, inputs: LawInput, demand: Demand) -> tuple[St
     """Vectoring angles on their way to the last plan, and thrusts within limits and rates."""
     period = round(1.0 / (RATE * inputs.dt))
     due = state.ticks >= period
-    furthest = gains.plan.speed * period * inputs.dt
-    end, margin = plan_when(inputs.robot, due, demand.joint_angles, state.end, furthest, state.margin)
+    end, margin = plan_when(inputs.robot, due, demand.joint_angles, state.end, STEP, state.margin)
     begin, ticks = where(due, state.end, state.begin), where(due, 0.0, state.ticks) + 1.0
     angles = begin + (ticks / period) * (end - begin)
     inner, given, signals = bounded.step(

@@ -1,0 +1,100 @@
+"""The planned posture against the paper's, the same experiment, draws of friction, slope and noise.
+
+    python benchmarks/planned_posture.py [--draws 100] [--controllers hybrid following]
+
+Per draw the friction is between 0.2 and 0.6, the slope between 10 and 25 degrees to either side, and the
+seed of the noise another (`SEED` and the draw's number). The plan is made once a controller, for the
+experiment as it ships. The table is written into docs/feasibility.md.
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from transformations import PAGE
+
+import skylimb
+from skylimb.flights.drivers.native import fly_native
+from skylimb.flights.public import take_off
+from skylimb.flights.record import recorded
+from skylimb.flights.task_plan import EXPERIMENT, TaskPlan, plan_posture, write_planned
+
+SEED = 7
+TOGETHER = 10
+BEGIN, END = "<!-- planned: written by benchmarks/planned_posture.py -->", "<!-- end of planned -->"
+HEAD = (
+    "| controller | posture | planned for: worst margin, N m | lost | contact kept "
+    "| force spread, N: median, 90 % "
+    "| pen line, mm: median, 90 % |",
+    "|---|---|---|---|---|---|---|",
+)
+
+
+def drawn(draw: int) -> dict[str, Any]:
+    """What is different in a draw."""
+    rng = np.random.default_rng([SEED, draw])
+    slope = np.radians(rng.uniform(10.0, 25.0)) * rng.choice([-1.0, 1.0])
+    return {"surface.friction": float(rng.uniform(0.2, 0.6)), "surface.slope": float(slope)}
+
+
+def flown(experiment: str, controller: str, draws: int) -> list[dict[str, Any]]:
+    """The scores of every draw."""
+    takeoffs = [take_off(experiment, (controller,), seed, drawn(seed))[0] for seed in range(draws)]
+    scores = []
+    for k in range(0, draws, TOGETHER):
+        some = takeoffs[k : k + TOGETHER]
+        for takeoff, flight in zip(some, fly_native(some), strict=True):
+            run = recorded(takeoff, flight)
+            scores.append({**run.metrics, "lost": run.failed})
+    return scores
+
+
+def row(controller: str, posture: str, margin: float | None, scores: list[dict[str, Any]]) -> str:
+    """A line of the table."""
+    kept = [score for score in scores if not score["lost"]]
+    spread, line, contact = (
+        np.array([score[name] for score in kept])
+        for name in ("contact_force_normal_std", "pen_line_rms", "contact_fraction")
+    )
+    return (
+        f"| `{controller}` | {posture} | {'cannot hold it' if margin is None else f'{margin:.2f}'} "
+        f"| {len(scores) - len(kept)} of {len(scores)} | {100 * np.median(contact):.0f} % "
+        f"| {np.median(spread):.2f}, {np.quantile(spread, 0.9):.2f} "
+        f"| {1e3 * np.median(line):.1f}, {1e3 * np.quantile(line, 0.9):.1f} |"
+    )
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--draws", type=int, default=100)
+    parser.add_argument("--controllers", nargs="+", default=("hybrid", "following"))
+    given = parser.parse_args()
+    experiment, robot, lines = (
+        skylimb.load_experiment("paper"),
+        skylimb.load_robot("hydrus_xi_quad"),
+        list(HEAD),
+    )
+    for controller in given.controllers:
+        with tempfile.TemporaryDirectory() as folder:
+            plan: TaskPlan = plan_posture(experiment, robot, skylimb.load_controller(controller, robot))
+            write_planned(plan, experiment, Path(folder) / "planned")
+            planned = str(Path(folder) / "planned" / EXPERIMENT)
+            own = None if plan.own is None else plan.own.margin
+            lines.append(row(controller, "the paper's", own, flown("paper", controller, given.draws)))
+            print(lines[-1], flush=True)
+            lines.append(
+                row(controller, "planned", plan.planned.margin, flown(planned, controller, given.draws))
+            )
+            print(lines[-1], flush=True)
+    page = PAGE.read_text(encoding="utf-8")
+    before, _, rest = page.partition(BEGIN)
+    _, _, after = rest.partition(END)
+    PAGE.write_text(f"{before}{BEGIN}\n\n" + "\n".join(lines) + f"\n\n{END}{after}", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
