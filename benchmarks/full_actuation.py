@@ -223,7 +223,75 @@ def _tilt_of_turning(flight: Flight) -> np.ndarray:
     return np.degrees(np.arccos(np.clip(down @ mean / np.linalg.norm(mean), -1.0, 1.0)))
 
 
+def face_draw(rng: np.random.Generator) -> dict[str, Any]:
+    """A plane that leans by up to 6 degrees both ways, which the controller does not know."""
+    return {
+        **unknowns(rng),
+        "surface.position": [1.5 + rng.uniform(-0.02, 0.02), 0.0, 1.2],
+        "surface.slope": np.radians(rng.uniform(-6.0, 6.0)),
+        "surface.pitch": np.radians(rng.uniform(-6.0, 6.0)),
+        "surface.friction": rng.uniform(0.3, 0.8),
+    }
+
+
+TORQUE = np.array([0.1, -0.05])
+
+
+def face_score(draw: dict[str, Any], mission: Any, flight: Flight) -> tuple[dict[str, float], bool]:
+    """Force and torque of the last five seconds of contact, and how far the foot is from lying flat."""
+    end = np.flatnonzero(mission.in_phase("slide")[: flight.ticks])[-1000:]
+    touching = np.linalg.norm(flight.signal("contact_force")[end], axis=1) > 0.1
+    end = end[touching]
+    force = flight.signal("contact_force")[end]
+    tip, normal = tips(flight)[end], surface_normal(draw)
+    torque = np.cross(flight.signal("contact_point")[end] - tip[:, 0:3], force).mean(axis=0)
+    off = float(np.linalg.norm(-torque[1:] - TORQUE))
+    push = abs(float(np.linalg.norm(force.mean(axis=0))) - 3.0)
+    facing = float(np.degrees(np.arccos(np.clip(tip[:, 3:] @ -normal, -1.0, 1.0))).mean())
+    errors = {"force error, N": push, "torque error, N m": off, "angle to the plane, °": facing}
+    return errors, push < 0.3 and off < 0.12 and facing < 1.0
+
+
+def tips(flight: Flight) -> np.ndarray:
+    """Tip and direction of its link at every tick, W, (k, 6), of hydrus_xi_quad as it really flies."""
+    robot = skylimb.load_robot("hydrus_xi_quad")
+    q = flight.signal("configuration")
+    root = Rotation.from_quat(q[:, [4, 5, 6, 3]])
+    found = np.empty((len(q), 6))
+    pose = robot.link_pose_function(robot.description.tip.link)
+    measured = flight.signal("joint_angles_measured"), flight.signal("vectoring_angles_measured")
+    for k in range(len(q)):
+        model = np.asarray(pose(measured[0][k], measured[1][k]))
+        found[k, :3] = model[:, 0] + model[:, 1:4] @ robot.description.tip.position
+        found[k, 3:] = model[:, 1]
+    found[:, :3] = q[:, :3] + root.apply(found[:, :3])
+    found[:, 3:] = root.apply(found[:, 3:])
+    return found
+
+
+def surface_normal(draw: dict[str, Any]) -> np.ndarray:
+    """Outward normal of a draw's plane, W, (3,)."""
+    keys = {key: value for key, value in draw.items() if key.startswith("surface.")}
+    surface = skylimb.load_experiment("face_to_face", keys).surface
+    return -surface.R_WS[:, 0]
+
+
 TASKS = (
+    Task(
+        "a foot of 16 cm pushes flat on a plane of unknown lean with 3 N and torques of 0.1 and -0.05 N m",
+        "face_to_face",
+        {
+            **QUICK,
+            "controller.contact.force": [3.0, 0.0, 0.0],
+            "controller.contact.torque": [0.0, *TORQUE.tolist()],
+            "controller.contact.turn_stiffness": [500.0, 0.0, 0.0],
+            "controller.contact.turn_damping": [50.0, 15.0, 20.0],
+            "controller.attitude.inertia_ratio": [5.0, 1.0, 1.0],
+        },
+        "mean of 5 s: force within 0.3 N, torque within 0.12 N m; angle to the plane below 1°",
+        face_draw,
+        face_score,
+    ),
     Task(
         "push with 2.1 N in three directions at a plane that leans by 20°",
         "tilted_push",

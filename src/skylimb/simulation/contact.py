@@ -198,12 +198,18 @@ def _pair_id(model: mujoco.MjModel, name: str) -> int:
 
 
 def add_contact_sensor(
-    spec: mujoco.MjSpec, tip_geom: str, surface_geom: str, samples: int, name: str = SENSOR_NAME
+    spec: mujoco.MjSpec,
+    tip_geom: str,
+    surface_geom: str,
+    samples: int,
+    name: str = SENSOR_NAME,
+    whole_body: bool = False,
 ) -> None:
     """Record the contact's force and place at every physics step.
 
     `samples` is the number of physics steps in a control tick: one `mj_step(model, data, nstep=samples)`
-    then leaves all of the tick in `data.history`, oldest first (`ContactReading` says where).
+    then leaves all of the tick in `data.history`, oldest first (`ContactReading` says where). With
+    `whole_body` it is the force on the tip's whole body, at the centre of its parts.
     """
     if samples < 1:
         raise ConfigError(
@@ -215,8 +221,8 @@ def add_contact_sensor(
         # The force acts on the second geom, so the surface comes first: force ON the robot.
         objtype=mujoco.mjtObj.mjOBJ_GEOM,
         objname=surface_geom,
-        reftype=mujoco.mjtObj.mjOBJ_GEOM,
-        refname=tip_geom,
+        reftype=mujoco.mjtObj.mjOBJ_BODY if whole_body else mujoco.mjtObj.mjOBJ_GEOM,
+        refname=spec.geom(tip_geom).parent.name if whole_body else tip_geom,
         nsample=samples,
     )
     fields = (mujoco.mjtConDataField.mjCONDATA_FOUND, mujoco.mjtConDataField.mjCONDATA_FORCE)

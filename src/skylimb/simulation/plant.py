@@ -20,6 +20,7 @@ from skylimb.missions.reference import Reference
 from skylimb.robots.description import Inertial, Link, RobotDescription
 from skylimb.robots.model import Robot
 from skylimb.simulation.contact import ContactReading, tune_contact_pair
+from skylimb.simulation.foot import require_plain, tune_foot
 from skylimb.simulation.scene import scene_spec
 from skylimb.simulation.servo_friction import tune_servo_friction
 from skylimb.simulation.surfaces import Surface
@@ -51,6 +52,10 @@ class PlantConfig:
         tuple[float, float, float],
         Key("m", "true less described centre of gravity, root link's axes", low=-0.2, high=0.2),
     ] = (0.0, 0.0, 0.0)
+    foot: Annotated[
+        float | None,
+        Key("m", "half the side of a square foot at the tip; none for the tip's ball alone", 0.005, 0.5),
+    ] = None
     servo_stiffness_scale: Annotated[
         float, Key("", "true over described stiffness of the shape servos", above=0.0, high=100.0)
     ] = 1.0
@@ -58,7 +63,10 @@ class PlantConfig:
 
 def plant_description(description: RobotDescription, config: PlantConfig) -> RobotDescription:
     """The description of the robot that really flies; the same object when the two do not differ."""
-    if dataclasses.replace(config, physics_step=0.001, thrust_scale=1.0, rotor_scale=()) == PlantConfig():
+    if (
+        dataclasses.replace(config, physics_step=0.001, thrust_scale=1.0, rotor_scale=(), foot=None)
+        == PlantConfig()
+    ):
         return description
     total = sum(link.inertial.mass for link in description.links)
 
@@ -95,6 +103,7 @@ class Plant:
         joint_qpos: addresses of q in qpos.
         vectoring_qpos: addresses of psi in qpos.
         wall_joint: address of a moving surface's slide in qpos and qvel, or None.
+        foot: half the side of a foot at the tip, m, or None.
     """
 
     robot: Robot
@@ -106,12 +115,13 @@ class Plant:
     joint_qpos: tuple[int, ...]
     vectoring_qpos: tuple[int, ...]
     wall_joint: tuple[int, int] | None
+    foot: float | None = None
 
     @cached_property
     def scene(self) -> str:
         """The model as MJCF text, with what is only looked at, for replay and video."""
         spec, _ = scene_spec(
-            self.robot.description, self.surface, float(self.model.opt.timestep), self.substeps
+            self.robot.description, self.surface, float(self.model.opt.timestep), self.substeps, self.foot
         )
         spec.compile()
         return spec.to_xml()
@@ -141,11 +151,15 @@ def build_plant(robot: Robot, surface: Surface, config: PlantConfig, dt: float) 
         scales = scales * np.asarray(config.rotor_scale)
     true = plant_description(description, config)
 
-    spec, parts = scene_spec(true, surface, config.physics_step, substeps)
+    if config.foot is not None:
+        require_plain(surface)
+    spec, parts = scene_spec(true, surface, config.physics_step, substeps, config.foot)
     # What is only looked at is left out: without it a step is a tenth faster, and the same to the bit.
     spec.compiler.discardvisual = True
     model = spec.compile()
     tune_contact_pair(model, surface.contact)
+    if config.foot is not None:
+        tune_foot(model, surface.contact)
     tune_servo_friction(model)
     model.actuator_gainprm[: len(scales), 0] = scales
 
@@ -166,6 +180,7 @@ def build_plant(robot: Robot, surface: Surface, config: PlantConfig, dt: float) 
         joint_qpos=addresses(true.shape_joints),
         vectoring_qpos=addresses(true.vectoring_joints),
         wall_joint=wall,
+        foot=config.foot,
     )
 
 

@@ -6,6 +6,7 @@ import mujoco
 
 from skylimb.robots.description import RobotDescription
 from skylimb.simulation.contact import add_contact_pair, add_contact_sensor, set_contact_options
+from skylimb.simulation.foot import add_foot
 from skylimb.simulation.robot_bodies import TIP_GEOM, add_robot
 from skylimb.simulation.surfaces import Surface, SurfaceParts
 
@@ -14,7 +15,11 @@ USER_WORDS = 2
 
 
 def scene_spec(
-    description: RobotDescription, surface: Surface, physics_step: float, substeps: int
+    description: RobotDescription,
+    surface: Surface,
+    physics_step: float,
+    substeps: int,
+    foot: float | None = None,
 ) -> tuple[mujoco.MjSpec, SurfaceParts]:
     """Robot, surface and contact, ready to be compiled.
 
@@ -23,6 +28,7 @@ def scene_spec(
         surface: what it touches.
         physics_step: s.
         substeps: physics steps in a control tick.
+        foot: half the side of a foot at the tip, m; none for the tip's ball alone.
 
     Returns:
         The scene, and what the surface added to it.
@@ -43,7 +49,9 @@ def scene_spec(
         # One robot is one island: looking for more takes a fourteenth of a step, and changes no bit.
         spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_ISLAND
     add_contact_pair(spec, TIP_GEOM, parts.geom, surface.contact)
-    add_contact_sensor(spec, TIP_GEOM, parts.geom, substeps)
+    if foot is not None:
+        add_foot(spec, TIP_GEOM, foot, parts.geom, surface.contact)
+    add_contact_sensor(spec, TIP_GEOM, parts.geom, substeps, whole_body=foot is not None)
     return spec, parts
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from skylimb.analysis.pages import render_page
 from skylimb.recording.files import new_folder, require_new
 from skylimb.recording.versions import versions
-from skylimb.verification import impact, invariance, sliding, statics, stick_slip
+from skylimb.verification import foot, impact, invariance, sliding, statics, stick_slip
 from skylimb.verification.row import Evidence, Row
 
 TEMPLATE = Path(__file__).with_name("page_template.html")
@@ -32,6 +32,9 @@ ROWS: tuple[Callable[[], Evidence], ...] = (
     sliding.friction_map,
     stick_slip.stick_slip,
     statics.adhesion,
+    foot.foot_sinks_and_rocks,
+    foot.foot_tips,
+    foot.foot_slides,
 )
 """Every claim, in the order of the page."""
 

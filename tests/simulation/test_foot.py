@@ -1,0 +1,68 @@
+"""A foot of five balls: in the model, refused where it cannot be, and flat on a plane in flight."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import skylimb
+from skylimb.errors import ConfigError
+from skylimb.flights.public import take_off
+from skylimb.simulation.foot import BALLS, CORNERS
+
+QUICK = {"phases.hover": 0.5, "phases.tare": 1.5, "phases.hover_end": 0.0}
+FACE = {
+    **QUICK,
+    "controller.contact.force": [3.0, 0.0, 0.0],
+    "controller.contact.torque": [0.0, 0.1, -0.05],
+    "controller.contact.turn_stiffness": [500.0, 0.0, 0.0],
+    "controller.contact.turn_damping": [50.0, 15.0, 20.0],
+    "controller.attitude.inertia_ratio": [5.0, 1.0, 1.0],
+}
+
+
+def plant_of(**given: Any) -> Any:
+    (takeoff,) = take_off("face_to_face", ("task_frame",), 0, given)
+    return takeoff.plant
+
+
+def test_five_balls_share_the_stiffness_and_stand_in_a_square() -> None:
+    foot, ball = plant_of().model, plant_of(**{"plant.foot": None}).model
+    assert (foot.npair, ball.npair) == (BALLS, 1)
+    np.testing.assert_allclose(foot.pair_solref, np.tile(ball.pair_solref / BALLS, (BALLS, 1)), rtol=1e-12)
+    np.testing.assert_array_equal(foot.pair_friction, np.tile(ball.pair_friction, (BALLS, 1)))
+    assert foot.opt.impratio == ball.opt.impratio
+    places = np.array([foot.geom(f"tip_{k}").pos - foot.geom("tip").pos for k in range(len(CORNERS))])
+    np.testing.assert_allclose(places[:, 0], 0.0)
+    np.testing.assert_allclose(places[:, 1:], 0.08 * np.array(CORNERS))
+
+
+def test_the_robot_is_the_described_one_and_the_scene_has_the_foot() -> None:
+    plant = plant_of()
+    assert plant.as_described
+    assert 'name="tip_3"' in plant.scene
+    assert 'name="tip_3"' not in plant_of(**{"plant.foot": None}).scene
+
+
+@pytest.mark.parametrize(
+    ("given", "why"),
+    [
+        ({"surface.static_ratio": 1.5}, "friction that varies"),
+        ({"surface.sway_amplitude": 0.01, "surface.sway_frequency": 1.0}, "moves"),
+        ({"surface_changes": [{"time": 5.0, "friction": 0.1}]}, "plant.foot"),
+    ],
+)
+def test_what_the_loop_writes_for_one_ball_is_refused(given: dict[str, Any], why: str) -> None:
+    with pytest.raises(ConfigError, match=why):
+        plant_of(**given)
+
+
+def test_it_comes_to_lie_flat_and_carries_a_wanted_torque() -> None:
+    log = skylimb.run("face_to_face", "task_frame", set=FACE).log
+    end = log.where((log.phase == 4) & (log.time > float(log.time[-1]) - 7.0), drop=True)
+    force = end.contact_force.values
+    assert np.linalg.norm(force.mean(axis=0)) == pytest.approx(3.0, abs=0.2)
+    torque = np.cross(end.contact_point.values - end.tip_position.values, force).mean(axis=0)
+    np.testing.assert_allclose(-torque[1:], [0.1, -0.05], atol=0.1)
+    # The plane leans by 0.087 rad about z and by 0.07 rad about y.
+    np.testing.assert_allclose(np.abs(end.tip_turn.values[:, 1:].mean(axis=0)), [0.07, 0.087], atol=0.02)
