@@ -17,7 +17,7 @@ _HALF_WIDTHS = np.array([0.02, 0.05, 0.1])
 _FORCES = np.array([1.0, 3.0, 10.0])
 
 
-def foot_sinks_and_rocks() -> Evidence:
+def foot_rocks() -> Evidence:
     """Under N and a torque it sinks in by N / k and turns by T / (4/5 k h^2)."""
     found = np.empty((2, len(_HALF_WIDTHS), len(_FORCES)))
     for i, half in enumerate(_HALF_WIDTHS):

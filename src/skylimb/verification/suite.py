@@ -32,7 +32,7 @@ ROWS: tuple[Callable[[], Evidence], ...] = (
     sliding.friction_map,
     stick_slip.stick_slip,
     statics.adhesion,
-    foot.foot_sinks_and_rocks,
+    foot.foot_rocks,
     foot.foot_tips,
     foot.foot_slides,
 )
