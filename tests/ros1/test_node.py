@@ -88,7 +88,7 @@ def test_it_ends_when_the_middleware_is_gone_and_says_each_fault_once() -> None:
     carrier = Carrier({300: lambda: carrier.met.update({"master is gone": 1})}, 900)
     flying, _, said = node(carrier)
     flying.spin()
-    assert said == ["fault: master is gone"]
+    assert said == ["fault: master is gone", "the middleware's process is gone"]
     shown = carrier.of(DIAGNOSTICS)
     assert [one.level for one in shown] == [0, 1, 0, 0]
     assert shown[1].words == "master is gone (1)"

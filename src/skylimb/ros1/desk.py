@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple
@@ -71,7 +72,11 @@ class Desk:
                 elif one.topic == ACK.name:
                     acknowledged = int(one.value)
                 elif one.topic == BATTERY.name:
-                    battery = percentage(float(one.value), self._cells)
+                    charge = percentage(float(one.value), self._cells)
+                    if math.isnan(charge):
+                        self.counts["battery voltage is no number"] += 1
+                    else:
+                        battery = charge
                 else:
                     self._sense(one)
             elif one.topic == MISSION.name:

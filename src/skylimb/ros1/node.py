@@ -19,6 +19,9 @@ from skylimb.ros1.pilot import Tick
 from skylimb.ros1.topics import DIAGNOSTICS
 from skylimb.simulation.engine_timer import without_timer
 
+_ONCE = 1.0
+"""Seconds before the same line is said again."""
+
 _LAND = "teleop_command/land"
 
 
@@ -93,6 +96,7 @@ class Node:
         self._say, self._clock = say, clock
         self._to_end = 0
         self._known: Counter[str] = Counter()
+        self._told: dict[str, float] = {}
         self._late: list[float] = []
         self._took: list[float] = []
 
@@ -125,8 +129,9 @@ class Node:
         finally:
             signal.signal(signal.SIGINT, before)
             self._profile.close()
-        if self._profile.over:
-            self._say(self._profile.over)
+        gone = "" if self._to_end or not self._carrier.closed else "the middleware's process is gone"
+        if self._profile.over or gone:
+            self._say(self._profile.over or gone)
 
     def _arrived(self) -> list[Arrived]:
         started = self._pacer.started
@@ -157,5 +162,9 @@ class Node:
 
     def _tell(self) -> None:
         last = self._profile.last
+        now = self._pacer.time()
         for words in last.said if last is not None else ():
-            self._say(words)
+            # Whoever orders the same again and again is answered once a second.
+            if now - self._told.get(words, -np.inf) >= _ONCE:
+                self._told[words] = now
+                self._say(words)

@@ -67,7 +67,7 @@ class Seen:
         target: of that position, m, (3,).
         orders: that came since the last tick, in their order.
         acknowledged: the last command that the flight controller acknowledged since then; None without one.
-        battery: charge, per cent; None where nobody tells, NaN where the voltage was no number.
+        battery: charge, per cent; None where nobody tells.
         broken: why the flight has to be broken off; empty while it has not.
     """
 
@@ -155,9 +155,6 @@ def _enter(flying: Flying, state: FlightState, seen: Seen) -> Flying:
 
 
 def _with_battery(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str]) -> Flying:
-    if math.isnan(seen.battery or 0.0):
-        said.append("the battery's voltage is no number; the last good one stands")
-        return flying
     low = (seen.battery or 0.0) < limits.low_battery
     if low and not flying.low_battery:
         said.append(f"low battery: {seen.battery:.0f} per cent")

@@ -12,8 +12,9 @@ from skylimb.control.needs import needs_of
 from skylimb.errors import ConfigError, choice_error
 from skylimb.exchange.frames import lab_link
 from skylimb.experiments.experiment import load_experiment
+from skylimb.flights.flyable import require_flyable
 from skylimb.flights.flying import fastest
-from skylimb.flights.public import take_off
+from skylimb.flights.public import parted, take_off
 from skylimb.flights.takeoff import Takeoff, mission_of
 from skylimb.missions.mission import Mission
 from skylimb.realtime.compiled_controller import CompiledController
@@ -29,6 +30,7 @@ from skylimb.ros1.rim.carrier import BridgeCarrier
 from skylimb.ros1.rim.definitions import Definitions
 from skylimb.ros1.rim.here import require_loopback, require_master, require_ros
 from skylimb.ros1.simulated import Simulated
+from skylimb.simulation.plant import initial_data
 
 PROFILES = ("simulator", "controller", "both")
 
@@ -107,11 +109,11 @@ def run(options: Options, say: Callable[[str], None] = print) -> Flown:
     require_loopback(options.anywhere)
     definitions = Definitions(options.messages)
     settings = {**options.settings, **({"robot": options.robot} if options.robot else {})}
-    period = load_experiment(options.experiment, settings).control_period
+    period = load_experiment(options.experiment, parted(settings)[0]).control_period
     if options.profile == "simulator":
         settings["controller_rate"] = INNER_RATE
     (takeoff,) = take_off(options.experiment, (options.controller,), set=settings)
-    missions = _missions(takeoff, options)
+    missions = missions_of(takeoff, options)
     require_master()
     pacer = Pacer(period)
     profile = _profile(options, takeoff, missions, pacer)
@@ -156,7 +158,7 @@ def write(flown: Flown, folder: Path) -> list[Path]:
     return places
 
 
-def _missions(takeoff: Takeoff, options: Options) -> dict[str, Mission]:
+def missions_of(takeoff: Takeoff, options: Options) -> dict[str, Mission]:
     """The missions that can be flown, by the names of their experiments."""
     found = {takeoff.experiment.name: takeoff.mission}
     purpose = needs_of(takeoff.controller).vectoring
@@ -164,9 +166,12 @@ def _missions(takeoff: Takeoff, options: Options) -> dict[str, Mission]:
         experiment = load_experiment(name, {"robot": takeoff.experiment.robot})
         if experiment.control_period != takeoff.period:
             raise ConfigError(
-                f"mission '{name}' is at {experiment.controller_rate:g} Hz, the node at another rate"
+                f"mission '{experiment.name}' is at {experiment.controller_rate:g} Hz, the node at "
+                f"{1.0 / takeoff.period:g} Hz"
             )
-        found[experiment.name] = mission_of(experiment, takeoff.robot, purpose)
+        mission = mission_of(experiment, takeoff.robot, purpose)
+        require_flyable(takeoff.plant, mission, initial_data(takeoff.plant, mission.first))
+        found[experiment.name] = mission
     return found
 
 
