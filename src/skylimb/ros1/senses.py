@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from skylimb.estimation.records import Measurement
+from skylimb.realtime.watchdog import BEYOND
 from skylimb.robots.model import Robot
 from skylimb.ros1.desk import Arrived
 from skylimb.ros1.kinematics import seat_at, seat_function
@@ -21,6 +22,9 @@ LOW_PASS = 20.0
 
 OLDEST = 0.5
 """Seconds after which IMU or joint states count as missing."""
+
+_TURNED = 10.0
+"""Radians that no joint turns by."""
 
 AHEAD = 0.1
 """Seconds that a stamp may lie ahead of the clock that it was set by."""
@@ -132,10 +136,11 @@ class Senses:
         gyro: Any = np.array(self._imu[1].gyro)
         turn = np.array(pose.quaternion)
         size = float(np.sqrt(np.sum(np.clip(turn, -2.0, 2.0) ** 2)))
-        angles = np.concatenate([joints, vectoring])
-        if not (abs(size - 1.0) < 0.1 and (np.abs(angles) < 10.0).all()):
+        angles, others = np.concatenate([joints, vectoring]), np.array([*gyro, *pose.position])
+        sane = (np.abs(angles) < _TURNED).all() and (np.abs(others) < BEYOND).all()
+        if not (sane and abs(size - 1.0) < 0.1):
             z3 = np.full(3, np.nan)
-            return Measurement(z3, np.nan_to_num(turn) * 0.0, z3, z3, joints, vectoring)
+            return Measurement(z3, np.zeros(4), z3, z3, joints, vectoring)
         seat = seat_at(self._seat, joints, vectoring)
         R = rotation_from_quaternion(turn / size) @ seat.R_root_link.T
         rates = seat.R_root_link @ gyro
