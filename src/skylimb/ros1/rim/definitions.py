@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from skylimb.errors import ConfigError
+from skylimb.sources import read_source
 
 _RULE = "=" * 80
 
@@ -58,7 +59,7 @@ class Definitions:
 
     def _text(self, name: str) -> str:
         if name in self._files:
-            return self._files[name].read_text(encoding="utf-8")
+            return read_source(self._files[name]).content.decode("utf-8")
         cls = _installed(name)
         if cls is None:
             raise ConfigError(f"it needs '{name}', of which no definition is known")
