@@ -54,7 +54,7 @@ def rows_of(made: Calibration) -> list[Row]:
                     label,
                     f"{factor * value:.{digits}f} {unit}",
                     f"{factor * low:.{digits}f} .. {factor * high:.{digits}f}",
-                    f"{factor * around[0]:.0f} .. {factor * around[1]:.0f}",
+                    f"{factor * around[0]:.3g} .. {factor * around[1]:.3g}",
                     bool(estimate.shown[index]),
                     "" if true is None else f"{factor * true:.{digits}f}",
                     "" if true is None else f"{(value - true) / float(estimate.deviation[index]):+.1f}",
