@@ -23,6 +23,7 @@ def test_units_of_the_configuration_stand_under_its_dotted_keys() -> None:
         "surface.damping",
         "surface.motion_direction",
         "trajectory.center",
+        "wrap.radius",
     } & of_experiment
 
 
