@@ -50,7 +50,7 @@ LAW = 'law = "planned"\nleak.compensate = true\nhold_lift = true'
 KEPT = PAGE.with_name("transformations.json")
 HEAD = (
     "| robot | feasible, no way found | pairs flown | of them by a detour | no way | lost | m off: median, "
-    "most of a flight | step, rad | least margin, N m | ms a plan: median, 99 %, most |",
+    "most of a flight | step, rad | least margin, N m | ms of processor a plan: median, 99 %, most |",
     "|---|---|---|---|---|---|---|---|---|---|",
 )
 BEGIN, END = "<!-- transformations: written by benchmarks/transformations.py -->", "<!-- end -->"
@@ -69,7 +69,7 @@ class Flown:
     away: list[float] = field(default_factory=list)  # m, greatest of a flight
     step: float = 0.0  # rad, greatest change of a commanded vectoring angle in a twentieth of a second
     margin: float = np.inf  # N m
-    times: list[float] = field(default_factory=list)  # ms, of a plan from Python
+    times: list[float] = field(default_factory=list)  # ms of processor time, of a plan from Python
 
 
 def drawn(robot: Robot, count: int) -> tuple[Roadmap, list[int], Flown]:
@@ -172,9 +172,9 @@ def plan_times(robot: Robot, roadmap: Roadmap, reached: list[int], flown: Flown)
         for one, other in itertools.pairwise(way):
             psi = roadmap.vectoring_angles(one)
             for q in straight_way(roadmap.postures[one.posture], roadmap.postures[other.posture]):
-                begin = time.perf_counter()
+                begin = time.thread_time()
                 psi = plan_vectoring(robot, q, psi).angles
-                flown.times.append(1e3 * (time.perf_counter() - begin))
+                flown.times.append(1e3 * (time.thread_time() - begin))
 
 
 def row(robot: Robot, flown: Flown) -> str:

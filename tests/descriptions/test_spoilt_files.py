@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from lab_style import lab_urdf
 from skylimb.descriptions.checking import check_robot_file
 from skylimb.errors import SkylimbError
+from skylimb.robots import SHIPPED
 
 TEXT = lab_urdf(gimbal="fixed")
 NUMBER = re.compile(r'(?<=")-?\d+\.?\d*(e-?\d+)?(?=")')
@@ -71,3 +72,17 @@ def test_a_tag_twice_or_missing(place, one, other):
 @given(st.binary(max_size=400))
 def test_any_bytes(place, content):
     loads_or_is_refused(place, content)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ('friction="0.05"', 'friction="0x10"'),
+        ('<link name="link2">', '<link name="link2"><visual><geometry><box size=""/></geometry></visual>'),
+    ],
+)
+def test_what_a_search_of_thousands_found(place, old, new):
+    """Found by `benchmarks/spoilt_urdfs.py`: these ended in raw errors."""
+    text = (SHIPPED / "hydrus_xi_quad" / "hydrus_xi_quad.urdf").read_text(encoding="utf-8")
+    assert old in text
+    loads_or_is_refused(place, text.replace(old, new).encode())

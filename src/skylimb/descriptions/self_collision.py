@@ -43,9 +43,9 @@ def find_self_collisions(description: RobotDescription) -> SelfCollision:
         DescriptionError: the engine does not take the robot.
     """
     spec = mujoco.MjSpec()
-    add_robot(spec, description)
     shaped = [link for link in description.links if link.collisions]
     try:
+        add_robot(spec, description)
         for link in shaped:
             for index, shape in enumerate(link.collisions):
                 add_shape(spec, spec.body(link.name), shape, f"collision_{link.name}_{index}", collides=True)

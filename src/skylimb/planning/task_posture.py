@@ -59,7 +59,7 @@ class Task:
         pushes: of the tip on the surface, N, (k, 3).
         normals: of the surface where each acts, unit, outward, (k, 3).
         clearance: least distance between links that are not joined, m.
-        rotor_room: least distance of a rotor's middle to the plane of the surface, m.
+        rotor_room: least distance of rotors' middles and links' origins to the plane of the surface, m.
         leak: greatest |X_xy| and |X_xz| of `tip_force_map`; infinite where it does not count.
     """
 
@@ -199,7 +199,7 @@ class _Program:
 
 @functools.lru_cache(maxsize=16)
 def _load_function(robot: Robot) -> ca.Function:
-    """One push: (q, psi, yaw, lean, thrusts, p, normal) -> rest (6,), margins (2 n,), rotors' rooms (n,)."""
+    """One push: (q, psi, yaw, lean, thrusts, p, normal) -> rest (6,), margins (2 n,), rooms (n + nq + 1,)."""
     nq, nv, n = robot.n_joints, robot.n_vectoring, robot.n_rotors
     q, psi, yaw, lean = ca.SX.sym("q", nq), ca.SX.sym("psi", nv), ca.SX.sym("yaw"), ca.SX.sym("lean", 2)
     thrusts, p, normal = ca.SX.sym("thrusts", n), ca.SX.sym("p", 3), ca.SX.sym("normal", 3)
@@ -213,9 +213,10 @@ def _load_function(robot: Robot) -> ca.Function:
     rooms = ca.vertcat((thrusts - least) / sizes, (most - thrusts) / sizes)
     # The level robot with its tip link's heading at yaw: where rotors are from the tip.
     level = ca.SX(rot_z(yaw - state.tip_heading)) @ state.R_root_C.T
+    middles = [robot.link_pose_function(rotor.link)(q, psi)[:, 0] for rotor in rotors]
+    links = ca.vertsplit(robot.skeleton(q, psi)[:-1, :])
     clear = [
-        ca.dot(normal, level @ (robot.link_pose_function(rotor.link)(q, psi)[:, 0] - state.tip_root))
-        for rotor in rotors
+        ca.dot(normal, level @ (point - state.tip_root)) for point in (*middles, *(link.T for link in links))
     ]
     weight = robot.mass * GRAVITY
     return ca.Function(

@@ -16,6 +16,7 @@ from skylimb.planning.feasible_wrench import FeasibleWrench
 from skylimb.spatial import rot_z
 
 _AROUND = np.linspace(0.0, 2.0 * np.pi, 40)
+_AXES = ("+x", "-x", "+y", "-y", "+z", "-z")
 _DISC = 0.12  # m, as a rotor is drawn
 
 
@@ -27,12 +28,21 @@ def wrench_figure(feasible: FeasibleWrench, pushes: Mapping[str, tuple[np.ndarra
         feasible: what is drawn.
         pushes: the greatest push by name: unit vector in the heading frame and force in N.
     """
-    figure = Figure(figsize=(style.WIDTH, 2.9))
-    figure.subplots_adjust(left=0.0, right=0.92, bottom=0.05, top=0.92, wspace=0.12)
-    left, right = (figure.add_subplot(1, 2, k, projection="3d", proj_type="ortho") for k in (1, 2))
+    figure = Figure(figsize=(style.WIDTH, 2.4))
+    left = figure.add_axes((-0.04, -0.12, 0.5, 1.15), projection="3d", proj_type="ortho")
+    bars = figure.add_axes((0.52, 0.2, 0.12, 0.62))
+    right = figure.add_axes((0.655, 0.04, 0.29, 0.82), projection="3d", proj_type="ortho")
+    for axes in (left, right):
+        axes.patch.set_visible(False)  # they reach under the bars
     _draw_robot(left, feasible)
     _draw_pushes(left, feasible, pushes)
+    _draw_bars(bars, pushes)
     _draw_torques(right, feasible)
+    radius = 0.0 if feasible.hover_torques is None else max(feasible.hover_torques.margin(np.zeros(3)), 0.0)
+    figure.text(0.02, 0.93, "The robot and its tip's pushes at rest", weight="bold", size=8)
+    figure.text(0.48, 0.93, "Greatest push, N", weight="bold", size=8)
+    figure.text(0.69, 0.93, "Torques in hover, N m", weight="bold", size=8)
+    figure.text(0.69, 0.87, f"at least {radius:.2f} about every axis (ball)", size=6.5)
     return figure
 
 
@@ -58,9 +68,11 @@ def _draw_robot(axes: Any, feasible: FeasibleWrench) -> None:
         axes.quiver(*at, *up, color=style.CURVES[0], lw=0.9, arrow_length_ratio=0.15)
     axes.plot(0.0, 0.0, 0.0, "*", color=style.CURVES[4], ms=7, label="centre of gravity")
     axes.plot(*chain[-1], "o", color=style.INK, ms=3)
-    axes.set(xlabel="x, m (tip link)", ylabel="y, m", zlabel="z, m")
-    axes.set_title("Greatest pushes of the tip at rest", loc="left")
     axes.view_init(elev=32.0, azim=-75.0)
+    axes.set_axis_off()
+    corner = chain.min(axis=0) - np.array([0.0, 0.15, 0.0])
+    axes.plot(*np.array([corner, corner + np.array([0.5, 0.0, 0.0])]).T, color=style.INK, lw=1.0)
+    axes.text(*(corner + np.array([0.25, -0.28, 0.0])), "0.5 m along the tip link", fontsize=6, ha="center")
 
 
 def _draw_pushes(axes: Any, feasible: FeasibleWrench, pushes: Mapping[str, tuple[np.ndarray, float]]) -> None:
@@ -72,11 +84,26 @@ def _draw_pushes(axes: Any, feasible: FeasibleWrench, pushes: Mapping[str, tuple
         most = float(np.linalg.norm(level.vertices, axis=1).max())
         _draw_solid(axes, tip + 0.5 / most * level.vertices, style.CURVES[1])
     for name, (direction, force) in pushes.items():
+        colour = style.CURVES[1] if name in _AXES else style.CURVES[3]
         end = tip + 0.5 / most * force * direction
-        axes.plot(*np.array([tip, end]).T, color=style.CURVES[1], lw=1.4)
-        beyond = end + (0.13 if name[0] in "+-" else 0.3) * direction
-        axes.text(*beyond, f"{name}\n{force:.1f} N", fontsize=5.5, ha="center", va="center")
+        axes.quiver(*tip, *(end - tip), color=colour, lw=1.4, arrow_length_ratio=0.12)
+        if name not in _AXES:  # the axes' names stand beside their bars, in the figure's own directions
+            axes.text(*(end + 0.08 * direction), name, fontsize=6, color=colour, ha="center", va="center")
     _tidy(axes)
+
+
+def _draw_bars(axes: Any, pushes: Mapping[str, tuple[np.ndarray, float]]) -> None:
+    """The greatest push in each direction, N."""
+    names, forces = list(pushes), [force for _, force in pushes.values()]
+    colours = [style.CURVES[1] if name in _AXES else style.CURVES[3] for name in names]
+    places = np.arange(len(names))[::-1]
+    bars = axes.barh(places, forces, color=colours, height=0.6)
+    axes.bar_label(bars, fmt="%.1f", fontsize=6, padding=2)
+    axes.set_yticks(places, names)
+    axes.set_xlim(0.0, 1.35 * max([*forces, 1e-9]))
+    axes.set_xticks([])
+    axes.spines["bottom"].set_visible(False)
+    axes.tick_params(labelsize=6.5, length=0)
 
 
 def _draw_torques(axes: Any, feasible: FeasibleWrench) -> None:
@@ -91,9 +118,8 @@ def _draw_torques(axes: Any, feasible: FeasibleWrench) -> None:
     polar = np.linspace(0.0, np.pi, 20)[:, None]
     ball = np.sin(polar) * np.cos(_AROUND), np.sin(polar) * np.sin(_AROUND), np.cos(polar) + 0.0 * _AROUND
     axes.plot_surface(*(radius * part for part in ball), color=style.CURVES[2], alpha=0.6, lw=0)
-    axes.set(xlabel="roll, N m", ylabel="pitch, N m", zlabel="yaw, N m")
+    axes.set(xlabel="roll", ylabel="pitch", zlabel="yaw")
     axes.view_init(elev=28.0, azim=-60.0)
-    axes.set_title(f"Torques in hover; about every axis {radius:.2f} N m", loc="left")
     _tidy(axes)
 
 

@@ -227,7 +227,10 @@ def _joint(joint: Any, path: Path) -> Joint:
 
 
 def _or(value: float | None, default: float) -> float:
-    return default if value is None else float(value)
+    try:
+        return default if value is None else float(value)
+    except (TypeError, ValueError):
+        raise DescriptionError(f"'{str(value)[:60]}' of a joint is no number") from None
 
 
 def _require_unique(kind: str, names: list[str], path: Path) -> None:
