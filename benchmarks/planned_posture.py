@@ -76,7 +76,7 @@ def main() -> None:
     experiment, robot, lines = (
         skylimb.load_experiment("paper"),
         skylimb.load_robot("hydrus_xi_quad"),
-        list(HEAD),
+        list[str](HEAD),
     )
     for controller in given.controllers:
         with tempfile.TemporaryDirectory() as folder:

@@ -51,7 +51,9 @@ def test_without_vectoring_there_is_nothing_to_search(tmp_path):
     assert table.angles(1.3).shape == (0,)
     assert table.angles(np.array([1.3, 1.4])).shape == (2, 0)
     assert vectoring_path(robot, np.ones((3, 3)), np.zeros(0)).shape == (3, 0)
-    assert "coefficients = []" in vectoring_file(robot)[1]
+    written = vectoring_file(robot)
+    assert written is not None
+    assert "coefficients = []" in written[1]
 
 
 def test_a_rigid_robot_has_one_reach(tmp_path):

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from skylimb.planning.feasible_wrench import push_limit
 from skylimb.planning.posture import posture_family
 from skylimb.planning.press import can_push, greatest_push
 from skylimb.planning.vectoring import vectoring_table
@@ -63,3 +64,11 @@ def test_angles_that_move_can_do_no_less(robot: Robot) -> None:
     for tilt in (0.1, 0.3):
         fixed = greatest_push(robot, *posture(robot), X, 30.0, tilt)
         assert greatest_push(robot, *posture(robot), X, 30.0, tilt, 0.3) > fixed
+
+
+def test_a_body_held_upright_may_still_move_its_vectoring_angles():
+    robot = load_robot("tiltable_hexarotor")
+    sideways = np.array([0.0, 1.0, 0.0])
+    still = push_limit(robot, sideways, tilt=0.0)
+    moving = push_limit(robot, sideways, tilt=0.0, moves=0.5)
+    assert still < 0.5 < 5.0 < moving

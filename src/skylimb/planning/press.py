@@ -23,6 +23,9 @@ from skylimb.spatial import cross, rot_x, rot_y, rot_z
 _EXACT = 1e-4
 """A solution leaves less than this share of the weight over."""
 
+_UPRIGHT = 1e-6
+"""Tilt, rad, that stands for none: the solver wants room on both sides."""
+
 _FINE = 0.05
 """Width, N, to which the greatest push is sought."""
 
@@ -72,6 +75,7 @@ def _nearest_to_rest(
 
     residual, slopes = _statics(robot)
     rotors, n, weight = robot.description.rotors, len(guess), robot.mass * GRAVITY
+    tilt = max(tilt, _UPRIGHT)
     reach = np.array([tilt, tilt, *(rotor.thrust_max for rotor in rotors), *[moves] * robot.n_vectoring])[:n]
     low = np.array([-tilt, -tilt, *(rotor.thrust_min for rotor in rotors), *[-moves] * robot.n_vectoring])[:n]
     rest = np.zeros(2 + robot.n_rotors + robot.n_vectoring - n)

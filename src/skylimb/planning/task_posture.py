@@ -150,8 +150,8 @@ class _Program:
         q, psi, yaw = ca.MX.sym("q", nq), ca.MX.sym("psi", nv), ca.MX.sym("yaw")
         lean, thrusts, t = ca.MX.sym("lean", 2, pushes), ca.MX.sym("thrusts", n, pushes), ca.MX.sym("t")
         p, normals, nominal = ca.MX.sym("p", 3, pushes), ca.MX.sym("normals", 3, pushes), ca.MX.sym("q0", nq)
-        load = _load_function(robot).map(pushes)
-        rest, rooms, clear = load(q, psi, yaw, lean, thrusts, p, normals)
+        along = _load_function(robot).map(pushes)
+        rest, rooms, clear = along(q, psi, yaw, lean, thrusts, p, normals)
         shape, leaks = _shape_function(robot)(q, psi)
         tilt = robot.model(q, psi).R_root_C[:2, 2]
         x = ca.vertcat(q, psi, yaw, ca.vec(lean), ca.vec(thrusts), t)
