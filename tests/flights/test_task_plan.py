@@ -1,7 +1,12 @@
 """A posture planned for an experiment, written and flown."""
 
+import dataclasses
+import shutil
+from pathlib import Path
+
 import numpy as np
 import pytest
+import trimesh
 
 import skylimb
 from skylimb.cli import main
@@ -120,3 +125,18 @@ def test_bad_words_are_one_line_and_write_nothing(words, tmp_path, capsys):
     assert main(["plan", "paper", *words, "--apply", str(tmp_path / "out")]) == 2
     assert not (tmp_path / "out").exists()
     assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_the_meshes_of_a_robot_go_along(tmp_path, robot, plan):
+    folder = tmp_path / "meshed"
+    shutil.copytree(robot.description.folder, folder)
+    trimesh.creation.box((0.1, 0.1, 0.1)).export(folder / "box.stl")
+    (urdf,) = folder.glob("*.urdf")
+    shown = '<visual><geometry><mesh filename="box.stl"/></geometry></visual>'
+    urdf.write_text(urdf.read_text().replace("</link>", f"{shown}</link>", 1))
+    meshed = dataclasses.replace(plan, robot=skylimb.load_robot(str(folder)))
+    write_planned(meshed, skylimb.load_experiment("paper"), tmp_path / "planned")
+    assert (tmp_path / "planned" / "robot" / "box.stl").read_bytes() == (folder / "box.stl").read_bytes()
+    again = skylimb.load_robot(str(tmp_path / "planned" / "robot"))
+    meshes = [visual.mesh for link in again.description.links for visual in link.visuals if visual.mesh]
+    assert [Path(mesh).name for mesh in meshes] == ["box.stl"]

@@ -23,6 +23,7 @@ from skylimb.planning.vectoring_files import table_file, write_table
 from skylimb.recording.files import new_folder
 from skylimb.robots.loader import FLIGHT_FILE, load_robot
 from skylimb.robots.model import Robot
+from skylimb.sources import read_source
 from skylimb.spatial import rot_z
 
 _POINTS = 8
@@ -142,9 +143,8 @@ def write_planned(plan: TaskPlan, experiment: Experiment, out: str | Path) -> No
         for link in description.links:
             for visual in link.visuals:
                 if visual.mesh is not None:
-                    _beside(folder / "robot", visual.mesh, description.folder).write_bytes(
-                        visual.mesh.read_bytes()
-                    )
+                    mesh = read_source(visual.mesh).content
+                    _beside(folder / "robot", visual.mesh, description.folder).write_bytes(mesh)
         (folder / "robot" / FLIGHT_FILE).write_text(tomli_w.dumps(flight), encoding="utf-8")
         robot = load_robot(str(folder / "robot"))
         criteria = PURPOSES.get(plan.purpose, PURPOSES[TORQUE])
