@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from short_flights import CIRCLE
 from skylimb.estimation.records import Measurement
 from skylimb.exchange.frames import lab_link
 from skylimb.flights.flying import fastest
@@ -15,26 +16,14 @@ from skylimb.flights.takeoff import Takeoff
 from skylimb.realtime.compiled_controller import CompiledController
 from skylimb.realtime.pacer import Pacer
 from skylimb.ros1.grounded import GroundedPlant
-from skylimb.ros1.pilot import Inputs, Pilot, Tick
+from skylimb.ros1.pilot import Pilot
 from skylimb.ros1.states import FlightState, Order
-
-SHORT = {
-    "phases.hover": 0.4,
-    "phases.tare": 0.3,
-    "phases.settle": 0.3,
-    "phases.hover_end": 0.1,
-    "approach.depth": 0.05,
-    "approach.standoff": 0.02,
-    "approach.speed": 0.2,
-    "approach.retreat_speed": 0.3,
-    "trajectory.radius": 0.05,
-    "trajectory.period": 1.5,
-}
+from skylimb.ros1.tick import Inputs, Tick
 
 
 @functools.cache
 def ready(controller: str) -> tuple[Takeoff, CompiledController]:
-    (takeoff,) = take_off("paper", (controller,), set=SHORT)
+    (takeoff,) = take_off("paper", (controller,), set=CIRCLE)
     chosen: Any = takeoff.controller
     return takeoff, CompiledController(chosen, takeoff.period, fastest)
 

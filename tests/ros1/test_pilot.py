@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 from typing import Any
 
@@ -95,7 +96,7 @@ def test_references_never_jump(flown: Steered) -> None:
 def test_takeoff_in_hover_and_start_in_flight_change_nothing() -> None:
     robot = Steered()
     robot.hover()
-    before = robot.pilot._state
+    before = robot.pilot.flight
     robot.tick(Order.TAKEOFF, Order.START)
     robot.fly(0.5)
     assert robot.state == FlightState.HOVER
@@ -103,7 +104,7 @@ def test_takeoff_in_hover_and_start_in_flight_change_nothing() -> None:
         "takeoff is refused in HOVER: the robot flies already",
         "start is refused in HOVER: it would reset the controller of this flight",
     ]
-    assert before is not None
+    assert robot.pilot.flight is before
     assert robot.height > 0.5
 
 
@@ -228,7 +229,7 @@ def test_a_controller_that_fails_brings_the_robot_down() -> None:
 
     robot = Steered()
     failing: Any = Fails()
-    robot.pilot._controller = failing
+    robot.pilot.craft = dataclasses.replace(robot.pilot.craft, controller=failing)
     robot.tick()
     robot.tick(Order.START)
     robot.until(FlightState.ARM_ON)

@@ -40,7 +40,8 @@ def flown(request: pytest.FixtureRequest) -> tuple[Steered, FlightRecord, tuple[
         hovered |= go
         robot.tick(*orders.get(k, ()), mission="paper" if go else "")
         kept()
-        if hovered and robot.pilot._script is None and mission:
+        flight = robot.pilot.flight
+        if hovered and flight is not None and flight.script is None and mission:
             break
     robot.tick(Order.LAND)
     while robot.state != FlightState.ARM_OFF:

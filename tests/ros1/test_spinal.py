@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from short_flights import CIRCLE
 from skylimb.exchange.frames import lab_link
 from skylimb.flights.public import take_off
 from skylimb.realtime.pacer import Pacer
@@ -20,7 +21,7 @@ from skylimb.ros1.simulated import Simulated
 from skylimb.ros1.spinal import Spinal, attitude_loop
 from skylimb.ros1.states import FlightState
 from skylimb.spatial import rotation_from_rpy
-from steered import SHORT, ready
+from steered import ready
 
 LIMITS = (np.full(4, 1.0), np.full(4, 30.0))
 STILL, LEVEL = np.zeros(3), np.eye(3)
@@ -102,7 +103,7 @@ class Wire:
 
     def __init__(self) -> None:
         takeoff, controller = ready("hybrid")
-        (inner,) = take_off("paper", ("hybrid",), set={**SHORT, "controller_rate": 1000.0})
+        (inner,) = take_off("paper", ("hybrid",), set={**CIRCLE, "controller_rate": 1000.0})
         self.time, link = 0, lab_link(takeoff.robot)
         pacer = Pacer(takeoff.period, lambda: self.time, self._sleep, spin=0.0)
         self.pacer = pacer

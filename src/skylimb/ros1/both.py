@@ -18,7 +18,8 @@ from skylimb.ros1.grounded import GroundedPlant
 from skylimb.ros1.limits import FlightLimits
 from skylimb.ros1.live import Kept, LiveRecord
 from skylimb.ros1.outputs import Names, Outgoing, Rates, commanded, seen_by_anybody, seen_by_sensors
-from skylimb.ros1.pilot import Inputs, Pilot, Tick
+from skylimb.ros1.pilot import Pilot
+from skylimb.ros1.tick import Inputs, Tick
 
 
 class Both:

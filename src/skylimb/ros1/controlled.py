@@ -17,8 +17,9 @@ from skylimb.ros1.limits import FlightLimits
 from skylimb.ros1.live import Kept, LiveRecord, measured_layout, measured_row
 from skylimb.ros1.messages import Gains, Joints, PMatrix
 from skylimb.ros1.outputs import Names, Outgoing, Rates, commanded, seen_by_anybody
-from skylimb.ros1.pilot import Inputs, Pilot, Tick
+from skylimb.ros1.pilot import Pilot
 from skylimb.ros1.senses import Senses
+from skylimb.ros1.tick import Inputs, Tick
 
 
 class Controlled:

@@ -19,8 +19,8 @@ from skylimb.recording.run import Run
 from skylimb.robots.model import Robot
 from skylimb.ros1 import topics
 from skylimb.ros1.outputs import Outgoing
-from skylimb.ros1.pilot import Tick
 from skylimb.ros1.record import FlightRecord, run_of
+from skylimb.ros1.tick import Tick
 
 FILE = "log.nc"
 """What the record is called on its topic."""

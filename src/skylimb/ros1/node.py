@@ -15,7 +15,7 @@ from skylimb.realtime.pacer import Pacer
 from skylimb.realtime.timing import Timing
 from skylimb.ros1.desk import Arrived
 from skylimb.ros1.outputs import Outgoing, diagnosis
-from skylimb.ros1.pilot import Tick
+from skylimb.ros1.tick import Tick
 from skylimb.ros1.topics import DIAGNOSTICS
 from skylimb.simulation.engine_timer import without_timer
 

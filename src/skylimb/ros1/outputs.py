@@ -26,7 +26,7 @@ from skylimb.ros1.messages import (
     Vector,
     Wrench,
 )
-from skylimb.ros1.pilot import Tick
+from skylimb.ros1.tick import Tick
 from skylimb.ros1.topics import Topic
 from skylimb.spatial import rot_z, rpy_from_rotation
 

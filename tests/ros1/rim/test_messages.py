@@ -154,7 +154,9 @@ def test_a_wrong_digest_is_counted_and_not_read(hovering: Wired) -> None:
     hovering.send(topics.TARGET_POSE, pose._replace(md5="0" * 32))
     hovering.tick()
     assert hovering.inbox.counts["wrong md5 of target_pose"] == 1
-    assert not hovering.both.pilot._targets.legs
+    flight = hovering.both.pilot.flight
+    assert flight is not None
+    assert not flight.targets.legs
 
 
 def test_a_flood_costs_no_more_than_its_newest(hovering: Wired) -> None:
