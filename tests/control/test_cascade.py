@@ -58,7 +58,9 @@ def test_at_rest_on_its_reference_it_hovers(cascades: dict[str, Cascade], name: 
     np.testing.assert_allclose(numbers(signals["torque_command"]), 0.0, atol=1e-6)
     np.testing.assert_allclose(numbers(command.thrusts), model.hover_thrusts, atol=1e-5)
     np.testing.assert_allclose(numbers(command.joint_angles), measurement.joint_angles, atol=1e-12)
-    np.testing.assert_allclose(numbers(command.vectoring_angles), measurement.vectoring_angles, atol=1e-3)
+    # A law that moves the angles about the posture's goes on towards more thrust margin.
+    moving = 4.0 * 2.0 * DT if needs_of(cascade).moves > 0.0 else 1e-3
+    np.testing.assert_allclose(numbers(command.vectoring_angles), measurement.vectoring_angles, atol=moving)
     assert isinstance(state, Slots)
 
 

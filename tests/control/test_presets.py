@@ -224,7 +224,8 @@ def test_the_presets_are_what_has_been_flown(robot: Robot) -> None:
     }  # fmt: skip
     assert flattened(following, "contact") == {
         "approach_speed": 0.025, "approach_ramp": 1.0, "retreat_speed": 0.1, "axis_speed": 0.025,
-        "least_pace": 0.25, "path_acceleration": 0.05, "wait_beyond": 0.08, "body_share": 0.5,
+        "least_pace": 0.25, "path_acceleration": 0.05, "wait_beyond": 0.08, "waiting_pace": 0.1,
+        "body_share": 0.5,
         "ease_beyond": [0.015, 0.04], "least_ease": 0.2, "machine.touch_force": 0.5,
         "machine.touch_time": 0.015, "machine.lost_force": 0.25, "machine.lost_time": 0.2,
         "machine.settle_time": 1.0, "machine.rest_time": 0.5, "machine.search": 0.25,
@@ -239,6 +240,7 @@ def test_the_presets_are_what_has_been_flown(robot: Robot) -> None:
         "press_damping": 3.3, "press_mass_ratio": 0.7, "force": 1.0, "force_integral": 1.5,
         "force_integral_limit": 3.0, "tank": 0.5, "cancel": [0.8, 1.0], "cancel_cutoff": [5.0, 5.0],
         "cancel_limit": 1.0, "cancel_speed": 0.06, "error_limit": 0.1, "pen": 1.0, "feed": 0.0,
+        "swing": [0.0, 0.0], "swing_cutoff": 1.0,
     }  # fmt: skip
     assert flattened(following, "allocation") == {
         "hold_lift": True, "leak.compensate": True, "leak.cutoff": 3.0, "rotor_lag.compensate": True,
@@ -261,7 +263,8 @@ def test_the_presets_are_what_has_been_flown(robot: Robot) -> None:
 def test_what_a_law_does_where_no_preset_says_otherwise() -> None:
     assert to_mapping(contact.Gains()) == {
         "approach_speed": 0.05, "approach_ramp": 1.0, "retreat_speed": 0.1, "axis_speed": 0.04,
-        "least_pace": 0.25, "path_acceleration": 0.1, "wait_beyond": 0.08, "body_share": 0.5,
+        "least_pace": 0.25, "path_acceleration": 0.1, "wait_beyond": 0.08, "waiting_pace": 0.1,
+        "body_share": 0.5,
         "ease_beyond": [0.015, 0.04], "least_ease": 1.0, "machine": to_mapping(contact.MachineGains()),
         "surface": {"drift": 0.5, "height_noise": 0.003, "cross_noise": 3.0},
     }  # fmt: skip
@@ -271,6 +274,7 @@ def test_what_a_law_does_where_no_preset_says_otherwise() -> None:
         "press_mass_ratio": 0.6, "force": 1.0, "force_integral": 0.5, "force_integral_limit": 3.0,
         "tank": 0.5, "cancel": [1.0, 1.0], "cancel_cutoff": [5.0, 5.0], "cancel_limit": 1.0,
         "cancel_speed": 0.06, "error_limit": 0.1, "pen": 1.0, "feed": 0.0,
+        "swing": [0.0, 0.0], "swing_cutoff": 1.0,
     }  # fmt: skip
     assert to_mapping(recentring.Gains()) == {
         "rate": 0.3,

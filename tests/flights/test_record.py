@@ -19,6 +19,7 @@ def test_units_of_the_configuration_stand_under_its_dotted_keys() -> None:
     assert of_experiment <= {name for name, _, _ in rows_of(tables_of(experiment))}
     # Keys of the log's `config`, but for those that are not set.
     assert {name for name in of_experiment if name not in flatten(experiment)} == {
+        "plant.foot",
         "stop_at",
         "surface.damping",
         "surface.motion_direction",

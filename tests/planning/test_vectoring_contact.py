@@ -121,7 +121,7 @@ def test_a_table_is_written_and_read_again(tmp_path, monkeypatch):
 
 def test_another_purpose_is_refused():
     with pytest.raises(
-        ConfigError, match="'contakt' is not one of 'torque', 'contact'; did you mean 'contact'"
+        ConfigError, match="'contakt' is not one of 'torque', 'contact', 'online'; did you mean 'contact'"
     ):
         vectoring_table(ROBOT, "contakt")
 

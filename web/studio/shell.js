@@ -120,6 +120,7 @@ export class Shell {
   }
 
   showScores({ flights, groups }) {
+    if (!groups.length) return this.scores.replaceChildren(element("p", { class: "soft" }, "Nothing to score yet: scores are of the sliding period."));
     const head = (text) => element("th", { scope: "col" }, text), cell = (text) => element("td", {}, text);
     const row = ({ label, unit, values }) => element("tr", {}, element("th", { scope: "row" }, label),
       cell(unit), ...values.map((value) => cell(value || "–")));

@@ -94,6 +94,7 @@ def fly(
     return json.loads((tmp_path / "seen.json").read_text(encoding="utf-8")), log.read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_a_flight_with_the_labs_topics_survives_its_master(master: dict[str, str], tmp_path: Path) -> None:
     def kill() -> None:
         wait_for(tmp_path / "node.log", "TAKEOFF -> HOVER", 60.0)
@@ -138,6 +139,7 @@ def test_the_papers_slide_is_that_of_run_and_its_bag_is_replayed(
         np.testing.assert_allclose(again.log[name], run.log[name], atol=1e-9, rtol=0)
 
 
+@pytest.mark.slow
 def test_hostile_publishers_of_real_messages(master: dict[str, str], tmp_path: Path) -> None:
     """A second battery, a wrong md5, and a flood, by real publishers; the node says each."""
     log = tmp_path / "node.log"
