@@ -12,7 +12,7 @@ from skylimb.errors import ConfigError
 from skylimb.experiments.experiment import Experiment
 from skylimb.studio.controls import controls_of
 from skylimb.studio.frames import FlightView
-from skylimb.studio.gains import settled_gains
+from skylimb.studio.gains import gain_keys, settled_gains
 from skylimb.studio.lineup import Lineup
 from skylimb.studio.live_flight import LiveFlight
 
@@ -36,6 +36,7 @@ class Fleet:
         self.lineup = lineup
         self.flights = tuple(LiveFlight(takeoff) for takeoff in lineup.takeoffs())
         self._first = [flight.experiment for flight in self.flights]
+        self._keys = {flight: gain_keys(flight.takeoff.controller) for flight in self.flights}
         controllers = [flight.takeoff.controller.name for flight in self.flights]
         self.names = numbered(controllers, "-")
         self._views = [
@@ -79,6 +80,14 @@ class Fleet:
         if not 0 <= number < len(self.flights):
             raise ConfigError(f"flight {number}: there are {len(self.flights)}, numbered from 0")
         return self.flights[number]
+
+    def gains_to_set(self, flight: LiveFlight) -> frozenset[str]:
+        """Keys of the gains of a flight's controller that may be set; none names a file."""
+        return self._keys[flight].settable
+
+    def changes_in_flight(self, flight: LiveFlight, key: str) -> bool:
+        """Whether a gain can change without a new take-off."""
+        return key in self._keys[flight].in_flight and flight.time < flight.end
 
     def branch(self, experiments: Mapping[LiveFlight, Experiment]) -> None:
         """Let flights go on with other experiments; all or none.

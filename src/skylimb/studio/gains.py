@@ -2,32 +2,38 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
-from skylimb.control.controller import is_configurable, is_traceable
+from skylimb.control.controller import Controller, is_configurable, is_traceable
 from skylimb.experiments.experiment import Experiment
 from skylimb.packing import Layout
-from skylimb.studio.live_flight import LiveFlight
 
 
-def gain_keys(flight: LiveFlight) -> list[str]:
-    """Keys of the gains of a flight's controller that may be set; none names a file."""
-    controller = flight.takeoff.controller
+class GainKeys(NamedTuple):
+    """Keys of a controller's gains.
+
+    Attributes:
+        settable: those that may be set; none names a file.
+        in_flight: those that can change without a new take-off.
+    """
+
+    settable: frozenset[str]
+    in_flight: frozenset[str]
+
+
+def gain_keys(controller: Controller) -> GainKeys:
+    """The keys of a controller's gains; some milliseconds of work."""
     if not is_configurable(controller):
-        return []
-    return [
+        return GainKeys(frozenset(), frozenset())
+    settable = frozenset(
         ".".join((*table.path, name))
         for table in controller.key_tables()
         if table.given
         for name, _, info in table.rows
         if not info.key.file
-    ]
-
-
-def changes_in_flight(flight: LiveFlight, key: str) -> bool:
-    """Whether a gain can change without a new take-off."""
-    controller = flight.takeoff.controller
-    return is_traceable(controller) and key in Layout(controller.gains()).slices and flight.time < flight.end
+    )
+    flown = Layout(controller.gains()).slices if is_traceable(controller) else {}
+    return GainKeys(settable, settable & flown.keys())
 
 
 def settled_gains(experiment: Experiment, first: Experiment | None = None) -> dict[str, Any]:

@@ -19,7 +19,6 @@ from skylimb.studio.controls import IN_FLIGHT, PREFIX
 from skylimb.studio.drawings import keep_drawing, strokes_as_svg
 from skylimb.studio.events import Events
 from skylimb.studio.fleet import Fleet
-from skylimb.studio.gains import changes_in_flight, gain_keys
 from skylimb.studio.hand import Hand
 from skylimb.studio.lineup import Lineup
 from skylimb.studio.live_flight import LiveFlight
@@ -129,20 +128,21 @@ class Session:
             "in flight" or "restarted".
         """
         key, value = key.removeprefix(PREFIX), _value(value)
-        chosen = self.flights if flight is None else [self.fleet.flight(flight)]
-        having = [one for one in chosen if key in gain_keys(one)]
+        fleet = self.fleet
+        chosen = fleet.flights if flight is None else [fleet.flight(flight)]
+        having = [one for one in chosen if key in fleet.gains_to_set(one)]
         if not having:
-            raise unknown_name("gain", key, {name for one in chosen for name in gain_keys(one)})
+            raise unknown_name("gain", key, {name for one in chosen for name in fleet.gains_to_set(one)})
         if isinstance(value, str) and value.endswith(".py"):
             raise ConfigError(f"{key} = '{value}': a file of your own is named where the studio is started")
-        if all(changes_in_flight(one, key) for one in having):
-            self.fleet.branch({one: with_gain(one.experiment, one.time, key, value) for one in having})
+        if all(fleet.changes_in_flight(one, key) for one in having):
+            fleet.branch({one: with_gain(one.experiment, one.time, key, value) for one in having})
             return IN_FLIGHT
-        gains = self.fleet.gains()
+        gains = fleet.gains()
         for one in having:
             number = self.flights.index(one)
             gains[number] = {**_without_law(gains[number], key), key: value}
-        self._begin_again(self.fleet.lineup.with_gains(gains), f"{key} = {value}")
+        self._begin_again(fleet.lineup.with_gains(gains), f"{key} = {value}")
         return RESTARTED
 
     def set_key(self, key: str, value: Any) -> str:
