@@ -119,6 +119,7 @@ def _watch(found: Found, page: sync_api.Page, second: ClientConnection, process:
     )
     pictures = []
     begun, first = time.perf_counter(), event(second, "pace")
+    last = first
     while time.perf_counter() - begun < seconds / 2:
         last = _pace(page, second)
         pictures.append(float(page.evaluate("document.body.dataset.framesPerSecond") or 0))
