@@ -13,8 +13,8 @@ function drawnBySoftware() {
 }
 
 const X = new Vector3(1, 0, 0);
-const SHARE = 0.3; // of the time that pictures drawn by a processor may take: the flight needs it, too
-const LONGEST_REST = 300; // ms
+const SHARE = 0.8; // of the time that pictures drawn by a processor may take: the flight needs it, too
+const LONGEST_REST = 50; // ms
 const DETAILS = [1, 0.65, 0.45]; // points along each side, of 1
 
 export class Theatre {
