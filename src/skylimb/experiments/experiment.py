@@ -54,6 +54,15 @@ class Settings:
         tuple[float, float, float],
         Key("", "unit vector in W, the nominal direction into the surface", low=-1.001, high=1.001),
     ] = (1.0, 0.0, 0.0)
+    surface_error: Annotated[
+        tuple[float, float, float] | None,
+        Key(
+            "m",
+            "believed less true surface.position, W: where the mission flies to; none for no error",
+            low=-1.0,
+            high=1.0,
+        ),
+    ] = None
     trajectory: TrajectoryConfig = field(default_factory=TrajectoryConfig)
     approach: ApproachConfig = field(default_factory=ApproachConfig)
     phases: PhaseConfig = field(default_factory=PhaseConfig)
@@ -101,6 +110,13 @@ class Experiment(Settings):
     def control_period(self) -> float:
         """Time between two control ticks, s."""
         return 1.0 / self.controller_rate
+
+    @property
+    def path_center(self) -> tuple[float, float, float]:
+        """Where the middle of the path is believed to be on the surface, W, m."""
+        x, y, z = self.surface.position
+        dx, dy, dz = self.surface_error or (0.0, 0.0, 0.0)
+        return (x + dx, y + dy, z + dz)
 
     def to_mapping(self) -> dict[str, Any]:
         """The experiment as nested plain values, as in its file."""

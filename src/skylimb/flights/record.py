@@ -47,7 +47,7 @@ def scored(takeoff: Takeoff, flight: Flight) -> Run:
         "sliding_axes": [*frame.sliding_u.tolist(), *frame.sliding_v.tolist()],
         "thrust_limits": json.dumps([list(map(float, side)) for side in thrust_limits(takeoff.robot)]),
         "tolerances": json.dumps(to_mapping(experiment.tolerances) if mission.contact else {}),
-        "path_center": json.dumps([float(x) for x in experiment.surface.position]),
+        "path_center": json.dumps([float(x) for x in experiment.path_center]),
     }
     return Run(name=name, controller=name, log=log, metrics=metrics(log))
 

@@ -258,7 +258,7 @@ def mission_of(experiment: Experiment, robot: Robot, vectoring: str = "torque") 
         experiment.wrap,
     )
     plan = (
-        config, tuple(experiment.contact_axis), tuple(experiment.surface.position), experiment.posture,
+        config, tuple(experiment.contact_axis), experiment.path_center, experiment.posture,
         robot, vectoring, dt,
     )  # fmt: skip
     # A path that is read from a file may change from one flight to the next.

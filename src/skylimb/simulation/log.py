@@ -17,7 +17,9 @@ from skylimb.signals import Signal, require_recorded
 from skylimb.simulation.moved_surface import MovedSurface
 from skylimb.simulation.plant import Plant
 from skylimb.simulation.signals import SIGNALS, SignalInfo
+from skylimb.simulation.surfaces import Valve
 from skylimb.simulation.truth import contact_truth, flight_kinematics
+from skylimb.simulation.turned_valve import TurnedValve
 
 CONTACT_STATE, CONTACT_REASON = "contact_state", "contact_reason"
 """Signals of a controller whose contact law is a state machine."""
@@ -62,6 +64,13 @@ def flight_log(
     if surface is not None:
         touched = MovedSurface(plant.surface, surface[:ticks], mission.period)
         changed = _surface_signals(touched, surface[:ticks])
+    if plant.hinge is not None and isinstance(plant.surface, Valve):
+        at, rate = plant.hinge
+        velocity = flight.signal("configuration_velocity")
+        touched = TurnedValve(
+            plant.surface, qpos[:, at], velocity[:, rate], moved.tip_position, mission.period
+        )
+        changed = {"valve_angle": qpos[:, at]}
     contact, gaps = contact_truth(plant, flight, mission, moved, touched)
     computed = {
         "cog_position_reference": reference.position[:ticks],

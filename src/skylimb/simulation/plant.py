@@ -103,6 +103,7 @@ class Plant:
         joint_qpos: addresses of q in qpos.
         vectoring_qpos: addresses of psi in qpos.
         wall_joint: address of a moving surface's slide in qpos and qvel, or None.
+        hinge: address of a valve's hinge in qpos and qvel, or None.
         foot: half the side of a foot at the tip, m, or None.
     """
 
@@ -115,6 +116,7 @@ class Plant:
     joint_qpos: tuple[int, ...]
     vectoring_qpos: tuple[int, ...]
     wall_joint: tuple[int, int] | None
+    hinge: tuple[int, int] | None = None
     foot: float | None = None
 
     @cached_property
@@ -166,10 +168,12 @@ def build_plant(robot: Robot, surface: Surface, config: PlantConfig, dt: float) 
     def addresses(names: tuple[str, ...]) -> tuple[int, ...]:
         return tuple(int(model.jnt_qposadr[model.joint(name).id]) for name in names)
 
-    wall = None
-    if parts.joint is not None:
-        joint = model.joint(parts.joint).id
-        wall = (int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint]))
+    def joint_at(name: str | None) -> tuple[int, int] | None:
+        if name is None:
+            return None
+        joint = model.joint(name).id
+        return int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint])
+
     return Plant(
         robot=robot if true is description else Robot(true),
         as_described=true is description,
@@ -179,7 +183,8 @@ def build_plant(robot: Robot, surface: Surface, config: PlantConfig, dt: float) 
         reading=ContactReading.of(model),
         joint_qpos=addresses(true.shape_joints),
         vectoring_qpos=addresses(true.vectoring_joints),
-        wall_joint=wall,
+        wall_joint=joint_at(parts.joint),
+        hinge=joint_at(parts.hinge),
         foot=config.foot,
     )
 

@@ -102,6 +102,7 @@ SIGNALS: dict[str, SignalInfo] = {
     "surface_gap": SignalInfo(
         _SCALAR, "m", "", "gap between tip and surface; negative when pressed in", "truth"
     ),
+    "valve_angle": SignalInfo(_SCALAR, "rad", "", "turn of a valve from its first stop", "truth"),
     "surface_position": SignalInfo(
         _AXIS, "m", "W", "origin of a surface that was changed in flight", "truth"
     ),

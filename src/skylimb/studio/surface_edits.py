@@ -21,7 +21,8 @@ _MATERIAL = ("friction", "stiffness")
 def surface_keys_in_flight(experiment: Experiment) -> dict[str, Any]:
     """Keys of the surface that can change in flight, and what they come to with all changes so far."""
     surface = experiment.surface
-    names = () if surface.friction_varies else _MATERIAL if surface.moves else (*_POSE, *_MATERIAL)
+    fixed = surface.friction_varies or surface.turns
+    names = () if fixed else _MATERIAL if surface.moves else (*_POSE, *_MATERIAL)
     found = {name: getattr(surface, name) for name in names}
     for change in sorted(experiment.surface_changes, key=lambda change: change.time):
         found |= {name: getattr(change, name) for name in names if getattr(change, name) is not None}

@@ -70,7 +70,8 @@ def random_feet(surface, rng, count):
 
 
 def test_every_kind_is_tried(egg):
-    assert {SHAPES[name](egg).kind for name in SHAPES} == set(SURFACES)
+    # A valve's lever is met from the side: test_valve.py.
+    assert {SHAPES[name](egg).kind for name in SHAPES} == set(SURFACES) - {"valve"}
 
 
 def test_physics_and_analysis_agree_with_one_touch(surface, scene_of, rng):

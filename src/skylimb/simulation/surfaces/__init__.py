@@ -22,9 +22,11 @@ from skylimb.simulation.surfaces.post import Post
 from skylimb.simulation.surfaces.sine import Corrugated, SineWall
 from skylimb.simulation.surfaces.steps import Ramp, Ridge, Step
 from skylimb.simulation.surfaces.surface import Surface, SurfaceParts
+from skylimb.simulation.surfaces.valve import Valve
 
 _KINDS: tuple[type[Surface], ...] = (
     Board, Cylinder, Pipe, Post, Sphere, SineWall, Corrugated, Step, Ridge, Ramp, HeightMap, MeshSurface,
+    Valve,
 )  # fmt: skip
 SURFACES: dict[str, type[Surface]] = {str(kind.kind): kind for kind in _KINDS}
 """Every kind of surface by the name that `surface.kind` gives it."""
@@ -69,6 +71,7 @@ __all__ = [
     "Step",
     "Surface",
     "SurfaceParts",
+    "Valve",
     "record_contact",
     "require_clear",
     "require_fits",

@@ -43,11 +43,13 @@ class SurfaceParts:
         geom: the geom that the tip collides with.
         joint: the slide of a moving surface, or None. The loop writes `Surface.motion` into its qpos and
             qvel.
+        hinge: the hinge of a part that the engine turns, or None.
     """
 
     body: str
     geom: str
     joint: str | None
+    hinge: str | None = None
 
 
 @configuration
@@ -110,6 +112,11 @@ class Surface(SurfaceKeys, abc.ABC):
     def moves(self) -> bool:
         """Whether the surface moves."""
         return self.advance_distance != 0.0 or self.sway_amplitude != 0.0
+
+    @property
+    def turns(self) -> bool:
+        """Whether a part of it turns on a hinge (`Valve`)."""
+        return False
 
     @cached_property
     def R_WS(self) -> np.ndarray:

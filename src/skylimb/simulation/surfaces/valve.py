@@ -1,0 +1,170 @@
+"""A valve on a wall: a lever on a hinge with dry friction, which the tip pushes around between two stops."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Annotated, Any, Literal
+
+import mujoco
+import numpy as np
+from numpy.typing import ArrayLike
+
+from skylimb.errors import ConfigError
+from skylimb.keys import Key, configuration
+from skylimb.simulation.surfaces.surface import BODY, COLOR, GEOM, Surface, SurfaceParts
+
+HINGE = "surface_hinge"
+LEVER = "surface_lever"
+_HALF_DEPTH = 0.06  # m, of the lever along w: a tip that is some centimetres off still meets it
+_HUB = 0.04  # m, radius
+_STICK = [
+    0.9999,
+    0.9999,
+    1e-3,
+    0.5,
+    2.0,
+]  # impedance of the dry friction: by default it creeps under any push
+_METAL = (0.72, 0.16, 0.14, 1.0)
+
+
+@configuration
+class Valve(Surface):
+    """A lever that turns about w through `position`; its flat plane w = 0 is where the tip's front goes.
+
+    The engine turns it: an inertia, a damper and dry friction about a hinge with two stops. It is balanced.
+    `angle` 0 of the hinge is the first stop, where the lever points from the hinge along `lever_angle`.
+    """
+
+    kind: Literal["valve"] = "valve"
+    lever_angle: Annotated[
+        float, Key("rad", "direction of the lever at its first stop, from u toward v", low=-6.3, high=6.3)
+    ] = 0.0
+    travel: Annotated[float, Key("rad", "turn from the first stop to the second", above=0.0, high=6.3)] = (
+        np.pi / 2
+    )
+    inner: Annotated[float, Key("m", "where the lever begins, from the hinge", low=0.0, high=5.0)] = 0.05
+    outer: Annotated[float, Key("m", "where the lever ends, from the hinge", above=0.0, high=5.0)] = 0.35
+    thickness: Annotated[float, Key("m", "of the lever, in the plane it turns in", 0.002, 0.5)] = 0.03
+    friction_torque: Annotated[float, Key("N m", "dry friction of the hinge", low=0.0, high=100.0)] = 0.3
+    hinge_damping: Annotated[float, Key("N m s/rad", "damper of the hinge", low=0.0, high=100.0)] = 0.05
+    lever_mass: Annotated[float, Key("kg", "mass of the lever", above=0.01, high=100.0)] = 0.5
+
+    def check(self) -> None:
+        """Refuse a lever without length, and a valve that moves or whose friction varies."""
+        super().check()
+        if self.outer <= self.inner:
+            raise ConfigError(
+                f"surface.outer = {self.outer:g} m must be greater than surface.inner = {self.inner:g} m"
+            )
+        if self.moves or self.friction_varies:
+            raise ConfigError(
+                "surface.kind = 'valve' turns on its hinge alone: leave out surface.advance_distance, "
+                "surface.sway_amplitude, surface.friction_map and surface.static_ratio"
+            )
+
+    @property
+    def turns(self) -> bool:
+        """A part of it turns on a hinge."""
+        return True
+
+    @cached_property
+    def inertia(self) -> float:
+        """Of the lever about its hinge, kg m^2."""
+        length, middle = self.outer - self.inner, 0.5 * (self.outer + self.inner)
+        return self.lever_mass * (length**2 / 12.0 + middle**2)
+
+    @property
+    def _half(self) -> np.ndarray:
+        return np.array([_HALF_DEPTH, 0.5 * (self.outer - self.inner), 0.5 * self.thickness])
+
+    def height(self, u: ArrayLike, v: ArrayLike) -> np.ndarray:
+        """Zero everywhere: the plane in which the tip's front goes."""
+        return np.zeros(np.broadcast(u, v).shape)
+
+    def in_lever(self, points: np.ndarray, angle: ArrayLike = 0.0) -> np.ndarray:
+        """Points (..., 3) of the surface's axes in the lever's: w, along it from its middle, across it.
+
+        Args:
+            points: (w, u, v), m.
+            angle: of the hinge, rad, one for all points or one each.
+        """
+        points, turn = np.asarray(points, dtype=float), np.asarray(angle, dtype=float) + self.lever_angle
+        c, s = np.cos(turn), np.sin(turn)
+        u, v = points[..., 1], points[..., 2]
+        along = c * u + s * v - 0.5 * (self.inner + self.outer)
+        return np.stack([points[..., 0], along, c * v - s * u], axis=-1)
+
+    def from_lever(self, vectors: np.ndarray, angle: ArrayLike = 0.0) -> np.ndarray:
+        """Vectors (..., 3) of the lever's axes in the surface's; angles as in `in_lever`."""
+        turn = np.asarray(angle, dtype=float) + self.lever_angle
+        c, s = np.cos(turn), np.sin(turn)
+        a, b = vectors[..., 1], vectors[..., 2]
+        return np.stack([vectors[..., 0], c * a - s * b, s * a + c * b], axis=-1)
+
+    def closest_on_lever(self, points: np.ndarray, angle: ArrayLike = 0.0) -> tuple[np.ndarray, np.ndarray]:
+        """Points of the lever closest to (w, u, v) points (..., 3), and outward normals, surface's axes."""
+        local, half = self.in_lever(points, angle), self._half
+        outside = np.clip(local, -half, half)
+        away = local - outside
+        distance = np.linalg.norm(away, axis=-1, keepdims=True)
+        # Inside, the nearest face.
+        face = np.argmin(half - np.abs(local), axis=-1)
+        unit = np.eye(3)[face] * np.where(local < 0.0, -1.0, 1.0)
+        inside = distance == 0.0
+        normal = np.where(inside, unit, away / np.maximum(distance, 1e-300))
+        on_face = local + unit * (half - np.abs(local)) * np.abs(unit)
+        foot = np.where(inside, on_face, outside)
+        back = points - self.from_lever(local - foot, angle)
+        return back, self.from_lever(normal, angle)
+
+    def local_closest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """On the lever at its first stop."""
+        return self.closest_on_lever(np.asarray(points, dtype=float))
+
+    def distance_along(
+        self, points: np.ndarray, direction: np.ndarray | None = None, time: Any = None
+    ) -> np.ndarray:
+        """To the flat plane, where the path lies: the lever is met from the side."""
+        direction = np.asarray(self.contact_axis if direction is None else direction, dtype=float)
+        return -self.to_local(points)[..., 0] / float(self.R_WS[:, 0] @ direction)
+
+    def add_geometry(self, spec: mujoco.MjSpec, body: mujoco.MjsBody) -> None:
+        """A lever on a hinge, a hub and the two stops."""
+        c, s = np.cos(0.5 * self.lever_angle), np.sin(0.5 * self.lever_angle)
+        lever = body.add_body(name=LEVER, quat=[c, s, 0.0, 0.0])
+        lever.add_joint(
+            name=HINGE,
+            type=mujoco.mjtJoint.mjJNT_HINGE,
+            axis=[1.0, 0.0, 0.0],
+            limited=True,
+            range=[0.0, self.travel],
+            damping=[self.hinge_damping, 0.0, 0.0],
+            frictionloss=self.friction_torque,
+            solimp_friction=_STICK,
+        )
+        lever.explicitinertial = True
+        lever.mass, lever.ipos, lever.inertia = self.lever_mass, [0.0, 0.0, 0.0], [self.inertia] * 3
+        lever.gravcomp = 1.0
+        looks = {"contype": 0, "conaffinity": 0, "mass": 0.0}
+        middle, box = [0.0, 0.5 * (self.inner + self.outer), 0.0], mujoco.mjtGeom.mjGEOM_BOX
+        lever.add_geom(name=GEOM, type=box, size=self._half, pos=middle, rgba=_METAL, group=1, **looks)
+        hub = {"type": mujoco.mjtGeom.mjGEOM_CYLINDER, "quat": [np.sqrt(0.5), 0.0, np.sqrt(0.5), 0.0]}
+        body.add_geom(size=[_HUB, _HALF_DEPTH, 0.0], rgba=COLOR, group=1, **hub, **looks)
+        wall = [0.01, 0.5 * self.size[0], 0.5 * self.size[1]]
+        body.add_geom(type=box, size=wall, pos=[_HALF_DEPTH + 0.02, 0.0, 0.0], rgba=COLOR, group=1, **looks)
+        # The stops stand a little behind both ends of the way, on the wall.
+        past = self.lever_angle + np.array([-1.0, 1.0]) * 0.7 * self.thickness / self.inner_or_hub
+        for angle in past + np.array([0.0, self.travel]):
+            place = self.inner_or_hub * np.array([np.cos(angle), np.sin(angle)])
+            size = [_HALF_DEPTH, 0.006, 0.006]
+            body.add_geom(type=box, size=size, pos=[0.01, *place], rgba=COLOR, group=1, **looks)
+
+    @property
+    def inner_or_hub(self) -> float:
+        """Where the stops are drawn, m from the hinge."""
+        return max(self.inner, _HUB) + 0.02
+
+    def attach(self, spec: mujoco.MjSpec) -> SurfaceParts:
+        """As every surface, with the hinge's name."""
+        super().attach(spec)
+        return SurfaceParts(BODY, GEOM, None, HINGE)
