@@ -21,6 +21,7 @@ def test_units_of_the_configuration_stand_under_its_dotted_keys() -> None:
     assert {name for name in of_experiment if name not in flatten(experiment)} == {
         "plant.foot",
         "stop_at",
+        "surface_error",
         "surface.damping",
         "surface.motion_direction",
         "trajectory.center",

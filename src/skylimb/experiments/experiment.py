@@ -16,6 +16,7 @@ from skylimb.control.slots import SLOTS, find_law, keys_of_law, law_names
 from skylimb.errors import ConfigError, SkylimbError, UnknownNameError, nearest, unknown_name
 from skylimb.experiments.tolerances import Tolerances
 from skylimb.keys import Key, configuration, keys_of
+from skylimb.keys.key import shown
 from skylimb.loop.terminations import Terminations
 from skylimb.missions.configuration import ApproachConfig, PhaseConfig
 from skylimb.missions.excitation import ExcitationConfig
@@ -283,7 +284,7 @@ def _whole_keys(key: str) -> list[str]:
 def _table(tables: dict[str, Any], name: str, where: str) -> dict[str, Any]:
     table = tables.pop(name, {})
     if not isinstance(table, dict):
-        raise ConfigError(f"{where}: {name} = {table!r} should be a table")
+        raise ConfigError(f"{where}: {name} = {shown(table)} should be a table")
     return table
 
 
