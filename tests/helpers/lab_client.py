@@ -22,6 +22,8 @@ from nav_msgs.msg import Odometry  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
 from std_msgs.msg import Empty, String, UInt8  # noqa: E402
 
+from skylimb.ros1.rim.definitions import Definitions  # noqa: E402
+
 NAMESPACE = "/hydrus_xi"
 
 
@@ -32,6 +34,10 @@ class Client:
         rospy.init_node("client", anonymous=True)
         self.state, self.odom, self.joints = -1, None, None
         self.states: list[int] = []
+        self.frames: dict[str, str] = {}
+        messages = Path(__file__).parents[1] / "ros1" / "rim" / "messages"
+        kind: Any = Definitions([messages]).find("tf2_msgs/TFMessage")
+        rospy.Subscriber("/tf", kind, self._tf)
         rospy.Subscriber(f"{NAMESPACE}/flight_state", UInt8, self._state)
         rospy.Subscriber(f"{NAMESPACE}/uav/cog/odom", Odometry, self._odom)
         rospy.Subscriber(f"{NAMESPACE}/joint_states", JointState, self._joints)
@@ -52,6 +58,10 @@ class Client:
         self.state = message.data
         if not self.states or self.states[-1] != message.data:
             self.states.append(message.data)
+
+    def _tf(self, message: Any) -> None:
+        for one in message.transforms:
+            self.frames[one.child_frame_id] = one.header.frame_id
 
     def _odom(self, message: Any) -> None:
         self.odom = message
@@ -125,7 +135,8 @@ def main(mission: str, seconds: float, out: Path) -> None:
     time.sleep(seconds)
     client.order("land")
     client.until(lambda: client.state == 0, 30.0, "ARM_OFF")
-    out.write_text(json.dumps({"states": client.states, "moved": moved, "posed": posed}), encoding="utf-8")
+    seen = {"states": client.states, "moved": moved, "posed": posed, "frames": client.frames}
+    out.write_text(json.dumps(seen), encoding="utf-8")
 
 
 if __name__ == "__main__":

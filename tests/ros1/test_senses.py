@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,9 +15,11 @@ from skylimb.planning.posture import posture_family
 from skylimb.planning.vectoring import vectoring_table
 from skylimb.ros1.body import Bodies
 from skylimb.ros1.desk import Arrived, Desk
-from skylimb.ros1.messages import Imu, Joints, Pose
-from skylimb.ros1.outputs import Names, Rates, seen_by_sensors
+from skylimb.ros1.lab_config import read_lab_config
+from skylimb.ros1.messages import Imu, Joints, Pose, ServoAngles
+from skylimb.ros1.outputs import GRAVITY, Accelerometer, Names, Rates, frames, seen_by_sensors
 from skylimb.ros1.senses import Senses
+from skylimb.spatial import rotation_from_quaternion
 from steered import Steered
 
 ROBOT = skylimb.load_robot("hydrus_xi_quad")
@@ -48,7 +51,7 @@ def test_what_the_sensors_show_becomes_what_was_measured() -> None:
     measured = robot.plant.truth()
     body = Bodies(ROBOT, LINK).of(measured)
     senses = Senses(ROBOT, LINK)
-    for topic, value in seen_by_sensors(0, 1.0, measured, body, NAMES, Rates(0.005)):
+    for topic, value in seen_by_sensors(0, 1.0, measured, body, (0.0, 0.0, 9.8), NAMES, Rates(0.005)):
         told(senses, value, 0.0, topic.name)
     found, taken = senses.measurement(0.0, PSI)
     assert found is not None
@@ -143,3 +146,42 @@ def test_of_each_sensor_only_the_first_sender_counts() -> None:
         [Arrived("flight_config_cmd_ack", 1, "/a", 0.0), Arrived("skylimb/mission", "x", "/u", 0.0)]
     )
     assert (sorted_.acknowledged, sorted_.mission) == (1, "x")
+
+
+def test_servos_are_read_in_their_own_counts() -> None:
+    servos = read_lab_config([Path(__file__).parent / "lab" / "servo.yaml"], ROBOT).servos
+    assert servos is not None
+    senses = Senses(ROBOT, LINK, servos)
+    told(senses, Pose(1.0, (0.0, 0.0, 1.0), LEVEL))
+    told(senses, Imu(1.0, LEVEL, (0.0, 0.0, 0.0)))
+    told(senses, servos.counts(ALL), topic="servo/states")
+    found, _ = senses.measurement(0.0, np.zeros(4))
+    assert found is not None
+    np.testing.assert_allclose(found.joint_angles, Q, atol=0.0004)
+    np.testing.assert_allclose(found.vectoring_angles, PSI, atol=0.0008)
+    told(senses, ServoAngles(2.0, {0: 2047}), at=1.0, topic="servo/states")
+    assert senses.counts["servo/states: wrong joint names"] == 1
+
+
+def test_what_the_flight_controller_feels() -> None:
+    robot = Steered()
+    bodies, felt = Bodies(ROBOT, LINK), Accelerometer(0.005)
+    still = bodies.of(robot.plant.truth())
+    np.testing.assert_allclose(np.linalg.norm(felt.of(still)), GRAVITY, rtol=1e-9)
+    moved = still._replace(link_velocity=still.link_velocity + np.array([0.01, 0.0, -0.005 * GRAVITY]))
+    np.testing.assert_allclose(still.R_W_link @ felt.of(moved), [2.0, 0.0, 0.0], atol=1e-9)
+
+
+def test_frames_lead_from_the_world_to_the_centre_of_gravity() -> None:
+    robot = Steered()
+    robot.hover()
+    body = Bodies(ROBOT, LINK).of(robot.plant.truth())
+    world, root = frames(3.0, body, Names(ROBOT, "/other")).frames
+    assert (world.parent, world.child, root.parent, root.child) == (
+        *("world", "other/root"),
+        *("other/root", "other/cog"),
+    )
+    R = np.asarray(rotation_from_quaternion(np.array(world.quaternion)))
+    np.testing.assert_allclose(world.position + R @ root.position, body.cog, atol=1e-9)
+    level = R @ rotation_from_quaternion(np.array(root.quaternion))
+    assert np.arctan2(level[1, 0], level[0, 0]) == pytest.approx(body.yaw, abs=0.01)

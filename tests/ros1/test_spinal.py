@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections import deque
+from collections import Counter, deque
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,7 +17,9 @@ from skylimb.realtime.pacer import Pacer
 from skylimb.ros1 import topics
 from skylimb.ros1.controlled import Controlled
 from skylimb.ros1.desk import Arrived
-from skylimb.ros1.messages import FourAxes, Gains, PMatrix
+from skylimb.ros1.grounded import STAND
+from skylimb.ros1.lab_config import read_lab_config
+from skylimb.ros1.messages import FourAxes, Gains, Motor, MotorInfo, PMatrix, UavInfo
 from skylimb.ros1.outputs import Outgoing
 from skylimb.ros1.simulated import Simulated
 from skylimb.ros1.spinal import Spinal, attitude_loop
@@ -25,11 +29,14 @@ from steered import ready
 
 LIMITS = (np.full(4, 1.0), np.full(4, 30.0))
 STILL, LEVEL = np.zeros(3), np.eye(3)
+LAB = Path(__file__).parent / "lab"
+MOTORS = MotorInfo(0.58, 0.92, 1.0, 7.0, 0, (Motor(25.2, 33.0, (0.0, -5.0, 0.1, 0.0, 0.0)),))
+KNOWN = Spinal(4).told(UavInfo(4, 17)).told(MOTORS)
 BASE = FourAxes((0.0, 0.0, 0.0), (9.0, 10.0, 11.0, 12.0))
 
 
 def armed(message: FourAxes = BASE) -> Spinal:
-    return Spinal(4).configured(0).commanded(message, 0.0)
+    return KNOWN.configured(0).commanded(message, 0.0)
 
 
 def loop(
@@ -101,16 +108,18 @@ def test_messages_of_another_robot_are_none() -> None:
 class Wire:
     """Controller and simulator in step; what one says the other hears at the next tick."""
 
-    def __init__(self) -> None:
+    def __init__(self, files: tuple[str, ...] = ("motor_info.yaml",)) -> None:
         takeoff, controller = ready("hybrid")
+        config = read_lab_config([LAB / name for name in files], takeoff.robot)
         (inner,) = take_off("paper", ("hybrid",), set={**CIRCLE, "controller_rate": 1000.0})
         self.time, link = 0, lab_link(takeoff.robot)
         pacer = Pacer(takeoff.period, lambda: self.time, self._sleep, spin=0.0)
         self.pacer = pacer
-        self.robot = Simulated(inner, link, pacer)
-        self.pilot = Controlled(takeoff, controller, {"paper": takeoff.mission}, link, pacer)
+        self.robot = Simulated(inner, link, pacer, servos=config.servos)
+        self.pilot = Controlled(takeoff, controller, {"paper": takeoff.mission}, link, pacer, config=config)
         self.up, self.down = deque[Outgoing](), deque[Outgoing]()
         self.k, self.silent, self.said = 0, False, list[str]()
+        self.names = Counter[str]()
         pacer.start()
 
     def _sleep(self, seconds: float) -> None:
@@ -128,7 +137,9 @@ class Wire:
         up = [] if self.silent else heard(self.up, "/spinal")
         came = [*up, *(Arrived(order, None, "/client", now) for order in orders)]
         self.down += [one for one in self.pilot.tick(came, now) if one.topic in topics.ACTUATORS]
+        self.names.update(one.topic.name for one in self.down)
         self.up += self.robot.tick(heard(self.down, "/skylimb"), now)
+        self.names.update(one.topic.name for one in self.up)
         self.k += 1
         assert self.pilot.last is not None
         self.said += self.pilot.last.said
@@ -141,8 +152,56 @@ class Wire:
         raise AssertionError(f"no {state.name}: {self.said} {self.pilot.faults}")
 
 
-def test_controller_and_simulator_fly_over_the_labs_topics() -> None:
+def test_it_is_not_armed_before_it_knows_its_motors() -> None:
+    for known in (Spinal(4), Spinal(4).told(MOTORS), Spinal(4).told(UavInfo(4, 17))):
+        assert not known.configured(0).armed
+    assert not KNOWN.told(replace(MOTORS, max_pwm=0.58)).configured(0).armed
+    assert KNOWN.configured(0).armed
+    # The number of motors is not taken twice; what it knows outlasts the flight.
+    assert KNOWN.told(UavInfo(6, 17)).uav == UavInfo(4, 17)
+    assert KNOWN.configured(0).configured(1).configured(0).armed
+
+
+def test_a_forced_landing_ends_at_the_thrust_of_the_motor_table() -> None:
+    spinal = KNOWN.told(replace(MOTORS, force_landing_thrust=9.0)).configured(0).commanded(BASE, 0.0)
+    spinal = spinal.configured(2)
+    thrusts = STILL
+    for _ in range(2000):
+        spinal, thrusts = attitude_loop(spinal, LEVEL, STILL, 0.1, 0.001, LIMITS)
+    assert thrusts.mean() == pytest.approx(9.0, abs=0.01)
+
+
+def test_without_motor_info_nothing_is_acknowledged() -> None:
+    wire = Wire(())
+    for _ in range(30):
+        wire.tick()
+    wire.tick("teleop_command/start")
+    for _ in range(40):
+        wire.tick()
+    assert wire.pilot.pilot.flying.state == FlightState.START
+    assert wire.robot.faults["armed without motor_info and uav_info: not acknowledged"] > 0
+
+
+def test_a_forced_landing_of_the_flight_controller_is_the_pilots_too() -> None:
     wire = Wire()
+    for _ in range(30):
+        wire.tick()
+    wire.tick("teleop_command/start")
+    wire.until(FlightState.ARM_ON, 1.0)
+    wire.tick("teleop_command/takeoff")
+    for _ in range(300):
+        wire.tick()
+    assert wire.pilot.pilot.flying.in_air
+    wire.down.append(Outgoing(topics.FOUR_AXES, FourAxes((0.0, 1.1, 0.0), (9.0,) * 4)))
+    wire.tick()
+    wire.tick()
+    assert wire.pilot.pilot.flying.force_landing
+    assert "force landing: by the flight controller" in wire.said
+
+
+@pytest.mark.parametrize("files", [("motor_info.yaml",), ("motor_info.yaml", "servo.yaml")])
+def test_controller_and_simulator_fly_over_the_labs_topics(files: tuple[str, ...]) -> None:
+    wire = Wire(files)
     for _ in range(30):
         wire.tick()
     wire.tick("teleop_command/start")
@@ -154,13 +213,24 @@ def test_controller_and_simulator_fly_over_the_labs_topics() -> None:
     assert wire.pilot.last is not None
     assert wire.pilot.last.body is not None
     assert wire.pilot.last.body.cog[2] == pytest.approx(0.6, abs=0.1)
+    by_name, by_count = (
+        ("joints_ctrl", "gimbals_ctrl", "joint_states"),
+        ("servo/states", "servo/target_states"),
+    )
+    spoken, silent = (by_count, by_name) if len(files) == 2 else (by_name, by_count)
+    assert all(wire.names[name] > 100 for name in spoken)
+    assert not any(wire.names[name] for name in silent)
+    assert wire.names["desire_coordinate"] > 10
+    # Motors and servos are told before arming only.
+    assert 0 < wire.names["motor_info"] < 20
     wire.silent = True
     for _ in range(140):
         wire.tick()
     assert wire.pilot.last.flying.force_landing
     wire.silent = False
     wire.until(FlightState.ARM_OFF, 30.0)
-    assert wire.robot.plant.stands
+    # Servos that still move may lift it by less than anybody sees.
+    assert wire.robot.plant.truth().position[2] == pytest.approx(STAND, abs=1e-3)
     assert [kept.name for kept in wire.pilot.kept] == ["flight"]
 
 

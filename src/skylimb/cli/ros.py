@@ -46,6 +46,10 @@ class Ros:
     link: Annotated[
         str, arg(metavar="LINK", help="Link of mocap/pose; by default the flight controller.")
     ] = ""
+    config: Annotated[
+        tuple[str, ...],
+        arg(metavar="YAML ...", help="The robot's own files of motor_info, servo_controller and uav_model."),
+    ] = ()
     cells: Annotated[str, arg(metavar="N", help="Cells of the battery in series.")] = "6"
     anywhere: Annotated[bool, arg(help="Whether master and node may be on a network.")] = False
     bare: Annotated[
@@ -76,6 +80,7 @@ class Ros:
                 cells,
                 self.anywhere,
                 self.bare,
+                self.config,
             ),
             lambda words: print(words, flush=True),
         )

@@ -25,6 +25,8 @@ class Body(NamedTuple):
         link_velocity: of it, m/s, (3,).
         R_W_link: its axes, (3, 3).
         rates_link: angular velocity in its axes, rad/s, (3,).
+        root: origin of the measured link in W, m, (3,).
+        R_W_root: its axes, (3, 3).
     """
 
     cog: np.ndarray
@@ -35,6 +37,8 @@ class Body(NamedTuple):
     link_velocity: np.ndarray
     R_W_link: np.ndarray
     rates_link: np.ndarray
+    root: np.ndarray
+    R_W_root: np.ndarray
 
     @property
     def yaw(self) -> float:
@@ -76,10 +80,12 @@ class Bodies:
             v + R @ cross(w, link_root),
             R @ R_root_link,
             R_root_link.T @ w,
+            p,
+            R,
         ]
         flat = [ca.reshape(part.T, -1, 1) for part in parts]
         function = ca.Function("body", [ca.vertcat(*given)], [ca.densify(ca.vertcat(*flat))], {"cse": True})
-        self._given, self._made = np.zeros(sum(sizes)), np.zeros(36)
+        self._given, self._made = np.zeros(sum(sizes)), np.zeros(48)
         self._buffer, self._evaluate = function.buffer()
         array: Any = self._given  # the stubs know no buffers
         self._buffer.set_arg(0, memoryview(array))  # pyright: ignore[reportCallIssue]
@@ -100,4 +106,6 @@ class Bodies:
             made[21:24],
             made[24:33].reshape(3, 3),
             made[33:36],
+            made[36:39],
+            made[39:48].reshape(3, 3),
         )

@@ -17,9 +17,18 @@ from skylimb.ros1.desk import Arrived, Desk
 from skylimb.ros1.grounded import GroundedPlant
 from skylimb.ros1.limits import FlightLimits
 from skylimb.ros1.live import Kept, LiveRecord
-from skylimb.ros1.outputs import Names, Outgoing, Rates, commanded, seen_by_anybody, seen_by_sensors
+from skylimb.ros1.outputs import (
+    Accelerometer,
+    Names,
+    Outgoing,
+    Rates,
+    commanded,
+    seen_by_anybody,
+    seen_by_sensors,
+)
 from skylimb.ros1.pilot import Pilot
 from skylimb.ros1.tick import Inputs, Tick
+from skylimb.ros1.topics import NAMESPACE
 
 
 class Both:
@@ -33,6 +42,7 @@ class Both:
         pacer: of the ticks.
         cells: of the battery.
         limits: of the flight states.
+        namespace: of the lab's frames.
     """
 
     def __init__(
@@ -44,12 +54,14 @@ class Both:
         pacer: Pacer,
         cells: int = 6,
         limits: FlightLimits | None = None,
+        namespace: str = NAMESPACE,
     ) -> None:
         robot, period = takeoff.robot, takeoff.period
         self.pilot = Pilot(robot, controller, missions, link, pacer, period, limits)
         self.plant = GroundedPlant(takeoff)
         self._takeoff, self._pacer, self._missions = takeoff, pacer, missions
-        self._desk, self._names, self._rates = Desk(cells), Names(robot), Rates(period)
+        self._desk, self._names, self._rates = Desk(cells), Names(robot, namespace), Rates(period)
+        self._felt = Accelerometer(period)
         self._bodies = Bodies(robot, link)
         sample = self.pilot.rehearsed()
         self._live = LiveRecord(
@@ -90,9 +102,10 @@ class Both:
         )
         row = self.plant.record(measured, tick.command)
         body = tick.body or self._bodies.of(measured)
+        felt = self._felt.of(self._bodies.of(self.plant.truth()))
         out = [
-            *seen_by_sensors(k, stamp, measured, body, self._names, self._rates),
-            *seen_by_anybody(k, stamp, tick, self._rates),
+            *seen_by_sensors(k, stamp, measured, body, felt, self._names, self._rates),
+            *seen_by_anybody(k, stamp, tick, self._names, self._rates),
             *commanded(k, stamp, tick, self._names, self._rates),
             *self._live.add(tick, row),
         ]

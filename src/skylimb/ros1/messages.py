@@ -75,6 +75,63 @@ class Gains:
 
 
 @dataclass(frozen=True)
+class ServoAngles:
+    """Servos by their number on the bus, in counts (`servo/states`, `servo/target_states`).
+
+    Attributes:
+        stamp: of the measurement; a target has none.
+        counts: by number.
+    """
+
+    stamp: float
+    counts: dict[int, int]
+
+
+@dataclass(frozen=True)
+class Motor:
+    """How thrust hangs on duty at a voltage.
+
+    Attributes:
+        voltage: V.
+        max_thrust: N.
+        polynomial: of the lab's table, from degree 0 up.
+    """
+
+    voltage: float
+    max_thrust: float
+    polynomial: tuple[float, float, float, float, float]
+
+
+@dataclass(frozen=True)
+class MotorInfo:
+    """Motors, as the flight controller has to know them before it arms (`motor_info`).
+
+    Attributes:
+        min_pwm: duty, 0 .. 1.
+        max_pwm: duty, 0 .. 1.
+        min_thrust: N.
+        force_landing_thrust: mean thrust that a forced landing ends at, N.
+        conversion: 0 by a square root, 1 by a polynomial.
+        motors: at some voltages.
+    """
+
+    min_pwm: float
+    max_pwm: float
+    min_thrust: float
+    force_landing_thrust: float
+    conversion: int
+    motors: tuple[Motor, ...]
+
+
+@dataclass(frozen=True)
+class UavInfo:
+    """How many motors it has, and the lab's number of its kind (`uav_info`)."""
+
+    motors: int
+    model: int
+
+
+@dataclass(frozen=True)
 class PMatrix:
     """For the gyro term, in thousandths (`p_matrix_pseudo_inverse_inertia`).
 
@@ -142,6 +199,24 @@ class Odometry:
     quaternion: Turn
     velocity: Vector
     angular_velocity: Vector
+
+
+@dataclass(frozen=True)
+class Transform:
+    """Pose of a frame in another one (`/tf`)."""
+
+    stamp: float
+    parent: str
+    child: str
+    position: Vector
+    quaternion: Turn
+
+
+@dataclass(frozen=True)
+class Transforms:
+    """Frames that are told together (`/tf`)."""
+
+    frames: tuple[Transform, ...]
 
 
 @dataclass(frozen=True)

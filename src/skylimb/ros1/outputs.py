@@ -14,6 +14,7 @@ from skylimb.robots.model import Robot
 from skylimb.ros1 import topics
 from skylimb.ros1.body import Body
 from skylimb.ros1.messages import (
+    WORLD,
     Axis,
     Diagnosis,
     FourAxes,
@@ -22,6 +23,8 @@ from skylimb.ros1.messages import (
     Odometry,
     Pose,
     PoseControl,
+    Transform,
+    Transforms,
     Turn,
     Vector,
     Wrench,
@@ -30,6 +33,7 @@ from skylimb.ros1.tick import Tick
 from skylimb.ros1.topics import Topic
 from skylimb.spatial import rot_z, rpy_from_rotation
 
+GRAVITY = 9.80665
 _FORCE, _TORQUE = "external_force_estimate", "external_torque_estimate"
 
 
@@ -61,51 +65,106 @@ class Names:
 
     Args:
         robot: whose. Our `gimbal_jointN` is the lab's `gimbalN`, with the same zero and axis.
+        namespace: of the lab's topics, and of its frames.
     """
 
-    def __init__(self, robot: Robot) -> None:
-        description = robot.description
+    def __init__(self, robot: Robot, namespace: str = topics.NAMESPACE) -> None:
+        description, self._namespace = robot.description, namespace.strip("/")
         self.joints = description.shape_joints
         self.gimbals = tuple(name.replace("gimbal_joint", "gimbal") for name in description.vectoring_joints)
 
+    def frame(self, name: str) -> str:
+        """A frame of the robot, as the lab calls it."""
+        return f"{self._namespace}/{name}"
+
+    def joint_states(self, stamp: float, measured: Measurement) -> Joints:
+        """Joints and gimbals as measured."""
+        angles = (*_floats(measured.joint_angles), *_floats(measured.vectoring_angles))
+        return Joints(stamp, (*self.joints, *self.gimbals), angles)
+
+
+class Accelerometer:
+    """What the flight controller feels: the acceleration of the lab's link without gravity's share.
+
+    Args:
+        period: between two looks, s.
+    """
+
+    def __init__(self, period: float) -> None:
+        self._period = period
+        self._velocity: np.ndarray | None = None
+
+    def of(self, body: Body) -> Vector:
+        """Mean since the last look, in the link's axes, m/s^2; at rest 9.81 upward."""
+        before = body.link_velocity if self._velocity is None else self._velocity
+        self._velocity = body.link_velocity
+        felt = (body.link_velocity - before) / self._period + np.array([0.0, 0.0, GRAVITY])
+        return _vector(body.R_W_link.T @ felt)
+
 
 def seen_by_sensors(
-    k: int, stamp: float, measured: Measurement, body: Body, names: Names, rates: Rates
+    k: int,
+    stamp: float,
+    measured: Measurement,
+    body: Body,
+    acceleration: Vector,
+    names: Names,
+    rates: Rates,
 ) -> Iterator[Outgoing]:
     """What motion capture, the flight controller and the servos tell of a simulated robot."""
     turn = _turn(body.R_W_link)
     if rates.due(topics.MOCAP, k):
         yield Outgoing(topics.MOCAP, Pose(stamp, _vector(body.link), turn))
     if rates.due(topics.IMU, k):
-        gravity = body.R_W_link.T @ np.array([0.0, 0.0, 9.80665])
-        yield Outgoing(topics.IMU, Imu(stamp, turn, _vector(body.rates_link), _vector(gravity)))
+        yield Outgoing(topics.IMU, Imu(stamp, turn, _vector(body.rates_link), acceleration))
     if rates.due(topics.JOINT_STATES, k):
-        angles = (*_floats(measured.joint_angles), *_floats(measured.vectoring_angles))
-        yield Outgoing(topics.JOINT_STATES, Joints(stamp, (*names.joints, *names.gimbals), angles))
+        yield Outgoing(topics.JOINT_STATES, names.joint_states(stamp, measured))
 
 
-def seen_by_anybody(k: int, stamp: float, tick: Tick, rates: Rates) -> Iterator[Outgoing]:
-    """State, odometry, targets and errors, and the estimated wrench."""
+def seen_by_anybody(k: int, stamp: float, tick: Tick, names: Names, rates: Rates) -> Iterator[Outgoing]:
+    """State, odometry and frames, targets and errors, and the estimated wrench."""
     if rates.due(topics.STATE, k):
         yield Outgoing(topics.STATE, tick.flying.shown)
     body = tick.body
     if body is None:
         return
     if rates.due(topics.COG, k):
-        # The lab's axes at the centre of gravity are level like C, with the yaw of its link.
-        turn = np.asarray(rot_z(body.yaw_in_C))
-        R, turning = body.R_WC @ turn, turn.T @ body.rates_cog
-        yield Outgoing(topics.COG, _odometry(stamp, "cog", body.cog, R, body.velocity, turning))
+        R = lab_cog(body)
+        turning = R.T @ (body.R_WC @ body.rates_cog)
+        name = names.frame("cog")
+        yield Outgoing(topics.COG, _odometry(stamp, name, body.cog, R, body.velocity, turning))
     if rates.due(topics.BASELINK, k):
         yield Outgoing(
             topics.BASELINK,
-            _odometry(stamp, "fc", body.link, body.R_W_link, body.link_velocity, body.rates_link),
+            _odometry(
+                stamp, names.frame("fc"), body.link, body.R_W_link, body.link_velocity, body.rates_link
+            ),
         )
+    if rates.due(topics.TF, k):
+        yield Outgoing(topics.TF, frames(stamp, body, names))
     if tick.reference is not None and rates.due(topics.PID, k):
         yield Outgoing(topics.PID, _control(stamp, body, tick.reference))
     if _FORCE in tick.signals and rates.due(topics.WRENCH, k):
         force, torque = tick.signals[_FORCE], tick.signals[_TORQUE]
         yield Outgoing(topics.WRENCH, Wrench(stamp, _vector(force), _vector(torque)))
+
+
+def lab_cog(body: Body) -> np.ndarray:
+    """The lab's axes at the centre of gravity, in W: level like C, with the yaw of its link."""
+    return body.R_WC @ np.asarray(rot_z(body.yaw_in_C))
+
+
+def frames(stamp: float, body: Body, names: Names) -> Transforms:
+    """The robot's root in the world and the centre of gravity in the root, as the lab's own nodes tell."""
+    root, cog = names.frame("root"), names.frame("cog")
+    turn = body.R_W_root.T
+    there = _vector(turn @ (body.cog - body.root))
+    return Transforms(
+        (
+            Transform(stamp, WORLD, root, _vector(body.root), _turn(body.R_W_root)),
+            Transform(stamp, root, cog, there, _turn(turn @ lab_cog(body))),
+        )
+    )
 
 
 def commanded(k: int, stamp: float, tick: Tick, names: Names, rates: Rates) -> Iterator[Outgoing]:

@@ -13,8 +13,9 @@ from skylimb.realtime.watchdog import BEYOND
 from skylimb.robots.model import Robot
 from skylimb.ros1.desk import Arrived
 from skylimb.ros1.kinematics import seat_at, seat_function
-from skylimb.ros1.messages import Imu, Joints, Pose
+from skylimb.ros1.messages import Imu, Joints, Pose, ServoAngles
 from skylimb.ros1.outputs import Names
+from skylimb.ros1.servos import Servos
 from skylimb.spatial import quaternion_from_rotation, rotation_from_quaternion
 
 LOW_PASS = 20.0
@@ -58,9 +59,11 @@ class Senses:
     Args:
         robot: what flies.
         link: whose pose and rates come.
+        servos: read `servo/states`; None where only `joint_states` come.
     """
 
-    def __init__(self, robot: Robot, link: str) -> None:
+    def __init__(self, robot: Robot, link: str, servos: Servos | None = None) -> None:
+        self._servos = servos
         self._names, self._seat = Names(robot), seat_function(robot, link)
         self._clocks = {Pose: Clock(), Imu: Clock(), Joints: Clock()}
         self._pose: tuple[float, Pose] | None = None
@@ -72,7 +75,9 @@ class Senses:
 
     def take(self, arrived: Arrived) -> None:
         """Look at what a sensor says."""
-        value = arrived.value
+        value: Any = arrived.value
+        if isinstance(value, ServoAngles) and self._servos is not None:
+            value = self._servos.joints(value)
         clock = self._clocks.get(type(value))
         if clock is None:
             return
@@ -83,7 +88,7 @@ class Senses:
             self._see(taken, value)
         elif isinstance(value, Imu):
             self._imu = (taken, value)
-        else:
+        elif isinstance(value, Joints):
             self._bend(taken, value, arrived.topic)
 
     def measurement(self, now: float, commanded: np.ndarray) -> tuple[Measurement | None, float]:

@@ -17,9 +17,11 @@ from skylimb.ros1.body import Bodies
 from skylimb.ros1.desk import Arrived
 from skylimb.ros1.grounded import GroundedPlant
 from skylimb.ros1.live import Kept
-from skylimb.ros1.messages import Desire, FourAxes, Gains, Joints, PMatrix
-from skylimb.ros1.outputs import Names, Outgoing, Rates, seen_by_sensors
+from skylimb.ros1.messages import Desire, FourAxes, Gains, Joints, MotorInfo, PMatrix, ServoAngles, UavInfo
+from skylimb.ros1.outputs import Accelerometer, Names, Outgoing, Rates, seen_by_sensors
+from skylimb.ros1.servos import Servos
 from skylimb.ros1.spinal import Spinal, attitude_loop
+from skylimb.ros1.states import Arming
 
 VOLTS = 4.1
 """Of a cell of the simulated battery."""
@@ -33,14 +35,18 @@ class Simulated:
         link: whose pose is on the lab's topics.
         pacer: of the node's ticks; a whole number of the plant's.
         cells: of the battery.
+        servos: by whose counts it speaks of joints; None for angles by name.
     """
 
-    def __init__(self, takeoff: Takeoff, link: str, pacer: Pacer, cells: int = 6) -> None:
+    def __init__(
+        self, takeoff: Takeoff, link: str, pacer: Pacer, cells: int = 6, servos: Servos | None = None
+    ) -> None:
         robot = takeoff.robot
         self.plant = GroundedPlant(takeoff)
         self._period, self._pacer, self._cells = takeoff.period, pacer, cells
         self._inner = round(pacer.period / takeoff.period)
         self._bodies, self._names, self._rates = Bodies(robot, link), Names(robot), Rates(pacer.period)
+        self._felt, self._servos = Accelerometer(pacer.period), servos
         self._spinal, self._limits = Spinal(robot.n_rotors), thrust_limits(robot)
         self._bounds = (robot.joint_limits(), robot.vectoring_limits())
         first = takeoff.mission.first
@@ -60,15 +66,21 @@ class Simulated:
     def tick(self, arrived: Iterable[Arrived], stamp: float) -> list[Outgoing]:
         """One tick; `stamp` is the middleware's time, s."""
         now, k = self._pacer.time(), self._k
+        landing = self._spinal.force_landing
         out = [answer for one in arrived for answer in self._take(one, now)]
         measured = self.plant.measure()
         for inner in range(self._inner):
             if inner:
                 self.plant.measure()
             self._step(now + inner * self._period)
+        if self._spinal.force_landing and not landing:
+            # A forced landing of its own is told like one that was commanded.
+            out.append(Outgoing(topics.ACK, int(Arming.FORCE_LANDING)))
         truth = self.plant.truth()
         seen = measured._replace(angular_velocity=truth.angular_velocity)
-        out += seen_by_sensors(k, stamp, seen, self._bodies.of(seen), self._names, self._rates)
+        body = self._bodies.of(seen)
+        shown = seen_by_sensors(k, stamp, seen, body, self._felt.of(body), self._names, self._rates)
+        out += map(self._in_counts, shown)
         if self._rates.due(topics.BATTERY, k):
             out.append(Outgoing(topics.BATTERY, VOLTS * self._cells))
         self._k = k + 1
@@ -94,14 +106,26 @@ class Simulated:
                 self._spinal = self._spinal.gained(one.value)
             case PMatrix():
                 self._spinal = self._spinal.with_p_matrix(one.value)
+            case UavInfo() | MotorInfo():
+                self._spinal = self._spinal.told(one.value)
+            case ServoAngles() if self._servos is not None:
+                self._bend(self._servos.joints(one.value), one.topic)
             case Desire(roll, pitch, yaw):
                 self._spinal = self._spinal.desired(roll, pitch, yaw)
             case Joints():
                 self._bend(one.value, one.topic)
             case int():
                 self._spinal = self._spinal.configured(one.value)
-                return [Outgoing(topics.ACK, one.value)]
+                if one.value != Arming.ON or self._spinal.armed:
+                    return [Outgoing(topics.ACK, one.value)]
+                self.faults["armed without motor_info and uav_info: not acknowledged"] += 1
         return []
+
+    def _in_counts(self, one: Outgoing) -> Outgoing:
+        """Joint states as the servos tell them, where somebody else makes angles of them."""
+        if self._servos is None or one.topic != topics.JOINT_STATES:
+            return one
+        return Outgoing(topics.SERVO_STATES, self._servos.counts(one.value))
 
     def _bend(self, value: Joints, topic: str) -> None:
         """Set points of servos, by name, within their limits."""

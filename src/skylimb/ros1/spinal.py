@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from skylimb.ros1.messages import FourAxes, Gains, PMatrix
+from skylimb.ros1.messages import FourAxes, Gains, MotorInfo, PMatrix, UavInfo
 from skylimb.ros1.states import Arming
 from skylimb.spatial import rotation_from_rpy, rpy_from_rotation
 
@@ -22,7 +22,7 @@ TILT = 1.0
 """Roll or pitch, measured or commanded, beyond which it does, rad."""
 
 FALLING, LEAST = 2.5, 7.0
-"""Of a forced landing: what the mean base thrust loses, N/s, and what it ends at, N."""
+"""Of a forced landing: what the mean base thrust loses, N/s, and what it ends at where nobody says, N."""
 
 _MILLI = 1e-3
 _INTEGRATE = {160: True, 161: False}
@@ -34,6 +34,8 @@ class Spinal:
 
     Attributes:
         rotors: how many.
+        uav: what the computer said of it; None before it did.
+        motors: likewise of its motors.
         armed: whether the motors turn.
         force_landing: whether it lands by force.
         integrates: whether errors are integrated.
@@ -48,6 +50,8 @@ class Spinal:
     """
 
     rotors: int
+    uav: UavInfo | None = None
+    motors: MotorInfo | None = None
     armed: bool = False
     force_landing: bool = False
     integrates: bool = False
@@ -60,12 +64,30 @@ class Spinal:
     offset: np.ndarray | None = None
     integral: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
+    @property
+    def ready(self) -> bool:
+        """Whether it may be armed: it knows how many motors it has, and their range of duty."""
+        motors = self.motors
+        return self.uav is not None and motors is not None and motors.max_pwm > motors.min_pwm
+
+    @property
+    def least(self) -> float:
+        """Mean thrust that a forced landing ends at, N."""
+        return LEAST if self.motors is None else self.motors.force_landing_thrust
+
+    def told(self, message: UavInfo | MotorInfo) -> Spinal:
+        """After a `uav_info` or a `motor_info`; its number of motors is taken once."""
+        if isinstance(message, MotorInfo):
+            return replace(self, motors=message)
+        return replace(self, uav=message) if message.motors > 0 and self.uav is None else self
+
     def configured(self, command: int) -> Spinal:
-        """After a `flight_config_cmd`."""
-        if command == Arming.ON:
-            return Spinal(self.rotors, armed=True, p_matrix=self.p_matrix, inertia=self.inertia)
-        if command == Arming.OFF:
-            return Spinal(self.rotors, p_matrix=self.p_matrix, inertia=self.inertia)
+        """After a `flight_config_cmd`; it is not armed before it is ready."""
+        if command == Arming.ON and not self.ready:
+            return self
+        if command in (Arming.ON, Arming.OFF):
+            known = Spinal(self.rotors, self.uav, self.motors, p_matrix=self.p_matrix, inertia=self.inertia)
+            return replace(known, armed=command == Arming.ON)
         if command == Arming.FORCE_LANDING:
             return replace(self, force_landing=True)
         return replace(self, integrates=_INTEGRATE.get(command, self.integrates))
@@ -77,7 +99,7 @@ class Spinal:
         if not self.armed or thrusts.shape != (self.rotors,) or not np.isfinite(numbers).all():
             return self
         tilted = max(abs(message.angles[0]), abs(message.angles[1])) > TILT
-        if (self.force_landing or tilted) and float(thrusts.mean()) < LEAST:
+        if (self.force_landing or tilted) and float(thrusts.mean()) < self.least:
             return replace(self, force_landing=True)
         landing = self.force_landing or tilted
         return replace(self, base=thrusts, angles=message.angles, heard=now, force_landing=landing)
@@ -136,7 +158,7 @@ def attitude_loop(
         spinal = replace(spinal, force_landing=True)
     base = spinal.base
     wanted = np.zeros(3) if spinal.force_landing else np.array([*spinal.angles[:2], 0.0])
-    if spinal.force_landing and float(base.mean()) > LEAST:
+    if spinal.force_landing and float(base.mean()) > spinal.least:
         base = base * (1.0 - FALLING * dt / float(base.mean()))
         spinal = replace(spinal, base=base)
     error = np.array([*(wanted - attitude)[:2], 0.0])

@@ -141,6 +141,9 @@ def advance(flying: Flying, seen: Seen, limits: FlightLimits) -> tuple[Flying, t
         flying = _with_battery(flying, seen, limits, said)
     for order in seen.orders:
         flying = _obey(flying, order, seen, limits, said)
+    if seen.acknowledged == Arming.FORCE_LANDING and flying.in_air and not flying.force_landing:
+        said.append("force landing: by the flight controller")
+        flying = replace(_enter(flying, FlightState.LAND, seen), force_landing=True)
     if seen.broken and flying.in_air and not flying.force_landing:
         said.append(f"force landing: {seen.broken}")
         flying = replace(_enter(flying, FlightState.LAND, seen), force_landing=True)

@@ -33,6 +33,11 @@ ORDERS = tuple(
 MOCAP, IMU = Topic("mocap/pose", _POSE, 100.0), Topic("imu", "spinal/Imu", 200.0)
 JOINT_STATES = Topic("joint_states", _JOINTS, 50.0)
 JOINTS_CTRL, GIMBALS_CTRL = Topic("joints_ctrl", _JOINTS, 200.0), Topic("gimbals_ctrl", _JOINTS, 200.0)
+SERVO_STATES = Topic("servo/states", "spinal/ServoStates", 50.0)
+SERVO_TARGETS = Topic("servo/target_states", "spinal/ServoControlCmd", 50.0)
+MOTOR_INFO = Topic("motor_info", "spinal/PwmInfo", 10.0)
+UAV_INFO = Topic("uav_info", "spinal/UavInfo", 10.0)
+TF = Topic("/tf", "tf2_msgs/TFMessage", 100.0)
 FOUR_AXES = Topic("four_axes/command", "spinal/FourAxisCommand", 200.0)
 GAINS = Topic("rpy/gain", "spinal/RollPitchYawTerms", 15.0)
 P_MATRIX = Topic("p_matrix_pseudo_inverse_inertia", "spinal/PMatrixPseudoInverseWithInertia", 40.0)
@@ -62,27 +67,46 @@ DIAGNOSTICS = Topic("/diagnostics", "diagnostic_msgs/DiagnosticArray", 1.0)
 USER = (*ORDERS, TARGET_POSE, TARGET_PATH, NAV, JOINTS_CTRL, MISSION)
 """What a user sends."""
 
-SENSORS = (MOCAP, IMU, JOINT_STATES, ACK, BATTERY)
+SENSORS = (MOCAP, IMU, JOINT_STATES, SERVO_STATES, ACK, BATTERY)
 """What a robot sends; of each only the first sender is listened to."""
 
-ACTUATORS = (FOUR_AXES, GAINS, P_MATRIX, JOINTS_CTRL, GIMBALS_CTRL, CONFIG)
+ACTUATORS = (
+    *(FOUR_AXES, GAINS, P_MATRIX, DESIRE, CONFIG, MOTOR_INFO, UAV_INFO),
+    *(JOINTS_CTRL, GIMBALS_CTRL, SERVO_TARGETS),
+)
 """What a controller commands."""
 
-VIEWS = (STATE, COG, BASELINK, PID, WRENCH, ROW, RECORD, SOURCE, DIAGNOSTICS)
+VIEWS = (STATE, COG, BASELINK, TF, PID, WRENCH, ROW, RECORD, SOURCE, DIAGNOSTICS)
 """What anybody may look at."""
 
-_SIMULATED = (MOCAP, IMU, JOINT_STATES)
+_BOARD = (FOUR_AXES, GAINS, P_MATRIX, DESIRE, MOTOR_INFO, UAV_INFO, CONFIG)
+_JOINT_COMMANDS = (JOINTS_CTRL, GIMBALS_CTRL)
 
-LISTENS: dict[str, tuple[Topic, ...]] = {
-    "both": (*USER, BATTERY),
-    "controller": (*USER, *SENSORS),
-    "simulator": (FOUR_AXES, GAINS, P_MATRIX, DESIRE, JOINTS_CTRL, GIMBALS_CTRL, CONFIG),
-}
-"""What each profile subscribes to."""
 
-SAYS: dict[str, tuple[Topic, ...]] = {
-    "both": (*_SIMULATED, FOUR_AXES, GIMBALS_CTRL, CONFIG, *VIEWS),
-    "controller": (*ACTUATORS, DESIRE, *VIEWS),
-    "simulator": (*_SIMULATED, ACK, BATTERY, DIAGNOSTICS),
-}
-"""What each profile publishes."""
+class Spoken(NamedTuple):
+    """Topics of a profile: those it subscribes to, and those it publishes."""
+
+    listens: tuple[Topic, ...]
+    says: tuple[Topic, ...]
+
+
+def spoken(profile: str, servos: bool = False) -> Spoken:
+    """What a profile subscribes to and publishes.
+
+    Args:
+        profile: simulator, controller or both.
+        servos: whether it speaks with the servos in their own counts. Then nobody need translate for
+            `controller`, and for `simulator` the lab's `servo_bridge` does.
+    """
+    if profile == "both":
+        seen = (MOCAP, IMU, JOINT_STATES)
+        return Spoken((*USER, BATTERY), (*seen, FOUR_AXES, GIMBALS_CTRL, CONFIG, *VIEWS))
+    if profile == "simulator":
+        states, targets = (
+            ((SERVO_STATES,), (SERVO_TARGETS,)) if servos else ((JOINT_STATES,), _JOINT_COMMANDS)
+        )
+        return Spoken((*_BOARD, *targets), (MOCAP, IMU, *states, ACK, BATTERY, DIAGNOSTICS))
+    states, targets = (
+        (SERVO_STATES, (SERVO_TARGETS, JOINT_STATES)) if servos else (JOINT_STATES, _JOINT_COMMANDS)
+    )
+    return Spoken((*USER, MOCAP, IMU, states, ACK, BATTERY), (*_BOARD, *targets, *VIEWS))

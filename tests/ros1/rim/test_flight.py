@@ -103,6 +103,7 @@ def test_a_flight_with_the_labs_topics_survives_its_master(master: dict[str, str
 
     seen, said = fly(master, tmp_path, "hybrid", QUICK, 12.0, kill, record=False)
     assert seen["states"][0] == 0
+    assert seen["frames"] == {"hydrus_xi/root": "world", "hydrus_xi/cog": "hydrus_xi/root"}
     # START and STOP last for a tick; the topic shows every fifth.
     assert [state for state in seen["states"] if state not in (1, 6)][-5:] == [2, 3, 5, 4, 0]
     assert "takeoff is refused in HOVER: the robot flies already" in said
@@ -137,6 +138,36 @@ def test_the_papers_slide_is_that_of_run_and_its_bag_is_replayed(
     assert [one for one in differences(run, again) if not one.same] == []
     for name in ("thrusts_command", "external_force_estimate"):
         np.testing.assert_allclose(again.log[name], run.log[name], atol=1e-9, rtol=0)
+
+
+@pytest.mark.slow
+def test_controller_and_simulator_fly_in_servo_counts(master: dict[str, str], tmp_path: Path) -> None:
+    """As on the robot: motors told before arming, servos in counts, and a flight controller between them."""
+    lab = HERE.parent / "lab"
+    common = ["--messages", str(HERE / "messages"), "--config", str(lab / "servo.yaml")]
+    settings = ["--set", *(f"{key}={value}" for key, value in QUICK.items())]
+    ros = [sys.executable, "-m", "skylimb", "ros"]
+    simulator = [*ros, "simulator", *common, *settings]
+    motors = str(lab / "motor_info.yaml")
+    controller = [*ros, "controller", "--bare", "--controller", "hybrid", *common, motors, *settings]
+    log = tmp_path / "controller.log"
+    with (
+        running(master, simulator, tmp_path / "simulator.log"),
+        running(master, controller, log),
+    ):
+        wait_for(log, "controller: hydrus_xi_quad")
+        wait_for(tmp_path / "simulator.log", "simulator: hydrus_xi_quad")
+        time.sleep(2.0)
+        words = [sys.executable, str(CLIENT), "paper", "14", str(tmp_path / "seen.json")]
+        client = subprocess.run(words, env=master, capture_output=True, timeout=180.0, check=False)
+        said = log.read_text(encoding="utf-8")
+        assert client.returncode == 0, client.stdout.decode() + client.stderr.decode() + said
+    seen = json.loads((tmp_path / "seen.json").read_text(encoding="utf-8"))
+    assert [state for state in seen["states"] if state not in (1, 6)][-5:] == [2, 3, 5, 4, 0]
+    assert seen["frames"] == {"hydrus_xi/root": "world", "hydrus_xi/cog": "hydrus_xi/root"}
+    assert "mission 'paper': flown; hovering at its end" in log.read_text(encoding="utf-8")
+    for name, angle in {"joint1": 0.87, "joint2": 1.4, "joint3": -0.7}.items():
+        assert abs(seen["posed"][name] - angle) < 0.08
 
 
 @pytest.mark.slow

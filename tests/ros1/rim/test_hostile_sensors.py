@@ -20,7 +20,7 @@ from skylimb.ros1.outputs import Names
 from skylimb.ros1.rim.definitions import Definitions
 from skylimb.ros1.rim.inbox import Inbox, Raw
 from skylimb.ros1.rim.translate import message_of
-from skylimb.ros1.topics import LISTENS, Topic
+from skylimb.ros1.topics import Topic, spoken
 from steered import ready
 
 LEVEL = (1.0, 0.0, 0.0, 0.0)
@@ -34,7 +34,7 @@ class Sensed:
         self.find, self.takes = definitions.find, dict[str, Callable[[Raw], None]]()
         self.time, self.k = 0, 0
         self.inbox = Inbox(
-            LISTENS["controller"], definitions, "hydrus_xi", lambda: 1e-9 * self.time, self._add
+            spoken("controller").listens, definitions, "hydrus_xi", lambda: 1e-9 * self.time, self._add
         )
         takeoff, controller = ready("hybrid")
         robot = takeoff.robot

@@ -16,22 +16,29 @@ from skylimb.realtime.pacer import Pacer
 from skylimb.ros1 import topics
 from skylimb.ros1.both import Both
 from skylimb.ros1.messages import (
+    Desire,
     Diagnosis,
     FourAxes,
     Imu,
     Joints,
+    Motor,
+    MotorInfo,
     Nav,
     Odometry,
     Path,
     Pose,
     PoseControl,
+    ServoAngles,
+    Transform,
+    Transforms,
+    UavInfo,
     Wrench,
 )
 from skylimb.ros1.rim.definitions import Definitions
 from skylimb.ros1.rim.inbox import LONGEST, MOST, Inbox, Raw
 from skylimb.ros1.rim.translate import message_of, plain
 from skylimb.ros1.states import FlightState
-from skylimb.ros1.topics import LISTENS, SAYS, Topic
+from skylimb.ros1.topics import Topic, spoken
 from steered import ready
 
 LEVEL = (1.0, 0.0, 0.0, 0.0)
@@ -51,7 +58,7 @@ class Wired:
         self.takes: dict[str, Callable[[Raw], None]] = {}
         self.time, self.k = 0, 0
         self.inbox = Inbox(
-            LISTENS["both"], definitions, "hydrus_xi", lambda: 1e-9 * self.time, self._subscribe
+            spoken("both").listens, definitions, "hydrus_xi", lambda: 1e-9 * self.time, self._subscribe
         )
         takeoff, controller = ready("hybrid")
         self.pacer = Pacer(takeoff.period, lambda: self.time, self._sleep, spin=0.0)
@@ -116,6 +123,14 @@ def test_what_is_written_is_read_again(definitions: Definitions) -> None:
         (topics.IMU, Imu(12.25, (0.5, 0.5, -0.5, 0.5), (1.0, 2.0, 3.0), (4.0, 5.0, 6.0))),
         (topics.JOINT_STATES, Joints(12.25, ("joint1", "gimbal1"), (0.5, -0.25))),
         (topics.FOUR_AXES, FourAxes((0.0, 0.5, 1.0), (1.0, 2.0, 3.0, 4.0))),
+        (topics.SERVO_STATES, ServoAngles(12.25, {0: 2047, 6: -326})),
+        (topics.SERVO_TARGETS, ServoAngles(0.0, {0: 2047, 200: -326})),
+        (
+            topics.MOTOR_INFO,
+            MotorInfo(0.5, 0.75, 1.0, 7.0, 0, (Motor(25.0, 33.0, (0.5, -5.25, 0.125, 0.0, 0.0)),)),
+        ),
+        (topics.UAV_INFO, UavInfo(4, 17)),
+        (topics.DESIRE, Desire(0.5, 0.25, -0.5)),
         (topics.CONFIG, 2),
         (topics.STATE, 17),
     ]
@@ -130,6 +145,7 @@ def test_what_is_written_is_read_again(definitions: Definitions) -> None:
 def test_every_topic_that_is_said_can_be_written(definitions: Definitions) -> None:
     one = (1.0, 2.0, 3.0)
     values = {
+        topics.TF.type: Transforms((Transform(1.0, "world", "hydrus_xi/root", one, LEVEL),)),
         topics.COG.type: Odometry(1.0, "cog", one, LEVEL, one, one),
         topics.PID.type: PoseControl(1.0, (None,) * 6),  # type: ignore[arg-type]
         topics.WRENCH.type: Wrench(1.0, one, one),
@@ -143,7 +159,7 @@ def test_every_topic_that_is_said_can_be_written(definitions: Definitions) -> No
         topics.STATE.type: 5,
     }
     values.pop(topics.PID.type)
-    for topic in SAYS["both"]:
+    for topic in spoken("both").says:
         if topic.type in values:
             raw_of(message_of(topic, values[topic.type], definitions.find))
     assert Diagnosis(0, "well").values == {}

@@ -26,7 +26,7 @@ from skylimb.ros1.rim.inbox import Inbox, Raw
 from skylimb.ros1.rim.master import MasterWatch
 from skylimb.ros1.rim.outbox import Outbox
 from skylimb.ros1.rim.pipe import Pipe
-from skylimb.ros1.topics import LISTENS, SAYS
+from skylimb.ros1.topics import spoken
 
 _PATIENCE = 0.001
 """Seconds after which subscribers are looked at, though the flight has nothing to say."""
@@ -49,6 +49,7 @@ class Settings:
     profile: str
     messages: tuple[str, ...]
     namespace: str
+    servos: bool = False
 
 
 def start_bridge(settings: Settings) -> tuple[subprocess.Popen[bytes], Pipe]:
@@ -65,16 +66,16 @@ def bridge(pipe: Pipe, settings: Settings) -> None:
     import rospy
 
     rospy.init_node(f"skylimb_{settings.profile}", disable_signals=True)
-    definitions = Definitions(settings.messages)
+    definitions, topics = Definitions(settings.messages), spoken(settings.profile, settings.servos)
     inbox = Inbox(
-        LISTENS[settings.profile],
+        topics.listens,
         definitions,
         settings.namespace,
         time.monotonic,
         _subscribe,
         rospy.get_name(),
     )
-    outbox = Outbox(SAYS[settings.profile], definitions, settings.namespace, _advertise)
+    outbox = Outbox(topics.says, definitions, settings.namespace, _advertise)
     master, due = MasterWatch(), time.monotonic()
     while not rospy.is_shutdown() and not pipe.closed:
         select.select([pipe], [], [], _PATIENCE)
@@ -114,5 +115,5 @@ def main(words: Sequence[str]) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     require_ros()
     told = json.loads(words[1])
-    settings = Settings(told["profile"], tuple(told["messages"]), told["namespace"])
+    settings = Settings(told["profile"], tuple(told["messages"]), told["namespace"], told["servos"])
     bridge(Pipe(socket.socket(fileno=int(words[0]))), settings)

@@ -13,7 +13,7 @@ from skylimb.errors import ConfigError, MissingExtraError
 DEBIAN = Path("/usr/lib/python3/dist-packages")
 PACKAGES = (
     "python3-rospy python3-rosmaster python3-roslaunch python3-genpy python3-std-msgs python3-geometry-msgs "
-    "python3-nav-msgs python3-sensor-msgs python3-diagnostic-msgs"
+    "python3-nav-msgs python3-sensor-msgs python3-diagnostic-msgs python3-tf2-msgs"
 )
 """Debian's packages, by which ROS 1 is here without a workspace."""
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from skylimb.control.needs import needs_of
+from skylimb.control.thrusts import thrust_limits
 from skylimb.errors import ConfigError, choice_error
 from skylimb.exchange.frames import lab_link
 from skylimb.experiments.experiment import load_experiment
@@ -20,9 +21,11 @@ from skylimb.missions.mission import Mission
 from skylimb.realtime.compiled_controller import CompiledController
 from skylimb.realtime.pacer import Pacer
 from skylimb.realtime.timing import Timing
+from skylimb.robots.model import Robot
 from skylimb.ros1 import topics
 from skylimb.ros1.both import Both
 from skylimb.ros1.controlled import Controlled
+from skylimb.ros1.lab_config import LabConfig, read_lab_config
 from skylimb.ros1.live import Kept
 from skylimb.ros1.node import Node
 from skylimb.ros1.rim.bridge import Settings, start_bridge
@@ -39,6 +42,11 @@ INNER_RATE = 1000.0
 
 _PATIENCE = 10.0
 """Seconds that the process with ROS has to end."""
+
+UNKNOWN_MOTORS = (
+    "controller: no motor_info is sent, and a flight controller that has none acknowledges no arming; "
+    "--config names the robot's own file of it"
+)
 
 WARNING = (
     "controller: its thrusts go to the flight controller as base_thrust, with zero attitude gains. The "
@@ -64,6 +72,7 @@ class Options:
         cells: of the battery.
         anywhere: whether master and node may be on a network.
         bare: whether the cost of `controller` is accepted.
+        config: the robot's own YAML files of motors and servos.
     """
 
     profile: str
@@ -78,6 +87,7 @@ class Options:
     cells: int = 6
     anywhere: bool = False
     bare: bool = False
+    config: Sequence[str] = ()
 
 
 @dataclass(frozen=True)
@@ -105,6 +115,8 @@ def run(options: Options, say: Callable[[str], None] = print) -> Flown:
         raise choice_error("PROFILE", options.profile, PROFILES)
     if options.profile == "controller" and not options.bare:
         raise ConfigError(f"{WARNING} --bare says that you know")
+    if options.profile == "both" and options.config:
+        raise ConfigError("both has neither motors nor servos of the lab; --config is not for it")
     require_ros()
     require_loopback(options.anywhere)
     definitions = Definitions(options.messages)
@@ -114,13 +126,18 @@ def run(options: Options, say: Callable[[str], None] = print) -> Flown:
         settings["controller_rate"] = INNER_RATE
     (takeoff,) = take_off(options.experiment, (options.controller,), set=settings)
     missions = missions_of(takeoff, options)
+    config = read_lab_config(options.config, takeoff.robot)
+    servos = config.servos is not None
     require_master()
     pacer = Pacer(period)
-    profile = _profile(options, takeoff, missions, pacer)
-    _say_left_out(options.profile, definitions, say)
+    profile = _profile(options, takeoff, missions, pacer, config)
+    _say_left_out(options.profile, topics.spoken(options.profile, servos), definitions, say)
     if options.profile == "controller":
         say(WARNING)
-    process, pipe = start_bridge(Settings(options.profile, tuple(options.messages), options.namespace))
+        for words in _doubts(config, takeoff.robot):
+            say(words)
+    settings = Settings(options.profile, tuple(options.messages), options.namespace, servos)
+    process, pipe = start_bridge(settings)
     try:
         node = Node(profile, BridgeCarrier(pipe), pacer, say)
         names = ", ".join(missions)
@@ -175,28 +192,48 @@ def missions_of(takeoff: Takeoff, options: Options) -> dict[str, Mission]:
     return found
 
 
-def _profile(options: Options, takeoff: Takeoff, missions: Mapping[str, Mission], pacer: Pacer) -> Any:
+def _doubts(config: LabConfig, robot: Robot) -> list[str]:
+    """What a user should know of the motors before the first flight, one line each."""
+    if config.motors is None:
+        return [UNKNOWN_MOTORS]
+    least = min(motor.max_thrust for motor in config.motors.motors)
+    most = float(thrust_limits(robot)[1].max())
+    if most <= least:
+        return []
+    return [
+        f"controller: commands go up to {most:g} N a rotor, motor_info says {least:g} N at its lowest "
+        "voltage; beyond that the flight controller lowers all thrusts alike"
+    ]
+
+
+def _profile(
+    options: Options, takeoff: Takeoff, missions: Mapping[str, Mission], pacer: Pacer, config: LabConfig
+) -> Any:
     """The profile."""
     link = lab_link(takeoff.robot, options.link)
     controller: Any = takeoff.controller
     if takeoff.traceable:
         controller = CompiledController(controller, takeoff.period, fastest)
     if options.profile == "simulator":
-        return Simulated(takeoff, link, pacer, options.cells)
-    kind = Both if options.profile == "both" else Controlled
-    return kind(takeoff, controller, missions, link, pacer, options.cells)
+        return Simulated(takeoff, link, pacer, options.cells, config.servos)
+    given = takeoff, controller, missions, link, pacer, options.cells
+    if options.profile == "both":
+        return Both(*given, namespace=options.namespace)
+    return Controlled(*given, config=config, namespace=options.namespace)
 
 
-def _say_left_out(profile: str, definitions: Definitions, say: Callable[[str], None]) -> None:
+def _say_left_out(
+    profile: str, spoken: topics.Spoken, definitions: Definitions, say: Callable[[str], None]
+) -> None:
     """Say which topics are left out as their type is not known.
 
     Raises:
         ConfigError: for a profile that talks to a robot, which needs them all.
     """
-    wanted = (*topics.LISTENS[profile], *topics.SAYS[profile])
+    wanted = (*spoken.listens, *spoken.says)
     unknown = {topic.name: topic.type for topic in wanted if definitions.find(topic.type) is None}
     missing = sorted(set(unknown.values()))
-    if missing and profile == "both":
+    if missing and (profile == "both" or unknown.keys() <= {topics.TF.name}):
         say(f"left out: {', '.join(unknown)}, as no definition of {', '.join(missing)} is known (--messages)")
     elif missing:
         raise ConfigError(

@@ -17,13 +17,18 @@ from skylimb.ros1.messages import (
     Gains,
     Imu,
     Joints,
+    Motor,
+    MotorInfo,
     Nav,
     Odometry,
     Path,
     PMatrix,
     Pose,
     PoseControl,
+    ServoAngles,
+    Transforms,
     Turn,
+    UavInfo,
     Vector,
     Wrench,
 )
@@ -123,6 +128,36 @@ def _desire(message: Any) -> Desire:
     return Desire(float(message.roll), float(message.pitch), float(message.yaw))
 
 
+def _servo_states(message: Any) -> ServoAngles:
+    counts = {int(servo.index): int(servo.angle) for servo in message.servos}
+    return ServoAngles(_seconds(message.stamp), counts)
+
+
+def _servo_targets(message: Any) -> ServoAngles:
+    # Numbers travel as bytes; a target without number, or a number without target, is neither.
+    pairs = zip(bytes(message.index), message.angles, strict=True)
+    return ServoAngles(0.0, {int(number): int(count) for number, count in pairs})
+
+
+def _motor_info(message: Any) -> MotorInfo:
+    motors = []
+    for one in message.motor_info:
+        a, b, c, d, e = (float(value) for value in one.polynominal)
+        motors.append(Motor(float(one.voltage), float(one.max_thrust), (a, b, c, d, e)))
+    return MotorInfo(
+        float(message.min_pwm),
+        float(message.max_pwm),
+        float(message.min_thrust),
+        float(message.force_landing_thrust),
+        int(message.pwm_conversion_mode),
+        tuple(motors),
+    )
+
+
+def _uav_info(message: Any) -> UavInfo:
+    return UavInfo(int(message.motor_num), int(message.uav_model))
+
+
 def _data(message: Any) -> Any:
     return message.data
 
@@ -139,6 +174,10 @@ _READ: dict[str, Callable[[Any], Any]] = {
     topics.JOINT_STATES.name: _joints,
     topics.JOINTS_CTRL.name: _joints,
     topics.GIMBALS_CTRL.name: _joints,
+    topics.SERVO_STATES.name: _servo_states,
+    topics.SERVO_TARGETS.name: _servo_targets,
+    topics.MOTOR_INFO.name: _motor_info,
+    topics.UAV_INFO.name: _uav_info,
     topics.NAV.name: _nav,
     topics.FOUR_AXES.name: _four_axes,
     topics.CONFIG.name: _command,
@@ -228,6 +267,47 @@ def _write_p_matrix(message: Any, value: PMatrix, find: Find) -> None:
     message.inertia = list(value.inertia)
 
 
+def _write_desire(message: Any, value: Desire, find: Find) -> None:
+    message.roll, message.pitch, message.yaw = value.roll, value.pitch, value.yaw
+
+
+def _write_servos(message: Any, value: ServoAngles, find: Find) -> None:
+    """States, or targets, which have no stamp."""
+    if not hasattr(message, "servos"):
+        message.index, message.angles = bytes(value.counts), list(value.counts.values())
+        return
+    message.stamp = stamp_of(value.stamp)
+    for number, count in value.counts.items():
+        servo = find("spinal/ServoState")()
+        servo.index, servo.angle = number, count
+        message.servos.append(servo)
+
+
+def _write_motor_info(message: Any, value: MotorInfo, find: Find) -> None:
+    message.min_pwm, message.max_pwm, message.min_thrust = value.min_pwm, value.max_pwm, value.min_thrust
+    message.force_landing_thrust = value.force_landing_thrust
+    message.pwm_conversion_mode = value.conversion
+    for motor in value.motors:
+        one = find("spinal/MotorInfo")()
+        one.voltage, one.max_thrust = motor.voltage, motor.max_thrust
+        one.polynominal = list(motor.polynomial)
+        message.motor_info.append(one)
+
+
+def _write_uav_info(message: Any, value: UavInfo, find: Find) -> None:
+    message.motor_num, message.uav_model = value.motors, value.model
+
+
+def _write_transforms(message: Any, value: Transforms, find: Find) -> None:
+    for frame in value.frames:
+        one = find("geometry_msgs/TransformStamped")()
+        _set_header(one, frame.stamp, frame.parent)
+        one.child_frame_id = frame.child
+        _set_xyz(one.transform.translation, frame.position)
+        _set_turn(one.transform.rotation, frame.quaternion)
+        message.transforms.append(one)
+
+
 def _write_odometry(message: Any, value: Odometry, find: Find) -> None:
     _set_header(message, value.stamp)
     message.child_frame_id = value.frame
@@ -274,6 +354,11 @@ _WRITE: dict[type, Callable[[Any, Any, Find], None]] = {
     FourAxes: _write_four_axes,
     Gains: _write_gains,
     PMatrix: _write_p_matrix,
+    Desire: _write_desire,
+    ServoAngles: _write_servos,
+    MotorInfo: _write_motor_info,
+    UavInfo: _write_uav_info,
+    Transforms: _write_transforms,
     Odometry: _write_odometry,
     Wrench: _write_wrench,
     PoseControl: _write_control,
