@@ -278,6 +278,34 @@ def valve_score(draw: dict[str, Any], mission: Any, flight: Flight) -> tuple[dic
     return errors, abs(left) < 1.0 and push < 4.0 and leaning < 1.0
 
 
+def peg_draw(rng: np.random.Generator) -> dict[str, Any]:
+    """A hole up to 8 mm beside its place and 1 cm before or behind it, that leans by up to 3 degrees."""
+    return {
+        **unknowns(rng),
+        "surface_error": [rng.uniform(-0.01, 0.01), *rng.uniform(-0.008, 0.008, 2).tolist()],
+        "surface.slope": np.radians(rng.uniform(-3.0, 3.0)),
+        "surface.pitch": np.radians(rng.uniform(-3.0, 3.0)),
+        "surface.friction": rng.uniform(0.1, 0.3),
+    }
+
+
+def peg_score(draw: dict[str, Any], mission: Any, flight: Flight) -> tuple[dict[str, float], bool]:
+    """How far the peg's front is from the floor over the last five seconds, its push there, and out again."""
+    surface: Any = skylimb.load_experiment(
+        "peg", {k: v for k, v in draw.items() if "controller" not in k}
+    ).surface
+    robot = skylimb.load_robot("hydrus_xi_quad")
+    front = surface.to_local(tips(flight)[:, :3])[:, 0] + robot.description.tip.radius
+    end = np.flatnonzero(mission.in_phase("slide")[: flight.ticks])[-1000:]
+    left = 1e3 * float(surface.depth - front[end].min())
+    force = flight.signal("contact_force")[end].mean(axis=0)
+    push = abs(float(-surface.R_WS[:, 0] @ force) - 3.0)
+    leaning = float(np.median(tilt(flight, before_touch(flight))[end]))
+    out = float(front[-1]) < -0.05
+    errors = {"from the floor, mm": left, "force error, N": push, "body tilt, °": leaning}
+    return errors, left < 1.0 and push < 0.3 and leaning < 1.0 and out
+
+
 def tips(flight: Flight) -> np.ndarray:
     """Tip and direction of its link at every tick, W, (k, 6), of hydrus_xi_quad as it really flies."""
     robot = skylimb.load_robot("hydrus_xi_quad")
@@ -346,6 +374,16 @@ TASKS = (
         "valve within 1° of its stop in the end, push below 4 N (99 %), body tilt below 1° (95 %)",
         valve_draw,
         valve_score,
+        None,
+    ),
+    Task(
+        "a peg of 30 mm goes 6 cm into a hole of 34 mm with a chamfer of 2 cm, to its floor, and out again",
+        "peg",
+        {**QUICK, "phases.hover_end": 2.0},
+        "over the last 5 s within 1 mm of the floor, mean push there within 0.3 N of 3 N, body tilt below 1° "
+        "(median); in the end out by 5 cm",
+        peg_draw,
+        peg_score,
         None,
     ),
 )

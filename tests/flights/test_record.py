@@ -20,6 +20,7 @@ def test_units_of_the_configuration_stand_under_its_dotted_keys() -> None:
     # Keys of the log's `config`, but for those that are not set.
     assert {name for name in of_experiment if name not in flatten(experiment)} == {
         "plant.foot",
+        "plant.peg",
         "stop_at",
         "surface_error",
         "surface.damping",

@@ -200,7 +200,7 @@ def _pair_id(model: mujoco.MjModel, name: str) -> int:
 def add_contact_sensor(
     spec: mujoco.MjSpec,
     tip_geom: str,
-    surface_geom: str,
+    surface_geom: str | None,
     samples: int,
     name: str = SENSOR_NAME,
     whole_body: bool = False,
@@ -209,7 +209,8 @@ def add_contact_sensor(
 
     `samples` is the number of physics steps in a control tick: one `mj_step(model, data, nstep=samples)`
     then leaves all of the tick in `data.history`, oldest first (`ContactReading` says where). With
-    `whole_body` it is the force on the tip's whole body, at the centre of its parts.
+    `whole_body` it is the force on the tip's whole body, at the centre of its parts; without a
+    `surface_geom` that of all it touches.
     """
     if samples < 1:
         raise ConfigError(
@@ -219,8 +220,8 @@ def add_contact_sensor(
         name=name,
         type=mujoco.mjtSensor.mjSENS_CONTACT,
         # The force acts on the second geom, so the surface comes first: force ON the robot.
-        objtype=mujoco.mjtObj.mjOBJ_GEOM,
-        objname=surface_geom,
+        objtype=mujoco.mjtObj.mjOBJ_UNKNOWN if surface_geom is None else mujoco.mjtObj.mjOBJ_GEOM,
+        objname=surface_geom or "",
         reftype=mujoco.mjtObj.mjOBJ_BODY if whole_body else mujoco.mjtObj.mjOBJ_GEOM,
         refname=spec.geom(tip_geom).parent.name if whole_body else tip_geom,
         nsample=samples,

@@ -72,8 +72,14 @@ def tune_foot(model: mujoco.MjModel, parameters: ContactParameters) -> None:
 
 def require_plain(surface: Surface) -> None:
     """Raise a `ConfigError` for a surface whose friction or compliance the loop writes for one ball alone."""
-    if surface.friction_varies or surface.moves or surface.turns:
-        why = "moves" if surface.moves else "turns" if surface.turns else "has a friction that varies"
+    reasons = (
+        (surface.moves, "moves"),
+        (surface.turns, "turns"),
+        (surface.many, "has walls"),
+        (surface.friction_varies, "has a friction that varies"),
+    )
+    why = next((word for holds, word in reasons if holds), "")
+    if why:
         raise ConfigError(
             f"plant.foot needs a surface that stands still and has one friction; '{surface.kind}' {why}"
         )

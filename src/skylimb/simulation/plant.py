@@ -21,6 +21,7 @@ from skylimb.robots.description import Inertial, Link, RobotDescription
 from skylimb.robots.model import Robot
 from skylimb.simulation.contact import ContactReading, tune_contact_pair
 from skylimb.simulation.foot import require_plain, tune_foot
+from skylimb.simulation.peg import Peg, require_hole, tune_peg
 from skylimb.simulation.scene import scene_spec
 from skylimb.simulation.servo_friction import tune_servo_friction
 from skylimb.simulation.surfaces import Surface
@@ -56,6 +57,15 @@ class PlantConfig:
         float | None,
         Key("m", "half the side of a square foot at the tip; none for the tip's ball alone", 0.005, 0.5),
     ] = None
+    peg: Annotated[
+        tuple[float, float] | None,
+        Key(
+            "m",
+            "radius and length of a peg at the tip, for a hole; none for the tip's ball alone",
+            0.001,
+            1.0,
+        ),
+    ] = None
     servo_stiffness_scale: Annotated[
         float, Key("", "true over described stiffness of the shape servos", above=0.0, high=100.0)
     ] = 1.0
@@ -64,7 +74,7 @@ class PlantConfig:
 def plant_description(description: RobotDescription, config: PlantConfig) -> RobotDescription:
     """The description of the robot that really flies; the same object when the two do not differ."""
     if (
-        dataclasses.replace(config, physics_step=0.001, thrust_scale=1.0, rotor_scale=(), foot=None)
+        dataclasses.replace(config, physics_step=0.001, thrust_scale=1.0, rotor_scale=(), foot=None, peg=None)
         == PlantConfig()
     ):
         return description
@@ -105,6 +115,7 @@ class Plant:
         wall_joint: address of a moving surface's slide in qpos and qvel, or None.
         hinge: address of a valve's hinge in qpos and qvel, or None.
         foot: half the side of a foot at the tip, m, or None.
+        peg: radius and length of a peg at the tip, m, or None.
     """
 
     robot: Robot
@@ -118,13 +129,13 @@ class Plant:
     wall_joint: tuple[int, int] | None
     hinge: tuple[int, int] | None = None
     foot: float | None = None
+    peg: Peg | None = None
 
     @cached_property
     def scene(self) -> str:
         """The model as MJCF text, with what is only looked at, for replay and video."""
-        spec, _ = scene_spec(
-            self.robot.description, self.surface, float(self.model.opt.timestep), self.substeps, self.foot
-        )
+        step = float(self.model.opt.timestep)
+        spec, _ = scene_spec(self.robot.description, self.surface, step, self.substeps, self.foot, self.peg)
         spec.compile()
         return spec.to_xml()
 
@@ -155,11 +166,14 @@ def build_plant(robot: Robot, surface: Surface, config: PlantConfig, dt: float) 
 
     if config.foot is not None:
         require_plain(surface)
-    spec, parts = scene_spec(true, surface, config.physics_step, substeps, config.foot)
+    require_hole(surface, config.peg)
+    spec, parts = scene_spec(true, surface, config.physics_step, substeps, config.foot, config.peg)
     # What is only looked at is left out: without it a step is a tenth faster, and the same to the bit.
     spec.compiler.discardvisual = True
     model = spec.compile()
     tune_contact_pair(model, surface.contact)
+    if config.peg is not None:
+        tune_peg(model, surface.contact)
     if config.foot is not None:
         tune_foot(model, surface.contact)
     tune_servo_friction(model)
@@ -186,6 +200,7 @@ def build_plant(robot: Robot, surface: Surface, config: PlantConfig, dt: float) 
         wall_joint=joint_at(parts.joint),
         hinge=joint_at(parts.hinge),
         foot=config.foot,
+        peg=config.peg,
     )
 
 

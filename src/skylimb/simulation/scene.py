@@ -7,6 +7,7 @@ import mujoco
 from skylimb.robots.description import RobotDescription
 from skylimb.simulation.contact import add_contact_pair, add_contact_sensor, set_contact_options
 from skylimb.simulation.foot import add_foot
+from skylimb.simulation.peg import Peg, add_peg
 from skylimb.simulation.robot_bodies import TIP_GEOM, add_robot
 from skylimb.simulation.surfaces import Surface, SurfaceParts
 
@@ -20,6 +21,7 @@ def scene_spec(
     physics_step: float,
     substeps: int,
     foot: float | None = None,
+    peg: Peg | None = None,
 ) -> tuple[mujoco.MjSpec, SurfaceParts]:
     """Robot, surface and contact, ready to be compiled.
 
@@ -29,6 +31,7 @@ def scene_spec(
         physics_step: s.
         substeps: physics steps in a control tick.
         foot: half the side of a foot at the tip, m; none for the tip's ball alone.
+        peg: radius and length of a peg at the tip, m.
 
     Returns:
         The scene, and what the surface added to it.
@@ -48,6 +51,10 @@ def scene_spec(
     if parts.joint is None:
         # One robot is one island: looking for more takes a fourteenth of a step, and changes no bit.
         spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_ISLAND
+    if peg is not None:
+        add_peg(spec, TIP_GEOM, description.tip, peg, parts, surface.contact)
+        add_contact_sensor(spec, TIP_GEOM, None, substeps, whole_body=True)
+        return spec, parts
     add_contact_pair(spec, TIP_GEOM, parts.geom, surface.contact)
     if foot is not None:
         add_foot(spec, TIP_GEOM, foot, parts.geom, surface.contact)

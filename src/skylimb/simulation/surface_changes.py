@@ -108,10 +108,10 @@ def require_surface_changes(
     changes: Sequence[SurfaceChange], surface: Surface, model: mujoco.MjModel
 ) -> None:
     """Raise a `ConfigError` unless this surface can be changed like that in flight."""
+    if changes and (surface.turns or surface.many):
+        raise ConfigError(f"surface_changes: a surface of kind '{surface.kind}' cannot change in flight")
     if changes and model.npair > 1:
         raise ConfigError("surface_changes are written for one ball: not with a foot, plant.foot")
-    if changes and surface.turns:
-        raise ConfigError(f"surface_changes: a surface of kind '{surface.kind}' cannot change in flight")
     for change in changes:
         at = f"surface_changes at {change.time:g} s"
         if change.moves and surface.moves:

@@ -21,7 +21,7 @@ _MATERIAL = ("friction", "stiffness")
 def surface_keys_in_flight(experiment: Experiment) -> dict[str, Any]:
     """Keys of the surface that can change in flight, and what they come to with all changes so far."""
     surface = experiment.surface
-    fixed = surface.friction_varies or surface.turns
+    fixed = surface.friction_varies or surface.turns or surface.many
     names = () if fixed else _MATERIAL if surface.moves else (*_POSE, *_MATERIAL)
     found = {name: getattr(surface, name) for name in names}
     for change in sorted(experiment.surface_changes, key=lambda change: change.time):

@@ -10,7 +10,7 @@ from pathlib import Path
 from skylimb.analysis.pages import render_page
 from skylimb.recording.files import new_folder, require_new
 from skylimb.recording.versions import versions
-from skylimb.verification import foot, impact, invariance, sliding, statics, stick_slip, valve
+from skylimb.verification import foot, impact, invariance, peg, sliding, statics, stick_slip, valve
 from skylimb.verification.row import Evidence, Row
 
 TEMPLATE = Path(__file__).with_name("page_template.html")
@@ -39,6 +39,11 @@ ROWS: tuple[Callable[[], Evidence], ...] = (
     valve.valve_turns,
     valve.valve_stops,
     valve.valve_step,
+    peg.peg_sinks,
+    peg.peg_balances,
+    peg.peg_cone,
+    peg.peg_chamfer,
+    peg.peg_step,
 )
 """Every claim, in the order of the page."""
 

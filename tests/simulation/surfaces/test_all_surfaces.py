@@ -70,8 +70,8 @@ def random_feet(surface, rng, count):
 
 
 def test_every_kind_is_tried(egg):
-    # A valve's lever is met from the side: test_valve.py.
-    assert {SHAPES[name](egg).kind for name in SHAPES} == set(SURFACES) - {"valve"}
+    # A valve's lever and a hole are met from the side: test_valve.py, test_hole.py.
+    assert {SHAPES[name](egg).kind for name in SHAPES} == set(SURFACES) - {"hole", "valve"}
 
 
 def test_physics_and_analysis_agree_with_one_touch(surface, scene_of, rng):

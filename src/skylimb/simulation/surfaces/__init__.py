@@ -16,6 +16,7 @@ from skylimb.simulation.surfaces.curved import CurvedSurface
 from skylimb.simulation.surfaces.cylinder import Cylinder, Pipe
 from skylimb.simulation.surfaces.friction_map import FrictionMap, Patch
 from skylimb.simulation.surfaces.heightmap import HeightMap
+from skylimb.simulation.surfaces.hole import Hole
 from skylimb.simulation.surfaces.meshes import MeshSurface
 from skylimb.simulation.surfaces.pair_friction import PairFriction
 from skylimb.simulation.surfaces.post import Post
@@ -26,7 +27,7 @@ from skylimb.simulation.surfaces.valve import Valve
 
 _KINDS: tuple[type[Surface], ...] = (
     Board, Cylinder, Pipe, Post, Sphere, SineWall, Corrugated, Step, Ridge, Ramp, HeightMap, MeshSurface,
-    Valve,
+    Valve, Hole,
 )  # fmt: skip
 SURFACES: dict[str, type[Surface]] = {str(kind.kind): kind for kind in _KINDS}
 """Every kind of surface by the name that `surface.kind` gives it."""
@@ -59,6 +60,7 @@ __all__ = [
     "Cylinder",
     "FrictionMap",
     "HeightMap",
+    "Hole",
     "MeshSurface",
     "PairFriction",
     "Patch",

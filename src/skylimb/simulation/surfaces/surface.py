@@ -44,12 +44,14 @@ class SurfaceParts:
         joint: the slide of a moving surface, or None. The loop writes `Surface.motion` into its qpos and
             qvel.
         hinge: the hinge of a part that the engine turns, or None.
+        geoms: all that is touched, where that is more than `geom`.
     """
 
     body: str
     geom: str
     joint: str | None
     hinge: str | None = None
+    geoms: tuple[str, ...] = ()
 
 
 @configuration
@@ -116,6 +118,11 @@ class Surface(SurfaceKeys, abc.ABC):
     @property
     def turns(self) -> bool:
         """Whether a part of it turns on a hinge (`Valve`)."""
+        return False
+
+    @property
+    def many(self) -> bool:
+        """Whether it is touched in several places at once (`Hole`)."""
         return False
 
     @cached_property
