@@ -122,6 +122,28 @@ def test_the_labs_topics_have_its_frames_and_units(flown: skylimb.Run, messages:
     assert by["/hydrus_xi/gimbals_ctrl"][0].value.name == ["gimbal1", "gimbal2", "gimbal3", "gimbal4"]
 
 
+def test_the_cog_odometry_has_the_yaw_of_the_labs_link(flown: skylimb.Run, messages: list[Message]) -> None:
+    by: dict[str, list[Message]] = {}
+    for message in messages:
+        by.setdefault(message.topic.removeprefix("/hydrus_xi/"), []).append(message)
+
+    def heading(turn: Any) -> float:
+        return float(np.arctan2(2 * (turn.w * turn.z + turn.x * turn.y), 1 - 2 * (turn.y**2 + turn.z**2)))
+
+    odometry = by["uav/cog/odom"][0].value
+    assert odometry.child_frame_id == "hydrus_xi/cog"
+    link = heading(by["mocap/pose"][0].value.pose.orientation)
+    assert heading(odometry.pose.pose.orientation) == pytest.approx(link, abs=0.01)
+    # Joint 1 turns the flight controller's link in C: its yaw is another than C's.
+    assert abs(flown.log.attitude_estimate.values[0, 2] - link) > 0.3
+    # Read again it is C's attitude, and its rates are those of C's axes.
+    log = from_the_lab(messages).run.log
+    count = min(log.sizes["time"], flown.log.sizes["time"])
+    fresh = slice(0, count, 4)  # where odometry and joints are of the same tick
+    for name in ("attitude_estimate", "angular_velocity_estimate"):
+        np.testing.assert_allclose(log[name][fresh], flown.log[name][fresh], atol=1e-9, err_msg=name)
+
+
 def test_the_labs_own_messages_have_the_labs_digests() -> None:
     types = message_types()
     digests = {kind: types.generate_msgdef(kind, ros_version=1)[1][:8] for kind in DEFINITIONS}

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -12,8 +15,10 @@ from skylimb.ros1.record import FlightRecord, run_of
 from skylimb.ros1.states import FlightState, Order
 from steered import Steered
 
+PREVIEW = str(Path(__file__).parents[2] / "examples" / "laws" / "preview.toml")
 
-@pytest.fixture(scope="module", params=["hybrid", "following"])
+
+@pytest.fixture(scope="module", params=["hybrid", "following", PREVIEW])
 def flown(request: pytest.FixtureRequest) -> tuple[Steered, FlightRecord, tuple[int, int]]:
     robot = Steered(request.param)
     record: FlightRecord | None = None
@@ -55,11 +60,18 @@ def test_it_is_replayed_to_the_same_numbers(flown: tuple[Steered, FlightRecord, 
     robot, record, _ = flown
     takeoff = robot.takeoff
     log = record.log(takeoff.robot, takeoff.controller, takeoff.period)
-    run = run_of(log, takeoff.experiment, takeoff.robot, takeoff.controller)
+    run = run_of(log, takeoff)
     again = skylimb.replay(run)
+    assert not any("ahead" in note for note in again.notes)
     for name in ("thrusts_command", "joint_angles_command", "external_force_estimate"):
         np.testing.assert_allclose(again.log[name], run.log[name], atol=1e-9, rtol=0, err_msg=name)
     assert [one for one in differences(run, again) if not one.same] == []
+    if takeoff.window.preview:
+        name = "whole_reference_ahead"
+        blind = skylimb.replay(dataclasses.replace(run, log=run.log.drop_vars(name)))
+        assert run.sources
+        assert "no references ahead as this controller wants them: those of later ticks" in blind.notes
+        assert np.abs(blind.log.thrusts_command.values - run.log.thrusts_command.values).max() > 1e-3
     other = skylimb.replay(run, controller="pid")
     assert np.abs(other.log.thrusts_command.values - run.log.thrusts_command.values).max() > 0.1
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from skylimb.errors import unknown_name
 from skylimb.robots.model import Robot
+from skylimb.spatial import rot_z
 
 LAB = "flight_controller"
 """The link whose pose is on the lab's topics, where a robot has it."""
@@ -21,6 +22,15 @@ def lab_link(robot: Robot, name: str = "") -> str:
     if name and name not in links:
         raise unknown_name(f"link of {robot.name}", name, links)
     return name or (LAB if LAB in links else robot.description.measured_link)
+
+
+def lab_turn_in_C(
+    robot: Robot, link: str, joint_angles: np.ndarray, vectoring_angles: np.ndarray
+) -> np.ndarray:
+    """The lab's axes at the centre of gravity, in C: level like C, with the yaw of the lab's link, (3, 3)."""
+    _, turn = from_measured_link(robot, link, joint_angles, vectoring_angles)
+    R = robot.at(joint_angles, vectoring_angles).R_root_C.T @ turn
+    return np.asarray(rot_z(np.arctan2(R[1, 0], R[0, 0])))
 
 
 def from_measured_link(

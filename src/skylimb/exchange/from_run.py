@@ -28,7 +28,7 @@ def messages_of(
         namespace: of the lab's topics.
         start: time of the first row, ns.
     """
-    builder = Builder(run.log, robot, types, start, link)
+    builder = Builder(run.log, robot, types, start, link, namespace)
     for topic, kind, value in record_messages(run, types):
         yield Message(topic, kind, start, value)
     table = row_table(run.log)

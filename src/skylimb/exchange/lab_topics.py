@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from skylimb.exchange.frames import from_measured_link
+from skylimb.exchange.frames import from_measured_link, lab_turn_in_C
 from skylimb.exchange.message_types import FOUR_AXES, IMU
 from skylimb.robots.model import Robot
 
@@ -58,9 +58,13 @@ class Builder:
         types: message classes.
         start: time of the first row, ns.
         link: whose pose is on the lab's topics.
+        namespace: of the lab's topics, and of its frames.
     """
 
-    def __init__(self, log: xr.Dataset, robot: Robot, types: Any, start: int, link: str) -> None:
+    def __init__(
+        self, log: xr.Dataset, robot: Robot, types: Any, start: int, link: str, namespace: str
+    ) -> None:
+        self.namespace = namespace.strip("/")
         self._types, self.robot, self.link = types.types, robot, link
         self.values = {str(name): np.asarray(log[name].values) for name in log.variables}
         self.times = start + np.round((log.time.values - log.time.values[0]) * 1e9).astype(np.int64)
@@ -120,6 +124,11 @@ class Builder:
         self._posed = k, (values["root_position_measured"][k] + R @ xyz, R @ turn, turn)
         return self._posed[1]
 
+    def lab_turn_in_C(self, k: int) -> np.ndarray:
+        """The lab's axes at the centre of gravity, in C of the measured posture, (3, 3)."""
+        q, psi = (self.values[f"{name}_angles_measured"][k] for name in ("joint", "vectoring"))
+        return lab_turn_in_C(self.robot, self.link, q, psi)
+
     def is_new_frame(self, k: int) -> bool:
         """Whether motion capture shows another pose than at the tick before."""
         seen = np.concatenate(
@@ -171,11 +180,12 @@ def _gimbals_ctrl(b: Builder, k: int) -> Any:
 def _cog_odometry(b: Builder, k: int) -> Any:
     from skylimb.spatial import rotation_from_rpy
 
-    R = rotation_from_rpy(*b.values["attitude_estimate"][k])
+    turn = b.lab_turn_in_C(k)
+    R = rotation_from_rpy(*b.values["attitude_estimate"][k]) @ turn
     velocity = b.values["cog_velocity_estimate"][k]
     return _odometry(
-        b, k, "cog", b.pose(b.values["cog_position_estimate"][k], R), velocity,
-        b.values["angular_velocity_estimate"][k],
+        b, k, f"{b.namespace}/cog", b.pose(b.values["cog_position_estimate"][k], R), velocity,
+        turn.T @ b.values["angular_velocity_estimate"][k],
     )  # fmt: skip
 
 
@@ -209,6 +219,7 @@ _POSE = (
     "joint_angles_measured",
     "vectoring_angles_measured",
 )
+_COG = ("cog_position_estimate", "cog_velocity_estimate", "attitude_estimate", "angular_velocity_estimate")
 _EVERY = 1e9
 
 TOPICS = (
@@ -223,7 +234,7 @@ TOPICS = (
     Topic("gimbals_ctrl", JOINTS, _EVERY, ("vectoring_angles_command",), _gimbals_ctrl, "gimbals likewise"),
     Topic(
         "uav/cog/odom", ODOMETRY, 100.0,
-        ("cog_position_estimate", "cog_velocity_estimate", "attitude_estimate", "angular_velocity_estimate"),
+        (*_COG, *_POSE),
         _cog_odometry, "estimated centre of gravity; velocity in the world, rates in the body",
     ),
     Topic(

@@ -10,13 +10,18 @@ import numpy as np
 import xarray as xr
 
 from skylimb.errors import OutputError
-from skylimb.exchange.frames import from_measured_link
+from skylimb.exchange.frames import from_measured_link, lab_turn_in_C
 from skylimb.exchange.own_topics import RECORD, ROW, SOURCE, content_of, run_of
 from skylimb.exchange.series import Series
 from skylimb.exchange.stream import Message
 from skylimb.recording.run import Run
 from skylimb.robots.model import Robot
-from skylimb.spatial import quaternion_from_rotation, rotation_from_quaternion, rpy_from_rotation
+from skylimb.spatial import (
+    quaternion_from_rotation,
+    rotation_from_quaternion,
+    rotation_from_rpy,
+    rpy_from_rotation,
+)
 
 
 class Read(NamedTuple):
@@ -222,6 +227,7 @@ def _signals(
         "external_torque_estimate",
     ):
         put(name, name, "axis")
+    _turn_to_C(found, robot, link, said)
     positions, attitudes = _measured_link(held, found, robot, link, said)
     found["root_position_measured"] = (positions, ("axis",))
     found["root_quaternion_measured"] = (attitudes, ("quaternion",))
@@ -230,6 +236,34 @@ def _signals(
     elif "gyro" in held:
         said.append(f"imu: its rates are those of {link}, not of {robot.description.measured_link}; left out")
     return found
+
+
+def _turn_to_C(
+    found: dict[str, tuple[np.ndarray, Sequence[str]]], robot: Robot, link: str, said: list[str]
+) -> None:
+    """Attitude and rates at the centre of gravity from the lab's axes, which have its link's yaw, to C's."""
+    names = ("attitude_estimate", "angular_velocity_estimate")
+    if not all(name in found for name in names):
+        return
+    q = found.get("joint_angles_measured", found.get("joint_angles_command"))
+    if q is None:
+        said.append(f"no joint angles: the yaw of {link} is taken for that of the centre of gravity")
+        return
+    none = np.zeros((len(q[0]), robot.n_vectoring)), ()
+    psi = found.get("vectoring_angles_measured", found.get("vectoring_angles_command", none))
+    attitudes, rates = (found[name][0].copy() for name in names)
+    angles = np.concatenate([q[0], psi[0]], axis=1)
+    before, turn = np.full(angles.shape[1], np.nan), np.eye(3)
+    for k, now in enumerate(angles):
+        if not np.isfinite(now).all():
+            attitudes[k], rates[k] = np.nan, np.nan
+            continue
+        if not np.array_equal(now, before):
+            turn, before = lab_turn_in_C(robot, link, q[0][k], psi[0][k]), now
+        attitudes[k] = rpy_from_rotation(rotation_from_rpy(*attitudes[k]) @ turn.T)
+        rates[k] = turn @ rates[k]
+    for name, values in zip(names, (attitudes, rates), strict=True):
+        found[name] = (values, found[name][1])
 
 
 def _measured_link(

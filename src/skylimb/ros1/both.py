@@ -64,9 +64,7 @@ class Both:
         self._felt = Accelerometer(period)
         self._bodies = Bodies(robot, link)
         sample = self.pilot.rehearsed()
-        self._live = LiveRecord(
-            robot, takeoff.experiment, takeoff.controller, self.plant.layout, period, sample
-        )
+        self._live = LiveRecord(takeoff, self.plant.layout, sample)
         self._k = 0
         self.last: Tick | None = None
         self.kept: list[Kept] = []

@@ -60,7 +60,7 @@ class Controlled:
         self._names, self._rates = Names(robot, namespace), Rates(period)
         sample = self.pilot.rehearsed()
         layout = measured_layout(robot)
-        self._live = LiveRecord(robot, takeoff.experiment, takeoff.controller, layout, period, sample)
+        self._live = LiveRecord(takeoff, layout, sample)
         first = next(iter(missions.values())).first
         self._vectoring = np.asarray(first.vectoring_angles, dtype=float)
         self._k, self._robot, self._starting = 0, robot, False

@@ -7,11 +7,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from skylimb.control.controller import Controller
 from skylimb.control.needs import needs_of
 from skylimb.estimation.records import Measurement
 from skylimb.exchange.own_topics import row_names
-from skylimb.experiments.experiment import Experiment
+from skylimb.flights.takeoff import Takeoff
 from skylimb.loop.flight import Flight
 from skylimb.missions.reference import Reference
 from skylimb.packing import Layout
@@ -37,31 +36,25 @@ class LiveRecord:
     """Keeps every tick of one flight after another.
 
     Args:
-        robot: what flies.
-        experiment: that its plant and its missions are of.
-        controller: as it was loaded, before it was compiled.
+        takeoff: robot, experiment, and the controller as it was loaded, before it was compiled.
         layout: of what the vehicle records.
-        period: of the ticks, s.
         sample: the controller's signals and the reference of any tick.
     """
 
     def __init__(
         self,
-        robot: Robot,
-        experiment: Experiment,
-        controller: Controller,
+        takeoff: Takeoff,
         layout: Layout[dict[str, Any]],
-        period: float,
         sample: tuple[Mapping[str, Any], Reference],
     ) -> None:
-        self._robot, self._experiment, self._controller = robot, experiment, controller
-        self._period = period
-        paced = needs_of(controller).paced
+        self._takeoff, self._period = takeoff, takeoff.period
+        paced = needs_of(takeoff.controller).paced
         self._fresh = lambda: FlightRecord(layout, *sample, paced)
         self._record: FlightRecord | None = None
         self._mission: tuple[str, int] | None = None
         empty = self._fresh()
-        self._content = self._run(empty, 0).content()
+        begun = self._run(empty, 0)
+        self._content, self._sources = begun.content(), begun.sources
         names = row_names(Run.of_content(self._content, "record").log)[1:]
         self._order = [empty.layout.slices[name] for name in names]
 
@@ -77,6 +70,8 @@ class LiveRecord:
         if self._record is None:
             self._record = self._fresh()
             yield Outgoing(topics.RECORD, (FILE, self._content))
+            for source in self._sources.items():
+                yield Outgoing(topics.SOURCE, source)
         record, script = self._record, tick.script
         clock = 0.0
         if script is not None and script.begun:
@@ -104,8 +99,8 @@ class LiveRecord:
         return Kept("flight", lambda: self._run(record, record.ticks))
 
     def _run(self, record: FlightRecord, rows: int) -> Run:
-        log = record.log(self._robot, self._controller, self._period, rows)
-        return run_of(log, self._experiment, self._robot, self._controller)
+        takeoff = self._takeoff
+        return run_of(record.log(takeoff.robot, takeoff.controller, self._period, rows), takeoff)
 
 
 def measured_layout(robot: Robot) -> Layout[dict[str, Any]]:

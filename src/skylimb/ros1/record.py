@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from skylimb.config import to_mapping
+from skylimb.config import put, to_mapping
 from skylimb.control.controller import Controller, controller_signals, resolved_tables
-from skylimb.experiments.experiment import Experiment
 from skylimb.flights.record import config_units
 from skylimb.flights.replay.whole_reference import REFERENCE_SIGNALS, reference_signals
+from skylimb.flights.sources import kept_sources
+from skylimb.flights.takeoff import Takeoff
 from skylimb.loop.flight import MISSION_TIME, Flight
 from skylimb.missions.reference import Reference
 from skylimb.packing import Layout
@@ -107,19 +108,27 @@ class FlightRecord:
         )
 
 
-def run_of(log: xr.Dataset, experiment: Experiment, robot: Robot, controller: Controller) -> Run:
-    """A log with all that produced it, as a run without scores."""
+def run_of(log: xr.Dataset, takeoff: Takeoff) -> Run:
+    """A log with all that produced it, as a run without scores.
+
+    Args:
+        log: of a flight.
+        takeoff: with which it was flown.
+    """
+    experiment, controller, kept = takeoff.experiment, takeoff.controller, kept_sources(takeoff)
     config = to_mapping({**experiment.to_mapping(), "controller": resolved_tables(controller)})
     config.pop("recorded", None)
+    for key, place in kept.places.items():
+        put(config, key, place)
     log = log.assign_attrs(
-        robot=robot.name,
+        robot=takeoff.robot.name,
         experiment=experiment.name,
         controller=controller.name,
         status="OK",
         cause="",
         contact_axis=[float(entry) for entry in experiment.contact_axis],
-        config=origin_text(config, {}, origin_versions()),
+        config=origin_text(config, kept.files, origin_versions(), kept.problems),
         config_units=json.dumps(config_units(experiment, controller)),
         versions=json.dumps(versions()),
     )
-    return Run(name=controller.name, controller=controller.name, log=log)
+    return Run(name=controller.name, controller=controller.name, log=log, sources=kept.files)

@@ -36,6 +36,7 @@ def open_loop(
     dt: float,
     gains: tuple[np.ndarray, np.ndarray] | None = None,
     progress: Progress | None = None,
+    ahead: np.ndarray | None = None,
 ) -> dict[str, np.ndarray]:
     """Every signal that a controller records and its command, at every tick of a recorded flight.
 
@@ -46,13 +47,15 @@ def open_loop(
         dt: control period, s.
         gains: those that change in flight: where they stand in the flat gains, and one row a tick.
         progress: called with how far it is.
+        ahead: the references ahead that were flown, packed, (ticks, preview, width), of a mission with one
+            row a tick; None to read them from the mission.
 
     Returns:
         By name, the ticks first; commands under the names of a log.
     """
     if is_traceable(controller):
-        return _traced(controller, recorded, mission, dt, gains, progress)
-    return _in_python(controller, recorded, mission, dt, progress)
+        return _traced(controller, recorded, mission, dt, gains, progress, ahead)
+    return _in_python(controller, recorded, mission, dt, progress, ahead)
 
 
 def _traced(
@@ -62,6 +65,7 @@ def _traced(
     dt: float,
     changing: tuple[np.ndarray, np.ndarray] | None,
     progress: Progress | None,
+    ahead: np.ndarray | None,
 ) -> dict[str, np.ndarray]:
     controller.require(dt)
     robot, count = controller.robot, len(recorded)
@@ -109,7 +113,11 @@ def _traced(
             continue
         at = min(int(recorded.clock.ticks[k]), last)
         given[1][:] = measured[k]
-        given[2][:] = table[at : at + window.rows].ravel()
+        rows = table[at : at + window.rows]
+        if ahead is not None:
+            rows = rows.copy()
+            rows[list(window.preview)] = ahead[k]
+        given[2][:] = rows.ravel()
         given[3][:] = recorded.clock.ticks[k], recorded.clock.pace[k]
         if changing is not None:
             given[4][changing[0]] = changing[1][k]
@@ -121,22 +129,29 @@ def _traced(
 
 
 def _in_python(
-    controller: Controller, recorded: Recorded, mission: Mission, dt: float, progress: Progress | None
+    controller: Controller,
+    recorded: Recorded,
+    mission: Mission,
+    dt: float,
+    progress: Progress | None,
+    ahead: np.ndarray | None,
 ) -> dict[str, np.ndarray]:
     """The same for a controller that cannot be traced; what it believes of its thrusts is its own affair."""
     what, preview = f"controller '{controller.name}'", window_of(needs_of(controller).preview, False, dt)
     gains, state, rows = controller.gains(), controller.initial_state(), list[Mapping[str, Any]]()
     last = len(mission.times) - 1
+    layout = Layout(mission.first)
     for k in range(len(recorded)):
         if k and recorded.held[k]:
             rows.append(rows[-1])
             continue
         measurement = Measurement(*(entry[k].copy() for entry in recorded.measurement))
         clock = Clock(min(float(recorded.clock.ticks[k]), float(last)), float(recorded.clock.pace[k]))
+        reference = mission.at(clock, preview.preview)
+        if ahead is not None:
+            reference = reference._replace(ahead=tuple(layout.unpack(row) for row in ahead[k]))
         try:
-            state, command, own = controller.step(
-                gains, state, measurement, mission.at(clock, preview.preview), dt
-            )
+            state, command, own = controller.step(gains, state, measurement, reference, dt)
         except Exception as error:
             raise told_error(f"{what} at t = {k * dt:.3f} s", error) from error
         rows.append({**own, **_named(command)})

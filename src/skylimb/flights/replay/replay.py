@@ -33,7 +33,7 @@ from skylimb.flights.record import config_units
 from skylimb.flights.replay.mission_of_log import mission_of_log
 from skylimb.flights.replay.open_loop import Progress, open_loop
 from skylimb.flights.replay.recorded import Recorded, recorded, sampled
-from skylimb.flights.replay.whole_reference import whole_mission
+from skylimb.flights.replay.whole_reference import recorded_ahead, whole_mission
 from skylimb.flights.takeoff import mission_of
 from skylimb.loop.flight import MISSION_TIME
 from skylimb.missions.clock import Clock
@@ -112,7 +112,7 @@ def _replayed(
     period, purpose = experiment.control_period, _flown_vectoring(run, experiment, robot, controller)
     log, resampled = sampled(run.log, period)
     held = recorded(log, robot, period, purpose)
-    mission, planned = whole_mission(log, period), ()
+    mission, planned, ahead = whole_mission(log, period), (), None
     if mission is None:
         mission, planned = _mission(run, log, held, experiment, robot, purpose)
     else:  # a row a tick, whatever clock its mission had
@@ -120,8 +120,12 @@ def _replayed(
         clock = Clock(ticks, np.ones(len(held)))
         missing = tuple(line for line in held.missing if MISSION_TIME not in line)
         held = replace(held, clock=clock, paced=False, missing=missing)
+        wanted = len(needs_of(controller).preview)
+        ahead = recorded_ahead(log, wanted)
+        if wanted and ahead is None:
+            planned = ("no references ahead as this controller wants them: those of later ticks",)
     changing, dropped = _gains(experiment, controller, len(held))
-    values = open_loop(controller, held, mission, period, changing, progress)
+    values = open_loop(controller, held, mission, period, changing, progress, ahead)
     notes = (*said, *resampled, *held.missing, *planned, *dropped, *_broken_off(log))
     known = controller_signals(controller)
     config = to_mapping({**experiment.to_mapping(), "controller": resolved_tables(controller)})
