@@ -20,7 +20,7 @@ from skylimb.errors import ConfigError, OutputError, UnknownNameError
 from skylimb.exchange.convert import convert, read_log, write_log
 from skylimb.exchange.frames import lab_link
 from skylimb.exchange.from_run import messages_of
-from skylimb.exchange.layouts import foxglove_layout, plotjuggler_layout, plots
+from skylimb.exchange.layouts import foxglove_layout, plots, shown_of, write_layouts
 from skylimb.exchange.message_types import DEFINITIONS, IMU, message_types
 from skylimb.exchange.own_topics import ROW, row_table, run_of
 from skylimb.exchange.stream import Message, container_of
@@ -262,23 +262,83 @@ def test_files_that_are_none_of_these_are_refused(flown: skylimb.Run, tmp_path: 
     assert not (tmp_path / "a.bagg").exists()
 
 
-def test_layouts_plot_what_is_written(messages: list[Message]) -> None:
-    values = {message.topic: message.value for message in messages}
-    for plot in plots():
-        for curve in plot.curves:
-            topic = max((name for name in values if curve.startswith(f"{name}.")), key=len)
+def juggled(topic: str, value: Any) -> dict[str, float]:
+    """The series that PlotJuggler's ROS parser makes of a message, by its published source.
+
+    Fields by slashes, entries of a list as [i] (rosx_introspection, FieldsVector::toStr), and of a joint
+    state TOPIC/JOINT/position (ParserROS::parseJointStateMsg).
+    """
+    if type(value).__name__.endswith("JointState"):
+        angles = zip(value.name, value.position, strict=True)
+        return {f"{topic}/{name}/position": float(angle) for name, angle in angles}
+    found: dict[str, float] = {}
+
+    def walk(name: str, part: Any) -> None:
+        if isinstance(part, int | float | np.number):
+            found[name] = float(part)
+        elif isinstance(part, list | np.ndarray):
+            for i, entry in enumerate(part):
+                walk(f"{name}[{i}]", entry)
+        elif dataclasses.is_dataclass(part):
+            for field in dataclasses.fields(part):
+                if not field.name.startswith("__"):
+                    walk(f"{name}/{field.name}", getattr(part, field.name))
+
+    walk(topic, value)
+    return found
+
+
+@pytest.mark.parametrize("ending", [".bag", ".mcap"])
+def test_layouts_plot_what_is_in_the_file(flown: skylimb.Run, tmp_path: Path, ending: str) -> None:
+    path = tmp_path / f"a{ending}"
+    write_log(flown, path, namespace="mine")
+    layouts = [file.read_text(encoding="utf-8") for file in write_layouts(path, "mine")]
+    with container_of(path).read(path) as read:
+        values = {message.topic: message.value for message in read if message.topic.startswith("/mine/")}
+    series = {name: x for topic, value in values.items() for name, x in juggled(topic, value).items()}
+    root = ElementTree.fromstring(layouts[1])
+    curves = [curve.attrib["name"] for curve in root.iter("curve")]
+    assert len(curves) == 6 + 6 + 6 + 3 + 4 + 7
+    for name in curves:
+        assert np.isfinite(series[name]), name
+    assert "/mine/joint_states/gimbal1/position" in curves
+    assert "/mine/four_axes/command/base_thrust[3]" in curves
+    # What PlotJuggler's loader follows: root, tabbed_widget, Tab, Container, DockSplitter, DockArea, plot.
+    assert root.find("tabbed_widget[@name='Main Window'][@parent='main_window']/currentTabIndex") is not None
+    for splitter in root.iter("DockSplitter"):
+        assert splitter.attrib["orientation"] in "|-"
+        assert int(splitter.attrib["count"]) == len(splitter) == splitter.attrib["sizes"].count(";") + 1
+        assert {child.tag for child in splitter} <= {"DockSplitter", "DockArea"}
+    assert all(area.find("plot[@mode='TimeSeries']") is not None for area in root.iter("DockArea"))
+
+    layout = json.loads(layouts[0])
+    for panel in layout["configById"].values():
+        assert panel.keys() == {"foxglovePanelTitle", "paths", "xAxisVal", "showLegend", "isSynced"}
+        for drawn in panel["paths"]:
+            assert drawn.keys() == {"value", "enabled", "timestampMethod", "color"}
+            topic = max((name for name in values if drawn["value"].startswith(f"{name}.")), key=len)
             value: Any = values[topic]
-            for part in curve.removeprefix(f"{topic}.").replace("[", ".").replace("]", "").split("."):
+            fields = drawn["value"].removeprefix(f"{topic}.").replace("[", ".").replace("]", "")
+            for part in fields.split("."):
                 value = value[int(part)] if part.isdigit() else getattr(value, part)
             assert np.isfinite(value)
-    layout = json.loads(foxglove_layout("mine"))
-    assert len(layout["configById"]) == len(plots())
-    assert (
-        layout["configById"]["Plot!skylimb4"]["paths"][3]["value"] == "/mine/four_axes/command.base_thrust[3]"
-    )
-    curves = [curve.get("name") for curve in ElementTree.fromstring(plotjuggler_layout()).iter("curve")]
-    assert "/hydrus_xi/four_axes/command/base_thrust/3" in curves
-    assert len(curves) == sum(len(plot.curves) for plot in plots())
+
+    def leaves(node: Any) -> list[str]:
+        if isinstance(node, str):
+            return [node]
+        assert node.keys() == {"direction", "first", "second", "splitPercentage"}
+        return [*leaves(node["first"]), *leaves(node["second"])]
+
+    assert leaves(layout["layout"]) == list(layout["configById"])
+
+
+def test_layouts_leave_out_what_a_log_lacks(messages: list[Message]) -> None:
+    real = [one for one in messages if "/skylimb/" not in one.topic and "wrench" not in one.topic]
+    chosen = plots(shown_of(real))
+    assert [len(plot.curves) for plot in chosen] == [3, 3, 4, 7]
+    assert json.loads(foxglove_layout(chosen[:3]))["layout"]["second"] == "Plot!skylimb2"
+    with pytest.raises(ConfigError, match=r"--layouts is for .bag and .mcap"):
+        write_layouts("a.nc")
 
 
 def test_the_commands(flown: skylimb.Run, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -41,8 +41,10 @@ class Convert:
     def __call__(self) -> int:
         """Read, write, say what is lost."""
         from skylimb.exchange.convert import convert
-        from skylimb.exchange.layouts import write_layouts
+        from skylimb.exchange.layouts import require_layouts, write_layouts
 
+        if self.layouts:
+            require_layouts(self.target)
         with output.working("converting"):
             notes = convert(self.log, self.target, self.robot, self.link, self.namespace)
         for note in notes:

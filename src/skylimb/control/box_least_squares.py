@@ -36,7 +36,10 @@ ROUNDS = 3
 """Proximal rounds."""
 
 ITERATIONS = 64
-"""Greatest number of active-set iterations of all rounds together; a power of two."""
+"""Greatest number of active-set iterations of all rounds together."""
+
+BLOCK = 4
+"""Iterations between two looks at whether it has ended: a branch costs about as much as two iterations."""
 
 _EPSILON = 1e-8
 """Of the mean eigenvalue of A^T A: small beside what A sees, large beside rounding."""
@@ -80,7 +83,7 @@ def nearest_in_box(rows: int, n: int) -> ca.Function:
     shapes = {"A": (rows, n), "wanted": (n, 1), "lower": (n, 1), "upper": (n, 1)}
     _, wanted, lower, upper = given = [ca.MX.sym(name, *shape) for name, shape in shapes.items()]
     state, H = _start(rows, n)(*given)
-    state = _repeated(_iteration(n), n)(state, H, wanted, lower, upper)
+    state = _repeated(_block(n), n)(state, H, wanted, lower, upper)
     search = ca.Function("search", given, [state[:n], state[_size(n) - 1]])
     inside = ca.Function("inside", given, [wanted, 0])
     outside = ca.mmax(ca.fmax(lower - wanted, wanted - upper)) > 0.0
@@ -121,19 +124,26 @@ def _flat(state: _State) -> ca.SX:
     return ca.densify(ca.vertcat(*state))
 
 
-def _repeated(step: ca.Function, n: int) -> ca.Function:
-    """`ITERATIONS` steps: twice the half of them, the second half only where the first has not ended it."""
-    steps = 1
-    while steps < ITERATIONS:
-        state, fixed = ca.MX.sym("state", _size(n)), _fixed(n)
-        done = ca.Function("done", [state, *fixed], [state])
-        more = ca.Function.if_else(f"more_{steps}", step, done)
-        half = step(state, *fixed)
-        steps *= 2
-        step = ca.Function(
-            f"steps_{steps}", [state, *fixed], [more(half[_size(n) - 2] < ROUNDS, half, *fixed)]
-        )
-    return step
+def _repeated(block: ca.Function, n: int) -> ca.Function:
+    """`ITERATIONS` steps: a block, then the next ones only where that has not ended it."""
+    state, fixed = ca.MX.sym("state", _size(n)), _fixed(n)
+    steps, done = block, ca.Function("done", [state, *fixed], [state])
+    for count in range(2 * BLOCK, ITERATIONS + 1, BLOCK):
+        more = ca.Function.if_else(f"more_{count}", steps, done)
+        after = block(state, *fixed)
+        ended = after[_size(n) - 2] >= ROUNDS
+        steps = ca.Function(f"steps_{count}", [state, *fixed], [more(ca.logic_not(ended), after, *fixed)])
+    return steps
+
+
+def _block(n: int) -> ca.Function:
+    """`BLOCK` iterations without a branch; those after the end change nothing."""
+    state, H = ca.SX.sym("state", _size(n)), ca.SX.sym("H", n, n)
+    fixed = [H, *(ca.SX.sym(name, n) for name in ("wanted", "lower", "upper"))]
+    iterate, after = _iteration(n), state
+    for _ in range(BLOCK):
+        after = ca.if_else(after[_size(n) - 2] < ROUNDS, iterate(after, *fixed), after)
+    return ca.Function("block", [state, *fixed], [after], {"cse": True})
 
 
 def _iteration(n: int) -> ca.Function:
