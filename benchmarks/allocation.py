@@ -30,7 +30,7 @@ import skylimb
 from skylimb.control.allocation.bounded import Weights
 from skylimb.control.box_least_squares import nearest_in_box
 from skylimb.flights.drivers.native import fly_native
-from skylimb.flights.public import take_off
+from skylimb.flights.loading import take_off
 from skylimb.planning.vectoring import vectoring_table
 
 _BLOCK = 10_000

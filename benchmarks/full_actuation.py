@@ -27,7 +27,7 @@ from scipy.spatial.transform import Rotation
 
 import skylimb
 from skylimb.flights.drivers.native import fly_native
-from skylimb.flights.public import take_off
+from skylimb.flights.loading import take_off
 from skylimb.loop.flight import Flight
 from skylimb.verification.stability import at, linearise, operating_point
 

@@ -23,7 +23,7 @@ from rich.table import Table
 
 from skylimb.flights.drivers.compiled import CompiledDriver
 from skylimb.flights.flying import fastest_tick
-from skylimb.flights.public import take_off
+from skylimb.flights.loading import take_off
 from skylimb.flights.takeoff import Takeoff
 from skylimb.loop.flight import Flight
 from skylimb.loop.loop import CHECK_INTERVAL, Loop

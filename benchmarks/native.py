@@ -25,7 +25,7 @@ from rich.table import Table
 
 from skylimb.flights.drivers.compiled import CompiledDriver
 from skylimb.flights.drivers.native import compile_native, fly_native, unavailable
-from skylimb.flights.public import take_off
+from skylimb.flights.loading import take_off
 from skylimb.flights.record import scored
 from skylimb.flights.takeoff import Takeoff
 from skylimb.loop.loop import Loop

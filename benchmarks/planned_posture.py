@@ -19,7 +19,7 @@ from transformations import PAGE
 
 import skylimb
 from skylimb.flights.drivers.native import fly_native
-from skylimb.flights.public import take_off
+from skylimb.flights.loading import take_off
 from skylimb.flights.record import recorded
 from skylimb.flights.task_plan import EXPERIMENT, TaskPlan, plan_posture, write_planned
 

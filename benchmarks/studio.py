@@ -1,6 +1,6 @@
 """How well the studio keeps time: late ticks, updates, how soon a gain acts, the first picture, memory.
 
-    python benchmarks/studio.py --seconds 60        (--seconds 3600 for an hour)
+    python benchmarks/studio.py --seconds 60        (--seconds 3600 for an hour; --write for docs/studio.md)
 
 The studio runs as a user's would, in a process of its own, with its page open in a headless Chromium that
 draws in software. First nobody touches anything; then a second page without a picture changes a gain every
@@ -12,13 +12,14 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import shutil
 import statistics
 import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -33,6 +34,8 @@ BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 ARGUMENTS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 GAIN = "controller.translation.normalized_stiffness"
 BEFORE, AFTER = [2.5, 2.5, 1.5], [3.0, 3.0, 2.0]
+GUIDE = Path(__file__).parents[1] / "docs" / "studio.md"
+BEGIN, END = "<!-- pace: written by benchmarks/studio.py -->", "<!-- end of pace -->"
 FLIGHTS = 40
 """To see whether memory grows."""
 
@@ -169,12 +172,16 @@ def _memory(process: int) -> float:
     return int(line.split()[1]) / 1024
 
 
-def report(found: Found, seconds: float) -> int:
-    """Print the table; 1 when something falls short."""
+Row = tuple[str, str, str, bool]
+"""What was measured, its value, what is wanted (empty where nothing is), whether it holds."""
+
+
+def rows_of(found: Found) -> list[Row]:
+    """What was measured beside what is wanted."""
     slowest, late = 1e3 * max(found.answers), found.late
     first, more = found.first_picture, found.growth
     usual = 1e3 * statistics.median(found.answers)
-    rows = [
+    return [
         ("Ticks late by more than 5 ms, of 1000", f"{late:.2f}", "at most 1", late <= 1),
         ("... while a gain changes every second", f"{found.late_with_changes:.2f}", "", True),
         ("Updates that reach the page, 1/s", f"{found.updates:.1f}", "at least 20", found.updates >= 20),
@@ -186,13 +193,36 @@ def report(found: Found, seconds: float) -> int:
         ("Memory in the end, MB", f"{found.memory[-1]:.0f}", "", True),
         ("Its growth, MB a flight", f"{more:+.2f}", "at most 0.2", more <= 0.2),
     ]  # fmt: skip
+
+
+def report(found: Found, rows: Sequence[Row], seconds: float) -> int:
+    """Print the table; 1 when something falls short."""
     table = Table(title=f"The studio over {seconds:.0f} s, {found.flown} ticks", title_justify="left")
     for column in ("", "Measured", "Wanted", ""):
         table.add_column(column)
     for name, value, wanted, good in rows:
-        table.add_row(name, value, wanted, "" if not wanted else "holds" if good else "FALLS SHORT")
+        table.add_row(name, value, wanted, _judged(wanted, good))
     Console(width=100).print(table)
     return 0 if all(good for *_, good in rows) else 1
+
+
+def write(found: Found, rows: Sequence[Row], seconds: float) -> None:
+    """Put the table into the guide."""
+    text = GUIDE.read_text(encoding="utf-8")
+    before, rest = text.split(BEGIN)
+    after = rest.split(END)[1]
+    lines = [
+        f"{seconds:.0f} s of `paper` with `hybrid`, {found.flown} ticks, {os.cpu_count()} processors:",
+        "",
+        "| | measured | wanted | |",
+        "|---|---|---|---|",
+        *(f"| {name} | {value} | {wanted} | {_judged(wanted, good)} |" for name, value, wanted, good in rows),
+    ]
+    GUIDE.write_text("\n".join([before + BEGIN, "", *lines, "", END + after]), encoding="utf-8")
+
+
+def _judged(wanted: str, good: bool) -> str:
+    return "" if not wanted else "holds" if good else "FALLS SHORT"
 
 
 def main() -> int:
@@ -202,8 +232,13 @@ def main() -> int:
     )
     parser.add_argument("--experiment", default="paper")
     parser.add_argument("--seconds", type=float, default=60.0)
+    parser.add_argument("--write", action="store_true", help="put the table into docs/studio.md")
     given = parser.parse_args()
-    return report(measure(given.experiment, given.seconds), given.seconds)
+    found = measure(given.experiment, given.seconds)
+    rows = rows_of(found)
+    if given.write:
+        write(found, rows, given.seconds)
+    return report(found, rows, given.seconds)
 
 
 if __name__ == "__main__":

@@ -30,7 +30,7 @@ import skylimb
 from skylimb.config import to_mapping
 from skylimb.control.preset import PRESETS
 from skylimb.flights.drivers.native import fly_native
-from skylimb.flights.public import take_off
+from skylimb.flights.loading import take_off
 from skylimb.planning.posture_path import PostureConfig, posture_path
 from skylimb.planning.posture_rehearsal import rehearse, straight_way
 from skylimb.planning.posture_roadmap import Place, Roadmap, keeps_clear

@@ -21,7 +21,7 @@ from skylimb.estimation.records import Start, Wrench
 from skylimb.flights.drivers.native import compile_native, fly_native
 from skylimb.flights.export import export_c
 from skylimb.flights.flying import fly_here
-from skylimb.flights.public import take_off
+from skylimb.flights.loading import take_off
 from skylimb.packing import Layout, numeric
 from skylimb.robots.model import GRAVITY_W, Robot, RobotState
 from skylimb.simulation.compiling import compile_c

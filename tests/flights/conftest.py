@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from short_flights import CIRCLE
-from skylimb.flights.public import take_off
+from skylimb.flights.loading import take_off
 from skylimb.flights.takeoff import Takeoff
 
 

@@ -11,7 +11,7 @@ from short_flights import HOLD
 from skylimb.control.controller import Controller
 from skylimb.control.needs import needs_of
 from skylimb.flights.flying import fly, fly_here
-from skylimb.flights.public import take_off
+from skylimb.flights.loading import take_off
 
 OWN_CONTROLLER = '''
 """A PD controller for the centre of gravity in plain NumPy; the attitude is kept by another."""

@@ -7,7 +7,7 @@ import pytest
 
 import skylimb
 from skylimb.errors import ConfigError
-from skylimb.flights.public import take_off
+from skylimb.flights.loading import take_off
 from skylimb.planning.posture_limits import nearest_posture, weakest_margin
 from skylimb.planning.vectoring_step import settled_vectoring
 

@@ -13,7 +13,7 @@ from skylimb.config import write_toml
 from skylimb.control.needs import needs_of
 from skylimb.control.preset import preset_mapping
 from skylimb.flights.flying import fly, fly_here
-from skylimb.flights.public import take_off
+from skylimb.flights.loading import take_off
 from skylimb.loop.flight import Flight
 from skylimb.missions.clock import Clock, reference_between
 

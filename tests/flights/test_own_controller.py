@@ -15,7 +15,7 @@ from skylimb.control.preset import preset_mapping
 from skylimb.errors import UnknownNameError
 from skylimb.flights.drivers.native import fly_native, native_available
 from skylimb.flights.flying import begin_loop, fly_here
-from skylimb.flights.public import take_off
+from skylimb.flights.loading import take_off
 
 EXAMPLE = str(Path(__file__).parents[2] / "examples" / "own_controller.py")
 

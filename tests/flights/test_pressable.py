@@ -7,8 +7,8 @@ import pytest
 import skylimb
 from skylimb.errors import ConfigError
 from skylimb.experiments.experiment import load_experiment
+from skylimb.flights.loading import take_off
 from skylimb.flights.pressable import warn_of_friction
-from skylimb.flights.public import take_off
 
 FORCE = "controller.translation.force"
 

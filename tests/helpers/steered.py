@@ -11,7 +11,7 @@ from short_flights import CIRCLE
 from skylimb.estimation.records import Measurement
 from skylimb.exchange.frames import lab_link
 from skylimb.flights.flying import fastest
-from skylimb.flights.public import take_off
+from skylimb.flights.loading import take_off
 from skylimb.flights.takeoff import Takeoff
 from skylimb.realtime.compiled_controller import CompiledController
 from skylimb.realtime.pacer import Pacer

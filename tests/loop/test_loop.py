@@ -10,7 +10,7 @@ import pytest
 
 import skylimb
 from skylimb.flights.flying import begin_loop
-from skylimb.flights.public import take_off
+from skylimb.flights.loading import take_off
 from skylimb.flights.stepped import SteppedFlight
 from skylimb.loop.flight import CONFIGURATION, Flight
 from skylimb.loop.loop import CHECK_INTERVAL, Loop

@@ -13,7 +13,7 @@ import skylimb
 from skylimb.control.thrusts import thrust_limits
 from skylimb.errors import ConfigError
 from skylimb.estimation.records import Measurement
-from skylimb.flights.public import take_off
+from skylimb.flights.loading import take_off
 from skylimb.ros1.grounded import STAND, GroundedPlant
 from skylimb.ros1.messages import Joints, Pose
 from skylimb.ros1.states import FORCE_LANDING, FlightState, Order

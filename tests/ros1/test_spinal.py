@@ -12,7 +12,7 @@ import pytest
 
 from short_flights import CIRCLE
 from skylimb.exchange.frames import lab_link
-from skylimb.flights.public import take_off
+from skylimb.flights.loading import take_off
 from skylimb.realtime.pacer import Pacer
 from skylimb.ros1 import topics
 from skylimb.ros1.controlled import Controlled

@@ -7,7 +7,7 @@ import pytest
 
 import skylimb
 from skylimb.errors import ConfigError
-from skylimb.flights.public import take_off
+from skylimb.flights.loading import take_off
 from skylimb.simulation.foot import BALLS, CORNERS
 
 QUICK = {"phases.hover": 0.5, "phases.tare": 1.5, "phases.hover_end": 0.0}

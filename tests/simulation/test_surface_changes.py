@@ -11,7 +11,7 @@ from skylimb.errors import ConfigError
 from skylimb.experiments.experiment import experiment_from_mapping, load_experiment
 from skylimb.flights.drivers.native import fly_native
 from skylimb.flights.flying import begin_loop, fly_here
-from skylimb.flights.public import take_off
+from skylimb.flights.loading import take_off
 from skylimb.flights.record import recorded
 from skylimb.simulation.surface_changes import SurfaceChange, surface_table
 from skylimb.simulation.surfaces import surface_from_mapping

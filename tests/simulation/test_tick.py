@@ -10,7 +10,7 @@ import pytest
 
 from skylimb.control.cascade import Cascade
 from skylimb.control.translation import pid
-from skylimb.flights.public import take_off
+from skylimb.flights.loading import take_off
 from skylimb.simulation.tick import CompiledTick, forget_ticks
 
 

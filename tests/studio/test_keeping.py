@@ -9,7 +9,7 @@ import skylimb
 from skylimb.errors import ConfigError, OutputError
 from skylimb.flights.drivers.native import fly_native
 from skylimb.flights.flying import fly_here
-from skylimb.flights.public import take_off
+from skylimb.flights.loading import take_off
 from skylimb.flights.record import recorded
 from skylimb.recording import load_runs
 from skylimb.studio.session import Session

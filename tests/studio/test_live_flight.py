@@ -6,7 +6,7 @@ import pytest
 from skylimb.errors import ConfigError
 from skylimb.flights.drivers.native import fly_native
 from skylimb.flights.flying import fly_here
-from skylimb.flights.public import take_off
+from skylimb.flights.loading import take_off
 from skylimb.flights.takeoff import Takeoff, prepare
 from skylimb.simulation.disturbance import PushConfig
 from skylimb.studio.changes import with_gain, with_push, without_push

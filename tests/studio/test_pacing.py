@@ -3,7 +3,7 @@
 import pytest
 
 from skylimb.errors import ConfigError
-from skylimb.studio.pacing import Pacing
+from skylimb.studio.pacing import LATE, LEAD, Pacing
 
 
 class Clock:
@@ -29,7 +29,7 @@ def test_as_many_ticks_are_flown_as_time_goes_by(speed):
     for _ in range(4000):
         clock.now += 0.0013
         pacing.fly(advance)
-    assert sum(flown) == pytest.approx(1 + 4000 * 0.0013 * speed / 0.005, abs=1.5)
+    assert sum(flown) == pytest.approx(1 + (4000 * 0.0013 + LEAD) * speed / 0.005, abs=1.5)
     assert pacing.reached == pytest.approx(speed, rel=0.05)
     assert pacing.late == 0
 
@@ -59,8 +59,18 @@ def test_a_flight_that_does_not_go_on_begins_a_new_schedule():
     clock.now = 3.0
     assert pacing.fly(lambda ticks: 0) == 0
     clock.now = 3.006
-    assert pacing.fly(lambda ticks: ticks) == 2
+    assert pacing.fly(lambda ticks: ticks) == 2 + LEAD / 0.005
     assert 0.0 < pacing.wait <= 0.005
+
+
+@pytest.mark.parametrize(("pause", "late"), [(LEAD + 0.9 * LATE, 0), (LEAD + 1.1 * LATE, 1)])
+def test_what_was_flown_ahead_covers_a_busy_moment(pause, late):
+    clock = Clock()
+    pacing = Pacing(0.005, clock)
+    pacing.fly(lambda ticks: ticks)
+    clock.now = pause + 0.005
+    pacing.fly(lambda ticks: ticks)
+    assert pacing.late == late
 
 
 def test_a_speed_beyond_what_can_be_is_refused():

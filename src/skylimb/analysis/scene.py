@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
-import xarray as xr
 
 from skylimb.analysis.board import Board, nominal_path, strokes
 from skylimb.analysis.signals import in_phase
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 SPACING = 0.008
 """Metres between the points of a drawn line."""

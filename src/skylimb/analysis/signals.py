@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-import xarray as xr
 
 from skylimb.errors import unknown_name
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 ADAPTATION_THRESHOLD = 0.005
 """The arm counts as adapting while its commanded reach is more than this (m) away from its reference."""

@@ -20,8 +20,8 @@ from skylimb.errors import OutputError
 from skylimb.experiments.experiment import Experiment, experiment_with, load_experiment
 from skylimb.flights.drivers.free import FreeDriver
 from skylimb.flights.flying import fastest
+from skylimb.flights.loading import chosen_controller, parted
 from skylimb.flights.on_clock import ClockedFlight, Progress, without_garbage
-from skylimb.flights.public import chosen_controller, parted
 from skylimb.flights.record import config_units
 from skylimb.flights.takeoff import mission_of
 from skylimb.loop.flight import Flight, flown_mission

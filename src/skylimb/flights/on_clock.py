@@ -14,7 +14,7 @@ from skylimb.control.corrections import Calibrated
 from skylimb.experiments.experiment import Experiment
 from skylimb.flights.drivers.free import FreeDriver
 from skylimb.flights.flying import fastest
-from skylimb.flights.public import take_off
+from skylimb.flights.loading import take_off
 from skylimb.flights.record import recorded
 from skylimb.flights.takeoff import Takeoff
 from skylimb.loop.flight import Flight

@@ -9,7 +9,7 @@ import numpy as np
 
 from skylimb.control.records import Command
 from skylimb.flights.flying import fastest
-from skylimb.flights.public import take_off
+from skylimb.flights.loading import take_off
 from skylimb.flights.takeoff import Takeoff
 from skylimb.realtime.link import MOST, Link
 from skylimb.realtime.messages import Names, RefusedMessageError, decode_command, encode

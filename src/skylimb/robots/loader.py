@@ -20,6 +20,7 @@ from skylimb.robots.flight_file import (
     ShapeSection,
     VectoringSection,
 )
+from skylimb.robots.kept_urdf import Tree, keep_tree, known_tree
 from skylimb.robots.model import Robot
 from skylimb.robots.urdf import clean_rotation, read_urdf
 from skylimb.robots.validation import check_description
@@ -69,8 +70,13 @@ def load_flight_file(name_or_path: str | Path) -> FlightFile:
 
 @lru_cache(maxsize=16)
 def _load_unchanged(flight: Source, urdf: Source) -> Robot:
-    robot = Robot(_describe(flight, urdf))
+    root_link = _flight_file(flight).root_link
+    known = known_tree(urdf, root_link)
+    description = _describe(flight, urdf, known)
+    robot = Robot(description)
     check_robot(robot)
+    if known is None:
+        keep_tree((description.root, description.links, description.joints), urdf, root_link)
     return robot
 
 
@@ -122,20 +128,28 @@ def _digest(*sources: Source) -> str:
     return total.hexdigest()
 
 
-def _describe(flight_source: Source, urdf: Source) -> RobotDescription:
-    description = describe(_flight_file(flight_source), flight_source, urdf)
+def _describe(flight_source: Source, urdf: Source, tree: Tree | None = None) -> RobotDescription:
+    description = describe(_flight_file(flight_source), flight_source, urdf, tree)
     check_description(description)
     return description
 
 
-def describe(flight: FlightFile, flight_source: Source, urdf: Source) -> RobotDescription:
+def describe(
+    flight: FlightFile, flight_source: Source, urdf: Source, tree: Tree | None = None
+) -> RobotDescription:
     """What the two files say together; whether such a robot can exist is not checked here.
+
+    Args:
+        flight: what the flight TOML says.
+        flight_source: that file.
+        urdf: the other one.
+        tree: what stands in the URDF, where that is known; None reads it.
 
     Raises:
         DescriptionError: the URDF cannot be read.
         UnknownNameError: the flight file names a link or joint that is not there.
     """
-    root, links, joints = read_urdf(urdf, flight.root_link)
+    root, links, joints = tree or read_urdf(urdf, flight.root_link)
     _require_known("measured_link", [flight.measured_link], [link.name for link in links])
     _require_known("tip.link", [flight.tip.link], [link.name for link in links])
     _require_known("rotors.link", [rotor.link for rotor in flight.rotors], [link.name for link in links])

@@ -9,7 +9,7 @@ from typing import Any
 from skylimb.control.controller import Controller
 from skylimb.errors import ConfigError
 from skylimb.experiments.experiment import Experiment
-from skylimb.flights.public import take_off
+from skylimb.flights.loading import take_off
 from skylimb.flights.takeoff import Takeoff
 from skylimb.studio.controls import PREFIX
 

@@ -14,13 +14,17 @@ SLOWEST, FASTEST = 0.1, 20.0
 LATE = 0.005
 """A tick counts as late that is flown this much after its time, s."""
 
+LEAD = 0.01
+"""A tick may be flown this much before its time, s: a system that is busy elsewhere for a moment then makes
+nothing late. What a page does acts this much later."""
+
 _SLICE = 0.02  # s of work at most before commands are heard again
 _FORGIVEN = 0.1  # s by which a flight may lag behind before its schedule begins anew
 _WINDOW = 1.0  # s over which the speed is measured
 
 
 class Pacing:
-    """Flies ticks when they are due. Deadlines are absolute, so that no error adds up.
+    """Flies ticks when they are due, or `LEAD` before. Deadlines are absolute, so that no error adds up.
 
     `flown` counts the ticks, `late` those that came more than `LATE` after their time.
 
@@ -58,8 +62,8 @@ class Pacing:
 
     @property
     def wait(self) -> float:
-        """Seconds until the next tick is due."""
-        return max(0.0, self._due() - self._now())
+        """Seconds until the next tick may be flown."""
+        return max(0.0, self._due() - LEAD - self._now())
 
     def restart(self) -> None:
         """Begin a new schedule here, as after a pause."""
@@ -67,7 +71,7 @@ class Pacing:
         self._recent: deque[float] = deque()
 
     def fly(self, advance: Callable[[int], int]) -> int:
-        """Fly what is due, for `_SLICE` of work at most; returns how many ticks.
+        """Fly what may be flown, for `_SLICE` of work at most; returns how many ticks.
 
         A flight that is too slow for its speed goes on as fast as it can: what it lags behind is forgotten.
 
@@ -75,7 +79,7 @@ class Pacing:
             advance: flies some ticks and returns how many it really flew.
         """
         begun, total = self._now(), 0
-        while (now := self._now()) >= self._due() and now - begun < _SLICE:
+        while (now := self._now()) >= self._due() - LEAD and now - begun < _SLICE:
             behind = now - self._due()
             if behind > _FORGIVEN:
                 self._origin += behind

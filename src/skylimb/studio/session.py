@@ -12,7 +12,7 @@ import numpy as np
 from skylimb.control.controller import Controller
 from skylimb.errors import ConfigError, SkylimbError, unknown_name
 from skylimb.experiments.experiment import Experiment
-from skylimb.flights.public import DEFAULT_CONTROLLER
+from skylimb.flights.loading import DEFAULT_CONTROLLER
 from skylimb.simulation.surface_changes import SurfaceChange
 from skylimb.studio.changes import with_gain
 from skylimb.studio.controls import IN_FLIGHT, PREFIX

@@ -9,7 +9,7 @@ import pytest
 from skylimb.errors import ConfigError
 from skylimb.flights.drivers.native import fly_native
 from skylimb.flights.flying import fly_here
-from skylimb.flights.public import take_off
+from skylimb.flights.loading import take_off
 from skylimb.simulation.contact import pair_compliance
 from skylimb.simulation.log import flight_log
 from skylimb.simulation.peg import direction_of

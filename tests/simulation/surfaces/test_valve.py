@@ -12,7 +12,7 @@ from skylimb.analysis.replay.payload import replay_payload
 from skylimb.errors import ConfigError
 from skylimb.flights.drivers.native import fly_native
 from skylimb.flights.flying import fly_here
-from skylimb.flights.public import take_off
+from skylimb.flights.loading import take_off
 from skylimb.simulation.log import flight_log
 from skylimb.simulation.surfaces import Valve, surface_from_mapping
 from skylimb.simulation.surfaces.surface import GEOM

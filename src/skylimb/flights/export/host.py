@@ -12,7 +12,7 @@ from skylimb.control.needs import needs_of
 from skylimb.errors import ConfigError
 from skylimb.experiments.experiment import Experiment
 from skylimb.flights.export.files import export_c
-from skylimb.flights.public import chosen_controller
+from skylimb.flights.loading import chosen_controller
 from skylimb.flights.replay.recorded import recorded, sampled
 from skylimb.flights.replay.replay import experiment_of
 from skylimb.flights.takeoff import mission_of

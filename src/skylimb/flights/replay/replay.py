@@ -28,7 +28,7 @@ from skylimb.control.needs import needs_of
 from skylimb.errors import ConfigError, SkylimbError
 from skylimb.exchange.convert import read_log
 from skylimb.experiments.experiment import Experiment, load_experiment
-from skylimb.flights.public import chosen_controller, parted
+from skylimb.flights.loading import chosen_controller, parted
 from skylimb.flights.record import config_units
 from skylimb.flights.replay.mission_of_log import mission_of_log
 from skylimb.flights.replay.open_loop import Progress, open_loop

@@ -15,7 +15,7 @@ from skylimb.exchange.frames import lab_link
 from skylimb.experiments.experiment import load_experiment
 from skylimb.flights.flyable import require_flyable
 from skylimb.flights.flying import fastest
-from skylimb.flights.public import parted, take_off
+from skylimb.flights.loading import parted, take_off
 from skylimb.flights.takeoff import Takeoff, mission_of
 from skylimb.missions.mission import Mission
 from skylimb.realtime.compiled_controller import CompiledController
