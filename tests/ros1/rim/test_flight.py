@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -61,6 +62,13 @@ def both(controller: str, out: Path, settings: dict[str, float]) -> list[str]:
     return [*words, "--set", *changes] if changes else words
 
 
+def require_time(said: str) -> None:
+    """Skip where the machine was too busy for flights in real time, as the node itself says."""
+    for late, ticks in re.findall(r"(\d+) of (\d+) ticks overran", said):
+        if int(late) > 0.1 * int(ticks):
+            pytest.skip(f"this machine is too busy: {late} of {ticks} ticks overran")
+
+
 def wait_for(log: Path, words: str, seconds: float = 60.0) -> None:
     end = time.monotonic() + seconds
     while words not in log.read_text(encoding="utf-8"):
@@ -89,9 +97,11 @@ def fly(
                 words, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
             )
             meanwhile()
-            said = client.communicate(timeout=seconds + 150.0)[0]
-            assert client.returncode == 0, said.decode() + log.read_text(encoding="utf-8")
-    return json.loads((tmp_path / "seen.json").read_text(encoding="utf-8")), log.read_text(encoding="utf-8")
+            told = client.communicate(timeout=seconds + 150.0)[0]
+    said = log.read_text(encoding="utf-8")
+    require_time(said)
+    assert client.returncode == 0, told.decode() + said
+    return json.loads((tmp_path / "seen.json").read_text(encoding="utf-8")), said
 
 
 @pytest.mark.slow
@@ -160,12 +170,13 @@ def test_controller_and_simulator_fly_in_servo_counts(master: dict[str, str], tm
         time.sleep(2.0)
         words = [sys.executable, str(CLIENT), "paper", "14", str(tmp_path / "seen.json")]
         client = subprocess.run(words, env=master, capture_output=True, timeout=180.0, check=False)
-        said = log.read_text(encoding="utf-8")
-        assert client.returncode == 0, client.stdout.decode() + client.stderr.decode() + said
+    said = log.read_text(encoding="utf-8")
+    require_time(said)
+    assert client.returncode == 0, client.stdout.decode() + client.stderr.decode() + said
     seen = json.loads((tmp_path / "seen.json").read_text(encoding="utf-8"))
     assert [state for state in seen["states"] if state not in (1, 6)][-5:] == [2, 3, 5, 4, 0]
     assert seen["frames"] == {"hydrus_xi/root": "world", "hydrus_xi/cog": "hydrus_xi/root"}
-    assert "mission 'paper': flown; hovering at its end" in log.read_text(encoding="utf-8")
+    assert "mission 'paper': flown; hovering at its end" in said
     for name, angle in {"joint1": 0.87, "joint2": 1.4, "joint3": -0.7}.items():
         assert abs(seen["posed"][name] - angle) < 0.08
 
