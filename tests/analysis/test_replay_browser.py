@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from playwright import sync_api
 
+import skylimb
 from chromium import PAINTED, chromium, needs_chromium, silent_page
 from skylimb.analysis.replay.page import Replay
 from skylimb.recording import Run
@@ -81,6 +82,34 @@ def test_ghosts_are_one_picture_and_one_flight_has_all_its_curves(page: sync_api
     page.get_by_label("Flights").select_option("Hybrid")
     assert page.locator(".replay .name").all_inner_texts() == ["Hybrid"]
     assert "truth" in page.locator(".replay .u-legend").first.inner_text()
+
+
+def test_pushes_are_shown_around_the_tip_when_they_are_wanted(
+    browser: sync_api.Browser, tmp_path: Path
+) -> None:
+    run = skylimb.run("free_flight", "pid", set={"stop_at": 1.0})
+    path = tmp_path / "page.html"
+    path.write_text(Replay({"pid": run}).page, encoding="utf-8")
+    with silent_page(browser, offline=True) as page:
+        page.goto(path.as_uri())
+        page.wait_for_selector("#replay[data-ready]", timeout=20_000)
+        skin = "skylimbReplay.theatre.stages[0].pushes"
+        assert page.evaluate(f"{skin}.object.visible") is False
+        page.get_by_role("button", name="pushes").click()
+        assert page.evaluate(f"{skin}.object.visible") is True
+        page.keyboard.press("End")
+        tip = page.evaluate(f"{skin}.object.position.toArray()")
+        assert tip == pytest.approx(run.log.tip_position.values[-1].tolist(), abs=0.02)
+        pushes = page.evaluate(f"{skin}.at(1)")
+        far = page.evaluate(f"{skin}.skin.boundingSphere.radius")
+        assert far == pytest.approx(0.03 * max(pushes), rel=0.1)
+        assert max(pushes) > 10.0
+        page.get_by_role("button", name="pushes").click()
+        assert page.evaluate(f"{skin}.object.visible") is False
+
+
+def test_without_limits_of_thrust_there_is_nothing_to_switch(page: sync_api.Page) -> None:
+    assert page.get_by_role("button", name="pushes").count() == 0
 
 
 @pytest.mark.parametrize("width", [360, 768, 1600])

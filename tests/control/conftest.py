@@ -45,7 +45,8 @@ def _start(reach: float = 1.09, robot: Any = None, hover_thrusts: Any = None) ->
 def _inputs(model: Any = None, **given: Any) -> LawInput:
     """Whatever is not given is zero, level, or the world's axes."""
     z3 = np.zeros(3)
-    model = SimpleNamespace(mass=4.0) if model is None else model
+    lever = given.get("R", np.eye(3)).T @ given.get("arm", np.array([1.0, 0, 0]))
+    model = SimpleNamespace(mass=4.0, tip_C=lever) if model is None else model
     body = BodyState(
         given.get("position", z3),
         given.get("velocity", z3),

@@ -59,6 +59,15 @@ def test_the_wrench_at_the_tip_is_without_the_lever_of_its_force(make_inputs: Ma
     np.testing.assert_allclose(felt.torque, twist, atol=1e-12)
 
 
+def test_its_lever_is_the_one_in_which_the_observer_works(make_inputs: Make) -> None:
+    # The arm may be corrected for a measured attitude that is off; force and torque are not.
+    force, lever = np.array([-3.0, 0.0, 0.0]), np.array([1.1, 0.0, 0.0])
+    inputs = make_inputs(force=force, torque=np.cross(lever, force), arm=lever)
+    corrected = rotation_from_rpy(0.0, 0.02, 0.0) @ lever
+    estimate = inputs.estimate._replace(arm=corrected)
+    np.testing.assert_allclose(tip_wrench(estimate, np.eye(3)).torque, 0.0, atol=1e-12)
+
+
 def test_a_symmetric_matrix_from_its_diagonal_and_what_stands_beside() -> None:
     np.testing.assert_array_equal(symmetric((1, 2, 3), (4, 5, 6)), [[1, 4, 5], [4, 2, 6], [5, 6, 3]])
 

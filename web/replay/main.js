@@ -70,6 +70,12 @@ async function start(root, { flights, speed = 1 }) {
   bar.append(
     toggle("follow", "The camera goes along", false, (on) => { if (theatre) theatre.follow = on; }),
     toggle("arrows", "Thrusts (green, 2 cm/N) and the contact force (red, 12 cm/N)", true, (on) => theatre?.showArrows(on)));
+  if (stages.some((stage) => stage.pushes)) {
+    bar.append(toggle("pushes", "How hard the tip could push, each way: at rest as the robot stands then, leaning by up to 20° more (violet, 3 cm/N)", false, (on) => {
+      for (const stage of stages) stage.showPushes(on);
+      theatre?.at(clock.time);
+    }));
+  }
   const home = element("button", { type: "button", title: "The first view, the whole time" }, "reset");
   home.addEventListener("click", () => { theatre?.reset(); plots.zoom(0, clock.end); });
   bar.append(home);

@@ -4,6 +4,7 @@ import { Group } from "three";
 import { columns, lastNotAbove, mesh } from "../shared/decode.js";
 import { Figure } from "../shared/figure.js";
 import { Ink } from "../shared/ink.js";
+import { Pushes } from "./pushes.js";
 
 const NOMINAL = 0x555555;
 
@@ -17,10 +18,11 @@ export class Stage extends Figure {
       const { since, ends } = flight[name];
       return [(await columns(since))[0], await columns(ends)];
     }));
-    return new Stage(flight, meshes, { moments, poses, thrusts, contact, surface }, inks);
+    const pushes = flight.pushes ? await Pushes.of(flight.pushes) : null;
+    return new Stage(flight, meshes, { moments, poses, thrusts, contact, surface }, inks, pushes);
   }
 
-  constructor(flight, meshes, motion, [nominal, trace]) {
+  constructor(flight, meshes, motion, [nominal, trace], pushes) {
     super(flight, meshes);
     this.flight = flight;
     this.motion = motion;
@@ -30,6 +32,13 @@ export class Stage extends Figure {
     this.trace = new Ink(...trace, flight.colour, 4);
     this.drawn.add(this.nominal.object, this.trace.object);
     this.root.add(this.drawn);
+    this.pushes = pushes;
+    if (pushes) this.root.add(pushes.object);
+  }
+
+  /** Show how hard the tip could push, or not. */
+  showPushes(shown) {
+    if (this.pushes) this.pushes.object.visible = shown;
   }
 
   /** Show the flight at a time, s. */
@@ -47,5 +56,6 @@ export class Stage extends Figure {
     }
     this.nominal.show(this.ghost ? -1 : Infinity);
     this.trace.show(time);
+    this.pushes?.show(time, this.tip);
   }
 }

@@ -37,9 +37,14 @@ def task_axes(reference: Reference) -> Array:
 
 
 def tip_wrench(estimate: Estimate, R_WT: Array) -> TipWrench:
-    """The estimated wrench at the tip in the axes of the task."""
-    wrench = estimate.wrench
-    torque = estimate.body.R_WC @ wrench.torque - cross(estimate.arm, wrench.force)
+    """The estimated wrench at the tip in the axes of the task.
+
+    The lever is the model's in the measured attitude, in which the observer works, and not the corrected arm:
+    a force of 3 N on an arm of 1.1 m that is turned by one degree would read as a torque of 0.06 N m.
+    """
+    wrench, body = estimate.wrench, estimate.body
+    lever = body.R_WC @ body.model.tip_C
+    torque = body.R_WC @ wrench.torque - cross(lever, wrench.force)
     return TipWrench(R_WT.T @ wrench.force, R_WT.T @ torque)
 
 

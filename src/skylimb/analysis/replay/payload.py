@@ -12,6 +12,7 @@ from skylimb.analysis import palette, scene
 from skylimb.analysis.board import board_of
 from skylimb.analysis.replay.moved import is_moved, moves_of, taken_back, where
 from skylimb.analysis.replay.packing import packed
+from skylimb.analysis.replay.pushes import packed_pushes
 from skylimb.analysis.replay.shapes import body_poses, meshes, shapes, shapes_with_surface, thrust_sites
 from skylimb.analysis.replay.signals import packed_panels, smoothed
 from skylimb.recording import Run
@@ -73,6 +74,7 @@ def _scene(run: Run) -> dict[str, Any]:
         "rotors": thrust_sites(model) if "thrusts" in log else [],
         "thrusts": packed(log.thrusts.values[samples]) if "thrusts" in log else None,
         "contact": packed(_touch(log)[samples]),
+        "pushes": packed_pushes(model, log),
         "surface": packed(motion[samples]) if moves else None,
         "nominal": _ink(scene.nominal_ink(log, board), board, motion, times),
         "trace": _ink(scene.trace_ink(log, np.zeros(3)), board, motion, times),
