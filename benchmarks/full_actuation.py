@@ -5,6 +5,7 @@
 Pushes: the hovering robot is pushed sideways in a random level direction; how far its body tilts. Tasks:
 each with robots that do not know themselves, surfaces that are not where they should be, and sensors that are
 late. A task counts as done when its tolerance holds. Stability: of the linearised loop while the tip presses.
+Passivity: of the tip's admittance.
 The sections between the markers of docs/full_actuation.md are written anew.
 """
 
@@ -29,7 +30,14 @@ import skylimb
 from skylimb.flights.drivers.native import fly_native
 from skylimb.flights.loading import take_off
 from skylimb.loop.flight import Flight
-from skylimb.verification.stability import at, linearise, operating_point
+from skylimb.verification.stability import (
+    active_bands,
+    at,
+    linearise,
+    operating_point,
+    real_part,
+    tip_port,
+)
 
 PAGE = Path(__file__).parents[1] / "docs" / "full_actuation.md"
 BATCH = 20
@@ -454,6 +462,33 @@ def stability() -> str:
     return "\n".join(rows)
 
 
+PORTS = ("impedance", "admittance", "hybrid", "task_frame")
+FREQUENCIES = np.geomspace(0.05, 95.0, 160)
+SPRINGS = np.geomspace(3.0, 1e5, 28)
+
+
+def passivity() -> str:
+    """Where the tip's admittance is not passive, and which springs make it grow, along each axis."""
+    rows = [
+        "| preset | axis | not passive, Hz | least real part, mm/s per N | springs that make it grow, N/m |",
+        "|---|---|---|---|---|",
+    ]
+    for name in PORTS:
+        controller: Any = skylimb.load_controller(name, skylimb.load_robot("hydrus_xi_quad"))
+        port = tip_port(operating_point(skylimb.load_experiment("paper", REST), controller), np.eye(3))
+        Y = port.admittance(FREQUENCIES)
+        for i, axis in enumerate(("contact axis", "u, sideways", "v, up")):
+            one = Y[:, i : i + 1, i : i + 1]
+            least = real_part(one)
+            where = int(np.argmin(least))
+            bands = ", ".join(f"{low:.2g} to {high:.2g}" for low, high in active_bands(FREQUENCIES, one))
+            worst = f"{1e3 * least[where]:.2g} at {FREQUENCIES[where]:.2g} Hz" if bands else "none below 0"
+            springs = port.along(np.eye(3)[i]).unstable_springs(SPRINGS)
+            said = "none" if springs is None else f"{springs[0]:.0f} to {springs[1]:.0f}"
+            rows.append(f"| `{name}` | {axis} | {bands or 'none'} | {worst} | {said} |")
+    return "\n".join(rows)
+
+
 def section(name: str) -> str:
     """What the page has between the markers of a section."""
     text = PAGE.read_text(encoding="utf-8")
@@ -474,7 +509,7 @@ def write(name: str, text: str) -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--draws", type=int, default=100)
-    parser.add_argument("--part", choices=("pushes", "tasks", "stability"), action="append")
+    parser.add_argument("--part", choices=("pushes", "tasks", "stability", "passivity"), action="append")
     names = [task.experiment for task in TASKS]
     parser.add_argument(
         "--task", choices=names, action="append", default=[], help="of --part tasks: only this"
@@ -484,6 +519,7 @@ def main() -> None:
         "pushes": lambda: pushes(given.draws),
         "tasks": lambda: tasks(given.draws, given.task),
         "stability": stability,
+        "passivity": passivity,
     }
     for name in given.part or parts:
         write(name, parts[name]())

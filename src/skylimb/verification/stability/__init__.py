@@ -5,15 +5,20 @@ from skylimb.verification.stability.flown_growth import flown_growth
 from skylimb.verification.stability.maps import at, edge, stability_map
 from skylimb.verification.stability.modes import Mode
 from skylimb.verification.stability.point import OperatingPoint, operating_point
+from skylimb.verification.stability.port import TipPort, active_bands, real_part, tip_port
 
 __all__ = [
     "ClosedLoop",
     "Mode",
     "OperatingPoint",
+    "TipPort",
+    "active_bands",
     "at",
     "edge",
     "flown_growth",
     "linearise",
     "operating_point",
+    "real_part",
     "stability_map",
+    "tip_port",
 ]

@@ -63,10 +63,7 @@ class ClosedLoop:
     @cached_property
     def in_loop(self) -> np.ndarray:
         """(n,) whether a state is in a loop with the plant."""
-        count, component = connected_components(csr_array(self.matrix != 0.0), connection="strong")
-        mine = np.zeros(count, dtype=bool)
-        mine[component[: self.plant_size]] = True
-        return mine[component]
+        return in_loop(self.matrix, self.plant_size)
 
     @cached_property
     def _values(self) -> np.ndarray:
@@ -143,6 +140,14 @@ class ClosedLoop:
         return found
 
 
+def in_loop(matrix: np.ndarray, plant_size: int) -> np.ndarray:
+    """Whether a state of a loop's matrix (n, n), the plant's first, is in a loop with the plant, (n,)."""
+    count, component = connected_components(csr_array(matrix != 0.0), connection="strong")
+    mine = np.zeros(count, dtype=bool)
+    mine[component[:plant_size]] = True
+    return mine[component]
+
+
 def _parts(names: list[str], left: np.ndarray, right: np.ndarray) -> tuple[tuple[str, float], ...]:
     """Participation of each group of states in a mode: |l_i r_i|, which no choice of units changes."""
     share = abs(left.conj() * right)
@@ -179,20 +184,25 @@ def linearise(
 
 
 def _linearised(point: OperatingPoint) -> ClosedLoop:
-    model, tick, data = point.plant.model, point.tick, point.data()
-    _, controls = evaluate(tick, point.state, data, point.row, point.references, point.gains)
+    data = point.data()
+    _, controls = evaluate(point.tick, point.state, data, point.row, point.references, point.gains)
     A, B = plant_transition(point, controls)
+    K_x, K_s, S_x, S_s = loop_parts(point)
+    matrix = np.block([[A + B @ K_x, B @ K_s], [S_x, S_s]])
+    return ClosedLoop(matrix, (*plant_names(point), *point.names), len(A), point.period)
+
+
+def loop_parts(point: OperatingPoint) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """K_x, K_s, S_x and S_s of the tick at a point; x is the plant's tangent state, s the tick's own."""
+    data, m = point.data(), len(point.state)
     J = np.asarray(
-        tick_jacobian(tick)(
+        tick_jacobian(point.tick)(
             point.state, data.qpos, data.qvel, data.act, data.history, point.row,
             point.references.ravel(), point.gains,
         )
     )  # fmt: skip
-    m = len(point.state)
-    by_state, by_plant = J[:, :m], J[:, m:] @ _to_outputs(model, point.qpos)
-    K_s, K_x, S_s, S_x = by_state[m:], by_plant[m:], by_state[:m], by_plant[:m]
-    matrix = np.block([[A + B @ K_x, B @ K_s], [S_x, S_s]])
-    return ClosedLoop(matrix, (*plant_names(point), *point.names), len(A), point.period)
+    by_state, by_plant = J[:, :m], J[:, m:] @ _to_outputs(point.plant.model, point.qpos)
+    return by_plant[m:], by_state[m:], by_plant[:m], by_state[:m]
 
 
 def _to_outputs(model: mujoco.MjModel, qpos: np.ndarray) -> np.ndarray:

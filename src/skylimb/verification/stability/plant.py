@@ -10,12 +10,16 @@ import numpy as np
 
 from skylimb.errors import ConfigError
 from skylimb.simulation.contact import tune_contact_pair
+from skylimb.simulation.robot_bodies import TIP_SITE
 from skylimb.simulation.surfaces.surface import GEOM
 from skylimb.verification.stability.point import OperatingPoint
 
 STEP = 1e-8
 """Of the finite differences. Small, because the engine keeps a friction coefficient of 1e-5 where none is
 asked for: in larger steps a pen at rest would feel it change sides."""
+
+_PUSH = 1e-3
+"""N, of the same."""
 
 
 def plant_transition(point: OperatingPoint, controls: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -49,6 +53,7 @@ def plant_transition(point: OperatingPoint, controls: np.ndarray) -> tuple[np.nd
             data.qvel[:] += moved[nv : 2 * nv]
             data.act[:] += moved[2 * nv : size]
             data.ctrl[:] += moved[size:]
+            data.xfrc_applied[:] = start.xfrc_applied
             mujoco.mj_step(model, data, point.plant.substeps)
             ends.append((data.qpos.copy(), data.qvel.copy(), data.act.copy()))
         (q_plus, v_plus, a_plus), (q_minus, v_minus, a_minus) = ends
@@ -57,6 +62,34 @@ def plant_transition(point: OperatingPoint, controls: np.ndarray) -> tuple[np.nd
         columns.append(np.concatenate([turned, v_plus - v_minus, a_plus - a_minus]) / (2.0 * STEP))
     both = np.stack(columns, axis=1)
     return both[:, :size], both[:, size:]
+
+
+def push_response(point: OperatingPoint, controls: np.ndarray, axes: np.ndarray) -> np.ndarray:
+    """Derivative of the tangent state over one control period by a force on the tip, held over it, (n, k).
+
+    Args:
+        point: the state.
+        controls: of the tick, held over it.
+        axes: directions of the force, W, (k, 3).
+    """
+    model, columns = point.plant.model, []
+    site = model.site(TIP_SITE).id
+    body, nv = int(model.site_bodyid[site]), model.nv
+    for axis in axes:
+        ends = []
+        for sign in (_PUSH, -_PUSH):
+            data = point.data()
+            data.ctrl[:] = controls
+            force = sign * np.asarray(axis)
+            lever = data.site_xpos[site] - data.xipos[body]
+            data.xfrc_applied[body] += np.concatenate([force, np.cross(lever, force)])
+            mujoco.mj_step(model, data, point.plant.substeps)
+            ends.append((data.qpos.copy(), data.qvel.copy(), data.act.copy()))
+        (q_plus, v_plus, a_plus), (q_minus, v_minus, a_minus) = ends
+        turned = np.zeros(nv)
+        mujoco.mj_differentiatePos(model, turned, 1.0, q_minus, q_plus)
+        columns.append(np.concatenate([turned, v_plus - v_minus, a_plus - a_minus]) / (2.0 * _PUSH))
+    return np.stack(columns, axis=1)
 
 
 def tangent_map(model: mujoco.MjModel, qpos: np.ndarray) -> np.ndarray:

@@ -44,6 +44,7 @@ class OperatingPoint:
         last: the mission's last tick.
         ticks: ticks of the mission so far, for a controller that follows the flight's clock.
         period: s.
+        held: a body's number and the wrench on it that stays, force at its centre of mass, W, (6,); or None.
     """
 
     plant: Plant
@@ -59,6 +60,7 @@ class OperatingPoint:
     last: int
     ticks: int
     period: float
+    held: tuple[int, np.ndarray] | None = None
 
     @property
     def references(self) -> np.ndarray:
@@ -99,6 +101,8 @@ class OperatingPoint:
         """MuJoCo's data in this state."""
         data = mujoco.MjData(self.plant.model)
         data.qpos[:], data.qvel[:], data.act[:] = self.qpos, self.qvel, self.act
+        if self.held is not None:
+            data.xfrc_applied[self.held[0]] = self.held[1]
         mujoco.mj_forward(self.plant.model, data)
         return data
 
