@@ -16,8 +16,8 @@
 
 #define MARK 1936419121.0 /* second word of userdata: the first one is a record's address */
 /* A tick has 8 arguments and 3 results. The rest is room in which it calls functions of its own. */
-#define MOST_ARGUMENTS 128
-#define MOST_RESULTS 64
+#define MOST_ARGUMENTS 512
+#define MOST_RESULTS 128
 
 typedef int (*Tick)(const double** arg, double** res, long long* iw, double* w, int mem);
 

@@ -15,7 +15,7 @@ from skylimb.simulation.plant import Plant
 from skylimb.simulation.scene import USER_WORDS
 from skylimb.simulation.tick import CompiledTick
 
-_MOST_ARGUMENTS, _MOST_RESULTS = 128, 64  # as in flight.c
+_MOST_ARGUMENTS, _MOST_RESULTS = 512, 128  # as in flight.c
 _FOLDER = "native"
 
 
