@@ -12,6 +12,7 @@ from skylimb.control.contact import drawing
 from skylimb.control.contact_machine import RETREAT, SETTLE, SLIDE
 from skylimb.control.controller import load_controller
 from skylimb.control.records import no_contact
+from skylimb.missions.reference import zero_reference
 from skylimb.packing import numeric
 from skylimb.recording import Run
 from skylimb.spatial import rotation_from_rpy
@@ -46,17 +47,53 @@ def test_it_learns_the_friction(runs: dict[str, Run]) -> None:
 
 def test_the_press_comes_and_goes_over_time(runs: dict[str, Run]) -> None:
     log = runs["drawing"].log
-    state, target = log.contact_state.values, log.contact_force_target.values
+    state, target, pace = (log[name].values for name in ("contact_state", "contact_force_target", "pace"))
     dt = float(log.time[1] - log.time[0])
     (begin, *_) = np.flatnonzero((state[1:] == SETTLE) & (state[:-1] != SETTLE)) + 1
-    np.testing.assert_allclose(target[begin + 1], 0.5, atol=0.05)
-    np.testing.assert_allclose(target[begin + round(0.9 / dt)], 1.0, atol=0.05)
+    np.testing.assert_allclose(target[begin + 1], 0.8, atol=0.05)
+    np.testing.assert_allclose(target[begin + round(0.5 / dt)], 0.9, atol=0.03)
+    np.testing.assert_allclose(target[begin + round(1.1 / dt)], 1.0, atol=0.05)
     (leave, *_) = np.flatnonzero((state[1:] == RETREAT) & (state[:-1] != RETREAT)) + 1
-    going = target[leave : leave + round(0.75 / dt)]
-    assert np.all(np.diff(going) <= 1e-9)
-    assert going[0] > 0.7
-    assert going[-1] < 0.1
-    assert np.all(target[leave + round(0.85 / dt) : leave + round(1.2 / dt)] == 0.0)
+    # The path rests at the end of the stroke, and the press goes down to its share.
+    resting = slice(leave - round(0.7 / dt), leave - round(0.1 / dt))
+    assert np.all(pace[resting] == 0.0)
+    assert np.all(np.diff(target[resting]) <= 1e-9)
+    assert target[leave] == pytest.approx(0.3, abs=0.03)
+    assert np.all(target[leave + round(0.25 / dt) : leave + round(1.0 / dt)] == 0.0)
+
+
+def test_it_lifts_without_tails(runs: dict[str, Run]) -> None:
+    scores = runs["drawing"].metrics
+    assert scores["lift_touch_time"] < 0.08 * scores["lift_time"]
+    assert scores["pen_line_max"] < 0.008
+
+
+def test_the_way_back_never_leads_into_the_surface(runs: dict[str, Run]) -> None:
+    """The nominal surface lies before the real one at the first stroke and behind it at the others."""
+    log = runs["drawing"].log
+    state, tip = log.contact_state.values, log.tip_position.values[:, 0]
+    dt = float(log.time[1] - log.time[0])
+    leaves = np.flatnonzero((state[1:] == RETREAT) & (state[:-1] != RETREAT)) + 1
+    assert len(leaves) == 3
+    for leave in leaves:
+        assert tip[leave + round(1.0 / dt)] < tip[leave] - 0.015
+
+
+@pytest.mark.parametrize("behind", [-0.1, 0.1])
+def test_a_lift_goes_back_by_the_hop_wherever_the_nominal_surface_is(
+    make_inputs: Any, make_start: Any, behind: float
+) -> None:
+    gains = numeric(drawing.Gains())
+    machine = numeric(drawing.initial_state(drawing.Gains(), make_start())).following.machine
+    state = numeric(drawing.initial_state(drawing.Gains(), make_start()))
+    place = 1.0
+    for tick in range(600):
+        moved = machine._replace(state=RETREAT, since=0.4 + 0.005 * tick)
+        inner = state.following._replace(machine=moved, axis_position=place)
+        inputs = make_inputs(reference={"tip_position": np.array([1.0 + behind, 0.0, 0.0])})
+        place, velocity = drawing._back(gains, state._replace(following=inner), moved, 1.0, inputs)
+        assert float(velocity) <= 0.0
+    assert float(place) == pytest.approx(1.0 + min(behind, -drawing.Gains().hop), abs=1e-6)
 
 
 def test_the_expected_torque_is_taken_off_by_its_share(make_inputs: Any, model: Any) -> None:
@@ -86,12 +123,15 @@ def test_a_path_waits_for_its_pen_no_slower_than_it_should(make_inputs: Any, mak
     for behind in (0.003, 0.006, 0.02):
         moving = {"tip_velocity": np.array([0.0, 0.05, 0.0]), "touch": 1.0, "wait": 1.0}
         moving |= {"tip_position": np.array([1.0, behind, 0.0])}
+        moving |= {"ahead": (zero_reference(3, 4)._replace(touch=1.0),)}
         inputs = make_inputs(
             force=np.array([-1.0, 0.0, 0.0]),
             contact_force=-1.0,
             reference=moving,
         )
-        _, _, signals = drawing.step(numeric(gains), numeric(state._replace(following=slides)), inputs)
+        _, _, signals = drawing.step(
+            numeric(gains), numeric(state._replace(following=slides, loaded=1.0)), inputs
+        )
         paces.append(float(signals["pace"]))
     assert paces == pytest.approx([1.0, 0.5, 0.4])
 
@@ -103,5 +143,6 @@ def test_it_is_following_but_for_what_it_says(robot: Any) -> None:
     assert mine["shape"] == other["shape"]
     changed = {key for key in other["translation"] if mine["translation"][key] != other["translation"][key]}
     assert changed == {
-        *("stiffness", "damping_ratio", "cancel", "cancel_speed", "feed", "swing", "swing_cutoff")
+        *("stiffness", "damping_ratio", "cancel", "cancel_speed", "feed"),
+        *("swing", "swing_cutoff", "swing_speed"),
     }

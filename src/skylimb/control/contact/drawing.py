@@ -2,7 +2,10 @@
 
 Pressing tilts the robot, and a tilt moves the pen: 1 N of force is 20 mrad of hydrus_xi_quad, and 15 mm at
 its tip. A press that comes or goes at once draws that as a tail. So it comes over `load_time` after a touch,
-and goes over `unload_time` before the pen leaves.
+and most of it goes before the pen leaves: at the end of a stroke, which the mission shows `AHEAD`, the path
+rests for `unload_time` while the press goes down to a share `unload_to`. Then the pen leaves, and that share
+goes over `leave_time`. It goes back from where it is, by `hop` at least: the mission's way out begins at the
+nominal surface, which may lie behind the real one.
 
 What surface and friction are expected to push with across the contact axis goes to the laws after this one
 (`ContactView.across`), so that force and torque are there when the path turns, not when the observer has seen
@@ -11,11 +14,11 @@ it.
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import field, replace
 from typing import Annotated, Any, NamedTuple
 
 from skylimb.control.contact import following
-from skylimb.control.contact_machine import RETREAT, SETTLE, MachineState, is_in
+from skylimb.control.contact_machine import RETREAT, MachineState, is_in
 from skylimb.control.needs import Needs
 from skylimb.control.records import ContactView, LawInput
 from skylimb.estimation.friction import (
@@ -31,6 +34,9 @@ from skylimb.keys import Key, configuration
 from skylimb.spatial import cross, dot
 from skylimb.symbolic import clip, vector, where
 
+AHEAD = 0.05
+"""How long before the end of a stroke the path rests, s on the mission's clock."""
+
 
 @configuration
 class Gains(following.Gains):
@@ -44,27 +50,58 @@ class Gains(following.Gains):
         float, Key("", "share of the wanted force with which it begins", low=0.05, high=1.0)
     ] = 0.5
     unload_time: Annotated[
-        float, Key("s", "time in which the press goes before the pen leaves", above=0.0, high=60.0)
+        float,
+        Key(
+            "s",
+            "time in which the press goes while the path rests at the end of a stroke",
+            above=0.0,
+            high=60.0,
+        ),
     ] = 0.8
+    unload_to: Annotated[
+        float, Key("", "share of the press that is left when the pen leaves", above=0.0, high=1.0)
+    ] = 0.35
+    leave_time: Annotated[
+        float, Key("s", "time in which that share goes as the pen leaves", above=0.0, high=60.0)
+    ] = 0.3
+    hop: Annotated[
+        float, Key("m", "way back from the surface which no lift falls short of", above=0.0, high=1.0)
+    ] = 0.025
+    retreat_ramp: Annotated[
+        float, Key("s", "time over which the tip gets to its speed on the way back", above=0.0, high=60.0)
+    ] = 0.3
 
 
 class State(NamedTuple):
-    """Of `following`; friction; whether the pen touched at the last tick, and 1 while the press goes."""
+    """What the law remembers.
+
+    Attributes:
+        following: of that law.
+        friction: what is learnt of it.
+        engaged: 1 where the pen touched at the last tick.
+        leaving: 1 while the press goes and the pen leaves.
+        left: where along the contact axis the pen touched last, m.
+        loaded: how much of the time after a touch has gone by, 0 to 1.
+        ending: how much of the rest at the end of the stroke has gone by, 0 to 1.
+    """
 
     following: following.State
     friction: FrictionState
     engaged: Any
     leaving: Any
+    left: Any
+    loaded: Any
+    ending: Any
 
 
 def needs(gains: Gains) -> Needs:
-    """It sets the pace."""
-    return following.needs(gains)
+    """It sets the pace, and looks ahead for the end of a stroke."""
+    return replace(following.needs(gains), preview=(AHEAD,))
 
 
 def initial_state(gains: Gains, start: Start) -> State:
     """In the air, at rest."""
-    return State(following.initial_state(gains, start), initial_friction_state(gains.friction), 0.0, 0.0)
+    return State(following.initial_state(gains, start), initial_friction_state(gains.friction), *(0.0,) * 5)
 
 
 def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView, Signals]:
@@ -75,13 +112,28 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     v = cross(a, u)
 
     leaving = _leaving(gains, state, inner.machine)
-    ease = where(leaving > 0.5, 1.0 - inner.machine.since / gains.unload_time, _loaded(gains, inner.machine))
+    ease = where(leaving > 0.5, 1.0 - inner.machine.since / gains.leave_time, 1.0)
+    loaded = clip(state.loaded + inputs.dt / gains.load_time, 0.0, 1.0) * view.engaged
+    ease = ease * where(view.engaged > 0.5, gains.load_from + (1.0 - gains.load_from) * loaded, 1.0)
     engaged = clip(view.engaged + leaving, 0.0, 1.0)
+    # Who steers by hand has nothing ahead: then the press goes as the pen leaves.
+    soon = reference.ahead[0] if reference.ahead else reference
+    ends = where(soon.touch < 0.5, 1.0, 0.0) * where(reference.touch > 0.5, 1.0, 0.0)
+    ending = clip(state.ending + ends * inputs.dt / gains.unload_time, 0.0, 1.0) * engaged
+    ease = ease * (1.0 - (1.0 - gains.unload_to) * ending)
     # The way back begins where the pen is when the press has gone.
     here = dot(a, estimate.body.position + estimate.arm)
-    held = where(leaving > 0.5, here, inner.axis_position)
-    inner = inner._replace(axis_position=held)
-    view = view._replace(engaged=engaged, ease=view.ease * ease, axis_position=held)
+    left = where(engaged > 0.5, here, state.left)
+    back, velocity = _back(gains, state, inner.machine, left, inputs)
+    retreating = is_in(inner.machine.state, RETREAT)
+    place = where(leaving > 0.5, here, where(retreating > 0.5, back, inner.axis_position))
+    velocity = where(leaving > 0.5, 0.0, where(retreating > 0.5, velocity, view.axis_velocity))
+    # The path rests at the end of a stroke until the press has gone.
+    pace = where(ends * engaged * (1.0 - ending) > 1e-9, 0.0, inner.pace)
+    begun = clip(loaded, gains.least_pace, 1.0)
+    pace = where(view.engaged * where(pace > begun, 1.0, 0.0) > 0.5, begun, pace)
+    inner = inner._replace(axis_position=place, pace=pace)
+    view = view._replace(engaged=engaged, ease=view.ease * ease, axis_position=place, axis_velocity=velocity)
 
     path = vector(dot(u, reference.tip_velocity), dot(v, reference.tip_velocity))
     seen = vector(dot(u, estimate.wrench.force), dot(v, estimate.wrench.force))
@@ -89,18 +141,24 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     friction = follow_friction(gains.friction, state.friction, seen, share, path, inputs.dt)
     across = expected_across(state.friction, share, direction(gains.friction, path))
     view = view._replace(across=u * across[0] + v * across[1])
-    signals = {**signals, "friction_estimate": friction.friction}
-    return State(inner, friction, engaged, leaving), view, signals
+    signals = {**signals, "pace": pace, "friction_estimate": friction.friction}
+    return State(inner, friction, engaged, leaving, left, loaded, ending), view, signals
 
 
 def _leaving(gains: Any, state: State, machine: MachineState) -> Any:
     """1 while the pen should leave and its press has not gone."""
     from_touch = where(state.engaged + state.leaving > 0.5, 1.0, 0.0)
-    soon = where(machine.since < gains.unload_time, 1.0, 0.0)
+    soon = where(machine.since < gains.leave_time, 1.0, 0.0)
     return is_in(machine.state, RETREAT) * soon * from_touch
 
 
-def _loaded(gains: Any, machine: MachineState) -> Any:
-    """Share of the press after a touch."""
-    grown = clip(gains.load_from + (1.0 - gains.load_from) * machine.since / gains.load_time, 0.0, 1.0)
-    return where(is_in(machine.state, SETTLE) > 0.5, grown, 1.0)
+def _back(gains: Any, state: State, machine: MachineState, left: Any, inputs: LawInput) -> tuple[Any, Any]:
+    """Place (m) and speed (m/s) along the axis on the way back, to where the mission wants the lifted pen."""
+    reference, before = inputs.reference, state.following.axis_position
+    nominal = dot(reference.contact_axis, reference.tip_position)
+    clear = left - gains.hop
+    aim = where(reference.touch < 0.5, where(nominal < clear, nominal, clear), nominal)
+    gathering = clip((machine.since - gains.leave_time) / gains.retreat_ramp, 0.05, 1.0)
+    most = gains.retreat_speed * gathering * inputs.dt
+    step = clip(aim - before, -most, most)
+    return before + step, step / inputs.dt

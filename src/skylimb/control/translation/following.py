@@ -118,6 +118,10 @@ class Gains:
     swing_cutoff: Annotated[
         float, Key("Hz", "cut-off of the low pass on that motion", above=0.0, high=1e4)
     ] = 1.0
+    swing_speed: Annotated[
+        float,
+        Key("m/s", "speed of the path from which none of that motion is counted", above=0.0, high=10.0),
+    ] = 10.0
     error_limit: Annotated[
         float,
         Key(
@@ -172,10 +176,11 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, Array, Sign
     share = clip(contact.speed / gains.cancel_speed, 0.0, 1.0)
     swing = cross(body.R_WC @ body.angular_velocity, estimate.arm)
     swing = low_pass(state.swing, swing, 2.0 * math.pi * gains.swing_cutoff, dt)
+    counted = 1.0 - clip(contact.speed / gains.swing_speed, 0.0, 1.0)
     total, slow = m * GRAVITY_W, []
     for axis, i in ((u, 1), (v, 2)):
         error = clip(dot(axis, body.position - target), -gains.error_limit, gains.error_limit)
-        error_rate = dot(axis, body.velocity + gains.swing[i - 1] * swing - reference.tip_velocity)
+        error_rate = dot(axis, body.velocity + gains.swing[i - 1] * counted * swing - reference.tip_velocity)
         wanted = dot(axis, reference.tip_acceleration) - damping[i] * error_rate - gains.stiffness[i] * error
         unexpected = dot(axis, force - gains.feed * contact.across)
         rubbing = clip(unexpected, -gains.cancel_limit, gains.cancel_limit)
