@@ -20,6 +20,7 @@ from skylimb.estimation.records import Signals, Start, Wrench
 from skylimb.keys import configuration
 from skylimb.planning.vectoring import ONLINE
 from skylimb.planning.vectoring_step import RATE, STEP, first_vectoring, plan_when
+from skylimb.robots.model import Robot
 from skylimb.symbolic import Array, where
 
 _NEVER = 1e9
@@ -31,22 +32,27 @@ class Gains(bounded.ThrustGains):
     """Those of `bounded`; the plan has none, so that a rehearsal needs no controller."""
 
 
-class State(NamedTuple):
-    """What the law remembers.
+class Plan(NamedTuple):
+    """Where the vectoring angles are on their way between two plans.
 
     Attributes:
-        bounded: what the thrusts' law remembers.
         begin: vectoring angles where the way between two plans begins, rad, (nv,).
         end: where it ends, rad, (nv,).
         ticks: since the last plan.
         margin: of the last plan, N m.
     """
 
-    bounded: bounded.State
     begin: Array
     end: Array
     ticks: Any
     margin: Any
+
+
+class State(NamedTuple):
+    """What the thrusts' law remembers, and the plan."""
+
+    bounded: bounded.State
+    plan: Plan
 
     @property
     def residual(self) -> Wrench:
@@ -74,9 +80,41 @@ def initial_state(gains: Gains, start: Start) -> State:
     Raises:
         AllocationError: no vectoring angles let it hover there.
     """
-    first = first_vectoring(start.robot)
-    state = bounded.initial_state(gains, start)
-    return State(state, first.angles, first.angles, _NEVER, first.margin)
+    return State(bounded.initial_state(gains, start), initial_plan(start.robot))
+
+
+def initial_plan(robot: Robot) -> Plan:
+    """The best angles of the nominal posture.
+
+    Raises:
+        AllocationError: no vectoring angles let it hover there.
+    """
+    first = first_vectoring(robot)
+    return Plan(first.angles, first.angles, _NEVER, first.margin)
+
+
+def next_plan(robot: Robot, plan: Plan, joint_angles: Array, dt: float) -> Plan:
+    """The plan of the next tick: a new one twenty times a second.
+
+    Args:
+        robot: the controller's model.
+        plan: of the last tick.
+        joint_angles: commanded, rad, (nq,).
+        dt: control period, s.
+    """
+    due = plan.ticks >= _period(dt)
+    end, margin = plan_when(robot, due, joint_angles, plan.end, STEP, plan.margin)
+    begin, ticks = where(due, plan.end, plan.begin), where(due, 0.0, plan.ticks) + 1.0
+    return Plan(begin, end, ticks, margin)
+
+
+def angles_of(plan: Plan, dt: float) -> Array:
+    """Vectoring angles of this tick, rad, (nv,)."""
+    return plan.begin + (plan.ticks / _period(dt)) * (plan.end - plan.begin)
+
+
+def _period(dt: float) -> int:
+    return round(1.0 / (RATE * dt))
 
 
 def aim(gains: Any, state: State, inputs: LawInput, force: Array) -> Array:
@@ -86,13 +124,7 @@ def aim(gains: Any, state: State, inputs: LawInput, force: Array) -> Array:
 
 def step(gains: Any, state: State, inputs: LawInput, demand: Demand) -> tuple[State, Allocated, Signals]:
     """Vectoring angles on their way to the last plan, and thrusts within limits and rates."""
-    period = round(1.0 / (RATE * inputs.dt))
-    due = state.ticks >= period
-    end, margin = plan_when(inputs.robot, due, demand.joint_angles, state.end, STEP, state.margin)
-    begin, ticks = where(due, state.end, state.begin), where(due, 0.0, state.ticks) + 1.0
-    angles = begin + (ticks / period) * (end - begin)
-    inner, given, signals = bounded.step(
-        gains, state.bounded, inputs, demand._replace(vectoring_angles=angles)
-    )
-    new = State(inner, begin, end, ticks, margin)
-    return new, given, {**signals, "vectoring_margin": margin}
+    plan = next_plan(inputs.robot, state.plan, demand.joint_angles, inputs.dt)
+    demand = demand._replace(vectoring_angles=angles_of(plan, inputs.dt))
+    inner, given, signals = bounded.step(gains, state.bounded, inputs, demand)
+    return State(inner, plan), given, {**signals, "vectoring_margin": plan.margin}

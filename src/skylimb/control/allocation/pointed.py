@@ -1,0 +1,121 @@
+"""All six directions around vectoring angles that are planned in flight: thrusts and angles give the wrench.
+
+The plan is that of `planned`. Around it thrusts and angles together give force and torque
+(`control.pointing`), so the body stays level, and a torque has no side force that only a tilt could take off
+again. It is for robots whose thrusts alone push far to the side when they turn it, as DRAGON's do.
+
+The target attitude is that of {C}, which the moves turn in the body. So `aim` returns the force along which z
+of {C} lies while the body is level.
+"""
+
+from __future__ import annotations
+
+from dataclasses import field
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from skylimb.control.allocation import planned
+from skylimb.control.level_moves import nominal_rotation
+from skylimb.control.needs import Needs
+from skylimb.control.pointing import Pointed, Pointing, pointed
+from skylimb.control.records import Allocated, Command, Demand, LawInput
+from skylimb.control.rotor_lag import RotorLag, lead_thrusts
+from skylimb.control.thrusts import rotor_wrench, thrust_limits
+from skylimb.errors import ConfigError
+from skylimb.estimation.records import Signals, Start, Wrench
+from skylimb.keys import configuration
+from skylimb.robots.model import Robot
+from skylimb.spatial import rot_z, rpy_from_rotation
+from skylimb.symbolic import Array, stack
+
+
+@configuration
+class Gains:
+    """Moves around the plan, and how fast rotors follow."""
+
+    pointing: Pointing = field(default_factory=Pointing)
+    rotor_lag: RotorLag = field(default_factory=RotorLag)
+
+
+class State(NamedTuple):
+    """What the law remembers.
+
+    Attributes:
+        plan: vectoring angles as they are planned.
+        thrusts: modelled, N, (n,).
+        pointed: thrusts and moves of the last tick.
+        residual: wanted less given wrench of the last tick, W and C.
+    """
+
+    plan: planned.Plan
+    thrusts: Array
+    pointed: Pointed
+    residual: Wrench
+
+
+def needs(gains: Gains) -> Needs:
+    """It takes off with the best angles of the nominal posture, and searches no table."""
+    return planned.needs(planned.Gains())
+
+
+def require(gains: Gains, dt: float) -> None:
+    """Raise a `ConfigError` for a control rate below that of the plans."""
+    planned.require(planned.Gains(), dt)
+
+
+def initial_state(gains: Gains, start: Start) -> State:
+    """Hovering at the angles of the nominal posture, no move made.
+
+    Raises:
+        AllocationError: no vectoring angles let it hover there.
+        ConfigError: for a robot whose rotors do not turn in enough directions.
+    """
+    robot = start.robot
+    _require_turning_rotors(robot)
+    hover = start.hover_thrusts
+    still = Pointed(hover, np.zeros(robot.n_vectoring))
+    return State(planned.initial_plan(robot), hover, still, Wrench(np.zeros(3), np.zeros(3)))
+
+
+def aim(gains: Any, state: State, inputs: LawInput, force: Array) -> Array:
+    """The force along which {C} has to point, W, N, (3,), with the body level."""
+    body = inputs.estimate.body
+    R_WN = nominal_rotation(
+        inputs.robot, body, inputs.measurement.joint_angles, planned.angles_of(state.plan, inputs.dt)
+    )
+    up = R_WN.T @ body.R_WC[:, 2]
+    return rot_z(rpy_from_rotation(body.R_WC)[2]) @ up * (force[2] / up[2])
+
+
+def step(gains: Any, state: State, inputs: LawInput, demand: Demand) -> tuple[State, Allocated, Signals]:
+    """Thrusts and vectoring angles for the whole wrench."""
+    body, dt = inputs.estimate.body, inputs.dt
+    limits = thrust_limits(inputs.robot)
+    plan = planned.next_plan(inputs.robot, state.plan, demand.joint_angles, dt)
+    angles = planned.angles_of(plan, dt)
+    R = body.model.R_root_C
+    wrench = stack(R @ (body.R_WC.T @ demand.force), R @ demand.torque)
+    new, missing = pointed(
+        gains.pointing, inputs.robot, state.pointed, inputs.measurement.joint_angles, angles, wrench, dt
+    )
+    led = lead_thrusts(gains.rotor_lag, state.thrusts, new.thrusts, limits, dt)
+    # What the angles give late is no shortage, or integrators would hold whenever an angle moves.
+    residual = rotor_wrench(body, missing)
+    signals = {
+        "allocation_residual_force": residual.force,
+        "allocation_residual_torque": residual.torque,
+        "vectoring_move": new.move,
+        "vectoring_margin": plan.margin,
+    }
+    command = Command(led.command, demand.joint_angles, angles + new.move)
+    state = State(plan, led.end, new, residual)
+    return state, Allocated(command, rotor_wrench(body, led.mean)), signals
+
+
+def _require_turning_rotors(robot: Robot) -> None:
+    if robot.n_vectoring < 2:
+        raise ConfigError(
+            f"allocation.law = 'pointed' turns rotors for a wrench in six directions; those of "
+            f"'{robot.name}' turn about {robot.n_vectoring} vectoring joints, so it has to be 'bounded' or 'planned'"
+        )
