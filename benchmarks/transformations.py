@@ -53,7 +53,11 @@ TOGETHER = 4  # flights at once
 PAGE = Path(__file__).parents[1] / "docs" / "feasibility.md"
 PLANS = PAGE.parents[1] / "out" / "transformations"
 KEPT = PAGE.with_name("transformations.json")
-LAW: dict[str, Any] = {"allocation.leak.compensate": True, "allocation.hold_lift": True}
+LAW: dict[str, Any] = {
+    "allocation.leak.compensate": True,
+    "allocation.hold_lift": True,
+    "translation.integral": [0.5, 0.5, 1.55],
+}
 FLOWN_WITH: dict[str, tuple[str, dict[str, Any]]] = {
     "hydrus_xi_quad": ("planned", LAW),
     "hydrus_quad": ("planned", LAW),
@@ -61,7 +65,6 @@ FLOWN_WITH: dict[str, tuple[str, dict[str, Any]]] = {
         "planned",
         {
             **LAW,
-            "translation.integral": [0.5, 0.5, 1.55],
             "attitude.virtual_inertia_ratio": [1.0, 1.0, 1.0],
             "attitude.normalized_stiffness": [40.0, 40.0, 1.0],
         },
@@ -77,10 +80,10 @@ FLOWN_WITH: dict[str, tuple[str, dict[str, Any]]] = {
 }
 """Allocation law and gains that differ from those of `pid`, by robot."""
 HEAD = (
-    "| robot | tours | feasible, no way found | pairs flown | of them by a detour | no way "
+    "| robot | postures | tours | feasible, no way found | pairs flown | of them by a detour | no way "
     "| lost, of flights | m off: median, "
     "most of a flight | step, rad | least margin, N m | ms of processor a plan: median, 99 %, most |",
-    "|---|---|---|---|---|---|---|---|---|---|---|",
+    "|---|---|---|---|---|---|---|---|---|---|---|---|",
 )
 BEGIN, END = "<!-- transformations: written by benchmarks/transformations.py -->", "<!-- end -->"
 
@@ -89,6 +92,7 @@ BEGIN, END = "<!-- transformations: written by benchmarks/transformations.py -->
 class Flown:
     """What the flights of a robot showed."""
 
+    postures: int = 0
     drawn: int = 0
     islands: int = 0
     pairs: int = 0
@@ -228,7 +232,7 @@ def row(robot: Robot, flown: Flown) -> str:
     """A line of the table."""
     away, times = np.array(flown.away), np.array(flown.times)
     return (
-        f"| `{robot.name}` | {flown.tours} | {flown.islands} | {flown.pairs} "
+        f"| `{robot.name}` | {flown.postures} | {flown.tours} | {flown.islands} | {flown.pairs} "
         f"| {flown.detours} | {flown.no_way} "
         f"| {flown.lost} of {flown.flights} | {np.median(away):.3f}, {away.max():.3f} "
         f"| {flown.step:.3f} | {flown.margin:.2f} "
@@ -247,7 +251,7 @@ def main() -> None:
         for name in given.robots:
             robot = skylimb.load_robot(name)
             controller = controller_of(robot, Path(folder))
-            flown = Flown()
+            flown = Flown(given.postures)
             for tour, kept in enumerate(plans(robot, given.postures, given.tours)):
                 flown.islands, flown.tours = kept["islands"], tour + 1
                 flown.pairs, flown.detours = flown.pairs + kept["pairs"], flown.detours + kept["detours"]

@@ -116,6 +116,7 @@ def step(gains: Any, state: State, inputs: LawInput, demand: Demand) -> tuple[St
 def _require_turning_rotors(robot: Robot) -> None:
     if robot.n_vectoring < 2:
         raise ConfigError(
-            f"allocation.law = 'pointed' turns rotors for a wrench in six directions; those of "
-            f"'{robot.name}' turn about {robot.n_vectoring} vectoring joints, so it has to be 'bounded' or 'planned'"
+            "allocation.law = 'pointed' turns rotors for a wrench in six directions; those of "
+            f"'{robot.name}' turn about {robot.n_vectoring} vectoring joints, so it has to be 'bounded' or "
+            "'planned'"
         )
