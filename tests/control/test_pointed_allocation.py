@@ -5,11 +5,15 @@ import pytest
 
 import skylimb
 from skylimb.control.allocation import planned, pointed
+from skylimb.control.controller import load_controller
 from skylimb.control.pointing import Pointed, Pointing
 from skylimb.control.pointing import pointed as point
 from skylimb.control.preset import PRESETS
 from skylimb.errors import ConfigError
 from skylimb.estimation.records import Start
+from skylimb.experiments.experiment import load_experiment
+from skylimb.flights.drivers.native import function as native
+from skylimb.flights.takeoff import prepare
 from skylimb.packing import numeric
 from skylimb.planning.vectoring_step import RATE, STEP, first_vectoring
 from skylimb.robots.model import GRAVITY
@@ -103,6 +107,20 @@ def test_dragon_bends_out_of_its_plane_and_stays_on_its_place(flight):
     away = np.linalg.norm(log["cog_position"].values - log["cog_position_reference"].values, axis=1)
     assert away.max() < 0.05
     assert np.degrees(log["tilt"].values.max()) < 6.0
+
+
+@pytest.mark.parametrize("law", ["bounded", "pointed"])
+def test_its_tick_fits_the_native_driver(dragon, law, tmp_path):
+    """Searches within limits are nested functions, whose work space adds up."""
+    path = tmp_path / f"{law}.toml"
+    text = (PRESETS / "pid.toml").read_text()
+    path.write_text(text.replace('law = "pseudoinverse"', f'law = "{law}"'))
+    robot = dragon if law == "pointed" else skylimb.load_robot("hydrus_quad")
+    experiment = load_experiment("free_flight", {"robot": robot.name, "posture.waypoints": []})
+    tick = prepare(experiment, robot, load_controller(str(path), robot)).tick.function
+    assert tick.sz_arg() <= native._MOST_ARGUMENTS
+    assert tick.sz_res() <= native._MOST_RESULTS
+    assert tick.sz_iw() == 0
 
 
 def test_the_plan_never_jumps(flight):
