@@ -7,7 +7,7 @@ with x = (lambda - lambda_0, psi - psi_0), thrusts in shares of the weight, and 
     x_new = B^T (B B^T + mu E)^-1 (w - Q(psi) lambda + B x),      B = d(Q(psi) lambda)/dx exactly.
 
 Where a thrust or an angle is at its limit, the others make up for it: the nearest x within the limits is
-taken (`control.box_least_squares`). A torque by the thrusts alone pushes DRAGON to the side with 5 to 20 N
+taken (`control.box_least_squares`). A torque by the thrusts alone pushes DRAGON to the side with 5 to 12 N
 for each N m; so taken it does not.
 """
 
