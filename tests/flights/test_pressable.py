@@ -2,6 +2,7 @@
 
 import warnings
 
+import numpy as np
 import pytest
 
 import skylimb
@@ -47,3 +48,13 @@ def test_drag_that_cannot_be_held_is_a_warning() -> None:
         warn_of_friction(steady, takeoff.robot, takeoff.controller)
     with pytest.warns(UserWarning, match="6 N is doubtful: at a friction of 1.5"):
         take_off(dragged, ["following"], set={FORCE: 6.0})
+
+
+@pytest.mark.parametrize(("degrees", "most"), [(20.0, 3.4), (-20.0, 2.9)])
+def test_the_slope_counts_with_the_drag(degrees: float, most: float) -> None:
+    leaning = {"surface.slope": np.radians(degrees), "surface.friction": 0.8}
+    with pytest.warns(UserWarning, match=rf"{degrees:g} degrees hydrus_xi_quad can hold about {most}"):
+        take_off("paper", ["following"], set={FORCE: 5.0, **leaning})
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        take_off("paper", ["following"], set={FORCE: most - 0.1, **leaning})

@@ -11,6 +11,7 @@ import logging
 import os
 import sys
 import traceback
+import warnings
 from collections.abc import Sequence
 
 from skylimb.cli.arguments import parse, verb_help
@@ -59,7 +60,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     # What a warning says is printed with the results, not in between.
     logging.getLogger("skylimb").addHandler(logging.NullHandler())
     try:
-        return _dispatch(arguments)
+        with warnings.catch_warnings():
+            warnings.showwarning = _warn
+            return _dispatch(arguments)
     except SkylimbError as error:
         if debug:
             traceback.print_exception(error)
@@ -103,6 +106,11 @@ def _overview() -> str:
         "`skylimb VERB --help` says more of each; `skylimb --version` which one this is; --debug shows where "
         "an error comes from."
     )
+
+
+def _warn(message: Warning | str, *_: object) -> None:
+    """Show a warning as a line for who reads it, without the place in the code."""
+    print(f"skylimb: warning: {' '.join(str(message).split())}", file=sys.stderr)
 
 
 def _complain(message: str, code: int) -> int:

@@ -44,14 +44,18 @@ def require_pressable(experiment: Experiment, robot: Robot, controller: Controll
 
 
 def warn_of_friction(experiment: Experiment, robot: Robot, controller: Controller) -> None:
-    """Warn where the force could be held, but not with friction's drag to every side."""
+    """Warn where the force could be held, but not along the surface's own normal with drag to every side."""
     needs, friction = _hardest(experiment, controller), float(getattr(experiment.surface, "friction", 0.0))
     if not experiment.approach.contact or needs.force <= 0.0 or friction <= 0.0:
         return
-    if not _drags(robot, needs, tuple(experiment.contact_axis), experiment.terminations.tilt, friction):
+    axis, tilt = tuple(experiment.contact_axis), experiment.terminations.tilt
+    slope = float(getattr(experiment.surface, "slope", 0.0))
+    most = _most_dragged(robot, needs, axis, tilt, friction, tuple(experiment.surface.R_WS.ravel()))
+    if most < needs.force:
+        leaning = f" and a slope of {np.degrees(slope):.3g} degrees" if slope else ""
         warnings.warn(
-            f"a force of {needs.force:g} N is doubtful: at a friction of {friction:g} {robot.name} cannot "
-            "hold it in its nominal posture while the pen is dragged to every side",
+            f"a force of {needs.force:g} N is doubtful: at a friction of {friction:g}{leaning} {robot.name} "
+            f"can hold about {most:.1f} N in its nominal posture while the pen is dragged to every side",
             UserWarning,
             stacklevel=2,
         )
@@ -76,18 +80,34 @@ def _most(robot: Robot, needs: Needs, axis: tuple[float, float, float], tilt: fl
 
 
 @functools.lru_cache(maxsize=64)
-def _drags(
-    robot: Robot, needs: Needs, axis: tuple[float, float, float], tilt: float, friction: float
-) -> bool:
-    """Whether the force can be held with the drag of friction to each side."""
-    q, psi, direction = _posture(robot, needs, axis)
-    frame = contact_frame(axis)
-    turn = rot_z(-frame.heading)
-    sides = [sign * turn @ side for side in (frame.sliding_u, frame.sliding_v) for sign in (1.0, -1.0)]
-    return all(
-        can_push(robot, q, psi, needs.force * (direction + friction * side), tilt, needs.moves)
-        for side in sides
-    )
+def _most_dragged(
+    robot: Robot,
+    needs: Needs,
+    axis: tuple[float, float, float],
+    tilt: float,
+    friction: float,
+    surface: tuple[float, ...],
+) -> float:
+    """The greatest force up to the commanded one that can be held with the drag of friction to each side, N.
+
+    Args:
+        robot: that pushes.
+        needs: of its controller, with the force.
+        axis: contact axis of the mission, which gives the heading.
+        tilt: the greatest, rad.
+        friction: coefficient.
+        surface: rotation R_WS row by row; its first column is the normal, into the surface.
+    """
+    q, psi, _ = _posture(robot, needs, axis)
+    into, *along = (rot_z(-contact_frame(axis).heading) @ np.reshape(surface, (3, 3))).T
+    most = needs.force
+    for side in (sign * friction * one for one in along for sign in (1.0, -1.0)):
+        push = into + side
+        if not can_push(robot, q, psi, most * push, tilt, needs.moves):
+            # `greatest_push` wants a unit direction; its answer is the whole push, of which a part presses.
+            size = float(np.linalg.norm(push))
+            most = greatest_push(robot, q, psi, push / size, most * size, tilt, needs.moves) / size
+    return most
 
 
 def _posture(
