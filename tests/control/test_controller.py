@@ -81,7 +81,7 @@ def test_laws_are_the_files_of_their_folder() -> None:
         "shape": ["admittance", "fixed", "recentring"],
         "translation": ["following", "impedance", "pid", "task_frame"],
         "attitude": ["firm", "impedance", "task_frame"],
-        "allocation": ["bounded", "level", "planned", "pseudoinverse", "vectored"],
+        "allocation": ["bounded", "level", "planned", "pointed", "pseudoinverse", "vectored"],
     }
     assert find_law("shape", "fixed", Path()).__name__ == "skylimb.control.shape.fixed"
     assert find_law("estimation", "momentum", Path()).__name__ == "skylimb.estimation.laws.momentum"
