@@ -19,7 +19,7 @@ from skylimb.ros1.messages import Imu, Joints, Pose
 from skylimb.ros1.outputs import Names
 from skylimb.ros1.rim.definitions import Definitions
 from skylimb.ros1.rim.inbox import Inbox, Raw
-from skylimb.ros1.rim.translate import message_of
+from skylimb.ros1.rim.writing import message_of
 from skylimb.ros1.topics import Topic, spoken
 from steered import ready
 

@@ -36,7 +36,8 @@ from skylimb.ros1.messages import (
 )
 from skylimb.ros1.rim.definitions import Definitions
 from skylimb.ros1.rim.inbox import LONGEST, MOST, Inbox, Raw
-from skylimb.ros1.rim.translate import message_of, plain
+from skylimb.ros1.rim.reading import plain
+from skylimb.ros1.rim.writing import message_of
 from skylimb.ros1.states import FlightState
 from skylimb.ros1.topics import Topic, spoken
 from steered import ready

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 from skylimb.ros1.desk import Arrived
 from skylimb.ros1.rim.definitions import Definitions
-from skylimb.ros1.rim.translate import plain
+from skylimb.ros1.rim.reading import plain
 from skylimb.ros1.topics import Topic
 
 _log = logging.getLogger(__name__)

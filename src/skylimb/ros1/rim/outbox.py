@@ -9,7 +9,7 @@ from typing import Any
 
 from skylimb.ros1.outputs import Outgoing
 from skylimb.ros1.rim.definitions import Definitions
-from skylimb.ros1.rim.translate import message_of
+from skylimb.ros1.rim.writing import message_of
 from skylimb.ros1.topics import RECORD, ROW, SOURCE, Topic
 
 _log = logging.getLogger(__name__)
