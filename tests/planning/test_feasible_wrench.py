@@ -9,14 +9,13 @@ from made_robots import multirotor
 from skylimb.errors import ConfigError, UnreachableError
 from skylimb.planning.feasible_wrench import (
     FeasibleWrench,
-    as_tables,
     feasible_wrench,
     push_limit,
-    summary,
     unit_vector,
 )
 from skylimb.planning.press import can_push
 from skylimb.planning.wrench_figure import wrench_figure
+from skylimb.planning.wrench_tables import as_tables, summary
 from skylimb.robots import load_robot
 from skylimb.spatial import rot_z
 

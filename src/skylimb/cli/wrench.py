@@ -97,7 +97,7 @@ def _axes() -> dict[str, np.ndarray]:
 
 
 def _show(feasible: FeasibleWrench, pushes: dict[str, tuple[np.ndarray, float, float]], tilt: float) -> None:
-    from skylimb.planning.feasible_wrench import summary
+    from skylimb.planning.wrench_tables import summary
 
     console = output.console_for()
     table = output.plain_table(feasible.robot.name)
@@ -120,8 +120,8 @@ def _write(
     import json
 
     from skylimb.analysis import style
-    from skylimb.planning.feasible_wrench import as_tables
     from skylimb.planning.wrench_figure import wrench_figure
+    from skylimb.planning.wrench_tables import as_tables
     from skylimb.recording.files import new_folder
 
     tables = {

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
 from skylimb.errors import OutputError
 from skylimb.exchange.frames import from_measured_link, lab_turn_in_C
+from skylimb.exchange.lab_readers import reader, stamp
 from skylimb.exchange.own_topics import RECORD, ROW, SOURCE, content_of, run_of
 from skylimb.exchange.series import Series
 from skylimb.exchange.stream import Message
@@ -79,86 +80,13 @@ def run_from(
 
 
 def _take(message: Message, series: dict[str, Series], others: Counter[str]) -> None:
-    """Note down a message of a topic that is known by the end of its name."""
-    for ending, read in _READ.items():
-        if f"/{message.topic}".endswith(f"/{ending}"):
-            for signal, value in read(message.value):
-                series.setdefault(signal, Series()).add(message.time * 1e-9, _stamp(message.value), value)
-            return
-    others[message.topic] += 1
-
-
-def _stamp(value: Any) -> float:
-    header = getattr(value, "header", value)
-    stamp = getattr(header, "stamp", None)
-    return 0.0 if stamp is None else stamp.sec + stamp.nanosec * 1e-9
-
-
-def _xyz(value: Any) -> np.ndarray:
-    return np.array([value.x, value.y, value.z])
-
-
-def _wxyz(value: Any) -> np.ndarray:
-    return np.array([value.w, value.x, value.y, value.z])
-
-
-def _pose(value: Any) -> list[tuple[str, np.ndarray]]:
-    pose = value.pose
-    return [("pose", np.concatenate([_xyz(pose.position), _wxyz(pose.orientation)]))]
-
-
-def _rates(value: Any) -> list[tuple[str, np.ndarray]]:
-    return [("gyro", np.asarray(value.gyro))]
-
-
-def _thrusts(value: Any) -> list[tuple[str, np.ndarray]]:
-    return [("thrusts", np.asarray(value.base_thrust))]
-
-
-def _angles(signal: str) -> Callable[[Any], list[tuple[str, np.ndarray]]]:
-    """Angles by name: a joint is a joint, everything else that is called a gimbal a gimbal."""
-
-    def read(value: Any) -> list[tuple[str, np.ndarray]]:
-        named = sorted(zip(value.name, value.position, strict=False))
-        found = []
-        for kind, own in (("joint", "joint"), ("gimbal", "vectoring")):
-            angles = [angle for name, angle in named if name.startswith(kind)]
-            if angles:
-                found.append((f"{own}_{signal}", np.array(angles)))
-        return found
-
-    return read
-
-
-def _odometry(value: Any) -> list[tuple[str, np.ndarray]]:
-    pose, twist = value.pose.pose, value.twist.twist
-    attitude = rpy_from_rotation(rotation_from_quaternion(_wxyz(pose.orientation)))
-    return [
-        ("cog_position_estimate", _xyz(pose.position)),
-        ("cog_velocity_estimate", _xyz(twist.linear)),
-        ("attitude_estimate", attitude),
-        ("angular_velocity_estimate", _xyz(twist.angular)),
-    ]
-
-
-def _wrench(value: Any) -> list[tuple[str, np.ndarray]]:
-    wrench = value.wrench
-    return [
-        ("external_force_estimate", _xyz(wrench.force)),
-        ("external_torque_estimate", _xyz(wrench.torque)),
-    ]
-
-
-_READ: dict[str, Callable[[Any], list[tuple[str, np.ndarray]]]] = {
-    "mocap/pose": _pose,
-    "imu": _rates,
-    "four_axes/command": _thrusts,
-    "joint_states": _angles("measured"),
-    "joints_ctrl": _angles("command"),
-    "gimbals_ctrl": _angles("command"),
-    "uav/cog/odom": _odometry,
-    "estimated_external_wrench": _wrench,
-}
+    """Note down the signals of a message, or that its topic has none."""
+    read = reader(message.topic)
+    if read is None:
+        others[message.topic] += 1
+        return
+    for signal, value in read(message.value):
+        series.setdefault(signal, Series()).add(message.time * 1e-9, stamp(message.value), value)
 
 
 def _from_topics(
