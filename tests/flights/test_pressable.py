@@ -1,4 +1,4 @@
-"""A force that cannot be held is refused before take-off; a doubtful one is flown with a warning."""
+"""A force that cannot be held, or leaves too little over, is refused before take-off."""
 
 import warnings
 
@@ -7,11 +7,10 @@ import pytest
 
 import skylimb
 from skylimb.errors import ConfigError
-from skylimb.experiments.experiment import load_experiment
 from skylimb.flights.loading import take_off
-from skylimb.flights.pressable import warn_of_friction
 
 FORCE = "controller.translation.force"
+FLY = {"approach.doubtful": "fly"}
 
 
 def test_a_force_beyond_the_thrusts_is_refused_with_what_can_be_held() -> None:
@@ -32,29 +31,51 @@ def test_a_force_that_a_gain_change_raises_is_looked_at() -> None:
     change = {"time": 12.0, "key": "translation.force", "value": 20.0}
     with pytest.raises(ConfigError, match="commands a force of 20 N"):
         skylimb.begin("ceiling", "following", set={"gain_changes": [change]})
-    assert take_off("ceiling", ["following"], set={"gain_changes": [change | {"value": 15.0}]})
+    assert take_off("ceiling", ["following"], set={"gain_changes": [change | {"value": 15.0}], **FLY})
 
 
+@pytest.mark.filterwarnings("ignore:a force of")
 @pytest.mark.parametrize(("experiment", "force"), [("paper", 12.0), ("ceiling", 15.0), ("push", 20.0)])
 def test_a_force_that_can_be_held_or_is_never_pressed_takes_off(experiment: str, force: float) -> None:
-    assert take_off(experiment, ["following"], set={FORCE: force})
+    assert take_off(experiment, ["following"], set={FORCE: force, **FLY})
 
 
-def test_drag_that_cannot_be_held_is_a_warning() -> None:
-    steady, dragged = (load_experiment("ceiling", {"surface.friction": friction}) for friction in (0.1, 1.5))
-    (takeoff,) = take_off(steady, ["following"], set={FORCE: 6.0})
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        warn_of_friction(steady, takeoff.robot, takeoff.controller)
-    with pytest.warns(UserWarning, match="6 N is doubtful: at a friction of 1.5"):
-        take_off(dragged, ["following"], set={FORCE: 6.0})
-
-
-@pytest.mark.parametrize(("degrees", "most"), [(20.0, 3.4), (-20.0, 2.9)])
-def test_the_slope_counts_with_the_drag(degrees: float, most: float) -> None:
+@pytest.mark.parametrize(
+    ("degrees", "held", "most"), [(20.0, "3.4", "2.3"), (-20.0, "2.9", "2.0"), (0.0, "4.0", "2.7")]
+)
+def test_a_force_that_leaves_too_little_over_is_refused_with_what_takes_off(
+    degrees: float, held: str, most: str
+) -> None:
     leaning = {"surface.slope": np.radians(degrees), "surface.friction": 0.8}
-    with pytest.warns(UserWarning, match=rf"{degrees:g} degrees hydrus_xi_quad can hold about {most}"):
-        take_off("paper", ["following"], set={FORCE: 5.0, **leaning})
+    with pytest.raises(ConfigError) as caught:
+        take_off("paper", ["drawing"], set={FORCE: 3.0, **leaning})
+    words = str(caught.value)
+    assert words.startswith("a force of 3 N is too much: at a friction of 0.8")
+    assert ("a slope of" in words) is (degrees != 0.0)
+    assert f"can hold about {held} N at rest" in words
+    assert f"; {most} N and less take off" in words
+    assert 'approach.doubtful = "fly" flies 3 N' in words
+    assert "\n" not in words
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        take_off("paper", ["drawing"], set={FORCE: float(most) - 0.1, **leaning})
+
+
+def test_who_wants_to_flies_it_and_is_warned() -> None:
+    with pytest.warns(UserWarning, match=r"5 N is too much: .* can hold about 5\.\d N"):
+        assert take_off("paper", ["following"], set={FORCE: 5.0, **FLY})
+
+
+def test_more_than_half_is_a_warning_and_half_is_none() -> None:
+    with pytest.warns(UserWarning, match=r"3 N is doubtful: at a friction of 0\.4 and a slope of 20 degrees"):
+        take_off("paper", ["following"], set={FORCE: 3.0})
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        take_off("paper", ["following"], set={FORCE: most - 0.1, **leaning})
+        take_off("paper", ["following"], set={FORCE: 2.6})
+        take_off("ceiling", ["following"], set={FORCE: 3.0})
+
+
+def test_without_friction_there_is_no_drag_to_leave_room_for() -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        take_off("paper", ["following"], set={FORCE: 5.0, "surface.friction": 0.0})

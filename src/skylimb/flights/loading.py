@@ -19,7 +19,7 @@ from skylimb.control.corrections import Calibrated, corrections_of
 from skylimb.control.slots import SLOTS
 from skylimb.errors import ConfigError
 from skylimb.experiments.experiment import Experiment, experiment_with, load_experiment
-from skylimb.flights.pressable import warn_of_friction
+from skylimb.flights.pressable import require_reserve
 from skylimb.flights.sources import originals
 from skylimb.flights.takeoff import Takeoff, prepare
 from skylimb.robots.loader import load_robot
@@ -64,7 +64,7 @@ def take_off(
         for item, controller in zip(controllers, ready, strict=True)
     ]
     for controller in ready:
-        warn_of_friction(experiment, robot, controller)
+        require_reserve(experiment, robot, controller)
     return takeoffs
 
 

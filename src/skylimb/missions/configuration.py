@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import field
-from typing import Annotated
+from typing import Annotated, Literal
 
 from skylimb.keys import Key, configuration
 from skylimb.missions.excitation import ExcitationConfig
@@ -75,6 +75,14 @@ class ApproachConfig:
             high=1.0,
         ),
     ] = 0.05
+    doubtful: Annotated[
+        Literal["refuse", "fly"],
+        Key(
+            "",
+            "a commanded force that leaves too little over of what the robot can hold against slope and "
+            "friction: refused before take-off, or flown with a warning",
+        ),
+    ] = "refuse"
 
 
 @configuration

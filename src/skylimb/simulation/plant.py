@@ -67,7 +67,7 @@ class PlantConfig:
         ),
     ] = None
     servo_stiffness_scale: Annotated[
-        float, Key("", "true over described stiffness of the shape servos", above=0.0, high=100.0)
+        float, Key("", "true over described stiffness of the shape servos", low=1e-3, high=100.0)
     ] = 1.0
 
 
