@@ -17,7 +17,7 @@ from skylimb.analysis.figures import PLATES, boxes, over_time, pose_strip, trace
 from skylimb.analysis.style import CONTROLLER_COLOURS, colours
 from skylimb.recording import Run
 
-FILES = {plate.name for plate in PLATES if not plate.draws}
+FILES = {plate.name for plate in PLATES if not plate.draws and not plate.tools}
 
 
 @pytest.fixture

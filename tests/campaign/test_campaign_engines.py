@@ -110,6 +110,7 @@ def test_a_flight_that_ends_its_worker_is_quarantined_and_named(
     assert "Flight 1 (deadly, draw 0) is quarantined" in page
 
 
+@pytest.mark.slow
 def test_nothing_is_lost_and_nothing_counts_twice_in_chaos(write_spec: SpecWriter, tmp_path: Path) -> None:
     """Workers die at random moments; the first coordinator is killed, the second one is stopped by Ctrl-C."""
     spec, folder = write_spec(draws=100, controllers='["pid"]'), tmp_path / "chaos"

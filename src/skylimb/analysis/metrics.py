@@ -28,6 +28,7 @@ from skylimb.analysis.signals import (
     sliding_axes,
     spans,
 )
+from skylimb.analysis.task import task_scores
 from skylimb.analysis.verdict import verdict
 
 TOUCH_TIME = 1.0
@@ -73,7 +74,11 @@ def metrics(log: xr.Dataset) -> dict[str, Any]:
     # Only what is scored is cut out: a log holds many more signals.
     scored = log[[name for name in _SCORED if name in log.variables]]
     slide = scored.isel(time=np.flatnonzero(in_phase(log, "slide")))
-    found = _scores(slide) | _pen_scores(log) | force_scores(log) if slide.sizes["time"] else {}
+    found = (
+        _scores(slide) | _pen_scores(log) | force_scores(log) | task_scores(log)
+        if slide.sizes["time"]
+        else {}
+    )
     drawn = drawn_strokes(log) if slide.sizes["time"] and "reference_line" in log else None
     if drawn is not None:
         found |= _drawing_scores(drawn)

@@ -17,6 +17,7 @@ import xarray as xr
 
 from skylimb.analysis.force import commanded, limited_by
 from skylimb.analysis.pen_line import drawn_fraction
+from skylimb.analysis.task import task_parts
 
 
 class Check(NamedTuple):
@@ -102,6 +103,8 @@ def _checks(
         )
         yield Check("path", drawn, least, drawn >= least, words)
     yield from _of_a_drawing(tolerances, scores)
+    for part in task_parts(tolerances, scores):
+        yield Check(part.tolerance, part.score, tolerances[part.tolerance], part.kept, part.words)
 
 
 def _of_a_drawing(tolerances: Mapping[str, float], scores: Mapping[str, Any]) -> Iterator[Check]:

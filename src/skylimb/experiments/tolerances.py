@@ -33,4 +33,13 @@ class Tolerances:
     lifted: Annotated[
         float, Key("", "greatest share of the time of a drawing's lifts in touch", 0.0, 1.0)
     ] = 0.05
+    valve: Annotated[
+        float, Key("rad", "greatest turn that a valve lacks of its second stop in the end", 0.0, 6.3)
+    ] = 0.0175
+    peg: Annotated[
+        float, Key("m", "greatest distance of a peg's end from the floor of its hole", 0.0, 1.0)
+    ] = 0.001
+    foot: Annotated[float, Key("rad", "greatest mean angle between a foot and its surface", 0.0, 3.2)] = (
+        0.0175
+    )
     contact: Annotated[float, Key("", "least share of the time in touch", 0.0, 1.0)] = 0.95

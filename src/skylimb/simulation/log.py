@@ -18,6 +18,7 @@ from skylimb.simulation.moved_surface import MovedSurface
 from skylimb.simulation.plant import Plant
 from skylimb.simulation.signals import SIGNALS, SignalInfo
 from skylimb.simulation.surfaces import Valve
+from skylimb.simulation.tool_truth import tool_signals
 from skylimb.simulation.truth import contact_truth, flight_kinematics
 from skylimb.simulation.turned_valve import TurnedValve
 
@@ -72,6 +73,7 @@ def flight_log(
         )
         changed = {"valve_angle": qpos[:, at]}
     contact, gaps = contact_truth(plant, flight, mission, moved, touched)
+    tools = tool_signals(plant, flight, moved.tip_position)
     computed = {
         "cog_position_reference": reference.position[:ticks],
         "cog_velocity_reference": reference.velocity[:ticks],
@@ -86,6 +88,7 @@ def flight_log(
         **moved._asdict(),
         **contact,
         **changed,
+        **tools,
     }
     for name in (CONTACT_STATE, CONTACT_REASON):
         if name in values:

@@ -103,6 +103,8 @@ SIGNALS: dict[str, SignalInfo] = {
         _SCALAR, "m", "", "gap between tip and surface; negative when pressed in", "truth"
     ),
     "valve_angle": SignalInfo(_SCALAR, "rad", "", "turn of a valve from its first stop", "truth"),
+    "peg_depth": SignalInfo(_SCALAR, "m", "", "how far the end of a peg is below the hole's face", "truth"),
+    "foot_angle": SignalInfo(_SCALAR, "rad", "", "angle between a foot and the surface below it", "truth"),
     "surface_position": SignalInfo(
         _AXIS, "m", "W", "origin of a surface that was changed in flight", "truth"
     ),

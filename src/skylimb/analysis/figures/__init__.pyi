@@ -8,4 +8,5 @@ from .plates import Plate as Plate
 from .plates import own_plates as own_plates
 from .plates import write_figures as write_figures
 from .pose_strip import poses as poses
+from .progress import task_progress as task_progress
 from .traces import pen_traces as pen_traces

@@ -14,6 +14,7 @@ from skylimb.analysis.figures.drawing import SMOOTHING as FORCE_SMOOTHING
 from skylimb.analysis.figures.drawing import drawn_line
 from skylimb.analysis.figures.over_time import SMOOTHING, cog_tracking, contact_direction
 from skylimb.analysis.figures.pose_strip import poses
+from skylimb.analysis.figures.progress import common_tool, task_progress
 from skylimb.analysis.figures.traces import pen_traces
 from skylimb.analysis.own import OwnFigure
 from skylimb.analysis.pen_line import DRAWN_WITHIN
@@ -34,6 +35,7 @@ class Plate:
         touches: whether it only makes sense where something was touched.
         draws: whether it only makes sense for a drawing.
         laps: whether a drawing has a better figure in its place.
+        tools: whether it only makes sense for a task with a tool.
     """
 
     name: str
@@ -44,6 +46,7 @@ class Plate:
     touches: bool = False
     draws: bool = False
     laps: bool = False
+    tools: bool = False
 
     def suits(self, runs: Mapping[str, Run]) -> bool:
         """Whether these runs have something to show in it."""
@@ -54,6 +57,7 @@ class Plate:
             and (touched or not self.touches)
             and (drawing or not self.draws)
             and not (drawing and self.laps)
+            and (common_tool(runs) is not None or not self.tools)
         )
 
 
@@ -74,6 +78,18 @@ PLATES = (
         """),
         drawn_line,
         draws=True,
+    ),
+    Plate(
+        "task",
+        "The task",
+        _flow("""
+            Solid: what was done with the tool, a valve's turn from its first stop, the depth of a peg's end
+            below the face of its hole, or the angle by which a foot is off lying flat. Dashed: what was
+            commanded. Yellow: it touches. The verdict looks at the end: where the valve stays, and the last
+            five seconds of sliding for peg and foot.
+        """),
+        task_progress,
+        tools=True,
     ),
     Plate(
         "pen_traces",

@@ -10,6 +10,7 @@ import xarray as xr
 
 from skylimb.analysis.replay.packing import packed
 from skylimb.analysis.signals import centred_mean, contact_axis, samples_within, sliding_axes
+from skylimb.analysis.task import tools_of
 
 RATE = 50.0
 """Samples a second of every curve."""
@@ -73,6 +74,11 @@ def _panels(log: xr.Dataset) -> Iterator[tuple[str, str, list[Curve]]]:
         ]
         yield f"Centre of gravity along {axis}", "m", curves
     yield "Pressing force", "N", list(_forces(log))
+    for tool in tools_of(log):
+        truth = log[tool.signal].values
+        commanded = np.full(len(truth), tool.commanded(log))
+        wanted = Curve("commanded", "reference", BOTH, commanded)
+        yield tool.title, tool.unit, [wanted, Curve("truth", "truth", BOTH, truth)]
     yield "Thrust", "N", list(_thrusts(log))
     yield "Reach of the arm", "m", list(_reach(log))
     yield "Joint angles", "rad", list(_angles(log, "joint"))
