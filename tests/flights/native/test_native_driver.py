@@ -138,6 +138,23 @@ def test_any_number_of_threads_gives_the_same_bits(company: list[Takeoff]) -> No
         assert_same(a, fly_here(takeoff))
 
 
+def test_the_engine_stops_soon_after_a_mission_that_waited(
+    make_takeoff: Make, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    takeoff = make_takeoff("paper", "following", {**SHORT, **LEAVING})
+    steps, fly = [], fly_module._step
+
+    def counted(batch: Any, flights: Any, ids: list[int], count: int) -> None:
+        steps.append(count)
+        fly(batch, flights, ids, count)
+
+    monkeypatch.setattr(fly_module, "_step", counted)
+    (flight,) = fly_native([takeoff])
+    assert not flight.cause
+    assert flight.ticks > len(takeoff.mission.times)  # it waited for its pen
+    assert sum(steps) // takeoff.plant.substeps - flight.ticks < CHECK_INTERVAL
+
+
 def test_a_flight_leaves_its_takeoff_as_it_was(make_takeoff: Make) -> None:
     takeoff = make_takeoff("paper", "hybrid", {**SLIPPERY, **MOVING})
     state, friction = takeoff.data().qpos.copy(), takeoff.plant.model.pair_friction.copy()

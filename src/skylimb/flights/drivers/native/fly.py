@@ -98,8 +98,9 @@ def _fly_group(takeoffs: Sequence[Takeoff], threads: int, report: Callable[[int]
     ids = [index for index, flight in enumerate(flights) if flight.count > 0]
     with control_callback(), without_timer():
         while ids:
-            # Pauses fall between two windows of the look-out for losses; a flight that ends earlier waits.
-            least = min(flights[index].count - flights[index].flown for index in ids)
+            # Pauses fall between two windows of the look-out for losses. The engine goes on with a flight
+            # that ends in between, without a controller: that takes time and may make it warn.
+            least = max(1, min(flights[index].left for index in ids))
             ticks = min(CHUNK, -(-least // CHECK_INTERVAL) * CHECK_INTERVAL)
             _step(batch, flights, ids, ticks * substeps)
             report(sum(flight.flown for flight in flights))

@@ -109,6 +109,15 @@ class Aloft:
         """Ticks begun; the last one's row is in the log."""
         return min(self.count, -(-int(self.record.done) // int(self.record.substeps)))
 
+    @property
+    def left(self) -> int:
+        """Ticks that it needs at least until its mission is over, at the mission's own pace."""
+        left = self.count - self.flown
+        if self.record.clock < 0:
+            return left
+        # A mission that waited needs more of them; its last tick is flown too.
+        return min(left, int(self.record.last) + 1 - int(self.record.at))
+
     def keep(self, array: np.ndarray, kind: Any = np.float64) -> int:
         """Address of the array in the form that C reads; kept alive with the flight."""
         kept = np.ascontiguousarray(array, dtype=kind)
