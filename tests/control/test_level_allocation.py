@@ -125,22 +125,45 @@ def test_the_null_space_keeps_margin_and_not_the_force(
     assert found[1.0] < found[0.0] - 5e-5
 
 
+def test_the_null_space_keeps_thrusts_near_those_of_the_hover(
+    seen: Any, demand: Demand, robot: Robot, model: RobotState
+) -> None:
+    start, away, calm = Start(robot, 1.09, model.hover_thrusts), [], demand._replace(torque=np.zeros(3))
+    hover = model.hover_thrusts * calm.force[2] / (model.mass * GRAVITY_W[2])
+    for steady in (0.0, 8.0):
+        moves = LevelMoves(cutoff=100.0, rate=100.0, damping=1e-6, margin=0.0, steady=steady, limit=2.0)
+        _, given, _, _ = settled(seen, calm, start, gains_with(moves), ticks=400)
+        np.testing.assert_allclose(flat(given.wrench.force), calm.force, atol=2e-3)
+        away.append(float(np.linalg.norm(flat(given.command.thrusts) - hover)))
+    assert away[1] < 0.8 * away[0]
+
+
+def test_the_pull_toward_the_hovers_thrusts_comes_slowly(seen: Any, demand: Demand) -> None:
+    law, at = numeric(LevelMoves(margin=0.0, steady=8.0)), seen(np.zeros(4))
+    pull = flat(level_move(law, np.full(4, 0.3), np.zeros(4), at, demand).pull)
+    whole = pull / -np.expm1(-2.0 * np.pi * 0.3 * DT)
+    np.testing.assert_allclose(flat(level_move(law, np.full(4, 0.3), whole, at, demand).pull), whole)
+    assert np.linalg.norm(pull) < 0.02 * np.linalg.norm(whole)
+    none = level_move(numeric(LevelMoves(margin=0.0)), np.full(4, 0.3), np.zeros(4), at, demand)
+    assert not np.any(flat(none.pull))
+
+
 def test_no_angle_moves_faster_than_its_rate(seen: Any, demand: Demand) -> None:
     slow = numeric(LevelMoves(rate=2.0, cutoff=100.0))
-    moved = flat(level_move(slow, np.zeros(4), seen(np.zeros(4)), demand).move)
+    moved = flat(level_move(slow, np.zeros(4), np.zeros(4), seen(np.zeros(4)), demand).move)
     assert np.abs(moved).max() == pytest.approx(2.0 * DT)
 
 
 def test_limits_of_the_joints_hold_and_other_joints_make_up(
     seen: Any, demand: Demand, monkeypatch: pytest.MonkeyPatch, robot: Robot
 ) -> None:
-    free = flat(level_move(numeric(QUICK), np.zeros(4), seen(np.zeros(4)), demand).move)
+    free = flat(level_move(numeric(QUICK), np.zeros(4), np.zeros(4), seen(np.zeros(4)), demand).move)
     most = int(np.argmax(np.abs(free)))
     lower, upper = np.full(4, -np.inf), np.full(4, np.inf)
     at = demand.vectoring_angles[most] + 0.5 * free[most]
     (upper if free[most] > 0 else lower)[most] = at
     monkeypatch.setattr(robot, "vectoring_limits", lambda: (lower, upper))
-    moved = level_move(numeric(QUICK), np.zeros(4), seen(np.zeros(4)), demand)
+    moved = level_move(numeric(QUICK), np.zeros(4), np.zeros(4), seen(np.zeros(4)), demand)
     assert abs(flat(moved.move)[most]) <= abs(0.5 * free[most]) + 1e-9
     np.testing.assert_allclose(flat(moved.short), 0.0, atol=1e-3)
 

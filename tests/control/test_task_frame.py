@@ -89,12 +89,12 @@ def gains(**given: Any) -> Any:
 
 
 def pushed(
-    inputs: LawInput, law: Any, force: Any, torque: Any = (0, 0, 0), ticks: int = 4000
+    inputs: LawInput, law: Any, force: Any, torque: Any = (0, 0, 0), ticks: int = 4000, state: Any = None
 ) -> contact.State:
-    """The state after some time under a wrench at the tip, task axes along W."""
+    """The state after some time under a wrench at the tip, task axes along W; at first at the reference."""
     wrench = Wrench(np.asarray(force, dtype=float), np.cross(inputs.estimate.arm, force) + np.asarray(torque))
     inputs = inputs._replace(estimate=inputs.estimate._replace(wrench=wrench))
-    state = contact.initial_state(law, NOBODY)
+    state = state or contact.initial_state(law, NOBODY)
     for _ in range(ticks):
         state = contact.step(law, state, inputs)[0]
     return state
@@ -133,6 +133,21 @@ def test_out_of_touch_the_target_goes_home_and_pushes_for_nothing(make_inputs: M
     assert np.abs(state.way).max() < 1e-4
     assert np.abs(state.turn).max() < 1e-3
     assert contact.step(law, state, inputs)[1].engaged == 0.0
+
+
+def test_on_the_way_back_a_spring_still_gives_way_to_what_is_there(make_inputs: Make) -> None:
+    law = gains(
+        **FREE, stiffness=(0.0, 20.0, 20.0), turn_stiffness=(0.0, 10.0, 10.0), turn_damping=(5.0,) * 3
+    )
+    touching, after = (make_inputs(reference={"touch": touch, "wait": touch}) for touch in (1.0, 0.0))
+    met = pushed(touching, law, [-1.0, 0.0, 0.0], ticks=1)
+    # Before the first touch nothing is felt, as nothing is tared.
+    state = pushed(after, law, [-1.0, 2.0, 0.0], [1.0, -1.0, 0.0])
+    assert not np.any(state.way)
+    assert not np.any(state.turn)
+    state = pushed(after, law, [-1.0, 2.0, 0.0], [1.0, -1.0, 0.0], state=met)
+    np.testing.assert_allclose(state.way, [0.0, 0.1, 0.0], atol=1e-4)
+    np.testing.assert_allclose(state.turn, [0.0, -0.1, 0.0], atol=1e-4)
 
 
 def test_nothing_is_pushed_for_in_the_approach(make_inputs: Make) -> None:

@@ -11,18 +11,10 @@ from skylimb.flights.loading import take_off
 from skylimb.simulation.foot import BALLS, CORNERS
 
 QUICK = {"phases.hover": 0.5, "phases.tare": 1.5, "phases.hover_end": 0.0}
-FACE = {
-    **QUICK,
-    "controller.contact.force": [3.0, 0.0, 0.0],
-    "controller.contact.torque": [0.0, 0.1, -0.05],
-    "controller.contact.turn_stiffness": [500.0, 0.0, 0.0],
-    "controller.contact.turn_damping": [50.0, 15.0, 20.0],
-    "controller.attitude.inertia_ratio": [5.0, 1.0, 1.0],
-}
 
 
 def plant_of(**given: Any) -> Any:
-    (takeoff,) = take_off("face_to_face", ("task_frame",), 0, given)
+    (takeoff,) = take_off("face_to_face", (None,), 0, given)
     return takeoff.plant
 
 
@@ -58,7 +50,7 @@ def test_what_the_loop_writes_for_one_ball_is_refused(given: dict[str, Any], why
 
 
 def test_it_comes_to_lie_flat_and_carries_a_wanted_torque() -> None:
-    log = skylimb.run("face_to_face", "task_frame", set=FACE).log
+    log = skylimb.run("face_to_face", set=QUICK).log
     end = log.where((log.phase == 4) & (log.time > float(log.time[-1]) - 7.0), drop=True)
     force = end.contact_force.values
     assert np.linalg.norm(force.mean(axis=0)) == pytest.approx(3.0, abs=0.2)

@@ -21,7 +21,7 @@ import numpy as np
 
 from skylimb.control.records import Demand, LawInput
 from skylimb.keys import Key, configuration
-from skylimb.robots.model import Robot
+from skylimb.robots.model import GRAVITY, Robot
 from skylimb.symbolic import Array, clip, low_pass, matrix, right_inverse, stack
 
 
@@ -45,22 +45,26 @@ class Moves:
 
 @functools.lru_cache(maxsize=16)
 def side_force_function(robot: Robot) -> ca.Function:
-    """(q, at, psi, lift, torque) -> h, J, g, of the thrusts that give lift (N) and torque (N m, {C}).
+    """(q, at, psi, lift, torque) -> h, J, g, c, of the thrusts that give lift (N) and torque (N m, {C}).
 
     h: their side force in {C} of the angles `at`, N, (2,). J = dh/dpsi, N/rad, (2, nv). g: gradient of
-    |thrusts|^2 / 2 by psi with each thrust in shares of its rotor's greatest, 1/rad, (nv,).
+    |thrusts|^2 / 2 by psi with each thrust in shares of its rotor's greatest, 1/rad, (nv,). c: likewise, of
+    their difference from the thrusts that give the lift alone at the angles `at`.
     """
     q, psi = ca.SX.sym("q", robot.n_joints), ca.SX.sym("psi", robot.n_vectoring)
     at, lift, torque = ca.SX.sym("at", robot.n_vectoring), ca.SX.sym("lift"), ca.SX.sym("torque", 3)
     model = robot.model(q, psi)
     # {C} turns with psi: side force means the same axes before and after a move.
-    turn = robot.model(q, at).R_root_C.T @ model.R_root_C
+    still = robot.model(q, at)
+    turn = still.R_root_C.T @ model.R_root_C
     Q = ca.diagcat(turn, turn) @ model.allocation_C
     thrusts = right_inverse(Q[2:, :]) @ ca.vertcat(lift, torque)
     side = Q[:2, :] @ thrusts
-    shares = thrusts / ca.DM([rotor.thrust_max for rotor in robot.description.rotors])
-    effort = ca.gradient(0.5 * ca.sumsqr(shares), psi)
-    outputs = ca.cse([side, ca.jacobian(side, psi), effort])
+    hover = still.hover_thrusts * (lift / (robot.mass * GRAVITY))
+    most = ca.DM([rotor.thrust_max for rotor in robot.description.rotors])
+    effort = ca.gradient(0.5 * ca.sumsqr(thrusts / most), psi)
+    change = ca.gradient(0.5 * ca.sumsqr((thrusts - hover) / most), psi)
+    outputs = ca.cse([side, ca.jacobian(side, psi), effort, change])
     return ca.Function("side_force", [q, at, psi, lift, torque], outputs)
 
 
@@ -74,7 +78,7 @@ def lateral_move(gains: Any, move: Array, inputs: LawInput, demand: Demand) -> t
         demand: force, torque and nominal vectoring angles.
     """
     nominal, force = demand.vectoring_angles, inputs.estimate.body.R_WC.T @ demand.force
-    side, J, _ = side_force_function(inputs.robot)(
+    side, J, *_ = side_force_function(inputs.robot)(
         inputs.measurement.joint_angles, nominal, nominal + move, force[2], demand.torque
     )
     a = J[0, :] @ J[0, :].T + gains.damping

@@ -4,11 +4,13 @@ The hovering frame {C} turns with the vectoring angles until the hover thrusts l
 force without a tilt of the body is a tilt of {C} in the body. The angles are found as in `control.lateral`,
 one Gauss-Newton step a tick from the nominal ones,
 
-    d_psi = J^+ (f_xy - h(psi) + J d_psi) - (E - J^+ J) k g,      J^+ = J^T (J J^T + mu E)^-1,
+    d_psi = J^+ (f_xy - h(psi) + J d_psi) - (E - J^+ J) (k g + s c),      J^+ = J^T (J J^T + mu E)^-1,
 
 and used for more: of all moves that give the force, the first term is the least one, which keeps the joints'
-travel, and the second goes down the rotors' effort g in the null space, which keeps their margin. What the
-limits of the angles leave out is returned, as only a tilt can give it.
+travel, and the second goes down the rotors' effort g in the null space, which keeps their margin, and down
+how far the thrusts are from those of the hover, c. Rotors that are stronger or weaker than the model were
+made up for in the hover; what they do to the wrench afterwards grows with the change of their thrusts. What
+the limits of the angles leave out is returned, as only a tilt can give it.
 """
 
 from __future__ import annotations
@@ -26,6 +28,9 @@ from skylimb.estimation.records import BodyState
 from skylimb.keys import Key, configuration
 from skylimb.robots.model import Robot
 from skylimb.symbolic import Array, clip, is_symbolic, low_pass, matrix, stack
+
+_CALM = 2.0 * math.pi * 0.3
+"""Rate of the pull toward the thrusts of the hover, 1/s: slow, as servos that chase it tick by tick shake."""
 
 
 @configuration
@@ -54,21 +59,39 @@ class LevelMoves:
             high=1.0,
         ),
     ] = 1.0
+    steady: Annotated[
+        float,
+        Key(
+            "rad^2",
+            "s, how far moves that change no force go to keep each thrust as in the hover, where rotors that "
+            "differ from the model were made up for; 0 for the least moves",
+            low=0.0,
+            high=100.0,
+        ),
+    ] = 0.0
 
 
 class Moved(NamedTuple):
-    """Move of the vectoring angles from the nominal ones, rad, (nv,), and what it cannot give, W, N, (3,)."""
+    """What the angles do for the side force.
+
+    Attributes:
+        move: of the vectoring angles from the nominal ones, rad, (nv,).
+        pull: toward the thrusts of the hover, low-passed, rad, (nv,).
+        short: force that the move cannot give, W, N, (3,).
+    """
 
     move: Array
+    pull: Array
     short: Array
 
 
-def level_move(gains: Any, move: Array, inputs: LawInput, demand: Demand) -> Moved:
+def level_move(gains: Any, move: Array, pull: Array, inputs: LawInput, demand: Demand) -> Moved:
     """The move that gives the side force with the body level.
 
     Args:
         gains: a `LevelMoves`.
         move: of the last tick, rad, (nv,).
+        pull: of the last tick, rad, (nv,).
         inputs: of this tick.
         demand: force, torque and nominal vectoring angles.
     """
@@ -76,9 +99,10 @@ def level_move(gains: Any, move: Array, inputs: LawInput, demand: Demand) -> Mov
     body = inputs.estimate.body
     R_WN = nominal_rotation(inputs.robot, body, q, nominal)
     force, torque = R_WN.T @ demand.force, R_WN.T @ (body.R_WC @ demand.torque)
-    side, J, effort = side_force_function(inputs.robot)(q, nominal, nominal + move, force[2], torque)
+    side, J, effort, change = side_force_function(inputs.robot)(q, nominal, nominal + move, force[2], torque)
     wanted = force[0:2] - side + J @ move
-    away = gains.margin * effort
+    pull = low_pass(pull, gains.steady * change, _CALM, inputs.dt)
+    away = gains.margin * effort + pull
     free = _damped_inverse(J, gains.damping, wanted + J @ away) - away
     lower, upper = inputs.robot.vectoring_limits()
     lower, upper = (clip(limit - nominal, -gains.limit, gains.limit) for limit in (lower, upper))
@@ -86,7 +110,7 @@ def level_move(gains: Any, move: Array, inputs: LawInput, demand: Demand) -> Mov
     short = R_WN @ stack(J @ (free - new), 0.0)
     new = low_pass(move, new, 2.0 * math.pi * gains.cutoff, inputs.dt)
     step = gains.rate * inputs.dt
-    return Moved(clip(new, move - step, move + step), short)
+    return Moved(clip(new, move - step, move + step), pull, short)
 
 
 def nominal_rotation(robot: Robot, body: BodyState, joint_angles: Array, nominal: Array) -> Array:

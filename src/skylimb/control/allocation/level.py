@@ -64,6 +64,7 @@ class State(NamedTuple):
         allocated: thrusts of the last tick before their lag was led, N, (n,).
         posed: vectoring angles of the last tick's posture less those of the reference's, rad, (nv,).
         move: of the vectoring angles from the posture's, rad, (nv,).
+        pull: toward the thrusts of the hover, rad, (nv,).
         short: side force that the angles fall short of, low-passed, W, N, (3,).
         residual: wanted less given wrench of the last tick, W and C.
     """
@@ -72,6 +73,7 @@ class State(NamedTuple):
     allocated: Array
     posed: Array
     move: Array
+    pull: Array
     short: Array
     residual: Wrench
 
@@ -89,7 +91,7 @@ def initial_state(gains: Gains, start: Start) -> State:
     """
     _require_turning_rotors(start.robot)
     none, nothing = np.zeros(start.robot.n_vectoring), Wrench(np.zeros(3), np.zeros(3))
-    return State(start.hover_thrusts, start.hover_thrusts, none, none, np.zeros(3), nothing)
+    return State(start.hover_thrusts, start.hover_thrusts, none, none, none, np.zeros(3), nothing)
 
 
 def aim(gains: Any, state: State, inputs: LawInput, force: Array) -> Array:
@@ -111,7 +113,7 @@ def step(gains: Any, state: State, inputs: LawInput, demand: Demand) -> tuple[St
     within = reachable(limits, state.allocated, gains.rate * dt)
     given = nearest_thrusts(gains.weights, body.model.allocation_C, wanted.total, within)
     led = lead_thrusts(gains.rotor_lag, state.thrusts, given, limits, dt)
-    moved = level_move(gains.vectoring, state.move, inputs, demand)
+    moved = level_move(gains.vectoring, state.move, state.pull, inputs, demand)
     short = low_pass(state.short, moved.short, 2.0 * math.pi * gains.tilt_cutoff, dt)
     missing = rotor_wrench(body, wanted.total - given)
     residual = Wrench(missing.force + moved.short, missing.torque)
@@ -123,7 +125,7 @@ def step(gains: Any, state: State, inputs: LawInput, demand: Demand) -> tuple[St
         "vectoring_move": moved.move,
     }
     posed = demand.vectoring_angles - inputs.reference.vectoring_angles
-    new = State(led.end, given, posed, moved.move, short, residual)
+    new = State(led.end, given, posed, moved.move, moved.pull, short, residual)
     command = Command(led.command, demand.joint_angles, angles)
     return new, Allocated(command, rotor_wrench(body, led.mean)), signals
 

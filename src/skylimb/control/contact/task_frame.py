@@ -9,8 +9,10 @@ the target goes on until the push is w_push: force or torque is kept there. Alon
 gives way by w / K. It is the admittance of the paper's arm, eq:admittance control, in all directions of the
 task frame (Mason, IEEE Trans. SMC 11(6), 1981), and there is nothing to switch between the two.
 
-The push comes after the approach, as a target that runs ahead lands hard. Out of touch the target goes back
-to the reference. It does not go on against rotors that are at their limits.
+The push comes after the approach, as a target that runs ahead lands hard. It does not go on against rotors
+that are at their limits. Once touch is no longer wanted, the target goes back to the reference. Along an axis
+with a spring it still gives way then: what pushed the tip aside, a lever or the walls of a hole, may lie
+between it and its reference until it is out.
 """
 
 from __future__ import annotations
@@ -91,6 +93,7 @@ class State(NamedTuple):
         rotation: the turn in W, rad, (3,).
         axes: R_WT of the last tick, (3, 3); zeros before the first.
         load: share of the push that has come.
+        met: 1 from the first touch on.
     """
 
     way: Array
@@ -101,6 +104,7 @@ class State(NamedTuple):
     rotation: Array
     axes: Array
     load: Any
+    met: Any
 
 
 def needs(gains: Gains) -> Needs:
@@ -111,7 +115,7 @@ def needs(gains: Gains) -> Needs:
 def initial_state(gains: Gains, start: Start) -> State:
     """The target is the reference."""
     z3 = np.zeros(3)
-    return State(z3, z3, z3, z3, z3, z3, np.zeros((3, 3)), 0.0)
+    return State(z3, z3, z3, z3, z3, z3, np.zeros((3, 3)), 0.0, 0.0)
 
 
 def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView, Signals]:
@@ -120,13 +124,18 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     touch, R_WT = reference.touch, task_axes(reference)
     felt = tip_wrench(estimate, R_WT)
     load = low_pass(state.load, reference.wait, 1.0 / gains.load_time, dt)
-    push = unless_short(touch * (felt.force + load * gains.force), R_WT.T @ inputs.residual.force)
+    met = where(touch > 0.5, 1.0, state.met)
+    soft = where(gains.stiffness > 0.0, met, touch)
+    turn_soft = where(gains.turn_stiffness > 0.0, met, touch)
+    push = unless_short(soft * felt.force + touch * load * gains.force, R_WT.T @ inputs.residual.force)
     twist = unless_short(
-        touch * (felt.torque + load * gains.torque),
+        turn_soft * felt.torque + touch * load * gains.torque,
         R_WT.T @ (estimate.body.R_WC @ inputs.residual.torque),
     )
-    along = Spring(gains.mass, gains.damping, _held(gains.stiffness, gains.damping, touch))
-    about = Spring(gains.inertia, gains.turn_damping, _held(gains.turn_stiffness, gains.turn_damping, touch))
+    along = Spring(gains.mass, gains.damping, _held(gains.stiffness, gains.damping, soft))
+    about = Spring(
+        gains.inertia, gains.turn_damping, _held(gains.turn_stiffness, gains.turn_damping, turn_soft)
+    )
     way, rate = advance(along, state.way, state.rate, push, (gains.travel, gains.speed), dt)
     turn, turn_rate = advance(about, state.turn, state.turn_rate, twist, (gains.turn, gains.turn_speed), dt)
     place, rotation = R_WT @ way, R_WT @ turn
@@ -143,7 +152,7 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
         "tip_move": way,
         "tip_turn": turn,
     }
-    return State(way, rate, turn, turn_rate, place, rotation, R_WT, load), view, signals
+    return State(way, rate, turn, turn_rate, place, rotation, R_WT, load, met), view, signals
 
 
 def turning_rate(before: Array, now: Array, dt: float) -> Array:
@@ -165,10 +174,10 @@ class Spring(NamedTuple):
     stiffness: Array
 
 
-def _held(stiffness: Array, damping: Array, touch: Any) -> Array:
-    """The spring; out of touch it is hard enough everywhere for the target to go home."""
+def _held(stiffness: Array, damping: Array, soft: Array) -> Array:
+    """The spring; where the tip does not give way it is hard enough for the target to go home."""
     home = _HOME * damping
-    return where(touch > 0.5, stiffness, where(stiffness > home, stiffness, home))
+    return where(soft > 0.5, stiffness, where(stiffness > home, stiffness, home))
 
 
 def advance(
