@@ -525,13 +525,15 @@ def stability() -> str:
 PORTS = ("impedance", "admittance", "hybrid", "task_frame")
 FREQUENCIES = np.geomspace(0.05, 95.0, 160)
 SPRINGS = np.geomspace(3.0, 1e5, 28)
+DAMPERS = np.array([0.0, *np.round(np.geomspace(1.0, 1000.0, 25), 1)])
 
 
 def passivity() -> str:
-    """Where the tip's admittance is not passive, and which springs make it grow, along each axis."""
+    """Where the tip's admittance is not passive, which springs make it grow, and what calms it, each axis."""
     rows = [
-        "| preset | axis | not passive, Hz | least real part, mm/s per N | springs that make it grow, N/m |",
-        "|---|---|---|---|---|",
+        "| preset | axis | not passive, Hz | least real part, mm/s per N | springs that make it grow, N/m "
+        "| damper that calms all of them, N s/m |",
+        "|---|---|---|---|---|---|",
     ]
     for name in PORTS:
         controller: Any = skylimb.load_controller(name, skylimb.load_robot("hydrus_xi_quad"))
@@ -543,9 +545,11 @@ def passivity() -> str:
             where = int(np.argmin(least))
             bands = ", ".join(f"{low:.2g} to {high:.2g}" for low, high in active_bands(FREQUENCIES, one))
             worst = f"{1e3 * least[where]:.2g} at {FREQUENCIES[where]:.2g} Hz" if bands else "none below 0"
-            springs = port.along(np.eye(3)[i]).unstable_springs(SPRINGS)
+            tip = port.along(np.eye(3)[i])
+            springs, damper = tip.unstable_springs(SPRINGS), tip.calming_damper(SPRINGS, DAMPERS)
             said = "none" if springs is None else f"{springs[0]:.0f} to {springs[1]:.0f}"
-            rows.append(f"| `{name}` | {axis} | {bands or 'none'} | {worst} | {said} |")
+            calm = "none" if damper is None else f"{damper:g}"
+            rows.append(f"| `{name}` | {axis} | {bands or 'none'} | {worst} | {said} | {calm} |")
     return "\n".join(rows)
 
 

@@ -48,7 +48,8 @@ def port(mass: float, damper: float = 0.0, spring: float = 0.0, fed: float = 0.0
         K_s[0, -1] = -fed
     else:
         K_x[0, 1] = -fed
-    return TipPort(A, B, B, np.array([[1.0, 0.0]]), (K_x, K_s, S_x, S_s), STEPS, T)
+    place, speed = np.eye(2)[:, None, :]
+    return TipPort(A, B, B, place, speed, (K_x, K_s, S_x, S_s), STEPS, T)
 
 
 def test_an_ideal_impedance_has_its_own_admittance_and_is_passive() -> None:
@@ -80,6 +81,16 @@ def test_the_least_spring_is_where_the_late_damper_is_in_step_with_it() -> None:
     found = port(2.0, fed=10.0, late=50).unstable_springs(np.geomspace(100.0, 1e4, 20))
     assert found is not None
     assert found[0] == pytest.approx(2.0 * w**2 - 10.0 * w, rel=0.03)
+
+
+def test_a_damper_beside_the_spring_has_to_take_what_the_late_one_gives() -> None:
+    # At most 10 N s/m: where the spring's mode is half a period late.
+    late, springs = port(2.0, fed=10.0, late=50), np.geomspace(100.0, 1e4, 12)
+    assert late.calming_damper(springs, np.array([2.0, 5.0, 9.0, 11.0, 20.0])) == 11.0
+    assert late.calming_damper(springs[:1], np.array([0.0, 11.0])) == 0.0
+    assert late.calming_damper(springs, np.array([2.0, 5.0])) is None
+    # A damper is one: alone it takes the mass's speed.
+    assert port(2.0).growth(0.0, 4.0) == pytest.approx(-2.0, rel=1e-2)
 
 
 def test_several_axes_are_judged_together() -> None:
@@ -128,6 +139,22 @@ def test_the_flying_tip_is_not_passive_along_the_contact_axis(tip: TipPort) -> N
     springs = tip.along(np.eye(3)[0]).unstable_springs(np.geomspace(30.0, 300.0, 5))
     assert springs is not None
     assert 50.0 < springs[0] < 200.0
+
+
+def test_a_small_damper_beside_any_spring_keeps_it_from_growing(tip: TipPort) -> None:
+    springs, dampers = np.array([120.0, 300.0, 1e3, 1e4, 1e5]), np.array([0.0, 1.0, 3.0, 7.0])
+    damper = [tip.along(axis).calming_damper(springs, dampers) for axis in np.eye(3)]
+    assert damper == [3.0, 0.0, 7.0]
+
+
+def test_in_flight_such_a_spring_swings_the_force_and_a_damper_beside_it_calms() -> None:
+    swing = []
+    for damper in (0.0, 3.0):
+        soft = {"surface.stiffness": 220.0, "surface.damping": damper, "trajectory.duration": 9.0}
+        log = skylimb.run("paper", "task_frame", set={**REST, **soft}).log
+        end = (log.phase == 4) & (log.time > float(log.time[-1]) - 9.0)
+        swing.append(float(log.contact_force_normal.where(end, drop=True).std()))
+    assert swing[0] > 2.0 * swing[1]
 
 
 def test_without_touch_there_is_nothing_to_hold(point: OperatingPoint) -> None:

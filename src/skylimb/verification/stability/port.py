@@ -11,8 +11,9 @@ that counts for it, from force to mean velocity, is
 
 A port is passive when (Y + Y^H) / 2 has no negative eigenvalue on z = exp(i w T): no passive environment can
 then make it grow (Colgate, Hogan, Int. J. Control 48(1), 1988). Where it is not, some could; the simplest is
-a spring, whose least stiffness that makes the loop grow is sought by its eigenvalues. That spring answers in
-every physics step, not once a period.
+a spring, whose least stiffness that makes the loop grow is sought by its eigenvalues, and the damper beside
+it that it takes to keep the loop from growing with any spring. Both answer in every physics step, not once a
+period.
 """
 
 from __future__ import annotations
@@ -45,6 +46,7 @@ class TipPort:
         B: controls, held over it, (n, nu).
         push: force on the tip, held over it, (n, k).
         place: of the tip along the same axes, (k, n).
+        speed: of the tip along them, (k, n).
         feedback: (K_x, K_s, S_x, S_s) of the control tick: u = K_x x + K_s s and s' = S_x x + S_s s.
         substeps: physics steps in a control period.
         period: of control, s.
@@ -54,6 +56,7 @@ class TipPort:
     B: np.ndarray
     push: np.ndarray
     place: np.ndarray
+    speed: np.ndarray
     feedback: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
     substeps: int
     period: float
@@ -61,11 +64,14 @@ class TipPort:
     def along(self, direction: np.ndarray) -> TipPort:
         """The port along one direction (k,) alone."""
         d = np.asarray(direction, dtype=float)[:, None]
-        return dataclasses.replace(self, push=self.push @ d, place=d.T @ self.place)
+        return dataclasses.replace(self, push=self.push @ d, place=d.T @ self.place, speed=d.T @ self.speed)
 
-    def over_period(self, stiffness: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-        """M and N over one control period, with a spring (N/m) at the tip along all axes of the port."""
-        step = self.A - stiffness * self.push @ self.place
+    def over_period(self, stiffness: float = 0.0, damper: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+        """M and N over one control period, with a spring (N/m) and a damper (N s/m) at the tip.
+
+        Both act along all axes of the port.
+        """
+        step = self.A - self.push @ (stiffness * self.place + damper * self.speed)
         A, B, push = np.eye(len(step)), np.zeros_like(self.B), np.zeros_like(self.push)
         for _ in range(self.substeps):
             A, B, push = step @ A, step @ B + self.B, step @ push + self.push
@@ -83,9 +89,9 @@ class TipPort:
         z = np.exp(2.0j * np.pi * np.asarray(frequencies) * self.period)
         return np.array([(w - 1.0) / self.period * C @ np.linalg.solve(w * np.eye(len(M)) - M, N) for w in z])
 
-    def growth(self, stiffness: float) -> float:
-        """Of the fastest mode, 1/s, with a spring of this stiffness (N/m) at the tip; no neutral ones."""
-        M, _ = self.over_period(stiffness)
+    def growth(self, stiffness: float, damper: float = 0.0) -> float:
+        """Of the fastest mode, 1/s, with a spring (N/m) and a damper (N s/m) at the tip; no neutral ones."""
+        M, _ = self.over_period(stiffness, damper)
         inside = in_loop(M, self.place.shape[1])
         values = np.linalg.eigvals(M[np.ix_(inside, inside)])
         values = values[abs(values - 1.0) >= NEUTRAL]
@@ -110,6 +116,26 @@ class TipPort:
             middle = 0.5 * (low + high)
             low, high = (low, middle) if self.growth(middle) > floor else (middle, high)
         return high, max(high, float(stiffnesses[grows[-1]]))
+
+    def calming_damper(
+        self, stiffnesses: np.ndarray, dampers: np.ndarray, floor: float = 1e-2
+    ) -> float | None:
+        """The least of rising `dampers` beside which a spring of none of the `stiffnesses` makes a mode grow.
+
+        Args:
+            stiffnesses: of the springs, N/m.
+            dampers: N s/m.
+            floor: growth that does not count, 1/s.
+
+        Returns:
+            The damper, N s/m; None where each of them leaves a spring that does.
+        """
+        calm = (
+            float(damper)
+            for damper in dampers
+            if all(self.growth(float(stiffness), float(damper)) <= floor for stiffness in stiffnesses)
+        )
+        return next(calm, None)
 
 
 def real_part(Y: np.ndarray) -> np.ndarray:
@@ -146,9 +172,9 @@ def tip_port(point: OperatingPoint, axes: np.ndarray) -> TipPort:
     model = held.plant.model
     jacobian = np.zeros((3, model.nv))
     mujoco.mj_jacSite(model, data, jacobian, None, model.site(TIP_SITE).id)
-    place = np.zeros((len(axes), len(A)))
-    place[:, : model.nv] = np.asarray(axes) @ jacobian
-    return TipPort(A, B, push, place, loop_parts(held), held.plant.substeps, held.period)
+    place, speed = np.zeros((2, len(axes), len(A)))
+    place[:, : model.nv] = speed[:, model.nv : 2 * model.nv] = np.asarray(axes) @ jacobian
+    return TipPort(A, B, push, place, speed, loop_parts(held), held.plant.substeps, held.period)
 
 
 def _held(point: OperatingPoint) -> OperatingPoint:
