@@ -144,6 +144,10 @@ def test_the_pull_toward_the_hovers_thrusts_comes_slowly(seen: Any, demand: Dema
     whole = pull / -np.expm1(-2.0 * np.pi * 0.3 * DT)
     np.testing.assert_allclose(flat(level_move(law, np.full(4, 0.3), whole, at, demand).pull), whole)
     assert np.linalg.norm(pull) < 0.02 * np.linalg.norm(whole)
+    # However steep the thrusts are there, it is no more than twice the limit of the moves.
+    steep = numeric(LevelMoves(margin=0.0, steady=100.0, limit=0.01))
+    pull = flat(level_move(steep, np.full(4, 0.3), np.zeros(4), at, demand).pull)
+    assert np.abs(pull).max() == pytest.approx(-0.02 * np.expm1(-2.0 * np.pi * 0.3 * DT))
     none = level_move(numeric(LevelMoves(margin=0.0)), np.full(4, 0.3), np.zeros(4), at, demand)
     assert not np.any(flat(none.pull))
 

@@ -125,14 +125,16 @@ def test_where_a_force_or_torque_is_kept_the_target_rests_only_at_that_push(make
     assert weak.turn_rate[1] == pytest.approx(0.1 / 50.0, rel=1e-3)
 
 
-def test_out_of_touch_the_target_goes_home_and_pushes_for_nothing(make_inputs: Make) -> None:
+def test_out_of_touch_the_target_goes_home_and_turns_back_slowly(make_inputs: Make) -> None:
     law, inputs = gains(), make_inputs(reference={"touch": 0.0, "wait": 0.0})
-    state = contact.initial_state(law, NOBODY)._replace(way=np.array([0.1, 0.1, 0.1]), turn=np.ones(3) * 0.3)
-    for _ in range(1200):
-        state = contact.step(law, state, inputs)[0]
-    assert np.abs(state.way).max() < 1e-4
-    assert np.abs(state.turn).max() < 1e-3
-    assert contact.step(law, state, inputs)[1].engaged == 0.0
+    soft = gains(turn_stiffness=(0.0, 0.0, 0.0))
+    state = contact.initial_state(law, NOBODY)._replace(way=np.full(3, 0.1), turn=np.full(3, 0.3))
+    after = [state := contact.step(soft, state, inputs)[0] for _ in range(2400)]
+    assert np.abs(after[1199].way).max() < 1e-4
+    # At 0.5 1/s, where a spring of its own is not faster.
+    np.testing.assert_allclose(after[1199].turn / after[799].turn, np.exp(-1.0), rtol=0.05)
+    assert (contact.step(law, after[9], inputs)[0].turn_rate < after[10].turn_rate).all()
+    assert contact.step(soft, state, inputs)[1].engaged == 0.0
 
 
 def test_on_the_way_back_a_spring_still_gives_way_to_what_is_there(make_inputs: Make) -> None:

@@ -32,6 +32,9 @@ from skylimb.symbolic import Array, clip, is_symbolic, low_pass, matrix, stack
 _CALM = 2.0 * math.pi * 0.3
 """Rate of the pull toward the thrusts of the hover, 1/s: slow, as servos that chase it tick by tick shake."""
 
+_MOST = 2.0
+"""Greatest such pull over the greatest move: where thrusts are nearly undetermined it would have no bound."""
+
 
 @configuration
 class LevelMoves:
@@ -101,7 +104,8 @@ def level_move(gains: Any, move: Array, pull: Array, inputs: LawInput, demand: D
     force, torque = R_WN.T @ demand.force, R_WN.T @ (body.R_WC @ demand.torque)
     side, J, effort, change = side_force_function(inputs.robot)(q, nominal, nominal + move, force[2], torque)
     wanted = force[0:2] - side + J @ move
-    pull = low_pass(pull, gains.steady * change, _CALM, inputs.dt)
+    most = _MOST * gains.limit
+    pull = low_pass(pull, clip(gains.steady * change, -most, most), _CALM, inputs.dt)
     away = gains.margin * effort + pull
     free = _damped_inverse(J, gains.damping, wanted + J @ away) - away
     lower, upper = inputs.robot.vectoring_limits()

@@ -32,8 +32,9 @@ from skylimb.symbolic import Array, clip, low_pass, where
 
 _AXES = "along the contact axis, u and v"
 _ABOUT = "about the contact axis, u and v"
-_HOME = 2.0
-"""Rate at which a target goes back out of touch, 1/s."""
+_HOME, _TURN_HOME = 2.0, 0.5
+"""Rates at which a target goes back, and turns back, out of touch, 1/s: a body that swings back quickly while
+its face still lies on a surface throws itself off."""
 
 
 @configuration
@@ -132,9 +133,11 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
         turn_soft * felt.torque + touch * load * gains.torque,
         R_WT.T @ (estimate.body.R_WC @ inputs.residual.torque),
     )
-    along = Spring(gains.mass, gains.damping, _held(gains.stiffness, gains.damping, soft))
+    along = Spring(gains.mass, gains.damping, _held(gains.stiffness, _HOME * gains.damping, soft))
     about = Spring(
-        gains.inertia, gains.turn_damping, _held(gains.turn_stiffness, gains.turn_damping, turn_soft)
+        gains.inertia,
+        gains.turn_damping,
+        _held(gains.turn_stiffness, _TURN_HOME * gains.turn_damping, turn_soft),
     )
     way, rate = advance(along, state.way, state.rate, push, (gains.travel, gains.speed), dt)
     turn, turn_rate = advance(about, state.turn, state.turn_rate, twist, (gains.turn, gains.turn_speed), dt)
@@ -174,9 +177,8 @@ class Spring(NamedTuple):
     stiffness: Array
 
 
-def _held(stiffness: Array, damping: Array, soft: Array) -> Array:
-    """The spring; where the tip does not give way it is hard enough for the target to go home."""
-    home = _HOME * damping
+def _held(stiffness: Array, home: Array, soft: Array) -> Array:
+    """The spring; where the tip does not give way it is at least the one with which the target goes home."""
     return where(soft > 0.5, stiffness, where(stiffness > home, stiffness, home))
 
 
