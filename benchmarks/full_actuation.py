@@ -186,13 +186,17 @@ def elsewhere(rng: np.random.Generator, *most: float) -> dict[str, Any]:
     return {"surface_error": [rng.uniform(-one, one) for one in most]}
 
 
+def leaning(rng: np.random.Generator, most: float) -> dict[str, Any]:
+    """A surface that leans both ways, by up to so many degrees."""
+    return {f"surface.{angle}": np.radians(rng.uniform(-most, most)) for angle in ("slope", "pitch")}
+
+
 def plane_draw(rng: np.random.Generator) -> dict[str, Any]:
     """A plane that leans by up to 5 degrees otherwise than it should, and stands up to 2 cm elsewhere."""
     return {
         **unknowns(rng),
         **elsewhere(rng, 0.02, 0.02, 0.02),
-        "surface.slope": np.radians(rng.uniform(-5.0, 5.0)),
-        "surface.pitch": np.radians(rng.uniform(-5.0, 5.0)),
+        **leaning(rng, 5.0),
         "surface.friction": rng.uniform(0.5, 0.8),
     }
 
@@ -249,8 +253,7 @@ def face_draw(rng: np.random.Generator) -> dict[str, Any]:
     return {
         **unknowns(rng),
         **elsewhere(rng, 0.02, 0.02, 0.02),
-        "surface.slope": np.radians(rng.uniform(-6.0, 6.0)),
-        "surface.pitch": np.radians(rng.uniform(-6.0, 6.0)),
+        **leaning(rng, 6.0),
         "surface.friction": rng.uniform(0.3, 0.8),
     }
 
@@ -278,8 +281,7 @@ def valve_draw(rng: np.random.Generator) -> dict[str, Any]:
     return {
         **unknowns(rng),
         **elsewhere(rng, 0.01, 0.01, 0.01),
-        "surface.slope": np.radians(rng.uniform(-3.0, 3.0)),
-        "surface.pitch": np.radians(rng.uniform(-3.0, 3.0)),
+        **leaning(rng, 3.0),
         "surface.lever_angle": np.radians(rng.uniform(-5.0, 5.0)),
         "surface.friction": rng.uniform(0.1, 0.5),
         "surface.friction_torque": rng.uniform(0.2, 0.4),
@@ -302,8 +304,7 @@ def peg_draw(rng: np.random.Generator) -> dict[str, Any]:
     return {
         **unknowns(rng),
         **elsewhere(rng, 0.01, 0.008, 0.008),
-        "surface.slope": np.radians(rng.uniform(-3.0, 3.0)),
-        "surface.pitch": np.radians(rng.uniform(-3.0, 3.0)),
+        **leaning(rng, 3.0),
         "surface.friction": rng.uniform(0.1, 0.3),
     }
 
@@ -330,8 +331,7 @@ def ceiling_draw(rng: np.random.Generator) -> dict[str, Any]:
     return {
         **unknowns(rng),
         **elsewhere(rng, 0.02, 0.02, 0.02),
-        "surface.slope": np.radians(rng.uniform(-5.0, 5.0)),
-        "surface.pitch": np.radians(rng.uniform(-5.0, 5.0)),
+        **leaning(rng, 5.0),
         "surface.friction": rng.uniform(0.1, 0.5),
     }
 

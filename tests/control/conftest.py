@@ -1,6 +1,8 @@
 """What a law is given in a test: any part of it by name, the rest at rest."""
 
+import subprocess
 from collections.abc import Callable
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -8,11 +10,14 @@ import numpy as np
 import pytest
 
 import skylimb
+from skylimb.control.cascade import Cascade
 from skylimb.control.records import ArmTarget, LawInput, no_contact
 from skylimb.estimation.records import BodyState, Estimate, Measurement, Start, Wrench
+from skylimb.flights.export import export_c
 from skylimb.missions.reference import zero_reference
 from skylimb.planning.vectoring import vectoring_table
 from skylimb.robots.model import Robot, RobotState
+from skylimb.simulation.compiling import compile_c
 
 DT = 0.005
 NOBODY: Any = None
@@ -88,3 +93,18 @@ def make_inputs() -> Callable[..., LawInput]:
 @pytest.fixture(scope="session")
 def make_start() -> Callable[..., Start]:
     return _start
+
+
+@pytest.fixture
+def run_as_c(tmp_path: Path) -> Callable[[Any], None]:
+    """Writes a controller as C, compiles the example that comes with it and runs it on its test vector."""
+
+    def run(controller: Any) -> None:
+        assert isinstance(controller, Cascade)
+        files = export_c(controller, tmp_path / "export")
+        sources = [path for path in files if path.suffix == ".c" and path.name != "host.c"]
+        compile_c(sources, tmp_path / "example", ("-O1", "-std=c99", "-Wall", "-Werror", "-ffp-contract=off"))
+        done = subprocess.run([tmp_path / "example"], capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stdout
+
+    return run

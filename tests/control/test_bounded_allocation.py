@@ -1,6 +1,5 @@
 """The allocation that knows limits, alone, in the cascade, in flight and as C."""
 
-import subprocess
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -23,12 +22,10 @@ from skylimb.control.windup import unless_short
 from skylimb.errors import ConfigError
 from skylimb.estimation.records import Start, Wrench
 from skylimb.flights.drivers.native import compile_native, fly_native
-from skylimb.flights.export import export_c
 from skylimb.flights.flying import fly_here
 from skylimb.flights.loading import take_off
 from skylimb.packing import Layout, numeric
 from skylimb.robots.model import GRAVITY_W, Robot, RobotState
-from skylimb.simulation.compiling import compile_c
 from skylimb.spatial import rotation_from_rpy
 
 DT = 0.005
@@ -362,11 +359,5 @@ def test_a_flight_within_the_limits_is_the_papers_to_the_bit(preset: str) -> Non
     np.testing.assert_array_equal(flown[0].configuration.values, flown[1].configuration.values)
 
 
-def test_as_c_it_passes_its_test_vector(preset: str, tmp_path: Path) -> None:
-    controller = skylimb.load_controller(preset, skylimb.load_robot("hydrus_xi_quad"))
-    assert isinstance(controller, Cascade)
-    files = export_c(controller, tmp_path / "export")
-    sources = [path for path in files if path.suffix == ".c" and path.name != "host.c"]
-    compile_c(sources, tmp_path / "example", ("-O1", "-std=c99", "-Wall", "-Werror", "-ffp-contract=off"))
-    done = subprocess.run([tmp_path / "example"], capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stdout
+def test_as_c_it_passes_its_test_vector(preset: str, run_as_c: Callable[..., None]) -> None:
+    run_as_c(skylimb.load_controller(preset, skylimb.load_robot("hydrus_xi_quad")))

@@ -1,6 +1,5 @@
 """Force and torque in six directions with the body level: alone, in flight and as C."""
 
-import subprocess
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -12,19 +11,16 @@ from scipy.spatial.transform import Rotation
 
 import skylimb
 from skylimb.control.allocation import level, pseudoinverse
-from skylimb.control.cascade import Cascade
 from skylimb.control.level_moves import LevelMoves, level_move, nominal_rotation
 from skylimb.control.needs import Needs
 from skylimb.control.records import Demand, LawInput
 from skylimb.errors import ConfigError
 from skylimb.estimation.records import Start, Wrench
 from skylimb.flights.drivers.native import compile_native, fly_native
-from skylimb.flights.export import export_c
 from skylimb.flights.flying import fly_here
 from skylimb.flights.loading import take_off
 from skylimb.packing import Layout, numeric
 from skylimb.robots.model import GRAVITY_W, Robot, RobotState
-from skylimb.simulation.compiling import compile_c
 from skylimb.spatial import rot_z
 
 DT = 0.005
@@ -251,11 +247,5 @@ def test_the_native_driver_flies_the_same_to_the_bit(preset: str) -> None:
         np.testing.assert_array_equal(native.signal(name), here.signal(name))
 
 
-def test_as_c_it_passes_its_test_vector(preset: str, tmp_path: Path) -> None:
-    controller = skylimb.load_controller(preset, skylimb.load_robot("hydrus_xi_quad"))
-    assert isinstance(controller, Cascade)
-    files = export_c(controller, tmp_path / "export")
-    sources = [path for path in files if path.suffix == ".c" and path.name != "host.c"]
-    compile_c(sources, tmp_path / "example", ("-O1", "-std=c99", "-Wall", "-Werror", "-ffp-contract=off"))
-    done = subprocess.run([tmp_path / "example"], capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stdout
+def test_as_c_it_passes_its_test_vector(preset: str, run_as_c: Callable[..., None]) -> None:
+    run_as_c(skylimb.load_controller(preset, skylimb.load_robot("hydrus_xi_quad")))

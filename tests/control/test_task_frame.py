@@ -1,8 +1,6 @@
 """Six directions at the tip: the laws alone, against the paper's, in flight, linearised and as C."""
 
-import subprocess
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import casadi as ca
@@ -23,12 +21,10 @@ from skylimb.control.translation import task_frame as translation
 from skylimb.errors import ConfigError
 from skylimb.estimation.records import Wrench
 from skylimb.flights.drivers.native import compile_native, fly_native
-from skylimb.flights.export import export_c
 from skylimb.flights.flying import fly_here
 from skylimb.flights.loading import take_off
 from skylimb.packing import numeric
 from skylimb.robots.model import Robot, RobotState
-from skylimb.simulation.compiling import compile_c
 from skylimb.spatial import rot_z, rotation_from_rpy, rotation_from_vector
 from skylimb.verification.stability import linearise, operating_point
 
@@ -367,11 +363,5 @@ def test_the_native_driver_flies_the_same_to_the_bit() -> None:
     assert np.abs(here.signal("tip_move")).max() > 1e-3
 
 
-def test_as_c_it_passes_its_test_vector(robot: Robot, tmp_path: Path) -> None:
-    controller = skylimb.load_controller("task_frame", robot)
-    assert isinstance(controller, Cascade)
-    files = export_c(controller, tmp_path / "export")
-    sources = [path for path in files if path.suffix == ".c" and path.name != "host.c"]
-    compile_c(sources, tmp_path / "example", ("-O1", "-std=c99", "-Wall", "-Werror", "-ffp-contract=off"))
-    done = subprocess.run([tmp_path / "example"], capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stdout
+def test_as_c_it_passes_its_test_vector(robot: Robot, run_as_c: Callable[..., None]) -> None:
+    run_as_c(skylimb.load_controller("task_frame", robot))

@@ -10,6 +10,7 @@ import numpy as np
 from skylimb.simulation.contact import add_contact_pair, set_contact_options
 from skylimb.simulation.foot import BALLS, CORNERS, add_foot, tune_foot
 from skylimb.simulation.surfaces import Board
+from skylimb.verification.drawing import curves
 from skylimb.verification.row import Evidence, Row, worst
 
 _MASS, _GYRATION, _RADIUS = 2.0, 0.1, 0.004
@@ -51,12 +52,8 @@ def foot_tips() -> Evidence:
     limits = [0.5 * (shares[row].min() + shares[~row].max()) for row in turned]
     measured, expected = worst(100.0 * np.array(limits), 100.0)
 
-    def draw(axes: Any) -> None:
-        for half, row in zip(_HALF_WIDTHS, turned, strict=True):
-            axes.plot(100.0 * shares, row.astype(float), "o-", label=f"h = {1e3 * half:g} mm")
-        axes.set(xlabel="torque (% of h N)", ylabel="tips (0 or 1)")
-        axes.legend()
-
+    names = [f"h = {1e3 * half:g} mm" for half in _HALF_WIDTHS]
+    draw = curves(100.0 * shares, turned.astype(float), names, ("torque (% of h N)", "tips (0 or 1)"))
     claim = "A foot tips over its edge at a torque of h N."
     return Evidence(Row("foot_tips", claim, measured, expected, 8.0, "% of h N", cases=turned.size), draw)
 
@@ -67,12 +64,8 @@ def foot_slides() -> Evidence:
     drags = np.array([[_drag(mu, share) for share in (0.0, 0.3, 0.6)] for mu in frictions])
     measured, expected = worst(100.0 * drags / frictions[:, None], 100.0)
 
-    def draw(axes: Any) -> None:
-        for share, column in zip((0.0, 0.3, 0.6), drags.T, strict=True):
-            axes.plot(frictions, column, "o-", label=f"torque {share:g} h N")
-        axes.set(xlabel="friction", ylabel="drag over normal force")
-        axes.legend()
-
+    names = [f"torque {share:g} h N" for share in (0.0, 0.3, 0.6)]
+    draw = curves(frictions, drags.T, names, ("friction", "drag over normal force"))
     claim = "Sliding, a foot drags with mu N, whatever torque it carries."
     return Evidence(Row("foot_slides", claim, measured, expected, 0.5, "% of mu", cases=drags.size), draw)
 

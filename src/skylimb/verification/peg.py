@@ -12,6 +12,7 @@ from skylimb.robots.description import Tip
 from skylimb.simulation.contact import set_contact_options
 from skylimb.simulation.peg import add_peg, tune_peg
 from skylimb.simulation.surfaces import Hole
+from skylimb.verification.drawing import curves
 from skylimb.verification.row import Evidence, Row, worst
 
 _MASS, _GYRATION, _RADIUS, _LENGTH = 2.0, 0.1, 0.015, 0.12
@@ -25,12 +26,8 @@ def peg_sinks() -> Evidence:
     found = np.array([[_depth_on_floor(k, force) for force in _FORCES] for k in stiffnesses])
     measured, expected = worst(100.0 * found, 100.0)
 
-    def draw(axes: Any) -> None:
-        for row, k in zip(found, stiffnesses, strict=True):
-            axes.semilogx(_FORCES, 100.0 * row, "o-", label=f"k = {k:g} N/m")
-        axes.set(xlabel="force (N)", ylabel="depth (% of F/k)")
-        axes.legend()
-
+    names = [f"k = {k:g} N/m" for k in stiffnesses]
+    draw = curves(_FORCES, 100.0 * found, names, ("force (N)", "depth (% of F/k)"), logarithmic=True)
     claim = "On the floor of a hole a peg sinks in by F/k."
     return Evidence(Row("peg_sinks", claim, measured, expected, 0.5, "% of F/k", cases=found.size), draw)
 
@@ -90,12 +87,8 @@ def peg_step() -> Evidence:
     off = np.array([[_inserted(force, step) for force in _FORCES] for step in steps]) - finest
     far = 1e6 * np.linalg.norm(off, axis=-1)
 
-    def draw(axes: Any) -> None:
-        for row, step in zip(far, steps, strict=True):
-            axes.semilogx(_FORCES, row, "o-", label=f"{1e3 * step:g} ms")
-        axes.set(xlabel="force (N)", ylabel="place beside that of 0.25 ms (µm)")
-        axes.legend()
-
+    names = [f"{1e3 * step:g} ms" for step in steps]
+    draw = curves(_FORCES, far, names, ("force (N)", "place beside that of 0.25 ms (µm)"), logarithmic=True)
     claim = "A peg that slides down a chamfer into its hole rests there with steps of 0.25 to 2 ms alike."
     return Evidence(Row("peg_step", claim, float(far.max()), 50.0, 0.0, "µm", "below", cases=far.size), draw)
 

@@ -15,10 +15,12 @@ import numpy as np
 from skylimb.simulation.contact import add_contact_pair, set_contact_options, tune_contact_pair
 from skylimb.simulation.surfaces import Valve
 from skylimb.simulation.surfaces.valve import HINGE
+from skylimb.verification.drawing import curves
 from skylimb.verification.row import Evidence, Row, worst
 
 _MASS, _RADIUS = 1.0, 0.004
 _ARMS = np.array([0.1, 0.2, 0.3])
+_NAMES = [f"r = {arm:g} m" for arm in _ARMS]
 _HAND = np.array([200.0, 2.0])  # N m/rad and N m s/rad, of a hand that turns the arm steadily
 _TORQUES = np.array([0.1, 0.5, 2.0])
 
@@ -31,12 +33,8 @@ def valve_starts() -> Evidence:
     limits = [0.5 * (shares[row].min(initial=9.0) + shares[~row].max(initial=0.0)) for row in flat]
     measured, expected = worst(100.0 * np.array(limits), 100.0)
 
-    def draw(axes: Any) -> None:
-        for row, arm in zip(turned[:, 1], _ARMS, strict=True):
-            axes.plot(100.0 * shares, row.astype(float), "o-", label=f"r = {arm:g} m")
-        axes.set(xlabel="torque of the push (% of the dry friction)", ylabel="turns (0 or 1)")
-        axes.legend()
-
+    both = "torque of the push (% of the dry friction)", "turns (0 or 1)"
+    draw = curves(100.0 * shares, turned[:, 1].astype(float), _NAMES, both)
     claim = "A valve starts to turn when the push has the torque of its dry friction."
     return Evidence(Row("valve_starts", claim, measured, expected, 2.0, "% of it", cases=turned.size), draw)
 
@@ -47,12 +45,8 @@ def valve_turns() -> Evidence:
     found = np.array([[_turning(arm, T, rate) for rate in rates for T in _TORQUES] for arm in _ARMS])
     measured, expected = worst(100.0 * found, 100.0)
 
-    def draw(axes: Any) -> None:
-        for row, arm in zip(found, _ARMS, strict=True):
-            axes.plot(100.0 * row, "o-", label=f"r = {arm:g} m")
-        axes.set(xlabel="case (friction, rate)", ylabel="torque of the contact (% of theory)")
-        axes.legend()
-
+    both = "case (friction, rate)", "torque of the contact (% of theory)"
+    draw = curves(None, 100.0 * found, _NAMES, both)
     claim = "Turned steadily, the contact's torque about the hinge is the hinge's friction and damper."
     return Evidence(Row("valve_turns", claim, measured, expected, 0.5, "% of theory", cases=found.size), draw)
 
@@ -63,12 +57,7 @@ def valve_stops() -> Evidence:
     found = np.array([[_depth_at_stop(arm, force) for force in forces] for arm in _ARMS])
     measured, expected = worst(100.0 * found, 100.0)
 
-    def draw(axes: Any) -> None:
-        for row, arm in zip(found, _ARMS, strict=True):
-            axes.semilogx(forces, 100.0 * row, "o-", label=f"r = {arm:g} m")
-        axes.set(xlabel="force (N)", ylabel="depth (% of F/k)")
-        axes.legend()
-
+    draw = curves(forces, 100.0 * found, _NAMES, ("force (N)", "depth (% of F/k)"), logarithmic=True)
     claim = "Pressed against its stop, a ball sinks into the lever by F/k."
     return Evidence(Row("valve_stops", claim, measured, expected, 1.0, "% of F/k", cases=found.size), draw)
 
@@ -81,12 +70,9 @@ def valve_step() -> Evidence:
     off = np.array([[_pushed(arm, T, step) for arm, T in cases] for step in steps]) - finest
     measured = float(100.0 * np.abs(off / finest).max())
 
-    def draw(axes: Any) -> None:
-        for row, step in zip(off, steps, strict=True):
-            axes.plot(100.0 * row / finest, "o-", label=f"{1e3 * step:g} ms")
-        axes.set(xlabel="case (arm, friction)", ylabel="turn beside that of 0.25 ms (%)")
-        axes.legend()
-
+    names = [f"{1e3 * step:g} ms" for step in steps]
+    both = "case (arm, friction)", "turn beside that of 0.25 ms (%)"
+    draw = curves(None, 100.0 * off / finest, names, both)
     claim = "A time step of 0.5 to 2 ms turns a pushed valve as far as one of 0.25 ms."
     return Evidence(Row("valve_step", claim, measured, 2.0, 0.0, "%", "below", cases=off.size), draw)
 

@@ -1,4 +1,4 @@
-"""A scene with one ball before a surface."""
+"""A ball before a surface in the engine, and the flight of a module's take-off."""
 
 from types import SimpleNamespace
 
@@ -6,7 +6,9 @@ import mujoco
 import numpy as np
 import pytest
 
+from skylimb.flights.drivers.native import fly_native
 from skylimb.simulation.contact import add_contact_pair, set_contact_options, tune_contact_pair
+from skylimb.simulation.log import flight_log
 
 TIP_RADIUS = 0.004
 
@@ -47,6 +49,43 @@ def make_scene(surface, radius=TIP_RADIUS):
 @pytest.fixture
 def scene_of():
     return make_scene
+
+
+@pytest.fixture
+def gap_of():
+    """Distance of a point from a surface in the engine, m, at an angle of its hinge where it has one."""
+
+    def build(surface):
+        spec = mujoco.MjSpec()
+        parts = surface.attach(spec)
+        ball = spec.worldbody.add_body(mocap=True, name="ball")
+        ball.add_geom(name="ball", type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[TIP_RADIUS, 0.0, 0.0])
+        model = spec.compile()
+        data = mujoco.MjData(model)
+        touched = [model.geom(name).id for name in parts.geoms or (parts.geom,)]
+
+        def gap(point, angle=0.0):
+            data.qpos[:], data.mocap_pos[0] = angle, point
+            mujoco.mj_kinematics(model, data)
+            ball, between = model.geom("ball").id, np.zeros(6)
+            gaps = [mujoco.mj_geomDistance(model, data, one, ball, 10.0, between) for one in touched]
+            return min(gaps) + TIP_RADIUS
+
+        return gap
+
+    return build
+
+
+@pytest.fixture(scope="module")
+def flight(takeoff):
+    """The flight of a module's `takeoff`."""
+    return fly_native([takeoff])[0]
+
+
+@pytest.fixture(scope="module")
+def log(takeoff, flight):
+    """Its log."""
+    return flight_log(takeoff.plant, flight, takeoff.mission)
 
 
 @pytest.fixture

@@ -18,6 +18,20 @@ from skylimb.simulation.surfaces.surface import COLOR, GEOM
 _WIDEST = math.radians(85.0)  # half of the angle that a hollow cylinder may span
 
 
+def add_round(body: mujoco.MjsBody, radius: float, height: float) -> None:
+    """The engine's own cylinder along v behind the origin, m: one to be touched, one to be looked at."""
+    common: dict[str, Any] = {
+        "type": mujoco.mjtGeom.mjGEOM_CYLINDER,
+        "pos": [radius, 0.0, 0.0],
+        "contype": 0,
+        "conaffinity": 0,
+        "mass": 0.0,
+    }
+    # Longer than what is drawn, so that the tip meets its round side and never its flat end.
+    body.add_geom(name=GEOM, size=[radius, height, 0.0], group=4, **common)
+    body.add_geom(size=[radius, 0.5 * height, 0.0], rgba=COLOR, group=1, **common)
+
+
 @configuration
 class Cylinder(CurvedSurface):
     """A cylinder along v (`roll` turns it) that touches its flat plane at the origin.
@@ -71,16 +85,7 @@ class Cylinder(CurvedSurface):
         if self.concave:
             super().add_geometry(spec, body)
             return
-        common: dict[str, Any] = {
-            "type": mujoco.mjtGeom.mjGEOM_CYLINDER,
-            "pos": [self.radius, 0.0, 0.0],
-            "contype": 0,
-            "conaffinity": 0,
-            "mass": 0.0,
-        }
-        # Longer than what is drawn, so that the tip meets its round side and never its flat end.
-        body.add_geom(name=GEOM, size=[self.radius, self.size[1], 0.0], group=4, **common)
-        body.add_geom(size=[self.radius, 0.5 * self.size[1], 0.0], rgba=COLOR, group=1, **common)
+        add_round(body, self.radius, self.size[1])
 
 
 @configuration

@@ -52,6 +52,7 @@ class Hole(Surface):
     def check(self) -> None:
         """Refuse a chamfer below the floor, a small block, and a hole that moves or whose friction varies."""
         super().check()
+        self.require_still()
         if self.chamfer >= self.depth:
             raise ConfigError(
                 f"surface.chamfer = {self.chamfer:g} m must be less than surface.depth = {self.depth:g} m"
@@ -60,11 +61,6 @@ class Hole(Surface):
             raise ConfigError(
                 f"surface.size = {list(self.size)} m: a block with a hole is as high as wide, and wider than "
                 f"{2.4 * (self.radius + self.chamfer):.3g} m"
-            )
-        if self.moves or self.friction_varies:
-            raise ConfigError(
-                "surface.kind = 'hole' stands still and has one friction: leave out surface.static_ratio, "
-                "surface.friction_map, surface.advance_distance and surface.sway_amplitude"
             )
 
     @property

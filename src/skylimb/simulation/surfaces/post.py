@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from skylimb.keys import Key, configuration
-from skylimb.simulation.surfaces.surface import COLOR, GEOM, Surface
+from skylimb.simulation.surfaces.cylinder import add_round
+from skylimb.simulation.surfaces.surface import Surface
 
 _ROUNDING = 1e-9
 
@@ -57,16 +58,7 @@ class Post(Surface):
 
     def add_geometry(self, spec: mujoco.MjSpec, body: mujoco.MjsBody) -> None:
         """The engine's own cylinder."""
-        common: dict[str, Any] = {
-            "type": mujoco.mjtGeom.mjGEOM_CYLINDER,
-            "pos": [self.radius, 0.0, 0.0],
-            "contype": 0,
-            "conaffinity": 0,
-            "mass": 0.0,
-        }
-        # Longer than what is drawn, so that the tip meets its round side and never its flat end.
-        body.add_geom(name=GEOM, size=[self.radius, self.size[1], 0.0], group=4, **common)
-        body.add_geom(size=[self.radius, 0.5 * self.size[1], 0.0], rgba=COLOR, group=1, **common)
+        add_round(body, self.radius, self.size[1])
 
     def describe(self) -> dict[str, Any]:
         """As every surface's, with `u`, `v`, `height` and `unrolled_u` of its front."""

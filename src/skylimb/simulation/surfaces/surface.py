@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from skylimb.config import to_mapping
+from skylimb.errors import ConfigError
 from skylimb.keys import configuration
 from skylimb.simulation.contact import ContactParameters
 from skylimb.simulation.surfaces import motion as moving
@@ -114,6 +115,14 @@ class Surface(SurfaceKeys, abc.ABC):
     def moves(self) -> bool:
         """Whether the surface moves."""
         return self.advance_distance != 0.0 or self.sway_amplitude != 0.0
+
+    def require_still(self) -> None:
+        """Raise a `ConfigError` where it moves or its friction varies, for kinds that can do neither."""
+        if self.moves or self.friction_varies:
+            raise ConfigError(
+                f"surface.kind = '{self.kind}' stays where it is and has one friction: leave out surface."
+                "advance_distance, surface.sway_amplitude, surface.friction_map and surface.static_ratio"
+            )
 
     @property
     def turns(self) -> bool:

@@ -52,14 +52,10 @@ class Valve(Surface):
     def check(self) -> None:
         """Refuse a lever without length, and a valve that moves or whose friction varies."""
         super().check()
+        self.require_still()
         if self.outer <= self.inner:
             raise ConfigError(
                 f"surface.outer = {self.outer:g} m must be greater than surface.inner = {self.inner:g} m"
-            )
-        if self.moves or self.friction_varies:
-            raise ConfigError(
-                "surface.kind = 'valve' turns on its hinge alone: leave out surface.advance_distance, "
-                "surface.sway_amplitude, surface.friction_map and surface.static_ratio"
             )
 
     @property
