@@ -1,0 +1,208 @@
+"""From a calm force to a calm body: `following` on the paper's board over `shape.arm_share`.
+
+    python benchmarks/calm.py [--draws 24] [--tables]
+
+The draws of benchmarks/following.py, once with the preset's gains and once with `STEADIER`; then what these
+do on other surfaces, beside docs/following.json. docs/calm.json keeps the scores of every flight, one line a
+setting, and a setting that it holds is not flown again. The tables between the markers of
+docs/following_results.md and docs/images/following_calm.png are made anew.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from following import CHUNK, EXPERIMENTS, draws, ensemble, kept_numbers  # beside this file
+from matplotlib.figure import Figure
+
+from skylimb.analysis.measures import measured
+from skylimb.analysis.style import styled
+from skylimb.control.contact_machine import SLIDE
+from skylimb.control.controller import load_controller
+from skylimb.experiments.experiment import load_experiment
+from skylimb.flights.drivers.native import fly_native
+from skylimb.flights.record import recorded
+from skylimb.flights.takeoff import prepare
+from skylimb.recording.run import Run
+from skylimb.robots.loader import load_robot
+
+DOCS = Path(__file__).parents[1] / "docs"
+PAGE, NUMBERS, FIGURE = (
+    DOCS / "following_results.md",
+    DOCS / "calm.json",
+    DOCS / "images" / "following_calm.png",
+)
+SHARES = (0.0, 0.15, 0.3, 0.45, 0.6, 0.8, 1.0)
+STEADIER: dict[str, Any] = {"translation.press_damping": 5.0, "attitude.damping_ratio": [1.1, 0.8, 0.3]}
+KINDS = {"as it ships": {}, "steadier": STEADIER}
+SURFACES = {"paper": 200} | {name: 24 for _, name in EXPERIMENTS if name != "paper"}
+"""Draws of the steadier gains on each surface."""
+BESIDE = {
+    "force_slow_std": ("force std N", 1.0, 3),
+    "force_off": ("force off wanted %", 100.0, 1),
+    "pen_line_rms": ("pen to line rms mm", 1e3, 1),
+}
+SCORES = {
+    "speed": ("body along the contact axis, rms mm/s", 1e3, 1),
+    "way": ("its way, standard deviation mm", 1e3, 1),
+    "rate": ("body rate, rms mrad/s", 1e3, 1),
+    "force_std": ("force std N", 1.0, 3),
+    "line": ("pen to line rms mm", 1e3, 1),
+}
+
+
+def scores(run: Run) -> dict[str, Any]:
+    """How much body and force move while the pen slides; only the cause of a flight that was lost."""
+    if run.failed:
+        return {"lost": run.cause}
+    log = run.log
+    sliding = log.contact_state.values == SLIDE
+    velocity = log.cog_velocity.values[sliding, 0]
+    rate = log.angular_velocity_estimate.values[sliding]
+    found = {**run.metrics, **measured(run, ["contact"])}
+    return {
+        "lost": "",
+        "speed": float(np.sqrt(np.mean(velocity**2))),
+        "way": float(np.std(log.cog_position.values[sliding, 0])),
+        "rate": float(np.sqrt(np.mean(np.sum(rate**2, axis=1)))),
+        "force_std": found["force_slow_std"],
+        "line": found["pen_line_rms"],
+    }
+
+
+def flown(gains: dict[str, Any], count: int) -> list[dict[str, Any]]:
+    """The scores of every draw."""
+    robot = load_robot(load_experiment("paper").robot)
+    controller = load_controller("following", robot, gains)
+    ready = [prepare(load_experiment("paper", drawn), robot, controller) for drawn in draws("paper", count)]
+    found = []
+    for begin in range(0, count, CHUNK):
+        some = ready[begin : begin + CHUNK]
+        found += [
+            scores(recorded(takeoff, flight)) for takeoff, flight in zip(some, fly_native(some), strict=True)
+        ]
+    return found
+
+
+def at(rows: list[dict[str, Any]], name: str, part: float) -> float:
+    """A percentile of a score over the flights that were not lost."""
+    return float(np.percentile([row[name] for row in rows if not row["lost"]], part))
+
+
+def table(numbers: dict[str, list[dict[str, Any]]]) -> str:
+    """A line for every setting."""
+    titles = [title for title, _, _ in SCORES.values()]
+    lines = ["| gains | `arm_share` | lost | " + " | ".join(titles) + " |", "|---" * (3 + len(titles)) + "|"]
+    for kind in KINDS:
+        for share in SHARES:
+            rows = numbers[f"{kind} {share:g}"]
+            cells = [
+                f"{scale * at(rows, name, 50.0):.{digits}f} / {scale * at(rows, name, 90.0):.{digits}f}"
+                for name, (_, scale, digits) in SCORES.items()
+            ]
+            lost = sum(bool(row["lost"]) for row in rows)
+            lines.append(f"| {kind} | {share:g} | {lost} of {len(rows)} | {' | '.join(cells)} |")
+    return "\n".join(lines)
+
+
+def beside(numbers: dict[str, list[dict[str, Any]]]) -> str:
+    """Both kinds of gains on every surface, the same draws of each."""
+    shipped = kept_numbers()
+    titles = [f"{title}: {kind}" for title, _, _ in BESIDE.values() for kind in KINDS]
+    lines = [
+        f"| median / worst decile | draws | lost | {' | '.join(titles)} |",
+        "|---" * (3 + len(titles)) + "|",
+    ]
+    for name, experiment in EXPERIMENTS:
+        rows, count = numbers[f"surface {experiment}"], SURFACES[experiment]
+        cells = []
+        for key, (_, scale, digits) in BESIDE.items():
+            for some in (shipped[f"{name}: `following`"][:count], rows):
+                known = [scale * one[key] for one in some if one.get(key) is not None]
+                middle, worst = np.percentile(known, 50.0), np.percentile(known, 90.0)
+                cells.append(f"{middle:.{digits}f} / {worst:.{digits}f}")
+        lost = sum(one["status"] != "OK" for one in rows)
+        lines.append(f"| {name} | {count} | {lost} | {' | '.join(cells)} |")
+    return "\n".join(lines)
+
+
+@styled
+def draw(numbers: dict[str, list[dict[str, Any]]]) -> None:
+    """Force over motion, median and worst decile of both kinds of gains."""
+    figure = Figure(figsize=(7.16, 2.9), layout="constrained")
+    axes = figure.subplots(1, 2, sharex=True)
+    for ax, part, title in zip(axes, (50.0, 90.0), ("median", "worst decile"), strict=True):
+        for kind, marker in zip(KINDS, "os", strict=True):
+            rows = [numbers[f"{kind} {share:g}"] for share in SHARES]
+            x = [1e3 * at(row, "speed", 50.0) for row in rows]
+            y = [at(row, "force_std", part) for row in rows]
+            ax.plot(x, y, marker + "-", ms=4, label=kind)
+            for share, where in zip(SHARES, zip(x, y, strict=True), strict=True):
+                if share in (0.0, 1.0):
+                    ax.annotate(f"{share:g}", where, textcoords="offset points", xytext=(4, 4))
+        ax.set(xlabel="body along the contact axis, rms (mm/s)", ylabel="force std (N)", title=title)
+        ax.set_ylim(0.0, 1.12 * ax.get_ylim()[1])
+    axes[0].legend()
+    figure.savefig(FIGURE, dpi=110, metadata={"Software": None})
+
+
+def main() -> None:
+    """Fly what is missing, keep it, write table and figure."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
+    parser.add_argument("--draws", type=int, default=24)
+    parser.add_argument("--tables", action="store_true", help="fly nothing: what docs/calm.json holds")
+    options = parser.parse_args()
+    numbers = json.loads(NUMBERS.read_text(encoding="utf-8")) if NUMBERS.exists() else {}
+    wanted: dict[str, Any] = {
+        f"{kind} {share:g}": partial(flown, {**gains, "shape.arm_share": share}, options.draws)
+        for share in SHARES
+        for kind, gains in KINDS.items()
+    }
+    wanted |= {
+        f"surface {name}": partial(ensemble, name, count, "following", STEADIER)
+        for name, count in SURFACES.items()
+    }
+    for name, fly in wanted.items():
+        if name in numbers or options.tables:
+            continue
+        numbers[name] = [short(row, BESIDE if name.startswith("surface") else SCORES) for row in fly()]
+        keep(numbers)
+        print(name, flush=True)
+    draw(numbers)
+    fill("calm", table(numbers))
+    fill("steadier", beside(numbers))
+
+
+def keep(numbers: dict[str, list[dict[str, Any]]]) -> None:
+    """A line a setting."""
+    lines = (f"{json.dumps(key)}: {json.dumps(rows)}" for key, rows in numbers.items())
+    NUMBERS.write_text("{\n" + ",\n".join(lines) + "\n}\n", encoding="utf-8")
+
+
+def fill(name: str, text: str) -> None:
+    """Put a table between the page's markers of that name."""
+    begin, end = f"<!-- begin: {name} -->", f"<!-- end: {name} -->"
+    old = PAGE.read_text(encoding="utf-8")
+    pattern = f"{re.escape(begin)}.*?{re.escape(end)}"
+    new = re.sub(pattern, lambda _: f"{begin}\n\n{text}\n\n{end}", old, flags=re.DOTALL)
+    PAGE.write_text(new, encoding="utf-8")
+    print(text)
+
+
+def short(row: dict[str, Any], names: dict[str, Any]) -> dict[str, Any]:
+    """The scores that are kept, with four digits a number."""
+    return {
+        key: float(f"{value:.4g}") if isinstance(value, float) else value
+        for key, value in row.items()
+        if key in ("lost", "status", *names)
+    }
+
+
+if __name__ == "__main__":
+    main()
