@@ -33,6 +33,9 @@ def test_the_robot_is_the_described_one_and_the_scene_has_the_foot() -> None:
     plant = plant_of()
     assert plant.as_described
     assert 'name="tip_3"' in plant.scene
+    # The plate between them is only looked at.
+    assert 'name="tip_plate"' in plant.scene
+    assert plant.model.npair == BALLS
     assert 'name="tip_3"' not in plant_of(**{"plant.foot": None}).scene
 
 

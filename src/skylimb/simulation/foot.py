@@ -28,6 +28,8 @@ CORNERS = ((1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0))
 BALLS = 1 + len(CORNERS)
 """How many share the load."""
 
+_PLATE = (0.35, 0.37, 0.40, 1.0)
+
 
 def add_foot(
     spec: mujoco.MjSpec, tip_geom: str, half_width: float, surface_geom: str, parameters: ContactParameters
@@ -55,6 +57,19 @@ def add_foot(
             rgba=tip.rgba,
         )
         add_contact_pair(spec, name, surface_geom, parameters, _pair(index))
+    # What holds the balls, only to be looked at: behind their middles, so that they are what touches.
+    thick = 0.5 * tip.size[0]
+    tip.parent.add_geom(
+        name=f"{tip_geom}_plate",
+        type=mujoco.mjtGeom.mjGEOM_BOX,
+        size=[thick, half_width, half_width],
+        pos=[tip.pos[0] - thick, tip.pos[1], tip.pos[2]],
+        mass=0.0,
+        contype=0,
+        conaffinity=0,
+        group=1,
+        rgba=_PLATE,
+    )
 
 
 def tune_foot(model: mujoco.MjModel, parameters: ContactParameters) -> None:
