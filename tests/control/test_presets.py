@@ -99,6 +99,54 @@ def test_gains_can_be_set_from_outside(robot: Robot) -> None:
     assert changed.preset.slots.allocation.gains.leak.compensate
 
 
+def of_its_own(tmp_path: Path, text: str) -> str:
+    """`following` with other tables of robots."""
+    whole = (Path(skylimb.__file__).parent / "control" / "presets" / "following.toml").read_text()
+    file = tmp_path / "mine.toml"
+    file.write_text(re.sub(r"\[robots\..*", "", whole, flags=re.S) + text)
+    return str(file)
+
+
+def test_a_preset_says_what_is_different_for_a_robot(tmp_path: Path, robot: Robot) -> None:
+    file = of_its_own(
+        tmp_path,
+        f"[robots.{robot.name}]\nallocation.law = 'bounded'\nallocation.rate = 500.0\n"
+        "translation.force = 2.0\n[robots.another]\ntranslation.force = 3.0\n",
+    )
+    plain, own = load_controller("following", robot), load_controller(file, robot)
+    assert isinstance(plain, Cascade)
+    assert isinstance(own, Cascade)
+    assert own.gains().translation.force == 2.0
+    allocation = own.preset.slots.allocation
+    assert (allocation.name, allocation.gains.rate) == ("bounded", 500.0)
+    assert allocation.gains.leak.cutoff == plain.gains().allocation.leak.cutoff  # both laws have it
+    assert "robots" not in own.tables()
+    # What the user sets counts last, and another law forgets the keys of the first.
+    chosen = {"translation.force": 1.5, "allocation.law": "pseudoinverse"}
+    last = load_controller(file, robot, chosen)
+    assert isinstance(last, Cascade)
+    assert last.gains().translation.force == 1.5
+    assert last.preset.slots.allocation.name == "pseudoinverse"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("[robots.{0}]\ntranslation.forse = 2.0\n", "did you mean 'translation.force'"),
+        ("[robots]\n{0} = 3\n", re.escape("robots.hydrus_xi_quad = 3 should be a table, [robots.NAME]")),
+    ],
+)
+def test_a_wrong_table_of_a_robot_is_refused(tmp_path: Path, robot: Robot, text: str, message: str) -> None:
+    with pytest.raises(ConfigError, match=message):
+        load_controller(of_its_own(tmp_path, text.format(robot.name)), robot)
+
+
+@pytest.mark.parametrize("name", preset_names())
+def test_every_robot_that_a_preset_names_ships_and_can_be_flown_by_it(name: str) -> None:
+    for other in preset_mapping(name)[0].get("robots", {}):
+        assert isinstance(load_controller(name, skylimb.load_robot(other)), Cascade)
+
+
 def test_unknown_controller_names_the_nearest(robot: Robot) -> None:
     with pytest.raises(UnknownNameError, match="did you mean 'hybrid'"):
         load_controller("hybird", robot)

@@ -72,3 +72,14 @@ def test_a_body_held_upright_may_still_move_its_vectoring_angles():
     still = push_limit(robot, sideways, tilt=0.0)
     moving = push_limit(robot, sideways, tilt=0.0, moves=0.5)
     assert still < 0.5 < 5.0 < moving
+
+
+def test_a_fully_actuated_robot_rests_under_a_small_push_to_any_side() -> None:
+    """Thrusts at a level attitude show by themselves that it can; a local search missed a tenth of them."""
+    robot = load_robot("tilted_hexarotor")
+    q, psi = robot.nominal_posture(), np.zeros(0)
+    rng = np.random.default_rng(0)
+    for _ in range(30):
+        direction = rng.normal(size=3)
+        push = rng.uniform(0.5, 3.0) * direction / np.linalg.norm(direction)
+        assert can_push(robot, q, psi, push, 1.0)

@@ -118,14 +118,15 @@ def _show_experiment(name: str) -> None:
 def _show_controller(name: str) -> None:
     from skylimb.cli import key_tables
     from skylimb.config import read_toml
-    from skylimb.control.preset import preset_from_mapping, preset_mapping
+    from skylimb.control.preset import ROBOTS, preset_from_mapping, preset_mapping
     from skylimb.control.preset_keys import preset_tables
 
     if name.endswith(".py") or (name.endswith(".toml") and "file" in read_toml(name)):
         _show_own_controller(name)
         return
-    preset = preset_from_mapping(*preset_mapping(name))
-    tables = list(preset_tables(preset))
+    mapping, path = preset_mapping(name)
+    preset = preset_from_mapping(mapping, path)
+    tables = list(preset_tables(preset, mapping.get(ROBOTS)))
     setting = f"--set controller.{key_tables.example(tables)}"
     hint = f"Change a key: skylimb run --controller {name} {setting}"
     key_tables.show(f"{preset.name}: {preset.description}", tables, hint)

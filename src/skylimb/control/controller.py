@@ -12,7 +12,7 @@ from skylimb.control.cascade import Cascade, build_cascade, calibrated
 from skylimb.control.corrections import CALIBRATION, Corrections
 from skylimb.control.needs import Needs
 from skylimb.control.own_controller import Origin, OwnController, own_controller
-from skylimb.control.preset import preset_from_mapping, preset_mapping
+from skylimb.control.preset import ROBOTS, of_robot, preset_from_mapping, preset_mapping
 from skylimb.control.records import Command
 from skylimb.control.slots import find_law, keys_of_law
 from skylimb.estimation.records import Measurement
@@ -154,21 +154,17 @@ def cascade_from_tables(
     """A cascade from a preset's tables.
 
     Args:
-        tables: of the preset.
+        tables: of the preset; what they say of this robot (`preset.of_robot`) counts like an override.
         path: their file, which a law given by path is sought beside.
         robot: the model that the controller believes in.
         overrides: dotted keys and their new values. Where one names another law for a slot, the slot keeps
             those of the preset's keys that the new law has, and takes its defaults for the rest.
     """
     mapping = copy.deepcopy(dict(tables))
-    overrides = overrides or {}
-    for key, law in overrides.items():
-        slot, _, rest = key.partition(".")
-        if rest == "law":
-            known = keys_of_law(find_law(slot, str(law), path.parent))
-            mapping[slot] = _common(mapping.get(slot, {}), known)
-    for key, value in overrides.items():
-        put(mapping, key, value)
+    own = of_robot(mapping, robot.name, f"controller {path.stem}")
+    mapping.pop(ROBOTS, None)
+    for changes in (own, overrides or {}):
+        _change(mapping, changes, path)
     # A table without a robot is a key in the wrong place, which the preset's check names.
     named = "robot" in mapping.get(CALIBRATION, {})
     found = mapping.pop(CALIBRATION) if named else None
@@ -180,6 +176,17 @@ def cascade_from_tables(
     )
 
 
+def _change(mapping: dict[str, Any], changes: Mapping[str, Any], path: Path) -> None:
+    """Write values into a preset's tables; a slot with another law keeps of its keys those that this has."""
+    for key, law in changes.items():
+        slot, _, rest = key.partition(".")
+        if rest == "law":
+            known = keys_of_law(find_law(slot, str(law), path.parent))
+            mapping[slot] = _common(mapping.get(slot, {}), known)
+    for key, value in changes.items():
+        put(mapping, key, value)
+
+
 def _common(table: Mapping[str, Any], known: Iterable[str]) -> dict[str, Any]:
     """The part of a table whose dotted keys are known."""
     known = list(known)
@@ -187,7 +194,8 @@ def _common(table: Mapping[str, Any], known: Iterable[str]) -> dict[str, Any]:
     for key, value in table.items():
         below = [name.partition(".")[2] for name in known if name.partition(".")[0] == key]
         if isinstance(value, Mapping):
-            found[key] = _common(value, below)
+            if kept := _common(value, below):
+                found[key] = kept
         elif below:
             found[key] = value
     return found

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from skylimb.config import from_mapping, read_toml, to_mapping
+from skylimb.config import flatten, from_mapping, read_toml, to_mapping
 from skylimb.control.laws import Laws
 from skylimb.control.slots import SLOTS, Slot, Slots, find_law, law_names, right_key
 from skylimb.errors import ConfigError, UnknownNameError, unknown_name
@@ -16,6 +16,9 @@ from skylimb.keys.key import shown
 PRESETS = Path(__file__).parent / "presets"
 DEFAULT_LAWS = {"estimation": "momentum", "contact": "open", "allocation": "pseudoinverse"}
 """Laws of the slots that a preset may leave out: the paper's."""
+
+ROBOTS = "robots"
+"""Table of a preset that says what is different for a robot, by the robot's name."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +75,7 @@ def preset_from_mapping(mapping: Mapping[str, Any], path: Path) -> Preset:
     """A preset from its TOML, every key checked.
 
     Args:
-        mapping: the tables.
+        mapping: the tables; what they say of single robots is left to `of_robot`.
         path: their file, which a law given by path is sought beside.
 
     Raises:
@@ -81,10 +84,29 @@ def preset_from_mapping(mapping: Mapping[str, Any], path: Path) -> Preset:
     name = _text(mapping, "name", path.stem, f"controller {path.stem}")
     where = f"controller {name}"
     for key, value in mapping.items():
-        if key not in ("name", "description", *SLOTS):
+        if key not in ("name", "description", ROBOTS, *SLOTS):
             raise _unknown(where, key, value)
     slots = Slots(*(_slot(mapping, slot, path, where) for slot in SLOTS))
     return Preset(name, _text(mapping, "description", "", where), slots)
+
+
+def of_robot(mapping: Mapping[str, Any], robot: str, where: str) -> dict[str, Any]:
+    """What a preset says of one robot: dotted keys and their values; nothing of most robots.
+
+    Args:
+        mapping: the preset's tables, with one below `robots` for each robot that needs other gains or laws.
+        robot: its name.
+        where: the preset, for error messages.
+
+    Raises:
+        ConfigError: when `robots` is no table of tables.
+    """
+    tables = mapping.get(ROBOTS, {})
+    for key, table in tables.items() if isinstance(tables, dict) else [("", tables)]:
+        if not isinstance(table, dict):
+            name = f"{ROBOTS}.{key}".rstrip(".")
+            raise ConfigError(f"{where}: {name} = {shown(table)} should be a table, [{ROBOTS}.NAME]")
+    return flatten(tables.get(robot, {}))
 
 
 def _slot(mapping: Mapping[str, Any], slot: str, path: Path, where: str) -> Slot:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any, Literal
 
-from skylimb.control.preset import Preset
+from skylimb.control.preset import ROBOTS, Preset
 from skylimb.control.slots import SLOTS, Slot, law_names
 from skylimb.keys import Key, KeyInfo, Table, tables_of
 
@@ -19,11 +19,21 @@ _OWN = {
 """Keys outside of the tables."""
 
 
-def preset_tables(preset: Preset) -> Iterator[Table]:
-    """The tables of a preset as a TOML file has them, with every key that may be set."""
+_ROBOTS = KeyInfo(Key("", "what is different for a robot, a table for each by its name"), dict, {})
+
+
+def preset_tables(preset: Preset, robots: Mapping[str, Any] | None = None) -> Iterator[Table]:
+    """The tables of a preset as a TOML file has them, with every key that may be set.
+
+    Args:
+        preset: whose.
+        robots: what its file says of single robots.
+    """
     yield Table((), "", tuple((name, getattr(preset, name), info) for name, info in _OWN.items()))
     for slot, filled in zip(SLOTS, preset.slots, strict=True):
         yield from _slot_tables(slot, filled)
+    if robots:
+        yield Table((), "", ((ROBOTS, dict(robots), _ROBOTS),))
 
 
 def law_tables(slot: str, name: str, law: Any) -> Iterator[Table]:

@@ -50,17 +50,39 @@ def can_push(
     """
     q, psi, p = (np.asarray(value, dtype=float) for value in (joint_angles, vectoring_angles, push))
     weight = robot.mass * GRAVITY
-    tilted = [-np.arctan(p[1] / weight), np.arctan(p[0] / weight)]
-    guess = np.concatenate([tilted, robot.at(q, psi).hover_thrusts])
+    tilted = np.array([-np.arctan(p[1] / weight), np.arctan(p[0] / weight)])
+    hover = robot.at(q, psi).hover_thrusts
+    guess = np.concatenate([tilted, hover])
     nearest, rests = _nearest_to_rest(robot, (q, psi, p), guess, tilt, 0.0)
+    # The search is a local one. A robot whose rotors push to the side may rest less tilted, and once the tilt
+    # is given the thrusts are a linear problem.
+    for share in (1.0, 0.5, 0.0):
+        if rests:
+            return True
+        start = _with_best_thrusts(robot, (q, psi, p), np.clip(share * tilted, -tilt, tilt))
+        _, rests = _nearest_to_rest(robot, (q, psi, p), start, tilt, 0.0)
     if rests or moves <= 0.0:
         return rests
-    # The search is a local one: it begins where the angles as they are come nearest, and in the hover.
+    # It begins where the angles as they are come nearest, and in the hover.
     still = np.zeros(robot.n_vectoring)
     return any(
         _nearest_to_rest(robot, (q, psi, p), np.append(start, still), tilt, moves)[1]
         for start in (nearest, guess)
     )
+
+
+def _with_best_thrusts(
+    robot: Robot, given: tuple[np.ndarray, np.ndarray, np.ndarray], tilted: np.ndarray
+) -> np.ndarray:
+    """Roll, pitch, and the thrusts within their limits that leave least over at them."""
+    from scipy.optimize import lsq_linear
+
+    residual, slopes = _statics(robot)
+    rotors = robot.description.rotors
+    x = np.concatenate([tilted, np.zeros(robot.n_rotors + robot.n_vectoring)])
+    matrix = slopes(x, *given).full()[:, 2 : 2 + robot.n_rotors]
+    bounds = [rotor.thrust_min for rotor in rotors], [rotor.thrust_max for rotor in rotors]
+    return np.append(tilted, lsq_linear(matrix, -residual(x, *given).full().ravel(), bounds).x)
 
 
 def _nearest_to_rest(
