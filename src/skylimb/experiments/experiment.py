@@ -100,7 +100,11 @@ class Experiment(Settings):
     surface: Surface = field(default_factory=lambda: surface_from_mapping({}))
     controller: Annotated[
         Mapping[str, Any],
-        Key("", "tables of a preset to fly where nobody names another; a run's own config.toml has them"),
+        Key(
+            "",
+            'what flies where nobody names another: tables of a preset, or preset = "NAME" and what is other '
+            "than in it; a run's own config.toml has the tables",
+        ),
     ] = field(default_factory=dict)
     recorded: Annotated[
         Mapping[str, Any],

@@ -8,6 +8,7 @@ from types import ModuleType
 from typing import Any
 
 from skylimb.analysis.own import Own, load_own
+from skylimb.config import flatten
 from skylimb.control.cascade import calibrated
 from skylimb.control.controller import (
     Controller,
@@ -16,12 +17,14 @@ from skylimb.control.controller import (
     load_controller,
 )
 from skylimb.control.corrections import Calibrated, corrections_of
+from skylimb.control.preset import preset_names
 from skylimb.control.slots import SLOTS
-from skylimb.errors import ConfigError
+from skylimb.errors import ConfigError, unknown_name
 from skylimb.experiments.experiment import Experiment, experiment_with, load_experiment
 from skylimb.flights.pressable import require_reserve
 from skylimb.flights.sources import originals
 from skylimb.flights.takeoff import Takeoff, prepare
+from skylimb.keys.key import shown
 from skylimb.robots.loader import load_robot
 from skylimb.robots.model import Robot
 
@@ -68,6 +71,10 @@ def take_off(
     return takeoffs
 
 
+PRESET = "preset"
+"""Key of an experiment's controller: the preset whose gains it changes."""
+
+
 def parted(settings: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
     """Settings by dotted key: the experiment's, and the controller's without "controller."."""
     gains = {key: value for key, value in settings.items() if key.startswith("controller.")}
@@ -86,11 +93,25 @@ def chosen_controller(
         robot: the model that the controller believes in.
         gains: dotted keys and new values.
     """
+    if given is None and PRESET in experiment.controller:
+        return _adapted_preset(dict(experiment.controller), experiment.name, robot, gains)
     if given is None and experiment.controller:
         return _recorded_controller(dict(experiment.controller), experiment.name, robot, gains)
     if given is None or isinstance(given, str):
         return load_controller(given or DEFAULT_CONTROLLER, robot, gains)
     return controller_of(given, robot, gains)
+
+
+def _adapted_preset(
+    tables: dict[str, Any], experiment: str, robot: Robot, gains: Mapping[str, Any]
+) -> Controller:
+    """The preset that an experiment names, with what it changes of it, and other values of some gains."""
+    name = tables.pop(PRESET)
+    if not isinstance(name, str):
+        raise ConfigError(f"experiment {experiment}: controller.{PRESET} = {shown(name)} should be a name")
+    if name not in preset_names():
+        raise unknown_name(f"controller.{PRESET} of experiment {experiment}", name, preset_names())
+    return load_controller(name, robot, {**flatten(tables), **gains})
 
 
 def _recorded_controller(
