@@ -4,13 +4,14 @@
 
 Per draw the friction is between 0.2 and 0.6, the slope between 10 and 25 degrees as the paper's, and the
 seed of the noise another (`SEED` and the draw's number). The plan is made once a controller, for the
-experiment as it ships. The table is written into docs/feasibility.md.
+experiment as it ships. Plans and scores are kept in out/planned_posture, so that an interrupted run goes on;
+remove it after a change of the planner. The table is written into docs/feasibility.md.
 """
 
 from __future__ import annotations
 
 import argparse
-import tempfile
+import json
 from pathlib import Path
 from typing import Any
 
@@ -21,10 +22,12 @@ import skylimb
 from skylimb.flights.drivers.native import fly_native
 from skylimb.flights.loading import take_off
 from skylimb.flights.record import recorded
-from skylimb.flights.task_plan import EXPERIMENT, TaskPlan, plan_posture, write_planned
+from skylimb.flights.task_plan import EXPERIMENT, plan_posture, write_planned
 
 SEED = 7
 TOGETHER = 10
+KEPT = PAGE.parents[1] / "out" / "planned_posture"
+MEASURES = ("contact_force_normal_std", "pen_line_rms", "contact_fraction")
 BEGIN, END = "<!-- planned: written by benchmarks/planned_posture.py -->", "<!-- end of planned -->"
 HEAD = (
     "| controller | posture | planned for: worst margin, N m | lost | contact kept "
@@ -41,25 +44,25 @@ def drawn(draw: int) -> dict[str, Any]:
     return {"surface.friction": float(rng.uniform(0.2, 0.6)), "surface.slope": float(slope)}
 
 
-def flown(experiment: str, controller: str, draws: int) -> list[dict[str, Any]]:
-    """The scores of every draw."""
-    takeoffs = [take_off(experiment, (controller,), seed, drawn(seed))[0] for seed in range(draws)]
-    scores = []
-    for k in range(0, draws, TOGETHER):
-        some = takeoffs[k : k + TOGETHER]
+def flown(experiment: str, controller: str, draws: int, kept: Path) -> list[dict[str, Any]]:
+    """The scores of every draw, kept in a file after each few flights."""
+    scores = json.loads(kept.read_text(encoding="utf-8")) if kept.exists() else []
+    for first in range(len(scores), draws, TOGETHER):
+        seeds = range(first, min(first + TOGETHER, draws))
+        some = [take_off(experiment, (controller,), seed, drawn(seed))[0] for seed in seeds]
         for takeoff, flight in zip(some, fly_native(some), strict=True):
             run = recorded(takeoff, flight)
-            scores.append({**run.metrics, "lost": run.failed})
-    return scores
+            measured = {name: float(run.metrics.get(name, np.nan)) for name in MEASURES}
+            scores.append({**measured, "lost": run.failed})
+        kept.with_suffix(".part").write_text(json.dumps(scores), encoding="utf-8")
+        kept.with_suffix(".part").replace(kept)
+    return scores[:draws]
 
 
 def row(controller: str, posture: str, margin: float | None, scores: list[dict[str, Any]]) -> str:
     """A line of the table."""
     kept = [score for score in scores if not score["lost"]]
-    spread, line, contact = (
-        np.array([score[name] for score in kept])
-        for name in ("contact_force_normal_std", "pen_line_rms", "contact_fraction")
-    )
+    spread, line, contact = (np.array([score[name] for score in kept]) for name in MEASURES)
     return (
         f"| `{controller}` | {posture} | {'cannot hold it' if margin is None else f'{margin:.2f}'} "
         f"| {len(scores) - len(kept)} of {len(scores)} | {100 * np.median(contact):.0f} % "
@@ -79,16 +82,21 @@ def main() -> None:
         list[str](HEAD),
     )
     for controller in given.controllers:
-        with tempfile.TemporaryDirectory() as folder:
-            plan: TaskPlan = plan_posture(experiment, robot, skylimb.load_controller(controller, robot))
-            write_planned(plan, experiment, Path(folder) / "planned")
-            planned = str(Path(folder) / "planned" / EXPERIMENT)
-            own = None if plan.own is None else plan.own.margin
-            lines.append(row(controller, "the paper's", own, flown("paper", controller, given.draws)))
-            print(lines[-1], flush=True)
-            lines.append(
-                row(controller, "planned", plan.planned.margin, flown(planned, controller, given.draws))
+        folder = KEPT / controller
+        plan = plan_posture(experiment, robot, skylimb.load_controller(controller, robot))
+        if not (folder / "planned").exists():
+            folder.mkdir(parents=True, exist_ok=True)
+            write_planned(plan, experiment, folder / "planned")
+        planned = str(folder / "planned" / EXPERIMENT)
+        own = None if plan.own is None else plan.own.margin
+        for posture, margin, flies in (
+            ("the paper's", own, "paper"),
+            ("planned", plan.planned.margin, planned),
+        ):
+            scores = flown(
+                flies, controller, given.draws, folder / ("own.json" if flies == "paper" else "planned.json")
             )
+            lines.append(row(controller, posture, margin, scores))
             print(lines[-1], flush=True)
     page = PAGE.read_text(encoding="utf-8")
     before, _, rest = page.partition(BEGIN)

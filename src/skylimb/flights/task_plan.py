@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import tempfile
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -14,9 +16,16 @@ from skylimb.control.controller import Controller
 from skylimb.control.needs import TORQUE, needs_of
 from skylimb.errors import ConfigError, UnreachableError
 from skylimb.experiments.experiment import Experiment
+from skylimb.flights.flying import fly_here
+from skylimb.flights.loading import take_off
 from skylimb.flights.takeoff import mission_of
-from skylimb.planning.task_family import standing_in, vectoring_through
-from skylimb.planning.task_posture import Task, TaskPosture, best_posture, judged_posture
+from skylimb.planning.task_family import settled_in
+from skylimb.planning.task_posture import (
+    Task,
+    TaskPosture,
+    best_postures,
+    judged_posture,
+)
 from skylimb.planning.vectoring import PURPOSES, vectoring_table
 from skylimb.planning.vectoring_digest import robot_digest
 from skylimb.planning.vectoring_files import table_file, write_table
@@ -47,6 +56,8 @@ class TaskPlan:
         own: the nominal posture; None where it cannot hold the pushes at all.
         planned: the posture that was found.
         purpose: of the vectoring angles that the controller flies with.
+        there: the robot standing in it.
+        coefficients: of its vectoring angles over its family, Chebyshev, (nv, degree + 1).
     """
 
     robot: Robot
@@ -56,12 +67,14 @@ class TaskPlan:
     own: TaskPosture | None
     planned: TaskPosture
     purpose: str
+    there: Robot
+    coefficients: np.ndarray
 
 
 def plan_posture(
     experiment: Experiment, robot: Robot, controller: Controller, force: float | None = None
 ) -> TaskPlan:
-    """The posture with the greatest worst margin along an experiment's path.
+    """The posture with the greatest worst margin along an experiment's path, of those that fly it.
 
     At `_POINTS` points of the slide the tip presses along the surface's normal and drags with its friction.
 
@@ -73,7 +86,7 @@ def plan_posture(
 
     Raises:
         ConfigError: the experiment touches nothing, or its path stands still.
-        UnreachableError: no posture can do it.
+        UnreachableError: no posture can do it, or none of those that can be held is flown without a loss.
     """
     if not experiment.approach.contact:
         raise ConfigError(
@@ -89,9 +102,52 @@ def plan_posture(
     own = judged_posture(robot, task, robot.nominal_posture(), psi)
     nothing = np.zeros((len(points), robot.n_rotors))
     start = own or TaskPosture(robot.nominal_posture(), psi, 0.0, nothing, nothing[:, 0])
-    planned = best_posture(robot, task, start)
-    standing_in(robot, planned.joint_angles, planned.vectoring_angles)  # refuses what has no travel
-    return TaskPlan(robot, task, points, wanted, own, planned, needs.vectoring)
+    lost = ""
+    for posture in _as_flown(robot, task, best_postures(robot, task, start)):
+        plan = TaskPlan(robot, task, points, wanted, own, posture[0], needs.vectoring, *posture[1:])
+        lost = _lost(plan, experiment, controller)
+        if not lost:
+            return plan
+    raise UnreachableError(
+        f"no posture of '{robot.name}' that holds the pushes flies {experiment.name}: "
+        f"{lost or 'none leaves the tip a way to and fro on which the vectoring angles suit the task'}"
+    )
+
+
+def _as_flown(
+    robot: Robot, task: Task, postures: list[TaskPosture]
+) -> Iterator[tuple[TaskPosture, Robot, np.ndarray]]:
+    """Postures with the vectoring angles that suit their whole family, the greatest margin first."""
+    settled: list[tuple[TaskPosture, Robot, np.ndarray]] = []
+    for posture in postures:
+        # What suits a whole family leaves no more than what suits one posture of it.
+        yield from _taken(settled, posture.margin)
+        found = settled_in(robot, task, posture)
+        settled += [] if found is None else [found]
+    yield from _taken(settled, -math.inf)
+
+
+def _taken(
+    settled: list[tuple[TaskPosture, Robot, np.ndarray]], least: float
+) -> Iterator[tuple[TaskPosture, Robot, np.ndarray]]:
+    settled.sort(key=lambda one: one[0].margin)
+    while settled and settled[-1][0].margin >= least:
+        yield settled.pop()
+
+
+def _lost(plan: TaskPlan, experiment: Experiment, controller: Controller) -> str:
+    """Why the experiment is lost in the planned posture, flown once; empty where it is not.
+
+    A margin at rest does not say that a controller holds the robot there: thrusts that tilt it may push it
+    the other way first, faster than the controller looks on. A robot made in Python has no files to fly from,
+    and is taken as planned.
+    """
+    if not plan.robot.description.sources:
+        return ""
+    with tempfile.TemporaryDirectory() as folder:
+        write_planned(plan, experiment, Path(folder) / "planned")
+        (takeoff,) = take_off(str(Path(folder) / "planned" / EXPERIMENT), (controller,))
+        return fly_here(takeoff).cause
 
 
 def _task(experiment: Experiment, robot: Robot, purpose: str, force: float) -> tuple[Task, np.ndarray]:
@@ -109,8 +165,8 @@ def _task(experiment: Experiment, robot: Robot, purpose: str, force: float) -> t
     friction = float(getattr(surface, "friction", 0.0))
     turn = rot_z(-mission.frame.heading).T
     pushes = force * (-normals + friction * along)
-    leak = PURPOSES[purpose].leak if purpose in PURPOSES else math.inf
-    return Task(pushes @ turn, normals @ turn, leak=leak), feet
+    criteria = PURPOSES.get(purpose, PURPOSES[TORQUE])
+    return Task(pushes @ turn, normals @ turn, criteria=criteria), feet
 
 
 def write_planned(plan: TaskPlan, experiment: Experiment, out: str | Path) -> None:
@@ -126,8 +182,7 @@ def write_planned(plan: TaskPlan, experiment: Experiment, out: str | Path) -> No
     description = plan.robot.description
     if not description.sources:
         raise UnreachableError(f"'{plan.robot.name}' was made in Python; only robots of files can be written")
-    there = standing_in(plan.robot, plan.planned.joint_angles, plan.planned.vectoring_angles)
-    family = there.description.posture
+    family = plan.there.description.posture
     flight = parse_toml(description.sources[0])
     flight["posture"] = {
         "offset": family.offset.tolist(),
@@ -149,7 +204,7 @@ def write_planned(plan: TaskPlan, experiment: Experiment, out: str | Path) -> No
         robot = load_robot(str(folder / "robot"))
         criteria = PURPOSES.get(plan.purpose, PURPOSES[TORQUE])
         if plan.robot.n_vectoring:
-            found = np.round(vectoring_through(robot, plan.planned.vectoring_angles, criteria), 10)
+            found = np.round(plan.coefficients, 10)
             write_table(
                 folder / "robot" / table_file(criteria), found, robot_digest(robot, criteria), robot, criteria
             )

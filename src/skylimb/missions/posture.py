@@ -80,10 +80,13 @@ def posture_plan(config: PostureConfig, robot: Robot, purpose: str = "torque") -
         postures = tuple(map(tuple, path.sample(knots[1:]).tolist()))
         vectoring = np.vstack([vectoring_angles, _along(robot, postures, tuple(vectoring_angles.tolist()))])
     nominal = robot.at(joint_angles, vectoring_angles)
-    headings = [
-        float(robot.model(ca.DM(q), ca.DM(psi)).tip_heading)
-        for q, psi in zip(path.sample(knots), vectoring, strict=True)
-    ]
+    # Without jumps by a turn: between two knots one would be a turn of the body.
+    headings = np.unwrap(
+        [
+            float(robot.model(ca.DM(q), ca.DM(psi)).tip_heading)
+            for q, psi in zip(path.sample(knots), vectoring, strict=True)
+        ]
+    )
 
     return PosturePlan(
         reach=float(family.reach_nominal),

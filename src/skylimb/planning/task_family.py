@@ -5,13 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.polynomial import chebyshev
 
 from skylimb.errors import DescriptionError, UnreachableError
 from skylimb.planning.posture import ReachFamily
-from skylimb.planning.posture_rehearsal import rehearse
+from skylimb.planning.task_posture import Task, TaskPosture, judged_posture
 from skylimb.planning.tip_pose import tip_jacobian
 from skylimb.planning.vectoring_criteria import VectoringCriteria
+from skylimb.planning.vectoring_program import PathProgram
+from skylimb.planning.vectoring_search import evaluate, posture_function
 from skylimb.robots.description import PostureFamily
 from skylimb.robots.model import Robot
 
@@ -19,7 +20,8 @@ _WIDEST = 0.35
 """How far theta goes to both sides at most, rad."""
 
 _NARROWEST = 0.02
-_NODES = 41
+_COARSE = 3
+"""Degree of the polynomials that are found first."""
 
 
 def standing_in(robot: Robot, joint_angles: np.ndarray, vectoring_angles: np.ndarray) -> Robot:
@@ -55,24 +57,38 @@ def standing_in(robot: Robot, joint_angles: np.ndarray, vectoring_angles: np.nda
     )
 
 
-def vectoring_through(robot: Robot, vectoring_angles: np.ndarray, criteria: VectoringCriteria) -> np.ndarray:
-    """Chebyshev coefficients (nv, degree + 1) of psi over the family: psi_0 in its nominal posture.
+def settled_in(
+    robot: Robot, task: Task, planned: TaskPosture
+) -> tuple[TaskPosture, Robot, np.ndarray] | None:
+    """A planned posture as it can be flown: as the angles all along its family leave it.
 
-    To both sides the angles move as a plan in flight moves them (`planning.vectoring_step`).
+    The program that finds the tables of robots that ship begins at the planned vectoring angles: what the
+    criteria bound is kept all along the family, not only in the posture itself. So the angles there become
+    others, and the margin less.
+
+    Returns:
+        The posture with those angles, the robot that stands in it, and Chebyshev coefficients
+        (nv, degree + 1) of psi over its family. None where no path of that branch keeps the criteria, or the
+        tip cannot move to and fro.
     """
-    posture = robot.description.posture
-    low, high = criteria.span(robot)
-    sides = [np.linspace(posture.theta_nominal, end, _NODES) for end in (low, high)]
-    psi = [
-        rehearse(robot, posture.offset + posture.slope * side[:, None], vectoring_angles).vectoring_angles
-        for side in sides
-    ]
-    moves = [angles - angles[0] for angles in psi]
-    theta = np.concatenate([sides[0][::-1], sides[1][1:]])
-    values = vectoring_angles + np.vstack([moves[0][::-1], moves[1][1:]])
-    x = (2.0 * theta - (low + high)) / (high - low)
-    fitted = chebyshev.chebfit(x, values, criteria.degree)
-    # The nominal posture is met exactly.
-    middle = chebyshev.chebval((2.0 * posture.theta_nominal - (low + high)) / (high - low), fitted)
-    fitted[0] += vectoring_angles - middle
-    return fitted.T
+    try:
+        there = standing_in(robot, planned.joint_angles, planned.vectoring_angles)
+    except UnreachableError:
+        return None
+    coefficients = _vectoring_along(there, planned.vectoring_angles, task.criteria)
+    if coefficients is None:
+        return None
+    psi = evaluate(coefficients, *task.criteria.span(there), there.description.posture.theta_nominal)
+    judged = judged_posture(robot, task, planned.joint_angles, psi, planned.heading)
+    return None if judged is None else (judged, there, coefficients)
+
+
+def _vectoring_along(robot: Robot, start: np.ndarray, criteria: VectoringCriteria) -> np.ndarray | None:
+    if robot.n_vectoring == 0:
+        return np.zeros((0, criteria.degree + 1))
+    posture, found = posture_function(robot, criteria), (0.0, start)
+    for degree, nodes in ((_COARSE, 9), (criteria.degree, 24)):
+        found = PathProgram(posture, criteria, degree, nodes, 150).solve(found[1])
+        if found is None:
+            return None
+    return found[1]

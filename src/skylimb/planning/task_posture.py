@@ -26,15 +26,19 @@ import numpy as np
 
 from skylimb.errors import UnreachableError
 from skylimb.planning.press import statics_function
-from skylimb.planning.tip_force import tip_force_map
 from skylimb.planning.tip_pose import link_distances
+from skylimb.planning.vectoring_criteria import TORQUE, VectoringCriteria
 from skylimb.planning.vectoring_program import ipopt
+from skylimb.planning.vectoring_search import bounded_by
 from skylimb.robots.hover import golden_steps
 from skylimb.robots.model import GRAVITY, Robot
 from skylimb.spatial import rot_z
 from skylimb.symbolic import right_inverse
 
-_STARTS = 6
+_STARTS = 9
+_SAME = 0.05
+"""Postures closer than this in every joint are one, rad."""
+
 _TURN = 0.6
 """Greatest heading of the tip link beside the contact axis, rad."""
 
@@ -43,9 +47,6 @@ _LEAN = 0.35
 
 _TRAVEL = 0.3
 """How far joints stay from their limits, so that the arm can give way, rad."""
-
-_LEVEL = 0.1
-"""Greatest hover tilt of the root link, rad."""
 
 _NEAR = 1e-3
 """Margin given up for a squared radian nearer to the nominal posture, N m."""
@@ -60,14 +61,14 @@ class Task:
         normals: of the surface where each acts, unit, outward, (k, 3).
         clearance: least distance between links that are not joined, m.
         rotor_room: least distance of rotors' middles and links' origins to the plane of the surface, m.
-        leak: greatest |X_xy| and |X_xz| of `tip_force_map`; infinite where it does not count.
+        criteria: what the vectoring angles keep.
     """
 
     pushes: np.ndarray
     normals: np.ndarray
     clearance: float = 0.1
     rotor_room: float = 0.2
-    leak: float = math.inf
+    criteria: VectoringCriteria = TORQUE
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,13 +90,18 @@ class TaskPosture:
     margins: np.ndarray
 
     @property
+    def angles(self) -> np.ndarray:
+        """All joints and the heading, rad, (nq + nv + 1,)."""
+        return np.concatenate([self.joint_angles, self.vectoring_angles, [self.heading]])
+
+    @property
     def margin(self) -> float:
         """The worst, N m."""
         return float(self.margins.min())
 
 
-def best_posture(robot: Robot, task: Task, start: TaskPosture) -> TaskPosture:
-    """The posture with the greatest worst margin.
+def best_postures(robot: Robot, task: Task, start: TaskPosture) -> list[TaskPosture]:
+    """The postures with the greatest worst margin that searches from several starts find, best first.
 
     Args:
         robot: of four rotors or more.
@@ -105,13 +111,16 @@ def best_posture(robot: Robot, task: Task, start: TaskPosture) -> TaskPosture:
     Raises:
         UnreachableError: no posture that the search finds can do it.
     """
-    program = _Program(robot, len(task.pushes), math.isfinite(task.leak), frozen=False)
+    program = _Program(robot, len(task.pushes), task.criteria)
     lower, upper = travel(robot)
     steps = np.outer(np.arange(1, _STARTS), golden_steps(max(robot.n_joints, 1)))[:, : robot.n_joints] % 1.0
     starts = [start.joint_angles, *(lower + (upper - lower) * steps)]
     found = [program.solve(task, start, q) for q in starts]
-    best = max((one for one in found if one is not None), key=lambda one: one.margin, default=None)
-    if best is None:
+    best: list[TaskPosture] = []
+    for one in sorted((one for one in found if one is not None), key=lambda one: -one.margin):
+        if all(np.max(np.abs(one.angles - other.angles), initial=0.0) > _SAME for other in best):
+            best.append(one)
+    if not best:
         raise UnreachableError(
             f"no posture of '{robot.name}' holds all of the {len(task.pushes)} pushes within its limits, "
             f"with links {task.clearance:g} m apart and rotors {task.rotor_room:g} m off the surface"
@@ -131,7 +140,7 @@ def judged_posture(
         np.zeros((len(task.pushes), n)),
         np.zeros(len(task.pushes)),
     )
-    return _Program(robot, len(task.pushes), leak=False, frozen=True).solve(task, given, given.joint_angles)
+    return _Program(robot, len(task.pushes), None).solve(task, given, given.joint_angles)
 
 
 def travel(robot: Robot) -> tuple[np.ndarray, np.ndarray]:
@@ -142,23 +151,26 @@ def travel(robot: Robot) -> tuple[np.ndarray, np.ndarray]:
 
 
 class _Program:
-    """The program for some number of pushes; `frozen` keeps the posture, and no limits but those of rest."""
+    """The program for some number of pushes; without criteria the posture is kept, and no limits but rest."""
 
-    def __init__(self, robot: Robot, pushes: int, leak: bool, frozen: bool) -> None:
-        self._robot, self._pushes, self._leak, self._frozen = robot, pushes, leak, frozen
+    def __init__(self, robot: Robot, pushes: int, criteria: VectoringCriteria | None) -> None:
+        self._robot, self._pushes, self._frozen = robot, pushes, criteria is None
         nq, nv, n = robot.n_joints, robot.n_vectoring, robot.n_rotors
         q, psi, yaw = ca.MX.sym("q", nq), ca.MX.sym("psi", nv), ca.MX.sym("yaw")
         lean, thrusts, t = ca.MX.sym("lean", 2, pushes), ca.MX.sym("thrusts", n, pushes), ca.MX.sym("t")
         p, normals, nominal = ca.MX.sym("p", 3, pushes), ca.MX.sym("normals", 3, pushes), ca.MX.sym("q0", nq)
         along = _load_function(robot).map(pushes)
         rest, rooms, clear = along(q, psi, yaw, lean, thrusts, p, normals)
-        shape, leaks = _shape_function(robot)(q, psi)
-        tilt = robot.model(q, psi).R_root_C[:2, 2]
+        shape = _distances(robot)(q)
+        kept, self._least, self._most = ca.MX(0, 1), list[float](), list[float]()
+        if criteria is not None and nv:
+            within, self._least, self._most = _criteria_function(robot, criteria)
+            kept = within(q, psi)
         x = ca.vertcat(q, psi, yaw, ca.vec(lean), ca.vec(thrusts), t)
-        g = ca.vertcat(ca.vec(rest), ca.vec(rooms) - t, ca.vec(clear), shape, tilt, leaks)
+        g = ca.vertcat(ca.vec(rest), ca.vec(rooms) - t, ca.vec(clear), shape, kept)
         cost = -t + _NEAR * (ca.sumsqr(q - nominal) + yaw**2)
         problem = {"x": x, "p": ca.vertcat(nominal, ca.vec(p), ca.vec(normals)), "f": cost, "g": g}
-        self._sizes = [ca.vec(part).shape[0] for part in (rest, rooms, clear, shape, tilt, leaks)]
+        self._sizes = [ca.vec(part).shape[0] for part in (rest, rooms, clear, shape)]
         self._solver = ipopt(problem, 300)
         self._rooms = ca.Function("rooms", [x, problem["p"]], [rooms])
 
@@ -179,12 +191,10 @@ class _Program:
         lbx = [*low, *[-wide] * (2 * k), *[-reach] * (n * k), -np.inf]
         ubx = [*high, *[wide] * (2 * k), *[reach] * (n * k), np.inf]
         free = np.inf if self._frozen else 0.0
-        rest, rooms, clear, shape, tilt, leaks = self._sizes
-        level = np.inf if self._frozen or nv == 0 else _LEVEL
-        leak = task.leak if self._leak else np.inf
+        rest, rooms, clear, shape = self._sizes
         lbg = [0.0] * rest + [0.0] * rooms + [task.rotor_room - free] * clear
-        lbg += [task.clearance - free] * shape + [-level] * tilt + [-leak] * leaks
-        ubg = [0.0] * rest + [np.inf] * (rooms + clear + shape) + [level] * tilt + [leak] * leaks
+        lbg += [task.clearance - free] * shape + self._least
+        ubg = [0.0] * rest + [np.inf] * (rooms + clear + shape) + self._most
         p = np.concatenate([robot.nominal_posture(), task.pushes.ravel(), task.normals.ravel()])
         bounds = [np.nan_to_num(np.array(part), posinf=1e19, neginf=-1e19) for part in (lbx, ubx, lbg, ubg)]
         found = self._solver(x0=x0, p=p, lbx=bounds[0], ubx=bounds[1], lbg=bounds[2], ubg=bounds[3])
@@ -228,10 +238,17 @@ def _load_function(robot: Robot) -> ca.Function:
 
 
 @functools.lru_cache(maxsize=16)
-def _shape_function(robot: Robot) -> ca.Function:
-    """(q, psi) -> distances between links that are not joined, m, and the two leaks."""
+def _distances(robot: Robot) -> ca.Function:
+    """Q -> distances between links that are not joined, m."""
+    q = ca.SX.sym("q", robot.n_joints)
+    return ca.Function("distances", [q], [link_distances(robot, q)], {"cse": True})
+
+
+@functools.lru_cache(maxsize=16)
+def _criteria_function(
+    robot: Robot, criteria: VectoringCriteria
+) -> tuple[ca.Function, list[float], list[float]]:
+    """(q, psi) -> what the vectoring angles keep, with least and greatest values."""
     q, psi = ca.SX.sym("q", robot.n_joints), ca.SX.sym("psi", robot.n_vectoring)
-    X = tip_force_map(robot.model(q, psi))
-    return ca.Function(
-        "shape", [q, psi], [link_distances(robot, q), ca.vertcat(X[0, 1], X[0, 2])], {"cse": True}
-    )
+    _, kept, low, high = bounded_by(robot, criteria, q, psi)
+    return ca.Function("kept", [q, psi], [kept], {"cse": True}), low, high

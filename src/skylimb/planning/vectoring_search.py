@@ -90,11 +90,20 @@ def _near_zero(robot: Robot, span: tuple[float, float], coefficients: np.ndarray
 
 def posture_function(robot: Robot, criteria: VectoringCriteria) -> Posture:
     """What the search sees of any posture of the robot's family: face distances, and what is bounded."""
-    family, rotors = robot.description.posture, robot.description.rotors
-    theta = ca.SX.sym("theta")
-    psi = ca.SX.sym("psi", robot.n_vectoring)
+    family = robot.description.posture
+    theta, psi = ca.SX.sym("theta"), ca.SX.sym("psi", robot.n_vectoring)
     q = ca.DM(family.offset) + ca.DM(family.slope) * theta
-    state = robot.model(q, psi)
+    faces, bounded, low, high = bounded_by(robot, criteria, q, psi)
+    function = ca.Function("posture", [theta, psi], [faces, bounded])
+    low, high = [0.0] * faces.shape[0] + low, [np.inf] * faces.shape[0] + high
+    return Posture(function, low, high, criteria.span(robot), robot.vectoring_limits())
+
+
+def bounded_by(
+    robot: Robot, criteria: VectoringCriteria, q: ca.SX, psi: ca.SX
+) -> tuple[ca.SX, ca.SX, list[float], list[float]]:
+    """Face distances of a posture, N m, and what the criteria bound in it: values, least, greatest."""
+    state, rotors = robot.model(q, psi), robot.description.rotors
     thrust_max = [rotor.thrust_max for rotor in rotors]
     faces = face_distances(state.allocation_C[3:, :], thrust_max, _ROUNDING)
     margins = [criteria.thrust_margin * (rotor.thrust_max - rotor.thrust_min) for rotor in rotors]
@@ -111,9 +120,7 @@ def posture_function(robot: Robot, criteria: VectoringCriteria) -> Posture:
         bounded += [lateral_effort(robot, q, psi)]
         low += [0.0] * 2
         high += [criteria.effort] * 2
-    function = ca.Function("posture", [theta, psi], [faces, ca.vertcat(*bounded)])
-    low, high = [0.0] * faces.shape[0] + low, [np.inf] * faces.shape[0] + high
-    return Posture(function, low, high, criteria.span(robot), robot.vectoring_limits())
+    return faces, ca.vertcat(*bounded), low, high
 
 
 def _starts(robot: Robot, posture: Posture) -> list[np.ndarray]:
