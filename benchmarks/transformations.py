@@ -192,7 +192,7 @@ def rehearsed(robot: Robot, config: PostureConfig) -> bool:
     path = posture_path(config, robot, robot.nominal_posture())
     q = path.sample(np.arange(0.0, path.duration + 1.0 / RATE, 1.0 / RATE))
     flown = rehearse(robot, q, first_vectoring(robot).angles)
-    return flown.first_without(config.margin) is None
+    return flown.leaves(config.margin)
 
 
 def fly(robot: Robot, controller: Any, ways: list[list[list[float]]], seed: int, flown: Flown) -> None:

@@ -2,6 +2,7 @@
 
 import dataclasses
 import shutil
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from skylimb.planning.posture import posture_family
 from skylimb.planning.task_family import standing_in
 from skylimb.planning.task_posture import judged_posture, travel
 from skylimb.planning.tip_pose import link_distances, tip_position
+from skylimb.planning.vectoring_search import evaluate, posture_function
 
 
 @pytest.fixture(scope="module")
@@ -71,6 +73,33 @@ def test_a_posture_is_judged_as_it_is(robot, plan):
     )
     assert again is not None
     assert again.margins == pytest.approx(plan.planned.margins, abs=1e-3)
+
+
+def test_its_angles_keep_the_criteria_all_along_its_family(plan):
+    low, high = plan.task.criteria.span(plan.there)
+    bounded = posture_function(plan.there, plan.task.criteria)
+    for theta in np.linspace(low, high, 9):
+        psi = evaluate(plan.coefficients, low, high, theta)
+        values = np.concatenate([part.full().ravel() for part in bounded.function(theta, psi)])
+        assert np.all(values >= np.array(bounded.low) - 2e-3)
+        assert np.all(values <= np.array(bounded.high) + 2e-3)
+    nominal = plan.there.description.posture.theta_nominal
+    here = evaluate(plan.coefficients, low, high, nominal)
+    assert np.allclose(here, plan.planned.vectoring_angles, atol=1e-9)
+
+
+@pytest.mark.slow
+def test_a_posture_that_a_controller_loses_is_not_proposed(robot, plan, monkeypatch):
+    """The best one is not taken where a flight in it is lost; where all are, the plan says why."""
+    task_plan = import_module("skylimb.flights.task_plan")
+    lost = iter(["lost attitude", ""])
+    monkeypatch.setattr(task_plan, "_lost", lambda *_: next(lost))
+    experiment, controller = skylimb.load_experiment("paper"), skylimb.load_controller("hybrid", robot)
+    second = plan_posture(experiment, robot, controller)
+    assert second.planned.margin < plan.planned.margin
+    monkeypatch.setattr(task_plan, "_lost", lambda *_: "lost attitude")
+    with pytest.raises(UnreachableError, match="flies paper: lost attitude"):
+        plan_posture(experiment, robot, controller)
 
 
 def test_the_family_takes_the_tip_to_and_fro(robot, plan):

@@ -8,7 +8,9 @@ from skylimb.errors import SkylimbError
 from skylimb.flights.takeoff import plant_and_mission
 from skylimb.missions.frame import contact_frame
 from skylimb.missions.mission import PHASES, Mission
+from skylimb.missions.posture import posture_plan
 from skylimb.missions.ramp import ramp, ramp_duration
+from skylimb.planning.posture_path import PostureConfig
 from skylimb.planning.trajectories import trajectory
 from skylimb.spatial import rot_z
 
@@ -151,3 +153,13 @@ def test_a_surface_that_comes_nearer_is_kept_clear_of() -> None:
     _, mission = lifting(**{"surface.slope": 0.0, "surface.advance_distance": 0.06})
     away = mission.phase == PHASES.index("lift")
     assert 1.496 - mission.reference.tip_position[away, 0].min() == pytest.approx(0.11, abs=1e-9)
+
+
+def test_a_heading_that_passes_half_a_turn_does_not_jump() -> None:
+    """The tip's link turns from 2.2 to 3.5 rad; a jump by a turn between two knots would turn the body."""
+    robot = skylimb.load_robot("dragon")
+    waypoints = ((0.0, 1.55, 0.0, 1.55, 0.0, 0.4),)
+    plan = posture_plan(PostureConfig(waypoints=waypoints, hold=0.0), robot, "online")
+    heading = plan.tip_heading(np.linspace(0.0, plan.duration, 501))
+    assert heading[-1] - heading[0] == pytest.approx(1.3, abs=0.1)
+    assert np.abs(np.diff(heading)).max() < 0.02

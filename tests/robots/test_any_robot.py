@@ -8,7 +8,8 @@ import pytest
 
 from made_robots import chain, joint, link
 from skylimb.errors import AllocationError, DescriptionError
-from skylimb.robots import Robot, load_robot, read_description
+from skylimb.robots import load_robot, read_description
+from skylimb.robots.held_axes import not_given
 from skylimb.robots.hover import find_hover, within_limits
 
 PITCH, YAW, ROLL = "0 1 0", "0 0 1", "1 0 0"
@@ -82,11 +83,33 @@ def test_folded_angles_are_within_limits_and_those_inside_stay(dragon):
     np.testing.assert_allclose(folded[inside], angles[inside], atol=1e-12)
 
 
-def test_three_rotors_are_refused_in_words(tmp_path):
-    path = chain(tmp_path, links=3, turns=(ROLL, PITCH))
-    assert Robot(read_description(path)).n_rotors == 3
-    with pytest.raises(DescriptionError, match=r"3 rotors; .* at least 4 while their vectoring angles"):
+FEW = {
+    "three that turn, and could hold every axis": (
+        {"links": 3, "turns": (ROLL,)},
+        r"3 rotors; it hovers, and thrusts with vectoring angles hold every axis, but .* do not give",
+    ),
+    "two with two-axis gimbals": (
+        {"links": 2, "turns": (ROLL, PITCH)},
+        r"2 rotors; .* by thrusts alone, which do not give .*torque",
+    ),
+    "three that do not turn": ({"links": 3, "turns": (), "tilt": 0.3}, "3 rotors and cannot hover at its"),
+}
+
+
+@pytest.mark.parametrize("given", FEW)
+def test_few_rotors_are_refused_for_what_they_lack(tmp_path, given):
+    kind, said = FEW[given]
+    path = chain(tmp_path, **kind)
+    with pytest.raises(DescriptionError, match=said):
         load_robot(path)
+
+
+def test_the_axes_that_inputs_leave_out_have_their_names():
+    assert not_given(np.eye(4)) == ""
+    assert not_given(np.eye(4)[:, [0, 1, 2]]) == "yaw torque"
+    assert not_given(np.eye(4)[:, [0, 3]]) == "roll torque and pitch torque"
+    mixed = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0]])
+    assert not_given(mixed) == "a combination of roll torque and pitch torque"
 
 
 def test_frames_without_mass_load(tmp_path):

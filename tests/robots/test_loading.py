@@ -210,7 +210,7 @@ lag = 0.05
 """
 
 TOML_FAULTS = {
-    "a rotor missing": ((ROTOR, ""), DescriptionError, ["has 3 rotors", "at least 4"]),
+    "a rotor missing": ((ROTOR, ""), DescriptionError, ["has 3 rotors", "by thrusts alone"]),
     "unknown link of a rotor": (
         ('link = "rotor4"', 'link = "roto4"'),
         UnknownNameError,

@@ -24,7 +24,7 @@ from skylimb.descriptions.urdf_text import read_urdf_text
 from skylimb.errors import SkylimbError
 from skylimb.planning.posture import posture_family
 from skylimb.robots.description import Inertial, PostureFamily, RobotDescription
-from skylimb.robots.flight_check import check_moving_bodies, check_robot, check_rotor_count
+from skylimb.robots.flight_check import check_few_rotors, check_moving_bodies, check_robot
 from skylimb.robots.flight_file import FlightFile, PostureSection
 from skylimb.robots.loader import FLIGHT_FILE, describe, list_robots, read_description
 from skylimb.robots.model import Robot
@@ -227,7 +227,9 @@ def _faults(check: Callable[[], None], what: str, remedy: str = "correct it in t
 
 
 def _flight_doubts(robot: Robot, acting: Actuation) -> Iterator[Doubt]:
-    yield from _faults(lambda: check_rotor_count(robot), "the rotors", "fly it with more rotors")
+    yield from _faults(
+        lambda: check_few_rotors(robot), "the rotors", "a control law that moves them, or more rotors"
+    )
     if robot.n_rotors >= 4:
         yield from _faults(
             lambda: check_robot(robot), "hover", "look at rotor frames, spins, masses and the nominal posture"

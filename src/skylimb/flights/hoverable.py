@@ -12,6 +12,7 @@ from skylimb.control.needs import needs_of
 from skylimb.errors import ConfigError
 from skylimb.experiments.experiment import Experiment
 from skylimb.missions.posture import PosturePlan, posture_plan
+from skylimb.planning.joint_torque import held_shares
 from skylimb.planning.posture_limits import nearest_posture, weakest_margin
 from skylimb.planning.posture_path import PostureConfig
 from skylimb.planning.posture_rehearsal import rehearse
@@ -29,7 +30,8 @@ def require_hoverable(experiment: Experiment, robot: Robot, controller: Controll
 
     The vectoring angles are those that the flight begins with, or goes through; a controller that plans them
     in flight is rehearsed. The message names the torque or the rotor, the posture, and the nearest posture
-    that leaves enough.
+    that leaves enough. So is one on
+    the way in which a servo of the shape joints cannot hold its joint.
     """
     posture = experiment.posture
     # A configuration made in Python may hold lists.
@@ -49,6 +51,23 @@ def _require(posture: PostureConfig, robot: Robot, purpose: str) -> None:
     worst = int(np.argmin(np.nan_to_num(margins, nan=-np.inf)))
     if not margins[worst] >= posture.margin - _ROUNDING:
         raise ConfigError(_refusal(robot, plan, (times[worst], q[worst], psi[worst]), posture.margin))
+    if posture.waypoints:
+        _require_servos(robot, times, q, psi)
+
+
+def _require_servos(robot: Robot, times: np.ndarray, q: np.ndarray, psi: np.ndarray) -> None:
+    """Refuse postures in which rotors that push against each other bend a joint more than its servo holds."""
+    shares = np.array([held_shares(robot, *angles) for angles in zip(q, psi, strict=True)])
+    if np.max(shares, initial=0.0) <= 1.0:
+        return
+    row, joint = np.unravel_index(int(np.argmax(shares)), shares.shape)
+    most = robot.description.shape_servo.torque_limit
+    raise ConfigError(
+        f"the servo of joint '{robot.description.shape_joints[joint]}' of '{robot.name}' must hold "
+        f"{shares[row, joint] * most:.3g} N m at q = {np.round(q[row], 3).tolist()} rad, {times[row]:.1f} s "
+        f"after posture.waypoints begin, and has {most:g} N m; rotors push against each other there, so go "
+        "round that posture"
+    )
 
 
 def _refusal(

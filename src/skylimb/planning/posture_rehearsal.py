@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from skylimb.planning.joint_torque import HELD, held_share
 from skylimb.planning.vectoring_step import Planned, plan_vectoring
 from skylimb.robots.model import Robot
 
@@ -24,17 +25,23 @@ class Rehearsal(NamedTuple):
         vectoring_angles: psi, rad, (k, nv).
         margins: torque that is left, N m, (k,); see `Planned.margin`.
         tilts: of the hover, rad, (k,).
+        servos: greatest share of their torque that the shape joints' servos give (`joint_torque`), (k,).
     """
 
     joint_angles: np.ndarray
     vectoring_angles: np.ndarray
     margins: np.ndarray
     tilts: np.ndarray
+    servos: np.ndarray
 
     @property
     def worst(self) -> int:
         """Row with the least margin; of those that tilt too much, the one with the most tilt."""
         return int(np.argmin(self.margins))
+
+    def leaves(self, least: float) -> bool:
+        """Whether every row leaves a margin (N m), and the servos of the joints enough to bend them."""
+        return self.first_without(least) is None and bool(np.all(self.servos <= HELD))
 
     @property
     def last(self) -> Planned:
@@ -64,6 +71,7 @@ def rehearse(robot: Robot, postures: np.ndarray, before: np.ndarray) -> Rehearsa
         np.array([plan.angles for plan in plans]).reshape(len(plans), robot.n_vectoring),
         np.array([plan.margin for plan in plans]),
         np.array([plan.tilt for plan in plans]),
+        np.array([held_share(robot, q, plan.angles) for q, plan in zip(postures, plans, strict=True)]),
     )
 
 

@@ -15,6 +15,7 @@ from typing import NamedTuple
 import casadi as ca
 import numpy as np
 
+from skylimb.planning.joint_torque import HELD, held_share
 from skylimb.planning.posture_rehearsal import rehearse, straight_way
 from skylimb.planning.tip_pose import link_distances
 from skylimb.planning.vectoring_step import TILTED, first_vectoring, settled_vectoring
@@ -113,8 +114,9 @@ class Roadmap:
         flown = rehearse(self.robot, way, self.vectoring_angles(begin))
         settled = settled_vectoring(self.robot, self.postures[end], flown.last.angles)
         tilted = self.robot.n_vectoring > 0 and flown.tilts.max() > TILTED
-        short = flown.first_without(self.least) is not None or settled.margin < self.least
-        if short or tilted:
+        held = held_share(self.robot, self.postures[end], settled.angles) <= HELD
+        enough = flown.leaves(self.least) and settled.margin >= self.least and held
+        if tilted or not enough:
             return None
         return self._place(end, settled.angles)
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from skylimb.errors import AllocationError, DescriptionError
 from skylimb.robots.description import Inertial
+from skylimb.robots.held_axes import inputs_at, not_given
 from skylimb.robots.hover import find_hover, golden_steps, within_limits
 from skylimb.robots.model import Robot
 from skylimb.robots.validation import check_inertial
@@ -23,7 +24,7 @@ def check_robot(robot: Robot) -> None:
             cannot hover.
     """
     check_moving_bodies(robot)
-    check_rotor_count(robot)
+    check_few_rotors(robot)
     q, start = robot.nominal_posture(), robot.description.vectoring_start
     if _hovers_at(robot, q, start):
         return
@@ -41,13 +42,29 @@ def check_moving_bodies(robot: Robot) -> None:
         check_inertial(body.name, Inertial(body.mass, body.com, body.inertia))
 
 
-def check_rotor_count(robot: Robot) -> None:
-    """Refuse a robot whose thrusts alone cannot give a lift and three torques."""
-    if robot.n_rotors < 4:
-        turning = " while their vectoring angles rest" if robot.n_vectoring else ""
+def check_few_rotors(robot: Robot) -> None:
+    """Refuse a robot of fewer than four rotors, for what it really lacks.
+
+    With vectoring joints it may hover and hold every axis. But all control laws command lift and three
+    torques by the thrusts alone, which then leave an axis out.
+    """
+    if robot.n_rotors >= 4:
+        return
+    q, who = robot.nominal_posture(), f"'{robot.name}' has {robot.n_rotors} rotors"
+    hover = find_hover(robot, q)
+    if hover is None:
         raise DescriptionError(
-            f"'{robot.name}' has {robot.n_rotors} rotors; thrust and three torques need at least 4{turning}"
+            f"{who} and cannot hover at its nominal posture: thrusts and vectoring angles "
+            "within their limits cannot carry it without a torque"
         )
+    thrusts, angles = inputs_at(robot, q, hover)
+    lacking = not_given(np.hstack([thrusts, angles]))
+    if lacking:
+        raise DescriptionError(f"{who}; it hovers, but neither thrusts nor vectoring angles give {lacking}")
+    raise DescriptionError(
+        f"{who}; it hovers, and thrusts with vectoring angles hold every axis, but the control laws command "
+        f"lift and torques by thrusts alone, which do not give {not_given(thrusts)}"
+    )
 
 
 def _hovers_at(robot: Robot, q: np.ndarray, psi: np.ndarray) -> bool:

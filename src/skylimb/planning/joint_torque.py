@@ -1,0 +1,58 @@
+"""What the servos of the shape joints have to hold while the robot hovers.
+
+Tilted rotors push against each other through the links. That costs no lift and turns nothing, so a margin of
+thrust does not see it; a servo beyond its torque lets its joint go, and the allocation's model with it. With
+{C} level, thrusts lambda_i along u_i at p_i and the centre of gravity at c, the torque on joint j is by
+virtual work
+
+    tau_j = sum_i lambda_i (u_i . dp_i/dq_j + kappa_i u_i . w_ij) - m g z . dc/dq_j,
+
+with w_ij the turn of rotor i for a radian of joint j. All forces balance, so the root may be held for it.
+"""
+
+from __future__ import annotations
+
+import functools
+
+import casadi as ca
+import numpy as np
+
+from skylimb.robots.model import GRAVITY, Robot
+
+HELD = 0.8
+"""Greatest share on a way that is planned; the rest bends the joints, and is for control."""
+
+
+@functools.lru_cache(maxsize=16)
+def joint_torque_function(robot: Robot) -> ca.Function:
+    """(q, psi) -> torque of rotors and weight on each shape joint in hover, N m, (nq,)."""
+    q, psi = ca.SX.sym("q", robot.n_joints), ca.SX.sym("psi", robot.n_vectoring)
+    state = robot.model(q, psi)
+    up = state.R_root_C[:, 2]
+    torque = -robot.mass * GRAVITY * (state.cog_jacobian[:, : robot.n_joints].T @ up)
+    for i, rotor in enumerate(robot.description.rotors):
+        pose = robot.link_pose_function(rotor.link)(q, psi)
+        R = pose[:, 1:] @ ca.SX(rotor.R)
+        p = pose[:, 0] + pose[:, 1:] @ ca.SX(rotor.xyz)
+        drag = rotor.drag_torque_coefficient * R[:, 2]
+        moved = ca.jacobian(p, q).T @ R[:, 2]
+        turned = [ca.dot(drag, _turn(R, ca.reshape(ca.jacobian(R, q[j]), 3, 3))) for j in range(q.numel())]
+        torque += state.hover_thrusts[i] * (moved + ca.vertcat(*turned))
+    return ca.Function("joint_torque", [q, psi], [torque], {"cse": True})
+
+
+def held_shares(robot: Robot, joint_angles: np.ndarray, vectoring_angles: np.ndarray) -> np.ndarray:
+    """Which share of its torque each servo of the shape joints gives in hover, (nq,); above 1 it lets go."""
+    torque = joint_torque_function(robot)(joint_angles, vectoring_angles).full().ravel()
+    return np.abs(torque) / robot.description.shape_servo.torque_limit
+
+
+def held_share(robot: Robot, joint_angles: np.ndarray, vectoring_angles: np.ndarray) -> float:
+    """The greatest of them; 0 for a robot that does not bend."""
+    return float(np.max(held_shares(robot, joint_angles, vectoring_angles), initial=0.0))
+
+
+def _turn(R: ca.SX, slope: ca.SX) -> ca.SX:
+    """Angular velocity, (3,), of a rotation R that changes by `slope`."""
+    W = slope @ R.T
+    return ca.vertcat(W[2, 1], W[0, 2], W[1, 0])

@@ -1,0 +1,39 @@
+"""Which of lift and torques a robot's inputs can give in a hover, and which they cannot, by name."""
+
+from __future__ import annotations
+
+import casadi as ca
+import numpy as np
+
+from skylimb.robots.hover import Hover
+from skylimb.robots.model import Robot
+
+AXES = ("lift", "roll torque", "pitch torque", "yaw torque")
+_RANK = 1e-6
+_SHARE = 0.5
+"""An axis counts as not given where this share of it lies in what the inputs leave out."""
+
+
+def inputs_at(robot: Robot, joint_angles: np.ndarray, hover: Hover) -> tuple[np.ndarray, np.ndarray]:
+    """Lift and torques in root axes, N and N m, per newton of each thrust (4, n) and radian of each angle.
+
+    The second, (4, nv), is how the hover's wrench changes as the vectoring joints turn.
+    """
+    psi = ca.SX.sym("psi", robot.n_vectoring)
+    wrench = robot.wrench_function(ca.DM(joint_angles), psi)[2:, :]
+    moving = ca.jacobian(wrench @ ca.DM(hover.thrusts), psi)
+    inputs = ca.Function("inputs", [psi], [wrench, moving])(hover.vectoring_angles)
+    return inputs[0].full(), inputs[1].full()
+
+
+def not_given(matrix: np.ndarray) -> str:
+    """In words, which of `AXES` no combination of a matrix's columns, (4, k), gives; empty for all four."""
+    sizes = np.linalg.norm(matrix, axis=1, keepdims=True)
+    rows = matrix / np.where(sizes > 1e-9, sizes, 1.0)
+    left, values, _ = np.linalg.svd(rows, full_matrices=True)
+    rank = int(np.count_nonzero(values > _RANK * max(float(values[0]), 1e-300)))
+    shares = np.linalg.norm(left[:, rank:], axis=1)
+    names = " and ".join(name for name, share in zip(AXES, shares, strict=True) if share > _SHARE)
+    if np.count_nonzero(shares > _SHARE) <= len(AXES) - rank:
+        return names
+    return f"a combination of {names}"

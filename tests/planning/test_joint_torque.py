@@ -1,0 +1,44 @@
+"""What the servos of the joints hold in hover, against the physics engine; and ways that ask too much."""
+
+import numpy as np
+import pytest
+
+import skylimb
+from skylimb.errors import ConfigError
+from skylimb.flights.hoverable import _require_servos
+from skylimb.flights.takeoff import plant_and_mission
+from skylimb.planning.joint_torque import held_share, held_shares, joint_torque_function
+from skylimb.planning.vectoring_step import first_vectoring
+
+BENT = np.array([0.11, 0.34, 0.14, -0.46, 0.40])
+AGAINST = np.array([-2.39, -1.59, -4.71, 0.49, 1.36, -1.49])
+"""hydrus_xi_hex nearly in a line; its rotors push against each other across it."""
+
+
+@pytest.mark.parametrize("name", ["hydrus_xi_quad", "dragon"])
+def test_they_are_what_the_engines_servos_give_after_take_off(name):
+    robot = skylimb.load_robot(name)
+    plant, _, data = plant_and_mission(
+        skylimb.load_experiment("free_flight", {"robot": name, "posture.waypoints": []}), robot
+    )
+    q, psi = data.qpos[list(plant.joint_qpos)], data.qpos[list(plant.vectoring_qpos)]
+    set_points = data.act[robot.n_rotors :][: robot.n_joints]
+    given = robot.description.shape_servo.stiffness * (set_points - q)
+    assert np.abs(given).max() > 0.2
+    assert joint_torque_function(robot)(q, psi).full().ravel() == pytest.approx(-given, abs=5e-3)
+
+
+def test_rotors_that_push_against_each_other_are_more_than_a_servo_holds():
+    robot = skylimb.load_robot("hydrus_xi_hex")
+    shares = held_shares(robot, BENT, AGAINST)
+    assert np.argmax(shares) == 2
+    assert held_share(robot, BENT, AGAINST) == shares[2] > 1.2
+    best = first_vectoring(robot)
+    assert held_share(robot, robot.nominal_posture(), best.angles) < 0.8
+    _require_servos(robot, np.zeros(1), robot.nominal_posture()[None], best.angles[None])
+    with pytest.raises(ConfigError, match=r"servo of joint 'joint3' .* must hold 4\.\d+ N m .* has 3\.3 N m"):
+        _require_servos(robot, np.zeros(1), BENT[None], AGAINST[None])
+
+
+def test_a_robot_that_does_not_bend_has_no_servo_to_ask_too_much_of():
+    assert held_share(skylimb.load_robot("tilted_hexarotor"), np.zeros(0), np.zeros(0)) == 0.0
