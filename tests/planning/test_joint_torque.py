@@ -23,9 +23,9 @@ def test_they_are_what_the_engines_servos_give_after_take_off(name):
     )
     q, psi = data.qpos[list(plant.joint_qpos)], data.qpos[list(plant.vectoring_qpos)]
     set_points = data.act[robot.n_rotors :][: robot.n_joints]
-    given = robot.description.shape_servo.stiffness * (set_points - q)
-    assert np.abs(given).max() > 0.2
-    assert joint_torque_function(robot)(q, psi).full().ravel() == pytest.approx(-given, abs=5e-3)
+    torque = robot.description.shape_servo.stiffness * (set_points - q)
+    assert np.abs(torque).max() > 0.2
+    assert joint_torque_function(robot)(q, psi).full().ravel() == pytest.approx(-torque, abs=5e-3)
 
 
 def test_rotors_that_push_against_each_other_are_more_than_a_servo_holds():
