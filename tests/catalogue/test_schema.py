@@ -80,6 +80,20 @@ def test_a_wrong_preset_is_refused_by_both(slot: str, changes: dict) -> None:
         preset_from_mapping(wrong, Path("test.toml"))
 
 
+@pytest.mark.parametrize(
+    ("table", "fine"),
+    [
+        ({"translation": {"force": 2.0}}, True),
+        ({"translation": {"law": "following", "force": 2.0}, "shape": {"arm_share": 0.5}}, True),
+        ({"translation": {"forse": 2.0}}, False),
+        ({"translations": {"force": 2.0}}, False),
+        (3, False),
+    ],
+)
+def test_a_table_of_a_robot_may_leave_out_what_it_does_not_change(table: object, fine: bool) -> None:
+    assert (problems("controller", {**PRESET, "robots": {"dragon": table}}) == []) is fine
+
+
 def test_a_law_of_ones_own_and_any_surface_are_welcome() -> None:
     assert problems("controller", {**PRESET, "shape": {"law": "mine.py", "gain": 3.0}}) == []
     assert problems("controller", {key: value for key, value in PRESET.items() if key != "shape"})

@@ -12,7 +12,7 @@ from typing import Any
 
 from skylimb.campaign.spec import CampaignSpec
 from skylimb.config import to_mapping
-from skylimb.control.preset import DEFAULT_LAWS
+from skylimb.control.preset import DEFAULT_LAWS, ROBOTS
 from skylimb.control.slots import SLOTS, find_law, law_names
 from skylimb.experiments.experiment import Experiment, Settings
 from skylimb.keys import Key
@@ -24,6 +24,13 @@ _DIALECT = "http://json-schema.org/draft-07/schema#"
 _PLAIN = {str: "string", bool: "boolean", int: "integer", float: "number"}
 
 Schema = dict[str, Any]
+
+_OWN: Schema = {
+    "type": "object",
+    "properties": {"law": {"type": "string", "pattern": r"\.py$", "description": "your own Python file"}},
+    "required": ["law"],
+}
+"""A law of the user's own, with whatever gains it has."""
 
 
 def schemas() -> dict[str, Schema]:
@@ -55,21 +62,33 @@ def _experiment() -> Schema:
 
 def _controller() -> Schema:
     texts = {name: {"type": "string"} for name in ("name", "description")}
-    slots = {slot: _slot(slot) for slot in SLOTS}
+    laws = {slot: _laws(slot) for slot in SLOTS}
+    slots = {slot: {"anyOf": [*known, _OWN]} for slot, known in laws.items()}
     needed = [slot for slot in SLOTS if slot not in DEFAULT_LAWS]
-    return _object({**texts, **slots}, needed)
+    changes = _object({slot: {"anyOf": [*_partial(known), _OWN]} for slot, known in laws.items()}, [])
+    note = "What is different for a robot, by its name"
+    robots = {"type": "object", "description": note, "additionalProperties": changes}
+    return _object({**texts, **slots, ROBOTS: robots}, needed)
 
 
-def _slot(slot: str) -> Schema:
+def _partial(schema: Any) -> Any:
+    """A schema of which any part may be left out, as in a table that changes another."""
+    if isinstance(schema, list):
+        return [_partial(each) for each in schema]
+    if isinstance(schema, dict):
+        return {key: [] if key == "required" else _partial(value) for key, value in schema.items()}
+    return schema
+
+
+def _laws(slot: str) -> list[Schema]:
+    """The laws that a slot may be filled with, and their gains."""
     laws = []
     for law in law_names(slot):
         made = find_law(slot, law, Path())
         table = _table(made.Gains)
         table["description"] = (inspect.getdoc(made) or "").partition("\n")[0]
         laws.append(_chosen(table, "law", law, DEFAULT_LAWS.get(slot) == law))
-    own = {"type": "string", "pattern": r"\.py$", "description": "a Python file of your own"}
-    laws.append({"type": "object", "properties": {"law": own}, "required": ["law"]})
-    return {"anyOf": laws}
+    return laws
 
 
 def _campaign() -> Schema:
