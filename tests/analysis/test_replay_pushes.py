@@ -12,13 +12,12 @@ from skylimb.analysis.replay.packing import unpacked
 from skylimb.analysis.replay.pushes import (
     LEAN,
     MOMENTS,
-    Stance,
     greatest_pushes,
     packed_pushes,
     sphere,
-    stance_at,
     well_spread,
 )
+from skylimb.analysis.replay.stance import Stance, stance_at
 from skylimb.planning.feasible_wrench import feasible_wrench
 from skylimb.recording import Run
 from skylimb.spatial import rot_z
@@ -62,6 +61,20 @@ def test_who_cannot_hover_can_only_rest_on_something() -> None:
     np.testing.assert_allclose(
         greatest_pushes(quadrotor(most=4.0), AXES).size, [0, 0, 0, 0, 0, 20], atol=1e-6
     )
+
+
+def test_a_direction_without_a_push_leaves_the_others_alone() -> None:
+    """Two rotors push along x and y alone, so that it rests only while something carries it."""
+    stance = quadrotor()._replace(columns=np.diag([1.0, 1.0, 0.0, 0.0, 0.0, 0.0])[:, :2])
+    stance = stance._replace(low=np.full(2, -5.0), high=np.full(2, 5.0))
+    slant = 0.1
+    slanted = np.array([[-np.sin(slant), 0.0, -np.cos(slant)]])
+    found = greatest_pushes(stance, np.vstack([AXES, slanted]))
+    np.testing.assert_allclose(found.size[:5], 0.0, atol=1e-6)
+    assert found.size[5] == pytest.approx(20.0, rel=1e-6)
+    # Weight and push together lie in the rotors' plane, steepest towards x if it leans about both axes.
+    steepest = np.sqrt(0.5) * np.tan(np.sqrt(2.0) * LEAN)
+    assert found.size[6] == pytest.approx(20.0 / (np.cos(slant) - np.sin(slant) * steepest), rel=1e-3)
 
 
 def test_a_start_from_nearby_ends_at_the_same() -> None:

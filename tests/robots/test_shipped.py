@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from skylimb.descriptions.mechanics import actuation
-from skylimb.planning.vectoring import vectoring_table
-from skylimb.planning.vectoring_digest import robot_digest
+from skylimb.planning.vectoring import vectoring_file, vectoring_table
 from skylimb.robots import load_robot
 
 # Mass (kg) as published, joints, vectoring joints, rotors, rank with vectoring at rest and with it moving.
@@ -30,12 +29,20 @@ def test_published_numbers(name):
     assert found.hover.margin > 0.1
 
 
-@pytest.mark.parametrize("name", [name for name, row in PUBLISHED.items() if row[2]])
-def test_the_vectoring_angles_that_ship_are_for_it_and_within_limits(name):
+@pytest.mark.parametrize(
+    ("name", "purpose"),
+    [
+        ("hydrus_xi_quad", "torque"), ("hydrus_xi_quad", "contact"), ("hydrus_xi_quad_mast", "contact"),
+        ("hydrus_xi_hex", "torque"), ("hydrus_xi_hex", "contact"),
+        ("dragon", "torque"), ("dragon", "contact"), ("tiltable_hexarotor", "torque"),
+    ],
+)  # fmt: skip
+def test_the_vectoring_angles_that_ship_are_for_it_and_within_limits(name: str, purpose: str) -> None:
     robot = load_robot(name)
-    assert robot_digest(robot) in (robot.description.folder / "vectoring.toml").read_text()
-    posture = robot.description.posture
-    angles = vectoring_table(robot).angles(np.linspace(posture.theta_min, posture.theta_max, 50))
+    table, file = vectoring_table(robot, purpose), vectoring_file(robot, purpose)
+    assert file is not None
+    assert table.digest in (robot.description.folder / file[0]).read_text()
+    angles = table.angles(np.linspace(table.theta_min, table.theta_max, 50))
     lower, upper = robot.vectoring_limits()
     assert np.all(angles >= lower - 1e-3)
     assert np.all(angles <= upper + 1e-3)

@@ -21,11 +21,12 @@ import mujoco
 import numpy as np
 import xarray as xr
 from scipy.optimize import linprog
-from scipy.sparse import block_diag, csr_matrix
+from scipy.sparse import bsr_array
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
 from skylimb.analysis.replay.packing import packed
+from skylimb.analysis.replay.stance import Stance, stance_at
 
 LEAN = 0.35
 """How far the body may lean into a push about either level axis, rad (20 degrees)."""
@@ -37,25 +38,8 @@ _ROUNDS = 8
 _SETTLED = 1e-3
 """What may be left of the weight in force and, by the tip's lever, in torque."""
 
-_GRAVITY = 9.80665
-
-
-class Stance(NamedTuple):
-    """A robot at a moment; vectors in W.
-
-    Attributes:
-        columns: force (N) and torque about the centre of gravity (N m) of each rotor for 1 N, (6, n).
-        low: least thrusts, N, (n,).
-        high: greatest thrusts, N, (n,).
-        weight: N.
-        lever: from the centre of gravity to the tip, m, (3,).
-    """
-
-    columns: np.ndarray
-    low: np.ndarray
-    high: np.ndarray
-    weight: float
-    lever: np.ndarray
+_PRICE, _SOLVED = 1e3, 1e-6
+"""Of what a linear programme leaves over, beside 1 for a push of the weight; how much of it is none."""
 
 
 @cache
@@ -139,40 +123,47 @@ def _scale(stance: Stance) -> np.ndarray:
 def _linear(
     stance: Stance, directions: np.ndarray, near: Pushes, lean: float, scale: np.ndarray
 ) -> tuple[np.ndarray, Pushes]:
-    """Thrusts (k, n), pushes and leans of the programmes that are linear around `near`; zeros without any."""
+    """Thrusts (k, n), pushes and leans of the programmes that are linear around `near`; zeros without any.
+
+    Beside thrusts, lean and push each has what is left over of the wrench, at a price that only those without
+    a solution pay. So one that has none leaves the others alone.
+    """
     count, n = len(directions), stance.columns.shape[1]
-    one = [*zip(stance.low, stance.high, strict=True), (-lean, lean), (-lean, lean)]
-    one.append((0.0, float(stance.high.sum()) + stance.weight))
-    up, blocks, sides = np.array([0.0, 0.0, stance.weight]), [], []
-    for d, push, tilt in zip(directions, near.size, near.lean, strict=True):
-        back, slopes = _lean(tilt)
-        force = np.stack([slope @ (up + push * d) for slope in slopes], axis=1)
-        torque = np.stack([np.cross(stance.lever, slope @ (push * d)) for slope in slopes], axis=1)
-        along = np.concatenate([back @ d, np.cross(stance.lever, back @ d)])
-        turned = np.vstack([force, torque])
-        blocks.append(csr_matrix(scale[:, None] * np.column_stack([stance.columns, -turned, -along])))
-        # The lean itself is sought, not its change.
-        sides.append(scale * (np.concatenate([back @ up, np.zeros(3)]) - turned @ tilt))
+    most = float(stance.high.sum()) + stance.weight
+    one = [*zip(stance.low, stance.high, strict=True), (-lean, lean), (-lean, lean), (0.0, most)]
+    up, push = np.array([0.0, 0.0, stance.weight]), near.size[:, None] * directions
+    back, slopes = _lean(near.lean)
+    weight, along = back @ up, _applied(back, directions)
+    turned = np.stack(
+        [
+            np.hstack([_applied(slope, up + push), np.cross(stance.lever, _applied(slope, push))])
+            for slope in slopes
+        ],
+        axis=2,
+    )
+    pushed = np.hstack([along, np.cross(stance.lever, along)])[:, :, None]
+    columns = np.broadcast_to(stance.columns, (count, *stance.columns.shape))
+    wrenches = scale[:, None] * np.concatenate([columns, -turned, -pushed], axis=2)
+    left = np.broadcast_to(np.hstack([np.eye(6), -np.eye(6)]), (count, 6, 12))
+    blocks = np.concatenate([wrenches, left], axis=2)
+    # The lean itself is sought, not its change.
+    sides = scale * (np.pad(weight, ((0, 0), (0, 3))) - _applied(turned, near.lean))
     found = linprog(
-        np.tile([*[0.0] * (n + 2), -1.0 / stance.weight], count),
-        A_eq=block_diag(blocks, format="csr"),
-        b_eq=np.concatenate(sides),
-        bounds=one * count,
+        np.tile([*[0.0] * (n + 2), -1.0 / stance.weight, *[_PRICE] * 12], count),
+        A_eq=bsr_array((blocks, np.arange(count), np.arange(count + 1))).tocsr(),
+        b_eq=sides.ravel(),
+        bounds=np.tile([*one, *[(0.0, np.inf)] * 12], (count, 1)),
     )
     if found.status != 0:
-        # One of them has no solution near there, so the others are sought without it.
-        if count == 1:
-            return np.zeros((1, n)), Pushes(np.zeros(1), np.zeros((1, 2)))
-        half = count // 2
-        parts = [
-            _linear(stance, directions[part], Pushes(near.size[part], near.lean[part]), lean, scale)
-            for part in (slice(half), slice(half, None))
-        ]
-        (thrusts, first), (more, second) = parts
-        joined = Pushes(*(np.concatenate(pair) for pair in zip(first, second, strict=True)))
-        return np.concatenate([thrusts, more]), joined
-    x = found.x.reshape(count, n + 3)
+        return np.zeros((count, n)), Pushes(np.zeros(count), np.zeros((count, 2)))
+    x = found.x.reshape(count, n + 15)
+    x[x[:, n + 3 :].sum(axis=1) > _SOLVED] = 0.0
     return x[:, :n], Pushes(x[:, n + 2], x[:, n : n + 2])
+
+
+def _applied(matrices: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    """Each matrix (k, m, j) times its vector (k, j), (k, m)."""
+    return (matrices @ vectors[:, :, None])[:, :, 0]
 
 
 def _left(
@@ -186,45 +177,15 @@ def _left(
     return np.abs((thrusts @ stance.columns.T - np.hstack([force, torque])) * scale).max(axis=1)
 
 
-def _lean(tilt: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
-    """R^T of a lean (rotation vector about x and y, rad), and its derivatives by both."""
+def _lean(tilts: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
+    """R^T of leans (rotation vectors about x and y, rad, (k, 2)), (k, 3, 3), and its derivatives by both."""
     step = 1e-6
 
-    def back(lean: np.ndarray) -> np.ndarray:
-        return Rotation.from_rotvec([*lean, 0.0]).as_matrix().T
+    def back(leans: np.ndarray) -> np.ndarray:
+        return Rotation.from_rotvec(np.pad(leans, ((0, 0), (0, 1)))).inv().as_matrix()
 
-    slopes = [(back(tilt + e) - back(tilt - e)) / (2.0 * step) for e in step * np.eye(2)]
-    return back(tilt), slopes
-
-
-def stance_at(
-    model: mujoco.MjModel, data: mujoco.MjData, configuration: np.ndarray, tip: np.ndarray, limits: np.ndarray
-) -> Stance | None:
-    """The robot of a scene at a configuration; None where it has no rotors.
-
-    Args:
-        model: of the scene.
-        data: of the model; it is written into.
-        configuration: generalised positions, (nq,).
-        tip: W, m, (3,).
-        limits: least and greatest thrusts, N, (2, n).
-    """
-    free = np.flatnonzero(model.jnt_type == mujoco.mjtJoint.mjJNT_FREE)
-    rotors = np.flatnonzero(model.actuator_trntype == mujoco.mjtTrn.mjTRN_SITE)
-    if len(free) == 0 or len(rotors) == 0 or limits.shape != (2, len(rotors)):
-        return None
-    root = int(model.jnt_bodyid[free[0]])
-    data.qpos[:] = configuration
-    mujoco.mj_kinematics(model, data)
-    mujoco.mj_comPos(model, data)
-    cog, columns = data.subtree_com[root].copy(), []
-    for actuator in rotors:
-        site, gear = model.actuator_trnid[actuator, 0], model.actuator_gear[actuator]
-        R = data.site_xmat[site].reshape(3, 3)
-        force, drag = R @ gear[:3], R @ gear[3:]
-        columns.append(np.concatenate([force, np.cross(data.site_xpos[site] - cog, force) + drag]))
-    weight = float(model.body_subtreemass[root]) * _GRAVITY
-    return Stance(np.array(columns).T, limits[0], limits[1], weight, tip - cog)
+    slopes = [(back(tilts + e) - back(tilts - e)) / (2.0 * step) for e in step * np.eye(2)]
+    return back(tilts), slopes
 
 
 def packed_pushes(model: mujoco.MjModel, log: xr.Dataset) -> dict[str, Any] | None:
