@@ -37,6 +37,7 @@ def test_a_missing_extra_is_named(
     assert not out.exists()
 
 
+@pytest.mark.slow
 def test_a_run_without_the_encoder_goes_on_without_video(tmp_path: Path) -> None:
     short = [f"phases.{phase}=0.1" for phase in ("hover", "tare", "settle", "hover_end")]
     said = without("av", "run", "free_flight", "--video", "--set", *short, "--out", str(tmp_path / "out"))

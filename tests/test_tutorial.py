@@ -251,6 +251,7 @@ def a_drawing_and_the_c_code(user: User) -> None:
     user.does("export to C", "skylimb", "export-c", "c_code")
 
 
+@pytest.mark.slow
 def test_what_a_new_user_does(user: User) -> None:
     """One test, as each step needs the files of those before it."""
     the_installed_package_is_the_wheel(user)

@@ -71,6 +71,7 @@ def table(folder: Path) -> bytes:
     return (folder / "flights.parquet").read_bytes()
 
 
+@pytest.mark.slow
 def test_a_dask_cluster_gives_the_same_folder_though_a_worker_dies(
     cluster: Any, write_spec: SpecWriter, tmp_path: Path
 ) -> None:
@@ -93,6 +94,7 @@ def test_a_dask_cluster_gives_the_same_folder_though_a_worker_dies(
     assert logs[0] == logs[1]
 
 
+@pytest.mark.slow
 def test_a_scheduler_that_does_not_answer_is_named(write_spec: SpecWriter, tmp_path: Path) -> None:
     with pytest.raises(SkylimbError, match=r"no Dask scheduler answers at 'tcp://127\.0\.0\.1:9'"):
         run_campaign(write_spec(draws=1), tmp_path / "out", scheduler="tcp://127.0.0.1:9")
@@ -106,6 +108,7 @@ def test_slurm_jobs_give_the_same_table(slurm: Path, write_spec: SpecWriter, tmp
     assert table(tmp_path / "there") == table(tmp_path / "here")
 
 
+@pytest.mark.slow
 def test_a_job_that_dies_before_it_works_is_named(
     slurm: Path, write_spec: SpecWriter, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -94,6 +94,7 @@ def test_the_folder_is_the_same_at_any_number_of_workers(
     assert contents(tmp_path / "by-0") == contents(tmp_path / "by-2")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("how", ["os.kill(os.getpid(), 9)", "os._exit(0)"])
 def test_a_flight_that_ends_its_worker_is_quarantined_and_named(
     how: str, write_spec: SpecWriter, tmp_path: Path

@@ -209,6 +209,7 @@ def test_the_stopping_rule_ends_a_campaign_early(write_spec: SpecWriter, tmp_pat
     assert len(outcome.rows) == 12
 
 
+@pytest.mark.slow
 def test_a_full_disk_stops_cleanly_and_goes_on(
     write_spec: SpecWriter, tmp_path: Path, contents: Contents
 ) -> None:

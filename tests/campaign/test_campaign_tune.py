@@ -85,6 +85,7 @@ def test_an_interrupted_search_goes_on_and_finds_the_same(
     assert contents(tmp_path / "cut") == contents(tmp_path / "whole")
 
 
+@pytest.mark.slow
 @settings(max_examples=6, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(kills=st.lists(st.floats(0.0, 1.0), min_size=1, max_size=4))
 def test_a_search_killed_at_any_moments_finds_the_same(

@@ -122,6 +122,7 @@ def test_whatever_was_acknowledged_is_there_after_a_kill(
     assert kills > 10
 
 
+@pytest.mark.slow
 @settings(max_examples=10, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(kills=st.lists(st.floats(0.0, 1.0), min_size=1, max_size=5))
 def test_a_campaign_killed_at_any_moments_ends_as_an_undisturbed_one(

@@ -75,6 +75,7 @@ def test_a_tiny_ensemble_leaves_everything(tiny: Path) -> None:
     assert "http" not in page
 
 
+@pytest.mark.slow
 def test_neither_workers_nor_an_interruption_change_the_result(
     tiny: Path, short_prior: Prior, tmp_path: Path
 ) -> None:
