@@ -10,7 +10,7 @@ import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from skylimb.analysis.drawn_strokes import drawn_strokes, fidelity, frechet
+from skylimb.analysis.drawn_strokes import drawn_strokes, fidelity, frechet, tails
 from skylimb.analysis.metrics import metrics
 from skylimb.analysis.pen_line import drawn_fraction, pen_line
 
@@ -210,3 +210,10 @@ def test_nothing_drawn_has_no_distance() -> None:
     found = fidelity([SQUARE], [])
     assert np.isnan([found.frechet, found.missing, found.stray]).all()
     assert (found.length, found.drawn) == (pytest.approx(0.4), 0.0)
+
+
+def test_a_tail_is_how_far_the_pen_draws_after_its_lift_began_and_no_lead_is_one():
+    away = along(np.array([[0.0, 0.0], [0.012, 0.0], [0.004, 0.003]]))
+    lead = along(np.array([[0.13, 0.05], [0.106, 0.05]]))
+    assert tails(small_and_large(tail=away, lead=lead)) == pytest.approx((0.012,))
+    assert tails(small_and_large(lead=lead)) == (0.0,)

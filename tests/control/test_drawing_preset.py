@@ -115,6 +115,43 @@ def test_the_expected_torque_is_taken_off_by_its_share(make_inputs: Any, model: 
     np.testing.assert_array_equal(none, without)
 
 
+def test_the_body_is_held_firmer_where_the_path_rests_in_touch(make_inputs: Any, model: Any) -> None:
+    target, R, omega = np.eye(3), rotation_from_rpy(0.1, -0.2, 0.3), np.array([0.2, -0.1, 0.3])
+    soft = firm.Gains((1.0, 1.0, 1.0), (52.0, 150.0, 24.0), (1.1, 0.8, 0.4), slow_speed=0.08)
+    slow = replace(soft, slow_stiffness=(1.0, 1.0, 2.0), slow_damping=(1.0, 1.5, 2.5))
+    # At rest: the same as a law whose spring and damper are that much stronger.
+    ratio = (1.1, 0.8 * 1.5, 0.4 * 2.5 / 2.0**0.5)
+    hard = replace(soft, normalized_stiffness=(52.0, 150.0, 48.0), damping_ratio=ratio)
+
+    def torque(gains: firm.Gains, speed: float, engaged: float = 1.0) -> np.ndarray:
+        view = no_contact()._replace(engaged=engaged, own_speed=speed)
+        inputs = make_inputs(model=model, R=R, omega=omega, contact=view)
+        return firm.step(numeric(gains), (), inputs, target)[1]
+
+    np.testing.assert_allclose(torque(slow, 0.0), torque(hard, 0.0), atol=1e-12)
+    middle = 0.5 * (torque(hard, 0.0) + torque(soft, 0.0))
+    np.testing.assert_allclose(torque(slow, 0.04), middle, atol=1e-12)
+    np.testing.assert_allclose(torque(slow, 0.1), torque(soft, 0.1), atol=1e-12)
+    np.testing.assert_allclose(torque(slow, 0.0, 0.0), torque(soft, 0.0, 0.0), atol=1e-12)
+
+
+def test_a_landing_is_over_once_the_path_goes_on_and_comes_once(make_inputs: Any, make_start: Any) -> None:
+    gains = numeric(drawing.Gains())
+    state = numeric(drawing.initial_state(drawing.Gains(), make_start()))
+    slides = state.following._replace(machine=state.following.machine._replace(state=SLIDE))
+    state, landings = state._replace(following=slides), []
+    for speed in (0.0, 0.0, *(0.05,) * 400):
+        moving = {"tip_velocity": np.array([0.0, speed, 0.0]), "touch": 1.0, "wait": 1.0}
+        moving |= {"ahead": (zero_reference(3, 4)._replace(touch=1.0),)}
+        state, view, _ = drawing.step(
+            gains, state, make_inputs(force=np.array([-1.0, 0.0, 0.0]), contact_force=-1.0, reference=moving)
+        )
+        landings.append(float(view.landing))
+    assert landings[:2] == [1.0, 1.0]
+    assert landings[62] == pytest.approx(np.exp(-1.0), abs=0.02)
+    assert landings[-1] < 0.01
+
+
 def test_a_path_waits_for_its_pen_no_slower_than_it_should(make_inputs: Any, make_start: Any) -> None:
     gains = replace(drawing.Gains(), wait_beyond=0.008, waiting_pace=0.4, path_acceleration=100.0)
     state = drawing.initial_state(gains, make_start())
@@ -145,4 +182,5 @@ def test_it_is_following_but_for_what_it_says(robot: Any) -> None:
     assert changed == {
         *("stiffness", "damping_ratio", "cancel", "cancel_speed", "feed"),
         *("swing", "swing_cutoff", "swing_speed"),
+        *("slow_stiffness", "slow_speed", "landing_cancel"),
     }

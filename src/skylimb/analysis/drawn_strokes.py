@@ -89,6 +89,21 @@ def drawn_strokes(log: xr.Dataset) -> Drawn | None:
     )
 
 
+def tails(log: xr.Dataset) -> tuple[float, ...]:
+    """How far the pen went while it still touched after each lift began, m; 0 where it left at once.
+
+    What it drew before it was off the surface for the longest time belongs to the tail, as a stroke's
+    numbers have it.
+    """
+    samples, points = drawn_samples(log)
+    begins = np.flatnonzero(np.diff(_lifted(log).astype(np.int8), prepend=0) == 1)
+    found = []
+    for begin, end in zip(begins, _begins(log)[1:], strict=True):
+        tail = points[(samples >= begin) & (samples < end)]
+        found.append(float(np.linalg.norm(tail - tail[0], axis=1).max()) if len(tail) else 0.0)
+    return tuple(found)
+
+
 def fidelity(lines: list[np.ndarray], pieces: list[np.ndarray]) -> Fidelity:
     """How faithfully some lines were drawn.
 

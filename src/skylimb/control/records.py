@@ -59,6 +59,8 @@ class ContactView(NamedTuple):
         across: force that surface and friction are expected to push with across the contact axis, W, N, (3,);
             nothing where the law does not know it.
         tip: how far the tip's target is from its reference; nothing where the law does not move it.
+        landing: 1 from a touch on until the path goes on, then down to 0; 0 where the law does not say.
+        own_speed: of the path at the mission's own pace, m/s, where it is not slowed down.
     """
 
     engaged: Any
@@ -71,6 +73,8 @@ class ContactView(NamedTuple):
     ease: Any
     across: Array = NOTHING.force
     tip: TipMove = STILL
+    landing: Any = 0.0
+    own_speed: Any = 0.0
 
 
 def no_contact() -> ContactView:

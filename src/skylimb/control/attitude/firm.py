@@ -18,8 +18,8 @@ from skylimb.control.attitude.impedance import Vector3
 from skylimb.control.records import LawInput
 from skylimb.estimation.records import Signals, Start
 from skylimb.keys import Key, configuration
-from skylimb.spatial import cross
-from skylimb.symbolic import Array, vector
+from skylimb.spatial import cross, rotation_error
+from skylimb.symbolic import Array, clip, vector
 
 
 @configuration
@@ -42,6 +42,25 @@ class Gains(impedance.Gains):
             high=1.0,
         ),
     ] = (0.0, 0.0, 0.0)
+    landing_share: Annotated[
+        Vector3, Key("", "b from a touch on until the path goes on", low=0.0, high=0.95)
+    ] = (0.0, 0.0, 0.0)
+    slow_stiffness: Annotated[
+        Vector3,
+        Key("", "times by which the axes are stiffer where the path rests in touch", low=0.01, high=100.0),
+    ] = (1.0, 1.0, 1.0)
+    slow_damping: Annotated[
+        Vector3, Key("", "times by which they are damped more there", low=0.01, high=100.0)
+    ] = (1.0, 1.0, 1.0)
+    slow_speed: Annotated[
+        float,
+        Key(
+            "m/s",
+            "speed of the path from which they are as `normalized_stiffness` and `damping_ratio` say",
+            above=0.0,
+            high=10.0,
+        ),
+    ] = 0.05
 
 
 def initial_state(gains: Gains, start: Start) -> tuple[()]:
@@ -54,7 +73,22 @@ def step(gains: Any, state: tuple[()], inputs: LawInput, R_target: Array) -> tup
     state, torque, signals = impedance.step(gains, state, inputs, R_target)
     expected = inputs.estimate.body.R_WC.T @ cross(inputs.estimate.arm, inputs.contact.across)
     beyond = inputs.estimate.wrench.torque - expected
-    off = vector(
-        *(gains.contact_share[i] * expected[i] + gains.unexpected_share[i] * beyond[i] for i in range(3))
-    )
-    return state, torque - off, signals
+    share = [
+        gains.unexpected_share[i]
+        + inputs.contact.landing * (gains.landing_share[i] - gains.unexpected_share[i])
+        for i in range(3)
+    ]
+    off = vector(*(gains.contact_share[i] * expected[i] + share[i] * beyond[i] for i in range(3)))
+    return state, torque - off - _firmer(gains, inputs, R_target), signals
+
+
+def _firmer(gains: Any, inputs: LawInput, R_target: Array) -> Array:
+    """What slow paths add to spring and damper, C, N m, (3,)."""
+    body, contact = inputs.estimate.body, inputs.contact
+    rests = contact.engaged * (1.0 - clip(contact.own_speed / gains.slow_speed, 0.0, 1.0))
+    damping = 2.0 * gains.damping_ratio * gains.normalized_stiffness**0.5
+    spring = gains.normalized_stiffness * rotation_error(body.R_WC, R_target)
+    damper = damping * body.angular_velocity
+    stiffer, damped = gains.slow_stiffness, gains.slow_damping
+    more = vector(*((stiffer[i] - 1.0) * spring[i] + (damped[i] - 1.0) * damper[i] for i in range(3)))
+    return body.model.inertia_C @ (more * rests)

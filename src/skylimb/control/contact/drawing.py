@@ -37,6 +37,12 @@ from skylimb.symbolic import clip, vector, where
 AHEAD = 0.05
 """How long before the end of a stroke the path rests, s on the mission's clock."""
 
+GOES, LANDING_TIME = 0.005, 0.3
+"""Speed of a path that goes on, m/s; time constant in which a landing is over then, s."""
+
+OWN_PACE = 0.05
+"""Below that pace the path's own speed is not known."""
+
 
 @configuration
 class Gains(following.Gains):
@@ -83,6 +89,7 @@ class State(NamedTuple):
         left: where along the contact axis the pen touched last, m.
         loaded: how much of the time after a touch has gone by, 0 to 1.
         ending: how much of the rest at the end of the stroke has gone by, 0 to 1.
+        landing: 1 until the path goes on after the first touch, then down to 0.
     """
 
     following: following.State
@@ -92,6 +99,7 @@ class State(NamedTuple):
     left: Any
     loaded: Any
     ending: Any
+    landing: Any
 
 
 def needs(gains: Gains) -> Needs:
@@ -101,7 +109,12 @@ def needs(gains: Gains) -> Needs:
 
 def initial_state(gains: Gains, start: Start) -> State:
     """In the air, at rest."""
-    return State(following.initial_state(gains, start), initial_friction_state(gains.friction), *(0.0,) * 5)
+    return State(
+        following.initial_state(gains, start),
+        initial_friction_state(gains.friction),
+        *(0.0,) * 5,
+        1.0,
+    )
 
 
 def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView, Signals]:
@@ -133,6 +146,11 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     begun = clip(loaded, gains.least_pace, 1.0)
     pace = where(view.engaged * where(pace > begun, 1.0, 0.0) > 0.5, begun, pace)
     inner = inner._replace(axis_position=place, pace=pace)
+    goes = view.engaged * where(view.speed > GOES, inputs.dt / LANDING_TIME, 0.0)
+    landing = state.landing * (1.0 - goes)
+    # Speeds are those of the last tick's pace; divided by it, they are those of the mission's own.
+    own = view.speed / clip(state.following.pace, OWN_PACE, 1.0)
+    view = view._replace(landing=landing * view.engaged, own_speed=own)
     view = view._replace(engaged=engaged, ease=view.ease * ease, axis_position=place, axis_velocity=velocity)
 
     path = vector(dot(u, reference.tip_velocity), dot(v, reference.tip_velocity))
@@ -142,7 +160,7 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     across = expected_across(state.friction, share, direction(gains.friction, path))
     view = view._replace(across=u * across[0] + v * across[1])
     signals = {**signals, "pace": pace, "friction_estimate": friction.friction}
-    return State(inner, friction, engaged, leaving, left, loaded, ending), view, signals
+    return State(inner, friction, engaged, leaving, left, loaded, ending, landing), view, signals
 
 
 def _leaving(gains: Any, state: State, machine: MachineState) -> Any:

@@ -1,0 +1,233 @@
+"""What the preset `drawing` draws: four drawings by a robot that knows itself, one by 50 that do not.
+
+    python benchmarks/drawing.py [--draws 50] [--part known | unknown] [--minutes 60] [--tables]
+
+**known**: examples/skylimb.svg 0.6 m wide, a star of 0.12 m, a circle of 25 mm and the word skylimb 40 mm
+high, on the paper's board, seeds 0 to 3. **unknown**: examples/skylimb.svg with the robots, boards and
+frictions of the draws of benchmarks/following.py, each without and with the calibration that
+docs/calibration.json keeps of the same draw (its error is put on top of the truth; the calibration is not
+flown again). All at 0.05 m/s, as `skylimb draw` does. docs/drawing.json keeps every flight, a line each; one
+that it holds is not flown again. The tables of docs/drawing.md are written anew.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+import sys
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from skylimb.analysis.drawn_strokes import tails
+from skylimb.control.corrections import Corrections
+from skylimb.flights.drivers.native import fly_native
+from skylimb.flights.loading import take_off
+from skylimb.flights.record import recorded
+from skylimb.recording.run import Run
+from skylimb.robots.loader import load_robot
+
+sys.path.insert(0, str(Path(__file__).parent))
+from following import draws  # the same draws, beside this file
+
+HERE = Path(__file__).parent
+DOCS = HERE.parent / "docs"
+PAGE, NUMBERS = DOCS / "drawing.md", DOCS / "drawing.json"
+SEEDS = (0, 1, 2, 3)
+PEN: Mapping[str, Any] = {
+    "trajectory.shape": "drawing",
+    "trajectory.speed": 0.05,
+    "trajectory.acceleration": 0.05,
+    "trajectory.feedforward": "full",
+}
+DRAWINGS: Mapping[str, Mapping[str, Any]] = {
+    "skylimb.svg": {
+        "trajectory.file": str(HERE.parent / "examples" / "skylimb.svg"),
+        "trajectory.width": 0.6,
+    },
+    "star": {"trajectory.file": str(HERE / "drawings" / "star.svg"), "trajectory.width": 0.12},
+    "circle": {"trajectory.file": str(HERE / "drawings" / "circle.svg"), "trajectory.width": 0.025},
+    "text": {"trajectory.text": "skylimb", "trajectory.height": 0.04, "trajectory.width": 0.0},
+}
+TITLES = {
+    "skylimb.svg": "`examples/skylimb.svg`, 0.6 m",
+    "star": "star of 0.12 m",
+    "circle": "circle of 25 mm",
+    "text": "the word skylimb, 40 mm high",
+}
+WANTED = {"skylimb.svg": 3.0, "star": 4.0, "circle": 4.0, "text": 4.0}
+
+
+def scores(run: Run) -> dict[str, Any]:
+    """How well one was drawn: mm, and shares."""
+    if run.failed:
+        return {"lost": run.cause}
+    found, lifts = run.metrics, run.metrics["lift_time"]
+    touch = float(found["lift_touch_time"]) / float(lifts) if lifts else 0.0
+    return {
+        "lost": "",
+        "rms": 1e3 * float(found["pen_line_rms"]),
+        "frechet": 1e3 * float(found["line_frechet"] if found["line_frechet"] is not None else np.inf),
+        "tail": 1e3 * max(tails(run.log), default=0.0),
+        "lift_touch": touch,
+        "force_std": float(found["contact_force_normal_std"]),
+    }
+
+
+def known() -> Iterator[dict[str, Any]]:
+    """Every drawing with every seed."""
+    for name in DRAWINGS:
+        for seed in SEEDS:
+            yield {"part": "known", "drawing": name, "seed": seed}
+
+
+def unknown(count: int) -> Iterator[dict[str, Any]]:
+    """Every draw, without and with its calibration."""
+    for number in range(count):
+        for calibrated in (False, True):
+            yield {"part": "unknown", "draw": number, "calibrated": calibrated}
+
+
+def flown(cell: Mapping[str, Any], drawn: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """One flight, and what it drew."""
+    if cell["part"] == "known":
+        changes = {**PEN, **DRAWINGS[cell["drawing"]]}
+        return {**cell, **scores(fly(cell["seed"], changes))}
+    one = {key: value for key, value in drawn[cell["draw"]].items() if key != "trajectory.direction"}
+    changes = {**PEN, **DRAWINGS["skylimb.svg"], **one}
+    given = corrections(cell["draw"], one) if cell["calibrated"] else None
+    run = fly(None, changes, given)
+    board = {"slope": float(np.degrees(one["surface.slope"])), "friction": one["surface.friction"]}
+    return {**cell, **board, **scores(run)}
+
+
+def fly(seed: int | None, changes: Mapping[str, Any], calibration: Corrections | None = None) -> Run:
+    """One flight on the native driver, which a flight of four minutes is worth."""
+    (takeoff,) = take_off("paper", ("drawing",), seed, changes, calibration=calibration)
+    return recorded(takeoff, *fly_native([takeoff]))
+
+
+def corrections(number: int, drawn: Mapping[str, Any]) -> Corrections:
+    """What the calibration of a draw found: the truth and the error that docs/calibration.json keeps."""
+    robot = load_robot("hydrus_xi_quad")
+    kept = json.loads((DOCS / "calibration.json").read_text(encoding="utf-8"))[number]
+    lag = float(np.mean([rotor.lag for rotor in robot.description.rotors]))
+    scale = np.array(drawn["plant.rotor_scale"]) * drawn["plant.thrust_scale"] / drawn["plant.mass_scale"]
+    first = [*drawn["sensors.attitude_misalignment"], *drawn["plant.cog_offset"], *scale]
+    truth = np.array([*first, lag, drawn["sensors.latency"]])
+    value = truth + np.array(kept["error"][: len(truth)])
+    rotors = 6 + robot.n_rotors
+    return Corrections(
+        robot.name,
+        robot.description.digest,
+        tuple(value[0:3].tolist()),
+        tuple(value[3:6].tolist()),
+        tuple(value[6:rotors].tolist()),
+        float(value[rotors]),
+        float(value[rotors + 1]),
+    )
+
+
+def known_table(rows: Sequence[Mapping[str, Any]]) -> str:
+    """The range of the seeds, a drawing a line."""
+    lines = [
+        "| drawing | pen off its line, rms | Frechet distance | wanted | longest tail | lifts in touch |",
+        "|---|---|---|---|---|---|",
+    ]
+    for name, title in TITLES.items():
+        own = [row for row in rows if row["part"] == "known" and row["drawing"] == name]
+        if not own:
+            continue
+        if any(row["lost"] for row in own):
+            lines.append(f"| {title} | {sum(bool(row['lost']) for row in own)} of {len(own)} lost | | | | |")
+            continue
+        lifts = len({row["tail"] for row in own}) > 1
+        lines.append(
+            f"| {title} | {spread(own, 'rms')} mm | {spread(own, 'frechet')} mm | {WANTED[name]:g} mm | "
+            + (f"{spread(own, 'tail')} mm | {spread(own, 'lift_touch', 100.0)} % |" if lifts else "- | - |")
+        )
+    return "\n".join(lines)
+
+
+def spread(rows: Sequence[Mapping[str, Any]], key: str, scale: float = 1.0) -> str:
+    """Least and largest of the rows."""
+    values = [scale * row[key] for row in rows]
+    return f"{min(values):.1f} .. {max(values):.1f}"
+
+
+def unknown_table(rows: Sequence[Mapping[str, Any]]) -> str:
+    """Median and worst decile, without and with a calibration."""
+    own = [row for row in rows if row["part"] == "unknown"]
+    pairs = [[row for row in own if row["calibrated"] is which] for which in (False, True)]
+    count = min(map(len, pairs))
+    lines = [
+        f"| {count} draws, median / worst decile | without | with the calibration | wanted |",
+        "|---|---|---|---|",
+    ]
+    for title, key, unit, scale, wanted in (
+        ("pen off its reference, rms", "rms", "mm", 1.0, "3 mm"),
+        ("Frechet distance", "frechet", "mm", 1.0, "8 mm"),
+        ("longest tail", "tail", "mm", 1.0, "5 mm"),
+        ("lifts in touch", "lift_touch", "%", 100.0, ""),
+        ("standard deviation of the force", "force_std", "N", 1.0, ""),
+    ):
+        cells = []
+        for part in pairs:
+            values = [scale * row[key] for row in part if not row["lost"]]
+            cells.append(
+                f"{np.median(values):.2g} / {np.percentile(values, 90):.2g} {unit}" if values else "-"
+            )
+        lines.append(f"| {title} | {' | '.join(cells)} | {wanted} |")
+    lost = [f"{sum(bool(row['lost']) for row in part)} of {len(part)}" for part in pairs]
+    return "\n".join([*lines, f"| lost | {' | '.join(lost)} | 0 |"])
+
+
+def write_tables(rows: Sequence[Mapping[str, Any]]) -> None:
+    """Put the tables into the page."""
+    text = PAGE.read_text(encoding="utf-8")
+    for name, table in (("known", known_table(rows)), ("unknown", unknown_table(rows))):
+        begin, end = f"<!-- begin: {name} -->", f"<!-- end: {name} -->"
+        pattern = f"{re.escape(begin)}.*?{re.escape(end)}"
+        new = f"{begin}\n\n{table}\n\n{end}"
+        text = re.sub(pattern, lambda _, new=new: new, text, flags=re.DOTALL)
+    PAGE.write_text(text, encoding="utf-8")
+
+
+def keep(rows: Sequence[Mapping[str, Any]]) -> None:
+    """One line a flight, four digits a number."""
+    text = [
+        json.dumps({k: float(f"{v:.4g}") if isinstance(v, float) else v for k, v in row.items()})
+        for row in rows
+    ]
+    NUMBERS.write_text("[\n" + ",\n".join(text) + "\n]\n", encoding="utf-8")
+
+
+def main() -> None:
+    """Fly what is missing, keep it, write the tables."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
+    parser.add_argument("--draws", type=int, default=50)
+    parser.add_argument("--part", choices=("known", "unknown"), help="fly one part only")
+    parser.add_argument("--minutes", type=float, default=60.0, help="begin no more flights after so long")
+    parser.add_argument("--tables", action="store_true", help="fly nothing: the tables of docs/drawing.json")
+    options = parser.parse_args()
+    rows = json.loads(NUMBERS.read_text(encoding="utf-8")) if NUMBERS.exists() else []
+    cells = [] if options.tables else [*known(), *unknown(options.draws)]
+    drawn, began = list(draws("paper", options.draws)), time.monotonic()
+    for cell in cells:
+        if options.part not in (None, cell["part"]) or any(cell.items() <= row.items() for row in rows):
+            continue
+        if time.monotonic() - began > 60.0 * options.minutes:
+            break
+        rows.append(flown(cell, drawn))
+        keep(rows)
+        print(len(rows), rows[-1], flush=True)
+    write_tables(rows)
+    print(known_table(rows), unknown_table(rows), sep="\n\n")
+
+
+if __name__ == "__main__":
+    main()
