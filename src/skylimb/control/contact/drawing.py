@@ -9,7 +9,7 @@ nominal surface, which may lie behind the real one.
 
 What surface and friction are expected to push with across the contact axis goes to the laws after this one
 (`ContactView.across`), so that force and torque are there when the path turns, not when the observer has seen
-it.
+it. Before the first slide nothing of that is known: until the path goes on, `ContactView.landing` says so.
 """
 
 from __future__ import annotations
