@@ -164,6 +164,8 @@ def unknown_table(rows: Sequence[Mapping[str, Any]]) -> str:
     own = [row for row in rows if row["part"] == "unknown"]
     pairs = [[row for row in own if row["calibrated"] is which] for which in (False, True)]
     count = min(map(len, pairs))
+    if not count:
+        return "No draw has been flown."
     lines = [
         f"| {count} draws, median / worst decile | without | with the calibration | wanted |",
         "|---|---|---|---|",

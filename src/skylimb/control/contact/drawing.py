@@ -112,8 +112,8 @@ def initial_state(gains: Gains, start: Start) -> State:
     return State(
         following.initial_state(gains, start),
         initial_friction_state(gains.friction),
-        *(0.0,) * 5,
-        1.0,
+        *(0.0, 0.0, 0.0, 0.0, 0.0),
+        landing=1.0,
     )
 
 
