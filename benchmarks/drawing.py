@@ -59,7 +59,7 @@ TITLES = {
     "circle": "circle of 25 mm",
     "text": "the word skylimb, 40 mm high",
 }
-WANTED = {"skylimb.svg": 3.0, "star": 4.0, "circle": 4.0, "text": 4.0}
+WANTED = {"skylimb.svg": 5.0, "star": 4.0, "circle": 4.0, "text": 4.0}
 
 
 def scores(run: Run) -> dict[str, Any]:

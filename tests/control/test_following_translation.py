@@ -150,23 +150,6 @@ def test_the_damper_counts_the_pens_swing_by_its_shares(make_inputs: Make) -> No
     np.testing.assert_allclose(slow.swing, (1.0 - np.exp(-2.0 * np.pi * DT)) * swing, atol=1e-12)
 
 
-def test_it_is_stiffer_where_the_path_rests_in_touch_and_as_stiff_as_ever_where_it_goes(
-    make_inputs: Make,
-) -> None:
-    gains = replace(GAINS, slow_stiffness=(4.0, 1.0), slow_speed=0.08)
-    off, moving = ARM * 0.0 + np.array([0.0, 0.01, -0.02]), np.array([0.0, 0.03, -0.01])
-
-    def forces(contact: Any) -> np.ndarray:
-        return step(make_inputs(contact=contact, position=off, velocity=moving, **CALM), gains)[1][1:]
-
-    for speed, times in ((0.0, 4.0), (0.04, 2.5), (0.08, 1.0), (0.2, 1.0)):
-        K = np.array([8.0 * times, 6.0])
-        D = 2.0 * np.array([0.7, 0.9]) * K**0.5
-        found = forces(ENGAGED._replace(own_speed=speed))
-        np.testing.assert_allclose(found, -MASS * (K * off[1:] + D * moving[1:]), atol=1e-12)
-    np.testing.assert_allclose(forces(no_contact()), forces(ENGAGED._replace(own_speed=0.2)), atol=1e-12)
-
-
 def test_a_landing_cancels_what_is_felt_though_the_path_rests(make_inputs: Make) -> None:
     gains = replace(GAINS, landing_cancel=(0.8, 0.4), cancel_cutoff=(1e4, 1e4))
     felt = np.array([-1.0, 0.4, -0.4])

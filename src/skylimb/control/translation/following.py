@@ -131,21 +131,6 @@ class Gains:
         float,
         Key("m/s", "speed of the path from which none of that motion is counted", above=0.0, high=10.0),
     ] = 10.0
-    slow_stiffness: Annotated[
-        tuple[float, float],
-        Key(
-            "",
-            "times by which the sliding axes are stiffer where the path rests in touch",
-            low=0.01,
-            high=100.0,
-        ),
-    ] = (1.0, 1.0)
-    slow_speed: Annotated[
-        float,
-        Key(
-            "m/s", "speed of the path from which they are as stiff as `stiffness` says", above=0.0, high=10.0
-        ),
-    ] = 0.05
     error_limit: Annotated[
         float,
         Key(
@@ -193,10 +178,7 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, Array, Sign
     m = body.model.mass
     a, u = reference.contact_axis, reference.sliding_axis
     v = cross(a, u)
-    rests = contact.engaged * (1.0 - clip(contact.own_speed / gains.slow_speed, 0.0, 1.0))
-    stiffer = vector(1.0, *(1.0 + rests * (gains.slow_stiffness[i] - 1.0) for i in (0, 1)))
-    stiffness = gains.stiffness * stiffer
-    damping = 2.0 * gains.damping_ratio * stiffness**0.5
+    damping = 2.0 * gains.damping_ratio * gains.stiffness**0.5
     force = estimate.wrench.force
 
     target = cog_target(gains, inputs)
@@ -208,7 +190,7 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, Array, Sign
     for axis, i in ((u, 1), (v, 2)):
         error = clip(dot(axis, body.position - target), -gains.error_limit, gains.error_limit)
         error_rate = dot(axis, body.velocity + gains.swing[i - 1] * counted * swing - reference.tip_velocity)
-        wanted = dot(axis, reference.tip_acceleration) - damping[i] * error_rate - stiffness[i] * error
+        wanted = dot(axis, reference.tip_acceleration) - damping[i] * error_rate - gains.stiffness[i] * error
         unexpected = dot(axis, force - gains.feed * contact.across)
         rubbing = clip(unexpected, -gains.cancel_limit, gains.cancel_limit)
         slow.append(low_pass(state.rubbing[i - 1], rubbing, 2.0 * math.pi * gains.cancel_cutoff[i - 1], dt))
@@ -218,7 +200,9 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, Array, Sign
 
     speed = dot(a, body.velocity)
     tip = dot(a, body.position + estimate.arm)
-    led = m * (-damping[0] * (speed - contact.axis_velocity) - stiffness[0] * (tip - contact.axis_position))
+    led = m * (
+        -damping[0] * (speed - contact.axis_velocity) - gains.stiffness[0] * (tip - contact.axis_position)
+    )
     push, integral, tank, pressing = _press(gains, state, inputs, speed)
     anchored = -m * gains.press_stiffness * (dot(a, body.position) - contact.anchor)
     pressed = push + anchored
