@@ -37,7 +37,7 @@ PRESETS = ("following", "drawing")
 SLOPES, FRICTIONS = (20, -20, 0, 14, -14), (0.2, 0.4, 0.6, 0.8)
 FORCES, SEEDS = (0.5, 1.0, 2.0, 3.0, 4.0, 5.0), (0, 1)
 SCORES = {"mean": "contact_force_normal_mean", "std": "contact_force_normal_std", "touch": "contact_fraction"}
-EDGES = (0.0, 0.25, 0.4, 0.5, 2.0 / 3.0, 0.8, 1.0, np.inf)
+EDGES = (0.0, 0.25, 0.4, 0.5, 0.6, 0.8, 1.0, np.inf)
 MOST = 20.0
 """The model is asked for no more than this, N."""
 TOGETHER = len(FORCES) * len(SEEDS)

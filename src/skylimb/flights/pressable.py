@@ -3,8 +3,9 @@
 The model answers for the nominal posture at rest, within the rotors' thrusts, the experiment's tilt limit
 and the moves of the vectoring angles that the controller makes. It is asked twice. A force along the contact
 axis that fails there is out of reach of any gains. And a force along the surface's own normal, with the drag
-of its friction to every side, has to leave something over for the flight: flights that wanted more than two
-thirds of what the model holds were lost or did not keep their force (docs/scores.md has the count).
+of its friction to every side, has to leave something over for the flight: of flights that wanted more
+than 60 % of what the model holds, half were lost and most of the others did not keep their force
+(docs/scores.md has the count).
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ from skylimb.spatial import rot_z
 CALM_SHARE = 0.5
 """Of what can be held against slope and drag: up to here the force leaves enough over."""
 
-MOST_SHARE = 2.0 / 3.0
+MOST_SHARE = 0.6
 """Of the same: beyond this flights are lost."""
 
 
@@ -67,7 +68,7 @@ def require_reserve(experiment: Experiment, robot: Robot, controller: Controller
     refused = needs.force > MOST_SHARE * held
     slope = float(getattr(experiment.surface, "slope", 0.0))
     leaning = f" and a slope of {np.degrees(slope):.3g} degrees" if slope else ""
-    shares = "two thirds of that, flights are lost or do not keep it"
+    shares = "60 % of that, flights are lost or do not keep it"
     words = (
         f"a force of {needs.force:g} N is {'too much' if refused else 'doubtful'}: at a friction of "
         f"{friction:g}{leaning} {robot.name} can hold about {held:.1f} N at rest while the pen is dragged to "
