@@ -1,4 +1,5 @@
 import json
+import logging
 import re
 import subprocess
 import sys
@@ -348,3 +349,13 @@ def test_the_contact_is_verified_and_a_failed_claim_exits_with_1(
     assert code == 1
     assert "1 of 2 claims hold" in out
     assert "FAILS" in out
+
+
+def test_what_planning_has_to_say_is_said_at_once_and_what_flights_have_at_their_end(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    with output.flights():
+        logging.getLogger("skylimb.flights.any").warning("a servo was slow")
+        logging.getLogger("skylimb.planning.vectoring_files").warning("searching")
+        assert capsys.readouterr().err == "searching\n"
+    assert capsys.readouterr().err == "a servo was slow\n"

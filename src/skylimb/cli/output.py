@@ -136,7 +136,8 @@ def flights() -> Iterator[Progress]:
     console = console_for(stderr=True)
     said: list[str] = []
     with (
-        _notes(said),
+        _heard("skylimb.flights", said.append),
+        _heard("skylimb.planning", lambda note: console.print(note, markup=False, soft_wrap=True)),
         Bars(*columns, console=console, disable=not console.is_terminal, transient=True) as bars,
     ):
         tasks: dict[str, Any] = {}
@@ -152,11 +153,11 @@ def flights() -> Iterator[Progress]:
 
 
 @contextmanager
-def _notes(said: list[str]) -> Iterator[None]:
-    """Collect what flights have to say of themselves."""
+def _heard(name: str, hear: Callable[[str], object]) -> Iterator[None]:
+    """Hand on what the modules of a package have to say."""
     handler = logging.Handler()
-    handler.emit = lambda record: said.append(record.getMessage())  # type: ignore[method-assign]
-    logger = logging.getLogger("skylimb.flights")
+    handler.emit = lambda record: hear(record.getMessage())  # type: ignore[method-assign]
+    logger = logging.getLogger(name)
     logger.addHandler(handler)
     try:
         yield

@@ -59,7 +59,8 @@ def _stored(robot: Robot, criteria: VectoringCriteria, digest: str) -> np.ndarra
         found = _read(path, digest, robot.n_vectoring)
         if found is not None:
             return found
-    _log.info("searching for the vectoring angles of '%s' (a few seconds, once)", robot.name)
+    # A user who waits for minutes should know what for, so this is no mere information.
+    _log.warning("searching for the vectoring angles of '%s': seconds to minutes, once", robot.name)
     found = np.round(search_vectoring(robot, criteria), _DECIMALS)
     try:
         write_table(cached, found, digest, robot, criteria)
