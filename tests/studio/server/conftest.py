@@ -18,7 +18,7 @@ from skylimb.studio.messages import Speed
 from skylimb.studio.server_run import Studio
 from skylimb.studio.session import Session
 
-PATIENCE = 20.0
+PATIENCE = 60.0
 """Seconds for which a test waits for anything, on a machine that has much else to do."""
 
 
