@@ -37,8 +37,9 @@ demo: $(VENV)/run.stamp
 	$(BIN)/skylimb compare paper --out $(DEMO)
 	@echo "open $(DEMO)/report.html in a browser"
 
+# A file goes to one worker, so that what its tests share is made once.
 test: $(VENV)/dev.stamp
-	$(BIN)/pytest -n 2 -m "not slow"
+	$(BIN)/pytest -n 2 --dist loadfile -m "not slow"
 
 # Statistics and long searches; CI runs them as well.
 test-slow: $(VENV)/dev.stamp
