@@ -137,7 +137,7 @@ def test_what_cannot_be_planned_is_refused(robot):
 def test_a_push_that_nothing_holds_is_refused(robot):
     controller = skylimb.load_controller("hybrid", robot)
     with pytest.raises(UnreachableError, match="no posture of 'hydrus_xi_quad' holds all of the 8 pushes"):
-        plan_posture(skylimb.load_experiment("paper"), robot, controller, 90.0)
+        plan_posture(skylimb.load_experiment("paper"), robot, controller, 150.0)
 
 
 @pytest.mark.slow
