@@ -58,6 +58,7 @@ def test_it_plays_and_stops_at_the_end(page: sync_api.Page) -> None:
     assert time_shown(page) == pytest.approx(page.evaluate("skylimbReplay.clock.end"))
 
 
+@pytest.mark.slow
 def test_the_keyboard_moves_the_time(page: sync_api.Page) -> None:
     page.locator(".replay canvas").first.focus()
     for key in ("ArrowRight", "ArrowRight", "Shift+ArrowRight", "ArrowLeft"):

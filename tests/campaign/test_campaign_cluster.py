@@ -100,6 +100,7 @@ def test_a_scheduler_that_does_not_answer_is_named(write_spec: SpecWriter, tmp_p
         run_campaign(write_spec(draws=1), tmp_path / "out", scheduler="tcp://127.0.0.1:9")
 
 
+@pytest.mark.slow
 def test_slurm_jobs_give_the_same_table(slurm: Path, write_spec: SpecWriter, tmp_path: Path) -> None:
     spec = write_spec(draws=3)
     run_campaign(spec, tmp_path / "here", workers=0)

@@ -67,6 +67,7 @@ def test_controllers_are_compared_at_equal_budgets(
     assert [row["controller"] for row in rows] == ["impedance"] * 3 + ["hybrid"] * 3
 
 
+@pytest.mark.slow
 def test_an_interrupted_search_goes_on_and_finds_the_same(
     write_spec: SpecWriter, tmp_path: Path, contents: Contents
 ) -> None:

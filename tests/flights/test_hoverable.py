@@ -7,9 +7,12 @@ import pytest
 
 import skylimb
 from skylimb.errors import ConfigError
+from skylimb.flights.hoverable import _refusal
 from skylimb.flights.loading import take_off
+from skylimb.missions.posture import posture_plan
 from skylimb.planning.posture_limits import nearest_posture, weakest_margin
-from skylimb.planning.vectoring_step import settled_vectoring
+from skylimb.planning.posture_path import PostureConfig
+from skylimb.planning.vectoring_step import first_vectoring, settled_vectoring
 
 STRAIGHT = [[0.0, 0.0, 0.0]]
 
@@ -32,6 +35,14 @@ def test_a_way_through_a_weak_posture_is_refused_with_torque_place_and_nearest()
         for psi in np.random.default_rng(0).uniform(-3, 3, (6, 4))
     ]
     assert max(found) > 2.4
+
+
+def test_where_only_the_vectoring_angles_are_weak_it_says_so():
+    robot = skylimb.load_robot("hydrus_xi_quad")
+    q, weak = robot.nominal_posture(), first_vectoring(robot).angles + 0.4 * np.array([1.0, -1.0, 1.0, -1.0])
+    said = _refusal(robot, posture_plan(PostureConfig(), robot), (0.0, q, weak), 3.0)
+    assert "other vectoring angles leave it there, so come to it another way" in said
+    assert "nearest posture" not in said
 
 
 def test_a_margin_that_is_left_lets_it_fly():

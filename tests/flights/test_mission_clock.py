@@ -105,6 +105,7 @@ def test_half_the_pace_takes_twice_the_time(pace: float, preset: Any) -> None:
         np.testing.assert_allclose(run.log.cog_position.values, usual.log.cog_position.values, atol=5e-3)
 
 
+@pytest.mark.slow
 def test_every_driver_keeps_the_same_clock(preset: Any) -> None:
     compiled, plain, native = flights(preset(0.6), 2.0)
     for other in (plain, native):

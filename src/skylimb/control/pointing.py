@@ -30,7 +30,7 @@ class Pointing:
     """How far the vectoring angles move for a wrench."""
 
     limit: Annotated[float, Key("rad", "greatest move of an angle from its plan", above=0.0, high=3.2)] = 0.6
-    rate: Annotated[float, Key("rad/s", "greatest speed of a move", above=0.0, high=100.0)] = 8.0
+    rate: Annotated[float, Key("rad/s", "greatest speed of a move", above=0.0, high=100.0)] = 3.0
     damping: Annotated[
         float,
         Key("", "mu, which keeps moves small where they do little", above=0.0, high=1e3),

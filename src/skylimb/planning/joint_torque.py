@@ -8,6 +8,7 @@ virtual work
     tau_j = sum_i lambda_i (u_i . dp_i/dq_j + kappa_i u_i . w_ij) - m g z . dc/dq_j,
 
 with w_ij the turn of rotor i for a radian of joint j. All forces balance, so the root may be held for it.
+A servo is a spring, so its joint comes to rest beside the command, at q_j + tau_j / k.
 """
 
 from __future__ import annotations
@@ -21,6 +22,8 @@ from skylimb.robots.model import GRAVITY, Robot
 
 HELD = 0.8
 """Greatest share on a way that is planned; the rest bends the joints, and is for control."""
+
+_STEPS = 3
 
 
 @functools.lru_cache(maxsize=16)
@@ -39,6 +42,20 @@ def joint_torque_function(robot: Robot) -> ca.Function:
         turned = [ca.dot(drag, _turn(R, ca.reshape(ca.jacobian(R, q[j]), 3, 3))) for j in range(q.numel())]
         torque += state.hover_thrusts[i] * (moved + ca.vertcat(*turned))
     return ca.Function("joint_torque", [q, psi], [torque], {"cse": True})
+
+
+@functools.lru_cache(maxsize=16)
+def rest_function(robot: Robot) -> ca.Function:
+    """(q, psi) -> joint angles, rad, (nq,), at which servos commanded to q hold in hover.
+
+    A fixed number of steps q_rest = q + tau(q_rest) / k; each leaves |d tau/dq| / k of the error before it, a
+    tenth for DRAGON.
+    """
+    q, psi = ca.MX.sym("q", robot.n_joints), ca.MX.sym("psi", robot.n_vectoring)
+    rest = q
+    for _ in range(_STEPS if robot.n_joints else 0):
+        rest = q + joint_torque_function(robot)(rest, psi) / robot.description.shape_servo.stiffness
+    return ca.Function("rest", [q, psi], [rest])
 
 
 def held_shares(robot: Robot, joint_angles: np.ndarray, vectoring_angles: np.ndarray) -> np.ndarray:

@@ -10,6 +10,7 @@ import casadi as ca
 import numpy as np
 
 from skylimb.planning.control_torque import guaranteed_control_torque, nearest_face
+from skylimb.planning.joint_torque import rest_function
 from skylimb.planning.vectoring_merit import lever, margins_function
 from skylimb.planning.vectoring_program import ipopt
 from skylimb.robots.hover import golden_steps, within_limits
@@ -59,7 +60,8 @@ def nearest_posture(
 ) -> np.ndarray | None:
     """The posture nearest to one that leaves a margin (N m) in level hover, q (nq,), rad; None if none is.
 
-    Joint and vectoring angles are free within their limits. A local search from the posture and from the
+    Joint and vectoring angles are free within their limits. Joints are given as commanded, margins are those
+    where the servos hold them. A local search from the posture and from the
     nominal one, each with several vectoring angles; the nearest of what they find.
     """
     if robot.n_joints == 0:
@@ -83,7 +85,7 @@ def _program(robot: Robot) -> tuple[ca.Function, np.ndarray, np.ndarray, int]:
     """The program over (q, psi), bounds of these, and how many margins it keeps."""
     nq, nv = robot.n_joints, robot.n_vectoring
     x, wanted = ca.SX.sym("x", nq + nv), ca.SX.sym("wanted", nq)
-    margins, tilt = margins_function(robot)(x[:nq], x[nq:])
+    margins, tilt = margins_function(robot)(rest_function(robot)(x[:nq], x[nq:]), x[nq:])
     problem = {"x": x, "p": wanted, "f": ca.sumsqr(x[:nq] - wanted), "g": ca.vertcat(margins, tilt)}
     lower, upper = (
         np.concatenate(pair) for pair in zip(robot.joint_limits(), robot.vectoring_limits(), strict=True)

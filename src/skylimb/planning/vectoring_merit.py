@@ -10,10 +10,13 @@ Margins, in N m:
 Their least is what counts, and it has no derivative where two are least. The merit takes the smooth minimum
 in its place and charges for the tilt of the hover,
 
-    M = -1/sharp log sum_i exp(-sharp d_i / s) - 1/2 TILT |tilt|^2,      s = m g lever.
+    M = -1/sharp log sum_i exp(-sharp d_i / s) - 1/2 TILT |tilt|^2 - 1/2 STRAIN |strain|^2,   s = m g lever.
 
-Its curvature is taken from first derivatives alone, sharp Cov(grad d) + TILT J^T J, as Gauss and Newton do,
-plus a damping. So it is always positive definite and every step that it gives goes uphill.
+Strain is the share of its torque that a shape joint's servo gives in hover (`planning.joint_torque`), as far
+as it is beyond `SPARED`. Below that, servos change nothing.
+
+Its curvature is taken from first derivatives alone, sharp Cov(grad d) + TILT J^T J + STRAIN K^T K, as Gauss
+and Newton do, plus a damping. So it is always positive definite and every step that it gives goes uphill.
 """
 
 from __future__ import annotations
@@ -24,6 +27,7 @@ import casadi as ca
 import numpy as np
 
 from skylimb.planning.control_torque import face_distances
+from skylimb.planning.joint_torque import joint_torque_function
 from skylimb.robots.model import GRAVITY, Robot
 
 SHARP = 60.0
@@ -31,6 +35,12 @@ SHARP = 60.0
 
 TILT = 100.0
 """What a squared radian of hover tilt costs, where s is the unit."""
+
+STRAIN = 10.0
+"""What the square of a servo's strain costs, where s is the unit."""
+
+SPARED = 0.6
+"""Share of its torque that a servo may give for nothing."""
 
 DAMPING = 0.5
 """Least curvature, 1/rad^2, where s is the unit."""
@@ -57,7 +67,7 @@ def merit_function(robot: Robot) -> ca.Function:
     """
     q, psi = ca.SX.sym("q", robot.n_joints), ca.SX.sym("psi", robot.n_vectoring)
     flown, all_margins, tilt = _margins(robot, q, psi)
-    merit, _ = _merit(all_margins / _unit(robot), tilt)
+    merit, _ = _merit(all_margins / _unit(robot), tilt, _strain(robot, q, psi))
     return ca.Function("merit", [q, psi], [merit, ca.mmin(flown), tilt], {"cse": True})
 
 
@@ -75,12 +85,14 @@ def uphill_function(robot: Robot) -> ca.Function:
     q, psi = ca.SX.sym("q", robot.n_joints), ca.SX.sym("psi", robot.n_vectoring)
     _, margins, tilt = _margins(robot, q, psi)
     share = margins / _unit(robot)
-    merit, weights = _merit(share, tilt)
-    J, J_tilt = ca.jacobian(share, psi), ca.jacobian(tilt, psi)
+    strain = _strain(robot, q, psi)
+    merit, weights = _merit(share, tilt, strain)
+    J, J_tilt, K = ca.jacobian(share, psi), ca.jacobian(tilt, psi), ca.jacobian(strain, psi)
     slope = J.T @ weights
-    gradient = slope - TILT * (J_tilt.T @ tilt)
+    gradient = slope - TILT * (J_tilt.T @ tilt) - STRAIN * (K.T @ strain)
     spread = J.T @ ca.diag(weights) @ J - slope @ slope.T
-    curvature = SHARP * spread + TILT * (J_tilt.T @ J_tilt) + DAMPING * ca.SX.eye(robot.n_vectoring)
+    curvature = SHARP * spread + TILT * (J_tilt.T @ J_tilt) + STRAIN * (K.T @ K)
+    curvature += DAMPING * ca.SX.eye(robot.n_vectoring)
     return ca.Function("uphill", [q, psi], [merit, gradient, curvature], {"cse": True})
 
 
@@ -104,10 +116,19 @@ def _margins(robot: Robot, q: ca.SX, psi: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
     return flown, ca.vertcat(flown, *ends), state.R_root_C[:2, 2]
 
 
-def _merit(share: ca.SX, tilt: ca.SX) -> tuple[ca.SX, ca.SX]:
+def _strain(robot: Robot, q: ca.SX, psi: ca.SX) -> ca.SX:
+    """By how much each shape joint's servo gives more than `SPARED` of its torque, (nq,)."""
+    if robot.n_joints == 0:
+        return ca.SX.zeros(0)
+    given = joint_torque_function(robot)(q, psi) / robot.description.shape_servo.torque_limit
+    return ca.fmax(ca.fabs(given) - SPARED, 0.0)
+
+
+def _merit(share: ca.SX, tilt: ca.SX, strain: ca.SX) -> tuple[ca.SX, ca.SX]:
     """M, and the weight of each margin in its gradient."""
     least = ca.mmin(share)
     shares = ca.exp(-SHARP * (share - least))
     total = ca.sum1(shares)
     merit = least - ca.log(total) / SHARP - 0.5 * TILT * ca.sumsqr(tilt)
+    merit -= 0.5 * STRAIN * ca.sumsqr(strain)
     return merit, shares / total

@@ -48,7 +48,7 @@ def test_mistakes_are_said_before_ros_is_looked_for() -> None:
 
 
 def test_another_machine_only_by_a_flag(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("ROS_MASTER_URI", "http://192.0.2.5:11311")
+    monkeypatch.setenv("ROS_MASTER_URI", "http://elsewhere:11311")
     with pytest.raises(ConfigError, match="--anywhere allows it"):
         require_loopback(False)
     require_loopback(True)

@@ -177,6 +177,7 @@ def test_what_is_kept_is_flown_again_to_the_bit(page: sync_api.Page, studio: Any
         np.testing.assert_array_equal(again.log[name].values, kept.log[name].values)
 
 
+@pytest.mark.slow
 def test_a_controllers_exception_is_shown_with_its_line_until_the_file_is_mended(
     browser: sync_api.Browser, run_studio: Callable[..., Any], tmp_path: Path
 ) -> None:
