@@ -22,8 +22,12 @@ SLOWEST = 2.0
 
 @pytest.fixture(scope="module")
 def place(tmp_path_factory):
-    """A folder that stays as it is but for the one file."""
-    return tmp_path_factory.mktemp("spoilt")
+    """A folder that stays as it is but for the one file; the readers of files are imported by then."""
+    folder = tmp_path_factory.mktemp("spoilt")
+    whole = folder.parent / "whole.urdf"
+    whole.write_text(TEXT, encoding="utf-8")
+    check_robot_file(whole)
+    return folder
 
 
 def loads_or_is_refused(place, content):

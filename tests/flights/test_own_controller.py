@@ -3,7 +3,6 @@
 import re
 import sys
 from pathlib import Path
-from time import process_time
 
 import numpy as np
 import pytest
@@ -14,7 +13,7 @@ from skylimb.config import write_toml
 from skylimb.control.preset import preset_mapping
 from skylimb.errors import UnknownNameError
 from skylimb.flights.drivers.native import fly_native, native_available
-from skylimb.flights.flying import begin_loop, fly_here
+from skylimb.flights.flying import fly_here
 from skylimb.flights.loading import take_off
 
 EXAMPLE = str(Path(__file__).parents[2] / "examples" / "own_controller.py")
@@ -146,17 +145,3 @@ def test_what_a_controller_keeps_of_a_measurement_stays(tmp_path: Path) -> None:
 def test_signals_are_those_of_the_first_tick(tmp_path: Path, signals: str, message: str) -> None:
     with pytest.raises(skylimb.SkylimbError, match=message):
         skylimb.run("paper", written(tmp_path, signals), set=HOLD)
-
-
-def test_the_loop_around_a_python_controller_is_short(tmp_path: Path) -> None:
-    """What is not the controller's own: at most twice the time of a compiled flight."""
-    (python,) = take_off("paper", (written(tmp_path, "{}"),), set=HOLD)
-    (compiled,) = take_off("paper", (EXAMPLE,), set=HOLD)
-    spent = []
-    for takeoff in (compiled, python):
-        loop = begin_loop(takeoff)
-        begun = process_time()
-        flight = loop.fly()
-        own = getattr(loop.driver, "step_time", 0.0) * flight.ticks
-        spent.append((process_time() - begun - own) / flight.ticks)
-    assert spent[1] < 2.0 * spent[0]
