@@ -20,7 +20,7 @@ from skylimb.analysis.replay.pushes import (
 from skylimb.analysis.replay.stance import Stance, stance_at
 from skylimb.planning.feasible_wrench import feasible_wrench
 from skylimb.recording import Run
-from skylimb.spatial import rot_z
+from skylimb.spatial import rot_z, rotation_from_rpy, rpy_from_rotation
 
 AXES = np.vstack([np.eye(3), -np.eye(3)])
 
@@ -72,9 +72,8 @@ def test_a_direction_without_a_push_leaves_the_others_alone() -> None:
     found = greatest_pushes(stance, np.vstack([AXES, slanted]))
     np.testing.assert_allclose(found.size[:5], 0.0, atol=1e-6)
     assert found.size[5] == pytest.approx(20.0, rel=1e-6)
-    # Weight and push together lie in the rotors' plane, steepest towards x if it leans about both axes.
-    steepest = np.sqrt(0.5) * np.tan(np.sqrt(2.0) * LEAN)
-    assert found.size[6] == pytest.approx(20.0 / (np.cos(slant) - np.sin(slant) * steepest), rel=1e-3)
+    # Weight and push together lie in the rotors' plane, steepest towards x.
+    assert found.size[6] == pytest.approx(20.0 / (np.cos(slant) - np.sin(slant) * np.tan(LEAN)), rel=1e-3)
 
 
 def test_a_start_from_nearby_ends_at_the_same() -> None:
@@ -103,7 +102,7 @@ def test_it_is_what_robot_wrench_says(flown: Run) -> None:
     limits = np.array(json.loads(log.attrs["thrust_limits"]))
     last = log.isel(time=-1)
     q = last.configuration.values
-    stance = stance_at(model, mujoco.MjData(model), q, last.tip_position.values, limits)
+    stance = stance_at(model, mujoco.MjData(model), q, last.attitude.values, last.tip_position.values, limits)
     assert stance is not None
     robot = skylimb.load_robot("hydrus_xi_quad")
     assert stance.weight == pytest.approx(robot.mass * 9.80665, rel=1e-6)
@@ -111,6 +110,39 @@ def test_it_is_what_robot_wrench_says(flown: Run) -> None:
     heading = float(last.attitude[2]) + feasible.state.tip_heading
     found = greatest_pushes(stance, AXES @ rot_z(heading).T).size
     np.testing.assert_allclose(found, [feasible.push(axis) for axis in AXES], rtol=0.02, atol=0.1)
+
+
+@pytest.mark.parametrize("name", ["hydrus_xi_hex", "hydrus_quad", "dragon", "tilted_hexarotor"])
+def test_other_robots_push_as_robot_wrench_says_in_any_direction(name: str) -> None:
+    feasible = feasible_wrench(skylimb.load_robot(name))
+    state, heading = feasible.state, -feasible.state.tip_heading
+    wrenches = np.kron(np.eye(2), rot_z(heading)) @ state.allocation_C
+    weight = float(feasible.hover[2])
+    stance = Stance(wrenches, *feasible.thrust_limits, weight, rot_z(heading) @ state.tip_C, heading)
+    directions = sphere(0)[0]
+    found = greatest_pushes(stance, directions).size
+    np.testing.assert_allclose(found, [feasible.push(one) for one in directions], rtol=0.03, atol=0.1)
+
+
+def test_leans_count_from_the_level_also_while_it_leans(flown: Run) -> None:
+    log = flown.log
+    model = scene.load_model(log.attrs["scene"], (64, 64))
+    limits = np.array(json.loads(log.attrs["thrust_limits"]))
+    moment = log.isel(time=log.sizes["time"] // 2)
+    q, attitude = moment.configuration.values.copy(), moment.attitude.values
+    straight = stance_at(model, mujoco.MjData(model), q, attitude, moment.tip_position.values, limits)
+    lean, cog = rotation_from_rpy(0.1, -0.2, 0.3), moment.cog_position.values
+    q[:3] = cog + lean @ (q[:3] - cog)
+    turned = np.zeros(4)
+    mujoco.mju_mat2Quat(turned, lean.ravel())
+    mujoco.mju_mulQuat(q[3:7], turned, q[3:7].copy())
+    tip = cog + lean @ (moment.tip_position.values - cog)
+    leant = rpy_from_rotation(lean @ rotation_from_rpy(*attitude))
+    leaned = stance_at(model, mujoco.MjData(model), q, leant, tip, limits)
+    assert straight is not None
+    assert leaned is not None
+    to_heading = np.kron(np.eye(2), rot_z(straight.heading - leaned.heading))
+    np.testing.assert_allclose(to_heading @ leaned.columns, straight.columns, atol=2e-3)
 
 
 def test_a_page_is_given_them(flown: Run) -> None:

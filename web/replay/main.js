@@ -71,7 +71,7 @@ async function start(root, { flights, speed = 1 }) {
     toggle("follow", "The camera goes along", false, (on) => { if (theatre) theatre.follow = on; }),
     toggle("arrows", "Thrusts (green, 2 cm/N) and the contact force (red, 12 cm/N)", true, (on) => theatre?.showArrows(on)));
   if (stages.some((stage) => stage.pushes)) {
-    bar.append(toggle("pushes", "How hard the tip could push, each way: at rest as the robot stands then, leaning by up to 20° more (violet, 3 cm/N)", false, (on) => {
+    bar.append(toggle("pushes", "How hard the tip could push, each way: at rest in its posture then, leaning by up to 20° (violet, 3 cm/N)", false, (on) => {
       for (const stage of stages) stage.showPushes(on);
       theatre?.at(clock.time);
     }));
