@@ -39,7 +39,8 @@ def joint_torque_function(robot: Robot) -> ca.Function:
         p = pose[:, 0] + pose[:, 1:] @ ca.SX(rotor.xyz)
         drag = rotor.drag_torque_coefficient * R[:, 2]
         moved = ca.jacobian(p, q).T @ R[:, 2]
-        turned = [ca.dot(drag, _turn(R, ca.reshape(ca.jacobian(R, q[j]), 3, 3))) for j in range(q.numel())]
+        slopes = ca.jacobian(ca.vec(R), q)
+        turned = [ca.dot(drag, _turn(R, ca.reshape(slopes[:, j], 3, 3))) for j in range(q.numel())]
         torque += state.hover_thrusts[i] * (moved + ca.vertcat(*turned))
     return ca.Function("joint_torque", [q, psi], [torque], {"cse": True})
 

@@ -7,7 +7,7 @@ import numpy as np
 from skylimb.errors import AllocationError, DescriptionError
 from skylimb.robots.description import Inertial
 from skylimb.robots.held_axes import inputs_at, not_given
-from skylimb.robots.hover import find_hover, golden_steps, within_limits
+from skylimb.robots.hover import can_hover, find_hover, golden_steps, within_limits
 from skylimb.robots.model import Robot
 from skylimb.robots.validation import check_inertial
 
@@ -28,7 +28,7 @@ def check_robot(robot: Robot) -> None:
     q, start = robot.nominal_posture(), robot.description.vectoring_start
     if _hovers_at(robot, q, start):
         return
-    if find_hover(robot, q, least_thrust=False) is None:
+    if not can_hover(robot, q, least_thrust=False):
         _refuse(robot, q)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import casadi as ca
@@ -62,7 +63,13 @@ def find_hover(robot: Robot, joint_angles: np.ndarray, *, least_thrust: bool = T
 def find_hovers(robot: Robot, joint_angles: np.ndarray, *, least_thrust: bool = True) -> list[Hover]:
     """Every local optimum that the starts of `find_hover` lead to; tilted ones where none is level."""
     program = _Program(robot, joint_angles, least_thrust)
-    return program.solutions(LEVEL) or program.solutions(TILTED)
+    return list(program.solutions(LEVEL)) or list(program.solutions(TILTED))
+
+
+def can_hover(robot: Robot, joint_angles: np.ndarray, *, least_thrust: bool = True) -> bool:
+    """Whether `find_hover` finds one; the first that it meets will do."""
+    program = _Program(robot, joint_angles, least_thrust)
+    return any(next(program.solutions(tilt), None) is not None for tilt in (LEVEL, TILTED))
 
 
 def golden_steps(n: int) -> np.ndarray:
@@ -133,7 +140,7 @@ class _Program:
         self._high = [0.0, 0.0, 0.0, 1.0, *free_high, np.inf, *np.full(n, np.inf), *np.ones(n)]
         self._share = weight / max(float(high.sum()), 1e-9) * high
 
-    def solutions(self, tilt: float) -> list[Hover]:
+    def solutions(self, tilt: float) -> Iterator[Hover]:
         """Where the starts lead, with at most that tilt (rad)."""
         nv, n = self._robot.n_vectoring, self._robot.n_rotors
         low, high = list(self._low), list(self._high)
@@ -142,14 +149,10 @@ class _Program:
         low[4:6], high[4:6] = [-sideways] * 2, [sideways] * 2
         start = self._robot.description.vectoring_start
         starts = start + 2.0 * np.pi * np.outer(np.arange(_STARTS if nv else 1), golden_steps(nv))
-        found: list[Hover] = []
         for psi in within_limits(self._robot, starts):
             solution = self._solver(x0=[*psi, *self._share, 0.0], lbg=low, ubg=high, **self._bounds)
             x = solution["x"].full().ravel()
             if self._solver.stats()["success"] and x[-1] > 0.0:
                 g = solution["g"].full().ravel()
-                hover = Hover(
-                    float(x[-1]), x[nv : nv + n], x[:nv], float(np.arctan2(np.hypot(g[4], g[5]), g[6]))
-                )
-                found.append(hover)
-        return found
+                leant = float(np.arctan2(np.hypot(g[4], g[5]), g[6]))
+                yield Hover(float(x[-1]), x[nv : nv + n], x[:nv], leant)
