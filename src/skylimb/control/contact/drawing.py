@@ -133,6 +133,9 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     soon = reference.ahead[0] if reference.ahead else reference
     ends = where(soon.touch < 0.5, 1.0, 0.0) * where(reference.touch > 0.5, 1.0, 0.0)
     ending = clip(state.ending + ends * inputs.dt / gains.unload_time, 0.0, 1.0) * engaged
+    # A pen that comes off while its press goes has ended its stroke: it does not land once more for the rest.
+    off = ends * (1.0 - engaged) * where(state.ending > 0.0, 1.0, 0.0)
+    ending = where(off > 0.5, 1.0, ending)
     ease = ease * (1.0 - (1.0 - gains.unload_to) * ending)
     # The way back begins where the pen is when the press has gone.
     here = dot(a, estimate.body.position + estimate.arm)
@@ -143,6 +146,7 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     velocity = where(leaving > 0.5, 0.0, where(retreating > 0.5, velocity, view.axis_velocity))
     # The path rests at the end of a stroke until the press has gone.
     pace = where(ends * engaged * (1.0 - ending) > 1e-9, 0.0, inner.pace)
+    pace = where(off > 0.5, 1.0, pace)
     begun = clip(loaded, gains.least_pace, 1.0)
     pace = where(view.engaged * where(pace > begun, 1.0, 0.0) > 0.5, begun, pace)
     inner = inner._replace(axis_position=place, pace=pace)
