@@ -37,7 +37,7 @@ def test_it_draws_better(runs: dict[str, Run]) -> None:
     assert runs["drawing"].status == "OK"
     assert after["pen_line_rms"] < 0.75 * before["pen_line_rms"]
     assert after["line_frechet"] < 0.85 * before["line_frechet"]
-    assert after["contact_losses"] == 0
+    assert after["contact_fraction"] > 0.99  # it may come off while the path rests at the end of a stroke
 
 
 def test_it_learns_the_friction(runs: dict[str, Run]) -> None:
@@ -50,21 +50,21 @@ def test_the_press_comes_and_goes_over_time(runs: dict[str, Run]) -> None:
     state, target, pace = (log[name].values for name in ("contact_state", "contact_force_target", "pace"))
     dt = float(log.time[1] - log.time[0])
     (begin, *_) = np.flatnonzero((state[1:] == SETTLE) & (state[:-1] != SETTLE)) + 1
-    np.testing.assert_allclose(target[begin + 1], 0.8, atol=0.05)
-    np.testing.assert_allclose(target[begin + round(0.5 / dt)], 0.9, atol=0.03)
+    np.testing.assert_allclose(target[begin + 1], 0.3, atol=0.05)
+    np.testing.assert_allclose(target[begin + round(0.5 / dt)], 0.65, atol=0.05)
     np.testing.assert_allclose(target[begin + round(1.1 / dt)], 1.0, atol=0.05)
     (leave, *_) = np.flatnonzero((state[1:] == RETREAT) & (state[:-1] != RETREAT)) + 1
     # The path rests at the end of the stroke, and the press goes down to its share.
-    resting = slice(leave - round(0.7 / dt), leave - round(0.1 / dt))
+    resting = slice(leave - round(1.4 / dt), leave - round(0.1 / dt))
     assert np.all(pace[resting] == 0.0)
     assert np.all(np.diff(target[resting]) <= 1e-9)
-    assert target[leave] == pytest.approx(0.3, abs=0.03)
-    assert np.all(target[leave + round(0.25 / dt) : leave + round(1.0 / dt)] == 0.0)
+    assert target[leave] == pytest.approx(0.02, abs=0.03)
+    assert np.all(target[leave + round(0.15 / dt) : leave + round(1.0 / dt)] == 0.0)
 
 
 def test_it_lifts_without_tails(runs: dict[str, Run]) -> None:
     scores = runs["drawing"].metrics
-    assert scores["lift_touch_time"] < 0.08 * scores["lift_time"]
+    assert scores["lift_touch_time"] < 0.06 * scores["lift_time"]
     assert scores["pen_line_max"] < 0.008
 
 
@@ -171,6 +171,37 @@ def test_a_path_waits_for_its_pen_no_slower_than_it_should(make_inputs: Any, mak
         )
         paces.append(float(signals["pace"]))
     assert paces == pytest.approx([1.0, 0.5, 0.4])
+
+
+def test_a_pen_that_comes_off_while_its_press_goes_has_ended_its_stroke(
+    make_inputs: Any, make_start: Any
+) -> None:
+    gains = numeric(drawing.Gains())
+    state = numeric(drawing.initial_state(drawing.Gains(), make_start()))
+    slides = state.following._replace(machine=state.following.machine._replace(state=SLIDE))
+    state = state._replace(following=slides, loaded=1.0, landing=0.0)
+    last = {"touch": 1.0, "wait": 1.0, "ahead": (zero_reference(3, 4)._replace(touch=0.0),)}
+    paces, endings = [], []
+    for pressed in (*(1.0,) * 40, *(0.0,) * 200):
+        force = np.array([-pressed, 0.0, 0.0])
+        inputs = make_inputs(force=force, contact_force=-pressed, reference=last)
+        state, _, signals = drawing.step(gains, state, inputs)
+        paces.append(float(signals["pace"]))
+        endings.append(float(state.ending))
+    assert paces[:40] == [0.0] * 40  # it rests while the press goes
+    assert endings[39] == pytest.approx(40 * 0.005 / drawing.Gains().unload_time, rel=0.05)
+    off = next(k for k in range(240) if endings[k] == 1.0)
+    assert off < 150  # the machine takes its time until it believes that the pen is off
+    assert paces[off:] == [1.0] * (240 - off)
+
+
+@pytest.mark.parametrize("slope", [0.349, 0.0])
+def test_a_small_force_is_kept_to_the_end(slope: float) -> None:
+    """0.5 N: a last touch that came and went once kept the mission from its end."""
+    small = {"controller.translation.force": 0.5, "surface.slope": slope}
+    scores = skylimb.run("paper", "drawing", seed=0, set=small).metrics
+    assert scores["contact_force_normal_mean"] == pytest.approx(0.5, abs=0.025)
+    assert scores["contact_fraction"] > 0.97
 
 
 def test_it_is_following_but_for_what_it_says(robot: Any) -> None:
