@@ -37,7 +37,7 @@ def test_it_draws_better(runs: dict[str, Run]) -> None:
     assert runs["drawing"].status == "OK"
     assert after["pen_line_rms"] < 0.75 * before["pen_line_rms"]
     assert after["line_frechet"] < 0.85 * before["line_frechet"]
-    assert after["contact_fraction"] > 0.99  # it may come off while the path rests at the end of a stroke
+    assert after["contact_fraction"] > 0.98  # it may come off while the path rests at the end of a stroke
 
 
 def test_it_learns_the_friction(runs: dict[str, Run]) -> None:
