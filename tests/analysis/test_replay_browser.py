@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
+import numpy as np
 import pytest
 from playwright import sync_api
 
@@ -102,8 +103,8 @@ def test_pushes_are_shown_around_the_tip_when_they_are_wanted(
         tip = page.evaluate(f"{skin}.object.position.toArray()")
         assert tip == pytest.approx(run.log.tip_position.values[-1].tolist(), abs=0.02)
         pushes = page.evaluate(f"{skin}.at(1)")
-        far = page.evaluate(f"{skin}.skin.boundingSphere.radius")
-        assert far == pytest.approx(0.03 * max(pushes), rel=0.1)
+        corners = np.reshape(page.evaluate(f"Array.from({skin}.skin.attributes.position.array)"), (-1, 3))
+        assert np.linalg.norm(corners, axis=1).max() == pytest.approx(0.03 * max(pushes), rel=1e-3)
         assert max(pushes) > 10.0
         page.get_by_role("button", name="pushes").click()
         assert page.evaluate(f"{skin}.object.visible") is False

@@ -95,7 +95,7 @@ def _farthest(
             lbx=low,
             ubx=high,
             lbg=[*[0.0] * 6, -np.inf],
-            ubg=[*[0.0] * 6, 1.0],
+            ubg=[*[0.0] * 6, 1.0 if tilt > _UPRIGHT else np.inf],
         )
         if float(np.abs(rest["g"].full()[:6]).max()) < _EXACT:
             found.append(min(max(float(rest["x"][-1]), 0.0), most))
