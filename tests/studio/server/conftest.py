@@ -121,7 +121,8 @@ def run_studio() -> Callable[..., Any]:
     return running
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def studio(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
+    """One for each file of tests: what one file changes stays changed."""
     with running(tmp_path_factory.mktemp("studio")) as found:
         yield found
