@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import skylimb
+from skylimb.analysis.signals import in_contact, in_phase
 from skylimb.control.attitude import firm, impedance
 from skylimb.control.contact import drawing
 from skylimb.control.contact_machine import RETREAT, SETTLE, SLIDE
@@ -37,7 +38,14 @@ def test_it_draws_better(runs: dict[str, Run]) -> None:
     assert runs["drawing"].status == "OK"
     assert after["pen_line_rms"] < 0.75 * before["pen_line_rms"]
     assert after["line_frechet"] < 0.85 * before["line_frechet"]
-    assert after["contact_fraction"] > 0.98  # it may come off while the path rests at the end of a stroke
+
+
+def test_the_pen_comes_off_at_the_ends_of_strokes_alone(runs: dict[str, Run]) -> None:
+    log = runs["drawing"].log
+    slides = in_phase(log, "slide")
+    off, soon = slides & ~in_contact(log), round(0.5 / float(log.time[1] - log.time[0]))
+    assert not (off[:-soon] & slides[soon:]).any()
+    assert runs["drawing"].metrics["contact_fraction"] > 0.98
 
 
 def test_it_learns_the_friction(runs: dict[str, Run]) -> None:

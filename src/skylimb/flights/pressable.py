@@ -23,7 +23,7 @@ from skylimb.errors import ConfigError
 from skylimb.experiments.experiment import Experiment
 from skylimb.missions.frame import contact_frame
 from skylimb.planning.posture import posture_family
-from skylimb.planning.press import can_push, greatest_push
+from skylimb.planning.press import greatest_push
 from skylimb.planning.vectoring import vectoring_table
 from skylimb.robots.model import Robot
 from skylimb.spatial import rot_z
@@ -102,8 +102,6 @@ def _hardest(experiment: Experiment, controller: Controller) -> Needs:
 def _most(robot: Robot, needs: Needs, axis: tuple[float, float, float], tilt: float) -> float:
     """The greatest force up to the commanded one that the robot can hold, N."""
     q, psi, direction = _posture(robot, needs, axis)
-    if can_push(robot, q, psi, needs.force * direction, tilt, needs.moves):
-        return needs.force
     return greatest_push(robot, q, psi, direction, needs.force, tilt, needs.moves)
 
 
@@ -131,10 +129,10 @@ def _most_dragged(
     most = needs.force
     for side in (sign * friction * one for one in along for sign in (1.0, -1.0)):
         push = into + side
-        if not can_push(robot, q, psi, most * push, tilt, needs.moves):
-            # `greatest_push` wants a unit direction; its answer is the whole push, of which a part presses.
-            size = float(np.linalg.norm(push))
-            most = greatest_push(robot, q, psi, push / size, most * size, tilt, needs.moves) / size
+        # `greatest_push` wants a unit direction; its answer is the whole push, of which a part presses.
+        size = float(np.linalg.norm(push))
+        whole = greatest_push(robot, q, psi, push / size, most * size, tilt, needs.moves)
+        most = min(most, whole / size)
     return most
 
 

@@ -57,7 +57,7 @@ def can_push(
     size = float(np.linalg.norm(push))
     direction = np.asarray(push, dtype=float) / size if size > 0.0 else np.array([0.0, 0.0, 1.0])
     most = _farthest(robot, (joint_angles, vectoring_angles, direction), size, tilt, moves)
-    return most is not None and most >= (1.0 - _EXACT) * size
+    return most == size
 
 
 def greatest_push(
@@ -79,7 +79,10 @@ def greatest_push(
 def _farthest(
     robot: Robot, given: tuple[np.ndarray, np.ndarray, np.ndarray], most: float, tilt: float, moves: float
 ) -> float | None:
-    """The greatest push, N, at joint and vectoring angles along a direction; None without any rest."""
+    """The greatest push, N, at joint and vectoring angles along a direction; None without any rest.
+
+    It is `most` itself where the programme comes that near to it that only rounding is left.
+    """
     q, psi, direction = (np.asarray(value, dtype=float) for value in given)
     rotors, still = robot.description.rotors, np.zeros(robot.n_vectoring)
     tilt = min(max(tilt, _UPRIGHT), _LYING)
@@ -98,9 +101,10 @@ def _farthest(
             ubg=[*[0.0] * 6, 1.0 if tilt > _UPRIGHT else np.inf],
         )
         if float(np.abs(rest["g"].full()[:6]).max()) < _EXACT:
-            found.append(min(max(float(rest["x"][-1]), 0.0), most))
-            if found[-1] >= (1.0 - _EXACT) * most:
-                break
+            push = max(float(rest["x"][-1]), 0.0)
+            if push >= (1.0 - _EXACT) * most:
+                return most
+            found.append(push)
     return max(found, default=None)
 
 
