@@ -13,7 +13,6 @@ from typing import Annotated
 
 import skylimb
 from skylimb.keys import Key, configuration
-from skylimb.robots.model import GRAVITY_W
 from skylimb.spatial import cross, dot, rotation_error, rotation_from_quaternion, rotation_from_rpy
 from skylimb.symbolic import arctan2, clip, right_inverse, vector
 
@@ -67,7 +66,7 @@ class Upright:
         error = reference.position - position
         integral = clip(state + gains.integral * error * dt, -1.5, 1.5)
         damping = gains.velocity * (reference.velocity - velocity)
-        force = model.mass * (gains.position * error + integral + damping + GRAVITY_W)
+        force = model.mass * (gains.position * error + integral + damping + model.gravity)
 
         # Lean until the thrust points along the wanted force, link 4 toward the surface.
         yaw = reference.heading - model.tip_heading

@@ -15,7 +15,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from skylimb.control.needs import Needs
-from skylimb.robots.model import GRAVITY_W
 from skylimb.spatial import dot
 
 STEP, STEPS, EFFORT = 0.15, 12, 0.1  # s, how many, s^4
@@ -47,4 +46,4 @@ def step(gains, state, inputs):
     acceleration = sum(k * error for k, error in zip(ROW, missing, strict=True))
     # What pushes across the contact axis is made up for; along it, the robot gives way.
     pushed = force - reference.contact_axis * dot(reference.contact_axis, force)
-    return state, body.model.mass * (acceleration + GRAVITY_W) - pushed, {}
+    return state, body.model.mass * (acceleration + body.model.gravity) - pushed, {}

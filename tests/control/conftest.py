@@ -16,8 +16,11 @@ from skylimb.estimation.records import BodyState, Estimate, Measurement, Start, 
 from skylimb.flights.export import export_c
 from skylimb.missions.reference import zero_reference
 from skylimb.planning.vectoring import vectoring_table
+from skylimb.robots.description import GRAVITY
 from skylimb.robots.model import Robot, RobotState
 from skylimb.simulation.compiling import compile_c
+
+G = np.array([0.0, 0.0, GRAVITY])
 
 DT = 0.005
 NOBODY: Any = None
@@ -51,7 +54,7 @@ def _inputs(model: Any = None, **given: Any) -> LawInput:
     """Whatever is not given is zero, level, or the world's axes."""
     z3 = np.zeros(3)
     lever = given.get("R", np.eye(3)).T @ given.get("arm", np.array([1.0, 0, 0]))
-    model = SimpleNamespace(mass=4.0, tip_C=lever) if model is None else model
+    model = SimpleNamespace(mass=4.0, gravity=G, tip_C=lever) if model is None else model
     body = BodyState(
         given.get("position", z3),
         given.get("velocity", z3),

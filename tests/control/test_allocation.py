@@ -16,7 +16,7 @@ from skylimb.control.thrusts import Thrusts, allocate, rotor_wrench, thrust_limi
 from skylimb.errors import ConfigError
 from skylimb.estimation.records import Start, Wrench
 from skylimb.packing import numeric
-from skylimb.robots.model import GRAVITY_W, Robot, RobotState
+from skylimb.robots.model import Robot, RobotState
 from skylimb.spatial import rotation_from_rpy
 from skylimb.symbolic import right_inverse
 
@@ -49,7 +49,7 @@ def at(
 
 @pytest.fixture
 def demand(model: RobotState, joint_angles: Any, vectoring_angles: Any) -> Demand:
-    force = model.mass * GRAVITY_W + np.array([0.6, -0.4, 0.3])
+    force = model.mass * model.gravity + np.array([0.6, -0.4, 0.3])
     return Demand(force, force - np.array([0.2, 0.1, 0.05]), TORQUE, joint_angles, vectoring_angles)
 
 

@@ -25,7 +25,7 @@ from skylimb.flights.drivers.native import compile_native, fly_native
 from skylimb.flights.flying import fly_here
 from skylimb.flights.loading import take_off
 from skylimb.packing import Layout, numeric
-from skylimb.robots.model import GRAVITY_W, Robot, RobotState
+from skylimb.robots.model import Robot, RobotState
 from skylimb.spatial import rotation_from_rpy
 
 DT = 0.005
@@ -51,7 +51,7 @@ def wanting(
     """A demand of a torque in C, N m, and a lift of some times the weight."""
 
     def build(torque: Any, lift: float = 1.0) -> Demand:
-        force = lift * model.mass * GRAVITY_W
+        force = lift * model.mass * model.gravity
         return Demand(force, force, np.asarray(torque), joint_angles, vectoring_angles)
 
     return build
@@ -212,7 +212,7 @@ def test_rotors_in_all_directions_give_force_and_torque_as_wanted(canted: str, m
     robot = skylimb.load_robot(canted)
     model, none = robot.at([], []), np.zeros(0)
     at = make_inputs(model, robot=robot, R=R, q=none, psi=none)
-    force, torque = model.mass * GRAVITY_W + np.array([1.0, -0.8, 0.5]), np.array([0.1, -0.2, 0.15])
+    force, torque = model.mass * model.gravity + np.array([1.0, -0.8, 0.5]), np.array([0.1, -0.2, 0.15])
     start = Start(robot, 0.6, model.hover_thrusts)
     state = bounded.initial_state(bounded.Gains(**BY_ROTORS), start)
     new, given, signals = bounded.step(
@@ -233,7 +233,7 @@ def test_the_tilt_gives_what_the_rotors_fall_short_of_sideways(canted: str, make
     robot = skylimb.load_robot(canted)
     model, none, law = robot.at([], []), np.zeros(0), gains(**BY_ROTORS)
     at = make_inputs(model, robot=robot, q=none, psi=none)
-    force = model.mass * GRAVITY_W + np.array([12.0, 0.0, 0.0])
+    force = model.mass * model.gravity + np.array([12.0, 0.0, 0.0])
     state = bounded.initial_state(bounded.Gains(**BY_ROTORS), Start(robot, 0.6, model.hover_thrusts))
     missing = np.zeros(3)
     for _ in range(200):

@@ -15,7 +15,7 @@ from skylimb.control.slots import SLOTS, Slot, Slots, find_law, law_names
 from skylimb.errors import ConfigError
 from skylimb.estimation.records import Measurement, Start, Wrench
 from skylimb.missions.reference import Reference, zero_reference
-from skylimb.robots.model import GRAVITY_W, Robot
+from skylimb.robots.model import Robot
 from skylimb.spatial import quaternion_from_rotation, rotation_from_rpy
 
 DT = 0.005
@@ -54,7 +54,7 @@ def test_at_rest_on_its_reference_it_hovers(cascades: dict[str, Cascade], name: 
     state, _, _ = cascade.step(gains, cascade.initial_state(), measurement, reference, DT)
     state, command, signals = cascade.step(gains, state, measurement, reference, DT)
     model = cascade.robot.at(measurement.joint_angles, measurement.vectoring_angles)
-    np.testing.assert_allclose(numbers(signals["force_command"]), model.mass * GRAVITY_W, atol=1e-6)
+    np.testing.assert_allclose(numbers(signals["force_command"]), model.mass * model.gravity, atol=1e-6)
     np.testing.assert_allclose(numbers(signals["torque_command"]), 0.0, atol=1e-6)
     np.testing.assert_allclose(numbers(command.thrusts), model.hover_thrusts, atol=1e-5)
     np.testing.assert_allclose(numbers(command.joint_angles), measurement.joint_angles, atol=1e-12)
@@ -149,7 +149,7 @@ def test_the_observer_knows_the_wrench_that_the_allocation_gives(cascades: dict[
     most = cascade.robot.description.rotors[0].thrust_max
     assert numbers(command.thrusts).max() == most
     model = cascade.robot.at(measurement.joint_angles, measurement.vectoring_angles)
-    lift = (model.allocation_C @ numbers(command.thrusts))[:3] - model.mass * GRAVITY_W
+    lift = (model.allocation_C @ numbers(command.thrusts))[:3] - model.mass * model.gravity
     np.testing.assert_allclose(numbers(state.estimation.observer.known_force), lift, atol=1e-6)
 
 

@@ -14,10 +14,11 @@ from skylimb.control.records import ArmTarget, LawInput, no_contact
 from skylimb.control.translation import following
 from skylimb.estimation.records import Start
 from skylimb.packing import numeric
-from skylimb.robots.model import GRAVITY_W
+from skylimb.robots.description import GRAVITY
 from skylimb.spatial import rotation_from_rpy
 
 DT, MASS = 0.005, 4.0
+MODEL: Any = SimpleNamespace(mass=MASS, gravity=np.array([0.0, 0.0, GRAVITY]))
 X, Y, Z = np.eye(3)
 ARM = np.array([1.09, 0.0, 0.1])
 GAINS = following.Gains(
@@ -43,7 +44,7 @@ def step(at: LawInput, gains: Any = GAINS, state: Any = None) -> tuple[Any, np.n
         "cog_position_target", "contact_force_reference", "contact_force_target", "contact_force_integral",
         "contact_force_integral_share", "energy_tank_share",
     ]  # fmt: skip
-    return state, force - MASS * GRAVITY_W, signals["cog_position_target"]
+    return state, force - np.array([0.0, 0.0, MASS * GRAVITY]), signals["cog_position_target"]
 
 
 def test_it_begins_without_integral_and_with_a_full_tank(make_start: Callable[..., Start]) -> None:
@@ -307,7 +308,11 @@ def test_the_integral_gives_no_more_than_tank_and_damper_put_in(
     spent = dissipated = 0.0
     for speed, normal in motion:
         view = ENGAGED._replace(normal_force=normal)
-        at = make_inputs(SimpleNamespace(mass=MASS), contact=view, **{**CALM, "velocity": speed * X})
+        at = make_inputs(
+            MODEL,
+            contact=view,
+            **{**CALM, "velocity": speed * X},
+        )
         state, force, _ = step(at, state=state)
         damper = MASS * GAINS.press_damping * speed
         spent += (float(force[0]) + damper - GAINS.force) * speed * DT

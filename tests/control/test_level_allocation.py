@@ -20,7 +20,7 @@ from skylimb.flights.drivers.native import compile_native, fly_native
 from skylimb.flights.flying import fly_here
 from skylimb.flights.loading import take_off
 from skylimb.packing import Layout, numeric
-from skylimb.robots.model import GRAVITY_W, Robot, RobotState
+from skylimb.robots.model import Robot, RobotState
 from skylimb.spatial import rot_z
 
 DT = 0.005
@@ -51,7 +51,7 @@ def seen(make_inputs: Make, robot: Robot, joint_angles: Any, vectoring_angles: A
 
 @pytest.fixture
 def demand(model: RobotState, joint_angles: Any, vectoring_angles: Any) -> Demand:
-    force = model.mass * GRAVITY_W + np.array([1.5, -1.0, 0.5])
+    force = model.mass * model.gravity + np.array([1.5, -1.0, 0.5])
     return Demand(force, force, TORQUE, joint_angles, vectoring_angles)
 
 
@@ -125,7 +125,7 @@ def test_the_null_space_keeps_thrusts_near_those_of_the_hover(
     seen: Any, demand: Demand, robot: Robot, model: RobotState
 ) -> None:
     start, away, calm = Start(robot, 1.09, model.hover_thrusts), [], demand._replace(torque=np.zeros(3))
-    hover = model.hover_thrusts * calm.force[2] / (model.mass * GRAVITY_W[2])
+    hover = model.hover_thrusts * calm.force[2] / (model.mass * model.gravity[2])
     for steady in (0.0, 8.0):
         moves = LevelMoves(cutoff=100.0, rate=100.0, damping=1e-6, margin=0.0, steady=steady, limit=2.0)
         _, given, _, _ = settled(seen, calm, start, gains_with(moves), ticks=400)

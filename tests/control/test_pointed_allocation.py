@@ -16,7 +16,7 @@ from skylimb.flights.drivers.native import function as native
 from skylimb.flights.takeoff import prepare
 from skylimb.packing import numeric
 from skylimb.planning.vectoring_step import RATE, STEP, first_vectoring
-from skylimb.robots.model import GRAVITY
+from skylimb.robots.description import GRAVITY
 
 
 @pytest.fixture(scope="module")

@@ -19,7 +19,8 @@ from skylimb.estimation.calibration import (
 from skylimb.estimation.records import BodyState
 from skylimb.estimation.tare import TareState
 from skylimb.planning.vectoring import vectoring_table
-from skylimb.robots.model import GRAVITY, RobotState
+from skylimb.robots.description import GRAVITY
+from skylimb.robots.model import RobotState
 from skylimb.spatial import rot_z, rotation_from_rpy
 
 MISALIGNED = (0.0, np.radians(1.0), 0.0)

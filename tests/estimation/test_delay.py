@@ -20,7 +20,10 @@ from skylimb.estimation.delay import (
     require_history,
 )
 from skylimb.estimation.records import BodyState, Wrench
+from skylimb.robots.description import GRAVITY
 from skylimb.spatial import rotation_from_rpy
+
+G = np.array([0.0, 0.0, GRAVITY])
 
 DT = 0.005
 MASS, INERTIA = 4.0, np.diag([0.1, 0.2, 0.3])
@@ -29,7 +32,7 @@ FORCE, TORQUE = np.array([0.5, 0.0, -1.0]), np.array([0.0, 0.01, 0.02])
 
 
 def body(**changes: Any) -> BodyState:
-    model: Any = SimpleNamespace(mass=MASS, inertia_C=INERTIA)
+    model: Any = SimpleNamespace(mass=MASS, gravity=G, inertia_C=INERTIA)
     values = {
         "position": np.zeros(3),
         "velocity": np.zeros(3),

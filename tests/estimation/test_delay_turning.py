@@ -16,11 +16,14 @@ from skylimb.estimation.delay import (
     remember,
 )
 from skylimb.estimation.records import BodyState, Wrench
+from skylimb.robots.description import GRAVITY
 from skylimb.spatial import hat, rotation_from_rpy
+
+G = np.array([0.0, 0.0, GRAVITY])
 
 DT = 0.005
 MASS, INERTIA = 4.0, np.array([[0.11, 0.01, 0.02], [0.01, 0.21, -0.03], [0.02, -0.03, 0.3]])
-MODEL: Any = SimpleNamespace(mass=MASS, inertia_C=INERTIA)
+MODEL: Any = SimpleNamespace(mass=MASS, gravity=G, inertia_C=INERTIA)
 R0 = rotation_from_rpy(0.2, -0.1, 0.6)
 EXTERNAL = Wrench(np.array([0.5, -1.0, 2.0]), np.array([0.02, 0.03, -0.05]))
 

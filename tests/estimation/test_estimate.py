@@ -19,8 +19,11 @@ from skylimb.estimation.records import BodyState, Measurement, Sensed, Start, Wr
 from skylimb.estimation.tare import TareState
 from skylimb.missions.reference import zero_reference
 from skylimb.packing import numeric
+from skylimb.robots.description import GRAVITY
 from skylimb.robots.model import Robot
 from skylimb.spatial import quaternion_from_rotation, rot_z, rotation_from_rpy
+
+G = np.array([0.0, 0.0, GRAVITY])
 
 DT = 0.005
 R = rotation_from_rpy(0.1, -0.2, 0.7)
@@ -52,7 +55,7 @@ def test_the_contact_force_is_low_passed_at_its_cutoff() -> None:
 
 
 def body() -> BodyState:
-    model: Any = SimpleNamespace(mass=4.0, tip_C=np.array([1.0, 0.1, 0.2]))
+    model: Any = SimpleNamespace(mass=4.0, gravity=G, tip_C=np.array([1.0, 0.1, 0.2]))
     return BodyState(np.zeros(3), np.zeros(3), R, np.zeros(3), model)
 
 

@@ -13,12 +13,15 @@ from skylimb.estimation.momentum_observer import (
 )
 from skylimb.estimation.records import BodyState, Wrench
 from skylimb.packing import numeric
+from skylimb.robots.description import GRAVITY
+
+G = np.array([0.0, 0.0, GRAVITY])
 
 DT, WRENCH = 0.005, np.array([1.0, -2.0, 0.5])
 MASS, INERTIA = 4.0, np.array([[0.11, 0.01, 0.02], [0.01, 0.21, -0.03], [0.02, -0.03, 0.3]])
 FORCE_GAINS, TORQUE_GAINS = np.array([1.0, 3.0, 10.0]), np.array([2.0, 5.0, 0.5])
 THRUST, TURN = np.array([0.5, 1.0, 42.0]), np.array([0.02, 0.01, -0.03])
-MODEL: Any = SimpleNamespace(mass=MASS, inertia_C=INERTIA)
+MODEL: Any = SimpleNamespace(mass=MASS, gravity=G, inertia_C=INERTIA)
 
 
 def body(velocity: np.ndarray, momentum: np.ndarray) -> BodyState:

@@ -10,8 +10,9 @@ from skylimb.planning.feasible_wrench import FeasibleWrench, feasible_wrench, pu
 from skylimb.planning.posture import posture_family
 from skylimb.planning.press import can_push, greatest_push
 from skylimb.planning.vectoring import vectoring_table
+from skylimb.robots.description import GRAVITY
 from skylimb.robots.loader import load_robot
-from skylimb.robots.model import GRAVITY, Robot
+from skylimb.robots.model import Robot
 from skylimb.spatial import rot_x, rot_y, rot_z
 
 X, UP = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])

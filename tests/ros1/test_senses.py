@@ -13,11 +13,12 @@ import skylimb
 from skylimb.exchange.frames import lab_link
 from skylimb.planning.posture import posture_family
 from skylimb.planning.vectoring import vectoring_table
+from skylimb.robots.description import GRAVITY
 from skylimb.ros1.body import Bodies
 from skylimb.ros1.desk import Arrived, Desk
 from skylimb.ros1.lab_config import read_lab_config
 from skylimb.ros1.messages import Imu, Joints, Pose, ServoAngles
-from skylimb.ros1.outputs import GRAVITY, Accelerometer, Names, Rates, frames, seen_by_sensors
+from skylimb.ros1.outputs import Accelerometer, Names, Rates, frames, seen_by_sensors
 from skylimb.ros1.senses import Senses
 from skylimb.spatial import rotation_from_quaternion
 from steered import Steered
@@ -165,7 +166,7 @@ def test_servos_are_read_in_their_own_counts() -> None:
 
 def test_what_the_flight_controller_feels() -> None:
     robot = Steered()
-    bodies, felt = Bodies(ROBOT, LINK), Accelerometer(0.005)
+    bodies, felt = Bodies(ROBOT, LINK), Accelerometer(0.005, GRAVITY)
     still = bodies.of(robot.plant.truth())
     np.testing.assert_allclose(np.linalg.norm(felt.of(still)), GRAVITY, rtol=1e-9)
     moved = still._replace(link_velocity=still.link_velocity + np.array([0.01, 0.0, -0.005 * GRAVITY]))

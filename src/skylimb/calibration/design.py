@@ -20,7 +20,7 @@ from skylimb.calibration.information import worth
 from skylimb.calibration.parameters import centers
 from skylimb.calibration.record import record_of
 from skylimb.calibration.result import true_values
-from skylimb.experiments.experiment import Experiment, experiment_with
+from skylimb.experiments.experiment import Experiment, experiment_with, robot_of
 from skylimb.missions.excitation import ExcitationConfig, Sine
 from skylimb.recording.run import Run
 from skylimb.robots.loader import load_robot
@@ -87,7 +87,7 @@ def worth_of(experiment: Experiment, excitation: ExcitationConfig) -> float:
     run = skylimb.run(experiment_with(experiment, tables))
     if run.failed or not within_limits(run):
         return 0.0
-    return worth(information_of(run), Fit(record_of(run, load_robot(experiment.robot))).parameters)
+    return worth(information_of(run), Fit(record_of(run, robot_of(experiment))).parameters)
 
 
 def information_of(run: Run) -> np.ndarray:

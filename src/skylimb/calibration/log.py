@@ -11,7 +11,7 @@ from scipy.ndimage import median_filter
 
 from skylimb.errors import ConfigError
 from skylimb.recording.run import Run
-from skylimb.robots.model import GRAVITY, Robot
+from skylimb.robots.model import Robot
 
 SIGNALS = (
     "root_position_measured",
@@ -164,7 +164,7 @@ def _require_sound(log: xr.Dataset, arrays: dict[str, np.ndarray], robot: Robot,
     sizes = np.linalg.norm(arrays["root_quaternion_measured"][fresh], axis=1)
     if np.abs(sizes - 1.0).max() > 0.01:
         raise ConfigError("signal 'root_quaternion_measured' of the log is no unit quaternion")
-    weight = robot.mass * GRAVITY
+    weight = robot.weight
     lift = float(np.median(arrays["thrusts_command"].sum(axis=1)))
     if not 0.5 * weight < lift < 2.0 * weight:
         raise ConfigError(

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from skylimb.robots.model import GRAVITY, Robot
+from skylimb.robots.model import Robot
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,12 @@ def parameters(robot: Robot) -> tuple[Parameter, ...]:
             "steady push along the axes of W over the weight: wind, or a world frame that leans",
         ),
         Parameter(
-            "gravity", "m/s^2", ("",), (GRAVITY,), 0.02, "of the place, which is not the same everywhere"
+            "gravity",
+            "m/s^2",
+            ("",),
+            (robot.description.gravity,),
+            0.02,
+            "of the place, which is not the same everywhere",
         ),
     )
 

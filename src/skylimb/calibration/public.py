@@ -15,6 +15,7 @@ from skylimb.errors import ConfigError
 from skylimb.experiments.experiment import Experiment
 from skylimb.flights.public import Progress, run
 from skylimb.recording.run import LOG_FILE, Run
+from skylimb.robots.description import GRAVITY
 from skylimb.robots.loader import load_robot
 from skylimb.robots.model import Robot
 
@@ -80,7 +81,8 @@ def robot_of(flown: Run) -> Robot:
     name = str(config.get("robot") or flown.log.attrs.get("robot", ""))
     if not name:
         raise ConfigError(f"the log of '{flown.name}' does not say of which robot it is")
-    return load_robot(name)
+    # Flights of before gravity was a key were planned with the standard one.
+    return load_robot(name, float(config.get("gravity", GRAVITY)))
 
 
 def calibration_from(flown: Run, robot: Robot) -> Calibration:

@@ -26,9 +26,6 @@ SIGMAS = 1.959964
 MASS_SPREAD = 0.02
 """What is believed of the mass, as a part of it: a flight does not show it."""
 
-_ENGINE_GRAVITY = 9.81
-"""MuJoCo's own, m/s^2: no simulated flight has another."""
-
 _TIGHT, _LOOSE = 0.9, 1.25
 """Residuals, over what the noise explains, between which the model is good."""
 
@@ -159,6 +156,8 @@ def true_values(run: Run, robot: Robot) -> np.ndarray | None:
     plant, sensors = config.get("plant"), config.get("sensors")
     if plant is None or sensors is None:
         return None
+    # Runs of before gravity was a key were flown with the engine's own.
+    gravity = float(config.get("gravity", 9.81))
     lag = float(plant.get("rotor_lag", -1.0))
     described = float(np.mean([rotor.lag for rotor in robot.description.rotors]))
     scale = np.asarray(plant.get("rotor_scale") or np.ones(robot.n_rotors), dtype=float)
@@ -168,6 +167,6 @@ def true_values(run: Run, robot: Robot) -> np.ndarray | None:
             np.asarray(sensors.get("attitude_misalignment", np.zeros(3)), dtype=float),
             np.asarray(plant.get("cog_offset", np.zeros(3)), dtype=float),
             scale,
-            [described if lag < 0.0 else lag, float(sensors.get("latency", 0.0)), 0.0, 0.0, _ENGINE_GRAVITY],
+            [described if lag < 0.0 else lag, float(sensors.get("latency", 0.0)), 0.0, 0.0, gravity],
         ]
     )

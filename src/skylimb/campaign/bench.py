@@ -23,6 +23,7 @@ from skylimb.campaign.frozen import Campaign, campaign_from_mapping
 from skylimb.campaign.rows import FAILED, REFUSED, Row, make_row
 from skylimb.control.controller import Controller
 from skylimb.errors import CompileError, ConfigError, SkylimbError, UserCodeError
+from skylimb.experiments.experiment import robot_of
 from skylimb.flights.drivers.native import fly_native, unavailable
 from skylimb.flights.flying import fly_here
 from skylimb.flights.record import documented, scored
@@ -31,6 +32,7 @@ from skylimb.loop.flight import Flight
 from skylimb.recording.run import Run
 from skylimb.recording.versions import versions
 from skylimb.robots.loader import load_robot
+from skylimb.robots.model import Robot
 
 # A process flies one flight at a time, also where a cluster's worker has several threads.
 _ONE_AT_A_TIME = threading.Lock()
@@ -97,9 +99,8 @@ class Bench:
                     "the rows would not be the same"
                 )
         self._campaign = campaign
-        self._robots = {name: load_robot(name) for name in campaign.robots}
-        for name, robot in self._robots.items():
-            if robot.description.digest != campaign.robots[name]:
+        for name, digest in campaign.robots.items():
+            if load_robot(name).description.digest != digest:
                 raise ConfigError(
                     f"this worker has other files of robot '{name}' than the campaign was begun with"
                 )
@@ -122,9 +123,9 @@ class Bench:
         drawn = campaign.draw(index)
         try:
             experiment = campaign.experiment_of(drawn)
-            robot = self._robots[experiment.robot]
+            robot = robot_of(experiment)
             gains = {**campaign.gains_of(drawn, name), **dict(job.gains)}
-            controller = self._controller(name, experiment.robot, json.dumps(gains, sort_keys=True))
+            controller = self._controller(name, robot, json.dumps(gains, sort_keys=True))
             return prepare(experiment, robot, controller)
         except CompileError:
             raise  # says something of this machine, nothing of the draw
@@ -175,8 +176,8 @@ class Bench:
         config = {f"{log_name(row)}/{CONFIG_FILE}": placed.config.encode()}
         return Flown(row, _bytes(placed), {**kept.sources, **config})
 
-    def _load(self, name: str, robot: str, gains: str) -> Controller:
-        return self._campaign.load(name, self._robots[robot], json.loads(gains))
+    def _load(self, name: str, robot: Robot, gains: str) -> Controller:
+        return self._campaign.load(name, robot, json.loads(gains))
 
 
 class _Hashable(dict[str, Any]):

@@ -27,9 +27,9 @@ from skylimb.campaign.stopping import enough, looks
 from skylimb.campaign.store import load_rows, open_store
 from skylimb.campaign.summary import Summary, summarize, summary_json
 from skylimb.errors import OutputError
+from skylimb.experiments.experiment import robot_of
 from skylimb.flights.takeoff import plant_and_mission
 from skylimb.recording.files import replace_text
-from skylimb.robots.loader import load_robot
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ def run_campaign(
     campaign, folder = freeze(spec if isinstance(spec, CampaignSpec) else load_spec(spec)), Path(out)
     if not folder.exists():
         first = campaign.experiment_of(campaign.draw(0))
-        plant_and_mission(first, load_robot(first.robot))
+        plant_and_mission(first, robot_of(first))
     total = campaign.flight(campaign.spec.draws, 0)
 
     def engine() -> Engine:

@@ -32,7 +32,7 @@ from skylimb.campaign.rows import Row
 from skylimb.campaign.spec import CampaignSpec
 from skylimb.config import to_mapping
 from skylimb.errors import ConfigError, unknown_name
-from skylimb.experiments.experiment import Experiment
+from skylimb.experiments.experiment import Experiment, robot_of
 from skylimb.keys import tables_of, units_of
 from skylimb.recording import LOG_FILE, Run
 
@@ -193,9 +193,8 @@ def _coordinates(grids: Mapping[str, Sequence[Any]], campaign: Campaign) -> dict
 
 def _units(experiment: Experiment, campaign: Campaign) -> dict[str, str]:
     from skylimb.control.controller import controller_units
-    from skylimb.robots.loader import load_robot
 
-    robot = load_robot(experiment.robot)
+    robot = robot_of(experiment)
     units = units_of(tables_of(experiment))
     for name in campaign.names:
         gains = controller_units(campaign.load(name, robot))

@@ -54,10 +54,11 @@ class Plan:
         for path in filter(None, (self.picture, self.apply)):
             require_new(path)
         import skylimb
+        from skylimb.experiments.experiment import robot_of
         from skylimb.flights.task_plan import EXPERIMENT, plan_posture, write_planned
 
         experiment = skylimb.load_experiment(self.experiment, settings_of(self.set))
-        robot = skylimb.load_robot(experiment.robot)
+        robot = robot_of(experiment)
         controller = skylimb.load_controller(self.controller, robot)
         with output.working("looking for a posture"):
             plan = plan_posture(experiment, robot, controller, force)

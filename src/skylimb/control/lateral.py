@@ -21,7 +21,7 @@ import numpy as np
 
 from skylimb.control.records import Demand, LawInput
 from skylimb.keys import Key, configuration
-from skylimb.robots.model import GRAVITY, Robot
+from skylimb.robots.model import Robot
 from skylimb.symbolic import Array, clip, low_pass, matrix, right_inverse, stack
 
 
@@ -60,7 +60,7 @@ def side_force_function(robot: Robot) -> ca.Function:
     Q = ca.diagcat(turn, turn) @ model.allocation_C
     thrusts = right_inverse(Q[2:, :]) @ ca.vertcat(lift, torque)
     side = Q[:2, :] @ thrusts
-    hover = still.hover_thrusts * (lift / (robot.mass * GRAVITY))
+    hover = still.hover_thrusts * (lift / robot.weight)
     most = ca.DM([rotor.thrust_max for rotor in robot.description.rotors])
     effort = ca.gradient(0.5 * ca.sumsqr(thrusts / most), psi)
     change = ca.gradient(0.5 * ca.sumsqr((thrusts - hover) / most), psi)

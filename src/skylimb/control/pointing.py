@@ -21,7 +21,7 @@ import casadi as ca
 from skylimb.control.box_least_squares import nearest_in_box
 from skylimb.control.thrusts import thrust_limits
 from skylimb.keys import Key, configuration
-from skylimb.robots.model import GRAVITY, Robot
+from skylimb.robots.model import Robot
 from skylimb.symbolic import Array, clip, is_symbolic, solve_positive, stack
 
 
@@ -101,4 +101,4 @@ def pointing_function(robot: Robot) -> ca.Function:
 
 def _share(robot: Robot) -> float:
     """A rotor's share of the weight, N."""
-    return robot.mass * GRAVITY / len(robot.description.rotors)
+    return robot.weight / len(robot.description.rotors)

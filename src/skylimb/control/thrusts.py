@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skylimb.estimation.records import BodyState, Wrench
-from skylimb.robots.model import GRAVITY, Robot
+from skylimb.robots.model import Robot
 from skylimb.symbolic import Array, clip, right_inverse, stack
 
 Limits = tuple[Array, Array]
@@ -69,7 +69,7 @@ def unlimited(body: BodyState, force: Array, torque: Array, hold_lift: bool = Fa
     wanted = body.R_WC[:, 2].T @ force
     # The thrusts that lift without turning, eq:thrust translation 2, are the hover thrusts in proportion:
     # those solve the same four rows for the weight.
-    lifting = model.hover_thrusts * (wanted / (model.mass * GRAVITY))
+    lifting = model.hover_thrusts * (wanted / (model.mass * model.gravity[2]))
     rotation = right_inverse(Q[2:, :]) @ stack(0.0, torque) if hold_lift else right_inverse(Q[3:, :]) @ torque
     return Thrusts(lifting + rotation, rotation)
 

@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 
 from skylimb.robots.hover import Hover, find_hovers
-from skylimb.robots.model import GRAVITY, Robot
+from skylimb.robots.model import Robot
 
 _RANK = 1e-6
 """A singular value counts from this share of the greatest one on."""
@@ -64,7 +64,7 @@ def actuation(robot: Robot) -> Actuation:
     angles = [at, *(one.vectoring_angles for one in hovers)]
     condition = min(_condition(robot.wrench_function(q, psi).full()[2:]) for psi in angles)
     return Actuation(
-        float(limits.sum() / (robot.mass * GRAVITY)),
+        float(limits.sum() / robot.weight),
         hover,
         _rank(fixed),
         condition,

@@ -14,7 +14,7 @@ from skylimb.descriptions.roles import Roles
 from skylimb.descriptions.tables import MotorTable, ServoTable
 from skylimb.descriptions.tree import UrdfTree
 from skylimb.errors import DescriptionError
-from skylimb.robots.description import Servo
+from skylimb.robots.description import GRAVITY, Servo
 from skylimb.robots.flight_file import (
     FlightFile,
     PostureSection,
@@ -23,7 +23,6 @@ from skylimb.robots.flight_file import (
     TipSection,
     VectoringSection,
 )
-from skylimb.robots.model import GRAVITY
 
 URDF_NAME = "robot.urdf"
 KAPPA, LAG, THRUST_MIN, THRUST_TO_WEIGHT = 0.016, 0.05, 0.5, 2.0

@@ -19,7 +19,6 @@ from typing import Annotated, Any, NamedTuple
 from skylimb.estimation.records import BodyState, Wrench
 from skylimb.estimation.tare import TareState
 from skylimb.keys import Key, configuration
-from skylimb.robots.model import GRAVITY
 from skylimb.spatial import cross, rot_z
 from skylimb.symbolic import Array, exp, vector
 
@@ -76,7 +75,7 @@ def calibrated(gains: Any, state: Correction, body: BodyState) -> tuple[BodyStat
         The state, and the vector from the centre of gravity to the tip in W, m, (3,).
     """
     model = body.model
-    weight = model.mass * GRAVITY
+    weight = model.mass * model.gravity[2]
     none = 0.0 * state.force
     e = vector(state.force[1], -state.force[0], 0.0) / weight if gains.attitude else none
     d = vector(state.torque[1], -state.torque[0], 0.0) / weight if gains.cog else none

@@ -18,7 +18,6 @@ import numpy as np
 
 from skylimb.estimation.records import BodyState, Wrench
 from skylimb.keys import Key, configuration
-from skylimb.robots.model import GRAVITY_W
 from skylimb.spatial import cross
 from skylimb.symbolic import Array, low_pass
 
@@ -93,4 +92,4 @@ def known_wrench(body: BodyState, rotors: Wrench) -> Wrench:
         rotors: wrench of the saturated thrusts, force in W and torque in C.
     """
     gyroscopic = cross(body.angular_velocity, body.model.inertia_C @ body.angular_velocity)
-    return Wrench(rotors.force - body.model.mass * GRAVITY_W, rotors.torque - gyroscopic)
+    return Wrench(rotors.force - body.model.mass * body.model.gravity, rotors.torque - gyroscopic)

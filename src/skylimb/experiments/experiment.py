@@ -26,7 +26,9 @@ from skylimb.planning.posture_path import PostureConfig
 from skylimb.planning.trajectory_config import TrajectoryConfig
 from skylimb.recording.origin import TABLE, absolute, changes_since, used_files
 from skylimb.recording.versions import origin_versions
-from skylimb.robots.loader import list_robots
+from skylimb.robots.description import GRAVITY
+from skylimb.robots.loader import list_robots, load_robot
+from skylimb.robots.model import Robot
 from skylimb.simulation.disturbance import DisturbanceConfig, PushConfig
 from skylimb.simulation.gain_changes import GainChange
 from skylimb.simulation.plant import PlantConfig
@@ -51,6 +53,9 @@ class Settings:
     )
     seed: Annotated[int, Key("", "seed of the sensors' noise", low=0, high=2**63 - 1)] = 0
     controller_rate: Annotated[float, Key("Hz", "control ticks a second", low=10.0, high=10_000.0)] = 200.0
+    gravity: Annotated[float, Key("m/s^2", "of the place, for plant and model alike", low=9.7, high=9.9)] = (
+        GRAVITY
+    )
     contact_axis: Annotated[
         tuple[float, float, float],
         Key("", "unit vector in W, the nominal direction into the surface", low=-1.001, high=1.001),
@@ -290,6 +295,11 @@ def _table(tables: dict[str, Any], name: str, where: str) -> dict[str, Any]:
     if not isinstance(table, dict):
         raise ConfigError(f"{where}: {name} = {shown(table)} should be a table")
     return table
+
+
+def robot_of(experiment: Experiment) -> Robot:
+    """The robot of an experiment, at the experiment's place; see `load_robot`."""
+    return load_robot(experiment.robot, experiment.gravity)
 
 
 def experiment_with(experiment: Experiment, changes: Mapping[str, Any]) -> Experiment:

@@ -17,7 +17,7 @@ from skylimb.control.controller import Controller, controller_signals, is_tracea
 from skylimb.control.corrections import Calibrated, corrections_of
 from skylimb.control.needs import needs_of
 from skylimb.errors import OutputError
-from skylimb.experiments.experiment import Experiment, experiment_with, load_experiment
+from skylimb.experiments.experiment import Experiment, experiment_with, load_experiment, robot_of
 from skylimb.flights.drivers.free import FreeDriver
 from skylimb.flights.flying import fastest
 from skylimb.flights.loading import chosen_controller, parted
@@ -38,7 +38,6 @@ from skylimb.realtime.watchdog import Limits
 from skylimb.recording.origin import origin_text
 from skylimb.recording.run import Run
 from skylimb.recording.versions import origin_versions, versions
-from skylimb.robots.loader import load_robot
 from skylimb.robots.model import Robot
 from skylimb.signals import Signal
 from skylimb.simulation.log import log_variable
@@ -85,7 +84,7 @@ def fly_linked(
         if isinstance(experiment, Experiment)
         else load_experiment(experiment, settings)
     )
-    robot = load_robot(experiment.robot)
+    robot = robot_of(experiment)
     chosen = chosen_controller(controller, experiment, robot, gains)
     if calibration is not None:
         chosen = calibrated(chosen, robot, corrections_of(calibration), gains)

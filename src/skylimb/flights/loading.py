@@ -20,12 +20,11 @@ from skylimb.control.corrections import Calibrated, corrections_of
 from skylimb.control.preset import preset_names
 from skylimb.control.slots import SLOTS
 from skylimb.errors import ConfigError, unknown_name
-from skylimb.experiments.experiment import Experiment, experiment_with, load_experiment
+from skylimb.experiments.experiment import Experiment, experiment_with, load_experiment, robot_of
 from skylimb.flights.pressable import require_reserve
 from skylimb.flights.sources import originals
 from skylimb.flights.takeoff import Takeoff, prepare
 from skylimb.keys.key import shown
-from skylimb.robots.loader import load_robot
 from skylimb.robots.model import Robot
 
 Use = str | Path | ModuleType | Own
@@ -56,7 +55,7 @@ def take_off(
         experiment = experiment_with(experiment, given)
     else:
         experiment = load_experiment(experiment, given)
-    robot = load_robot(experiment.robot)
+    robot = robot_of(experiment)
     ready = [chosen_controller(item, experiment, robot, gains) for item in controllers]
     if calibration is not None:
         found = corrections_of(calibration)

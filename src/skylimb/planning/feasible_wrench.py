@@ -30,7 +30,7 @@ from skylimb.planning.posture_path import PostureConfig, posture_path
 from skylimb.planning.press import greatest_push
 from skylimb.planning.vectoring import vectoring_table
 from skylimb.planning.vectoring_path import vectoring_path
-from skylimb.robots.model import GRAVITY, Robot, RobotState
+from skylimb.robots.model import Robot, RobotState
 from skylimb.robots.zonotope import Slice, Zonotope
 from skylimb.spatial import hat, rot_z
 
@@ -75,7 +75,7 @@ class FeasibleWrench:
     @property
     def hover(self) -> np.ndarray:
         """The wrench that carries the robot: (0, 0, m g, 0, 0, 0), N and N m."""
-        return np.array([0.0, 0.0, self.robot.mass * GRAVITY, 0.0, 0.0, 0.0])
+        return np.array([0.0, 0.0, self.robot.weight, 0.0, 0.0, 0.0])
 
     @cached_property
     def length(self) -> float:

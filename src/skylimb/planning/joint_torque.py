@@ -18,7 +18,7 @@ import functools
 import casadi as ca
 import numpy as np
 
-from skylimb.robots.model import GRAVITY, Robot
+from skylimb.robots.model import Robot
 
 HELD = 0.8
 """Greatest share on a way that is planned; the rest bends the joints, and is for control."""
@@ -32,7 +32,7 @@ def joint_torque_function(robot: Robot) -> ca.Function:
     q, psi = ca.SX.sym("q", robot.n_joints), ca.SX.sym("psi", robot.n_vectoring)
     state = robot.model(q, psi)
     up = state.R_root_C[:, 2]
-    torque = -robot.mass * GRAVITY * (state.cog_jacobian[:, : robot.n_joints].T @ up)
+    torque = -robot.weight * (state.cog_jacobian[:, : robot.n_joints].T @ up)
     for i, rotor in enumerate(robot.description.rotors):
         pose = robot.link_pose_function(rotor.link)(q, psi)
         R = pose[:, 1:] @ ca.SX(rotor.R)

@@ -18,7 +18,7 @@ import functools
 import casadi as ca
 import numpy as np
 
-from skylimb.robots.model import GRAVITY, Robot
+from skylimb.robots.model import Robot
 from skylimb.spatial import cross, rot_x, rot_y, rot_z
 
 _EXACT = 1e-6
@@ -111,7 +111,7 @@ def _farthest(
 @functools.lru_cache(maxsize=16)
 def _programme(robot: Robot) -> ca.Function:
     """The greatest push t along d: x is that of `statics_function` and t; p is q, psi, d, greatest tilt."""
-    weight = robot.mass * GRAVITY
+    weight = robot.weight
     x, t = ca.SX.sym("x", 2 + robot.n_rotors + robot.n_vectoring), ca.SX.sym("t")
     q, psi, d = ca.SX.sym("q", robot.n_joints), ca.SX.sym("psi", robot.n_vectoring), ca.SX.sym("d", 3)
     left = statics_function(robot)(x, q, psi, t * d) / weight
@@ -138,7 +138,7 @@ def statics_function(robot: Robot) -> ca.Function:
     thrusts, moves = x[2 : 2 + robot.n_rotors], x[2 + robot.n_rotors :]
     state = robot.model(q, psi + moves)
     attitude = ca.SX(rot_z(-state.tip_heading)) @ ca.SX(rot_y(x[1])) @ ca.SX(rot_x(x[0]))
-    weight = ca.vertcat(0.0, 0.0, robot.mass * GRAVITY)
+    weight = ca.vertcat(0.0, 0.0, robot.weight)
     force = state.allocation_C[:3, :] @ thrusts - attitude.T @ (weight + p)
     torque = state.allocation_C[3:, :] @ thrusts - cross(state.tip_C, attitude.T @ p)
     return ca.Function("left", [x, q, psi, p], [ca.cse(ca.vertcat(force, torque))])

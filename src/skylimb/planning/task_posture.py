@@ -31,7 +31,7 @@ from skylimb.planning.vectoring_criteria import TORQUE, VectoringCriteria
 from skylimb.planning.vectoring_program import ipopt
 from skylimb.planning.vectoring_search import bounded_by
 from skylimb.robots.hover import golden_steps
-from skylimb.robots.model import GRAVITY, Robot
+from skylimb.robots.model import Robot
 from skylimb.spatial import rot_z
 from skylimb.symbolic import right_inverse
 
@@ -178,7 +178,7 @@ class _Program:
         """What the search finds from posture q, psi and heading of `start`; None without success."""
         robot, k = self._robot, self._pushes
         nq, nv, n = robot.n_joints, robot.n_vectoring, robot.n_rotors
-        rotors, weight = robot.description.rotors, robot.mass * GRAVITY
+        rotors, weight = robot.description.rotors, robot.weight
         most = np.array([rotor.thrust_max for rotor in rotors])
         guess = np.tile(weight / most.sum() * most, k)
         x0 = np.concatenate([q, start.vectoring_angles, [start.heading], np.zeros(2 * k), guess, [0.0]])
@@ -228,7 +228,7 @@ def _load_function(robot: Robot) -> ca.Function:
     clear = [
         ca.dot(normal, level @ (point - state.tip_root)) for point in (*middles, *(link.T for link in links))
     ]
-    weight = robot.mass * GRAVITY
+    weight = robot.weight
     return ca.Function(
         "load",
         [q, psi, yaw, lean, thrusts, p, normal],

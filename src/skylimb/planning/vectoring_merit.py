@@ -28,7 +28,7 @@ import numpy as np
 
 from skylimb.planning.control_torque import face_distances
 from skylimb.planning.joint_torque import joint_torque_function
-from skylimb.robots.model import GRAVITY, Robot
+from skylimb.robots.model import Robot
 
 SHARP = 60.0
 """How sharply the least margin counts among others, where s is the unit."""
@@ -98,7 +98,7 @@ def uphill_function(robot: Robot) -> ca.Function:
 
 def _unit(robot: Robot) -> float:
     """S, N m."""
-    return robot.mass * GRAVITY * lever(robot)
+    return robot.weight * lever(robot)
 
 
 def _margins(robot: Robot, q: ca.SX, psi: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:

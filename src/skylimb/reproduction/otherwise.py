@@ -5,8 +5,8 @@ from __future__ import annotations
 from skylimb.analysis.paper_configuration import CONTROLLERS, Difference, differences
 from skylimb.campaign.frozen import Campaign
 from skylimb.control.controller import resolved_tables
+from skylimb.experiments.experiment import robot_of
 from skylimb.reproduction.prior import Prior
-from skylimb.robots.loader import load_robot
 
 
 def flown_otherwise(prior: Prior, campaign: Campaign) -> list[Difference]:
@@ -18,7 +18,7 @@ def flown_otherwise(prior: Prior, campaign: Campaign) -> list[Difference]:
     """
     drawn = campaign.draw(0)
     experiment = campaign.experiment_of(drawn)
-    robot = load_robot(experiment.robot)
+    robot = robot_of(experiment)
     unknown = tuple(unknown.key for unknown in prior.unknowns)
     found: dict[str, Difference] = {}  # by words: controllers that differ alike are said once
     for name in campaign.names:

@@ -1,6 +1,7 @@
 """Robots: description files -> kinematics, mass properties, hovering frame and allocation matrix."""
 
 from skylimb.robots.description import (
+    GRAVITY,
     Inertial,
     Joint,
     Link,
@@ -12,7 +13,7 @@ from skylimb.robots.description import (
     Visual,
 )
 from skylimb.robots.loader import SHIPPED, list_robots, load_robot, read_description
-from skylimb.robots.model import GRAVITY, Robot, RobotState
+from skylimb.robots.model import Robot, RobotState
 
 __all__ = [
     "GRAVITY",

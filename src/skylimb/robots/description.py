@@ -14,6 +14,9 @@ import numpy as np
 from skylimb.keys import Key, configuration
 from skylimb.sources import Source
 
+GRAVITY = 9.80665
+"""Standard gravity, m/s^2: that of every place that an experiment does not say otherwise."""
+
 
 def _zeros() -> np.ndarray:
     return np.zeros(3)
@@ -194,6 +197,7 @@ class RobotDescription(_Fixed):
         digest: SHA-256 of the two files, hexadecimal.
         folder: where the files are.
         sources: the flight TOML and the URDF as they were read.
+        gravity: of the place where it flies, m/s^2.
     """
 
     name: str
@@ -213,6 +217,7 @@ class RobotDescription(_Fixed):
     digest: str
     folder: Path
     sources: tuple[Source, ...] = ()
+    gravity: float = GRAVITY
 
     def link(self, name: str) -> Link:
         """The link of that name."""

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from skylimb.robots.model import GRAVITY, Robot
+from skylimb.robots.model import Robot
 
 LEVEL = 5e-3
 """Tilt up to which a hover counts as level, rad."""
@@ -107,7 +107,7 @@ class _Program:
         n, nv = robot.n_rotors, robot.n_vectoring
         low = np.array([rotor.thrust_min if least_thrust else 0.0 for rotor in rotors])
         high = np.array([rotor.thrust_max for rotor in rotors])
-        weight = robot.mass * GRAVITY
+        weight = robot.weight
         psi, thrusts, margin = ca.SX.sym("psi", nv), ca.SX.sym("thrusts", n), ca.SX.sym("margin")
         wrench = robot.wrench_function(ca.DM(joint_angles), psi) @ thrusts / weight
         force, torque = wrench[:3], wrench[3:]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import hashlib
 from collections.abc import Iterable, Sequence
 from functools import lru_cache
@@ -11,7 +12,7 @@ import numpy as np
 
 from skylimb.config import from_mapping, parse_toml, read_toml
 from skylimb.errors import ConfigError, DescriptionError, UnreadableError, unknown_name
-from skylimb.robots.description import NO_SERVO, PostureFamily, RobotDescription, Rotor, Tip
+from skylimb.robots.description import GRAVITY, NO_SERVO, PostureFamily, RobotDescription, Rotor, Tip
 from skylimb.robots.flight_check import check_robot
 from skylimb.robots.flight_file import (
     FlightFile,
@@ -40,12 +41,13 @@ def list_robots() -> dict[str, str]:
     return {path.parent.name: str(read_toml(path).get("summary", "")) for path in files}
 
 
-def load_robot(name_or_path: str | Path) -> Robot:
+def load_robot(name_or_path: str | Path, gravity: float = GRAVITY) -> Robot:
     """The robot of that name, or of a user's own pair of files.
 
     Args:
         name_or_path: a name that `list_robots` knows; or the path of a flight TOML, which names its URDF
             beside it; or a folder with a `flight.toml`.
+        gravity: of the place where it flies, m/s^2.
 
     Raises:
         UnknownNameError: no robot of that name comes with the package.
@@ -54,7 +56,7 @@ def load_robot(name_or_path: str | Path) -> Robot:
         DescriptionError: the two files do not describe a robot that can exist and fly.
         AllocationError: the rotors cannot command a thrust and three torques.
     """
-    return _load_unchanged(*_read(_flight_path(name_or_path)))
+    return _load_unchanged(*_read(_flight_path(name_or_path)), gravity)
 
 
 def load_flight_file(name_or_path: str | Path) -> FlightFile:
@@ -69,10 +71,10 @@ def load_flight_file(name_or_path: str | Path) -> FlightFile:
 
 
 @lru_cache(maxsize=16)
-def _load_unchanged(flight: Source, urdf: Source) -> Robot:
+def _load_unchanged(flight: Source, urdf: Source, gravity: float) -> Robot:
     root_link = _flight_file(flight).root_link
     known = known_tree(urdf, root_link)
-    description = _describe(flight, urdf, known)
+    description = dataclasses.replace(_describe(flight, urdf, known), gravity=gravity)
     robot = Robot(description)
     check_robot(robot)
     if known is None:

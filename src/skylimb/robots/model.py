@@ -19,12 +19,6 @@ from skylimb.symbolic import is_symbolic
 Array = Any
 """A NumPy array or a CasADi matrix (SX, MX, DM)."""
 
-GRAVITY = 9.80665
-"""Standard gravity, m/s^2."""
-
-GRAVITY_W = np.array([0.0, 0.0, GRAVITY])
-"""g of eq:dynamics, m (p'' + g) = f_cmd + f_ext, in W with z up, m/s^2."""
-
 _CONDITION_MAX = 1e7
 
 
@@ -33,6 +27,7 @@ class RobotState(NamedTuple):
 
     Attributes:
         mass: total mass m, kg.
+        gravity: (3,) g of eq:dynamics, m (p'' + g) = f_cmd + f_ext, in W with z up, m/s^2.
         cog_root: (3,) centre of gravity in the root frame, m.
         R_root_C: (3, 3) orientation of {C} seen from the root frame: a turn in roll and pitch, without yaw,
             after which the net force of the hover thrusts lies along z of {C}.
@@ -48,6 +43,7 @@ class RobotState(NamedTuple):
     """
 
     mass: Any
+    gravity: Array
     cog_root: Array
     R_root_C: Array
     inertia_C: Array  # noqa: N815
@@ -67,6 +63,7 @@ class Robot:
         description: what the files say.
         name: short name.
         mass: total mass, kg.
+        weight: m g, N.
         n_joints: number of shape joints, the length of q.
         n_vectoring: number of vectoring joints, the length of psi.
         n_rotors: number of rotors, the length of a thrust vector.
@@ -80,6 +77,7 @@ class Robot:
         self.n_rotors = len(description.rotors)
         self.bodies, self.placements = lump(description)
         self.mass = float(sum(body.mass for body in self.bodies))
+        self.weight = self.mass * description.gravity
         q, psi = ca.SX.sym("q", self.n_joints), ca.SX.sym("psi", self.n_vectoring)
         poses = self._poses(q, psi)
         # Equal subexpressions are shared once here rather than in every function that the model is composed
@@ -120,7 +118,8 @@ class Robot:
         psi = self._angles("vectoring_angles", vectoring_angles, self.n_vectoring)
         flat = self._numbers(q, psi).full().ravel()
         ends = np.cumsum([rows * columns for rows, columns in self._shapes])
-        scalars, vectors = {"mass", "tip_heading"}, {"cog_root", "hover_thrusts", "tip_C", "tip_root"}
+        scalars = {"mass", "tip_heading"}
+        vectors = {"gravity", "cog_root", "hover_thrusts", "tip_C", "tip_root"}
         state = RobotState(
             **{
                 name: float(part[0])
@@ -241,11 +240,12 @@ class Robot:
         cog, inertia = composite(self.bodies, poses)
         thrust_axes, thrust_points = self._thrust_lines(poses, cog)
         drag = [rotor.drag_torque_coefficient for rotor in self.description.rotors]
-        hover = hovering_frame(thrust_axes, thrust_points, drag, self.mass * GRAVITY)
+        hover = hovering_frame(thrust_axes, thrust_points, drag, self.weight)
         tip, R_tip = self._place(poses, self.description.tip.link, self.description.tip.position)
         R = hover.R_root_C
         return RobotState(
             mass=self.mass,
+            gravity=ca.DM([0.0, 0.0, self.description.gravity]),
             cog_root=cog,
             R_root_C=R,
             inertia_C=congruence(R.T, inertia),

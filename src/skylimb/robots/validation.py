@@ -13,7 +13,6 @@ import numpy as np
 
 from skylimb.errors import DescriptionError
 from skylimb.robots.description import Inertial, Joint, RobotDescription
-from skylimb.robots.model import GRAVITY
 
 _GYRATION_MAX = 3.0
 """Greatest believable radius of gyration of one link, m."""
@@ -155,11 +154,11 @@ def _check_root(description: RobotDescription) -> None:
 def _check_weight(description: RobotDescription) -> None:
     total = sum(link.inertial.mass for link in description.links)
     lift = sum(rotor.thrust_max for rotor in description.rotors)
-    if total * GRAVITY >= lift:
+    if total * description.gravity >= lift:
+        weight = f"{total:g} kg ({total * description.gravity:.4g} N)"
         heaviest = max(description.links, key=lambda link: link.inertial.mass)
         raise DescriptionError(
-            f"'{description.name}' weighs {total:g} kg ({total * GRAVITY:.4g} N) but its rotors lift at most "
-            f"{lift:g} N; "
+            f"'{description.name}' weighs {weight} but its rotors lift at most {lift:g} N; "
             f"is a mass in grams? The heaviest link is '{heaviest.name}' with {heaviest.inertial.mass:g} kg"
         )
 

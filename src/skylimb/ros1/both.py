@@ -61,7 +61,7 @@ class Both:
         self.plant = GroundedPlant(takeoff)
         self._takeoff, self._pacer, self._missions = takeoff, pacer, missions
         self._desk, self._names, self._rates = Desk(cells), Names(robot, namespace), Rates(period)
-        self._felt = Accelerometer(period)
+        self._felt = Accelerometer(period, robot.description.gravity)
         self._bodies = Bodies(robot, link)
         sample = self.pilot.rehearsed()
         self._live = LiveRecord(takeoff, self.plant.layout, sample)

@@ -9,6 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from enum import IntEnum
 
+from skylimb.robots.description import GRAVITY
+
 Vector = tuple[float, float, float]
 Turn = tuple[float, float, float, float]
 
@@ -38,7 +40,7 @@ class Imu:
     stamp: float
     quaternion: Turn
     gyro: Vector
-    acceleration: Vector = (0.0, 0.0, 9.81)
+    acceleration: Vector = (0.0, 0.0, GRAVITY)
 
 
 @dataclass(frozen=True)

@@ -33,7 +33,6 @@ from skylimb.ros1.tick import Tick
 from skylimb.ros1.topics import Topic
 from skylimb.spatial import rot_z, rpy_from_rotation
 
-GRAVITY = 9.80665
 _FORCE, _TORQUE = "external_force_estimate", "external_torque_estimate"
 
 
@@ -88,17 +87,18 @@ class Accelerometer:
 
     Args:
         period: between two looks, s.
+        gravity: of the place, m/s^2.
     """
 
-    def __init__(self, period: float) -> None:
-        self._period = period
+    def __init__(self, period: float, gravity: float) -> None:
+        self._period, self._gravity = period, np.array([0.0, 0.0, gravity])
         self._velocity: np.ndarray | None = None
 
     def of(self, body: Body) -> Vector:
-        """Mean since the last look, in the link's axes, m/s^2; at rest 9.81 upward."""
+        """Mean since the last look, in the link's axes, m/s^2; at rest gravity upward."""
         before = body.link_velocity if self._velocity is None else self._velocity
         self._velocity = body.link_velocity
-        felt = (body.link_velocity - before) / self._period + np.array([0.0, 0.0, GRAVITY])
+        felt = (body.link_velocity - before) / self._period + self._gravity
         return _vector(body.R_W_link.T @ felt)
 
 

@@ -46,7 +46,7 @@ class Simulated:
         self._period, self._pacer, self._cells = takeoff.period, pacer, cells
         self._inner = round(pacer.period / takeoff.period)
         self._bodies, self._names, self._rates = Bodies(robot, link), Names(robot), Rates(pacer.period)
-        self._felt, self._servos = Accelerometer(pacer.period), servos
+        self._felt, self._servos = Accelerometer(pacer.period, robot.description.gravity), servos
         self._spinal, self._limits = Spinal(robot.n_rotors), thrust_limits(robot)
         self._bounds = (robot.joint_limits(), robot.vectoring_limits())
         first = takeoff.mission.first

@@ -45,6 +45,7 @@ def scene_spec(
     # Batteries, computers and the pen become part of the links that carry them: half the bodies, the same
     # mechanics.
     spec.compiler.fusestatic = True
+    spec.option.gravity = [0.0, 0.0, -description.gravity]
     _add_surroundings(spec)
     add_robot(spec, description)
     parts = surface.attach(spec)

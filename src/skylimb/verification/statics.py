@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from skylimb.robots import GRAVITY
+from skylimb.robots.description import GRAVITY
 from skylimb.simulation.surfaces import Board
 from skylimb.verification.rig import RADIUS, Bench
 from skylimb.verification.row import Evidence, Row, worst

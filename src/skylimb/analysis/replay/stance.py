@@ -11,8 +11,6 @@ import mujoco
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-_GRAVITY = 9.80665
-
 
 class Stance(NamedTuple):
     """A robot at a moment, were it level; vectors in W.
@@ -66,7 +64,7 @@ def stance_at(
         R = data.site_xmat[site].reshape(3, 3)
         force, drag = R @ gear[:3], R @ gear[3:]
         columns.append(np.concatenate([force, np.cross(data.site_xpos[site] - cog, force) + drag]))
-    weight = float(model.body_subtreemass[root]) * _GRAVITY
+    weight = float(model.body_subtreemass[root]) * float(-model.opt.gravity[2])
     roll, pitch, yaw = attitude
     level = (Rotation.from_euler("z", yaw) * Rotation.from_euler("ZYX", [yaw, pitch, roll]).inv()).as_matrix()
     wrenches = np.kron(np.eye(2), level) @ np.array(columns).T

@@ -11,7 +11,7 @@ from skylimb.campaign.frozen import Campaign
 from skylimb.campaign.spec import Search
 from skylimb.control.controller import resolved_tables
 from skylimb.errors import ConfigError
-from skylimb.robots.loader import load_robot
+from skylimb.experiments.experiment import robot_of
 
 Gains = dict[str, float]
 """Dotted gain of a controller -> its value."""
@@ -23,7 +23,7 @@ def present_gains(campaign: Campaign, name: str, search: Search) -> Gains:
     Raises:
         ConfigError: when the controller has no such gains, or cannot fly with the ends of their ranges.
     """
-    robot = load_robot(campaign.experiment_of(campaign.draw(0)).robot)
+    robot = robot_of(campaign.experiment_of(campaign.draw(0)))
     tables = resolved_tables(campaign.load(name, robot))
     found = {key: value_at(tables, key) for key in search.gains}
     for key, value in found.items():

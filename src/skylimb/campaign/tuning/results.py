@@ -19,7 +19,7 @@ from skylimb.campaign.tuning.search import Trial
 from skylimb.campaign.tuning.verdict import TuneOutcome
 from skylimb.config import write_toml
 from skylimb.control.controller import resolved_tables
-from skylimb.robots.loader import load_robot
+from skylimb.experiments.experiment import robot_of
 
 VERDICT_FILE = "verdict.json"
 TRIALS_FILE = "trials.csv"
@@ -70,7 +70,7 @@ def _preset(campaign: Campaign, name: str, gains: Gains, folder: Path) -> dict[s
     """The tuned controller's tables; a file of the user's is named as seen from the new folder."""
     entry = campaign.controllers[name]
     if "preset" not in entry:
-        robot = load_robot(campaign.experiment_of(campaign.draw(0)).robot)
+        robot = robot_of(campaign.experiment_of(campaign.draw(0)))
         tables = resolved_tables(campaign.load(name, robot, gains))
         file = Path(os.path.relpath(entry["path"], folder)).as_posix()
         return {**tables, "file": file, "description": f"{name}; tuned for {campaign.spec.experiment}"}

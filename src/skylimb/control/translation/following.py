@@ -33,7 +33,6 @@ from skylimb.control.records import LawInput
 from skylimb.control.windup import unless_short
 from skylimb.estimation.records import Signals, Start
 from skylimb.keys import Key, configuration
-from skylimb.robots.model import GRAVITY_W
 from skylimb.spatial import cross, dot
 from skylimb.symbolic import Array, clip, low_pass, vector, where
 
@@ -186,7 +185,7 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, Array, Sign
     swing = cross(body.R_WC @ body.angular_velocity, estimate.arm)
     swing = low_pass(state.swing, swing, 2.0 * math.pi * gains.swing_cutoff, dt)
     counted = 1.0 - clip(contact.speed / gains.swing_speed, 0.0, 1.0)
-    total, slow = m * GRAVITY_W, []
+    total, slow = m * body.model.gravity, []
     for axis, i in ((u, 1), (v, 2)):
         error = clip(dot(axis, body.position - target), -gains.error_limit, gains.error_limit)
         error_rate = dot(axis, body.velocity + gains.swing[i - 1] * counted * swing - reference.tip_velocity)

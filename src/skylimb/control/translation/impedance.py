@@ -7,7 +7,6 @@ from typing import Annotated, Any
 from skylimb.control.records import LawInput
 from skylimb.estimation.records import Signals, Start
 from skylimb.keys import Key, configuration
-from skylimb.robots.model import GRAVITY_W
 from skylimb.symbolic import Array
 
 Vector3 = tuple[float, float, float]
@@ -42,5 +41,5 @@ def step(gains: Any, state: tuple[()], inputs: LawInput) -> tuple[tuple[()], Arr
     damping = 2.0 * gains.damping_ratio * gains.normalized_stiffness**0.5
     feedback = (1.0 / gains.virtual_mass_ratio - 1.0) * inputs.estimate.wrench.force
     spring = damping * velocity_error + gains.normalized_stiffness * error
-    force = feedback + mass * (reference.acceleration - spring + GRAVITY_W)
+    force = feedback + mass * (reference.acceleration - spring + body.model.gravity)
     return state, force, {}

@@ -10,7 +10,6 @@ from skylimb.control.records import LawInput
 from skylimb.control.windup import unless_short
 from skylimb.estimation.records import Signals, Start
 from skylimb.keys import Key, configuration
-from skylimb.robots.model import GRAVITY_W
 from skylimb.symbolic import Array, clip
 
 Vector3 = tuple[float, float, float]
@@ -61,5 +60,5 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, Array, Sign
     proportional = clip(gains.proportional * error, -gains.proportional_limit, gains.proportional_limit)
     derivative = clip(gains.derivative * velocity_error, -gains.derivative_limit, gains.derivative_limit)
     acceleration = clip(proportional + integral + derivative, -gains.sum_limit, gains.sum_limit)
-    force = body.model.mass * (acceleration + reference.acceleration + GRAVITY_W)
+    force = body.model.mass * (acceleration + reference.acceleration + body.model.gravity)
     return State(integral), force, {}

@@ -16,7 +16,6 @@ from skylimb.control.records import LawInput
 from skylimb.control.task_frame import COUPLING, Vector3, require_definite, symmetric, task_axes
 from skylimb.estimation.records import Signals, Start
 from skylimb.keys import Key, configuration
-from skylimb.robots.model import GRAVITY_W
 from skylimb.spatial import cross
 from skylimb.symbolic import Array, right_inverse
 
@@ -68,5 +67,5 @@ def step(gains: Any, state: tuple[()], inputs: LawInput) -> tuple[tuple[()], Arr
     m = body.model.mass
     # The centre of gravity goes around the tip where the target turns.
     acceleration = reference.tip_acceleration - cross(tip.rotation_rate, cross(tip.rotation_rate, arm))
-    force = R_WT @ (feedback - m * (spring + damper)) + m * (GRAVITY_W + acceleration)
+    force = R_WT @ (feedback - m * (spring + damper)) + m * (body.model.gravity + acceleration)
     return state, force, {"cog_position_target": target}

@@ -10,7 +10,7 @@ import numpy as np
 from skylimb.control.controller import Controller, is_traceable
 from skylimb.control.needs import needs_of
 from skylimb.errors import ConfigError
-from skylimb.experiments.experiment import Experiment
+from skylimb.experiments.experiment import Experiment, robot_of
 from skylimb.flights.export.files import export_c
 from skylimb.flights.loading import chosen_controller
 from skylimb.flights.replay.recorded import recorded, sampled
@@ -19,7 +19,6 @@ from skylimb.flights.takeoff import mission_of
 from skylimb.missions.reference import zero_reference
 from skylimb.packing import Layout, pack_rows
 from skylimb.recording.run import Run
-from skylimb.robots.loader import load_robot
 
 FLIGHT = "flight.bin"
 """The input's name beside the code."""
@@ -38,7 +37,7 @@ def export_with_flight(run: Run, folder: str | Path, controller: str = "") -> li
     """
     with tempfile.TemporaryDirectory(prefix="skylimb-") as home:
         experiment, _ = experiment_of(run, Path(home), {})
-        chosen = chosen_controller(controller or None, experiment, load_robot(experiment.robot), {})
+        chosen = chosen_controller(controller or None, experiment, robot_of(experiment), {})
         content = host_input(run, experiment, chosen).tobytes()
         return export_c(chosen, folder, experiment.control_period, {FLIGHT: content})
 

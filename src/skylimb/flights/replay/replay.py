@@ -27,7 +27,7 @@ from skylimb.control.corrections import Calibrated, corrections_of
 from skylimb.control.needs import needs_of
 from skylimb.errors import ConfigError, SkylimbError
 from skylimb.exchange.convert import read_log
-from skylimb.experiments.experiment import Experiment, load_experiment
+from skylimb.experiments.experiment import Experiment, load_experiment, robot_of
 from skylimb.flights.loading import chosen_controller, parted
 from skylimb.flights.record import config_units
 from skylimb.flights.replay.mission_of_log import mission_of_log
@@ -42,7 +42,6 @@ from skylimb.packing import Layout
 from skylimb.recording.origin import TABLE, origin_text
 from skylimb.recording.run import Run
 from skylimb.recording.versions import origin_versions
-from skylimb.robots.loader import load_robot
 from skylimb.robots.model import Robot
 from skylimb.signals import Signal
 from skylimb.simulation.gain_changes import gain_rows
@@ -92,7 +91,7 @@ def replay(
     with tempfile.TemporaryDirectory(prefix="skylimb-") as folder:
         try:
             experiment, said = experiment_of(run, Path(folder), settings)
-            robot = load_robot(experiment.robot)
+            robot = robot_of(experiment)
             ready = chosen_controller(controller, experiment, robot, gains)
             if calibration is not None:
                 ready = calibrated(ready, robot, corrections_of(calibration), gains)

@@ -11,13 +11,12 @@ import numpy as np
 
 from skylimb.control.controller import TraceableController
 from skylimb.errors import ConfigError, UnreachableError, unknown_name
-from skylimb.experiments.experiment import Experiment, experiment_with
+from skylimb.experiments.experiment import Experiment, experiment_with, robot_of
 from skylimb.flights.drivers.compiled import CompiledDriver
 from skylimb.flights.takeoff import prepare
 from skylimb.loop.terminations import Terminations
 from skylimb.missions.mission import Mission
 from skylimb.packing import Layout
-from skylimb.robots.loader import load_robot
 from skylimb.simulation.plant import Plant
 from skylimb.simulation.rows import FlightRows
 from skylimb.simulation.tick import CompiledTick
@@ -150,7 +149,7 @@ def operating_point(
             moment cannot know: a surface that moves, or friction that varies.
     """
     experiment = quiet(experiment)
-    takeoff = prepare(experiment, load_robot(experiment.robot), controller)
+    takeoff = prepare(experiment, robot_of(experiment), controller)
     plant, mission = takeoff.plant, takeoff.mission
     if plant.surface.moves or plant.surface.friction_varies:
         raise ConfigError(
