@@ -210,20 +210,40 @@ def _leaves(table: Any, path: tuple[str, ...]) -> list[tuple[tuple[str, ...], An
     return [leaf for key, value in table.items() for leaf in _leaves(value, (*path, key))]
 
 
-def value_of(tables: Mapping[str, Any], key: str) -> Any:
-    """The value under a dotted key of nested tables; None where there is none."""
+def value_of(tables: Any, key: str) -> Any:
+    """The value under a dotted key of nested tables and lists; None where there is none."""
     found: Any = tables
     for name in key.split("."):
-        found = found.get(name) if isinstance(found, Mapping) else None
+        if isinstance(found, list | tuple) and name.isdecimal() and int(name) < len(found):
+            found = found[int(name)]
+        else:
+            found = found.get(name) if isinstance(found, Mapping) else None
     return found
 
 
 def put(tables: dict[str, Any], key: str, value: Any) -> None:
-    """Write one value into nested tables; whether the dotted key is known is checked when they are read."""
+    """Write one value into nested tables; whether the dotted key is known is checked when they are read.
+
+    A number in the key is the place of an entry of a list, from 0.
+    """
     path = key.split(".")
-    for depth, name in enumerate(path[:-1]):
-        tables = tables.setdefault(name, {})
-        if not isinstance(tables, dict):
-            parent = ".".join(path[: depth + 1])
-            raise ConfigError(f"override: '{parent}' is a single value, it has no key '{path[depth + 1]}'")
-    tables[path[-1]] = value
+    here: Any = tables
+    for depth, name in enumerate(path):
+        parent, last = ".".join(path[:depth]), depth + 1 == len(path)
+        place: Any = name
+        if isinstance(here, list):
+            place = _entry(here, name, key, parent)
+        elif not isinstance(here, dict):
+            raise ConfigError(f"override: '{parent}' is a single value, it has no key '{name}'")
+        if last:
+            here[place] = value
+        else:
+            here = here.setdefault(name, {}) if isinstance(here, dict) else here[place]
+
+
+def _entry(values: list[Any], name: str, key: str, here: str) -> int:
+    """The place of a list's entry that a key names."""
+    if not name.isdecimal() or int(name) >= len(values):
+        known = f"0 .. {len(values) - 1}" if values else "none, it is empty: set the whole list"
+        raise ConfigError(f"key '{key}': '{here}' is a list without an entry '{name}' (entries: {known})")
+    return int(name)

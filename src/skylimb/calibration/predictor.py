@@ -17,10 +17,11 @@ import functools
 import casadi as ca
 import numpy as np
 
-from skylimb.calibration.scan import quick, scan
+from skylimb.calibration.scan import scan
 from skylimb.calibration.step_model import MEASURED, STATES, StepModel, small_rotation
 from skylimb.calibration.steps import Filtered, Noise, Predicted, Steps
 from skylimb.calibration.triangular import cholesky, inverse_lower
+from skylimb.flights.drivers.machine_code import fastest
 
 START = (0.05, 0.3, 0.05, 0.1)
 """How well p (m), v (m/s), R (rad) and l (m^2/s) are known before the first frame."""
@@ -89,7 +90,7 @@ class Predictor:
     def __init__(self, n: int, mass: float, root: tuple[float, np.ndarray], dt: float) -> None:
         self.dt = dt
         functions = _functions(n, mass, root[0], tuple(map(float, root[1])), dt)
-        self._filtering, self._predicting = map(quick, functions)
+        self._filtering, self._predicting = map(fastest, functions)
         self.parameters = 11 + n
 
     def start(self, steps: Steps, theta: np.ndarray) -> np.ndarray:

@@ -1,25 +1,9 @@
-"""A step's function over all rows of a flight, as machine code where that is at hand."""
+"""A step's function over all rows of a flight."""
 
 from __future__ import annotations
 
 import casadi as ca
 import numpy as np
-
-from skylimb.errors import CompileError
-from skylimb.flights.drivers.native import machine_code, native_available, worth_building
-
-
-def quick(function: ca.Function) -> ca.Function:
-    """The same function as machine code once this machine meets it again, with the same numbers to the bit.
-
-    Building takes as long as one estimate without it.
-    """
-    if not (native_available() and worth_building(function)):
-        return function
-    try:
-        return machine_code(function)
-    except CompileError:
-        return function
 
 
 def scan(function: ca.Function, state: np.ndarray, rows: np.ndarray) -> np.ndarray:

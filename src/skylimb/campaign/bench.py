@@ -26,7 +26,7 @@ from skylimb.errors import CompileError, ConfigError, SkylimbError, UserCodeErro
 from skylimb.experiments.experiment import robot_of
 from skylimb.flights.drivers.native import fly_native, unavailable
 from skylimb.flights.flying import fly_here
-from skylimb.flights.record import documented, scored
+from skylimb.flights.record import scored, with_origin
 from skylimb.flights.takeoff import Takeoff, prepare
 from skylimb.loop.flight import Flight
 from skylimb.recording.run import Run
@@ -171,7 +171,7 @@ class Bench:
         wanted = job.log == "always" or (job.log == "failed" and run.failed)
         if not wanted:
             return Flown(row, None)
-        kept = documented(run, item)
+        kept = with_origin(run, item)
         placed = kept.with_sources_at("../../")  # a log lies two folders below the campaign's
         config = {f"{log_name(row)}/{CONFIG_FILE}": placed.config.encode()}
         return Flown(row, _bytes(placed), {**kept.sources, **config})

@@ -16,7 +16,7 @@ import numpy as np
 from scipy.stats import qmc
 
 from skylimb.campaign.spec import CampaignSpec
-from skylimb.errors import ConfigError
+from skylimb.config import put
 
 _BLOCK = 1024
 """Points that are laid at once; a power of two, as the Sobol sequence likes it."""
@@ -93,42 +93,8 @@ def changed(mapping: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str,
     """
     copy = _copy(mapping)
     for key, value in changes.items():
-        _put(copy, key, value)
+        put(copy, key, value)
     return copy
-
-
-def value_at(tables: Any, key: str) -> Any:
-    """What stands under a dotted key of nested tables and lists; None where nothing does."""
-    node = tables
-    for name in key.split("."):
-        if isinstance(node, list | tuple) and name.isdigit() and int(name) < len(node):
-            node = node[int(name)]
-        else:
-            node = node.get(name) if isinstance(node, Mapping) else None
-    return node
-
-
-def _put(mapping: dict[str, Any], key: str, value: Any) -> None:
-    *path, last = key.split(".")
-    node: Any = mapping
-    for depth, name in enumerate(path):
-        here = ".".join(path[: depth + 1])
-        node = node[_entry(node, name, key, here)] if isinstance(node, list) else node.setdefault(name, {})
-        if not isinstance(node, dict | list):
-            raise ConfigError(f"key '{key}' goes into '{here}', which is a single value")
-    if isinstance(node, list):
-        node[_entry(node, last, key, ".".join(path))] = value
-    else:
-        node[last] = value
-
-
-def _entry(values: list[Any], name: str, key: str, here: str) -> int:
-    if not name.isdigit() or int(name) >= len(values):
-        known = (
-            f"0 .. {len(values) - 1}" if values else "none, it is empty: vary the whole list, with size = N"
-        )
-        raise ConfigError(f"key '{key}': '{here}' is a list without an entry '{name}' (entries: {known})")
-    return int(name)
 
 
 def _copy(node: Any) -> Any:

@@ -28,8 +28,10 @@ from skylimb.campaign.store import load_rows, open_store
 from skylimb.campaign.summary import Summary, summarize, summary_json
 from skylimb.errors import OutputError
 from skylimb.experiments.experiment import robot_of
-from skylimb.flights.takeoff import plant_and_mission
+from skylimb.flights.flyable import require_flyable
+from skylimb.flights.plan import mission_of
 from skylimb.recording.files import replace_text
+from skylimb.simulation.plant import build_plant
 
 
 @dataclass(frozen=True)
@@ -90,7 +92,9 @@ def run_campaign(
     campaign, folder = freeze(spec if isinstance(spec, CampaignSpec) else load_spec(spec)), Path(out)
     if not folder.exists():
         first = campaign.experiment_of(campaign.draw(0))
-        plant_and_mission(first, robot_of(first))
+        robot = robot_of(first)
+        build_plant(robot, first.surface, first.plant, first.control_period)
+        require_flyable(first.surface, robot, mission_of(first, robot))
     total = campaign.flight(campaign.spec.draws, 0)
 
     def engine() -> Engine:

@@ -14,10 +14,10 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-from skylimb.campaign.draws import Draw, changed, draw, value_at
+from skylimb.campaign.draws import Draw, changed, draw
 from skylimb.campaign.reading import FROZEN, spec_from_mapping
 from skylimb.campaign.spec import CampaignSpec
-from skylimb.config import flatten
+from skylimb.config import flatten, value_of
 from skylimb.control.controller import Controller, controller_from_tables, is_traceable, load_controller
 from skylimb.control.corrections import read_corrections, with_corrections
 from skylimb.control.preset import preset_mapping
@@ -208,8 +208,8 @@ def _shown(value: Any) -> str:
 def _fill_list(tables: dict[str, Any], resolved: Mapping[str, Any], key: str) -> dict[str, Any]:
     """The tables with a list that only the defaults have, where a key picks one of its entries."""
     whole, _, last = key.rpartition(".")
-    defaults = value_at(resolved, whole)
-    if not last.isdigit() or not isinstance(defaults, list) or value_at(tables, whole) is not None:
+    defaults = value_of(resolved, whole)
+    if not last.isdigit() or not isinstance(defaults, list) or value_of(tables, whole) is not None:
         return tables
     return changed(tables, {whole: defaults})
 

@@ -16,7 +16,7 @@ from skylimb.analysis.measures import describe, row_label
 from skylimb.analysis.pages import render_page
 from skylimb.analysis.replay.page import replay_html
 from skylimb.analysis.score_names import groups_of, printed
-from skylimb.campaign.draws import changed, value_at
+from skylimb.campaign.draws import changed
 from skylimb.campaign.figures import plates
 from skylimb.campaign.folder import log_name
 from skylimb.campaign.frozen import Campaign
@@ -28,7 +28,7 @@ from skylimb.campaign.statistics import Paired, Rate, fewest_draws
 from skylimb.campaign.statistics.telling import POWER
 from skylimb.campaign.summary import Summary
 from skylimb.campaign.who_wins import shown_ranks, to_tell, verdicts, within
-from skylimb.config import to_mapping, write_toml
+from skylimb.config import to_mapping, value_of, write_toml
 from skylimb.recording import LOG_FILE, Run
 
 TEMPLATE = Path(__file__).with_name("report_template.html")
@@ -129,7 +129,7 @@ def command(campaign: Campaign, row: Row) -> str:
             continue
         # An entry of a list is set through its whole list.
         whole = key.rpartition(".")[0] if key.rpartition(".")[2].isdigit() else key
-        changes[whole] = value_at(tables, whole)
+        changes[whole] = value_of(tables, whole)
     controller = next(name for name in campaign.spec.controllers if Path(name).stem == row["controller"])
     words = [
         "skylimb",

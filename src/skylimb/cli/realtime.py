@@ -24,7 +24,7 @@ from skylimb.cli.options import (
 from skylimb.errors import ConfigError
 
 if TYPE_CHECKING:
-    from skylimb.flights.on_clock import ClockedFlight
+    from skylimb.flights.guarded import ClockedFlight
     from skylimb.realtime.timing import Timing
     from skylimb.realtime.watchdog import Limits
 

@@ -14,6 +14,7 @@ from typing import Annotated, Any
 from skylimb.config import from_mapping, put, read_toml, to_mapping, value_of
 from skylimb.control.slots import SLOTS, find_law, keys_of_law, law_names
 from skylimb.errors import ConfigError, SkylimbError, UnknownNameError, nearest, unknown_name
+from skylimb.events import Event, event_tables, events_from_mapping
 from skylimb.experiments.tolerances import Tolerances
 from skylimb.keys import Key, configuration, keys_of
 from skylimb.keys.key import shown
@@ -29,11 +30,8 @@ from skylimb.recording.versions import origin_versions
 from skylimb.robots.description import GRAVITY
 from skylimb.robots.loader import list_robots, load_robot
 from skylimb.robots.model import Robot
-from skylimb.simulation.disturbance import DisturbanceConfig, PushConfig
-from skylimb.simulation.gain_changes import GainChange
-from skylimb.simulation.plant import PlantConfig
+from skylimb.simulation.plant_config import PlantConfig
 from skylimb.simulation.sensors import SensorConfig
-from skylimb.simulation.surface_changes import SurfaceChange
 from skylimb.simulation.surfaces import SURFACES, Surface, surface_from_mapping
 from skylimb.simulation.surfaces.placement import check_unit_vector
 
@@ -41,10 +39,18 @@ EXPERIMENTS = Path(__file__).parent / "library"
 
 _MOST_NAMED = 4
 
+_NOW_EVENTS = {
+    "disturbance": 'kind = "push" and time in place of start',
+    "gain_changes": 'kind = "gain" and duration in place of blend',
+    "pushes": 'kind = "push" and time in place of start',
+    "surface_changes": 'kind = "surface" and duration in place of blend',
+}
+"""Tables that experiments had before events were one list, and how they are written."""
+
 
 @configuration
 class Settings:
-    """All of an experiment but its surface."""
+    """All of an experiment but its surface and its events."""
 
     name: Annotated[str, Key("", "short name")] = ""
     description: Annotated[str, Key("", "one line on what it is")] = ""
@@ -75,14 +81,10 @@ class Settings:
     posture: PostureConfig = field(default_factory=PostureConfig)
     excitation: ExcitationConfig = field(default_factory=ExcitationConfig)
     wrap: WrapConfig = field(default_factory=WrapConfig)
-    disturbance: DisturbanceConfig = field(default_factory=DisturbanceConfig)
     sensors: SensorConfig = field(default_factory=SensorConfig)
     plant: PlantConfig = field(default_factory=PlantConfig)
     terminations: Terminations = field(default_factory=Terminations)
     tolerances: Tolerances = field(default_factory=Tolerances)
-    gain_changes: tuple[GainChange, ...] = ()
-    pushes: tuple[PushConfig, ...] = ()
-    surface_changes: tuple[SurfaceChange, ...] = ()
     stop_at: Annotated[
         float | None,
         Key(
@@ -103,6 +105,7 @@ class Experiment(Settings):
     """An experiment: everything that a flight needs besides the controller."""
 
     surface: Surface = field(default_factory=lambda: surface_from_mapping({}))
+    events: tuple[Event, ...] = ()
     controller: Annotated[
         Mapping[str, Any],
         Key(
@@ -130,8 +133,8 @@ class Experiment(Settings):
 
     def to_mapping(self) -> dict[str, Any]:
         """The experiment as nested plain values, as in its file."""
-        mapping = to_mapping(self)
-        for name in ("controller", "gain_changes", "pushes", "recorded", "surface_changes"):
+        mapping = to_mapping(self) | {"events": event_tables(self.events)}
+        for name in ("controller", "events", "recorded"):
             if not mapping[name]:
                 del mapping[name]
         return mapping
@@ -247,8 +250,11 @@ def experiment_from_mapping(mapping: Mapping[str, Any], where: str) -> Experimen
     tables = _with_path(mapping)
     surface, controller = _table(tables, "surface", where), _table(tables, "controller", where)
     recorded = _table(tables, "recorded", where)
+    events = events_from_mapping(tables.pop("events", ()), where)
     known = {f.name for f in dataclasses.fields(Experiment)}
     for key, value in tables.items():
+        if key in _NOW_EVENTS:
+            raise UnknownNameError(f"{where}: '{key}' is written as [[events]] with {_NOW_EVENTS[key]} now")
         if key not in known:
             raise _unknown_key(where, key, value, known)
     settings = from_mapping(Settings, tables, where)
@@ -256,7 +262,7 @@ def experiment_from_mapping(mapping: Mapping[str, Any], where: str) -> Experimen
     # The surface faces the robot along the experiment's contact axis unless the file says otherwise.
     surface = {"contact_axis": list(settings.contact_axis), **surface}
     made = surface_from_mapping(surface, where)
-    return Experiment(**values, surface=made, controller=controller, recorded=recorded)
+    return Experiment(**values, surface=made, events=events, controller=controller, recorded=recorded)
 
 
 def _unknown_key(where: str, key: str, value: Any, known: Iterable[str]) -> UnknownNameError:

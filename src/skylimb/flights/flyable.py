@@ -2,34 +2,37 @@
 
 from __future__ import annotations
 
-import mujoco
 import numpy as np
 
 from skylimb.missions.mission import Mission
-from skylimb.simulation.plant import Plant
-from skylimb.simulation.robot_bodies import TIP_SITE
+from skylimb.missions.reference import Reference
+from skylimb.robots.model import Robot
 from skylimb.simulation.surfaces import Surface, require_clear, require_fits, require_path
+from skylimb.spatial import rot_z
 
 
-def require_flyable(plant: Plant, mission: Mission, start: mujoco.MjData) -> None:
+def require_flyable(surface: Surface, robot: Robot, mission: Mission) -> None:
     """Raise a `ConfigError` unless the tip fits the surface, the robot starts clear and the path stays on.
 
     Args:
-        plant: what flies, and its surface.
+        surface: what is to be touched.
+        robot: as it is described.
         mission: the references of the flight.
-        start: the plant's state before take-off.
     """
-    surface, tip = plant.surface, plant.robot.description.tip
+    tip = robot.description.tip
     require_fits(surface, tip.radius)
-    bodies = start.xpos[1:][[not name.startswith("surface") for name in _body_names(plant.model)]]
-    points = np.vstack([bodies, start.site(TIP_SITE).xpos])
-    require_clear(surface, points, tip.radius, plant.robot.name)
+    require_clear(surface, points_of(robot, mission.first), tip.radius, robot.name)
     if mission.contact:
         require_path(surface, mission.tip_path[mission.in_phase("slide", "lift")])
 
 
-def _body_names(model: mujoco.MjModel) -> list[str]:
-    return [model.body(i).name for i in range(1, model.nbody)]
+def points_of(robot: Robot, first: Reference) -> np.ndarray:
+    """Origins of all bodies and the tip of a robot that hovers as a reference asks, W, m, (k, 3)."""
+    state = robot.at(first.joint_angles, first.vectoring_angles)
+    links = robot.link_poses(first.joint_angles, first.vectoring_angles)
+    points = np.array([*(links[body.name][0] for body in robot.bodies), state.tip_root])
+    R_WB = rot_z(first.heading - state.tip_heading) @ state.R_root_C.T
+    return np.asarray(first.position) + (points - state.cog_root) @ R_WB.T
 
 
 def standing_out(surface: Surface, mission: Mission) -> float:

@@ -5,29 +5,22 @@ from __future__ import annotations
 import dataclasses
 import functools
 import logging
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import suppress
 
-import casadi as ca
-import mujoco
+import numpy as np
 
 from skylimb.control.own_controller import OwnController
 from skylimb.errors import CompileError
 from skylimb.flights.drivers.compiled import CompiledDriver
 from skylimb.flights.drivers.free import FreeDriver
-from skylimb.flights.drivers.native import (
-    fly_native,
-    is_built,
-    machine_code,
-    native_available,
-    worth_building,
-)
+from skylimb.flights.drivers.machine_code import fastest, worth_building
+from skylimb.flights.drivers.native import fly_native, native_available
+from skylimb.flights.drivers.world import World, world
 from skylimb.flights.takeoff import Takeoff
 from skylimb.loop.flight import Flight
 from skylimb.loop.loop import Loop
 from skylimb.simulation.engine_timer import without_timer
-from skylimb.simulation.interventions import interventions
-from skylimb.simulation.rows import FlightRows
 from skylimb.simulation.tick import CompiledTick
 from skylimb.simulation.vehicle import SimulatedVehicle
 
@@ -64,12 +57,8 @@ def fly_here(takeoff: Takeoff, progress: Progress | None = None) -> Flight:
 
 def begin_loop(takeoff: Takeoff) -> Loop:
     """The loop of a simulated flight before its first tick, to be stepped from outside."""
-    if takeoff.experiment.surface_changes:
-        takeoff = takeoff.with_own_model()
-    data = takeoff.data()
-    outside = interventions(takeoff.plant, data, takeoff.times, takeoff.pushes, takeoff.surface_table)
-    driver = simulated_driver(takeoff, data, takeoff.rows, outside)
-    return Loop(driver, takeoff.mission, takeoff.experiment.terminations, takeoff.count)
+    limits = takeoff.experiment.terminations
+    return Loop(simulated_driver(takeoff, world(takeoff)), takeoff.mission, limits, takeoff.count)
 
 
 def fastest_tick(takeoff: Takeoff, build: bool = True) -> CompiledTick:
@@ -77,40 +66,36 @@ def fastest_tick(takeoff: Takeoff, build: bool = True) -> CompiledTick:
     return dataclasses.replace(takeoff.tick, function=fastest(takeoff.tick.function, build))
 
 
-def fastest(function: ca.Function, build: bool = True) -> ca.Function:
-    """A function as machine code where that pays, else as it is; same bits.
-
-    Args:
-        function: of one tick.
-        build: whether there is time for a compiler; if not, machine code is taken where it is built already.
-    """
-    ready = worth_building(function) if build else is_built(function)
-    if ready and native_available():
-        with suppress(CompileError):  # nowhere to build it
-            return machine_code(function)
-    return function
-
-
 def simulated_driver(
-    takeoff: Takeoff,
-    data: mujoco.MjData,
-    rows: FlightRows,
-    outside: Sequence[Callable[[int], None]],
-    build: bool = True,
+    takeoff: Takeoff, world: World, whole: bool = False, build: bool = True
 ) -> CompiledDriver | FreeDriver:
     """`compiled` for a controller that can be traced, else `free` on the simulated vehicle.
 
     Args:
         takeoff: what is flown.
-        data: the plant's state before the first tick; it is advanced.
-        rows: what is known of the flight beforehand.
-        outside: what acts on the plant from outside before a tick's physics.
+        world: the flight's plant and what acts on it.
+        whole: whether it has room for the whole mission, whenever the flight is to be stopped.
         build: whether there is time for a compiler; see `fastest`.
     """
-    plant = takeoff.plant
+    rows = takeoff.fixed_rows if whole else takeoff.rows
     if takeoff.traceable:
-        return CompiledDriver(fastest_tick(takeoff, build), plant, data, rows, outside)
+        tick = fastest_tick(takeoff, build)
+        return CompiledDriver(tick, world.plant, world.data, rows, world.acts, world.events.gains)
+    vehicle = simulated_vehicle(takeoff, world, rows.ticks, build)
+    return FreeDriver(takeoff.controller, vehicle, world.plant.robot, takeoff.mission, len(rows))
+
+
+def simulated_vehicle(
+    takeoff: Takeoff, world: World, rows: np.ndarray, build: bool = True
+) -> SimulatedVehicle:
+    """The flight's plant behind its sensors and actuators, for any controller; it applies plant events.
+
+    Args:
+        takeoff: gives sensors and period.
+        world: the flight's plant and what acts on it.
+        rows: noise and ages of the measurements, one row a tick.
+        build: whether there is time for a compiler; see `fastest`.
+    """
     faster = functools.partial(fastest, build=build)
     sensors = takeoff.experiment.sensors
-    vehicle = SimulatedVehicle(plant, data, rows.ticks, sensors, takeoff.period, outside, faster)
-    return FreeDriver(takeoff.controller, vehicle, plant.robot, takeoff.mission, len(rows))
+    return SimulatedVehicle(world.plant, world.data, rows, sensors, takeoff.period, world.acts, faster)

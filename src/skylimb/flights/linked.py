@@ -3,44 +3,31 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 import time
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-import xarray as xr
 
-from skylimb.config import to_mapping
-from skylimb.control.cascade import calibrated
-from skylimb.control.controller import Controller, controller_signals, is_traceable, resolved_tables
-from skylimb.control.corrections import Calibrated, corrections_of
-from skylimb.control.needs import needs_of
+from skylimb.control.controller import Controller
+from skylimb.control.corrections import Calibrated
 from skylimb.errors import OutputError
-from skylimb.experiments.experiment import Experiment, experiment_with, load_experiment, robot_of
+from skylimb.events import CONTROLLER_KINDS, require_applied
+from skylimb.experiments.experiment import Experiment
 from skylimb.flights.drivers.free import FreeDriver
-from skylimb.flights.flying import fastest
-from skylimb.flights.loading import chosen_controller, parted
-from skylimb.flights.on_clock import ClockedFlight, Progress, without_garbage
-from skylimb.flights.record import config_units
-from skylimb.flights.takeoff import mission_of
-from skylimb.loop.flight import Flight, flown_mission
+from skylimb.flights.flight_run import documented, flight_run
+from skylimb.flights.guarded import ClockedFlight, Progress, guarded, timing_of, without_garbage
+from skylimb.flights.loading import plan_flights
+from skylimb.flights.plan import FlightPlan
+from skylimb.loop.flight import Flight, flown_mission, mission_signals
 from skylimb.loop.terminations import Stretch, Terminations, distance, tilt
 from skylimb.missions.mission import Mission
 from skylimb.missions.reference import Reference
-from skylimb.realtime.compiled_controller import CompiledController
 from skylimb.realtime.guard import GuardedController
 from skylimb.realtime.link import Link, LinkedVehicle
 from skylimb.realtime.pacer import Pacer
 from skylimb.realtime.retreat import BACK, BACK_SPEED, DESCENT
-from skylimb.realtime.timing import Timing
 from skylimb.realtime.watchdog import Limits
-from skylimb.recording.origin import origin_text
-from skylimb.recording.run import Run
-from skylimb.recording.versions import origin_versions, versions
-from skylimb.robots.model import Robot
-from skylimb.signals import Signal
-from skylimb.simulation.log import log_variable
 
 PATIENCE = 5.0
 """Seconds that the first measurement is waited for."""
@@ -78,45 +65,36 @@ def fly_linked(
     Raises:
         OutputError: when no measurement comes.
     """
-    settings, gains = parted(set or {})
-    experiment = (
-        experiment_with(experiment, settings)
-        if isinstance(experiment, Experiment)
-        else load_experiment(experiment, settings)
-    )
-    robot = robot_of(experiment)
-    chosen = chosen_controller(controller, experiment, robot, gains)
-    if calibration is not None:
-        chosen = calibrated(chosen, robot, corrections_of(calibration), gains)
-    clock = pacer or Pacer(experiment.control_period)
-    inner: Any = CompiledController(chosen, clock.period, fastest) if is_traceable(chosen) else chosen
-    guard = GuardedController(inner, robot, clock, limits)
-    vehicle = LinkedVehicle(robot, link, clock.clock, lambda time: guard.taken(time - clock.started))
-    mission = mission_of(experiment, robot, needs_of(chosen).vectoring)
-    flight, whole = _fly(guard, vehicle, robot, mission, experiment.terminations, clock, patience, progress)
-    run = _run(flight, whole, experiment, robot, chosen)
-    late, latency, held = (flight.signal(name) for name in ("tick_late", "tick_latency", "tick_held"))
-    timing = Timing(clock.period, late, latency, held > 0.0)
+    (plan,) = plan_flights(experiment, (controller,), None, set, calibration=calibration)
+    require_applied(plan.experiment.events, CONTROLLER_KINDS, "a robot behind a link")
+    clock = pacer or Pacer(plan.period)
+    guard = guarded(plan, clock, limits)
+    vehicle = LinkedVehicle(plan.robot, link, clock.clock, lambda time: guard.taken(time - clock.started))
+    flight, whole = _fly(plan, guard, vehicle, clock, patience, progress)
+    values = {name: flight.signal(name) for name in flight.layout.slices}
+    values |= mission_signals(flown_mission(whole, flight), flight.ticks)
+    times = np.arange(flight.ticks) * plan.period
+    run = documented(flight_run(plan, values, times, flight.cause), plan)
     faults = {**guard.counts, **guard.watchdog.counts, **vehicle.counts}
-    return ClockedFlight(run, timing, faults)
+    return ClockedFlight(run, timing_of(flight, plan.period), faults)
 
 
 def _fly(
+    plan: FlightPlan,
     guard: GuardedController,
     vehicle: LinkedVehicle,
-    robot: Robot,
-    mission: Mission,
-    limits: Terminations,
     clock: Pacer,
     patience: float,
     progress: Progress | None,
 ) -> tuple[Flight, Mission]:
     """The flight up to its landing, and the mission with time to land."""
+    mission, limits = plan.mission, plan.experiment.terminations
     last, total = len(mission.times) - 1, len(mission.flight_times(guard.needs.paced))
     landing = BACK / BACK_SPEED + max(0.0, float(mission.reference.position[-1, 2])) / DESCENT
     extra = int(np.ceil(landing / clock.period))
     whole = _with_rest(mission, total - last - 1 + extra)
-    driver = FreeDriver(guard, vehicle, robot, whole, total + extra)
+    events = plan.timeline(plan.stage, np.arange(total + extra) * plan.period)
+    driver = FreeDriver(guard, vehicle, plan.robot, whole, total + extra, events.gains)
     _wait_for(vehicle, clock, patience)
     every, done, cause = round(1.0 / clock.period), 0, ""
     with without_garbage():
@@ -184,47 +162,3 @@ def _with_rest(mission: Mission, ticks: int) -> Mission:
         phase=longer(mission.phase),
         tip_path=longer(mission.tip_path),
     )
-
-
-def _run(
-    flight: Flight, mission: Mission, experiment: Experiment, robot: Robot, controller: Controller
-) -> Run:
-    """What is known of the flight, as a run."""
-    count, description = flight.ticks, robot.description
-    flown = flown_mission(mission, flight)
-    own = controller_signals(controller)
-    values = {name: flight.signal(name) for name in flight.layout.slices}
-    values |= {
-        "cog_position_reference": flown.reference.position[:count],
-        "cog_velocity_reference": flown.reference.velocity[:count],
-        "cog_acceleration_reference": flown.reference.acceleration[:count],
-        "reach_reference": flown.reference.reach[:count],
-        "tip_position_reference": flown.reference.tip_position[:count],
-        "phase": flown.phase[:count].astype(np.int8),
-    }
-    config = to_mapping({**experiment.to_mapping(), "controller": resolved_tables(controller)})
-    config.pop("recorded", None)
-    log = xr.Dataset(
-        {name: log_variable(name, array, own.get(name, Signal())) for name, array in values.items()},
-        {
-            "time": ("time", np.arange(count) * mission.period, {"units": "s", "long_name": "time"}),
-            "axis": ["x", "y", "z"],
-            "quaternion": ["w", "x", "y", "z"],
-            "rotor": [rotor.name for rotor in description.rotors],
-            "joint": list(description.shape_joints),
-            "vectoring": list(description.vectoring_joints),
-        },
-        {
-            "robot": robot.name,
-            "experiment": experiment.name,
-            "controller": controller.name,
-            "status": "FAILED" if flight.cause else "OK",
-            "cause": flight.cause,
-            "contact_axis": mission.frame.contact.tolist(),
-            "sliding_axes": [*mission.frame.sliding_u.tolist(), *mission.frame.sliding_v.tolist()],
-            "config": origin_text(config, {}, origin_versions()),
-            "config_units": json.dumps(config_units(experiment, controller)),
-            "versions": json.dumps(versions()),
-        },
-    )
-    return Run(name=controller.name, controller=controller.name, log=log)

@@ -1,11 +1,11 @@
-"""From names to take-offs: experiment, robot and controllers loaded and checked before anything flies."""
+"""From names to plans: experiment, robot and controllers loaded and checked before anything flies."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from skylimb.analysis.own import Own, load_own
 from skylimb.config import flatten
@@ -21,11 +21,13 @@ from skylimb.control.preset import preset_names
 from skylimb.control.slots import SLOTS
 from skylimb.errors import ConfigError, unknown_name
 from skylimb.experiments.experiment import Experiment, experiment_with, load_experiment, robot_of
-from skylimb.flights.pressable import require_reserve
+from skylimb.flights.plan import FlightPlan, plan_flight
 from skylimb.flights.sources import originals
-from skylimb.flights.takeoff import Takeoff, prepare
 from skylimb.keys.key import shown
 from skylimb.robots.model import Robot
+
+if TYPE_CHECKING:
+    from skylimb.flights.takeoff import Takeoff
 
 Use = str | Path | ModuleType | Own
 """A Python file or module with metrics and figures, or one of them."""
@@ -41,33 +43,67 @@ def take_off(
     use: Sequence[Use] = (),
     calibration: Calibrated | None = None,
 ) -> list[Takeoff]:
-    """Load and check everything before anything flies: one take-off for each controller.
+    """Simulated flights about to begin, one for each controller; see `plan_flights`."""
+    from skylimb.flights.takeoff import simulated
+
+    return [simulated(plan) for plan in plan_flights(experiment, controllers, seed, set, use, calibration)]
+
+
+def plan_flights(
+    experiment: str | Experiment,
+    controllers: Sequence[str | Controller | None],
+    seed: int | None = None,
+    set: Mapping[str, Any] | None = None,
+    use: Sequence[Use] = (),
+    calibration: Calibrated | None = None,
+) -> list[FlightPlan]:
+    """Load and check everything before anything flies: one plan for each controller.
 
     Arguments are those of `skylimb.run` and `skylimb.compare`. A run's own config.toml brings its metrics
     along.
     """
     given_own = load_own(use)
+    loaded = [load(experiment, item, seed, set, calibration) for item in controllers]
+    return [
+        plan_flight(
+            one.experiment,
+            one.robot,
+            one.controller,
+            originals(experiment, item),
+            (*load_own(one.experiment.recorded.get("use", ())), *given_own),
+        )
+        for item, one in zip(controllers, loaded, strict=True)
+    ]
+
+
+class Loaded(NamedTuple):
+    """An experiment with its robot and a controller, not checked against each other yet."""
+
+    experiment: Experiment
+    robot: Robot
+    controller: Controller
+
+
+def load(
+    experiment: str | Experiment,
+    controller: str | Controller | None = None,
+    seed: int | None = None,
+    set: Mapping[str, Any] | None = None,
+    calibration: Calibrated | None = None,
+) -> Loaded:
+    """Experiment, robot and controller by the names that users give; arguments are those of `skylimb.run`."""
     given, gains = parted(set or {})
     if seed is not None:
         given["seed"] = seed
-    named = experiment
     if isinstance(experiment, Experiment):
-        experiment = experiment_with(experiment, given)
+        ready = experiment_with(experiment, given)
     else:
-        experiment = load_experiment(experiment, given)
-    robot = robot_of(experiment)
-    ready = [chosen_controller(item, experiment, robot, gains) for item in controllers]
+        ready = load_experiment(experiment, given)
+    robot = robot_of(ready)
+    chosen = chosen_controller(controller, ready, robot, gains)
     if calibration is not None:
-        found = corrections_of(calibration)
-        ready = [calibrated(controller, robot, found, gains) for controller in ready]
-    own = (*load_own(experiment.recorded.get("use", ())), *given_own)
-    takeoffs = [
-        prepare(experiment, robot, controller, originals(named, item), own)
-        for item, controller in zip(controllers, ready, strict=True)
-    ]
-    for controller in ready:
-        require_reserve(experiment, robot, controller)
-    return takeoffs
+        chosen = calibrated(chosen, robot, corrections_of(calibration), gains)
+    return Loaded(ready, robot, chosen)
 
 
 PRESET = "preset"

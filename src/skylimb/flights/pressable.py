@@ -20,6 +20,7 @@ from skylimb.control.cascade import Cascade
 from skylimb.control.controller import Controller
 from skylimb.control.needs import Needs, needs_of
 from skylimb.errors import ConfigError
+from skylimb.events import GainChange
 from skylimb.experiments.experiment import Experiment
 from skylimb.missions.frame import contact_frame
 from skylimb.planning.posture import posture_family
@@ -94,7 +95,8 @@ def _hardest(experiment: Experiment, controller: Controller) -> Needs:
     needs = needs_of(controller)
     if not isinstance(controller, Cascade):
         return needs
-    changed = (controller.force_with(change.key, change.value) for change in experiment.gain_changes)
+    changes = (event for event in experiment.events if isinstance(event, GainChange))
+    changed = (controller.force_with(change.key, change.value) for change in changes)
     return dataclasses.replace(needs, force=max((needs.force, *changed)))
 
 

@@ -107,4 +107,4 @@ def _flown(takeoff: Takeoff, progress: Progress | None) -> Run:
         if progress is not None:
             progress(takeoff.controller.name, done, total)
 
-    return with_own_scores(recorded(takeoff, fly(takeoff, report)), takeoff.own)
+    return with_own_scores(recorded(takeoff, fly(takeoff, report)), takeoff.plan.own)

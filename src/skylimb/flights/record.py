@@ -1,4 +1,4 @@
-"""A flight as a run: its log with everything that produced it, and its scores."""
+"""The run of a simulated flight: its log with the truth, its scores, and everything that produced it."""
 
 from __future__ import annotations
 
@@ -6,91 +6,61 @@ import dataclasses
 import json
 
 from skylimb.analysis.metrics import metrics
-from skylimb.config import put, to_mapping
-from skylimb.control.controller import Controller, controller_signals, controller_units, resolved_tables
-from skylimb.control.thrusts import thrust_limits
-from skylimb.experiments.experiment import Experiment
+from skylimb.config import to_mapping
+from skylimb.control.controller import controller_signals
+from skylimb.events import SurfaceChange
+from skylimb.flights.flight_run import documented, flight_run
 from skylimb.flights.reference_line import with_reference_line
-from skylimb.flights.sources import kept_sources
 from skylimb.flights.takeoff import Takeoff
-from skylimb.keys import tables_of, units_of
-from skylimb.loop.flight import Flight
-from skylimb.recording.origin import origin_text
+from skylimb.loop.flight import Flight, flown_mission
+from skylimb.missions.mission import Mission
 from skylimb.recording.run import Run
-from skylimb.recording.versions import origin_versions, versions
+from skylimb.signals import require_recorded
 from skylimb.simulation.compiling import compiler_version
-from skylimb.simulation.log import flight_log
+from skylimb.simulation.flight_truth import flight_truth
 
 
-def recorded(takeoff: Takeoff, flight: Flight) -> Run:
-    """The run of a flight: log, scores, configuration, versions and scene."""
-    return documented(scored(takeoff, flight), takeoff)
+def recorded(takeoff: Takeoff, flight: Flight, mission: Mission | None = None) -> Run:
+    """The run of a simulated flight: log, scores, configuration, versions and scene; see `scored`."""
+    return with_origin(scored(takeoff, flight, mission), takeoff)
 
 
-def scored(takeoff: Takeoff, flight: Flight) -> Run:
-    """The run of a flight with its scores; `documented` adds what only a record that is kept needs."""
-    experiment, plant, mission = takeoff.experiment, takeoff.plant, takeoff.mission
-    log = with_reference_line(
-        flight_log(plant, flight, mission, controller_signals(takeoff.controller), takeoff.surface_table),
-        experiment.trajectory,
-    )
-    frame, name = mission.frame, takeoff.controller.name
-    log.attrs |= {
-        "robot": takeoff.robot.name,
-        "experiment": experiment.name,
-        "controller": name,
-        "seed": experiment.seed,
-        "status": "FAILED" if flight.cause else "OK",
-        "cause": flight.cause,
+def with_origin(run: Run, takeoff: Takeoff) -> Run:
+    """A scored run with all that produced it."""
+    made_with = {"compiler": compiler_version()}
+    return documented(run, takeoff.plan, _moved(takeoff), made_with, takeoff.plant.scene)
+
+
+def scored(takeoff: Takeoff, flight: Flight, mission: Mission | None = None) -> Run:
+    """The run of a simulated flight with its scores; `with_origin` adds what a record that is kept needs.
+
+    Args:
+        takeoff: what was flown.
+        flight: its raw record.
+        mission: what was asked, where its user chose another than the plan's.
+    """
+    plan, plant = takeoff.plan, takeoff.plant
+    mission = flown_mission(mission or plan.mission, flight)
+    truth = flight_truth(plant, flight, mission, takeoff.surface_table)
+    attributes = {
+        "contact_gaps": json.dumps(truth.gaps),
         "surface": json.dumps(plant.surface.describe()),
-        "contact_axis": frame.contact.tolist(),
-        "sliding_axes": [*frame.sliding_u.tolist(), *frame.sliding_v.tolist()],
-        "thrust_limits": json.dumps([list(map(float, side)) for side in thrust_limits(takeoff.robot)]),
-        "tolerances": json.dumps(to_mapping(experiment.tolerances) if mission.contact else {}),
-        "path_center": json.dumps([float(x) for x in experiment.path_center]),
+        "tolerances": json.dumps(to_mapping(plan.experiment.tolerances) if mission.contact else {}),
     }
-    return Run(name=name, controller=name, log=log, metrics=metrics(log))
+    require_recorded(controller_signals(plan.controller), flight.layout.slices, "the controller")
+    times = mission.times[: flight.ticks]
+    run = flight_run(plan, truth.signals, times, flight.cause, attributes, frame=mission.frame)
+    log = with_reference_line(run.log, plan.experiment.trajectory)
+    return dataclasses.replace(run, log=log, metrics=metrics(log))
 
 
-def documented(run: Run, takeoff: Takeoff) -> Run:
-    """The run with all that produced it in its log: configuration and its units, versions and scene."""
-    experiment, kept = takeoff.experiment.to_mapping(), kept_sources(takeoff)
-    changes = experiment.pop("recorded", {}).get("changes", [])
-    config = to_mapping({**experiment, "controller": resolved_tables(takeoff.controller)})
-    for key, place in kept.places.items():
-        put(config, key, place)
-    made_with = {**origin_versions(), "compiler": compiler_version()}
-    log = run.log.assign_attrs(
-        config=origin_text(config, kept.files, made_with, kept.problems, kept.used),
-        config_units=json.dumps(config_units(takeoff.experiment, takeoff.controller)),
-        versions=json.dumps(versions()),
-        scene=takeoff.plant.scene,
-        notes=json.dumps(
-            [
-                *changes,
-                *_moved(takeoff.experiment),
-                *(f"this run cannot be repeated: {line}" for line in kept.problems),
-            ]
-        ),
-    )
-    return dataclasses.replace(run, log=log, sources=kept.files)
-
-
-def _moved(experiment: Experiment) -> list[str]:
+def _moved(takeoff: Takeoff) -> list[str]:
     """That the surface was elsewhere than figures draw it, and from when on."""
-    times = [one.time for one in experiment.surface_changes if one.moves or one.present is not None]
+    changes = [one for one in takeoff.experiment.events if isinstance(one, SurfaceChange)]
+    times = [one.time for one in changes if one.moves]
     if not times:
         return []
     return [
         f"the surface was moved or taken away in flight, from t = {min(times):g} s on: gap, trace and forces "
         "are those of where it was, figures and videos draw it where it was at take-off"
     ]
-
-
-def config_units(experiment: Experiment, controller: Controller) -> dict[str, str]:
-    """Unit of every value in a run's configuration that has one, by dotted key."""
-    gains = controller_units(controller)
-    return {
-        **units_of(tables_of(experiment)),
-        **{f"controller.{key}": unit for key, unit in gains.items()},
-    }

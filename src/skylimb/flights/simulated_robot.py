@@ -8,15 +8,15 @@ from typing import Any
 import numpy as np
 
 from skylimb.control.records import Command
-from skylimb.flights.flying import fastest
+from skylimb.events import PLANT_KINDS, require_applied
+from skylimb.flights.drivers.world import world
+from skylimb.flights.flying import simulated_vehicle
 from skylimb.flights.loading import take_off
 from skylimb.flights.takeoff import Takeoff
 from skylimb.realtime.link import MOST, Link
 from skylimb.realtime.messages import Names, RefusedMessageError, decode_command, encode
 from skylimb.realtime.pacer import Pacer
 from skylimb.simulation.engine_timer import without_timer
-from skylimb.simulation.interventions import interventions
-from skylimb.simulation.vehicle import SimulatedVehicle
 
 LONGER = 120.0
 """Seconds that a flight may take beyond its mission."""
@@ -28,7 +28,7 @@ SILENCE = 2.0
 class SimulatedRobot:
     """Sends what its sensors say at every tick, and does what it was last commanded.
 
-    Its physics begins with the first command.
+    Its physics, and the time of its events, begin with the first command.
 
     Args:
         takeoff: what flies; its controller is not used.
@@ -36,20 +36,16 @@ class SimulatedRobot:
     """
 
     def __init__(self, takeoff: Takeoff, link: Link) -> None:
-        data = takeoff.data()
         # Whoever controls it may take longer than the mission: to wait, and to land. The noise comes again.
         self._rows = len(takeoff.rows) + round(LONGER / takeoff.period)
         rows = np.resize(takeoff.rows.ticks, (self._rows, takeoff.rows.ticks.shape[1]))
-        times = np.arange(self._rows) * takeoff.period
-        outside = interventions(takeoff.plant, data, times, takeoff.pushes)
+        here = world(takeoff, np.arange(self._rows) * takeoff.period)
         self._period, self._link, self._names = takeoff.period, link, Names(takeoff.robot)
         self._ticks = self._seq = 0
-        self._vehicle = SimulatedVehicle(
-            takeoff.plant, data, rows, takeoff.experiment.sensors, takeoff.period, outside, fastest
-        )
+        self._vehicle = simulated_vehicle(takeoff, here, rows)
         self._measurement = self._vehicle.measure()
         self._command: Command | None = None
-        self.position = lambda: np.array(data.qpos[0:3])
+        self.position = lambda: np.array(here.data.qpos[0:3])
 
     @property
     def flown(self) -> int:
@@ -97,6 +93,7 @@ def serve_plant(
         Ticks flown.
     """
     (takeoff,) = take_off(experiment, (None,), set=set)
+    require_applied(takeoff.experiment.events, PLANT_KINDS, "a simulated robot behind a link")
     clock, silent, k = pacer or Pacer(takeoff.period), 0, 0
     with without_timer():
         robot = SimulatedRobot(takeoff, link)

@@ -24,7 +24,7 @@ from skylimb.sources import Source, read_source
 from skylimb.user_modules import sources_of_module
 
 if TYPE_CHECKING:
-    from skylimb.flights.takeoff import Takeoff
+    from skylimb.flights.plan import FlightPlan
 
 _USED = "use"
 """Key of a bundle with metrics; no key of the configuration."""
@@ -63,13 +63,13 @@ class Kept:
     used: tuple[str, ...] = ()
 
 
-def kept_sources(takeoff: Takeoff) -> Kept:
+def kept_sources(plan: FlightPlan) -> Kept:
     """The copies of every user's file that a flight depends on; what comes with skylimb is not among them."""
     files: dict[str, bytes] = {}
     places: dict[str, str] = {}
     used: list[str] = []
-    problems = list(_controller_problems(takeoff.controller))
-    for bundle in (*_bundles(takeoff), *_metric_bundles(takeoff.own), *takeoff.originals):
+    problems = list(_controller_problems(plan.controller))
+    for bundle in (*_bundles(plan), *_metric_bundles(plan.own), *plan.originals):
         if not bundle.files or bundle.files[0].shipped:
             continue
         root = _root(bundle.files)
@@ -96,13 +96,13 @@ def originals(experiment: Any, controller: Any) -> tuple[Bundle, ...]:
     return tuple(Bundle("", (read_source(name),)) for name in names)
 
 
-def _bundles(takeoff: Takeoff) -> Iterator[Bundle]:
-    for key, owner in files_of(takeoff.experiment):
+def _bundles(plan: FlightPlan) -> Iterator[Bundle]:
+    for key, owner in files_of(plan.experiment):
         if key == "robot":
-            yield Bundle(key, _robot_files(takeoff.robot, needs_of(takeoff.controller).vectoring))
+            yield Bundle(key, _robot_files(plan.robot, needs_of(plan.controller).vectoring))
         else:
             yield Bundle(key, owner.sources)
-    yield from _controller_bundles(takeoff.controller)
+    yield from _controller_bundles(plan.controller)
 
 
 def _metric_bundles(own: Sequence[Own]) -> Iterator[Bundle]:

@@ -1,13 +1,8 @@
-"""A flight about to begin: everything that a driver needs, made in one place."""
+"""A simulated flight about to begin: its plan with a plant, and everything that a driver needs."""
 
 from __future__ import annotations
 
-import copy
-import dataclasses
-import functools
-from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import mujoco
@@ -15,159 +10,133 @@ import numpy as np
 
 from skylimb.analysis.own import Own
 from skylimb.control.controller import Controller, TraceableController, is_traceable
-from skylimb.control.needs import needs_of
 from skylimb.errors import ConfigError
+from skylimb.events import SurfaceChange, Timeline, require_events
+from skylimb.events.surface import surface_table
 from skylimb.experiments.experiment import Experiment
-from skylimb.flights.flyable import require_flyable, standing_out
-from skylimb.flights.hoverable import require_hoverable
-from skylimb.flights.pressable import require_pressable
+from skylimb.flights.plan import FlightPlan, plan_flight
 from skylimb.flights.sources import Bundle
-from skylimb.missions.configuration import MissionConfig
-from skylimb.missions.frame import contact_frame
 from skylimb.missions.mission import Mission
-from skylimb.missions.plan import plan_mission
-from skylimb.missions.posture import posture_plan
-from skylimb.missions.table import Window, window_of
-from skylimb.planning.posture_path import PostureConfig
+from skylimb.missions.table import Window
 from skylimb.robots.model import Robot
-from skylimb.simulation.disturbance import Push, PushConfig, body_of, resolved_pushes
-from skylimb.simulation.gain_changes import require_gain_changes
 from skylimb.simulation.plant import Plant, build_plant, initial_data
 from skylimb.simulation.rows import FlightRows, flight_rows
-from skylimb.simulation.surface_changes import require_surface_changes, surface_table
 from skylimb.simulation.tick import CompiledTick, compile_tick, initial_tick_state
 
 
 @dataclass(frozen=True)
 class Takeoff:
-    """A flight about to begin.
+    """A simulated flight about to begin. Nothing writes into it or into what it holds.
 
     Attributes:
-        experiment: what is flown.
-        robot: as it is described; plant and nominal posture are made from it.
-        controller: what flies it; it may believe in another robot.
-        plant: the robot that really flies, and its surface.
-        mission: the references of the flight.
-        start: the plant's state before the first tick.
-        originals: files that its user named, kept for people to read; see `flights.sources`.
-        own: metrics and figures of the user's own.
+        plan: what is flown, and by what.
     """
 
-    experiment: Experiment
-    robot: Robot
-    controller: Controller
-    plant: Plant
-    mission: Mission
-    start: mujoco.MjData
-    originals: tuple[Bundle, ...] = ()
-    own: tuple[Own, ...] = ()
+    plan: FlightPlan
+
+    @property
+    def experiment(self) -> Experiment:
+        """What is flown."""
+        return self.plan.experiment
+
+    @property
+    def robot(self) -> Robot:
+        """As it is described; plant and nominal posture are made from it."""
+        return self.plan.robot
+
+    @property
+    def controller(self) -> Controller:
+        """What flies it."""
+        return self.plan.controller
+
+    @property
+    def mission(self) -> Mission:
+        """The references of the flight."""
+        return self.plan.mission
 
     @property
     def period(self) -> float:
         """Control period, s."""
-        return self.experiment.control_period
+        return self.plan.period
 
-    @cached_property
+    @property
     def window(self) -> Window:
         """Which rows of the mission a tick reads."""
-        needs = needs_of(self.controller)
-        return window_of(needs.preview, needs.paced, self.period)
+        return self.plan.window
 
-    @cached_property
+    @property
     def times(self) -> np.ndarray:
         """Times since take-off of every tick that the flight may have, s."""
-        return self.mission.flight_times(self.window.paced)
+        return self.plan.times
 
     @property
     def count(self) -> int:
         """Ticks that the flight may have."""
-        stop_at = self.experiment.stop_at
-        return (
-            len(self.times) if stop_at is None else max(1, int(np.searchsorted(self.times, stop_at - 1e-9)))
-        )
+        return self.plan.count
 
     @property
     def traceable(self) -> bool:
         """Whether sensors, controller and actuators can be compiled to one function."""
-        return is_traceable(self.controller)
+        return self.plan.traceable
 
-    @cached_property
+    @property
+    def plant(self) -> Plant:
+        """The robot that really flies, and its surface."""
+        experiment = self.experiment
+        return self._of(build_plant, self.robot, experiment.surface, experiment.plant, self.period)
+
+    @property
+    def start(self) -> mujoco.MjData:
+        """The plant's state before the first tick."""
+        return self._of(initial_data, self.plant, self.mission)
+
+    @property
     def initial_tick_state(self) -> Any:
         """Sensors, controller and mission clock before the first tick, as a record."""
-        return initial_tick_state(self._traced_controller, self.experiment.sensors, self._root, self.period)
+        sensors = self.experiment.sensors
+        return self._of(_tick_state, self._traced_controller, sensors, self.start, self.period)
 
-    @cached_property
+    @property
     def tick(self) -> CompiledTick:
         """The compiled tick; only for a controller that can be traced."""
         controller, sensors = self._traced_controller, self.experiment.sensors
-        return compile_tick(controller, self.plant, sensors, self._root, self.period)
+        return self._of(_tick, controller, self.plant, sensors, self.start, self.period)
 
     @property
-    def _traced_controller(self) -> TraceableController:
-        if not is_traceable(self.controller):
-            raise ConfigError(f"controller '{self.controller.name}' cannot be compiled")
-        return self.controller
-
-    @property
-    def _root(self) -> np.ndarray:
-        """Pose and twist of the root link before take-off, (13,)."""
-        return np.concatenate([self.start.qpos[0:7], self.start.qvel[0:6]])
-
-    @cached_property
     def fixed_rows(self) -> FlightRows:
-        """References and noise of the whole mission, whatever changes in flight and when it is stopped."""
+        """References and noise of the whole mission, whenever the flight is stopped."""
         experiment = self.experiment
-        return flight_rows(self.plant.robot, self.mission, experiment.sensors, experiment.seed, self.window)
+        return self._of(
+            flight_rows, self.plant.robot, self.mission, experiment.sensors, experiment.seed, self.window
+        )
 
-    @cached_property
+    @property
     def rows(self) -> FlightRows:
-        """All that is known of the flight beforehand: references, noise, changing gains."""
-        rows, changes = self.fixed_rows, self.experiment.gain_changes
-        if changes:
-            rows = rows.with_changes(changes, self.tick.gains, self.tick.gains_layout, self.period)
-        return rows.until(self.count)
+        """References and noise of the flight."""
+        return self.fixed_rows.until(self.count)
 
-    def changed(self, experiment: Experiment) -> Takeoff:
-        """The same flight with other changes in flight; all that they do not touch is shared.
+    @property
+    def timeline(self) -> Timeline:
+        """What the events do at every tick."""
+        return self.timeline_until(self.times)
 
-        Args:
-            experiment: differs from this one in `gain_changes`, `pushes`, `surface_changes` and `stop_at`.
+    def timeline_until(self, times: np.ndarray) -> Timeline:
+        """What the events do at the ticks that begin at these times, s."""
+        return self.plan.timeline(self.plan.stage._replace(plant=self.plant), times)
 
-        Raises:
-            ConfigError: when a change that is new cannot be.
-        """
-        require_gain_changes(_new(experiment.gain_changes, self.experiment.gain_changes), self.controller)
-        _require_links(_new(experiment.pushes, self.experiment.pushes), self.plant.model)
-        changes = _new(experiment.surface_changes, self.experiment.surface_changes)
-        require_surface_changes(changes, self.plant.surface, self.plant.model)
-        return self._otherwise(experiment=experiment)
-
-    def _otherwise(self, **changes: Any) -> Takeoff:
-        other = dataclasses.replace(self, **changes)
-        before, after = self.experiment, other.experiment
-        shared = [*_SHARED]
-        if after.gain_changes is before.gain_changes and after.stop_at == before.stop_at:
-            shared.append("rows")
-        if after.surface_changes is before.surface_changes:
-            shared.append("surface_table")
-        vars(other).update({name: vars(self)[name] for name in shared if name in vars(self)})
-        return other
-
-    @cached_property
-    def pushes(self) -> list[Push]:
-        """What pushes the robot in flight."""
-        experiment, root = self.experiment, self.plant.robot.description.root
-        return resolved_pushes(experiment.disturbance, experiment.pushes, self.plant.model, root, self.times)
-
-    @cached_property
+    @property
     def surface_table(self) -> np.ndarray | None:
         """What the surface is at every tick; None where it does not change."""
-        changes = self.experiment.surface_changes
-        return surface_table(changes, self.plant.surface, self.times) if changes else None
+        changes = tuple(one for one in self.experiment.events if isinstance(one, SurfaceChange))
+        return self._of(surface_table, changes, self.experiment.surface, self.times) if changes else None
 
-    def with_own_model(self) -> Takeoff:
-        """The same with a model that no other flight has, for changes of the surface are written into it."""
-        return self._otherwise(plant=dataclasses.replace(self.plant, model=copy.copy(self.plant.model)))
+    def changed(self, experiment: Experiment) -> Takeoff:
+        """The same flight of another experiment; what its changes do not touch is shared.
+
+        Raises:
+            ConfigError: when it cannot be flown.
+        """
+        return simulated(self.plan.changed(experiment))
 
     def data(self) -> mujoco.MjData:
         """The plant's state before the first tick, as a copy of its own."""
@@ -175,22 +144,27 @@ class Takeoff:
         mujoco.mj_copyData(data, self.plant.model, self.start)
         return data
 
+    @property
+    def _of(self) -> Any:
+        return self.plan.derived.of
 
-_SHARED = ("window", "tick", "initial_tick_state", "fixed_rows")
-"""What a take-off computes once, and shares with those that differ from it in changes in flight alone."""
+    @property
+    def _traced_controller(self) -> TraceableController:
+        if not is_traceable(self.controller):
+            raise ConfigError(f"controller '{self.controller.name}' cannot be compiled")
+        return self.controller
 
 
-def _new(entries: Sequence[Any], before: Sequence[Any]) -> list[Any]:
-    """The entries that were not among those before."""
-    known = set(map(id, before))
-    return [entry for entry in entries if id(entry) not in known]
+def simulated(plan: FlightPlan) -> Takeoff:
+    """A plan with its plant, checked against each other.
 
-
-def _require_links(pushes: Sequence[PushConfig], model: mujoco.MjModel) -> None:
-    """Raise an `UnknownNameError` unless the robot has every link that is pushed."""
-    for push in pushes:
-        if push.link:
-            body_of(push.link, model)
+    Raises:
+        ConfigError: when the time step cannot carry the surface's stiffness, now or after an event.
+    """
+    takeoff = Takeoff(plan)
+    stage = plan.stage._replace(plant=takeoff.plant)
+    require_events(plan.experiment.events, stage, float(plan.times[-1]))
+    return takeoff
 
 
 def prepare(
@@ -200,100 +174,20 @@ def prepare(
     originals: tuple[Bundle, ...] = (),
     own: tuple[Own, ...] = (),
 ) -> Takeoff:
-    """Make plant and mission of an experiment, and check everything against each other.
-
-    Args:
-        experiment: what to fly.
-        robot: the description that plant and nominal posture are made from.
-        controller: what flies it.
-        originals: files that its user named, for people to read.
-        own: metrics and figures of the user's own.
-
-    Raises:
-        ConfigError: when a gain that is to change does not exist, when a nominal posture leaves the rotors
-            too little, when the robot cannot hold the force that the controller commands, or as
-            `plant_and_mission` does.
-    """
-    require_gain_changes(experiment.gain_changes, controller)
-    require_hoverable(experiment, robot, controller)
-    require_pressable(experiment, robot, controller)
-    plant, mission, start = plant_and_mission(experiment, robot, needs_of(controller).vectoring)
-    takeoff = Takeoff(experiment, robot, controller, plant, mission, start, originals, own)
-    mission.flight_times(takeoff.window.paced)  # refuses a flight that may take too long
-    return takeoff
+    """Plan and plant of an experiment, checked; arguments are those of `plan_flight`."""
+    return simulated(plan_flight(experiment, robot, controller, originals, own))
 
 
-def plant_and_mission(
-    experiment: Experiment, robot: Robot, vectoring: str = "torque"
-) -> tuple[Plant, Mission, mujoco.MjData]:
-    """The plant and the mission of an experiment, checked against each other, and the plant's first state.
-
-    Args:
-        experiment: what to fly.
-        robot: the description that plant and nominal posture are made from.
-        vectoring: which vectoring angles the nominal posture has (`Needs.vectoring`).
-
-    Raises:
-        ConfigError: when the robot would start inside of the surface, its tip does not fit, or the path
-            leaves the surface; or a push names a link that the robot does not have.
-    """
-    dt = experiment.control_period
-    plant = build_plant(robot, experiment.surface, experiment.plant, dt)
-    _require_links(experiment.pushes, plant.model)
-    require_surface_changes(experiment.surface_changes, plant.surface, plant.model)
-    mission = mission_of(experiment, robot, vectoring)
-    start = initial_data(plant, mission.first)
-    require_flyable(plant, mission, start)
-    return plant, mission, start
+def _root(start: mujoco.MjData) -> np.ndarray:
+    """Pose and twist of the root link before take-off, (13,)."""
+    return np.concatenate([start.qpos[0:7], start.qvel[0:6]])
 
 
-def mission_of(experiment: Experiment, robot: Robot, vectoring: str = "torque") -> Mission:
-    """The mission of an experiment; no plant is needed for it. Arguments are those of `plant_and_mission`."""
-    dt = experiment.control_period
-    config = MissionConfig(
-        experiment.phases,
-        experiment.approach,
-        experiment.trajectory,
-        experiment.excitation,
-        experiment.wrap,
-    )
-    plan = (
-        config, tuple(experiment.contact_axis), experiment.path_center, experiment.posture,
-        robot, vectoring, dt,
-    )  # fmt: skip
-    # A path that is read from a file may change from one flight to the next.
-    shared = experiment.trajectory.shape not in ("drawing", "own") and _is_hashable(plan)
-    planned = _planned if shared else _planned.__wrapped__
-    mission = planned(*plan)
-    clearance = standing_out(experiment.surface, mission)
-    return planned(*plan, clearance) if clearance > 0.0 else mission
+def _tick_state(controller: TraceableController, sensors: Any, start: mujoco.MjData, period: float) -> Any:
+    return initial_tick_state(controller, sensors, _root(start), period)
 
 
-@functools.lru_cache(maxsize=8)
-def _planned(
-    config: MissionConfig,
-    contact_axis: tuple[float, float, float],
-    center: tuple[float, float, float],
-    posture: PostureConfig,
-    robot: Robot,
-    vectoring: str,
-    dt: float,
-    clearance: float = 0.0,
-) -> Mission:
-    """The mission of a configuration; flights that differ in noise, plant or surface share one."""
-    return plan_mission(
-        config,
-        contact_frame(contact_axis),
-        np.asarray(center, dtype=float),
-        posture_plan(posture, robot, vectoring),
-        dt,
-        clearance,
-    )
-
-
-def _is_hashable(value: Hashable) -> bool:
-    try:
-        hash(value)
-    except TypeError:  # a configuration made in Python may hold lists
-        return False
-    return True
+def _tick(
+    controller: TraceableController, plant: Plant, sensors: Any, start: mujoco.MjData, period: float
+) -> CompiledTick:
+    return compile_tick(controller, plant, sensors, _root(start), period)

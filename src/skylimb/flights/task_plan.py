@@ -18,7 +18,7 @@ from skylimb.errors import ConfigError, UnreachableError
 from skylimb.experiments.experiment import Experiment
 from skylimb.flights.flying import fly_here
 from skylimb.flights.loading import take_off
-from skylimb.flights.takeoff import mission_of
+from skylimb.flights.plan import mission_of
 from skylimb.planning.task_family import settled_in
 from skylimb.planning.task_posture import (
     Task,

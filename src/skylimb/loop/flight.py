@@ -73,6 +73,19 @@ def flown_mission(mission: Mission, flight: Flight) -> Mission:
     return mission.along(mission_clock(mission, flight))
 
 
+def mission_signals(mission: Mission, ticks: int) -> dict[str, np.ndarray]:
+    """What a mission, as it was flown, asked for in its first ticks, by the names of the log."""
+    reference = mission.reference
+    return {
+        "cog_position_reference": reference.position[:ticks],
+        "cog_velocity_reference": reference.velocity[:ticks],
+        "cog_acceleration_reference": reference.acceleration[:ticks],
+        "reach_reference": reference.reach[:ticks],
+        "tip_position_reference": reference.tip_position[:ticks],
+        "phase": mission.phase[:ticks].astype(np.int8),
+    }
+
+
 def unfinished(mission: Mission, flight: Flight) -> Flight:
     """A flight whose every tick is over: lost, if that is before its mission's end.
 

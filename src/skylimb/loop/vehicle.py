@@ -9,6 +9,7 @@ import numpy as np
 from skylimb.control.records import Command
 from skylimb.estimation.records import Measurement
 from skylimb.packing import Layout
+from skylimb.robots.model import Robot
 
 
 class Vehicle(Protocol):
@@ -45,3 +46,21 @@ class Vehicle(Protocol):
     def fault(self) -> str:
         """Why the vehicle's state can no longer be trusted; empty while it can."""
         ...
+
+
+def measured_layout(robot: Robot) -> Layout[dict[str, Any]]:
+    """Layout of what is known of a robot that is no simulation: measurement and command."""
+    q, psi = np.zeros(robot.n_joints), np.zeros(robot.n_vectoring)
+    return Layout(
+        {
+            "root_position_measured": np.zeros(3),
+            "root_quaternion_measured": np.zeros(4),
+            "root_velocity_measured": np.zeros(3),
+            "root_angular_velocity_measured": np.zeros(3),
+            "joint_angles_measured": q,
+            "vectoring_angles_measured": psi,
+            "thrusts_command": np.zeros(robot.n_rotors),
+            "joint_angles_command": q,
+            "vectoring_angles_command": psi,
+        }
+    )

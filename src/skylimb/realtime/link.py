@@ -11,6 +11,7 @@ import numpy as np
 
 from skylimb.control.records import Command
 from skylimb.estimation.records import Measurement
+from skylimb.loop.vehicle import measured_layout
 from skylimb.packing import Layout
 from skylimb.realtime.messages import (
     Names,
@@ -87,19 +88,7 @@ class LinkedVehicle:
             np.full(robot.n_joints, np.nan),
             np.full(robot.n_vectoring, np.nan),
         )
-        self._layout = Layout(
-            {
-                "root_position_measured": np.zeros(3),
-                "root_quaternion_measured": np.zeros(4),
-                "root_velocity_measured": np.zeros(3),
-                "root_angular_velocity_measured": np.zeros(3),
-                "joint_angles_measured": np.zeros(robot.n_joints),
-                "vectoring_angles_measured": np.zeros(robot.n_vectoring),
-                "thrusts_command": np.zeros(robot.n_rotors),
-                "joint_angles_command": np.zeros(robot.n_joints),
-                "vectoring_angles_command": np.zeros(robot.n_vectoring),
-            }
-        )
+        self._layout = measured_layout(robot)
 
     @property
     def layout(self) -> Layout[dict[str, Any]]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Mapping
-from dataclasses import replace
 from typing import Any
 
 from skylimb.flights.record import recorded
@@ -64,7 +63,7 @@ class Both:
         self._felt = Accelerometer(period, robot.description.gravity)
         self._bodies = Bodies(robot, link)
         sample = self.pilot.rehearsed()
-        self._live = LiveRecord(takeoff, self.plant.layout, sample)
+        self._live = LiveRecord(takeoff.plan, self.plant.layout, sample)
         self._k = 0
         self.last: Tick | None = None
         self.kept: list[Kept] = []
@@ -123,8 +122,7 @@ class Both:
         if flown is not None:
             name, flight = flown
             mission = self._missions[name]
-            takeoff = replace(self._takeoff, mission=mission)
-            run = lambda: recorded(takeoff, unfinished(mission, flight()))  # noqa: E731
+            run = lambda: recorded(self._takeoff, unfinished(mission, flight()), mission)  # noqa: E731
             self.kept.append(Kept(name, run))
         if not tick.flying.in_air:
             self.close()

@@ -8,14 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from skylimb.flights.takeoff import Takeoff
+from skylimb.flights.plan import FlightPlan
+from skylimb.loop.vehicle import measured_layout
 from skylimb.missions.mission import Mission
 from skylimb.realtime.pacer import Pacer
 from skylimb.ros1 import topics
 from skylimb.ros1.desk import Arrived, Desk
 from skylimb.ros1.lab_config import LabConfig
 from skylimb.ros1.limits import FlightLimits
-from skylimb.ros1.live import Kept, LiveRecord, measured_layout, measured_row
+from skylimb.ros1.live import Kept, LiveRecord, measured_row
 from skylimb.ros1.messages import Desire, Gains, Joints, PMatrix
 from skylimb.ros1.outputs import Names, Outgoing, Rates, commanded, lab_cog, seen_by_anybody
 from skylimb.ros1.pilot import Pilot
@@ -29,7 +30,7 @@ class Controlled:
     """One tick of our controller for a robot that speaks the lab's topics.
 
     Args:
-        takeoff: robot, controller and the first mission; its plant is not used.
+        plan: robot, controller and the first mission.
         controller: the same, compiled where it can be.
         missions: by name.
         link: whose pose is on the lab's topics.
@@ -42,7 +43,7 @@ class Controlled:
 
     def __init__(
         self,
-        takeoff: Takeoff,
+        plan: FlightPlan,
         controller: Any,
         missions: Mapping[str, Mission],
         link: str,
@@ -52,7 +53,7 @@ class Controlled:
         config: LabConfig | None = None,
         namespace: str = topics.NAMESPACE,
     ) -> None:
-        robot, period = takeoff.robot, takeoff.period
+        robot, period = plan.robot, plan.period
         self.pilot = Pilot(robot, controller, missions, link, pacer, period, limits)
         self._config = config or LabConfig()
         self._senses = Senses(robot, link, self._config.servos)
@@ -60,7 +61,7 @@ class Controlled:
         self._names, self._rates = Names(robot, namespace), Rates(period)
         sample = self.pilot.rehearsed()
         layout = measured_layout(robot)
-        self._live = LiveRecord(takeoff, layout, sample)
+        self._live = LiveRecord(plan, layout, sample)
         first = next(iter(missions.values())).first
         self._vectoring = np.asarray(first.vectoring_angles, dtype=float)
         self._k, self._robot, self._starting = 0, robot, False

@@ -13,21 +13,19 @@ import mujoco
 import numpy as np
 
 from skylimb.control.records import Command
-from skylimb.errors import ConfigError
 from skylimb.estimation.records import Measurement
-from skylimb.experiments.experiment import Experiment
-from skylimb.flights.flying import fastest
+from skylimb.events import require_applied
+from skylimb.flights.drivers.world import world
+from skylimb.flights.flying import simulated_vehicle
 from skylimb.flights.takeoff import Takeoff
 from skylimb.packing import Layout
-from skylimb.simulation.vehicle import SimulatedVehicle
+from skylimb.ros1.tick import STARTED_BY_ITS_USER
 
 STAND = 0.15
 """Height of the measured link of a robot that stands, m."""
 
 ROWS = 600_000
 """Ticks for which the sensors' noise is laid out: 50 minutes at 200 Hz. The flight's own comes again."""
-
-_IN_FLIGHT = ("gain_changes", "pushes", "surface_changes")
 
 
 class GroundedPlant:
@@ -38,16 +36,14 @@ class GroundedPlant:
     """
 
     def __init__(self, takeoff: Takeoff) -> None:
-        require_steady(takeoff.experiment)
-        self._data = takeoff.data()
-        self._data.qpos[2] = STAND
+        require_applied(takeoff.experiment.events, (), STARTED_BY_ITS_USER)
         known = takeoff.rows.ticks
         rows = np.resize(known, (ROWS, known.shape[1]))
+        here = world(takeoff, np.arange(ROWS) * takeoff.period)
+        self._plant, self._model, self._data = here.plant, here.plant.model, here.data
+        self._data.qpos[2] = STAND
         self._count, self._ticks = len(rows), 0
-        self._vehicle = SimulatedVehicle(
-            takeoff.plant, self._data, rows, takeoff.experiment.sensors, takeoff.period, (), fastest
-        )
-        self._plant, self._model = takeoff.plant, takeoff.plant.model
+        self._vehicle = simulated_vehicle(takeoff, here, rows)
         self._root = self._model.body(takeoff.robot.description.root).id
         self._stands: np.ndarray | None = np.array(self._data.qpos[0:7])
 
@@ -102,13 +98,3 @@ class GroundedPlant:
             self._stands[2] = STAND
         self._data.qpos[0:7] = self._stands
         self._data.qvel[0:6] = 0.0
-
-
-def require_steady(experiment: Experiment) -> None:
-    """Raise a `ConfigError` for an experiment whose changes in flight hang on a time since take-off."""
-    odd = [name for name in _IN_FLIGHT if getattr(experiment, name)]
-    if odd:
-        raise ConfigError(
-            f"experiment {experiment.name} has {' and '.join(odd)} at times since take-off; a flight that "
-            "its user starts has none"
-        )

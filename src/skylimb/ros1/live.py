@@ -7,18 +7,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from skylimb.control.needs import needs_of
 from skylimb.estimation.records import Measurement
 from skylimb.exchange.own_topics import row_names
-from skylimb.flights.takeoff import Takeoff
+from skylimb.flights.plan import FlightPlan
 from skylimb.loop.flight import Flight
 from skylimb.missions.reference import Reference
 from skylimb.packing import Layout
 from skylimb.recording.run import Run
-from skylimb.robots.model import Robot
 from skylimb.ros1 import topics
 from skylimb.ros1.outputs import Outgoing
-from skylimb.ros1.record import FlightRecord, run_of
+from skylimb.ros1.record import SteeredRecord
 from skylimb.ros1.tick import Tick
 
 FILE = "log.nc"
@@ -36,21 +34,21 @@ class LiveRecord:
     """Keeps every tick of one flight after another.
 
     Args:
-        takeoff: robot, experiment, and the controller as it was loaded, before it was compiled.
+        plan: robot, experiment, and the controller as it was loaded, before it was compiled.
         layout: of what the vehicle records.
         sample: the controller's signals and the reference of any tick.
     """
 
     def __init__(
         self,
-        takeoff: Takeoff,
+        plan: FlightPlan,
         layout: Layout[dict[str, Any]],
         sample: tuple[Mapping[str, Any], Reference],
     ) -> None:
-        self._takeoff, self._period = takeoff, takeoff.period
-        paced = needs_of(takeoff.controller).paced
-        self._fresh = lambda: FlightRecord(layout, *sample, paced)
-        self._record: FlightRecord | None = None
+        self._plan, self._period = plan, plan.period
+        paced = plan.needs.paced
+        self._fresh = lambda: SteeredRecord(layout, *sample, paced)
+        self._record: SteeredRecord | None = None
         self._mission: tuple[str, int] | None = None
         empty = self._fresh()
         begun = self._run(empty, 0)
@@ -98,27 +96,8 @@ class LiveRecord:
             return None
         return Kept("flight", lambda: self._run(record, record.ticks))
 
-    def _run(self, record: FlightRecord, rows: int) -> Run:
-        takeoff = self._takeoff
-        return run_of(record.log(takeoff.robot, takeoff.controller, self._period, rows), takeoff)
-
-
-def measured_layout(robot: Robot) -> Layout[dict[str, Any]]:
-    """Layout of what is known of a robot that is no simulation: measurement and command."""
-    q, psi = np.zeros(robot.n_joints), np.zeros(robot.n_vectoring)
-    return Layout(
-        {
-            "root_position_measured": np.zeros(3),
-            "root_quaternion_measured": np.zeros(4),
-            "root_velocity_measured": np.zeros(3),
-            "root_angular_velocity_measured": np.zeros(3),
-            "joint_angles_measured": q,
-            "vectoring_angles_measured": psi,
-            "thrusts_command": np.zeros(robot.n_rotors),
-            "joint_angles_command": q,
-            "vectoring_angles_command": psi,
-        }
-    )
+    def _run(self, record: SteeredRecord, rows: int) -> Run:
+        return record.run(self._plan, rows)
 
 
 def measured_row(measurement: Measurement, tick: Tick) -> np.ndarray:

@@ -10,7 +10,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from skylimb.flights.on_clock import without_garbage
+from skylimb.flights.guarded import without_garbage
 from skylimb.realtime.pacer import Pacer
 from skylimb.realtime.timing import Timing
 from skylimb.ros1.desk import Arrived

@@ -2,28 +2,19 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-import xarray as xr
 
-from skylimb.config import put, to_mapping
-from skylimb.control.controller import Controller, controller_signals, resolved_tables
-from skylimb.flights.record import config_units
+from skylimb.flights.flight_run import documented, flight_run
+from skylimb.flights.plan import FlightPlan
 from skylimb.flights.replay.whole_reference import REFERENCE_SIGNALS, reference_signals
-from skylimb.flights.sources import kept_sources
-from skylimb.flights.takeoff import Takeoff
 from skylimb.loop.flight import MISSION_TIME, Flight
 from skylimb.missions.reference import Reference
 from skylimb.packing import Layout
-from skylimb.recording.origin import origin_text
 from skylimb.recording.run import Run
-from skylimb.recording.versions import origin_versions, versions
-from skylimb.robots.model import Robot
 from skylimb.signals import Signal
-from skylimb.simulation.log import log_variable
 
 STATE = "flight_state"
 _MORE = {
@@ -36,7 +27,7 @@ _CHUNK = 512
 """Rows by which a record grows: what is there already is not copied in flight."""
 
 
-class FlightRecord:
+class SteeredRecord:
     """Rows of a flight, from the controller's first tick on.
 
     Args:
@@ -85,50 +76,12 @@ class FlightRecord:
         rows = self._all()[first:last, : self.flown.size]
         return Flight(rows, self.flown, last - first, cause)
 
-    def log(self, robot: Robot, controller: Controller, period: float, rows: int | None = None) -> xr.Dataset:
-        """The signals with their units; `rows` of them, by default all."""
+    def run(self, plan: FlightPlan, rows: int | None = None) -> Run:
+        """The run of `rows` of them, by default all, without scores."""
         count = self.ticks if rows is None else rows
-        declared = {**controller_signals(controller), **_MORE, **REFERENCE_SIGNALS}
         values, whole = {}, self._all()
         for name, part in self.layout.slices.items():
-            array = whole[:count, part]
-            shape = self.layout.shapes[name]
-            values[name] = log_variable(name, array.reshape(count, *shape), declared.get(name, Signal()))
-        description = robot.description
-        return xr.Dataset(
-            values,
-            {
-                "time": ("time", np.arange(count) * period, {"units": "s", "long_name": "time"}),
-                "axis": ["x", "y", "z"],
-                "quaternion": ["w", "x", "y", "z"],
-                "rotor": [rotor.name for rotor in description.rotors],
-                "joint": list(description.shape_joints),
-                "vectoring": list(description.vectoring_joints),
-            },
-        )
-
-
-def run_of(log: xr.Dataset, takeoff: Takeoff) -> Run:
-    """A log with all that produced it, as a run without scores.
-
-    Args:
-        log: of a flight.
-        takeoff: with which it was flown.
-    """
-    experiment, controller, kept = takeoff.experiment, takeoff.controller, kept_sources(takeoff)
-    config = to_mapping({**experiment.to_mapping(), "controller": resolved_tables(controller)})
-    config.pop("recorded", None)
-    for key, place in kept.places.items():
-        put(config, key, place)
-    log = log.assign_attrs(
-        robot=takeoff.robot.name,
-        experiment=experiment.name,
-        controller=controller.name,
-        status="OK",
-        cause="",
-        contact_axis=[float(entry) for entry in experiment.contact_axis],
-        config=origin_text(config, kept.files, origin_versions(), kept.problems),
-        config_units=json.dumps(config_units(experiment, controller)),
-        versions=json.dumps(versions()),
-    )
-    return Run(name=controller.name, controller=controller.name, log=log, sources=kept.files)
+            values[name] = whole[:count, part].reshape(count, *self.layout.shapes[name])
+        times = np.arange(count) * plan.period
+        made = flight_run(plan, values, times, declared={**_MORE, **REFERENCE_SIGNALS})
+        return documented(made, plan)

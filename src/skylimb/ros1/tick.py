@@ -14,6 +14,9 @@ from skylimb.ros1.script import Script
 from skylimb.ros1.states import Flying, Order
 from skylimb.ros1.wishes import Wish
 
+STARTED_BY_ITS_USER = "a flight that its user starts"
+"""Who applies no events: they begin at times since take-off, which such a flight does not have."""
+
 
 @dataclass(frozen=True)
 class Inputs:

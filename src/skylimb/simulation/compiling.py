@@ -15,10 +15,10 @@ import sys
 import tempfile
 import warnings
 from collections.abc import Mapping, Sequence
+from importlib.metadata import PackageNotFoundError, version
 from importlib.util import find_spec
 from pathlib import Path
 
-import mujoco
 import platformdirs
 
 from skylimb.errors import CompileError
@@ -91,7 +91,7 @@ def _cache() -> Path:
 
 def _library_name(folder: str, stem: str, source: str) -> Path:
     """Path of the library below the cache: its digest holds all that decides what is in it."""
-    machine = (mujoco.__version__, platform.machine(), platform.system(), *FLAGS)
+    machine = (_engine_version(), platform.machine(), platform.system(), *FLAGS)
     key = hashlib.sha256("\0".join((source, *machine)).encode()).hexdigest()[:16]
     return Path(folder) / f"{stem}_{key}.so"
 
@@ -181,8 +181,8 @@ def compile_c(
     Raises:
         CompileError: with what each compiler said.
     """
-    include = Path(mujoco.__file__).parent / "include"
-    arguments = [*flags, f"-I{include}", *map(str, sources), "-o", str(output), "-lm"]
+    headers = [f"-I{folder / 'include'}" for folder in _engine_folders()]
+    arguments = [*flags, *headers, *map(str, sources), "-o", str(output), "-lm"]
     problems = []
     for compiler in compilers():
         try:
@@ -230,13 +230,26 @@ def compiler_version() -> str:
     return "none"
 
 
+def _engine_folders() -> list[Path]:
+    """Where the engine's package is, found without importing it; none without an engine."""
+    found = find_spec("mujoco")
+    return [Path(folder) for folder in (found.submodule_search_locations or ())] if found else []
+
+
+def _engine_version() -> str:
+    try:
+        return version("mujoco")
+    except PackageNotFoundError:
+        return "none"
+
+
 def engine_library() -> Path:
     """The engine's own shared library.
 
     Raises:
         CompileError: when it is not where the engine's package is.
     """
-    folder = Path(mujoco.__file__).parent
+    folder = next(iter(_engine_folders()), Path("mujoco"))
     names = {"Darwin": "libmujoco*.dylib", "Windows": "mujoco.dll"}
     found = sorted(folder.glob(names.get(platform.system(), "libmujoco.so*")))
     if not found:

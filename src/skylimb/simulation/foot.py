@@ -12,7 +12,6 @@ import dataclasses
 
 import mujoco
 
-from skylimb.errors import ConfigError
 from skylimb.simulation.contact import (
     PAIR_NAME,
     ContactParameters,
@@ -20,7 +19,6 @@ from skylimb.simulation.contact import (
     effective_mass,
     tune_contact_pair,
 )
-from skylimb.simulation.surfaces import Surface
 
 CORNERS = ((1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0))
 """Directions of the corners along the tip link's y and z axes."""
@@ -83,21 +81,6 @@ def tune_foot(model: mujoco.MjModel, parameters: ContactParameters) -> None:
     )
     for name in (PAIR_NAME, *(_pair(index) for index in range(len(CORNERS)))):
         tune_contact_pair(model, share, name)
-
-
-def require_plain(surface: Surface) -> None:
-    """Raise a `ConfigError` for a surface whose friction or compliance the loop writes for one ball alone."""
-    reasons = (
-        (surface.moves, "moves"),
-        (surface.turns, "turns"),
-        (surface.many, "has walls"),
-        (surface.friction_varies, "has a friction that varies"),
-    )
-    why = next((word for holds, word in reasons if holds), "")
-    if why:
-        raise ConfigError(
-            f"plant.foot needs a surface that stands still and has one friction; '{surface.kind}' {why}"
-        )
 
 
 def _pair(index: int) -> str:

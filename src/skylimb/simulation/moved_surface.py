@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from skylimb.simulation.surface_changes import state_of
+from skylimb.simulation.surface_state import state_of
 from skylimb.simulation.surfaces import Surface
 from skylimb.simulation.surfaces.placement import surface_rotation
 from skylimb.spatial import quaternion_from_rotation

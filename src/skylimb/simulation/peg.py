@@ -9,14 +9,12 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from skylimb.errors import ConfigError
 from skylimb.robots.description import Tip
 from skylimb.simulation.contact import PAIR_NAME, ContactParameters, add_contact_pair, tune_contact_pair
-from skylimb.simulation.surfaces import Surface, SurfaceParts
+from skylimb.simulation.plant_config import Peg
+from skylimb.simulation.surfaces import SurfaceParts
 
 PEG_GEOM = "tip_peg"
-Peg = tuple[float, float]
-"""Radius and length, m."""
 
 
 def add_peg(
@@ -66,24 +64,6 @@ def direction_of(tip: Tip) -> np.ndarray:
         return np.array([1.0, 0.0, 0.0])
     along = np.asarray(tip.position) - np.asarray(tip.stem)
     return along / np.linalg.norm(along)
-
-
-def require_hole(surface: Surface, peg: Peg | None) -> None:
-    """Raise a `ConfigError` unless a peg and a hole come together, and the peg fits."""
-    if peg is None:
-        if surface.many:
-            raise ConfigError(f"a surface of kind '{surface.kind}' needs a peg: plant.peg = [radius, length]")
-        return
-    if not surface.many:
-        raise ConfigError(f"plant.peg needs a surface of kind 'hole'; this one is '{surface.kind}'")
-    radius, length = peg
-    if radius >= surface.tightest_hollow:
-        raise ConfigError(
-            f"plant.peg = {list(peg)}: a radius of {radius:g} m does not fit into a hole of "
-            f"{surface.tightest_hollow:g} m, surface.radius"
-        )
-    if length <= 2.0 * radius:
-        raise ConfigError(f"plant.peg = {list(peg)}: a peg is longer than it is wide")
 
 
 def pair_name(index: int) -> str:

@@ -9,66 +9,24 @@ from __future__ import annotations
 import dataclasses
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated
 
 import mujoco
 import numpy as np
 
-from skylimb.errors import ConfigError
-from skylimb.keys import Key, configuration
+from skylimb.missions.mission import Mission
 from skylimb.missions.reference import Reference
 from skylimb.robots.description import Inertial, Link, RobotDescription
 from skylimb.robots.model import Robot
 from skylimb.simulation.contact import ContactReading, tune_contact_pair
-from skylimb.simulation.foot import require_plain, tune_foot
-from skylimb.simulation.peg import Peg, require_hole, tune_peg
+from skylimb.simulation.foot import tune_foot
+from skylimb.simulation.peg import tune_peg
+from skylimb.simulation.plant_config import Peg, PlantConfig, physics_steps, require_plant, thrust_scales
 from skylimb.simulation.scene import scene_spec
 from skylimb.simulation.servo_friction import tune_servo_friction
 from skylimb.simulation.surfaces import Surface
 from skylimb.spatial import quaternion_from_rotation, rot_z
 
 _SAG_ITERATIONS = 5
-
-
-@configuration
-class PlantConfig:
-    """How the physics is stepped, and how the real robot differs from its description."""
-
-    physics_step: Annotated[
-        float,
-        Key("s", "time step of the physics; a control period is a whole number of them", low=1e-5, high=0.01),
-    ] = 0.001
-    thrust_scale: Annotated[float, Key("", "true over commanded thrust, all rotors", low=0.5, high=1.5)] = 1.0
-    rotor_scale: Annotated[
-        tuple[float, ...], Key("", "the same for each rotor on its own; empty for ones", low=0.0, high=1.5)
-    ] = ()
-    rotor_lag: Annotated[
-        float,
-        Key("s", "time constant of the thrust; negative keeps the description's", low=-1.0, high=1.0),
-    ] = -1.0
-    mass_scale: Annotated[
-        float, Key("", "true over described mass and inertia, all links", low=0.5, high=2.0)
-    ] = 1.0
-    cog_offset: Annotated[
-        tuple[float, float, float],
-        Key("m", "true less described centre of gravity, root link's axes", low=-0.2, high=0.2),
-    ] = (0.0, 0.0, 0.0)
-    foot: Annotated[
-        float | None,
-        Key("m", "half the side of a square foot at the tip; none for the tip's ball alone", 0.005, 0.5),
-    ] = None
-    peg: Annotated[
-        tuple[float, float] | None,
-        Key(
-            "m",
-            "radius and length of a peg at the tip, for a hole; none for the tip's ball alone",
-            0.001,
-            1.0,
-        ),
-    ] = None
-    servo_stiffness_scale: Annotated[
-        float, Key("", "true over described stiffness of the shape servos", low=1e-3, high=100.0)
-    ] = 1.0
 
 
 def plant_description(description: RobotDescription, config: PlantConfig) -> RobotDescription:
@@ -148,25 +106,11 @@ def build_plant(robot: Robot, surface: Surface, config: PlantConfig, dt: float) 
     Raises:
         ConfigError: when `dt` is no whole number of physics steps, or a scale does not fit the rotors.
     """
-    substeps = round(dt / config.physics_step)
-    if substeps < 1 or abs(substeps * config.physics_step - dt) > 1e-9:
-        raise ConfigError(
-            f"control period {dt:g} s is no whole number of plant.physics_step = {config.physics_step:g} s"
-        )
-    description = robot.description
-    scales = np.ones(len(description.rotors)) * config.thrust_scale
-    if config.rotor_scale:
-        if len(config.rotor_scale) != len(scales):
-            raise ConfigError(
-                f"plant.rotor_scale has {len(config.rotor_scale)} entries; {description.name} has "
-                f"{len(scales)} rotors"
-            )
-        scales = scales * np.asarray(config.rotor_scale)
+    require_plant(robot.description, surface, config, dt)
+    description, substeps = robot.description, physics_steps(config, dt)
+    scales = thrust_scales(description, config)
     true = plant_description(description, config)
 
-    if config.foot is not None:
-        require_plain(surface)
-    require_hole(surface, config.peg)
     spec, parts = scene_spec(true, surface, config.physics_step, substeps, config.foot, config.peg)
     # What is only looked at is left out: without it a step is a tenth faster, and the same to the bit.
     spec.compiler.discardvisual = True
@@ -204,13 +148,13 @@ def build_plant(robot: Robot, surface: Surface, config: PlantConfig, dt: float) 
     )
 
 
-def initial_data(plant: Plant, first: Reference) -> mujoco.MjData:
-    """Data with the robot at rest, hovering as the first row of a mission asks.
+def initial_data(plant: Plant, mission: Mission) -> mujoco.MjData:
+    """Data with the robot at rest, hovering as the first row of its mission asks.
 
     Rotors already give hover thrust, and the joints hang as far from their set points as their servos'
     springs give under it, as after a take-off.
     """
-    description = plant.robot.description
+    first, description = mission.first, plant.robot.description
     shape, vectoring = description.shape_servo.stiffness, description.vectoring_servo.stiffness
     stiffness = np.repeat([shape, vectoring], [plant.robot.n_joints, plant.robot.n_vectoring])
     set_points = np.concatenate([first.joint_angles, first.vectoring_angles])

@@ -1,10 +1,9 @@
-"""All that is known of a simulated flight before take-off: references, sensor noise, changing gains."""
+"""All that is known of a simulated flight before take-off besides its events: references and sensor noise."""
 
 from __future__ import annotations
 
 import dataclasses
 import functools
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -15,7 +14,6 @@ from skylimb.missions.reference import Reference, zero_reference
 from skylimb.missions.table import Window, reference_table
 from skylimb.packing import Layout, pack_rows
 from skylimb.robots.model import Robot
-from skylimb.simulation.gain_changes import GainChange, GainRows, gain_rows
 from skylimb.simulation.sensors import SensorConfig, SensorNoise, draw_noise, frame_ages
 
 
@@ -46,13 +44,11 @@ class FlightRows:
         ticks: one packed `TickRow` for every tick that the flight may have.
         references: packed `Reference` rows of the mission, and copies of the last one.
         last: the mission's last tick.
-        gains: those that change in flight, if any do.
     """
 
     ticks: np.ndarray
     references: np.ndarray
     last: int
-    gains: GainRows | None = None
 
     def __len__(self) -> int:
         return len(self.ticks)
@@ -60,13 +56,6 @@ class FlightRows:
     def until(self, count: int) -> FlightRows:
         """The rows of a flight that has `count` ticks at most; its references are the whole mission's."""
         return self if count >= len(self) else dataclasses.replace(self, ticks=self.ticks[:count])
-
-    def with_changes(
-        self, changes: Sequence[GainChange], gains: np.ndarray, layout: Layout[Any], dt: float
-    ) -> FlightRows:
-        """The rows of a flight with ticks of `dt` seconds in which some of its flat gains change."""
-        times = np.arange(len(self)) * dt
-        return dataclasses.replace(self, gains=gain_rows(changes, gains, layout, times))
 
 
 def flight_rows(

@@ -29,7 +29,7 @@ class SimulatedVehicle:
         rows: one packed `TickRow` for every tick that the flight may have.
         sensors: rate and latency.
         dt: control period, s.
-        interventions: what acts on the plant from outside before a tick's physics.
+        acts: what acts on the plant before a tick's physics.
         faster: makes a function faster that is evaluated at every tick.
     """
 
@@ -40,12 +40,12 @@ class SimulatedVehicle:
         rows: np.ndarray,
         sensors: SensorConfig,
         dt: float,
-        interventions: Sequence[Callable[[int], None]] = (),
+        acts: Sequence[Callable[[int], None]] = (),
         faster: Callable[[ca.Function], ca.Function] = lambda function: function,
     ) -> None:
         check_measured_link(plant)
         self._plant, self._data, self._rows = plant, data, rows
-        self._interventions, self._tick = tuple(interventions), 0
+        self._acts, self._tick = tuple(acts), 0
         template = _measurement_template(plant)
         layout = Layout(template)
         self._slices = [layout.slices[name] for name in Measurement._fields]
@@ -87,7 +87,7 @@ class SimulatedVehicle:
         """Command the actuators and advance the physics by a control period."""
         self._take(command)
         self._actuate()
-        for act in self._interventions:
+        for act in self._acts:
             act(self._tick)
         mujoco.mj_step(self._plant.model, self._data, self._plant.substeps)
         self._tick += 1

@@ -1,4 +1,4 @@
-"""What people do to a flight, as entries of its experiment."""
+"""What people do to a flight, as events of its experiment."""
 
 from __future__ import annotations
 
@@ -6,31 +6,31 @@ import dataclasses
 from collections.abc import Sequence
 from typing import Any
 
+from skylimb.events import Event, GainChange, Push
 from skylimb.experiments.experiment import Experiment
-from skylimb.simulation.disturbance import PushConfig
-from skylimb.simulation.gain_changes import GainChange
 
-BLEND = 0.1
+DURATION = 0.1
 """How long a gain takes to its new value, s."""
+
+
+def with_events(experiment: Experiment, *more: Event, without: Sequence[Event] = ()) -> Experiment:
+    """The experiment with some events more, and without others of it."""
+    kept = tuple(one for one in experiment.events if not any(one is other for other in without))
+    return dataclasses.replace(experiment, events=(*kept, *more))
 
 
 def with_gain(experiment: Experiment, time: float, key: str, value: Any) -> Experiment:
     """The experiment with a gain that changes at `time` (s); one of the same moment is replaced."""
     if isinstance(value, Sequence):
         value = tuple(map(float, value))
-    change = GainChange(time=time, key=key, value=value, blend=BLEND)
-    others = [one for one in experiment.gain_changes if (one.time, one.key) != (time, key)]
-    return dataclasses.replace(experiment, gain_changes=(*others, change))
+    same = [
+        one for one in experiment.events if isinstance(one, GainChange) and (one.time, one.key) == (time, key)
+    ]
+    return with_events(experiment, GainChange(time, key, value, duration=DURATION), without=same)
 
 
-def with_push(experiment: Experiment, push: PushConfig) -> Experiment:
-    """The experiment with one more push."""
-    return dataclasses.replace(experiment, pushes=(*experiment.pushes, push))
-
-
-def without_push(experiment: Experiment, held: PushConfig, time: float) -> Experiment:
+def without_push(experiment: Experiment, held: Push, time: float) -> Experiment:
     """The experiment with a push that ends at `time` (s), or never was where it would begin then."""
-    shorter = round(time - held.start, 9)
+    shorter = round(time - held.time, 9)
     ended = (dataclasses.replace(held, duration=shorter),) if shorter > 0.0 else ()
-    others = tuple(one for one in experiment.pushes if one is not held)
-    return dataclasses.replace(experiment, pushes=(*others, *ended))
+    return with_events(experiment, *ended, without=(held,))

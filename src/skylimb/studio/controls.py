@@ -21,7 +21,7 @@ IN_FLIGHT, RESTART = "in flight", "restart"
 PREFIX = "controller."
 """What the keys of gains begin with."""
 
-_LEFT_OUT = ("gain_changes", "pushes", "surface_changes", "recorded", "controller")
+_LEFT_OUT = ("events", "recorded", "controller")
 _NOT_TO_TURN = ("name", "description", "stop_at")
 
 

@@ -14,7 +14,7 @@ from skylimb.analysis.signals import direction
 from skylimb.control.contact_machine import STATES
 from skylimb.control.thrusts import thrust_limits
 from skylimb.simulation.robot_bodies import TIP_SITE
-from skylimb.simulation.surface_changes import state_of
+from skylimb.simulation.surface_state import state_of
 from skylimb.simulation.surfaces.placement import surface_rotation
 from skylimb.simulation.surfaces.surface import BODY
 from skylimb.spatial import quaternion_from_rotation

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from skylimb.control.controller import Controller, is_configurable, is_traceable
+from skylimb.events import GainChange
 from skylimb.experiments.experiment import Experiment
 from skylimb.packing import Layout
 
@@ -38,6 +39,7 @@ def gain_keys(controller: Controller) -> GainKeys:
 
 def settled_gains(experiment: Experiment, first: Experiment | None = None) -> dict[str, Any]:
     """What every gain that changes in flight comes to, without those that change in `first` as well."""
-    before = {id(change) for change in first.gain_changes} if first else set()
-    changes = sorted(experiment.gain_changes, key=lambda change: change.time)
+    before = {id(event) for event in first.events} if first else set()
+    gains = (event for event in experiment.events if isinstance(event, GainChange))
+    changes = sorted(gains, key=lambda change: change.time)
     return {change.key: change.value for change in changes if id(change) not in before}

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from skylimb.errors import ConfigError
-from skylimb.simulation.disturbance import PushConfig
-from skylimb.studio.changes import with_push, without_push
+from skylimb.events import Push
+from skylimb.studio.changes import with_events, without_push
 from skylimb.studio.fleet import Fleet
 
 
@@ -14,7 +14,7 @@ class Hand:
     """Pushes the robots of a fleet; what it holds lasts to the flights' end unless it lets go."""
 
     def __init__(self) -> None:
-        self._held: list[tuple[float, PushConfig | None]] = [(0.0, None)]
+        self._held: list[tuple[float, Push | None]] = [(0.0, None)]
 
     def push(self, fleet: Fleet, link: str, point: Sequence[float], force: Sequence[float]) -> None:
         """Push with a force (N, W) at a point (m) of a link, in its axes, in place of what is held."""
@@ -22,8 +22,8 @@ class Hand:
             self.release(fleet)
             return
         time, held = fleet.time, self._held[-1][1]
-        push = PushConfig(
-            start=time,
+        push = Push(
+            time=time,
             duration=round(max(fleet.end - time, fleet.period), 9),
             force=_vector(force, "force"),
             link=link,
@@ -31,7 +31,7 @@ class Hand:
         )
         fleet.branch(
             {
-                one: with_push(without_push(one.experiment, held, time) if held else one.experiment, push)
+                one: with_events(without_push(one.experiment, held, time) if held else one.experiment, push)
                 for one in fleet.flights
                 if not one.over
             }

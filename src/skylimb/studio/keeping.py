@@ -90,7 +90,7 @@ def so_far(flight: LiveFlight) -> Run:
     takeoff, flown = flight.takeoff, flight.flight()
     if not flight.ended:
         takeoff = takeoff.changed(replace(flight.experiment, stop_at=flight.time))
-    return with_own_scores(recorded(takeoff, flown), takeoff.own)
+    return with_own_scores(recorded(takeoff, flown), takeoff.plan.own)
 
 
 def preset_now(flight: LiveFlight) -> str:

@@ -1,27 +1,27 @@
 """A flight whose experiment is edited in flight.
 
-Every live change is a *branch*: the experiment gets one more entry (`gain_changes`, `pushes`,
-`surface_changes`), and the flight goes on from the present tick with that experiment. So what is kept is what
-was flown, and there is no second way in which anything acts on a flight.
+Every live change is a *branch*: the experiment gets one more event, and the flight goes on from the present
+tick with that experiment. So what is kept is what was flown, and nothing acts on a flight in another way.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from skylimb.errors import SkylimbError
+from skylimb.events import Timeline
 from skylimb.experiments.experiment import Experiment
+from skylimb.flights.drivers.acts import Act, bound_places, pushing, standing, with_own_model, writing
 from skylimb.flights.drivers.compiled import CompiledDriver, Saved
+from skylimb.flights.drivers.world import World
 from skylimb.flights.flying import simulated_driver
 from skylimb.flights.takeoff import Takeoff
 from skylimb.loop.flight import Flight, mission_ticks
 from skylimb.loop.loop import Loop
-from skylimb.simulation.disturbance import pusher, resolved_pushes
-from skylimb.simulation.interventions import interventions
-from skylimb.simulation.surface_changes import SurfaceWriter, surface_act, surface_table
+from skylimb.simulation.surface_state import first_row
 
 HISTORY = 30.0
 """Seconds that a flight can be rewound in a moment; to earlier times it is flown again from take-off."""
@@ -55,16 +55,18 @@ class LiveFlight:
     """
 
     def __init__(self, takeoff: Takeoff) -> None:
-        self._first = takeoff.with_own_model()
-        self._surface = SurfaceWriter(self._first.plant)
-        self._acts: list[Callable[[int], None]] = []
+        self._first = takeoff
+        self._acts: list[Act] = []
         self._take_off()
 
     def _take_off(self) -> None:
         takeoff = self._first
-        self._data = takeoff.data()
-        self._standing = interventions(takeoff.plant, self._data, takeoff.times, ())
-        self._driver = simulated_driver(takeoff, self._data, takeoff.fixed_rows, (self._act,), build=False)
+        # Whatever is done to it later, nothing may be written into the take-off's own model.
+        plant, self._data = with_own_model(takeoff.plant), takeoff.data()
+        self._plant, self._standing = plant, standing(plant, self._data, takeoff.times)
+        here = World(plant, self._data, (self._act,), Timeline())
+        self._driver = simulated_driver(takeoff, here, whole=True, build=False)
+        self._written: list[tuple[np.ndarray, np.ndarray]] = []
         self._moments: list[_Moment] = []
         self._branches = [_Branch(0, takeoff)]
         self._loop = self._loop_from(0)
@@ -165,7 +167,7 @@ class LiveFlight:
         """Go on with another experiment from here; what was flown of it so far has to be the same.
 
         Args:
-            experiment: differs from this one in `gain_changes`, `pushes` and `surface_changes`.
+            experiment: differs from this one in its events.
 
         Raises:
             ConfigError: when a change cannot be; nothing has changed then.
@@ -204,26 +206,26 @@ class LiveFlight:
 
     def _use(self, takeoff: Takeoff) -> None:
         """Let what changes in flight act from here on."""
-        gains = takeoff.rows.gains
-        now = self._loop.ticks * takeoff.period
-        lasting = [push for push in takeoff.experiment.pushes if push.start + push.duration > now - 1e-6]
-        pushes = resolved_pushes(
-            takeoff.experiment.disturbance,
-            lasting,
-            takeoff.plant.model,
-            takeoff.plant.robot.description.root,
-            takeoff.times,
-        )
-        push = pusher(pushes, takeoff.plant.model, self._data)
+        events = takeoff.timeline
         # Of a push that is over nothing may stay behind; one that lasts is written anew at every tick.
         self._data.qfrc_applied[:] = 0.0
-        self._gains = gains
+        for numbers, before in self._written:
+            numbers[:] = before
+        if events.model is not None:
+            self._written = [
+                (numbers, numbers.copy()) for numbers, _ in bound_places(self._plant.model, events.model)
+            ]
+        self._gains, now = events.gains, self._loop.ticks
+        lasting = replace(events, wrenches=tuple(one for one in events.wrenches if one.end > now))
         table = takeoff.surface_table
-        if table is None:
-            table = surface_table((), takeoff.plant.surface, takeoff.times)
-        surface = surface_act(self._surface, table)
-        self.surface = table
-        self._acts = [surface, *self._standing, *([push] if push is not None else [])]
+        self.surface = (
+            np.tile(first_row(takeoff.plant.surface), (len(takeoff.times), 1)) if table is None else table
+        )
+        self._acts = [
+            *writing(self._plant, events),
+            *self._standing,
+            *pushing(self._plant, self._data, lasting),
+        ]
 
     def _save(self, tick: int) -> None:
         """Keep this moment where one is due."""

@@ -11,9 +11,9 @@ import numpy as np
 
 from skylimb.control.controller import Controller
 from skylimb.errors import ConfigError, SkylimbError, unknown_name
+from skylimb.events import SurfaceChange
 from skylimb.experiments.experiment import Experiment
 from skylimb.flights.loading import DEFAULT_CONTROLLER
-from skylimb.simulation.surface_changes import SurfaceChange
 from skylimb.studio.changes import with_gain
 from skylimb.studio.controls import IN_FLIGHT, PREFIX
 from skylimb.studio.drawings import keep_drawing, strokes_as_svg
@@ -22,7 +22,7 @@ from skylimb.studio.fleet import Fleet
 from skylimb.studio.hand import Hand
 from skylimb.studio.lineup import Lineup
 from skylimb.studio.live_flight import LiveFlight
-from skylimb.studio.surface_edits import BLEND, surface_change, surface_keys_in_flight, with_surface
+from skylimb.studio.surface_edits import DURATION, surface_change, surface_keys_in_flight, with_surface
 from skylimb.studio.watching import Watcher, files_of_controller
 
 if TYPE_CHECKING:
@@ -160,7 +160,7 @@ class Session:
         lineup = self.fleet.lineup.with_keys({key: value})
         if key in surface_keys_in_flight(self.flights[0].experiment) and not self.over:
             name = key.removeprefix("surface.")
-            self._change_surface(SurfaceChange(time=self.time, blend=BLEND, **{name: value}))
+            self._change_surface(SurfaceChange(self.time, duration=DURATION, **{name: value}))
             self.fleet.lineup = lineup
             return IN_FLIGHT
         self._begin_again(lineup.with_gains(self.fleet.gains()), f"{key} = {value}")

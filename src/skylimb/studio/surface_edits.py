@@ -7,25 +7,24 @@ from collections.abc import Sequence
 from typing import Any
 
 from skylimb.errors import ConfigError
+from skylimb.events import SurfaceChange
+from skylimb.events.surface import MATERIAL_KEYS, POSE_KEYS
 from skylimb.experiments.experiment import Experiment
-from skylimb.simulation.surface_changes import SurfaceChange
 from skylimb.simulation.surfaces import Surface
+from skylimb.studio.changes import with_events
 
-BLEND = 0.2
+DURATION = 0.2
 """How long a surface takes to a new place, s."""
-
-_POSE = ("position", "slope", "pitch", "roll")
-_MATERIAL = ("friction", "stiffness")
 
 
 def surface_keys_in_flight(experiment: Experiment) -> dict[str, Any]:
     """Keys of the surface that can change in flight, and what they come to with all changes so far."""
     surface = experiment.surface
     fixed = surface.friction_varies or surface.turns or surface.many
-    names = () if fixed else _MATERIAL if surface.moves else (*_POSE, *_MATERIAL)
+    names = () if fixed else MATERIAL_KEYS if surface.moves else (*POSE_KEYS, *MATERIAL_KEYS)
     found = {name: getattr(surface, name) for name in names}
-    for change in sorted(experiment.surface_changes, key=lambda change: change.time):
-        found |= {name: getattr(change, name) for name in names if getattr(change, name) is not None}
+    for change in sorted(_changes(experiment), key=lambda change: change.time):
+        found |= {name: value for name, value in change.changed.items() if name in names}
     return {f"surface.{name}": value for name, value in found.items()}
 
 
@@ -60,16 +59,17 @@ def surface_change(
             raise ConfigError(f"position has {len(moved)} numbers; it takes three")
         pose["position"] = tuple(round(a + float(b), 9) for a, b in zip(surface.position, moved, strict=True))
     return SurfaceChange(
-        time=time, friction=friction, stiffness=stiffness, present=present, blend=BLEND, **pose
+        time, friction=friction, stiffness=stiffness, present=present, duration=DURATION, **pose
     )
 
 
 def with_surface(experiment: Experiment, change: SurfaceChange) -> Experiment:
     """The experiment with one more change; what one of the same moment says otherwise is replaced."""
-    last = experiment.surface_changes[-1:]
-    if last and (last[0].time, last[0].blend) == (change.time, change.blend):
-        names = (*_POSE, *_MATERIAL, "present")
-        newer = {name: getattr(change, name) for name in names if getattr(change, name) is not None}
-        merged = dataclasses.replace(last[0], **newer)
-        return dataclasses.replace(experiment, surface_changes=(*experiment.surface_changes[:-1], merged))
-    return dataclasses.replace(experiment, surface_changes=(*experiment.surface_changes, change))
+    last = _changes(experiment)[-1:]
+    if last and (last[0].time, last[0].duration) == (change.time, change.duration):
+        return with_events(experiment, dataclasses.replace(last[0], **change.changed), without=last)
+    return with_events(experiment, change)
+
+
+def _changes(experiment: Experiment) -> list[SurfaceChange]:
+    return [event for event in experiment.events if isinstance(event, SurfaceChange)]

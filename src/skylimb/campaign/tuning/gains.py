@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from skylimb.campaign.draws import value_at
 from skylimb.campaign.frozen import Campaign
 from skylimb.campaign.spec import Search
+from skylimb.config import value_of
 from skylimb.control.controller import resolved_tables
 from skylimb.errors import ConfigError
 from skylimb.experiments.experiment import robot_of
@@ -25,7 +25,7 @@ def present_gains(campaign: Campaign, name: str, search: Search) -> Gains:
     """
     robot = robot_of(campaign.experiment_of(campaign.draw(0)))
     tables = resolved_tables(campaign.load(name, robot))
-    found = {key: value_at(tables, key) for key in search.gains}
+    found = {key: value_of(tables, key) for key in search.gains}
     for key, value in found.items():
         if not isinstance(value, int | float) or isinstance(value, bool):
             raise ConfigError(

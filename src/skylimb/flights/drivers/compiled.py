@@ -8,6 +8,8 @@ from typing import Any, NamedTuple
 import mujoco
 import numpy as np
 
+from skylimb.events import GainRows
+from skylimb.flights.drivers.acts import Act
 from skylimb.packing import Layout
 from skylimb.simulation.engine_warnings import raised_warnings
 from skylimb.simulation.plant import Plant
@@ -30,14 +32,15 @@ class Saved(NamedTuple):
 
 
 class CompiledDriver:
-    """Evaluate the tick, then advance the physics by a control period.
+    """Evaluate the tick, then advance the physics by a control period. It applies events of every kind.
 
     Args:
         tick: sensors, controller, actuators and record as one function.
         plant: what flies.
         data: its state; it is advanced.
         rows: what is known of the flight beforehand.
-        interventions: what acts on the plant from outside before a tick's physics.
+        acts: what acts on the plant before a tick's physics.
+        gains: those that change in flight.
         start: the mission's tick of the first row of `rows.references`; above 0 for a flight that goes on
             from its middle.
     """
@@ -48,7 +51,8 @@ class CompiledDriver:
         plant: Plant,
         data: mujoco.MjData,
         rows: FlightRows,
-        interventions: Sequence[Callable[[int], None]] = (),
+        acts: Sequence[Act] = (),
+        gains: GainRows | None = None,
         start: int = 0,
     ) -> None:
         self._layout, self._data = tick.signals, data
@@ -66,7 +70,8 @@ class CompiledDriver:
             self.gains,
             self._states,
             self._log,
-            tuple(interventions),
+            tuple(acts),
+            gains,
             start,
             self._at,
         )
@@ -117,7 +122,8 @@ def _bound_tick(
     gains: np.ndarray,
     states: tuple[np.ndarray, np.ndarray],
     log: np.ndarray,
-    interventions: tuple[Callable[[int], None], ...],
+    acts: tuple[Act, ...],
+    changing: GainRows | None,
     start: int,
     here: np.ndarray,
 ) -> Callable[[int], int]:
@@ -129,7 +135,7 @@ def _bound_tick(
     # One evaluation for even ticks and one for odd ones.
     bound = [_bind(tick, data, states[i], states[1 - i], row, reference, gains, signals) for i in (0, 1)]
     evaluations, buffers = [evaluate for _, evaluate in bound], [buffer for buffer, _ in bound]
-    known, references, changing, clock = rows.ticks, rows.references, rows.gains, tick.clock
+    known, references, clock = rows.ticks, rows.references, tick.clock
 
     def fly(k: int, keep_alive: Any = buffers) -> int:
         at = int(here[0])
@@ -140,7 +146,7 @@ def _bound_tick(
         odd = k & 1
         evaluations[odd]()
         log[k] = signals
-        for act in interventions:
+        for act in acts:
             act(k)
         step(model, data, substeps)
         at = k + 1 if clock is None else int(states[1 - odd][clock]) - start

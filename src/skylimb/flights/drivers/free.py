@@ -12,6 +12,7 @@ from skylimb.control.controller import Controller
 from skylimb.control.needs import PACE, needs_of
 from skylimb.control.records import Command
 from skylimb.errors import ConfigError
+from skylimb.events import GainRows
 from skylimb.loop.flight import MISSION_TIME
 from skylimb.loop.vehicle import Vehicle
 from skylimb.missions.clock import Clock, entries, next_clock, start_of_mission
@@ -33,10 +34,17 @@ class FreeDriver:
         robot: gives the sizes that a command must have.
         mission: the references of the flight.
         count: ticks that the flight may have.
+        gains: those that change in flight, where the controller's are one flat array.
     """
 
     def __init__(
-        self, controller: Controller, vehicle: Vehicle, robot: Robot, mission: Mission, count: int
+        self,
+        controller: Controller,
+        vehicle: Vehicle,
+        robot: Robot,
+        mission: Mission,
+        count: int,
+        gains: GainRows | None = None,
     ) -> None:
         self._vehicle, self._robot, self._mission = vehicle, robot, mission
         needs = needs_of(controller)
@@ -44,7 +52,7 @@ class FreeDriver:
         self._entries = entries(mission.reference)
         self._clock, self._count = start_of_mission(), count
         self._step, self._what = controller.step, f"controller '{controller.name}'"
-        self._gains, self._state = controller.gains(), controller.initial_state()
+        self._gains, self._state, self._changing = controller.gains(), controller.initial_state(), gains
         self._sizes = tuple(
             zip(Command._fields, (robot.n_rotors, robot.n_joints, robot.n_vectoring), strict=True)
         )
@@ -82,6 +90,8 @@ class FreeDriver:
         vehicle, dt = self._vehicle, self._mission.period
         measurement = vehicle.measure()
         reference = self._reference(k)
+        if self._changing is not None:
+            self._gains[self._changing.columns] = self._changing.values[k]
         begun = perf_counter()
         try:
             self._state, command, own = self._step(self._gains, self._state, measurement, reference, dt)

@@ -13,9 +13,9 @@ from skylimb.errors import ConfigError
 from skylimb.experiments.experiment import Experiment, robot_of
 from skylimb.flights.export.files import export_c
 from skylimb.flights.loading import chosen_controller
+from skylimb.flights.plan import mission_of
 from skylimb.flights.replay.recorded import recorded, sampled
 from skylimb.flights.replay.replay import experiment_of
-from skylimb.flights.takeoff import mission_of
 from skylimb.missions.reference import zero_reference
 from skylimb.packing import Layout, pack_rows
 from skylimb.recording.run import Run

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import tempfile
 import tomllib
 from collections.abc import Mapping
@@ -15,37 +14,35 @@ import numpy as np
 import xarray as xr
 
 from skylimb.analysis.replayed import REPLAYED
-from skylimb.config import to_mapping
 from skylimb.control.cascade import calibrated
 from skylimb.control.controller import (
     Controller,
     controller_signals,
     is_traceable,
-    resolved_tables,
 )
 from skylimb.control.corrections import Calibrated, corrections_of
 from skylimb.control.needs import needs_of
 from skylimb.errors import ConfigError, SkylimbError
+from skylimb.events import GainChange
+from skylimb.events.gain import gain_rows
 from skylimb.exchange.convert import read_log
 from skylimb.experiments.experiment import Experiment, load_experiment, robot_of
+from skylimb.flights.flight_run import FLAGS, documented
 from skylimb.flights.loading import chosen_controller, parted
-from skylimb.flights.record import config_units
+from skylimb.flights.plan import FlightPlan, mission_of
 from skylimb.flights.replay.mission_of_log import mission_of_log
 from skylimb.flights.replay.open_loop import Progress, open_loop
 from skylimb.flights.replay.recorded import Recorded, recorded, sampled
 from skylimb.flights.replay.whole_reference import recorded_ahead, whole_mission
-from skylimb.flights.takeoff import mission_of
 from skylimb.loop.flight import MISSION_TIME
 from skylimb.missions.clock import Clock
 from skylimb.missions.mission import Mission
 from skylimb.packing import Layout
-from skylimb.recording.origin import TABLE, origin_text
+from skylimb.recording.log import log_variable
+from skylimb.recording.origin import TABLE
 from skylimb.recording.run import Run
-from skylimb.recording.versions import origin_versions
 from skylimb.robots.model import Robot
 from skylimb.signals import Signal
-from skylimb.simulation.gain_changes import gain_rows
-from skylimb.simulation.log import log_variable
 
 UNKNOWN = "free_flight"
 """The experiment whose robot and rates a log is replayed with that does not say what flew."""
@@ -127,21 +124,13 @@ def _replayed(
     values = open_loop(controller, held, mission, period, changing, progress, ahead)
     notes = (*said, *resampled, *held.missing, *planned, *dropped, *_broken_off(log))
     known = controller_signals(controller)
-    config = to_mapping({**experiment.to_mapping(), "controller": resolved_tables(controller)})
-    config.pop(TABLE, None)
-    return Run(
+    said_of_it = {"controller": controller.name, "status": "OK", "cause": "", REPLAYED: run.name}
+    made = Run(
         name=f"{controller.name}, replayed",
         controller=controller.name,
-        log=_log(log, values, known).assign_attrs(
-            controller=controller.name,
-            config=origin_text(config, {}, origin_versions()),
-            config_units=json.dumps(config_units(experiment, controller)),
-            notes=json.dumps(notes),
-            status="OK",
-            cause="",
-            **{REPLAYED: run.name},
-        ),
+        log=_log(log, values, known).assign_attrs(said_of_it),
     )
+    return documented(made, FlightPlan(experiment, robot, controller), notes)
 
 
 def experiment_of(run: Run, folder: Path, settings: Mapping[str, Any]) -> tuple[Experiment, tuple[str, ...]]:
@@ -216,18 +205,19 @@ def _gains(
     experiment: Experiment, controller: Controller, count: int
 ) -> tuple[tuple[np.ndarray, np.ndarray] | None, tuple[str, ...]]:
     """The gains that changed in flight, and those that this controller does not have."""
-    if not experiment.gain_changes:
+    changes = [event for event in experiment.events if isinstance(event, GainChange)]
+    if not changes:
         return None, ()
     layout = Layout(controller.gains()) if is_traceable(controller) else None
-    known = [change for change in experiment.gain_changes if layout and change.key in layout.slices]
-    missing = {change.key for change in experiment.gain_changes} - {change.key for change in known}
+    known = [change for change in changes if layout and change.key in layout.slices]
+    missing = {change.key for change in changes} - {change.key for change in known}
     said = tuple(f"{controller.name} has no gain '{key}' to be changed in flight" for key in sorted(missing))
     if layout is None or not known:
         return None, said
     late = int(max(change.time for change in known) / experiment.control_period) + 2
     times = np.arange(max(count, late)) * experiment.control_period
     rows = gain_rows(known, layout.pack(controller.gains()), layout, times)
-    return (None if rows is None else (rows.columns, rows.values)), said
+    return (rows.columns, rows.values), said
 
 
 def _log(log: xr.Dataset, values: Mapping[str, np.ndarray], own: Mapping[str, Signal]) -> xr.Dataset:
@@ -242,7 +232,7 @@ def _log(log: xr.Dataset, values: Mapping[str, np.ndarray], own: Mapping[str, Si
             rows = np.where(np.isfinite(array), array, -1.0).astype(was.dtype) if whole else array
             made[name] = xr.Variable(was.dims, rows, was.attrs)
         else:
-            made[name] = log_variable(name, array, own.get(name, Signal()))
+            made[name] = log_variable(name, array, own.get(name, Signal()), FLAGS.get(name, ()))
     fresh = xr.Dataset({**kept, **made}, coords=log.coords, attrs=log.attrs)
     for name in ("contact_gaps", "contact_transitions"):
         fresh.attrs.pop(name, None)

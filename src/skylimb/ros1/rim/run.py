@@ -8,17 +8,17 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from skylimb.control.needs import needs_of
 from skylimb.control.thrusts import thrust_limits
 from skylimb.errors import ConfigError, choice_error
+from skylimb.events import require_applied
 from skylimb.exchange.frames import lab_link
 from skylimb.experiments.experiment import load_experiment
 from skylimb.flights.flyable import require_flyable
-from skylimb.flights.flying import fastest
-from skylimb.flights.loading import parted, take_off
-from skylimb.flights.takeoff import Takeoff, mission_of
+from skylimb.flights.guarded import compiled
+from skylimb.flights.loading import parted, plan_flights
+from skylimb.flights.plan import FlightPlan, plan_flight
+from skylimb.flights.takeoff import simulated
 from skylimb.missions.mission import Mission
-from skylimb.realtime.compiled_controller import CompiledController
 from skylimb.realtime.pacer import Pacer
 from skylimb.realtime.timing import Timing
 from skylimb.robots.model import Robot
@@ -33,7 +33,7 @@ from skylimb.ros1.rim.carrier import BridgeCarrier
 from skylimb.ros1.rim.definitions import Definitions
 from skylimb.ros1.rim.here import require_loopback, require_master, require_ros
 from skylimb.ros1.simulated import Simulated
-from skylimb.simulation.plant import initial_data
+from skylimb.ros1.tick import STARTED_BY_ITS_USER
 
 PROFILES = ("simulator", "controller", "both")
 
@@ -124,24 +124,25 @@ def run(options: Options, say: Callable[[str], None] = print) -> Flown:
     period = load_experiment(options.experiment, parted(settings)[0]).control_period
     if options.profile == "simulator":
         settings["controller_rate"] = INNER_RATE
-    (takeoff,) = take_off(options.experiment, (options.controller,), set=settings)
-    missions = missions_of(takeoff, options)
-    config = read_lab_config(options.config, takeoff.robot)
+    (plan,) = plan_flights(options.experiment, (options.controller,), set=settings)
+    require_applied(plan.experiment.events, (), STARTED_BY_ITS_USER)
+    missions = missions_of(plan, options)
+    config = read_lab_config(options.config, plan.robot)
     servos = config.servos is not None
     require_master()
     pacer = Pacer(period)
-    profile = _profile(options, takeoff, missions, pacer, config)
+    profile = _profile(options, plan, missions, pacer, config)
     _say_left_out(options.profile, topics.spoken(options.profile, servos), definitions, say)
     if options.profile == "controller":
         say(WARNING)
-        for words in _doubts(config, takeoff.robot):
+        for words in _doubts(config, plan.robot):
             say(words)
     settings = Settings(options.profile, tuple(options.messages), options.namespace, servos)
     process, pipe = start_bridge(settings)
     try:
         node = Node(profile, BridgeCarrier(pipe), pacer, say)
         names = ", ".join(missions)
-        say(f"{options.profile}: {takeoff.robot.name} below /{options.namespace}, missions {names}")
+        say(f"{options.profile}: {plan.robot.name} below /{options.namespace}, missions {names}")
         node.spin()
     finally:
         pipe.close()
@@ -175,20 +176,19 @@ def write(flown: Flown, folder: Path) -> list[Path]:
     return places
 
 
-def missions_of(takeoff: Takeoff, options: Options) -> dict[str, Mission]:
+def missions_of(plan: FlightPlan, options: Options) -> dict[str, Mission]:
     """The missions that can be flown, by the names of their experiments."""
-    found = {takeoff.experiment.name: takeoff.mission}
-    purpose = needs_of(takeoff.controller).vectoring
+    found = {plan.experiment.name: plan.mission}
     for name in options.missions:
-        experiment = load_experiment(name, {"robot": takeoff.experiment.robot})
-        if experiment.control_period != takeoff.period:
+        experiment = load_experiment(name, {"robot": plan.experiment.robot})
+        if experiment.control_period != plan.period:
             raise ConfigError(
                 f"mission '{experiment.name}' is at {experiment.controller_rate:g} Hz, the node at "
-                f"{1.0 / takeoff.period:g} Hz"
+                f"{1.0 / plan.period:g} Hz"
             )
-        mission = mission_of(experiment, takeoff.robot, purpose)
-        require_flyable(takeoff.plant, mission, initial_data(takeoff.plant, mission.first))
-        found[experiment.name] = mission
+        other = plan_flight(experiment, plan.robot, plan.controller)
+        require_flyable(plan.experiment.surface, plan.robot, other.mission)
+        found[experiment.name] = other.mission
     return found
 
 
@@ -207,19 +207,16 @@ def _doubts(config: LabConfig, robot: Robot) -> list[str]:
 
 
 def _profile(
-    options: Options, takeoff: Takeoff, missions: Mapping[str, Mission], pacer: Pacer, config: LabConfig
+    options: Options, plan: FlightPlan, missions: Mapping[str, Mission], pacer: Pacer, config: LabConfig
 ) -> Any:
     """The profile."""
-    link = lab_link(takeoff.robot, options.link)
-    controller: Any = takeoff.controller
-    if takeoff.traceable:
-        controller = CompiledController(controller, takeoff.period, fastest)
+    link = lab_link(plan.robot, options.link)
     if options.profile == "simulator":
-        return Simulated(takeoff, link, pacer, options.cells, config.servos)
-    given = takeoff, controller, missions, link, pacer, options.cells
+        return Simulated(simulated(plan), link, pacer, options.cells, config.servos)
+    given = compiled(plan), missions, link, pacer, options.cells
     if options.profile == "both":
-        return Both(*given, namespace=options.namespace)
-    return Controlled(*given, config=config, namespace=options.namespace)
+        return Both(simulated(plan), *given, namespace=options.namespace)
+    return Controlled(plan, *given, config=config, namespace=options.namespace)
 
 
 def _say_left_out(

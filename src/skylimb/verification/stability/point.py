@@ -159,10 +159,7 @@ def operating_point(
     at = _middle_of_slide(mission) if at is None else at
     if not 0.0 < at < mission.times[-1]:
         raise ConfigError(f"at = {at:g} s is outside of the mission, 0 .. {mission.times[-1]:g} s")
-    late = dataclasses.replace(
-        takeoff,
-        experiment=experiment_with(experiment, {"sensors.latency": LONGEST_LATENCY}),
-    )
+    late = takeoff.changed(experiment_with(experiment, {"sensors.latency": LONGEST_LATENCY}))
     names = state_names(late.initial_tick_state)
     data, tick = takeoff.data(), late.tick
     point = OperatingPoint(

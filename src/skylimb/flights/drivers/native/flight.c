@@ -31,7 +31,8 @@ typedef struct {
 } Engine;
 
 /* `Flight`, the record of one flight, is declared here from its twin in record.py, which says what its fields are. */
-@PUSH@
+@WRENCH@
+@WRITTEN@
 @FLIGHT@
 static Engine engine;
 
@@ -82,8 +83,8 @@ static void move_wall(const Flight* f, const mjModel* m, mjData* d, int64_t k) {
 
 static void push(const Flight* f, const mjModel* m, mjData* d, int64_t k) {
   for (int i = 0; i < m->nv; i++) d->qfrc_applied[i] = 0.0;
-  for (int64_t n = 0; n < f->n_pushes; n++) {
-    const Push* p = f->pushes + n;
+  for (int64_t n = 0; n < f->n_wrenches; n++) {
+    const Wrench* p = f->wrenches + n;
     if (k < p->begin || k >= p->end) continue;
     const mjtNum *at = d->subtree_com + 3 * p->body, *x = d->xpos + 3 * p->body, *R = d->xmat + 9 * p->body;
     mjtNum point[3];
@@ -130,16 +131,13 @@ static void write_friction(const Flight* f, const mjModel* m, mjData* d, int64_t
   }
 }
 
-/* Write what the surface is at tick k. */
-static void write_surface(const Flight* f, int64_t k) {
-  const double* numbers = f->surface + 11 * k;
-  memcpy(f->model->geom_pos + 3 * f->geom, numbers, 3 * sizeof(mjtNum));
-  memcpy(f->model->geom_quat + 4 * f->geom, numbers + 3, 4 * sizeof(mjtNum));
-  if (f->frictions) return;
-  mjtNum* friction = f->model->pair_friction + 5 * f->pair;
-  friction[0] = friction[1] = numbers[7];
-  memcpy(f->model->pair_solref + 2 * f->pair, numbers + 8, 2 * sizeof(mjtNum));
-  f->model->pair_gap[f->pair] = numbers[10];
+/* Write what events make of the model's numbers at tick k. */
+static void write_model(const Flight* f, int64_t k) {
+  const double* row = f->written + f->n_written * k;
+  for (int64_t n = 0; n < f->n_places; n++) {
+    const Written* place = f->places + n;
+    memcpy(place->to, row + place->column, (size_t)place->count * sizeof(mjtNum));
+  }
 }
 
 /* Fetch what the next tick reads and writes while the engine is still at work: nothing else touches it. */
@@ -178,7 +176,7 @@ static void begin_tick(Flight* f, const mjModel* m, mjData* d, int64_t k) {
   }
   f->at = f->clock < 0 ? k + 1 : (int64_t)f->state[1 - (k & 1)][f->clock];
   if (f->wall_qpos >= 0) move_wall(f, m, d, k);
-  if (f->n_pushes) push(f, m, d, k);
+  if (f->n_wrenches) push(f, m, d, k);
 }
 
 void skylimb_control(const mjModel* m, mjData* d) {
@@ -199,8 +197,8 @@ void skylimb_control(const mjModel* m, mjData* d) {
   if (step == 0) begin_tick(f, m, d, k);
   f->done++;
   if (step == f->substeps - 1 && k + 1 < f->count) fetch_ahead(f, k + 1);
-  /* The surface is what the next tick's first collision must find: it comes before the next callback. */
-  if (f->surface && step == f->substeps - 1 && k + 1 < f->count) write_surface(f, k + 1);
+  /* The model is what the next tick's first collision must find: it comes before the next callback. */
+  if (f->n_places && step == f->substeps - 1 && k + 1 < f->count) write_model(f, k + 1);
   if (f->frictions && step == f->substeps - 1 && k + 1 < f->count) write_friction(f, m, d, k + 1);
   if (f->done == f->count * f->substeps || (f->at > f->last && step == f->substeps - 1)) f->finished = f->stopped = 1;
 }

@@ -14,13 +14,13 @@ from skylimb.flights.drivers.compiled import CompiledDriver
 from skylimb.flights.drivers.native.function import compile_native
 from skylimb.flights.drivers.native.library import control_callback, unavailable
 from skylimb.flights.drivers.native.record import MARK, Aloft, begin_flight
+from skylimb.flights.drivers.world import world
 from skylimb.flights.takeoff import Takeoff
 from skylimb.loop.flight import Flight, unfinished
 from skylimb.loop.loop import CHECK_INTERVAL, Loop, fault_cause
 from skylimb.loop.terminations import find_loss
 from skylimb.simulation.engine_timer import without_timer
 from skylimb.simulation.engine_warnings import raised_warnings
-from skylimb.simulation.interventions import interventions
 
 CHUNK = 20 * CHECK_INTERVAL
 """Ticks after which lost flights are taken out, and Ctrl-C is heard."""
@@ -74,11 +74,8 @@ def fly_native(
 
 
 def _fly_compiled(takeoff: Takeoff) -> Flight:
-    if takeoff.experiment.surface_changes:
-        takeoff = takeoff.with_own_model()
-    data = takeoff.data()
-    outside = interventions(takeoff.plant, data, takeoff.times, takeoff.pushes, takeoff.surface_table)
-    driver = CompiledDriver(takeoff.tick, takeoff.plant, data, takeoff.rows, outside)
+    here = world(takeoff)
+    driver = CompiledDriver(takeoff.tick, here.plant, here.data, takeoff.rows, here.acts, here.events.gains)
     with without_timer():
         return Loop(driver, takeoff.mission, takeoff.experiment.terminations, len(takeoff.rows)).fly()
 

@@ -12,10 +12,10 @@ from pathlib import Path
 import mujoco
 
 from skylimb.errors import CompileError
-from skylimb.flights.drivers.native.record import FlightRecord
+from skylimb.events import Wrench
+from skylimb.flights.drivers.native.record import FlightRecord, Written
 from skylimb.simulation.c_struct import c_declaration
 from skylimb.simulation.compiling import built_library, engine_library, load_library
-from skylimb.simulation.disturbance import Push
 
 _SOURCE = Path(__file__).with_name("flight.c")
 _CONTROL = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)
@@ -52,7 +52,7 @@ def callback_library() -> ctypes.CDLL:
         CompileError: when it cannot be built or loaded.
     """
     source = _SOURCE.read_text("utf-8").replace("@FLIGHT@", c_declaration(FlightRecord, "Flight"))
-    source = source.replace("@PUSH@", c_declaration(Push))
+    source = source.replace("@WRENCH@", c_declaration(Wrench)).replace("@WRITTEN@", c_declaration(Written))
     return load_library(built_library("native", "flight", source))
 
 

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import ctypes
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import mujoco
 import numpy as np
 
+from skylimb.flights.drivers.acts import bound_places, friction_writer, written_plant
 from skylimb.flights.takeoff import Takeoff
 from skylimb.loop.loop import CHECK_INTERVAL
 from skylimb.loop.terminations import Terminations, watched_columns
@@ -17,12 +19,9 @@ from skylimb.missions.mission import Mission
 from skylimb.packing import Layout
 from skylimb.simulation.c_struct import address
 from skylimb.simulation.contact import PAIR_NAME
-from skylimb.simulation.interventions import friction_writer
 from skylimb.simulation.plant import Plant
 from skylimb.simulation.robot_bodies import TIP_SITE
-from skylimb.simulation.surface_changes import SurfaceWriter
 from skylimb.simulation.surfaces.pair_friction import friction_table
-from skylimb.simulation.surfaces.surface import GEOM
 
 MARK = 1936419121.0
 """Second word of `data.userdata` of a flight; the first is its record's address."""
@@ -31,6 +30,15 @@ _SLACK, _CLOSE = 1e-6, 0.01  # the callback stops only flights that `find_loss` 
 _Word, _Number = ctypes.c_int64, ctypes.c_double
 _Numbers, _Given, _Words = address("double*"), address("const double*"), address("const int64_t*")
 _WARNINGS = int(mujoco.mjtWarning.mjNWARNING)
+
+
+class Written(ctypes.Structure):
+    """Numbers of the model that events write; `Written` of flight.c.
+
+    to: where they stand. count: how many. column: of the first one in a row of what is written.
+    """
+
+    _fields_ = (("to", _Numbers), ("count", _Word), ("column", _Word))
 
 
 class FlightRecord(ctypes.Structure):
@@ -45,10 +53,9 @@ class FlightRecord(ctypes.Structure):
     counted anew, as data may have served another flight. closed: 1 when the engine went on after the last
     tick, and its warnings were looked at before. warned: ticks flown when a warning was found, or -1.
     warnings: how many of each there had been before this flight was continued; then, how many new. wall:
-    displacement and speed of a moving surface at every tick, (count, 2). pushes: on the robot. model: of
-    this flight alone, into which friction and changes of the surface are written. frictions: null where
-    friction is constant. surface: numbers of the surface's geom and pair at every tick (`SurfaceWriter`),
-    (count, 11); null where it does not change.
+    displacement and speed of a moving surface at every tick, (count, 2). wrenches: on the robot. model: of
+    this flight alone, into which friction is written. frictions: null where friction is constant. places:
+    of the model's numbers that events write. written: those numbers at every tick, (count, n_written).
     """
 
     _fields_ = (
@@ -62,13 +69,13 @@ class FlightRecord(ctypes.Structure):
         ("done", _Word), ("stopped", _Word), ("fresh", _Word), ("closed", _Word),
         ("warned", _Word), ("warnings", _Word * _WARNINGS),
         ("wall_qpos", _Word), ("wall_dof", _Word), ("wall", _Given),
-        ("n_pushes", _Word), ("pushes", address("const Push*")),
+        ("n_wrenches", _Word), ("wrenches", address("const Wrench*")),
         ("model", address("mjModel*")), ("pair", _Word), ("site", _Word), ("cells", _Word * 2),
         ("frictions", _Given), ("adhesions", _Given),
         ("origin", _Number * 3), ("axis", _Number * 3),
         ("w", _Number * 3), ("u", _Number * 3), ("v", _Number * 3), ("half", _Number * 2),
         ("ratio", _Number), ("speed", _Number), ("stiffness", _Number),
-        ("surface", _Given), ("geom", _Word),
+        ("n_places", _Word), ("places", address("const Written*")), ("n_written", _Word), ("written", _Given),
     )  # fmt: skip
 
 
@@ -124,6 +131,10 @@ class Aloft:
         self.kept.append(kept)
         return kept.ctypes.data
 
+    def keep_structs(self, structs: Sequence[ctypes.Structure]) -> int:
+        """Address of structures one behind the other; kept alive with the flight."""
+        return self.keep(np.frombuffer(b"".join(map(bytes, structs)) or bytes(1), np.uint8), np.uint8)
+
 
 def begin_flight(takeoff: Takeoff, function: int) -> Aloft:
     """A flight before its first tick.
@@ -133,19 +144,12 @@ def begin_flight(takeoff: Takeoff, function: int) -> Aloft:
         function: address of the tick's compiled function.
     """
     tick, plant, mission, rows = takeoff.tick, takeoff.plant, takeoff.mission, takeoff.rows
-    count, times = len(rows), takeoff.times
+    count, times, events = len(rows), takeoff.times, takeoff.timeline
     limits = takeoff.experiment.terminations
-    surface, numbers = takeoff.surface_table, np.zeros(0)
-    if plant.surface.friction_varies or surface is not None:
-        takeoff = takeoff.with_own_model()
-        plant = takeoff.plant
+    plant = written_plant(plant, events)
     model = plant.model
-    if surface is not None:
-        writer = SurfaceWriter(plant)
-        numbers = writer.all_numbers(surface)
-        writer.write(numbers[0])
     if plant.surface.friction_varies:
-        friction_writer(plant, takeoff.data(), times, model)(0)
+        friction_writer(plant, takeoff.data(), times)(0)
     log = np.full((count, tick.signals.size), np.nan)
     flight = Aloft(FlightRecord(), model, log, mission, tick.signals, limits)
     record, keep = flight.record, flight.keep
@@ -153,10 +157,10 @@ def begin_flight(takeoff: Takeoff, function: int) -> Aloft:
     record.count, record.substeps, record.interval = count, plant.substeps, CHECK_INTERVAL
     record.n_row, record.n_signals = tick.rows.size, tick.signals.size
     record.rows, record.log, record.gains = keep(rows.ticks), keep(log), keep(tick.gains.copy())
-    if rows.gains is not None:
-        record.n_changing = len(rows.gains.columns)
-        record.changing = keep(rows.gains.columns, np.int64)
-        record.changing_values = keep(rows.gains.values)
+    if events.gains is not None:
+        record.n_changing = len(events.gains.columns)
+        record.changing = keep(events.gains.columns, np.int64)
+        record.changing_values = keep(events.gains.values)
     record.references, record.n_reference = keep(rows.references), rows.references.shape[1]
     record.last, record.clock = rows.last, -1 if tick.clock is None else tick.clock
     record.state[0], record.state[1] = keep(tick.state.copy()), keep(tick.state.copy())
@@ -172,14 +176,14 @@ def begin_flight(takeoff: Takeoff, function: int) -> Aloft:
     record.fresh, record.warned = 1, -1
     record.wall_qpos, record.wall_dof = plant.wall_joint or (-1, -1)
     record.wall = keep(np.stack(plant.surface.motion(times), axis=1))
-    record.n_pushes = len(takeoff.pushes)
-    if takeoff.pushes:
-        bytes_of = b"".join(map(bytes, takeoff.pushes))
-        record.pushes = keep(np.frombuffer(bytes_of, np.uint8), np.uint8)
-    if surface is not None:
-        record.model, record.pair = model._address, model.pair(PAIR_NAME).id
-        record.geom = model.geom(GEOM).id
-        record.surface = keep(numbers)
+    record.n_wrenches, record.wrenches = len(events.wrenches), flight.keep_structs(events.wrenches)
+    if events.model is not None:
+        places = bound_places(model, events.model)
+        for numbers, columns in places:
+            numbers[:] = events.model.values[0, columns]
+        record.n_written, record.written = events.model.values.shape[1], keep(events.model.values)
+        written = [Written(to.ctypes.data, to.size, columns.start) for to, columns in places]
+        record.n_places, record.places = len(written), flight.keep_structs(written)
     if plant.surface.friction_varies:
         _add_friction(flight, plant)
     return flight

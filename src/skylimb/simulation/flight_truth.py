@@ -1,0 +1,91 @@
+"""What a simulated flight's raw record says: its signals, and the truth that follows from its states."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from skylimb.errors import ConfigError
+from skylimb.loop.flight import Flight, mission_signals
+from skylimb.missions.mission import Mission
+from skylimb.simulation.moved_surface import MovedSurface
+from skylimb.simulation.plant import Plant
+from skylimb.simulation.surfaces import Valve
+from skylimb.simulation.tool_truth import tool_signals
+from skylimb.simulation.truth import contact_truth, flight_kinematics
+from skylimb.simulation.turned_valve import TurnedValve
+
+
+class FlightTruth(NamedTuple):
+    """What follows from a flight's raw record.
+
+    Attributes:
+        signals: by name, the ticks first.
+        gaps: start and duration, s, of every time without touch.
+    """
+
+    signals: dict[str, np.ndarray]
+    gaps: list[list[float]]
+
+
+def flight_truth(
+    plant: Plant, flight: Flight, mission: Mission, surface: np.ndarray | None = None
+) -> FlightTruth:
+    """Recorded signals, and the truth that follows from the physics' state.
+
+    Args:
+        plant: what flew.
+        flight: the raw record.
+        mission: what was asked, as the flight went through it (`flown_mission`).
+        surface: what the surface was at every tick (`surface_table`); None where it did not change.
+
+    Raises:
+        ConfigError: when a user's controller names a signal that is computed here.
+    """
+    ticks = flight.ticks
+    moved = flight_kinematics(plant, flight, mission)
+    qpos = flight.signal("configuration")
+    values: dict[str, np.ndarray] = {
+        name: flight.signal(name) for name in flight.layout.slices if name != "configuration_velocity"
+    }
+    touched, changed = plant.surface, {}
+    if surface is not None:
+        touched = MovedSurface(plant.surface, surface[:ticks], mission.period)
+        changed = _surface_signals(touched, surface[:ticks])
+    if plant.hinge is not None and isinstance(plant.surface, Valve):
+        at, rate = plant.hinge
+        velocity = flight.signal("configuration_velocity")
+        touched = TurnedValve(
+            plant.surface, qpos[:, at], velocity[:, rate], moved.tip_position, mission.period
+        )
+        changed = {"valve_angle": qpos[:, at]}
+    contact, gaps = contact_truth(plant, flight, mission, moved, touched)
+    computed = {
+        **mission_signals(mission, ticks),
+        "root_position": qpos[:, 0:3],
+        "root_quaternion": qpos[:, 3:7],
+        "joint_angles": qpos[:, list(plant.joint_qpos)],
+        "vectoring_angles": qpos[:, list(plant.vectoring_qpos)],
+        **moved._asdict(),
+        **contact,
+        **changed,
+        **tool_signals(plant, flight, moved.tip_position),
+    }
+    clash = sorted(values.keys() & computed.keys())
+    if clash:
+        raise ConfigError(
+            f"controller signal '{clash[0]}' is a name that the loop records itself; choose another"
+        )
+    return FlightTruth(values | computed, [[gap.start, gap.duration] for gap in gaps])
+
+
+def _surface_signals(moved: MovedSurface, table: np.ndarray) -> dict[str, np.ndarray]:
+    """Where the surface was and what it was made of, at every tick."""
+    return {
+        "surface_position": moved.position,
+        "surface_quaternion": moved.quaternion,
+        "surface_friction": table[:, 6],
+        "surface_stiffness": table[:, 7],
+        "surface_present": table[:, 8],
+    }

@@ -1,0 +1,129 @@
+"""How the real robot differs from its description, and which plants there can be; said without an engine."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import numpy as np
+
+from skylimb.errors import ConfigError
+from skylimb.keys import Key, configuration
+from skylimb.robots.description import RobotDescription
+from skylimb.simulation.surfaces import Surface
+
+Peg = tuple[float, float]
+"""Radius and length, m."""
+
+
+@configuration
+class PlantConfig:
+    """How the physics is stepped, and how the real robot differs from its description."""
+
+    physics_step: Annotated[
+        float,
+        Key("s", "time step of the physics; a control period is a whole number of them", low=1e-5, high=0.01),
+    ] = 0.001
+    thrust_scale: Annotated[float, Key("", "true over commanded thrust, all rotors", low=0.5, high=1.5)] = 1.0
+    rotor_scale: Annotated[
+        tuple[float, ...], Key("", "the same for each rotor on its own; empty for ones", low=0.0, high=1.5)
+    ] = ()
+    rotor_lag: Annotated[
+        float,
+        Key("s", "time constant of the thrust; negative keeps the description's", low=-1.0, high=1.0),
+    ] = -1.0
+    mass_scale: Annotated[
+        float, Key("", "true over described mass and inertia, all links", low=0.5, high=2.0)
+    ] = 1.0
+    cog_offset: Annotated[
+        tuple[float, float, float],
+        Key("m", "true less described centre of gravity, root link's axes", low=-0.2, high=0.2),
+    ] = (0.0, 0.0, 0.0)
+    foot: Annotated[
+        float | None,
+        Key("m", "half the side of a square foot at the tip; none for the tip's ball alone", 0.005, 0.5),
+    ] = None
+    peg: Annotated[
+        tuple[float, float] | None,
+        Key(
+            "m",
+            "radius and length of a peg at the tip, for a hole; none for the tip's ball alone",
+            0.001,
+            1.0,
+        ),
+    ] = None
+    servo_stiffness_scale: Annotated[
+        float, Key("", "true over described stiffness of the shape servos", low=1e-3, high=100.0)
+    ] = 1.0
+
+
+def physics_steps(config: PlantConfig, dt: float) -> int:
+    """Steps of the physics in a control period of `dt` s.
+
+    Raises:
+        ConfigError: when that is no whole number.
+    """
+    steps = round(dt / config.physics_step)
+    if steps < 1 or abs(steps * config.physics_step - dt) > 1e-9:
+        raise ConfigError(
+            f"control period {dt:g} s is no whole number of plant.physics_step = {config.physics_step:g} s"
+        )
+    return steps
+
+
+def thrust_scales(description: RobotDescription, config: PlantConfig) -> np.ndarray:
+    """True over commanded thrust of every rotor, (n,).
+
+    Raises:
+        ConfigError: when a scale does not fit the rotors.
+    """
+    scales = np.ones(len(description.rotors)) * config.thrust_scale
+    if not config.rotor_scale:
+        return scales
+    if len(config.rotor_scale) != len(scales):
+        raise ConfigError(
+            f"plant.rotor_scale has {len(config.rotor_scale)} entries; {description.name} has "
+            f"{len(scales)} rotors"
+        )
+    return scales * np.asarray(config.rotor_scale)
+
+
+def require_plant(description: RobotDescription, surface: Surface, config: PlantConfig, dt: float) -> None:
+    """Raise a `ConfigError` unless robot, surface and plant go together, at a control period of `dt` s."""
+    physics_steps(config, dt)
+    thrust_scales(description, config)
+    if config.foot is not None:
+        require_plain(surface)
+    require_hole(surface, config.peg)
+
+
+def require_plain(surface: Surface) -> None:
+    """Raise a `ConfigError` for a surface whose friction or compliance the loop writes for one ball alone."""
+    reasons = (
+        (surface.moves, "moves"),
+        (surface.turns, "turns"),
+        (surface.many, "has walls"),
+        (surface.friction_varies, "has a friction that varies"),
+    )
+    why = next((word for holds, word in reasons if holds), "")
+    if why:
+        raise ConfigError(
+            f"plant.foot needs a surface that stands still and has one friction; '{surface.kind}' {why}"
+        )
+
+
+def require_hole(surface: Surface, peg: Peg | None) -> None:
+    """Raise a `ConfigError` unless a peg and a hole come together, and the peg fits."""
+    if peg is None:
+        if surface.many:
+            raise ConfigError(f"a surface of kind '{surface.kind}' needs a peg: plant.peg = [radius, length]")
+        return
+    if not surface.many:
+        raise ConfigError(f"plant.peg needs a surface of kind 'hole'; this one is '{surface.kind}'")
+    radius, length = peg
+    if radius >= surface.tightest_hollow:
+        raise ConfigError(
+            f"plant.peg = {list(peg)}: a radius of {radius:g} m does not fit into a hole of "
+            f"{surface.tightest_hollow:g} m, surface.radius"
+        )
+    if length <= 2.0 * radius:
+        raise ConfigError(f"plant.peg = {list(peg)}: a peg is longer than it is wide")
