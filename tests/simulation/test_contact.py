@@ -9,7 +9,6 @@ import pytest
 
 from skylimb.errors import ConfigError, UnknownNameError
 from skylimb.simulation.contact import (
-    ContactParameters,
     ContactReading,
     add_contact_pair,
     add_contact_sensor,
@@ -17,6 +16,7 @@ from skylimb.simulation.contact import (
     set_contact_options,
     tune_contact_pair,
 )
+from skylimb.simulation.contact_keys import ContactParameters
 
 SUBSTEPS = 5
 RADIUS = 0.01

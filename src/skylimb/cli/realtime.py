@@ -141,16 +141,17 @@ class Fly:
 
 
 def _write(flown: ClockedFlight, bare: Timing, folder: Path, whole: bool) -> None:
-    """What `run` leaves, or of a robot its log and configuration; and how it kept to the clock."""
+    """What `run` leaves, or of a robot its log, configuration and sources; and how it kept to the clock."""
     timing = flown.timing
     if whole:
         from skylimb.analysis import write_run
 
         write_run(flown.run, folder)
     else:
-        from skylimb.recording import LOG_FILE, new_folder
+        from skylimb.recording import LOG_FILE, new_folder, write_sources
 
         with new_folder(folder) as aside:
+            write_sources(flown.run.sources, aside)
             flown.run.save(aside / LOG_FILE)
             (aside / "config.toml").write_text(flown.run.config, encoding="utf-8")
     told = {

@@ -12,13 +12,8 @@ import dataclasses
 
 import mujoco
 
-from skylimb.simulation.contact import (
-    PAIR_NAME,
-    ContactParameters,
-    add_contact_pair,
-    effective_mass,
-    tune_contact_pair,
-)
+from skylimb.simulation.contact import PAIR_NAME, add_contact_pair, effective_mass, tune_contact_pair
+from skylimb.simulation.contact_keys import ContactParameters
 
 CORNERS = ((1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0))
 """Directions of the corners along the tip link's y and z axes."""

@@ -15,7 +15,7 @@ import numpy as np
 
 from skylimb.errors import ConfigError
 from skylimb.keys import Key, configuration
-from skylimb.simulation.contact import Adhesion, Friction
+from skylimb.simulation.contact_keys import Adhesion, Friction
 from skylimb.simulation.surfaces.tables import checked_rows, on_grid, read_table, values_in
 from skylimb.sources import Source
 

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 from skylimb.config import to_mapping
 from skylimb.errors import ConfigError
 from skylimb.keys import configuration
-from skylimb.simulation.contact import ContactParameters
+from skylimb.simulation.contact_keys import ContactParameters
 from skylimb.simulation.surfaces import motion as moving
 from skylimb.simulation.surfaces.friction_map import static_excess
 from skylimb.simulation.surfaces.placement import surface_rotation
