@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import tempfile
 import threading
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import lru_cache
@@ -126,7 +127,9 @@ class Bench:
             robot = robot_of(experiment)
             gains = {**campaign.gains_of(drawn, name), **dict(job.gains)}
             controller = self._controller(name, robot, json.dumps(gains, sort_keys=True))
-            return prepare(experiment, robot, controller)
+            with warnings.catch_warnings():  # of a doubtful draw its row tells what came of it
+                warnings.simplefilter("ignore", UserWarning)
+                return prepare(experiment, robot, controller)
         except CompileError:
             raise  # says something of this machine, nothing of the draw
         except SkylimbError as error:

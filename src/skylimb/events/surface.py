@@ -8,7 +8,6 @@ drags the tip along nor enters the contact's damper.
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Sequence
 from dataclasses import field
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
@@ -18,10 +17,12 @@ import numpy as np
 from skylimb.errors import ConfigError
 from skylimb.events.event import Event, ModelRows, Place, Stage
 from skylimb.keys import Key, configuration
+from skylimb.simulation.contact_keys import PAIR_NAME
 from skylimb.simulation.surface_state import COLUMNS, POSE, first_row, state_of
 from skylimb.simulation.surfaces import Surface
 from skylimb.simulation.surfaces.placement import surface_rotation
-from skylimb.spatial import quaternion_from_rotation
+from skylimb.simulation.surfaces.surface import GEOM
+from skylimb.spatial import quaternion_from_rotation, quaternion_product
 
 if TYPE_CHECKING:
     from skylimb.simulation.plant import Plant
@@ -106,7 +107,7 @@ class SurfaceChange(Event):
             raise ConfigError(f"{self}: {named} cannot change in flight on a surface with {why}; present can")
         if self.stiffness is not None and stage.plant is not None:
             try:
-                _compliance(stage.plant, self.stiffness)
+                stage.plant.compliance(self.stiffness)
             except ConfigError as error:
                 raise ConfigError(f"{self}: {error}") from None
 
@@ -161,9 +162,6 @@ def model_rows(plant: Plant, table: np.ndarray) -> ModelRows:
         plant: as it is before take-off.
         table: what its surface is at every tick.
     """
-    from skylimb.simulation.contact import PAIR_NAME
-    from skylimb.simulation.surfaces.surface import GEOM
-
     model = plant.model
     geom, pair = model.geom(GEOM).id, model.pair(PAIR_NAME).id
     places = [Place("geom_pos", geom, 3, 0), Place("geom_quat", geom, 4, 3)]
@@ -191,7 +189,7 @@ class _Numbers:
         if surface.moves:  # its body stands where the surface is, and its geom in the body's axes
             turned, origin = np.eye(3), np.zeros(3)
         self._place = turned @ (first[0:3] - origin)
-        self._attitude = _product(quaternion_from_rotation(turned), first[3:7])
+        self._attitude = quaternion_product(quaternion_from_rotation(turned), first[3:7])
 
     def of(self, row: np.ndarray) -> np.ndarray:
         if np.array_equal(row, self._row):
@@ -200,7 +198,7 @@ class _Numbers:
         R = surface_rotation(surface.contact_axis, now.slope, now.pitch, now.roll)
         if not np.array_equal(row[POSE], self._row[POSE]):
             found[0:3] = now.position + R @ self._place
-            found[3:7] = _product(quaternion_from_rotation(R), self._attitude)
+            found[3:7] = quaternion_product(quaternion_from_rotation(R), self._attitude)
         if now.present < 1.0:
             behind = np.array([1.0, 0.0, 0.0]) if surface.moves else R[:, 0]
             found[0:3] += _AWAY * behind
@@ -208,23 +206,8 @@ class _Numbers:
             return found
         found[7:9] = now.friction
         if now.stiffness != surface.stiffness:
-            found[9:12] = _compliance(self._plant, now.stiffness)
+            found[9:12] = self._plant.compliance(now.stiffness)
         return found
-
-
-def _compliance(plant: Plant, stiffness: float) -> tuple[float, float, float]:
-    from skylimb.simulation.contact import pair_compliance
-
-    return pair_compliance(plant.model, dataclasses.replace(plant.surface.contact, stiffness=stiffness))
-
-
-def _product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Product of two quaternions, as the engine computes it."""
-    import mujoco
-
-    found = np.zeros(4)
-    mujoco.mju_mulQuat(found, np.asarray(a, dtype=float), np.asarray(b, dtype=float))
-    return found
 
 
 def _brief(value: object) -> str:

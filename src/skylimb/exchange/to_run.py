@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 import numpy as np
-import xarray as xr
 
 from skylimb.errors import OutputError
 from skylimb.exchange.frames import from_measured_link, lab_turn_in_C
@@ -15,6 +14,7 @@ from skylimb.exchange.lab_readers import reader, stamp
 from skylimb.exchange.own_topics import RECORD, ROW, SOURCE, content_of, run_of
 from skylimb.exchange.series import Series
 from skylimb.exchange.stream import Message
+from skylimb.recording.log import build_log
 from skylimb.recording.run import Run
 from skylimb.robots.model import Robot
 from skylimb.spatial import (
@@ -124,12 +124,10 @@ def _from_topics(
     return Read(_run(values, ticks - ticks[0], robot, name), tuple(said))
 
 
-def _signals(
-    held: dict[str, np.ndarray], robot: Robot, link: str, said: list[str]
-) -> dict[str, tuple[np.ndarray, Sequence[str]]]:
-    """The signals of a log by name, with their dimensions."""
+def _signals(held: dict[str, np.ndarray], robot: Robot, link: str, said: list[str]) -> dict[str, np.ndarray]:
+    """The signals of a log by name."""
     sizes = {"joint": robot.n_joints, "vectoring": robot.n_vectoring, "rotor": robot.n_rotors}
-    found: dict[str, tuple[np.ndarray, Sequence[str]]] = {}
+    found: dict[str, np.ndarray] = {}
 
     def put(signal: str, name: str, dim: str) -> None:
         values = held.get(signal)
@@ -138,7 +136,7 @@ def _signals(
         if dim in sizes and values.shape[1] != sizes[dim]:
             said.append(f"{name}: {values.shape[1]} values, {robot.name} has {sizes[dim]}; left out")
         else:
-            found[name] = (values, (dim,))
+            found[name] = values
 
     for kind in ("joint", "vectoring"):
         for part in ("measured", "command"):
@@ -157,18 +155,16 @@ def _signals(
         put(name, name, "axis")
     _turn_to_C(found, robot, link, said)
     positions, attitudes = _measured_link(held, found, robot, link, said)
-    found["root_position_measured"] = (positions, ("axis",))
-    found["root_quaternion_measured"] = (attitudes, ("quaternion",))
+    found["root_position_measured"] = positions
+    found["root_quaternion_measured"] = attitudes
     if "gyro" in held and link == robot.description.measured_link:
-        found["root_angular_velocity_measured"] = (held["gyro"], ("axis",))
+        found["root_angular_velocity_measured"] = held["gyro"]
     elif "gyro" in held:
         said.append(f"imu: its rates are those of {link}, not of {robot.description.measured_link}; left out")
     return found
 
 
-def _turn_to_C(
-    found: dict[str, tuple[np.ndarray, Sequence[str]]], robot: Robot, link: str, said: list[str]
-) -> None:
+def _turn_to_C(found: dict[str, np.ndarray], robot: Robot, link: str, said: list[str]) -> None:
     """Attitude and rates at the centre of gravity from the lab's axes, which have its link's yaw, to C's."""
     names = ("attitude_estimate", "angular_velocity_estimate")
     if not all(name in found for name in names):
@@ -177,26 +173,26 @@ def _turn_to_C(
     if q is None:
         said.append(f"no joint angles: the yaw of {link} is taken for that of the centre of gravity")
         return
-    none = np.zeros((len(q[0]), robot.n_vectoring)), ()
+    none = np.zeros((len(q), robot.n_vectoring))
     psi = found.get("vectoring_angles_measured", found.get("vectoring_angles_command", none))
-    attitudes, rates = (found[name][0].copy() for name in names)
-    angles = np.concatenate([q[0], psi[0]], axis=1)
+    attitudes, rates = (found[name].copy() for name in names)
+    angles = np.concatenate([q, psi], axis=1)
     before, turn = np.full(angles.shape[1], np.nan), np.eye(3)
     for k, now in enumerate(angles):
         if not np.isfinite(now).all():
             attitudes[k], rates[k] = np.nan, np.nan
             continue
         if not np.array_equal(now, before):
-            turn, before = lab_turn_in_C(robot, link, q[0][k], psi[0][k]), now
+            turn, before = lab_turn_in_C(robot, link, q[k], psi[k]), now
         attitudes[k] = rpy_from_rotation(rotation_from_rpy(*attitudes[k]) @ turn.T)
         rates[k] = turn @ rates[k]
     for name, values in zip(names, (attitudes, rates), strict=True):
-        found[name] = (values, found[name][1])
+        found[name] = values
 
 
 def _measured_link(
     held: dict[str, np.ndarray],
-    found: dict[str, tuple[np.ndarray, Sequence[str]]],
+    found: dict[str, np.ndarray],
     robot: Robot,
     link: str,
     said: list[str],
@@ -213,8 +209,8 @@ def _measured_link(
         return positions, attitudes
     psi = np.zeros(robot.n_vectoring)
     moved, turned = np.empty_like(positions), np.empty_like(attitudes)
-    before = np.full(7 + q[0].shape[1], np.nan)
-    for k, (position, attitude, angles) in enumerate(zip(positions, attitudes, q[0], strict=True)):
+    before = np.full(7 + q.shape[1], np.nan)
+    for k, (position, attitude, angles) in enumerate(zip(positions, attitudes, q, strict=True)):
         now = np.concatenate([position, attitude, angles])
         if k and np.array_equal(now, before):
             moved[k], turned[k] = moved[k - 1], turned[k - 1]
@@ -229,40 +225,7 @@ def _measured_link(
     return moved, turned
 
 
-_UNITS = {
-    "cog_position_estimate": ("m", "W", "estimate"),
-    "cog_velocity_estimate": ("m/s", "W", "estimate"),
-    "attitude_estimate": ("rad", "W", "estimate"),
-    "angular_velocity_estimate": ("rad/s", "C", "estimate"),
-    "external_force_estimate": ("N", "W", "estimate"),
-    "external_torque_estimate": ("N m", "C", "estimate"),
-    "root_position_measured": ("m", "W", "measurement"),
-    "root_quaternion_measured": ("", "W", "measurement"),
-    "root_angular_velocity_measured": ("rad/s", "root", "measurement"),
-    "joint_angles_measured": ("rad", "root", "measurement"),
-    "vectoring_angles_measured": ("rad", "root", "measurement"),
-    "joint_angles_command": ("rad", "root", "command"),
-    "vectoring_angles_command": ("rad", "root", "command"),
-    "thrusts_command": ("N", "", "command"),
-}
-
-
-def _run(
-    values: dict[str, tuple[np.ndarray, Sequence[str]]], times: np.ndarray, robot: Robot, name: str
-) -> Run:
-    description = robot.description
-    variables = {}
-    for signal, (array, dims) in values.items():
-        unit, frame, kind = _UNITS[signal]
-        attributes = {"units": unit, "frame": frame, "long_name": signal.replace("_", " "), "kind": kind}
-        variables[signal] = xr.Variable(("time", *dims), array, attributes)
-    coords = {
-        "time": ("time", times, {"units": "s", "long_name": "time"}),
-        "axis": ["x", "y", "z"],
-        "quaternion": ["w", "x", "y", "z"],
-        "rotor": [rotor.name for rotor in description.rotors],
-        "joint": list(description.shape_joints),
-        "vectoring": list(description.vectoring_joints),
-    }
-    log = xr.Dataset(variables, coords, {"robot": robot.name, "experiment": "log", "status": "OK"})
+def _run(values: dict[str, np.ndarray], times: np.ndarray, robot: Robot, name: str) -> Run:
+    attributes = {"robot": robot.name, "experiment": "log", "status": "OK"}
+    log = build_log(values, times, robot.description, attributes=attributes)
     return Run(name=name, controller="", log=log)

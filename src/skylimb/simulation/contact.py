@@ -23,11 +23,10 @@ import mujoco
 import numpy as np
 
 from skylimb.errors import ConfigError, unknown_name
-from skylimb.simulation.contact_keys import ContactParameters
+from skylimb.simulation.contact_keys import PAIR_NAME, ContactParameters
 from skylimb.spatial import dot
 from skylimb.symbolic import Array, vector, where
 
-PAIR_NAME = "tip_surface"
 SENSOR_NAME = "tip_surface_force"
 _IMPEDANCE = 1e-4  # the smallest that the engine keeps (mjMINIMP)
 

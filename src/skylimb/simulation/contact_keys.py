@@ -7,6 +7,9 @@ from typing import Annotated
 
 from skylimb.keys import Key, configuration
 
+PAIR_NAME = "tip_surface"
+"""Of the pair of tip and surface in the engine's model."""
+
 Friction = Annotated[float, Key("", "Coulomb coefficient mu", low=0.0, high=10.0)]
 Stiffness = Annotated[float, Key("N/m", "normal stiffness k", low=50.0, high=1e6)]
 DampingRatio = Annotated[

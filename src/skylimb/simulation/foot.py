@@ -12,8 +12,8 @@ import dataclasses
 
 import mujoco
 
-from skylimb.simulation.contact import PAIR_NAME, add_contact_pair, effective_mass, tune_contact_pair
-from skylimb.simulation.contact_keys import ContactParameters
+from skylimb.simulation.contact import add_contact_pair, effective_mass, tune_contact_pair
+from skylimb.simulation.contact_keys import PAIR_NAME, ContactParameters
 
 CORNERS = ((1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0))
 """Directions of the corners along the tip link's y and z axes."""

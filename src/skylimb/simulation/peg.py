@@ -10,8 +10,8 @@ import mujoco
 import numpy as np
 
 from skylimb.robots.description import Tip
-from skylimb.simulation.contact import PAIR_NAME, add_contact_pair, tune_contact_pair
-from skylimb.simulation.contact_keys import ContactParameters
+from skylimb.simulation.contact import add_contact_pair, tune_contact_pair
+from skylimb.simulation.contact_keys import PAIR_NAME, ContactParameters
 from skylimb.simulation.plant_config import Peg
 from skylimb.simulation.surfaces import SurfaceParts
 

@@ -17,7 +17,7 @@ from skylimb.missions.mission import Mission
 from skylimb.missions.reference import Reference
 from skylimb.robots.description import Inertial, Link, RobotDescription
 from skylimb.robots.model import Robot
-from skylimb.simulation.contact import ContactReading, tune_contact_pair
+from skylimb.simulation.contact import ContactReading, pair_compliance, tune_contact_pair
 from skylimb.simulation.foot import tune_foot
 from skylimb.simulation.peg import tune_peg
 from skylimb.simulation.plant_config import Peg, PlantConfig, physics_steps, require_plant, thrust_scales
@@ -88,6 +88,14 @@ class Plant:
     hinge: tuple[int, int] | None = None
     foot: float | None = None
     peg: Peg | None = None
+
+    def compliance(self, stiffness: float) -> tuple[float, float, float]:
+        """How the contact gives way with a surface of this stiffness, N/m; see `pair_compliance`.
+
+        Raises:
+            ConfigError: when the time step cannot carry it.
+        """
+        return pair_compliance(self.model, dataclasses.replace(self.surface.contact, stiffness=stiffness))
 
     @cached_property
     def scene(self) -> str:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import mujoco
 import numpy as np
 
-from skylimb.simulation.contact import PAIR_NAME
+from skylimb.simulation.contact_keys import PAIR_NAME
 from skylimb.simulation.surfaces.surface import Surface
 
 _MOST_CELLS = 1000  # along one direction of the look-up table

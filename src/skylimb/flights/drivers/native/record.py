@@ -18,7 +18,7 @@ from skylimb.loop.terminations import Terminations, watched_columns
 from skylimb.missions.mission import Mission
 from skylimb.packing import Layout
 from skylimb.simulation.c_struct import address
-from skylimb.simulation.contact import PAIR_NAME
+from skylimb.simulation.contact_keys import PAIR_NAME
 from skylimb.simulation.plant import Plant
 from skylimb.simulation.robot_bodies import TIP_SITE
 from skylimb.simulation.surfaces.pair_friction import friction_table
