@@ -98,10 +98,11 @@ def test_each_law_gets_its_own_gains_and_state_and_what_came_before_it(cascades:
     estimate, view, arm = (last[name][1][1] for name in ("estimation", "contact", "shape"))
     assert last["estimation"][0][2] == (cascade.robot, moved, reference, DT)
     inputs = {name: given[2] for name, (given, _) in last.items()}
-    assert inputs["contact"] == (cascade.robot, moved, reference, DT, estimate, *inputs["contact"][5:])
-    assert inputs["shape"].contact is view
-    assert inputs["translation"].arm is arm
-    assert inputs["attitude"] is inputs["allocation"] is inputs["translation"]
+    for name in SLOTS[1:]:
+        assert inputs[name][:4] == (cascade.robot, moved, reference, DT)
+        assert inputs[name].estimate.body is estimate.body
+    assert inputs["shape"].contact.anchor is view.anchor
+    assert inputs["translation"].arm.rate is arm.rate
     force, demand = last["translation"][1][1], last["allocation"][0][3]
     np.testing.assert_allclose(numbers(demand.force), numbers(force) - numbers(estimate.bias.force))
     torque = numbers(last["attitude"][1][1])
@@ -119,7 +120,8 @@ def biased(cascade: Cascade, force: np.ndarray, torque: np.ndarray) -> dict[str,
         state, estimate, signals = slot.law.step(*given)
         return state, estimate._replace(bias=Wrench(force, torque)), signals
 
-    law = SimpleNamespace(**{**vars(slot.law), "step": step})
+    gives = (*slot.law.PROVIDES, "estimate.bias")
+    law = SimpleNamespace(**{**vars(slot.law), "step": step, "PROVIDES": gives})
     made = replace(cascade, preset=cascade.preset.with_slot("estimation", replace(slot, law=law)))
     return made.step(made.gains(), made.initial_state(), measurement, reference, DT)[2]
 

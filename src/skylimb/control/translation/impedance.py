@@ -10,6 +10,8 @@ from skylimb.keys import Key, configuration
 from skylimb.robots.model import GRAVITY_W
 from skylimb.symbolic import Array
 
+REQUIRES = ("estimate.body", "estimate.wrench")
+
 Vector3 = tuple[float, float, float]
 
 

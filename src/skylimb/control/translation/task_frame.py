@@ -20,6 +20,8 @@ from skylimb.robots.model import GRAVITY_W
 from skylimb.spatial import cross
 from skylimb.symbolic import Array, right_inverse
 
+REQUIRES = ("estimate.body", "estimate.arm", "estimate.wrench", "contact.tip")
+
 _BESIDE = "its entries (au, av, uv)"
 
 
