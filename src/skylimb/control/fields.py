@@ -68,6 +68,17 @@ def needed(slot: str, filled: Slot) -> dict[str, str]:
     return fields
 
 
+def described(slot: str, law: Any) -> str:
+    """What a law declares, in a line; empty where it declares nothing."""
+    declared = {
+        "Needs": required(law),
+        "Reads where given": optional(law),
+        "Gives": provided(slot, law),
+    }
+    listed = {what: [field for field in FIELDS if field in (names or ())] for what, names in declared.items()}
+    return " ".join(f"{what} {', '.join(fields)}." for what, fields in listed.items() if fields)
+
+
 def require_fit(slots: Slots, where: str) -> None:
     """Raise a `ConfigError` that begins with `where` unless every law is given what it needs.
 
