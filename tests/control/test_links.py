@@ -60,7 +60,7 @@ def load(tmp_path: Path, robot: Robot) -> Load:
         for slot, body in laws.items():
             (tmp_path / f"{slot}.py").write_text(HEAD + body)
             tables[slot] = {"law": f"{slot}.py"}
-        tables["translation"] |= gains
+        tables["translation"] |= {key: value for key, value in gains.items() if key != "law"}
         file = tmp_path / "own.toml"
         file.write_text(write_toml(tables))
         return load_controller(str(file), robot)
@@ -90,7 +90,7 @@ CONTACT, TRANSLATION = "contact law 'contact.py'", "translation law 'translation
          f"'following' needs contact.across (translation.feed = 1), which {CONTACT} does not give"),
         ("hybrid", "translation", force("inputs.contact.tip.position"), {}, "line 17, `pull = "
          f"inputs.contact.tip.position`: {TRANSLATION} needs contact.tip, which contact law 'open' does not "
-         "give (contact laws that do: task_frame)"),
+         "give (contact laws that do: task_frame); a law that can do without it names it in OPTIONAL"),
         ("hybrid", "translation", force("inputs.residual.force"), {}, "needs residual, which allocation law "
          "'pseudoinverse' does not give (allocation laws that do: bounded, level, planned, pointed)"),
         ("hybrid", "translation", force("inputs.estimate.bias"), {}, "estimation laws that do: predictive"),
@@ -132,6 +132,23 @@ def test_a_field_that_may_be_absent_is_none(load: Load) -> None:
     load("hybrid", {"translation": body})
     with pytest.raises(ConfigError, match="ZeroDivisionError"):
         load("task_frame", {"translation": body})
+
+
+def test_a_law_may_build_on_one_that_ships(load: Load) -> None:
+    own = (
+        "from skylimb.control.translation import {0}\nGains, initial_state = {0}.Gains, {0}.initial_state\n"
+        "def step(gains, state, inputs):\n    return {0}.step(gains, state, inputs)\n"
+    )
+    load("pid", {"translation": own.format("pid")}, **preset_mapping("pid")[0]["translation"])
+    gains = preset_mapping("following")[0]["translation"]
+    with pytest.raises(
+        ConfigError, match=r"contact\.across.*; a law that can do without it names it in OPTIONAL$"
+    ):
+        load("following", {"translation": own.format("following")}, **gains)
+    whole = own.format("following") + "OPTIONAL = following.OPTIONAL\n"
+    load("following", {"translation": whole}, **gains)
+    with pytest.raises(ConfigError, match=r"needs contact\.across \(translation\.feed = 1\)"):
+        load("following", {"translation": whole}, **{**gains, "feed": 1.0})
 
 
 def test_an_estimation_without_any_wrench_flies_with_laws_that_need_none(load: Load, tmp_path: Path) -> None:

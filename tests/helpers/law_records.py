@@ -9,7 +9,7 @@ from skylimb.missions.reference import Reference, zero_reference
 from skylimb.spatial import quaternion_from_rotation
 
 IN_THE_AIR = ContactView(
-    *(0.0,) * 7, 1.0, np.zeros(3), TipMove(*np.zeros((4, 3))), landing=0.0, own_speed=0.0
+    0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, np.zeros(3), TipMove(*np.zeros((4, 3))), 0.0, 0.0
 )
 """No contact, known in full."""
 

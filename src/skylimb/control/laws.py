@@ -8,8 +8,8 @@ States are records of arrays, or an empty tuple. A law that ships declares `PROV
 - `require(gains, dt)`, which raises a `ConfigError` when it cannot work at a control period of dt s.
 
 An allocation law whose state has a field `residual`, a `Wrench`, says with it what its rotors fell short of.
-The laws of the next tick find it as `LawInput.residual`, absent where the law has none, and those that integrate
-hold (`control.windup`).
+The laws of the next tick find it as `LawInput.residual`, absent where the law has none; those that
+integrate hold (`control.windup`).
 """
 
 from __future__ import annotations

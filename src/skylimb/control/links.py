@@ -89,7 +89,8 @@ class Links:
                 f"{called(self._slots, slot)} reads {field}, which its REQUIRES and OPTIONAL do not name"
             )
         if value is None:
-            raise ConfigError(misfit(self._slots, slot, FIELDS[field], [field]))
+            lacks = misfit(self._slots, slot, FIELDS[field], [field])
+            raise ConfigError(f"{lacks}; a law that can do without it names it in OPTIONAL")
         return value
 
 
@@ -107,10 +108,16 @@ def as_traced(cascade: Any) -> Slots:
 
 
 class _Seen:
-    """A record as one law sees it: `read` is told of each field and answers with its value."""
+    """A record as one law sees it: `read` is told of each field and answers with its value.
+
+    Where there is no record it is false, for laws that ask `inputs.residual or ...`.
+    """
 
     def __init__(self, record: Any, name: str, read: Callable[[str, Any], Any]) -> None:
         self._record, self._name, self._read = record, name, read
+
+    def __bool__(self) -> bool:
+        return self._record is not None
 
     def __getattr__(self, field: str) -> Any:
         value = None if self._record is None else getattr(self._record, field)
