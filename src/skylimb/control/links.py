@@ -8,8 +8,8 @@ known once a tick has been traced.
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from skylimb.control.fields import FIELDS, RECORDS, called, misfit, optional, provided, required
@@ -100,11 +100,27 @@ def as_traced(cascade: Any) -> Slots:
     Raises:
         ConfigError: where a law reads what nobody gives, or is not as it declares.
     """
+    gives = _traced(_Cascade(cascade.structure(), cascade))
+    seen = zip(cascade.preset.slots, SLOTS, strict=True)
+    return Slots(*(replace(filled, gives=gives.get(slot)) for filled, slot in seen))
+
+
+@dataclass(frozen=True)
+class _Cascade:
+    """A cascade by its structure: flights that differ in numbers alone trace one tick together."""
+
+    structure: Hashable
+    cascade: Any = field(compare=False)
+
+
+@functools.lru_cache(maxsize=64)
+def _traced(of: _Cascade) -> dict[str, frozenset[str]]:
+    """What each law gives, by its slot."""
+    cascade = of.cascade
     links = Links(cascade.preset.slots)
     _, records = symbolic_records(cascade.gains(), cascade.initial_state(), cascade.robot, cascade.needs)
     cascade.step(*records, PERIOD, links)
-    seen = zip(cascade.preset.slots, SLOTS, strict=True)
-    return Slots(*(replace(filled, gives=links.gives.get(slot)) for filled, slot in seen))
+    return links.gives
 
 
 class _Seen:
