@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 import skylimb
+from law_records import IN_THE_AIR
 from skylimb.control.cascade import Cascade
-from skylimb.control.records import ArmTarget, LawInput, no_contact
+from skylimb.control.records import ArmTarget, LawInput
 from skylimb.estimation.records import BodyState, Estimate, Measurement, Start, Wrench
 from skylimb.flights.export import export_c
 from skylimb.missions.reference import zero_reference
@@ -83,7 +84,7 @@ def _inputs(model: Any = None, **given: Any) -> LawInput:
         reference,
         given.get("dt", DT),
         estimate,
-        given.get("contact", no_contact()),
+        given.get("contact", IN_THE_AIR),
         given.get("commanded_arm", ArmTarget(1.09, 0.0)),
     )
 

@@ -7,16 +7,16 @@ from typing import Any
 import numpy as np
 import pytest
 
+from law_records import hover
 from skylimb.control.cascade import Cascade
 from skylimb.control.controller import cascade_from_tables, is_traceable, resolved_tables
 from skylimb.control.needs import Needs, merged, needs_of
 from skylimb.control.preset import preset_mapping, preset_names
 from skylimb.control.slots import SLOTS, Slot, Slots, find_law, law_names
 from skylimb.errors import ConfigError
-from skylimb.estimation.records import Measurement, Start, Wrench
-from skylimb.missions.reference import Reference, zero_reference
+from skylimb.estimation.records import Start, Wrench
 from skylimb.robots.model import Robot
-from skylimb.spatial import quaternion_from_rotation, rotation_from_rpy
+from skylimb.spatial import rotation_from_rpy
 
 DT = 0.005
 
@@ -24,22 +24,6 @@ DT = 0.005
 @pytest.fixture(scope="module")
 def cascades(robot: Robot) -> dict[str, Cascade]:
     return {name: cascade_from_tables(*preset_mapping(name), robot) for name in preset_names()}
-
-
-def hover(cascade: Cascade) -> tuple[Measurement, Reference]:
-    """At rest on the reference, in the nominal posture."""
-    family = cascade.family
-    q = np.asarray(family.joint_angles(family.theta_nominal))
-    psi = np.asarray(cascade.vectoring.angles(family.theta_nominal))
-    model = cascade.robot.at(q, psi)
-    z3, X, Y = np.zeros(3), np.eye(3)[0], np.eye(3)[1]
-    attitude = model.R_root_C.T
-    measurement = Measurement(-attitude @ model.cog_root, quaternion_from_rotation(attitude), z3, z3, q, psi)
-    reference = zero_reference(len(q), len(psi))._replace(
-        heading=model.tip_heading, reach=family.reach_nominal, joint_angles=q, vectoring_angles=psi,
-        contact_axis=X, sliding_axis=Y, tip_position=model.tip_C,
-    )  # fmt: skip
-    return measurement, reference
 
 
 def numbers(value: Any) -> np.ndarray:
@@ -98,10 +82,11 @@ def test_each_law_gets_its_own_gains_and_state_and_what_came_before_it(cascades:
     estimate, view, arm = (last[name][1][1] for name in ("estimation", "contact", "shape"))
     assert last["estimation"][0][2] == (cascade.robot, moved, reference, DT)
     inputs = {name: given[2] for name, (given, _) in last.items()}
-    assert inputs["contact"] == (cascade.robot, moved, reference, DT, estimate, *inputs["contact"][5:])
-    assert inputs["shape"].contact is view
-    assert inputs["translation"].arm is arm
-    assert inputs["attitude"] is inputs["allocation"] is inputs["translation"]
+    for name in SLOTS[1:]:
+        assert inputs[name][:4] == (cascade.robot, moved, reference, DT)
+        assert inputs[name].estimate.body is estimate.body
+    assert inputs["shape"].contact.anchor is view.anchor
+    assert inputs["translation"].arm.rate is arm.rate
     force, demand = last["translation"][1][1], last["allocation"][0][3]
     np.testing.assert_allclose(numbers(demand.force), numbers(force) - numbers(estimate.bias.force))
     torque = numbers(last["attitude"][1][1])
@@ -119,7 +104,8 @@ def biased(cascade: Cascade, force: np.ndarray, torque: np.ndarray) -> dict[str,
         state, estimate, signals = slot.law.step(*given)
         return state, estimate._replace(bias=Wrench(force, torque)), signals
 
-    law = SimpleNamespace(**{**vars(slot.law), "step": step})
+    gives = (*slot.law.PROVIDES, "estimate.bias")
+    law = SimpleNamespace(**{**vars(slot.law), "step": step, "PROVIDES": gives})
     made = replace(cascade, preset=cascade.preset.with_slot("estimation", replace(slot, law=law)))
     return made.step(made.gains(), made.initial_state(), measurement, reference, DT)[2]
 

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 import skylimb
+from law_records import IN_THE_AIR
 from skylimb.analysis.signals import in_contact, in_phase
 from skylimb.control.attitude import firm, impedance
 from skylimb.control.contact import drawing
 from skylimb.control.contact_machine import RETREAT, SETTLE, SLIDE
 from skylimb.control.controller import load_controller
-from skylimb.control.records import no_contact
 from skylimb.missions.reference import zero_reference
 from skylimb.packing import numeric
 from skylimb.recording import Run
@@ -105,7 +105,7 @@ def test_a_lift_goes_back_by_the_hop_wherever_the_nominal_surface_is(
 
 
 def test_the_expected_torque_is_taken_off_by_its_share(make_inputs: Any, model: Any) -> None:
-    view = no_contact()._replace(across=np.array([0.1, 0.4, -0.3]))
+    view = IN_THE_AIR._replace(across=np.array([0.1, 0.4, -0.3]))
     arm, target = np.array([0.9, 0.1, -0.2]), np.eye(3)
     inputs = make_inputs(model=model, R=rotation_from_rpy(0.1, -0.2, 0.3), arm=arm, contact=view)
     gains = firm.Gains((10.0, 10.0, 1.0), (52.0, 150.0, 24.0), (1.1, 0.8, 0.5), contact_share=(0.0, 0.5, 1.0))
@@ -132,7 +132,7 @@ def test_the_body_is_held_firmer_where_the_path_rests_in_touch(make_inputs: Any,
     hard = replace(soft, normalized_stiffness=(52.0, 150.0, 48.0), damping_ratio=ratio)
 
     def torque(gains: firm.Gains, speed: float, engaged: float = 1.0) -> np.ndarray:
-        view = no_contact()._replace(engaged=engaged, own_speed=speed)
+        view = IN_THE_AIR._replace(engaged=engaged, own_speed=speed)
         inputs = make_inputs(model=model, R=R, omega=omega, contact=view)
         return firm.step(numeric(gains), (), inputs, target)[1]
 

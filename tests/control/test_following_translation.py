@@ -10,7 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from skylimb.control.records import ArmTarget, LawInput, no_contact
+from law_records import IN_THE_AIR
+from skylimb.control.records import ArmTarget, LawInput
 from skylimb.control.translation import following
 from skylimb.estimation.records import Start
 from skylimb.packing import numeric
@@ -29,7 +30,7 @@ GAINS = following.Gains(
     cancel_cutoff=(5.0, 2.0),
     force_integral=2.0,
 )
-ENGAGED = no_contact()._replace(engaged=1.0, normal_force=1.0)
+ENGAGED = IN_THE_AIR._replace(engaged=1.0, normal_force=1.0)
 CALM = {"force": -X, "arm": ARM, "reference": {"tip_position": ARM}}
 """At rest on the path, pushed back with the wanted force."""
 
@@ -84,8 +85,8 @@ def test_it_tells_which_force_is_commanded_and_what_it_presses_with(make_inputs:
     assert told(eased, 1.0) == pytest.approx([1.0, 0.3, integral, integral / 3.0, 1.0])
     assert told(eased, 1.0, 0.125)[4] == pytest.approx(0.25)
     # Searching for the surface: the force is commanded still, but nothing presses; and nothing is commanded.
-    assert told(no_contact(), 1.0) == [1.0, 0.0, 0.0, 0.0, 1.0]
-    assert told(no_contact(), 0.0)[0] == 0.0
+    assert told(IN_THE_AIR, 1.0) == [1.0, 0.0, 0.0, 0.0, 1.0]
+    assert told(IN_THE_AIR, 0.0)[0] == 0.0
 
 
 def test_everything_turns_with_the_task(make_inputs: Make) -> None:
@@ -213,7 +214,7 @@ def test_the_centre_of_gravity_stands_behind_the_tips_reference(make_inputs: Mak
     target = following.cog_target(numeric(gains), at)
     np.testing.assert_allclose(target[1:], (pen * (tip - ARM) + (1.0 - pen) * own)[1:], atol=1e-12)
     assert target[0] == pytest.approx(0.15)
-    led = at._replace(contact=no_contact()._replace(axis_position=1.2, anchor=0.15))
+    led = at._replace(contact=IN_THE_AIR._replace(axis_position=1.2, anchor=0.15))
     assert following.cog_target(numeric(gains), led)[0] == pytest.approx(1.2 - ARM[0])
 
 
@@ -221,7 +222,7 @@ def test_the_centre_of_gravity_stands_behind_the_tips_reference(make_inputs: Mak
 
 
 def test_out_of_contact_the_tip_is_led_by_position(make_inputs: Make) -> None:
-    led = no_contact()._replace(axis_position=1.2, axis_velocity=0.05)
+    led = IN_THE_AIR._replace(axis_position=1.2, axis_velocity=0.05)
     at = make_inputs(
         contact=led, **{**CALM, "position": np.array([0.03, 0.0, 0.0]), "velocity": np.array([0.1, 0.0, 0.0])}
     )

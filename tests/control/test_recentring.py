@@ -4,13 +4,14 @@ from collections.abc import Callable
 
 import pytest
 
-from skylimb.control.records import LawInput, no_contact
+from law_records import IN_THE_AIR
+from skylimb.control.records import LawInput
 from skylimb.control.shape import recentring
 from skylimb.estimation.records import Start
 from skylimb.spatial import rot_z
 
 DT, LIMITS = 0.005, (1.0, 1.15)
-ENGAGED = no_contact()._replace(engaged=1.0)
+ENGAGED = IN_THE_AIR._replace(engaged=1.0)
 Make = Callable[..., LawInput]
 
 

@@ -33,7 +33,7 @@ LAW = '''
 """Keeps the mission's clock at one pace, from the beginning of the path on."""
 from dataclasses import dataclass
 from skylimb.control.needs import Needs
-from skylimb.control.records import no_contact
+from skylimb.control.records import ContactView
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ def initial_state(gains, start):
 
 
 def step(gains, state, inputs):
-    return state, no_contact(), {"pace": gains.pace}
+    return state, ContactView(), {"pace": gains.pace}
 '''
 
 

@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
-from skylimb.config import with_overrides
 from skylimb.control.attitude_target import attitude_target
 from skylimb.control.corrections import (
     CALIBRATION,
@@ -25,13 +24,17 @@ from skylimb.control.corrections import (
     require_made_for,
     turned_back,
 )
+from skylimb.control.fields import require_fit
+from skylimb.control.links import Links, as_traced
 from skylimb.control.needs import Needs, merged
+from skylimb.control.own_code import OwnLaw
 from skylimb.control.posture import heading_of, posture_of
 from skylimb.control.preset import Preset
 from skylimb.control.preset_keys import preset_tables
 from skylimb.control.records import NOTHING, Command, Demand, LawInput
-from skylimb.control.slots import SLOTS, Slot, Slots, traced_functions
+from skylimb.control.slots import SLOTS, Slots, traced_functions
 from skylimb.errors import ConfigError, unknown_name
+from skylimb.estimation.estimate import wrench_signals
 from skylimb.estimation.records import Measurement, Sensed, Signals, Start
 from skylimb.keys import Table, rows_of
 from skylimb.missions.reference import Reference
@@ -62,7 +65,13 @@ class Cascade:
     corrections: Corrections | None = None
 
     def step(
-        self, gains: Slots, state: Slots, measurement: Measurement, reference: Reference, dt: float
+        self,
+        gains: Slots,
+        state: Slots,
+        measurement: Measurement,
+        reference: Reference,
+        dt: float,
+        links: Links | None = None,
     ) -> tuple[Slots, Command, Signals]:
         """One control tick.
 
@@ -72,48 +81,59 @@ class Cascade:
             measurement: of this tick.
             reference: of this tick.
             dt: control period, s.
+            links: takes down what the laws read and give.
 
         Returns:
             The new state, the command, and every inner signal by its public name.
         """
-        laws = self.preset.laws
+        laws, links = self.preset.laws, links or Links(self.preset.slots)
         if self.corrections is not None:
             measurement = turned_back(self.corrections, measurement)
 
         # 1. What is known of body and external wrench.
         sensed = Sensed(self.robot, measurement, reference, dt)
         estimation, known, of_estimation = laws.estimation.step(gains.estimation, state.estimation, sensed)
-        missing = getattr(state.allocation, "residual", NOTHING)
+        links.gave("estimation", known)
+        missing = links.residual(state.allocation)
         inputs = LawInput(self.robot, measurement, reference, dt, known, residual=missing)
-        body, bias = known.body, known.bias
+        body, bias = known.body, known.bias or NOTHING
 
         # 2. Whether there is contact, and where its surface leads.
-        contact, view, of_contact = laws.contact.step(gains.contact, state.contact, inputs)
+        contact, view, of_contact = laws.contact.step(
+            gains.contact, state.contact, links.inputs("contact", inputs)
+        )
+        links.gave("contact", view)
         inputs = inputs._replace(contact=view)
 
         # 3. How far the arm reaches.
         limits = (self.family.reach_min, self.family.reach_max)
-        shape, arm, of_shape = laws.shape.step(gains.shape, state.shape, inputs, limits)
+        shape, arm, of_shape = laws.shape.step(
+            gains.shape, state.shape, links.inputs("shape", inputs), limits
+        )
+        links.gave("shape", arm)
         posture = posture_of(self.family, self.vectoring, arm.reach, reference)
         inputs = inputs._replace(arm=arm)
 
         # 4. The wanted force on the centre of gravity.
         translation, wanted, of_translation = laws.translation.step(
-            gains.translation, state.translation, inputs
+            gains.translation, state.translation, links.inputs("translation", inputs)
         )
         force = wanted - bias.force
 
         # 5. The attitude that points the thrust along it, and the torque that gets there.
-        aimed = laws.allocation.aim(gains.allocation, state.allocation, inputs, force)
+        to_allocate = links.inputs("allocation", inputs)
+        aimed = laws.allocation.aim(gains.allocation, state.allocation, to_allocate, force)
         rpy, heading = rpy_from_rotation(body.R_WC), heading_of(self.robot, body.model.tip_heading, reference)
         target, R_target = attitude_target(aimed, rpy[2], heading)
-        attitude, turning, of_attitude = laws.attitude.step(gains.attitude, state.attitude, inputs, R_target)
+        attitude, turning, of_attitude = laws.attitude.step(
+            gains.attitude, state.attitude, links.inputs("attitude", inputs), R_target
+        )
         torque = turning - bias.torque
 
         # 6. Thrusts and vectoring angles. The estimation has to know what they really do.
         demand = Demand(force, aimed, torque, posture.joint_angles, posture.vectoring_angles)
         allocation, given, of_allocation = laws.allocation.step(
-            gains.allocation, state.allocation, inputs, demand
+            gains.allocation, state.allocation, to_allocate, demand
         )
         estimation = laws.estimation.commanded(gains.estimation, estimation, known, given.wrench, dt)
 
@@ -123,18 +143,16 @@ class Cascade:
             "angular_velocity_estimate": body.angular_velocity,
             "attitude_estimate": rpy,
             "attitude_target": target,
-            "external_force_estimate": known.wrench.force,
-            "external_torque_estimate": known.wrench.torque,
-            "external_force_filtered": known.contact_force,
-            "external_force_bias": known.raw.force - known.wrench.force,
-            "external_torque_bias": known.raw.torque - known.wrench.torque,
+            **wrench_signals(known),
             "force_command": aimed,
             "torque_command": torque,
             "reach_command": arm.reach,
             "shape_angle_command": posture.shape_angle,
         }
-        for own in (of_estimation, of_contact, of_shape, of_translation, of_attitude, of_allocation):
-            signals |= own
+        own = of_estimation, of_contact, of_shape, of_translation, of_attitude, of_allocation
+        for slot, recorded in zip(SLOTS, own, strict=True):
+            links.recorded(slot, recorded)
+            signals |= recorded
         new = Slots(estimation, contact, shape, translation, attitude, allocation)
         command = given.command if self.corrections is None else for_rotors(self.corrections, given.command)
         return new, command, signals
@@ -186,7 +204,7 @@ class Cascade:
         """The same with other values of some gains, by dotted key; the laws stay.
 
         Raises:
-            ConfigError: naming the gain that is unknown or cannot have its value.
+            ConfigError: naming the gain that is unknown or cannot have its value, or the field that it needs.
         """
         preset, where = self.preset, f"controller {self.name}"
         for key, value in changes.items():
@@ -195,22 +213,18 @@ class Cascade:
                 raise unknown_name(
                     f"gain of {where}", key, [name for name, _, _ in rows_of(self.key_tables())]
                 )
-            filled = getattr(preset.slots, slot)
-            gains = with_overrides(filled.gains, {rest: value}, where, slot)
-            preset = preset.with_slot(slot, Slot(filled.name, filled.law, gains))
+            preset = preset.with_gain(key, value, where)
+        require_fit(preset.slots, where)
         return replace(self, preset=preset)
 
     def check_gain(self, key: str, value: Any, where: str) -> None:
         """Raise a `ConfigError` that begins with `where` unless the gain of this key may have this value."""
-        slot, _, rest = key.partition(".")
-        with_overrides(getattr(self.preset.slots, slot).gains, {rest: value}, where, slot)
+        require_fit(self.preset.with_gain(key, value, where).slots, where)
 
     def force_with(self, key: str, value: Any) -> float:
         """The normal force that the law of a gain commands once the gain of this key has this value, N."""
-        slot, _, rest = key.partition(".")
-        filled = getattr(self.preset.slots, slot)
-        gains = with_overrides(filled.gains, {rest: value}, f"controller {self.name}", slot)
-        return replace(filled, gains=gains).needs.force
+        changed = self.preset.with_gain(key, value, f"controller {self.name}")
+        return getattr(changed.slots, key.partition(".")[0]).needs.force
 
     def key_tables(self) -> Iterator[Table]:
         """Every key that it was made from, with value, unit, range and meaning."""
@@ -276,6 +290,17 @@ def calibrated(
 
 
 def build_cascade(robot: Robot, preset: Preset) -> Cascade:
-    """A cascade with the robot's posture family and vectoring table."""
+    """A cascade with the robot's posture family and vectoring table.
+
+    With laws of the user's own a tick is traced, which shows what they read and give.
+
+    Raises:
+        ConfigError: naming the laws that do not fit, and the field.
+    """
     purpose = merged(slot.needs for slot in preset.slots).vectoring
-    return Cascade(robot, preset, posture_family(robot), vectoring_table(robot, purpose))
+    cascade = Cascade(robot, preset, posture_family(robot), vectoring_table(robot, purpose))
+    if not any(isinstance(slot.law, OwnLaw) for slot in preset.slots):
+        return cascade
+    preset = replace(preset, slots=as_traced(cascade))
+    require_fit(preset.slots, f"controller {preset.name}")
+    return replace(cascade, preset=preset)

@@ -1,13 +1,15 @@
 """What a law of each slot is: a module (or any object) with `Gains`, `initial_state` and `step`.
 
 Every `step` returns three things: its new state, its output, and signals to record under their names.
-States are records of arrays, or an empty tuple. A law may also define
+States are records of arrays, or an empty tuple. A law that ships declares `PROVIDES`, `REQUIRES` and
+`OPTIONAL`: which fields of the records between slots it gives and reads (`control.fields`). A law may define
 
 - `needs(gains) -> Needs`, when it sets the mission's pace or wants a preview of the reference,
 - `require(gains, dt)`, which raises a `ConfigError` when it cannot work at a control period of dt s.
 
 An allocation law whose state has a field `residual`, a `Wrench`, says with it what its rotors fell short of.
-The laws of the next tick find it as `LawInput.residual`, and those that integrate hold (`control.windup`).
+The laws of the next tick find it as `LawInput.residual`, absent where the law has none; those that
+integrate hold (`control.windup`).
 """
 
 from __future__ import annotations

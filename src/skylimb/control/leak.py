@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any
 
-from skylimb.control.records import LawInput
+from skylimb.control.records import NOTHING, LawInput
 from skylimb.control.thrusts import Thrusts, rotor_wrench
 from skylimb.keys import Key, configuration
 from skylimb.symbolic import Array, low_pass, right_inverse, stack
@@ -63,7 +63,7 @@ def side_force(gains: Any, inputs: LawInput, thrusts: Thrusts) -> Array:
     estimate = inputs.estimate
     rotation = thrusts.rotation
     if gains.steady:
-        holding = -estimate.wrench.torque - estimate.bias.torque
+        holding = -estimate.wrench.torque - (estimate.bias or NOTHING).torque
         rotation = right_inverse(estimate.body.model.allocation_C[2:, :]) @ stack(0.0, holding)
     return rotor_wrench(estimate.body, rotation).force
 

@@ -37,6 +37,9 @@ class OwnLaw:
         for name in ("initial_state", "needs", "require"):
             if hasattr(module, name):
                 setattr(self, name, guarded(getattr(module, name), what))
+        for name in ("PROVIDES", "REQUIRES", "OPTIONAL"):
+            if hasattr(module, name):
+                setattr(self, name, getattr(module, name))
 
 
 def traceable(function: Callable[..., Any], what: str) -> Callable[..., Any]:

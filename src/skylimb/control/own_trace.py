@@ -22,7 +22,7 @@ from skylimb.robots.model import Robot
 _STEPS = 4
 """Ticks over which both ways are compared."""
 
-_PERIOD = 0.005
+PERIOD = 0.005
 """Control period of the trial, s."""
 
 _TOLERANCE = 1e-7
@@ -66,21 +66,27 @@ def _traced(
     made: Any, gains: Any, state: Any, robot: Robot, needs: Needs, what: str
 ) -> tuple[ca.Function, Layout[Any], Layout[Any]]:
     """(gains, state, measurement, reference) -> (state, what it returns), flat, and the layouts of both."""
-    layouts = [Layout(record) for record in (gains, state, _measurement(robot), _reference(robot, needs))]
-    symbols = [ca.SX.sym(name, layout.size) for name, layout in zip("gsmr", layouts, strict=True)]
-    records = [layout.unpack(flat) for layout, flat in zip(layouts, symbols, strict=True)]
-    new, command, signals = symbolic_record(traceable(made.step, what)(*records, _PERIOD))
+    states = Layout(state)
+    symbols, records = symbolic_records(gains, state, robot, needs)
+    new, command, signals = symbolic_record(traceable(made.step, what)(*records, PERIOD))
     if needs.paced and PACE not in signals:
         raise _NoTrace(f"it sets the mission's pace, but has no signal '{PACE}'")
     out = {"command": _command(command, robot), "signals": dict(signals)}
     layout = Layout(out)
-    if Layout(new).shapes != layouts[1].shapes:
+    if Layout(new).shapes != states.shapes:
         raise _NoTrace(
-            f"its new state has the shapes {Layout(new).shapes}, its initial state {layouts[1].shapes}; "
+            f"its new state has the shapes {Layout(new).shapes}, its initial state {states.shapes}; "
             "numbers of the state are floats, 0.0 and not 0"
         )
-    results = [ca.densify(ca.SX(part)) for part in (layouts[1].pack(new), layout.pack(out))]
-    return ca.Function("step", symbols, results), layouts[1], layout
+    results = [ca.densify(ca.SX(part)) for part in (states.pack(new), layout.pack(out))]
+    return ca.Function("step", symbols, results), states, layout
+
+
+def symbolic_records(gains: Any, state: Any, robot: Robot, needs: Needs) -> tuple[list[Any], list[Any]]:
+    """Symbols for gains, state, measurement and reference: each flat, and as the record that a step takes."""
+    layouts = [Layout(record) for record in (gains, state, _measurement(robot), _reference(robot, needs))]
+    symbols = [ca.SX.sym(name, layout.size) for name, layout in zip("gsmr", layouts, strict=True)]
+    return symbols, [layout.unpack(flat) for layout, flat in zip(layouts, symbols, strict=True)]
 
 
 def _command(command: Any, robot: Robot) -> Command:
@@ -109,7 +115,7 @@ def _difference(
     for _ in range(_STEPS):
         measurement, reference = _measurement(robot, rng), _reference(robot, needs, rng)
         given = Layout(measurement).pack(measurement), Layout(reference).pack(reference)
-        state, command, signals = made.step(gains, state, measurement, reference, _PERIOD)
+        state, command, signals = made.step(gains, state, measurement, reference, PERIOD)
         flat, results = (part.full().ravel() for part in traced.call([flat_gains, flat, *given]))
         expected = out.pack({"command": Command(*command), "signals": dict(signals)})
         for layout, one, other in ((states, flat, states.pack(state)), (out, results, expected)):

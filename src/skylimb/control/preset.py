@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from skylimb.config import flatten, from_mapping, read_toml, to_mapping
+from skylimb.config import flatten, from_mapping, read_toml, to_mapping, with_overrides
+from skylimb.control.fields import require_fit
 from skylimb.control.laws import Laws
 from skylimb.control.slots import SLOTS, Slot, Slots, find_law, law_names, right_key
 from skylimb.errors import ConfigError, UnknownNameError, unknown_name
@@ -44,6 +45,14 @@ class Preset:
         """The preset with another law in one slot."""
         return Preset(self.name, self.description, self.slots._replace(**{slot: filled}))
 
+    def with_gain(self, key: str, value: Any, where: str) -> Preset:
+        """The preset with another value of a gain; a `ConfigError` begins with `where`."""
+        slot, _, rest = key.partition(".")
+        filled = getattr(self.slots, slot)
+        return self.with_slot(
+            slot, replace(filled, gains=with_overrides(filled.gains, {rest: value}, where, slot))
+        )
+
     def tables(self) -> dict[str, Any]:
         """The preset as plain tables, which `preset_from_mapping` reads back."""
         filled = zip(SLOTS, self.slots, strict=True)
@@ -79,7 +88,7 @@ def preset_from_mapping(mapping: Mapping[str, Any], path: Path) -> Preset:
         path: their file, which a law given by path is sought beside.
 
     Raises:
-        ConfigError: naming the key that is unknown, missing or of the wrong kind.
+        ConfigError: naming the key that is unknown, missing or of the wrong kind; or laws that do not fit.
     """
     name = _text(mapping, "name", path.stem, f"controller {path.stem}")
     where = f"controller {name}"
@@ -87,6 +96,7 @@ def preset_from_mapping(mapping: Mapping[str, Any], path: Path) -> Preset:
         if key not in ("name", "description", ROBOTS, *SLOTS):
             raise _unknown(where, key, value)
     slots = Slots(*(_slot(mapping, slot, path, where) for slot in SLOTS))
+    require_fit(slots, where)
     return Preset(name, _text(mapping, "description", "", where), slots)
 
 

@@ -6,6 +6,7 @@ import inspect
 from collections.abc import Iterator, Mapping
 from typing import Any, Literal
 
+from skylimb.control.fields import described
 from skylimb.control.preset import ROBOTS, Preset
 from skylimb.control.slots import SLOTS, Slot, law_names
 from skylimb.keys import Key, KeyInfo, Table, tables_of
@@ -44,6 +45,7 @@ def law_tables(slot: str, name: str, law: Any) -> Iterator[Table]:
 def _slot_tables(slot: str, filled: Slot) -> Iterator[Table]:
     first, *inside = tables_of(filled.gains, (slot,))
     info = KeyInfo(_LAW, Literal[tuple(law_names(slot))], filled.name)
-    meaning = (inspect.getdoc(filled.law) or "").partition("\n")[0]
+    first_line = (inspect.getdoc(filled.law) or "").partition("\n")[0]
+    meaning = " ".join(filter(None, (first_line, described(slot, filled.law))))
     yield Table(first.path, meaning, (("law", filled.name, info), *first.rows))
     yield from inside

@@ -1,4 +1,7 @@
-"""The records that laws and controllers exchange."""
+"""The records that laws and controllers exchange.
+
+A law fills in the fields that it knows; the others are absent, None (`control.fields`).
+"""
 
 from __future__ import annotations
 
@@ -6,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from skylimb.estimation.records import Estimate, Measurement, Wrench
+from skylimb.estimation.records import ABSENT, Estimate, Measurement, Wrench
 from skylimb.missions.reference import Reference
 from skylimb.robots.model import Robot
 from skylimb.symbolic import Array
@@ -39,10 +42,6 @@ class TipMove(NamedTuple):
     rotation_rate: Array
 
 
-STILL = TipMove(*(np.zeros(3) for _ in TipMove._fields))
-"""A target that is the reference."""
-
-
 class ContactView(NamedTuple):
     """What a contact law knows.
 
@@ -56,30 +55,24 @@ class ContactView(NamedTuple):
         normal_force: with which the surface is believed to push, N.
         speed: of the path, m/s.
         ease: share of the wanted force that is to be pressed with.
-        across: force that surface and friction are expected to push with across the contact axis, W, N, (3,);
-            nothing where the law does not know it.
-        tip: how far the tip's target is from its reference; nothing where the law does not move it.
-        landing: 1 from a touch on until the path goes on, then down to 0; 0 where the law does not say.
+        across: force that surface and friction are expected to push with across the contact axis, W, N, (3,).
+        tip: how far the tip's target is from its reference.
+        landing: 1 from a touch on until the path goes on, then down to 0.
         own_speed: of the path at the mission's own pace, m/s, where it is not slowed down.
     """
 
-    engaged: Any
-    axis_position: Any
-    axis_velocity: Any
-    anchor: Any
-    surface_velocity: Any
-    normal_force: Any
-    speed: Any
-    ease: Any
-    across: Array = NOTHING.force
-    tip: TipMove = STILL
-    landing: Any = 0.0
-    own_speed: Any = 0.0
-
-
-def no_contact() -> ContactView:
-    """A view of nothing."""
-    return ContactView(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, ease=1.0)
+    engaged: Any = ABSENT
+    axis_position: Any = ABSENT
+    axis_velocity: Any = ABSENT
+    anchor: Any = ABSENT
+    surface_velocity: Any = ABSENT
+    normal_force: Any = ABSENT
+    speed: Any = ABSENT
+    ease: Any = ABSENT
+    across: Array = ABSENT
+    tip: TipMove = ABSENT
+    landing: Any = ABSENT
+    own_speed: Any = ABSENT
 
 
 class ArmTarget(NamedTuple):
@@ -91,7 +84,7 @@ class ArmTarget(NamedTuple):
     """
 
     reach: Any
-    rate: Any = 0.0
+    rate: Any = ABSENT
 
 
 class LawInput(NamedTuple):
@@ -103,9 +96,9 @@ class LawInput(NamedTuple):
         reference: of this tick.
         dt: control period, s.
         estimate: of the estimation law.
-        contact: of the contact law; nothing for the contact law itself.
-        arm: of the shape law; at rest for the laws before it.
-        residual: what the rotors fell short of at the last tick, wanted less given wrench, W and C; nothing
+        contact: of the contact law; absent for the contact law itself.
+        arm: of the shape law; absent for the laws before it.
+        residual: what the rotors fell short of at the last tick, wanted less given wrench, W and C; absent
             where the allocation law does not say.
     """
 
@@ -114,9 +107,9 @@ class LawInput(NamedTuple):
     reference: Reference
     dt: float
     estimate: Estimate
-    contact: ContactView = no_contact()
-    arm: ArmTarget = ArmTarget(0.0)
-    residual: Wrench = NOTHING
+    contact: ContactView = ContactView()
+    arm: ArmTarget = ArmTarget(ABSENT)
+    residual: Wrench = ABSENT
 
 
 class Demand(NamedTuple):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import importlib
 import pkgutil
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import ModuleType
 from typing import Any, NamedTuple
@@ -50,11 +50,13 @@ class Slot:
         name: the law's name in the preset.
         law: its module, see `control.laws`.
         gains: an instance of the law's `Gains`.
+        gives: fields that it gives (`control.fields`), where a traced tick has shown them.
     """
 
     name: str
     law: Any
     gains: Any
+    gives: frozenset[str] | None = field(default=None, compare=False)
 
     @property
     def needs(self) -> Needs:

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from skylimb.estimation.force_filter import filter_force
-from skylimb.estimation.records import BodyState, Estimate, Sensed, Wrench
+from skylimb.estimation.records import BodyState, Estimate, Sensed, Signals, Wrench
 from skylimb.estimation.tare import TareState, initial_tare_state, tare
 from skylimb.spatial import dot, rpy_from_rotation
 
@@ -27,7 +25,7 @@ def initial_push_state() -> PushState:
 def estimate_of(
     gains: Any, state: PushState, body: BodyState, raw: Wrench, sensed: Sensed
 ) -> tuple[PushState, Estimate]:
-    """The estimate of a tick; nothing that the rotors would have to make up.
+    """The estimate of a tick, but for what the rotors would have to make up.
 
     Args:
         gains: with `tare` (whether the bias is taken off) and `force_filter` (a `ForceFilter`).
@@ -41,6 +39,18 @@ def estimate_of(
     wrench = tared if gains.tare else raw
     pushed = dot(wrench.force, reference.contact_axis)
     contact_force = filter_force(gains.force_filter, state.contact_force, pushed, sensed.dt)
-    nothing = Wrench(np.zeros(3), np.zeros(3))
     arm = body.R_WC @ body.model.tip_C
-    return PushState(bias, contact_force), Estimate(body, wrench, raw, contact_force, arm, nothing)
+    return PushState(bias, contact_force), Estimate(body, wrench, raw, contact_force, arm)
+
+
+def wrench_signals(known: Estimate) -> Signals:
+    """What is recorded of the external wrench, as far as it is estimated."""
+    wrench, raw, signals = known.wrench, known.raw, Signals()
+    if wrench is not None:
+        signals |= {"external_force_estimate": wrench.force, "external_torque_estimate": wrench.torque}
+    if known.contact_force is not None:
+        signals["external_force_filtered"] = known.contact_force
+    if wrench is not None and raw is not None:
+        signals["external_force_bias"] = raw.force - wrench.force
+        signals["external_torque_bias"] = raw.torque - wrench.torque
+    return signals

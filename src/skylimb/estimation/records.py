@@ -18,6 +18,10 @@ Signals = dict[str, Any]
 """What a law records at a tick, by its public name."""
 
 
+ABSENT: Any = None
+"""In the place of a field of a record that a law does not fill in."""
+
+
 class Measurement(NamedTuple):
     """What the sensors measure at a control tick.
 
@@ -80,7 +84,7 @@ class Sensed(NamedTuple):
 
 
 class Estimate(NamedTuple):
-    """What an estimation law knows at a tick.
+    """What an estimation law knows at a tick; what it does not know is absent, except for the body.
 
     Attributes:
         body: state of {C} and the model at the measured angles.
@@ -88,15 +92,15 @@ class Estimate(NamedTuple):
         raw: external wrench with that bias.
         contact_force: filtered force along the contact axis, N, negative when the robot is pushed back.
         arm: from the centre of gravity to the tip in W, m, (3,).
-        bias: wrench that the rotors have to make up in free flight; zero where it is not known.
+        bias: wrench that the rotors have to make up in free flight.
     """
 
     body: BodyState
-    wrench: Wrench
-    raw: Wrench
-    contact_force: Any
-    arm: Array
-    bias: Wrench
+    wrench: Wrench = ABSENT
+    raw: Wrench = ABSENT
+    contact_force: Any = ABSENT
+    arm: Array = ABSENT
+    bias: Wrench = ABSENT
 
 
 class Start(NamedTuple):

@@ -42,6 +42,10 @@ from skylimb.keys import Key, configuration
 from skylimb.robots.model import Robot
 from skylimb.symbolic import Array, clip, diagonal, is_symbolic, solve_positive, stack, vector
 
+PROVIDES = ("residual",)
+REQUIRES = ("estimate.body",)
+OPTIONAL = {"estimate.wrench": "leak.steady", "estimate.bias": ""}
+
 
 @configuration
 class Weights:

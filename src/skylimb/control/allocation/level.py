@@ -31,6 +31,9 @@ from skylimb.robots.model import Robot
 from skylimb.spatial import rot_z, rpy_from_rotation
 from skylimb.symbolic import Array, low_pass, vector
 
+PROVIDES = ("residual",)
+REQUIRES = ("estimate.body",)
+
 
 @configuration
 class Vectoring(LevelMoves, pseudoinverse.Vectoring):

@@ -23,6 +23,8 @@ from skylimb.planning.vectoring_step import RATE, STEP, first_vectoring, plan_wh
 from skylimb.robots.model import Robot
 from skylimb.symbolic import Array, where
 
+PROVIDES, REQUIRES, OPTIONAL = bounded.PROVIDES, bounded.REQUIRES, bounded.OPTIONAL
+
 _NEVER = 1e9
 """Ticks since a plan where there was none."""
 

@@ -29,6 +29,9 @@ from skylimb.robots.model import Robot
 from skylimb.spatial import rot_z, rpy_from_rotation
 from skylimb.symbolic import Array, stack
 
+PROVIDES = ("residual",)
+REQUIRES = ("estimate.body",)
+
 
 @configuration
 class Gains:

@@ -20,6 +20,10 @@ from skylimb.estimation.records import Signals, Start
 from skylimb.keys import Key, configuration
 from skylimb.symbolic import Array
 
+PROVIDES = ()
+REQUIRES = ("estimate.body",)
+OPTIONAL = {"estimate.wrench": "leak.steady", "estimate.bias": ""}
+
 
 @configuration
 class Vectoring:

@@ -22,6 +22,9 @@ from skylimb.estimation.records import Signals, Start
 from skylimb.keys import Key, configuration
 from skylimb.symbolic import Array
 
+PROVIDES = ()
+REQUIRES = ("estimate.body",)
+
 
 @configuration
 class Vectoring(Moves, pseudoinverse.Vectoring):

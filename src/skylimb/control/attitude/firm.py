@@ -21,6 +21,11 @@ from skylimb.keys import Key, configuration
 from skylimb.spatial import cross, rotation_error
 from skylimb.symbolic import Array, clip, vector
 
+REQUIRES = (
+    *impedance.REQUIRES,
+    *("estimate.arm", "contact.engaged", "contact.across", "contact.landing", "contact.own_speed"),
+)
+
 
 @configuration
 class Gains(impedance.Gains):

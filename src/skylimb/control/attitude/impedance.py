@@ -10,6 +10,8 @@ from skylimb.keys import Key, configuration
 from skylimb.spatial import cross, rotation_error
 from skylimb.symbolic import Array
 
+REQUIRES = ("estimate.body", "estimate.wrench")
+
 Vector3 = tuple[float, float, float]
 
 

@@ -18,6 +18,8 @@ from skylimb.keys import Key, configuration
 from skylimb.spatial import cross, rotation_error, rotation_from_vector
 from skylimb.symbolic import Array, right_inverse
 
+REQUIRES = ("estimate.body", "estimate.wrench", "contact.tip")
+
 _BESIDE = "its entries (au, av, uv)"
 
 

@@ -34,6 +34,9 @@ from skylimb.keys import Key, configuration
 from skylimb.spatial import cross, dot
 from skylimb.symbolic import clip, vector, where
 
+PROVIDES = (*following.PROVIDES, "contact.across", "contact.landing", "contact.own_speed")
+REQUIRES = following.REQUIRES
+
 AHEAD = 0.05
 """How long before the end of a stroke the path rests, s on the mission's clock."""
 

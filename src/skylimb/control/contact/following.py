@@ -40,6 +40,18 @@ from skylimb.missions.reference import Reference
 from skylimb.spatial import cross, dot
 from skylimb.symbolic import Array, clip, vector, where
 
+PROVIDES = (
+    "contact.engaged",
+    "contact.axis_position",
+    "contact.axis_velocity",
+    "contact.anchor",
+    "contact.surface_velocity",
+    "contact.normal_force",
+    "contact.speed",
+    "contact.ease",
+)
+REQUIRES = ("estimate.body", "estimate.arm", "estimate.wrench", "estimate.contact_force")
+
 
 @configuration
 class Gains:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from skylimb.control.records import ContactView, LawInput, no_contact
+from skylimb.control.records import ContactView, LawInput
 from skylimb.estimation.records import Signals, Start
 from skylimb.keys import configuration
+
+PROVIDES = REQUIRES = ()
 
 
 @configuration
@@ -21,4 +23,4 @@ def initial_state(gains: Gains, start: Start) -> tuple[()]:
 
 def step(gains: Any, state: tuple[()], inputs: LawInput) -> tuple[tuple[()], ContactView, Signals]:
     """Nothing is known, and nothing is recorded."""
-    return state, no_contact(), {}
+    return state, ContactView(), {}

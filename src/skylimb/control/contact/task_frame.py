@@ -22,13 +22,17 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from skylimb.control.needs import Needs
-from skylimb.control.records import ContactView, LawInput, TipMove, no_contact
+from skylimb.control.records import NOTHING, ContactView, LawInput, TipMove
 from skylimb.control.task_frame import Vector3, task_axes, tip_wrench
 from skylimb.control.windup import unless_short
 from skylimb.estimation.records import Signals, Start
 from skylimb.keys import Key, configuration
 from skylimb.spatial import cross
 from skylimb.symbolic import Array, clip, low_pass, where
+
+PROVIDES = ("contact.engaged", "contact.normal_force", "contact.tip")
+REQUIRES = ("estimate.body", "estimate.wrench")
+OPTIONAL = {"residual": ""}
 
 _AXES = "along the contact axis, u and v"
 _ABOUT = "about the contact axis, u and v"
@@ -122,16 +126,16 @@ def initial_state(gains: Gains, start: Start) -> State:
 def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView, Signals]:
     """Where the tip's target is, and what it feels."""
     reference, estimate, dt = inputs.reference, inputs.estimate, inputs.dt
-    touch, R_WT = reference.touch, task_axes(reference)
+    touch, R_WT, short = reference.touch, task_axes(reference), inputs.residual or NOTHING
     felt = tip_wrench(estimate, R_WT)
     load = low_pass(state.load, reference.wait, 1.0 / gains.load_time, dt)
     met = where(touch > 0.5, 1.0, state.met)
     soft = where(gains.stiffness > 0.0, met, touch)
     turn_soft = where(gains.turn_stiffness > 0.0, met, touch)
-    push = unless_short(soft * felt.force + touch * load * gains.force, R_WT.T @ inputs.residual.force)
+    push = unless_short(soft * felt.force + touch * load * gains.force, R_WT.T @ short.force)
     twist = unless_short(
         turn_soft * felt.torque + touch * load * gains.torque,
-        R_WT.T @ (estimate.body.R_WC @ inputs.residual.torque),
+        R_WT.T @ (estimate.body.R_WC @ short.torque),
     )
     along = Spring(gains.mass, gains.damping, _held(gains.stiffness, _HOME * gains.damping, soft))
     about = Spring(
@@ -144,7 +148,7 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     place, rotation = R_WT @ way, R_WT @ turn
     moved, turned = (place - state.place) * (1.0 / dt), (rotation - state.rotation) * (1.0 / dt)
     turned = turned + turning_rate(state.axes, R_WT, dt)
-    view = no_contact()._replace(
+    view = ContactView(
         engaged=touch, normal_force=-felt.force[0], tip=TipMove(place, moved, rotation, turned)
     )
     signals = {

@@ -15,6 +15,9 @@ from skylimb.estimation.records import Signals, Start
 from skylimb.keys import Key, configuration
 from skylimb.symbolic import Array, clip, where
 
+PROVIDES = ("arm.reach", "arm.rate")
+REQUIRES = ("estimate.contact_force",)
+
 
 @configuration
 class Gains:

@@ -8,6 +8,9 @@ from skylimb.control.records import ArmTarget, LawInput
 from skylimb.estimation.records import Signals, Start
 from skylimb.keys import configuration
 
+PROVIDES = ("arm.reach", "arm.rate")
+REQUIRES = ()
+
 
 @configuration
 class Gains:
@@ -23,4 +26,4 @@ def step(
     gains: Any, state: tuple[()], inputs: LawInput, reach_limits: tuple[float, float]
 ) -> tuple[tuple[()], ArmTarget, Signals]:
     """The reference's reach, m."""
-    return state, ArmTarget(inputs.reference.reach), {}
+    return state, ArmTarget(inputs.reference.reach, 0.0), {}

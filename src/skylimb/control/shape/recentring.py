@@ -16,6 +16,9 @@ from skylimb.keys import Key, configuration
 from skylimb.spatial import dot
 from skylimb.symbolic import clip, where
 
+PROVIDES = ("arm.reach", "arm.rate")
+REQUIRES = ("estimate.body", "contact.engaged", "contact.anchor", "contact.surface_velocity")
+
 
 @configuration
 class Gains:

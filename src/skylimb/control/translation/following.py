@@ -29,12 +29,28 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from skylimb.control.needs import Needs
-from skylimb.control.records import LawInput
+from skylimb.control.records import NOTHING, LawInput
 from skylimb.control.windup import unless_short
 from skylimb.estimation.records import Signals, Start
 from skylimb.keys import Key, configuration
 from skylimb.spatial import cross, dot
 from skylimb.symbolic import Array, clip, low_pass, vector, where
+
+REQUIRES = (
+    "estimate.body",
+    "estimate.arm",
+    "estimate.wrench",
+    "contact.engaged",
+    "contact.axis_position",
+    "contact.axis_velocity",
+    "contact.anchor",
+    "contact.surface_velocity",
+    "contact.normal_force",
+    "contact.speed",
+    "contact.ease",
+    "arm.rate",
+)
+OPTIONAL = {"contact.across": "feed", "contact.landing": "landing_cancel", "residual": ""}
 
 Vector3 = tuple[float, float, float]
 
@@ -179,6 +195,8 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, Array, Sign
     v = cross(a, u)
     damping = 2.0 * gains.damping_ratio * gains.stiffness**0.5
     force = estimate.wrench.force
+    expected = NOTHING.force if contact.across is None else contact.across
+    landing = 0.0 if contact.landing is None else contact.landing
 
     target = cog_target(gains, inputs)
     share = clip(contact.speed / gains.cancel_speed, 0.0, 1.0)
@@ -190,11 +208,11 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, Array, Sign
         error = clip(dot(axis, body.position - target), -gains.error_limit, gains.error_limit)
         error_rate = dot(axis, body.velocity + gains.swing[i - 1] * counted * swing - reference.tip_velocity)
         wanted = dot(axis, reference.tip_acceleration) - damping[i] * error_rate - gains.stiffness[i] * error
-        unexpected = dot(axis, force - gains.feed * contact.across)
+        unexpected = dot(axis, force - gains.feed * expected)
         rubbing = clip(unexpected, -gains.cancel_limit, gains.cancel_limit)
         slow.append(low_pass(state.rubbing[i - 1], rubbing, 2.0 * math.pi * gains.cancel_cutoff[i - 1], dt))
-        cancel = share * gains.cancel[i - 1] + contact.landing * (1.0 - share) * gains.landing_cancel[i - 1]
-        known = cancel * slow[-1] + gains.feed * dot(axis, contact.across)
+        cancel = share * gains.cancel[i - 1] + landing * (1.0 - share) * gains.landing_cancel[i - 1]
+        known = cancel * slow[-1] + gains.feed * dot(axis, expected)
         total = total + axis * (m * wanted - known)
 
     speed = dot(a, body.velocity)
@@ -230,7 +248,7 @@ def _press(gains: Any, state: State, inputs: LawInput, speed: Any) -> tuple[Any,
     wanted = gains.force * contact.ease
     missing = wanted - contact.normal_force
     alive = clip(4.0 * state.tank / gains.tank, 0.0, 1.0)
-    axis_residual = dot(inputs.reference.contact_axis, inputs.residual.force)
+    axis_residual = dot(inputs.reference.contact_axis, (inputs.residual or NOTHING).force)
     integral = state.integral + unless_short(gains.force_integral * missing * dt, axis_residual)
     integral = clip(integral, -gains.force_integral_limit, gains.force_integral_limit)
     power = integral * relative

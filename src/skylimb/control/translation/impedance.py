@@ -9,6 +9,8 @@ from skylimb.estimation.records import Signals, Start
 from skylimb.keys import Key, configuration
 from skylimb.symbolic import Array
 
+REQUIRES = ("estimate.body", "estimate.wrench")
+
 Vector3 = tuple[float, float, float]
 
 

@@ -6,11 +6,14 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from skylimb.control.records import LawInput
+from skylimb.control.records import NOTHING, LawInput
 from skylimb.control.windup import unless_short
 from skylimb.estimation.records import Signals, Start
 from skylimb.keys import Key, configuration
 from skylimb.symbolic import Array, clip
+
+REQUIRES = ("estimate.body",)
+OPTIONAL = {"residual": ""}
 
 Vector3 = tuple[float, float, float]
 
@@ -54,8 +57,9 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, Array, Sign
     body, reference = inputs.estimate.body, inputs.reference
     error = reference.position - body.position
     velocity_error = reference.velocity - body.velocity
+    short = inputs.residual or NOTHING
     growth = gains.integral * error * inputs.dt
-    integral = state.integral + unless_short(growth, inputs.residual.force)
+    integral = state.integral + unless_short(growth, short.force)
     integral = clip(integral, -gains.integral_limit, gains.integral_limit)
     proportional = clip(gains.proportional * error, -gains.proportional_limit, gains.proportional_limit)
     derivative = clip(gains.derivative * velocity_error, -gains.derivative_limit, gains.derivative_limit)

@@ -19,6 +19,8 @@ from skylimb.keys import Key, configuration
 from skylimb.spatial import cross
 from skylimb.symbolic import Array, right_inverse
 
+REQUIRES = ("estimate.body", "estimate.arm", "estimate.wrench", "contact.tip")
+
 _BESIDE = "its entries (au, av, uv)"
 
 

@@ -28,6 +28,8 @@ from skylimb.estimation.momentum_observer import (
 from skylimb.estimation.records import Estimate, Sensed, Signals, Start, Wrench
 from skylimb.keys import Key, configuration
 
+PROVIDES = ("estimate.body", "estimate.wrench", "estimate.raw", "estimate.contact_force", "estimate.arm")
+
 
 @configuration
 class Gains:

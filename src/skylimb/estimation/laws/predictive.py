@@ -34,6 +34,8 @@ from skylimb.estimation.records import Estimate, Sensed, Signals, Start, Wrench
 from skylimb.keys import configuration
 from skylimb.spatial import rpy_from_rotation
 
+PROVIDES = (*momentum.PROVIDES, "estimate.bias")
+
 
 @configuration
 class Gains(momentum.Gains):

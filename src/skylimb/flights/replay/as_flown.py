@@ -34,7 +34,10 @@ class AllocationAsFlown:
 
     def __init__(self, law: Any, flown: Array, corrections: Corrections | None = None) -> None:
         self._law, self._flown, self._corrections = law, flown, corrections
-        self.aim = law.aim
+
+    def __getattr__(self, name: str) -> Any:
+        """What else the law has: `aim`, what it declares."""
+        return getattr(self._law, name)
 
     def step(
         self, gains: Any, state: Any, inputs: LawInput, demand: Demand

@@ -1,0 +1,141 @@
+"""What the laws of one tick read of each other and give: each is held to what it declares.
+
+A traced tick shows every field that a law reads, as laws decide nothing by numbers. So a law cannot read what
+it does not declare, or what nobody gives, without being named; and what a user's law does not declare is
+known once a tick has been traced.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from skylimb.control.fields import FIELDS, RECORDS, called, misfit, optional, provided, required
+from skylimb.control.needs import PACE
+from skylimb.control.own_trace import PERIOD, symbolic_records
+from skylimb.control.records import LawInput
+from skylimb.control.slots import SLOTS, Slots
+from skylimb.errors import ConfigError
+from skylimb.estimation.records import Signals
+
+
+class Links:
+    """Hands each law its inputs and takes down what it reads and gives.
+
+    Args:
+        slots: the laws and their gains.
+
+    Attributes:
+        reads: fields that each law has read, by its slot.
+        gives: fields that each law has given, by its slot.
+    """
+
+    def __init__(self, slots: Slots) -> None:
+        self._slots = slots
+        self.reads: dict[str, set[str]] = {slot: set() for slot in SLOTS}
+        self.gives: dict[str, frozenset[str]] = {}
+
+    def inputs(self, slot: str, inputs: LawInput) -> LawInput:
+        """The inputs as the law of a slot may read them."""
+        law = getattr(self._slots, slot).law
+        read = functools.partial(self._read, slot, required(law), optional(law))
+        seen: dict[str, Any] = {name: _Seen(getattr(inputs, name), name, read) for name in RECORDS}
+        if inputs.residual is not None or "residual" not in optional(law):
+            seen["residual"] = _Seen(inputs.residual, "residual", read)
+        return inputs._replace(**seen)
+
+    def gave(self, slot: str, record: Any) -> None:
+        """Take down what a law gives; a `ConfigError` where it is not as declared, or no record at all."""
+        name, kind = next((name, kind) for name, (giver, kind) in RECORDS.items() if giver == slot)
+        if not isinstance(record, kind):
+            raise ConfigError(
+                f"{called(self._slots, slot)} gives {type(record).__name__}, a {kind.__name__} is needed"
+            )
+        self._keep(
+            slot, (f"{name}.{field}" for field, value in record._asdict().items() if value is not None)
+        )
+
+    def residual(self, state: Any) -> Any:
+        """What the rotors fell short of, as the allocation law's state says it; absent where it does not."""
+        missing = getattr(state, "residual", None)
+        self._keep("allocation", [] if missing is None else ["residual"])
+        return missing
+
+    def recorded(self, slot: str, signals: Signals) -> None:
+        """Raise a `ConfigError` unless a law has a signal "pace" if and only if its needs say so."""
+        paced = getattr(self._slots, slot).needs.paced
+        if paced != (PACE in signals):
+            lacks = f"has no signal '{PACE}'" if paced else "its needs do not say paced=True"
+            sets = "sets the mission's pace" if paced else f"has a signal '{PACE}'"
+            raise ConfigError(f"{called(self._slots, slot)} {sets}, but {lacks}")
+
+    def _keep(self, slot: str, given: Any) -> None:
+        given = self.gives[slot] = frozenset(given)
+        declared = provided(slot, getattr(self._slots, slot).law)
+        wrong = sorted(given ^ (given if declared is None else declared))
+        if wrong:
+            what = "gives" if wrong[0] in given else "does not give"
+            other = "does not name" if wrong[0] in given else "names"
+            raise ConfigError(f"{called(self._slots, slot)} {what} {wrong[0]}, which its PROVIDES {other}")
+
+    def _read(self, slot: str, declared: frozenset[str] | None, may_lack: Any, field: str, value: Any) -> Any:
+        self.reads[slot].add(field)
+        if field in may_lack:
+            return value
+        if declared is not None and field not in declared:
+            raise ConfigError(
+                f"{called(self._slots, slot)} reads {field}, which its REQUIRES and OPTIONAL do not name"
+            )
+        if value is None:
+            lacks = misfit(self._slots, slot, FIELDS[field], [field])
+            raise ConfigError(f"{lacks}; a law that can do without it names it in OPTIONAL")
+        return value
+
+
+def as_traced(cascade: Any) -> Slots:
+    """The slots of a cascade with what each law gives, as a tick on symbols shows it.
+
+    Raises:
+        ConfigError: where a law reads what nobody gives, or is not as it declares.
+    """
+    gives = _traced(_Cascade(cascade.structure(), cascade))
+    seen = zip(cascade.preset.slots, SLOTS, strict=True)
+    return Slots(*(replace(filled, gives=gives.get(slot)) for filled, slot in seen))
+
+
+@dataclass(frozen=True)
+class _Cascade:
+    """A cascade by its structure: flights that differ in numbers alone trace one tick together."""
+
+    structure: Hashable
+    cascade: Any = field(compare=False)
+
+
+@functools.lru_cache(maxsize=64)
+def _traced(of: _Cascade) -> dict[str, frozenset[str]]:
+    """What each law gives, by its slot."""
+    cascade = of.cascade
+    links = Links(cascade.preset.slots)
+    _, records = symbolic_records(cascade.gains(), cascade.initial_state(), cascade.robot, cascade.needs)
+    cascade.step(*records, PERIOD, links)
+    return links.gives
+
+
+class _Seen:
+    """A record as one law sees it: `read` is told of each field and answers with its value.
+
+    Where there is no record it is false, for laws that ask `inputs.residual or ...`.
+    """
+
+    def __init__(self, record: Any, name: str, read: Callable[[str, Any], Any]) -> None:
+        self._record, self._name, self._read = record, name, read
+
+    def __bool__(self) -> bool:
+        return self._record is not None
+
+    def __getattr__(self, field: str) -> Any:
+        value = None if self._record is None else getattr(self._record, field)
+        whole = self._name if self._name in FIELDS else f"{self._name}.{field}"
+        return self._read(whole, value) if whole in FIELDS else value
