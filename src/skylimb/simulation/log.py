@@ -14,13 +14,12 @@ from skylimb.errors import ConfigError
 from skylimb.loop.flight import Flight, flown_mission
 from skylimb.missions.mission import PHASES, Mission
 from skylimb.signals import Signal, require_recorded
-from skylimb.simulation.moved_surface import MovedSurface
 from skylimb.simulation.plant import Plant
 from skylimb.simulation.signals import SIGNALS, SignalInfo
+from skylimb.simulation.surface_at import SurfaceAt, changed_surface, turned_valve
 from skylimb.simulation.surfaces import Valve
 from skylimb.simulation.tool_truth import tool_signals
 from skylimb.simulation.truth import contact_truth, flight_kinematics
-from skylimb.simulation.turned_valve import TurnedValve
 
 CONTACT_STATE, CONTACT_REASON = "contact_state", "contact_reason"
 """Signals of a controller whose contact law is a state machine."""
@@ -63,12 +62,12 @@ def flight_log(
     }
     touched, changed = plant.surface, {}
     if surface is not None:
-        touched = MovedSurface(plant.surface, surface[:ticks], mission.period)
+        touched = changed_surface(plant.surface, surface[:ticks], mission.period)
         changed = _surface_signals(touched, surface[:ticks])
     if plant.hinge is not None and isinstance(plant.surface, Valve):
         at, rate = plant.hinge
         velocity = flight.signal("configuration_velocity")
-        touched = TurnedValve(
+        touched = turned_valve(
             plant.surface, qpos[:, at], velocity[:, rate], moved.tip_position, mission.period
         )
         changed = {"valve_angle": qpos[:, at]}
@@ -112,7 +111,7 @@ def flight_log(
     )
 
 
-def _surface_signals(moved: MovedSurface, table: np.ndarray) -> dict[str, np.ndarray]:
+def _surface_signals(moved: SurfaceAt, table: np.ndarray) -> dict[str, np.ndarray]:
     """Where the surface was and what it was made of, at every tick."""
     return {
         "surface_position": moved.position,

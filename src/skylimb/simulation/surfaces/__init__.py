@@ -42,8 +42,9 @@ def surface_from_mapping(mapping: Mapping[str, Any], where: str = "surface") -> 
     """
     kind = mapping.get("kind", "board")
     if not isinstance(kind, str):
+        known = ", ".join(sorted(SURFACES))
         raise ConfigError(
-            f"{where}: surface.kind = {shown(kind)} should be a name, one of {', '.join(sorted(SURFACES))}, or a Python file"
+            f"{where}: surface.kind = {shown(kind)} should be a name, one of {known}, or a Python file"
         )
     if kind.endswith(".py"):
         from skylimb.simulation.surfaces.own import own_surface  # few surfaces are the user's own

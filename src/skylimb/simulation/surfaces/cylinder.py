@@ -55,7 +55,7 @@ class Cylinder(CurvedSurface):
             )
 
     def make_shape(self) -> Shape:
-        """A bulging one is round; a hollow one is an arc that ends in rims from which the wall goes on flat."""
+        """A bulging one is round; a hollow one an arc whose rims go over into a flat wall."""
         if not self.concave:
             return Round(self.radius)
         half_angle = math.asin(0.5 * self.size[0] / self.radius)

@@ -51,11 +51,11 @@ class Graph(NativeShape):
 
 
 class Formula(Graph):
-    """A graph whose height is written in symbols, `skylimb.symbolic`; its derivatives are CasADi's, and exact.
+    """A graph whose height is written in symbols (`skylimb.symbolic`); CasADi's derivatives are exact.
 
     Args:
-        height: h(u, v, keys), m, or a tuple of h, h_u, h_v, h_uu, h_uv, h_vv; the surface is shifted along w so
-            that the origin lies on it.
+        height: h(u, v, keys), m, or a tuple of h, h_u, h_v, h_uu, h_uv, h_vv; the surface is shifted along w
+            so that the origin lies on it.
         keys: a record of the numbers in it, whatever `skylimb.packing` takes.
         half_extent: half of what is looked at along u and v, m; the surface itself has no end.
     """

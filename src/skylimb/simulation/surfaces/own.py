@@ -5,10 +5,10 @@
         '''How far the surface recedes from its flat plane, m.'''
         return 0.5 * keys.bend * (u * u - v * v)
 
-`height` serves a surface that is the graph of a smooth function. Any other one is given by `closest(point, keys)`:
-the surface's point that is closest to a point (w, u, v), and the outward unit normal there. Both are written with
-plain operators and `skylimb.symbolic`. `Keys`, a frozen dataclass where there is one, has the keys that stand beside
-the others in the table `[surface]`.
+`height` serves a surface that is the graph of a smooth function. Any other one is given by
+`closest(point, keys)`: the surface's point that is closest to a point (w, u, v), and the outward unit normal
+there. Both are written with plain operators and `skylimb.symbolic`. `Keys`, a frozen dataclass where there is
+one, has the keys that stand beside the others in the table `[surface]`.
 """
 
 from __future__ import annotations
@@ -117,7 +117,8 @@ def own_surface(file: str) -> type[OwnSurface]:
 @functools.lru_cache(maxsize=64)
 def _kind(module: ModuleType, what: str) -> type[OwnSurface]:
     """Every surface's keys and those of the module's `Keys` in one configuration."""
-    members: dict[str, Any] = {"module": module, "__doc__": module.__doc__, "__annotations__": {}}
+    members: dict[str, Any] = {"module": module, "__module__": __name__, "__annotations__": {}}
+    members["__doc__"] = module.__doc__
     with UserCode(what):
         keys = getattr(module, "Keys", None)
         fields = () if keys is None else dataclasses.fields(keys)
@@ -142,14 +143,14 @@ def _called(function: Any, what: str, wanted: str, sizes: tuple[int, ...]) -> An
     def parts(*given: Any) -> dict[str, Any]:
         found = function(*given)
         found = found if isinstance(found, tuple | list) else (found,)
-        columns = [part if is_symbolic(part) else np.asarray(part, dtype=float) for part in found]
-        shown = [part.numel() if is_symbolic(part) else part.size for part in columns]
+        columns = [ca.vec(part if is_symbolic(part) else ca.SX(np.asarray(part, float))) for part in found]
+        shown = [part.numel() for part in columns]
         if shown != list(sizes):
             raise UserCodeError(
                 f"{what}: {function.__name__} should return {wanted}, of {' and '.join(map(str, sizes))}; it "
                 f"returned {' and '.join(map(str, shown))}"
             )
-        return {function.__name__: ca.vertcat(*(ca.vec(ca.SX(part)) for part in columns))}
+        return {function.__name__: ca.vertcat(*columns)}
 
     return lambda *given: ca.vertsplit(next(iter(traceable(parts, what)(*given).values())))
 

@@ -1,4 +1,4 @@
-"""What a surface of the user's own must be before anything flies: finite, smooth, and its own closest point."""
+"""What a surface of the user's own must be before anything flies: finite and smooth."""
 
 from __future__ import annotations
 
@@ -33,13 +33,14 @@ def require_smooth(what: str, heights: ca.Function, numbers: np.ndarray, half: t
     for rows, name in ((slice(0, 1), "height"), (slice(1, 3), "slope"), (slice(3, 6), "curvature")):
         bad = np.argwhere(~np.isfinite(found[rows]).all(axis=0))
         if len(bad):
-            i, j = bad[np.argmin(np.hypot(u, v)[tuple(bad.T)])]
+            i, j = map(int, bad[np.argmin(np.hypot(u, v)[tuple(bad.T)])])
             raise UserCodeError(f"{what}: its {name} is no finite number at {_at(u[i, j], v[i, j])}")
     slope = np.hypot(found[1], found[2])
     i, j = np.unravel_index(np.argmax(slope), slope.shape)
     if slope[i, j] > _STEEPEST:
         raise UserCodeError(
-            f"{what}: its slope is {slope[i, j]:.3g} at {_at(u[i, j], v[i, j])}; at most {_STEEPEST:g} is allowed"
+            f"{what}: its slope is {slope[i, j]:.3g} at {_at(u[i, j], v[i, j])}; {_STEEPEST:g} is the most that "
+            "is allowed"
         )
     for axis in (0, 1):
         steps = np.abs(np.diff(found[:3], axis=axis + 1))

@@ -193,8 +193,7 @@ def _source(kinds: tuple[float, ...]) -> str:
         # either side.
         here = ca.logic_and(here, ca.fabs(distance) < ca.fabs(best))
         best, normal_u, normal_w = (
-            where(here, new, old)
-            for new, old in ((distance, best), (nu, normal_u), (nw, normal_w))
+            where(here, new, old) for new, old in ((distance, best), (nu, normal_u), (nw, normal_w))
         )
     found = ca.vertcat(normal_w, normal_u, 0.0, best)
     return c_of_touch(ca.Function("shape", [numbers, point], [ca.densify(found)], {"cse": True}))

@@ -1,8 +1,8 @@
 """What a curved shape answers. Axes: w into the surface, u and v along it; the robot is at smaller w.
 
 The closest point of a shape is written once. That of a round one (`Round`) is a line of NumPy, as the engine
-has spheres and cylinders of its own. All others are C, written by hand or made from symbols, which the engine's
-collision and the analysis call alike (`NativeShape`).
+has spheres and cylinders of its own. All others are C, written by hand or made from symbols, which the
+engine's collision and the analysis call alike (`NativeShape`).
 """
 
 from __future__ import annotations
@@ -94,12 +94,13 @@ def c_of_touch(touch: ca.Function) -> str:
     """C of a shape given in symbols.
 
     Args:
-        touch: of numbers (n,) and a point (3,), called "shape"; it gives the outward normal at the closest point
-            and the signed distance from it, (4,). A distance of 1e9 says that there is no such point.
+        touch: of numbers (n,) and a point (3,), called "shape"; it gives the outward normal at the closest
+            point and the signed distance from it, (4,). A distance of 1e9 says that there is no such point.
     """
     return f"""{c_source(touch)}
 {_fits(touch)}
-static int touch(const mjtNum* numbers, const mjtNum p[3], mjtNum reach, mjtNum normal[3], mjtNum* distance) {{
+static int touch(
+    const mjtNum* numbers, const mjtNum p[3], mjtNum reach, mjtNum normal[3], mjtNum* distance) {{
   mjtNum found[4];
   const mjtNum* given[] = {{numbers, p}};
   mjtNum* results[] = {{found}};

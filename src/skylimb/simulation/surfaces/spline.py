@@ -1,9 +1,8 @@
-"""A height map as a cubic B-spline on a regular grid: smooth in value, slope and curvature; see `spline.c`."""
+"""A height map as a cubic B-spline on a regular grid: smooth in value, slope and curvature (`spline.c`)."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
@@ -50,7 +49,9 @@ class Spline(Graph):
         """The heights on a grid within the extent, (len(u), len(v)), m: by SciPy, so without a C compiler."""
         from scipy.ndimage import map_coordinates
 
-        places = [x / self.pitch + 0.5 * (n - 1) for x, n in zip((u, v), self.coefficients.shape, strict=True)]
+        places = [
+            x / self.pitch + 0.5 * (n - 1) for x, n in zip((u, v), self.coefficients.shape, strict=True)
+        ]
         return map_coordinates(
             self.coefficients, np.meshgrid(*places, indexing="ij"), order=3, prefilter=False, mode="nearest"
         )
@@ -61,7 +62,7 @@ class Spline(Graph):
         nu, nv = self.coefficients.shape
         return 0.5 * (nu - 3) * self.pitch, 0.5 * (nv - 3) * self.pitch
 
-    @cached_property
+    @property
     def numbers(self) -> np.ndarray:
         """Counts, place of coefficient 0, pitch, and the coefficients."""
         nu, nv = self.coefficients.shape
