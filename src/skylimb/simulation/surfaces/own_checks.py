@@ -38,10 +38,8 @@ def require_smooth(what: str, heights: ca.Function, numbers: np.ndarray, half: t
     slope = np.hypot(found[1], found[2])
     i, j = np.unravel_index(np.argmax(slope), slope.shape)
     if slope[i, j] > _STEEPEST:
-        raise UserCodeError(
-            f"{what}: its slope is {slope[i, j]:.3g} at {_at(u[i, j], v[i, j])}; {_STEEPEST:g} is the most that "
-            "is allowed"
-        )
+        at = _at(u[i, j], v[i, j])
+        raise UserCodeError(f"{what}: its slope is {slope[i, j]:.3g} at {at}; {_STEEPEST:g} is the most")
     for axis in (0, 1):
         steps = np.abs(np.diff(found[:3], axis=axis + 1))
         for row, name in enumerate(("height", "slope along u", "slope along v")):
