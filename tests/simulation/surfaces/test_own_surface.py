@@ -16,6 +16,9 @@ import xarray as xr
 import skylimb
 from skylimb.cli import main
 from skylimb.errors import ConfigError
+from skylimb.flights.drivers.native import fly_native
+from skylimb.flights.flying import fly_here
+from skylimb.flights.loading import take_off
 from skylimb.simulation.surfaces import surface_from_mapping
 
 EXAMPLES = Path(__file__).parents[3] / "examples" / "surfaces"
@@ -183,9 +186,30 @@ def test_a_mistake_is_told_in_one_line_and_nothing_is_written(tmp_path, capsys, 
     assert not out.exists()
 
 
-def test_a_file_that_is_not_there_is_named(tmp_path):
-    with pytest.raises(ConfigError, match=r"sadle.py"):
-        surface_from_mapping({"kind": str(tmp_path / "sadle.py")})
+def test_a_file_that_is_not_there_is_named_with_the_nearest():
+    with pytest.raises(ConfigError, match=r"no such file.*sadle.py.*did you mean.*saddle.py"):
+        own(EXAMPLES / "sadle.py")
+
+
+def test_many_kinds_fly_in_one_batch_as_alone_and_with_every_driver(tmp_path):
+    (tmp_path / "torus.toml").write_text(
+        f'[surface]\nkind = "{(EXAMPLES / "torus.py").as_posix()}"\nposition = [1.5, 0.0, 1.2]\nring = 1.0\n'
+        'tube = 1.5\n[controller]\npreset = "following"\n'
+    )
+    flights = [
+        take_off(name, (None,), 0, {"stop_at": 12.5, **more})[0]
+        for name, more in (
+            ("sine_gentle", {}),
+            (str(EXAMPLES / "saddle.toml"), {}),
+            (str(EXAMPLES / "saddle.toml"), {"surface.bend": -0.3}),
+            (str(tmp_path / "torus.toml"), {}),
+        )
+    ]
+    together = fly_native(flights)
+    for takeoff, flight in zip(flights, together, strict=True):
+        np.testing.assert_array_equal(flight.signals, fly_native([takeoff])[0].signals)
+        np.testing.assert_array_equal(flight.signals, fly_here(takeoff).signals)
+        assert (flight.signal("contact_duty") > 0.0).sum() > 100
 
 
 @pytest.mark.parametrize("file", ["saddle.py", "torus.py"])

@@ -35,7 +35,7 @@ from skylimb.simulation.surfaces.curved import CurvedSurface
 from skylimb.simulation.surfaces.graph import Formula, tightest_hollow
 from skylimb.simulation.surfaces.own_checks import require_closest, require_smooth
 from skylimb.simulation.surfaces.shape import NativeShape, c_of_touch, meeting
-from skylimb.sources import Source
+from skylimb.sources import Source, read_source
 from skylimb.symbolic import is_symbolic
 from skylimb.user_code import UserCode
 from skylimb.user_modules import load_module, sources_of_module
@@ -105,6 +105,7 @@ def own_surface(file: str) -> type[OwnSurface]:
     Raises:
         ConfigError: when the file is missing, fails, or says nothing of a surface.
     """
+    read_source(file)  # which names the nearest file where there is none
     module = load_module(Path(file), ())
     if hasattr(module, "height") == hasattr(module, "closest"):
         both = "both" if hasattr(module, "height") else "neither"
