@@ -197,7 +197,7 @@ def test_many_kinds_fly_in_one_batch_as_alone_and_with_every_driver(tmp_path):
         'tube = 1.5\n[controller]\npreset = "following"\n'
     )
     flights = [
-        take_off(name, (None,), 0, {"stop_at": 12.5, **more})[0]
+        take_off(name, (None,), 0, {"stop_at": 14.0, **more})[0]
         for name, more in (
             ("sine_gentle", {}),
             (str(EXAMPLES / "saddle.toml"), {}),
