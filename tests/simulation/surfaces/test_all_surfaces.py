@@ -140,6 +140,8 @@ def test_distance_along_the_contact_axis_meets_the_surface(surface, rng):
 
 def test_origin_is_on_the_surface(surface):
     assert surface.signed_distance(np.array(surface.position)) == pytest.approx(0.0, abs=1e-9)
+    assert surface.height(0.0, 0.0).shape == ()
+    assert surface.height(0.0, 0.0) == pytest.approx(0.0, abs=1e-9)
 
 
 def test_what_is_looked_at_is_what_is_touched(surface, scene_of, rng):

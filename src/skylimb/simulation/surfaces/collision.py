@@ -56,7 +56,7 @@ class Kind(NamedTuple):
 
     def heights(self, numbers: np.ndarray, u: ArrayLike, v: ArrayLike) -> np.ndarray:
         """h, h_u, h_v, h_uu, h_uv, h_vv (..., 6) of a graph with these numbers at (u, v), each (...)."""
-        u, v = (np.ascontiguousarray(x, dtype=float) for x in np.broadcast_arrays(u, v))
+        u, v = (np.array(x, dtype=float, order="C") for x in np.broadcast_arrays(u, v))
         found = np.empty((*u.shape, 6))
         self._call("skylimb_heights", numbers, u.size, u, v, found)
         return found

@@ -110,7 +110,7 @@ class Surface(SurfaceKeys, abc.ABC):
         friction, adhesion = np.full(u.shape, self.friction), np.full(u.shape, self.adhesion)
         if self.friction_map is not None:
             friction, adhesion = self.friction_map.over((self.friction, self.adhesion), self.size)(u, v)
-        return friction * static_excess(np.asarray(slip), self.static_ratio, self.static_speed), adhesion
+        return friction * static_excess(np.square(slip), self.static_ratio, self.static_speed), adhesion
 
     @property
     def moves(self) -> bool:
