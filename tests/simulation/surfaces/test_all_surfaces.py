@@ -1,6 +1,8 @@
 """What holds for every surface: physics and analysis see one geometry with one touch and a smooth normal."""
 
+import copy
 import json
+import pickle
 from pathlib import Path
 
 import mujoco
@@ -164,6 +166,13 @@ def test_unrolled_lengths_are_lengths_along_the_surface(surface):
     length = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(u), np.diff(w)))])
     np.testing.assert_allclose(s - s[0], length, atol=2e-4)
     assert s[2000] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_it_can_be_copied_and_sent_to_another_process(surface):
+    foot = surface.project(np.array([[0.9, 0.1, 1.05]]))
+    for twin in (pickle.loads(pickle.dumps(surface)), copy.deepcopy(surface)):
+        assert twin == surface
+        np.testing.assert_array_equal(twin.project(np.array([[0.9, 0.1, 1.05]])), foot)
 
 
 def test_description_is_json_and_builds_the_surface_again(surface):

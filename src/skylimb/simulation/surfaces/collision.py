@@ -74,7 +74,7 @@ def native_text(name: str) -> str:
 
 @functools.cache
 def _built(shape: str) -> Kind:
-    mark = float(int(hashlib.sha256(shape.encode()).hexdigest()[:8], 16))
+    mark = float(int(hashlib.sha256(shape.encode()).hexdigest()[:12], 16))
     source = f"{_HEAD}#define MARK {mark!r}\n{shape}\n{native_text('collision.c')}"
     try:
         library = load_library(built_library("collision", "collision", source))

@@ -36,6 +36,10 @@ class CurvedSurface(Surface, abc.ABC):
         """The shape; it is made once."""
         return self.make_shape()
 
+    def __getstate__(self) -> dict[str, Any]:
+        # A library that is loaded here cannot be handed to another process, which makes the shape anew.
+        return {name: value for name, value in vars(self).items() if name != "shape"}
+
     def drawn_u(self) -> np.ndarray:
         """(n,) places along u, m, at which the surface is drawn and recorded."""
         return np.linspace(-0.5, 0.5, _DRAWN_BOTH if self.curved_along_v else _DRAWN) * self.size[0]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import casadi as ca
 import mujoco
@@ -109,9 +109,10 @@ class PairFriction:
         self._gap, self._stiffness = model.pair_gap[pair : pair + 1], table.stiffness
         # Lists: an update has a microsecond or two.
         self._frictions, self._adhesions = table.frictions.tolist(), table.adhesions.tolist()
-        self._now, self._found = np.zeros(8), np.zeros(3)
+        numbers: Any = table.numbers
+        self._now: Any = np.zeros(8)
+        self._found: Any = np.zeros(3)
         buffer, self._evaluate = friction_function().buffer()
-        numbers = table.numbers
         for index, given in enumerate((numbers, self._now)):
             buffer.set_arg(index, memoryview(given))  # pyright: ignore[reportCallIssue]
         buffer.set_res(0, memoryview(self._found))  # pyright: ignore[reportCallIssue]
