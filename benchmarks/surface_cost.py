@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -26,8 +27,10 @@ from skylimb.simulation.surfaces import (
     Sphere,
     Step,
     Surface,
+    surface_from_mapping,
 )
 
+OWN = Path(__file__).parents[1] / "examples" / "surfaces"
 RELIEF = tuple(tuple(float(np.sin(0.9 * i) * np.cos(0.7 * j)) for j in range(12)) for i in range(12))
 SURFACES: dict[str, Surface] = {
     "board": Board(),
@@ -44,6 +47,8 @@ SURFACES: dict[str, Surface] = {
     "ridge": Ridge(),
     "ramp (14 deg)": Ramp(),
     "height map": HeightMap(heights=RELIEF, size=(1.2, 1.2), relief=0.03),
+    "own saddle": surface_from_mapping({"kind": str(OWN / "saddle.py")}),
+    "own torus": surface_from_mapping({"kind": str(OWN / "torus.py")}),
 }
 
 

@@ -50,6 +50,16 @@ def test_a_preset_with_an_example_law_flies_the_papers_experiment(name: str) -> 
     assert float(run.metrics["contact_force_normal_mean"]) > 0.5
 
 
+def test_the_saddle_is_followed_all_around() -> None:
+    run = skylimb.run(str(EXAMPLES / "surfaces" / "saddle.toml"))
+    assert run.status == "OK", run.cause
+    touched = run.log.contact_trace.values[run.log.contact.values > 0.0]
+    assert np.ptp(touched, axis=0).min() > 0.55
+    # By 0.2 (0.3 m)^2 it stands out at the sides, and recedes above and below.
+    tip = run.log.tip_position.sel(axis="x").values[run.log.phase.values == 4]
+    assert np.ptp(tip) > 0.03
+
+
 def off_the_path(controller: str, **changes: Any) -> float:
     """Root mean square distance of the centre of gravity from its path while it slides, m."""
     run = skylimb.run("paper", controller=controller, set={**CORNERS, **changes})

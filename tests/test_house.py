@@ -109,7 +109,7 @@ def test_files_in_the_guide_are_what_they_say(tmp_path: Path, monkeypatch: pytes
         (tmp_path / name).write_text(text, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     robot = skylimb.load_robot("hydrus_xi_quad")
-    for name in ("slow_line.toml", "pillar.toml", "mine.toml"):
+    for name in ("slow_line.toml", "pillar.toml", "mine.toml", "dunes.toml"):
         assert skylimb.load_experiment(name).description
     for name in ("firm.toml", "springy.toml"):
         assert skylimb.load_controller(name, robot).name == name.removesuffix(".toml")

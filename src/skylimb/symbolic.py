@@ -62,6 +62,21 @@ def exp(value: Any) -> Any:
     return ca.exp(value) if is_symbolic(value) else np.exp(value)
 
 
+def sin(value: Any) -> Any:
+    """The sine, entry by entry."""
+    return ca.sin(value) if is_symbolic(value) else np.sin(value)
+
+
+def cos(value: Any) -> Any:
+    """The cosine, entry by entry."""
+    return ca.cos(value) if is_symbolic(value) else np.cos(value)
+
+
+def sqrt(value: Any) -> Any:
+    """The square root, entry by entry."""
+    return ca.sqrt(value) if is_symbolic(value) else np.sqrt(value)
+
+
 def low_pass(before: Any, value: Any, rate: Any, dt: Any) -> Any:
     """One step of a first-order low pass, exact for a value that is held over the step.
 

@@ -17,7 +17,10 @@ ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "src" / "skylimb"
 SCHEMAS = {name.partition(".")[0]: schema for name, schema in schemas().items()}
 SHIPPED = {
-    "experiment": [*(PACKAGE / "experiments" / "library").glob("*.toml")],
+    "experiment": [
+        *(PACKAGE / "experiments" / "library").glob("*.toml"),
+        *(ROOT / "examples" / "surfaces").glob("*.toml"),
+    ],
     "controller": [
         *(PACKAGE / "control" / "presets").glob("*.toml"), *(ROOT / "examples" / "laws").glob("*.toml")
     ],

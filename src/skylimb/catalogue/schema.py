@@ -25,12 +25,14 @@ _PLAIN = {str: "string", bool: "boolean", int: "integer", float: "number"}
 
 Schema = dict[str, Any]
 
-_OWN: Schema = {
-    "type": "object",
-    "properties": {"law": {"type": "string", "pattern": r"\.py$", "description": "your own Python file"}},
-    "required": ["law"],
-}
-"""A law of the user's own, with whatever gains it has."""
+
+def _own(key: str) -> Schema:
+    """A table whose `key` names a Python file of the user's own, with whatever other keys that file has."""
+    file = {"type": "string", "pattern": r"\.py$", "description": "your own Python file"}
+    return {"type": "object", "properties": {key: file}, "required": [key]}
+
+
+_OWN = _own("law")
 
 
 def schemas() -> dict[str, Schema]:
@@ -55,7 +57,10 @@ def _experiment() -> Schema:
         schema["properties"][name] = {"type": "object", "description": note.meaning if note else ""}
     schema["properties"]["surface"] = {
         "description": "What is touched",
-        "anyOf": [_chosen(_table(cls), "kind", name, name == "board") for name, cls in SURFACES.items()],
+        "anyOf": [
+            *(_chosen(_table(cls), "kind", name, name == "board") for name, cls in SURFACES.items()),
+            _own("kind"),
+        ],
     }
     return schema
 

@@ -209,7 +209,7 @@ def _beside(tables: dict[str, Any], folder: Path) -> dict[str, Any]:
     recorded = {"changes": changes, "use": used_files(tables, folder)}
     recorded = {name: value for name, value in recorded.items() if value}
     tables = {**absolute(tables, folder), **({TABLE: recorded} if recorded else {})}
-    for key in (*_file_keys(), *_code_keys(tables)):
+    for key in (*_file_keys(), "surface.kind", *_code_keys(tables)):
         value = value_of(tables, key)
         if isinstance(value, str) and _is_file(key, value, folder):
             put(tables, key, Path(os.path.abspath(folder / value)).as_posix())
@@ -224,7 +224,7 @@ def _with_path(tables: Mapping[str, Any]) -> dict[str, Any]:
 
 def _is_file(key: str, value: str, folder: Path) -> bool:
     """Whether a value names a file, and no robot or law that ships."""
-    if key.endswith(".law"):
+    if key.endswith((".law", "surface.kind")):
         return value.endswith(".py")
     if key == "robot":
         return value not in list_robots() and ("/" in value or (folder / value).exists())

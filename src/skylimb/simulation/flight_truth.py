@@ -9,12 +9,11 @@ import numpy as np
 from skylimb.errors import ConfigError
 from skylimb.loop.flight import Flight, mission_signals
 from skylimb.missions.mission import Mission
-from skylimb.simulation.moved_surface import MovedSurface
 from skylimb.simulation.plant import Plant
+from skylimb.simulation.surface_at import SurfaceAt, changed_surface, turned_valve
 from skylimb.simulation.surfaces import Valve
 from skylimb.simulation.tool_truth import tool_signals
 from skylimb.simulation.truth import contact_truth, flight_kinematics
-from skylimb.simulation.turned_valve import TurnedValve
 
 
 class FlightTruth(NamedTuple):
@@ -51,12 +50,12 @@ def flight_truth(
     }
     touched, changed = plant.surface, {}
     if surface is not None:
-        touched = MovedSurface(plant.surface, surface[:ticks], mission.period)
+        touched = changed_surface(plant.surface, surface[:ticks], mission.period)
         changed = _surface_signals(touched, surface[:ticks])
     if plant.hinge is not None and isinstance(plant.surface, Valve):
         at, rate = plant.hinge
         velocity = flight.signal("configuration_velocity")
-        touched = TurnedValve(
+        touched = turned_valve(
             plant.surface, qpos[:, at], velocity[:, rate], moved.tip_position, mission.period
         )
         changed = {"valve_angle": qpos[:, at]}
@@ -80,7 +79,7 @@ def flight_truth(
     return FlightTruth(values | computed, [[gap.start, gap.duration] for gap in gaps])
 
 
-def _surface_signals(moved: MovedSurface, table: np.ndarray) -> dict[str, np.ndarray]:
+def _surface_signals(moved: SurfaceAt, table: np.ndarray) -> dict[str, np.ndarray]:
     """Where the surface was and what it was made of, at every tick."""
     return {
         "surface_position": moved.position,

@@ -36,7 +36,7 @@ class Belt:
 
         def slipping(_: float, state: np.ndarray) -> list[float]:
             slip = max(self.speed - state[1], 0.0)
-            mu = self.friction * static_excess(np.array(slip), self.static_ratio, self.static_speed)
+            mu = self.friction * static_excess(np.square(slip), self.static_ratio, self.static_speed)
             return [state[1], (-self.spring * state[0] + float(mu) * self.press) / self.mass]
 
         def caught(_: float, state: np.ndarray) -> float:

@@ -1,6 +1,9 @@
 """What holds for every surface: physics and analysis see one geometry with one touch and a smooth normal."""
 
+import copy
 import json
+import pickle
+from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -54,7 +57,14 @@ SHAPES = {
     "ramp_moving_ceiling": lambda egg: Ramp(contact_axis=(0.0, 0.0, 1.0), sway_amplitude=0.01),
     "heightmap": lambda egg: HeightMap(heights=RELIEF, size=(1.2, 1.0), relief=0.1, slope=0.1),
     "mesh": lambda egg: MeshSurface(file=egg, size=(0.7, 0.7)),
+    "own_height": lambda egg: own("saddle.py", bend=0.8, roll=0.5, slope=0.1),
+    "own_closest": lambda egg: own("torus.py", ring=0.5, size=(0.6, 0.6)),
 }
+OWN = Path(__file__).parents[3] / "examples" / "surfaces"
+
+
+def own(file, **keys):
+    return surface_from_mapping({"kind": str(OWN / file), **keys})
 
 
 @pytest.fixture(params=SHAPES, scope="module")
@@ -71,7 +81,8 @@ def random_feet(surface, rng, count):
 
 def test_every_kind_is_tried(egg):
     # A valve's lever and a hole are met from the side: test_valve.py, test_hole.py.
-    assert {SHAPES[name](egg).kind for name in SHAPES} == set(SURFACES) - {"hole", "valve"}
+    shipped = {SHAPES[name](egg).kind for name in SHAPES if not name.startswith("own")}
+    assert shipped == set(SURFACES) - {"hole", "valve"}
 
 
 def test_physics_and_analysis_agree_with_one_touch(surface, scene_of, rng):
@@ -83,9 +94,9 @@ def test_physics_and_analysis_agree_with_one_touch(surface, scene_of, rng):
         found = scene.touch(center)
         assert len(found) == 1
         distance, outward, point = found[0]
-        assert distance == pytest.approx(gap - scene.radius, abs=1e-8)
-        np.testing.assert_allclose(outward, normal, atol=1e-6)
-        np.testing.assert_allclose(point, center - normal * 0.5 * (gap + scene.radius), atol=1e-7)
+        assert distance == pytest.approx(gap - scene.radius, abs=1e-12)
+        np.testing.assert_allclose(outward, normal, atol=1e-12)
+        np.testing.assert_allclose(point, center - normal * 0.5 * (gap + scene.radius), atol=1e-12)
 
 
 def test_contact_goes_on_beyond_what_is_drawn(surface, scene_of, rng):
@@ -131,6 +142,8 @@ def test_distance_along_the_contact_axis_meets_the_surface(surface, rng):
 
 def test_origin_is_on_the_surface(surface):
     assert surface.signed_distance(np.array(surface.position)) == pytest.approx(0.0, abs=1e-9)
+    assert surface.height(0.0, 0.0).shape == ()
+    assert surface.height(0.0, 0.0) == pytest.approx(0.0, abs=1e-9)
 
 
 def test_what_is_looked_at_is_what_is_touched(surface, scene_of, rng):
@@ -153,6 +166,13 @@ def test_unrolled_lengths_are_lengths_along_the_surface(surface):
     length = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(u), np.diff(w)))])
     np.testing.assert_allclose(s - s[0], length, atol=2e-4)
     assert s[2000] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_it_can_be_copied_and_sent_to_another_process(surface):
+    foot = surface.project(np.array([[0.9, 0.1, 1.05]]))
+    for twin in (pickle.loads(pickle.dumps(surface)), copy.deepcopy(surface)):
+        assert twin == surface
+        np.testing.assert_array_equal(twin.project(np.array([[0.9, 0.1, 1.05]])), foot)
 
 
 def test_description_is_json_and_builds_the_surface_again(surface):

@@ -12,8 +12,10 @@ import pytest
 
 from skylimb.errors import CompileError
 from skylimb.simulation import compiling
-from skylimb.simulation.surfaces import SineWall, collision
-from skylimb.simulation.surfaces.collision import install_collision
+from skylimb.simulation.surfaces import CurvedSurface, HeightMap, SineWall, Step, collision
+from skylimb.simulation.surfaces.shape import NativeShape
+
+RELIEF = tuple(tuple(0.5 * np.sin(0.9 * i) * np.cos(0.7 * j) for j in range(10)) for i in range(12))
 
 WITHOUT_COMPILER = """
 import sys
@@ -22,6 +24,12 @@ from skylimb.simulation import compiling
 compiling.compilers = list
 sys.exit(main(["run", "sine_gentle", "--no-video", "--out", sys.argv[1]]))
 """
+
+
+def of(surface: CurvedSurface) -> NativeShape:
+    shape = surface.shape
+    assert isinstance(shape, NativeShape)
+    return shape
 
 
 def test_without_a_compiler_a_surface_with_a_shape_of_its_own_says_what_to_install(tmp_path: Path) -> None:
@@ -38,20 +46,16 @@ def test_without_a_compiler_a_surface_with_a_shape_of_its_own_says_what_to_insta
     assert "pip install 'skylimb[compiler]'" in line
 
 
-def test_a_collision_function_that_cannot_be_built_leaves_the_engines_own(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    install_collision()
-    slot = collision._SPHERE * collision._KINDS + collision._ELLIPSOID
-    before = collision._collision_table()[slot]
+def test_a_shape_that_cannot_be_built_leaves_the_table_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    before = collision._collision_table()[collision._SLOT]
 
     def refuse(*_: object) -> Path:
         raise CompileError("refused")
 
     monkeypatch.setattr(collision, "built_library", refuse)
     with pytest.raises(CompileError, match="need a C compiler: refused"):
-        install_collision.__wrapped__()
-    assert collision._collision_table()[slot] == before
+        collision.installed("/* a shape that nobody has met */")
+    assert collision._collision_table()[collision._SLOT] == before
 
 
 def test_ziglang_builds_it_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -59,24 +63,63 @@ def test_ziglang_builds_it_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     if not zig:
         pytest.skip("the ziglang package is not installed")
     monkeypatch.setattr(compiling, "compilers", lambda: zig)
-    source = tmp_path / "collision.c"
-    source.write_text("#define MARK 1.0\n" + collision._SOURCE.read_text("utf-8"))
-    compiling.compile_c([source], tmp_path / "collision.so", compiling.FLAGS)
-    assert compiling.load_library(tmp_path / "collision.so").skylimb_collide
+    monkeypatch.setattr(compiling, "_cache", lambda: tmp_path)
+    for surface in (SineWall(), Step(), HeightMap(heights=RELIEF)):
+        text = (
+            f"#define MARK 1.0\n{collision._HEAD}{of(surface).source}{collision.native_text('collision.c')}"
+        )
+        library = compiling.load_library(compiling.built_library("collision", "collision", text))
+        assert library.skylimb_closest
 
 
-def test_other_ellipsoids_still_collide_as_the_engine_says():
-    install_collision()
+def ball_on(ellipsoid):
+    """A ball 1 mm deep in the top of an ellipsoid 0.1 m high."""
     spec = mujoco.MjSpec()
-    spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_ELLIPSOID, size=[0.3, 0.2, 0.1])
+    spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_ELLIPSOID, size=[0.3, 0.2, 0.1], **ellipsoid)
     ball = spec.worldbody.add_body(pos=[0.0, 0.0, 0.149])
     ball.add_freejoint()
     ball.add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[0.05, 0, 0])
+    return spec
+
+
+def distances(spec):
     model = spec.compile()
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    assert data.ncon == 1
-    assert data.contact[0].dist == pytest.approx(-0.001, abs=1e-6)
+    return [contact.dist for contact in data.contact]
+
+
+def test_other_ellipsoids_still_collide_as_the_engine_says():
+    assert of(SineWall()).native
+    assert of(Step()).native
+    assert distances(ball_on({})) == pytest.approx([-0.001], abs=1e-6)
+    # A model from elsewhere, with a surface that this process does not know.
+    assert distances(ball_on({"userdata": [12345.0]})) == pytest.approx([-0.001], abs=1e-6)
+
+
+@pytest.mark.parametrize("numbers", [[], [1.0], [4.0, 1e9, 0.0, 0.0, 0.01, 0.0], [4.0, 4.0, 0.0, 0.0, 0.01]])
+def test_numbers_that_are_no_surface_are_not_touched(numbers):
+    for surface in (HeightMap(heights=RELIEF), SineWall()):
+        mark = of(surface).native.mark
+        spec = ball_on({"userdata": [mark]})
+        spec.add_numeric(name="shape", data=[mark, *numbers])
+        assert distances(spec) == []
+
+
+def test_a_place_that_is_no_number_is_nowhere():
+    for surface in (HeightMap(heights=RELIEF), SineWall(), Step()):
+        foot, _ = surface.local_closest(np.array([[np.nan, 0.0, 0.0], [-0.01, np.nan, np.nan]]))
+        assert not np.isfinite(foot).all(axis=1).any()
+
+
+def test_surfaces_of_every_kind_fly_in_one_process(scene_of):
+    surfaces = [SineWall(), Step(), HeightMap(heights=RELIEF, relief=0.01), SineWall(wavelength=2.0)]
+    scenes = [scene_of(surface) for surface in surfaces]
+    for surface, scene in [*zip(surfaces, scenes, strict=True)] * 2:
+        foot = surface.to_world(np.zeros(3))
+        [(distance, outward, _)] = scene.touch(foot + 0.003 * surface.normal(foot))
+        assert distance == pytest.approx(-0.001, abs=1e-12)
+        np.testing.assert_allclose(outward, surface.normal(foot), atol=1e-12)
 
 
 def test_many_threads_give_the_same_bits(scene_of):

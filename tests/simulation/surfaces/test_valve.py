@@ -12,9 +12,9 @@ from skylimb.errors import ConfigError
 from skylimb.flights.drivers.native import fly_native
 from skylimb.flights.flying import fly_here
 from skylimb.flights.loading import take_off
+from skylimb.simulation.surface_at import turned_valve
 from skylimb.simulation.surfaces import Valve, surface_from_mapping
 from skylimb.simulation.surfaces.surface import GEOM
-from skylimb.simulation.turned_valve import TurnedValve
 
 QUICK = {"phases.hover": 0.5, "phases.tare": 1.0, "phases.settle": 0.5, "phases.hover_end": 0.0}
 
@@ -28,7 +28,7 @@ def test_closest_points_are_those_of_the_engine(rng, gap_of):
     valve = Valve(slope=0.2, pitch=-0.1, roll=0.3, lever_angle=0.4, travel=2.0)
     angles = rng.uniform(0.0, 2.0, 50)
     points = valve.to_world(rng.uniform(-0.4, 0.4, (50, 3)))
-    turned = TurnedValve(valve, angles, np.zeros(50), points, 0.005)
+    turned = turned_valve(valve, angles, np.zeros(50), points, 0.005)
     times, gap = 0.005 * np.arange(50), gap_of(valve)
     measured = [gap(point, angle) for point, angle in zip(points, angles, strict=True)]
     np.testing.assert_allclose(turned.signed_distance(points, times), measured, atol=1e-6)
@@ -48,7 +48,7 @@ def test_inside_the_nearest_face_counts():
 
 def test_a_turning_lever_moves_as_fast_as_its_arm_is_long():
     valve = Valve(position=(1.0, 0.0, 1.0))
-    turned = TurnedValve(valve, np.zeros(1), np.array([0.5]), np.array([[1.0, 0.2, 1.0]]), 0.005)
+    turned = turned_valve(valve, np.zeros(1), np.array([0.5]), np.array([[1.0, 0.2, 1.0]]), 0.005)
     np.testing.assert_allclose(turned.velocity(np.zeros(1)), [[0.0, 0.0, 0.1]], atol=1e-12)
 
 

@@ -34,7 +34,7 @@ SURFACES: dict[str, type[Surface]] = {str(kind.kind): kind for kind in _KINDS}
 
 
 def surface_from_mapping(mapping: Mapping[str, Any], where: str = "surface") -> Surface:
-    """The surface that a table describes; its key `kind` selects among `SURFACES`, a board by default.
+    """The surface that a table describes; `kind` is one of `SURFACES`, a board by default, or a Python file.
 
     Raises:
         ConfigError: a key of the wrong type, or a value out of range.
@@ -42,11 +42,16 @@ def surface_from_mapping(mapping: Mapping[str, Any], where: str = "surface") -> 
     """
     kind = mapping.get("kind", "board")
     if not isinstance(kind, str):
+        known = ", ".join(sorted(SURFACES))
         raise ConfigError(
-            f"{where}: surface.kind = {shown(kind)} should be a name, one of {', '.join(sorted(SURFACES))}"
+            f"{where}: surface.kind = {shown(kind)} should be a name, one of {known}, or a Python file"
         )
+    if kind.endswith(".py"):
+        from skylimb.simulation.surfaces.own import own_surface  # few surfaces are the user's own
+
+        return from_mapping(own_surface(kind), mapping, where, at="surface")
     if kind not in SURFACES:
-        raise unknown_name("surface", kind, SURFACES)
+        raise unknown_name("surface", kind, SURFACES, (".py",))
     return from_mapping(SURFACES[kind], mapping, where, at="surface")
 
 

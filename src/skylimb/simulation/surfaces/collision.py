@@ -1,44 +1,98 @@
-"""Puts the contact of a sphere with a curved surface in the place of the engine's sphere-ellipsoid function.
+"""Curved shapes as machine code, which the engine's collision and the analysis both call.
 
-The engine looks its collision functions up in a table that programs may change. `collision.c` is compiled
-once, with the machine's C compiler, into the user's cache. Every ellipsoid that is not one of our surfaces is
-left to the engine's own function.
+The engine looks its collision functions up in a table that programs may change. The C of a kind of shape is
+compiled once, with the machine's C compiler, into the user's cache, and put into the table in the place of
+the sphere-ellipsoid function. What is not of that kind goes on to the function that was there before, so
+that several kinds fly in one process and other ellipsoids are left to the engine.
 """
 
 from __future__ import annotations
 
 import ctypes
 import functools
+import hashlib
+import threading
 from pathlib import Path
+from typing import NamedTuple
 
 import mujoco
+import numpy as np
+from numpy.typing import ArrayLike
 
 from skylimb.errors import CompileError
 from skylimb.simulation.compiling import built_library, engine_library, load_library
-from skylimb.simulation.surfaces.shape import MARK
 
-_SOURCE = Path(__file__).with_name("collision.c")
+_HEAD = """#ifdef _WIN32
+#define EXPORT __declspec(dllexport)
+#else
+#define EXPORT
+#endif
+#include <math.h>
+#include <mujoco/mujoco.h>
+"""
 _KINDS = int(mujoco.mjtGeom.mjNGEOMTYPES)
-_SPHERE, _ELLIPSOID = int(mujoco.mjtGeom.mjGEOM_SPHERE), int(mujoco.mjtGeom.mjGEOM_ELLIPSOID)
+_SLOT = int(mujoco.mjtGeom.mjGEOM_SPHERE) * _KINDS + int(mujoco.mjtGeom.mjGEOM_ELLIPSOID)
+_lock = threading.Lock()
+
+
+class Kind(NamedTuple):
+    """A kind of shape as machine code.
+
+    Attributes:
+        mark: first number of every such surface's data in a model, and user value of the geom that stands
+            for it.
+        library: its functions.
+    """
+
+    mark: float
+    library: ctypes.CDLL
+
+    def closest(self, numbers: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Nearest points of the shape with these numbers to points (..., 3), and outward unit normals."""
+        points = np.ascontiguousarray(points, dtype=float)
+        feet, normals = np.empty_like(points), np.empty_like(points)
+        self._call("skylimb_closest", numbers, points.size // 3, points, feet, normals)
+        return feet, normals
+
+    def heights(self, numbers: np.ndarray, u: ArrayLike, v: ArrayLike) -> np.ndarray:
+        """h, h_u, h_v, h_uu, h_uv, h_vv (..., 6) of a graph with these numbers at (u, v), each (...)."""
+        u, v = (np.array(x, dtype=float, order="C") for x in np.broadcast_arrays(u, v))
+        found = np.empty((*u.shape, 6))
+        self._call("skylimb_heights", numbers, u.size, u, v, found)
+        return found
+
+    def _call(self, name: str, numbers: np.ndarray, count: int, *arrays: np.ndarray) -> None:
+        pointers = (ctypes.c_void_p(array.ctypes.data) for array in (numbers, *arrays))
+        first, *others = pointers
+        self.library[name](first, count, *others)
+
+
+def native_text(name: str) -> str:
+    """The text of one of the C files in this folder."""
+    return Path(__file__).with_name(name).read_text("utf-8")
 
 
 @functools.cache
-def install_collision() -> None:
-    """Install the collision function for this process.
-
-    Raises:
-        CompileError: when there is no compiler that builds it.
-    """
-    source = f"#define MARK {MARK!r}\n{_SOURCE.read_text('utf-8')}"
+def _built(shape: str) -> Kind:
+    mark = float(int(hashlib.sha256(shape.encode()).hexdigest()[:12], 16))
+    source = f"{_HEAD}#define MARK {mark!r}\n{shape}\n{native_text('collision.c')}"
     try:
         library = load_library(built_library("collision", "collision", source))
     except CompileError as error:
         raise CompileError(f"surfaces with a shape of their own need a C compiler: {error}") from error
-    table = _collision_table()
-    slot = _SPHERE * _KINDS + _ELLIPSOID
-    library.skylimb_set_engines_own.argtypes = [ctypes.c_void_p]
-    library.skylimb_set_engines_own(table[slot])
-    table[slot] = ctypes.cast(library.skylimb_collide, ctypes.c_void_p).value
+    slot = ctypes.byref(_collision_table(), _SLOT * ctypes.sizeof(ctypes.c_void_p))
+    library.skylimb_install(slot)
+    return Kind(mark, library)
+
+
+def installed(shape: str) -> Kind:
+    """A kind of shape, from its C, as `collision.c` asks for it; this process's engine knows it from now on.
+
+    Raises:
+        CompileError: when there is no compiler that builds it.
+    """
+    with _lock:
+        return _built(shape)
 
 
 def _collision_table() -> ctypes.Array[ctypes.c_void_p]:

@@ -1,4 +1,4 @@
-"""A surface whose shape goes through the collision function, and is looked at as a mesh."""
+"""A surface with a shape of its own: it goes through the collision function, and is looked at as a mesh."""
 
 from __future__ import annotations
 
@@ -12,8 +12,7 @@ from numpy.typing import ArrayLike
 
 from skylimb.errors import ConfigError
 from skylimb.keys import configuration
-from skylimb.simulation.surfaces.collision import install_collision
-from skylimb.simulation.surfaces.shape import MARK, Shape
+from skylimb.simulation.surfaces.shape import NativeShape, Shape
 from skylimb.simulation.surfaces.surface import COLOR, GEOM, Surface
 
 _NUMERIC = "surface_shape"
@@ -37,9 +36,17 @@ class CurvedSurface(Surface, abc.ABC):
         """The shape; it is made once."""
         return self.make_shape()
 
+    def __getstate__(self) -> dict[str, Any]:
+        # A library that is loaded here cannot be handed to another process, which makes the shape anew.
+        return {name: value for name, value in vars(self).items() if name != "shape"}
+
     def drawn_u(self) -> np.ndarray:
         """(n,) places along u, m, at which the surface is drawn and recorded."""
         return np.linspace(-0.5, 0.5, _DRAWN_BOTH if self.curved_along_v else _DRAWN) * self.size[0]
+
+    def drawn_v(self) -> np.ndarray:
+        """(m,) places along v, m, at which the surface is drawn and recorded."""
+        return np.linspace(-0.5, 0.5, _DRAWN_BOTH if self.curved_along_v else 2) * self.size[1]
 
     @property
     def curved_along_v(self) -> bool:
@@ -65,16 +72,18 @@ class CurvedSurface(Surface, abc.ABC):
 
     def add_geometry(self, spec: mujoco.MjSpec, body: mujoco.MjsBody) -> None:
         """An ellipsoid that stands for the shape in the collision function, and a mesh to look at."""
-        install_collision()
+        shape = self.shape
+        assert isinstance(shape, NativeShape)  # the engine has all others itself
         if any(numeric.name == _NUMERIC for numeric in spec.numerics):
             raise ConfigError("a scene can hold one curved surface: it has one already")
-        spec.add_numeric(name=_NUMERIC, data=np.concatenate([[MARK], self.shape.numbers()]))
+        mark = shape.native.mark
+        spec.add_numeric(name=_NUMERIC, data=np.concatenate([[mark], shape.numbers]))
         body.add_geom(
             name=GEOM,
             type=mujoco.mjtGeom.mjGEOM_ELLIPSOID,
             # Only its bounding sphere counts.
             size=[FAR] * 3,
-            userdata=[MARK],
+            userdata=[mark],
             group=4,
             rgba=[0.0, 0.0, 0.0, 0.0],
             contype=0,
@@ -88,8 +97,7 @@ class CurvedSurface(Surface, abc.ABC):
     def drawn(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Grids u (n,), v (m,) and height w (n, m) on them, m: what is looked at and recorded."""
         # A hair inside of the border, where the height is sure to exist.
-        u = self.drawn_u() * (1.0 - 1e-9)
-        v = np.linspace(-0.5, 0.5, _DRAWN_BOTH if self.curved_along_v else 2) * self.size[1] * (1.0 - 1e-9)
+        u, v = self.drawn_u() * (1.0 - 1e-9), self.drawn_v() * (1.0 - 1e-9)
         return u, v, self.height(u[:, None], v[None, :])
 
     def describe(self) -> dict[str, Any]:

@@ -7,12 +7,13 @@ from typing import Annotated, Any, Literal
 
 import mujoco
 import numpy as np
-from numpy.typing import ArrayLike
 
 from skylimb.errors import ConfigError
 from skylimb.keys import Key, configuration
 from skylimb.simulation.surfaces.curved import FAR, CurvedSurface
 from skylimb.simulation.surfaces.profile import Profile, arc, corner_arc, straight
+from skylimb.simulation.surfaces.round import Round
+from skylimb.simulation.surfaces.shape import Shape
 from skylimb.simulation.surfaces.surface import COLOR, GEOM
 
 _WIDEST = math.radians(85.0)  # half of the angle that a hollow cylinder may span
@@ -53,10 +54,10 @@ class Cylinder(CurvedSurface):
                 f"at most {widest:.3g} m"
             )
 
-    def make_shape(self) -> Profile:
-        """One arc; a hollow one ends in rims from which the wall goes on flat."""
+    def make_shape(self) -> Shape:
+        """A bulging one is round; a hollow one an arc whose rims go over into a flat wall."""
         if not self.concave:
-            return Profile((arc((0.0, self.radius), self.radius, 0.5 * math.pi, (0.0, -1.0)),))
+            return Round(self.radius)
         half_angle = math.asin(0.5 * self.size[0] / self.radius)
         s, c = math.sin(half_angle), math.cos(half_angle)
         left, right = ((side * self.radius * s, self.radius * (c - 1.0)) for side in (-1.0, 1.0))
@@ -74,11 +75,6 @@ class Cylinder(CurvedSurface):
         """Places from one side to the other, as far around as the surface faces the robot."""
         half = min(0.5 * self.size[0], self.radius * math.sin(_WIDEST))
         return np.linspace(-half, half, 121)
-
-    def unroll(self, u: ArrayLike, v: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-        """Arc length from the origin, and v."""
-        ratio = np.clip(np.asarray(u, dtype=float) / self.radius, -1.0, 1.0)
-        return self.radius * np.arcsin(ratio), np.asarray(v, dtype=float)
 
     def add_geometry(self, spec: mujoco.MjSpec, body: mujoco.MjsBody) -> None:
         """A bulging cylinder is one of the engine's own; a hollow one goes through the collision function."""

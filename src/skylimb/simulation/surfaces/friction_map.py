@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import field
 from functools import cached_property
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from skylimb.keys import Key, configuration
 from skylimb.simulation.contact_keys import Adhesion, Friction
 from skylimb.simulation.surfaces.tables import checked_rows, on_grid, read_table, values_in
 from skylimb.sources import Source
+from skylimb.symbolic import exp
 
 
 @configuration
@@ -134,9 +135,9 @@ def _bilinear(grid: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
     return top * (1 - p) + (grid[i1, j] * (1 - q) + grid[i1, j1] * q) * p
 
 
-def static_excess(slip: np.ndarray, ratio: float, speed: float) -> np.ndarray:
-    """Factor (...) on the kinetic coefficient at a slip speed (m/s): `ratio` at rest, 1 far above `speed`.
+def static_excess(slip_squared: Any, ratio: Any, speed: Any) -> Any:
+    """Factor (...) on the kinetic coefficient at a slip speed: `ratio` at rest, 1 far above `speed` (m/s).
 
-    It falls as a Gaussian, Stribeck's curve without its viscous part.
+    It falls as a Gaussian, Stribeck's curve without its viscous part. The slip speed is given squared.
     """
-    return 1.0 + (ratio - 1.0) * np.exp(-((slip / speed) ** 2))
+    return 1.0 + (ratio - 1.0) * exp(-slip_squared / speed**2)

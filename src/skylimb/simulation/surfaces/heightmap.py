@@ -116,5 +116,5 @@ class HeightMap(CurvedSurface):
             for n, step, cells in zip(count, pixel, relief.shape, strict=True)
         ]
         nodes = ndimage.map_coordinates(relief, np.meshgrid(*axes, indexing="ij"), order=3, mode="mirror")
-        surface = Spline.through(-nodes, self.resolution)
-        return Spline.through(-nodes - float(surface.height(0.0, 0.0)), self.resolution)
+        # The same once more, so that the origin lies on it.
+        return Spline.through(-nodes - Spline.through(-nodes, self.resolution).at_origin, self.resolution)

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from skylimb.errors import ConfigError
 from skylimb.keys import Key, configuration
+from skylimb.simulation.surfaces.box import closest_on_box
 from skylimb.simulation.surfaces.surface import BODY, COLOR, GEOM, Surface, SurfaceParts
 from skylimb.spatial import quaternion_from_rotation
 
@@ -150,19 +151,5 @@ def _name(index: int) -> str:
 
 def _closest(block: Block, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Closest points of a box, outward normals there, and signed distances."""
-    local, half = (points - block.center) @ block.axes, block.half
-    held = np.clip(local, -half, half)
-    away = local - held
-    distance = np.linalg.norm(away, axis=-1)
-    depths = half - np.abs(local)
-    face = np.argmin(depths, axis=-1)
-    unit = np.eye(3)[face] * np.where(local < 0.0, -1.0, 1.0)
-    inside = distance == 0.0
-    deep = np.min(depths, axis=-1)
-    normal = np.where(inside[..., None], unit, away / np.maximum(distance, 1e-300)[..., None])
-    foot = np.where(inside[..., None], local + unit * deep[..., None], held)
-    return (
-        foot @ block.axes.T + block.center,
-        normal @ block.axes.T,
-        np.where(inside, -deep, distance),
-    )
+    foot, normal, gap = closest_on_box((points - block.center) @ block.axes, block.half)
+    return foot @ block.axes.T + block.center, normal @ block.axes.T, gap

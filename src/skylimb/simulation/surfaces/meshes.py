@@ -110,8 +110,9 @@ class MeshSurface(CurvedSurface):
                 f"there is nothing at u = {u[i]:.3g} m, v = {v[j]:.3g} m; "
                 f"it spans {box[1]:.3g} m x {box[2]:.3g} m in all"
             )
-        surface = Spline.through(front[::2, ::2], self.resolution)
-        h, hu, hv, *_ = surface.derivatives(*np.meshgrid(u, v, indexing="ij"))
+        shape = Spline.through(front[::2, ::2], self.resolution)
+        h = shape.on_grid(u, v)
+        hu, hv = np.gradient(h, u, v)
         error = np.abs(h - front) / np.sqrt(1.0 + hu**2 + hv**2)
         i, j = np.unravel_index(np.argmax(error), error.shape)
         if error[i, j] > self.tolerance:
@@ -120,7 +121,7 @@ class MeshSurface(CurvedSurface):
                 f"v = {v[j]:.3g} m (surface.tolerance = {1e3 * self.tolerance:g} mm): lower "
                 f"surface.resolution = {self.resolution:g} m, or raise the tolerance to round edges"
             )
-        return Spline.through(front[::2, ::2] - float(surface.height(0.0, 0.0)), self.resolution)
+        return Spline.through(front[::2, ::2] - shape.at_origin, self.resolution)
 
 
 def _read(file: str, name: str) -> tuple[Any, tuple[Source, ...]]:

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import functools
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+import casadi as ca
 import mujoco
 import numpy as np
 
 from skylimb.simulation.contact_keys import PAIR_NAME
+from skylimb.simulation.surfaces.friction_map import static_excess
 from skylimb.simulation.surfaces.surface import Surface
+from skylimb.spatial import dot
+from skylimb.symbolic import clip, floor
 
 _MOST_CELLS = 1000  # along one direction of the look-up table
 
@@ -39,6 +44,14 @@ class FrictionTable(NamedTuple):
     static_speed: float
     stiffness: float
 
+    @property
+    def numbers(self) -> np.ndarray:
+        """What `friction_function` takes of it, (21,)."""
+        axes = (self.origin, self.motion_axis, *self.R_WS.T)
+        return np.concatenate(
+            [*axes, self.half, self.frictions.shape, [self.static_ratio, self.static_speed]]
+        )
+
 
 def friction_table(surface: Surface) -> FrictionTable:
     """Sample a surface at half its friction map's own blending width, or a thousandth of its size."""
@@ -64,6 +77,29 @@ def friction_table(surface: Surface) -> FrictionTable:
     )
 
 
+@functools.cache
+def friction_function() -> ca.Function:
+    """The cell of a friction table that the tip is over, and what its slip speed makes of the friction there.
+
+    Of the table's numbers (`FrictionTable.numbers`) and of what is there at a tick: the tip's place and
+    velocity (3 each, W), displacement and speed of the surface (`Surface.motion`). It gives the cell along u
+    and along v, and a factor.
+    """
+    numbers, now = ca.SX.sym("numbers", 21), ca.SX.sym("now", 8)
+    origin, axis, w, u, v, half, cells, stribeck = ca.vertsplit(numbers, [0, 3, 6, 9, 12, 15, 17, 19, 21])
+    tip, velocity, displacement, speed = ca.vertsplit(now, [0, 3, 6, 7, 8])
+    place = tip - origin - displacement * axis
+    found = [
+        clip(floor((0.5 + 0.5 * dot(place, along) / half[k]) * cells[k]), 0.0, cells[k] - 1.0)
+        for k, along in enumerate((u, v))
+    ]
+    slip = velocity - speed * axis
+    across = dot(slip, w)
+    # Slip is the tip's motion against the wall within the wall's flat plane.
+    factor = static_excess(dot(slip, slip) - across * across, stribeck[0], stribeck[1])
+    return ca.Function("friction", [numbers, now], [ca.vertcat(*found, factor)], {"cse": True})
+
+
 class PairFriction:
     """Friction and adhesion of one contact pair that follow the tip over a surface."""
 
@@ -71,12 +107,16 @@ class PairFriction:
         pair, table = model.pair(name).id, friction_table(surface)
         self._friction, self._adhesion = model.pair_friction[pair], model.pair_adhesion[pair : pair + 1]
         self._gap, self._stiffness = model.pair_gap[pair : pair + 1], table.stiffness
-        # Plain floats and lists: an update has a microsecond or two.
-        self._origin, self._axis = table.origin.tolist(), table.motion_axis.tolist()
-        self._w, self._u, self._v = table.R_WS.T.tolist()
-        self._ratio, self._speed = table.static_ratio, table.static_speed
-        self._half, self._cells = table.half, table.frictions.shape
+        # Lists: an update has a microsecond or two.
         self._frictions, self._adhesions = table.frictions.tolist(), table.adhesions.tolist()
+        numbers: Any = table.numbers
+        self._now: Any = np.zeros(8)
+        self._found: Any = np.zeros(3)
+        buffer, self._evaluate = friction_function().buffer()
+        for index, given in enumerate((numbers, self._now)):
+            buffer.set_arg(index, memoryview(given))  # pyright: ignore[reportCallIssue]
+        buffer.set_res(0, memoryview(self._found))  # pyright: ignore[reportCallIssue]
+        self._keep = buffer, numbers  # the function reads their memory
 
     def update(
         self,
@@ -89,27 +129,13 @@ class PairFriction:
 
         `displacement` (m) and `wall_speed` (m/s) are `Surface.motion` at this time.
         """
-        o, a, u, v = self._origin, self._axis, self._u, self._v
-        x = tip[0] - o[0] - displacement * a[0]
-        y = tip[1] - o[1] - displacement * a[1]
-        z = tip[2] - o[2] - displacement * a[2]
-        i = int((0.5 + 0.5 * (x * u[0] + y * u[1] + z * u[2]) / self._half[0]) * self._cells[0])
-        j = int((0.5 + 0.5 * (x * v[0] + y * v[1] + z * v[2]) / self._half[1]) * self._cells[1])
-        i = min(max(i, 0), self._cells[0] - 1)
-        j = min(max(j, 0), self._cells[1] - 1)
-        friction = self._frictions[i][j]
-        if self._ratio != 1.0:
-            friction *= self._static(velocity, wall_speed)
+        now = self._now
+        now[0:3], now[3:6], now[6], now[7] = tip, velocity, displacement, wall_speed
+        self._evaluate()
+        u, v, factor = self._found.tolist()
+        friction = self._frictions[int(u)][int(v)] * factor
         self._friction[0] = self._friction[1] = friction
-        adhesion = self._adhesions[i][j]
+        adhesion = self._adhesions[int(u)][int(v)]
         if adhesion != self._adhesion[0]:
             self._adhesion[0], self._gap[0] = adhesion, adhesion / self._stiffness
         return friction
-
-    def _static(self, velocity: tuple[float, ...] | np.ndarray, wall_speed: float) -> float:
-        """Stribeck's factor; slip is the tip's motion against the wall within the wall's flat plane."""
-        a, w = self._axis, self._w
-        x, y, z = (velocity[k] - wall_speed * a[k] for k in range(3))
-        along = x * w[0] + y * w[1] + z * w[2]
-        slip = x * x + y * y + z * z - along * along
-        return 1.0 + (self._ratio - 1.0) * math.exp(-slip / self._speed**2)

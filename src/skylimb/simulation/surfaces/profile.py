@@ -7,16 +7,25 @@ such a pair be refused.
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass
+from typing import Any
 
+import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
 from skylimb.errors import ConfigError
+from skylimb.simulation.surfaces.shape import NativeShape, c_of_touch
+from skylimb.symbolic import where
 
-KIND = 1.0
 _STRAIGHT, _OUTWARD, _INWARD = 0.0, 1.0, 2.0
+_SEAM = 1e-12
+"""m by which pieces overlap, so that nothing falls between them."""
+
+_NOWHERE = 1e9
+"""Distance, m, of a point for which there is no closest one."""
 
 
 @dataclass(frozen=True)
@@ -105,7 +114,7 @@ def corner_arc(
 
 
 @dataclass(frozen=True)
-class Profile:
+class Profile(NativeShape):
     """A shape of pieces, without end along v.
 
     Attributes:
@@ -128,26 +137,6 @@ class Profile:
                 sign = -1.0 if piece.kind == _OUTWARD else 1.0
                 w[here] = piece.at[1] + sign * np.sqrt(np.maximum(piece.extent**2 - offset**2, 0.0))
         return w
-
-    def closest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The surface points closest to points (..., 3) of (w, u, v), and the outward unit normals there."""
-        points = np.asarray(points, dtype=float)
-        w, u = points[..., 0], points[..., 1]
-        best = np.full(u.shape, np.inf)
-        foot, normal = points.copy(), np.zeros_like(points)
-        for piece in self.pieces:
-            fu, fw, nu, nw = _foot(piece, u, w)
-            distance = np.hypot(u - fu, w - fw)
-            # Two pieces meet in one point: the one whose normal points at the given point is the right one
-            # there.
-            facing = np.abs((u - fu) * nu + (w - fw) * nw)
-            better = distance + 1e-9 * (distance - facing) < best
-            best = np.where(better, distance + 1e-9 * (distance - facing), best)
-            for k, value in enumerate((fw, fu)):
-                foot[..., k] = np.where(better, value, foot[..., k])
-            for k, value in enumerate((nw, nu)):
-                normal[..., k] = np.where(better, value, normal[..., k])
-        return foot, normal
 
     def unrolled(self, u: ArrayLike) -> np.ndarray:
         """Length along the surface, m, from u = 0 to each u."""
@@ -182,20 +171,50 @@ class Profile:
         """Smallest radius of a hollow, m: 0 for a sharp hollow corner, infinite if there is no hollow."""
         return min((piece.extent for piece in self.pieces if piece.kind == _INWARD), default=math.inf)
 
+    @property
     def numbers(self) -> np.ndarray:
-        """Kind and parameters as the collision function reads them."""
-        rows = [[p.kind, *p.at, *p.direction, p.extent, math.cos(p.half_angle), 0.0] for p in self.pieces]
-        return np.array([KIND, len(rows), *np.ravel(rows)])
+        """Six of each piece: place, direction, extent and the cosine of its half angle."""
+        return np.ravel([[*p.at, *p.direction, p.extent, math.cos(p.half_angle)] for p in self.pieces])
+
+    @property
+    def source(self) -> str:
+        """The closest of the pieces, which are of these kinds."""
+        return _source(tuple(piece.kind for piece in self.pieces))
 
 
-def _foot(piece: Piece, u: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Closest point (u, w) of a piece, its ends included, and the outward normal (nu, nw) there."""
-    (au, aw), (du, dw) = piece.at, piece.direction
-    if piece.kind == _STRAIGHT:
-        along = np.clip((u - au) * du + (w - aw) * dw, 0.0, piece.extent)
-        return au + along * du, aw + along * dw, np.full(u.shape, dw), np.full(u.shape, -du)
-    x, y = (u - au) * du + (w - aw) * dw, (w - aw) * du - (u - au) * dw
-    angle = np.clip(np.arctan2(y, x), -piece.half_angle, piece.half_angle)
-    nu, nw = np.cos(angle) * du - np.sin(angle) * dw, np.cos(angle) * dw + np.sin(angle) * du
-    sign = 1.0 if piece.kind == _OUTWARD else -1.0
-    return au + piece.extent * nu, aw + piece.extent * nw, sign * nu, sign * nw
+@functools.lru_cache(maxsize=64)
+def _source(kinds: tuple[float, ...]) -> str:
+    numbers, point = ca.SX.sym("numbers", 6 * len(kinds)), ca.SX.sym("point", 3)
+    best, normal_u, normal_w = ca.SX(_NOWHERE), ca.SX(0.0), ca.SX(0.0)
+    for index, kind in enumerate(kinds):
+        u, w, *piece = ca.vertsplit(numbers[6 * index : 6 * index + 6])
+        here, nu, nw, distance = _touch(kind, point[1] - u, point[0] - w, piece)
+        # A piece seen from behind lies beyond the one in front of it, so the nearest is the right one, from
+        # either side.
+        here = ca.logic_and(here, ca.fabs(distance) < ca.fabs(best))
+        best, normal_u, normal_w = (
+            where(here, new, old) for new, old in ((distance, best), (nu, normal_u), (nw, normal_w))
+        )
+    found = ca.vertcat(normal_w, normal_u, 0.0, best)
+    return c_of_touch(ca.Function("shape", [numbers, point], [ca.densify(found)], {"cse": True}))
+
+
+def _touch(kind: float, du: Any, dw: Any, piece: list[Any]) -> tuple[Any, Any, Any, Any]:
+    """Whether a piece is the closest of its line or circle to a point; outward normal and signed distance.
+
+    Args:
+        kind: of the piece.
+        du: from the piece's place to the point, m.
+        dw: the same along w.
+        piece: direction (2), extent and cosine of the half angle.
+    """
+    tu, tw, extent, cosine = piece
+    if kind == _STRAIGHT:
+        along = du * tu + dw * tw
+        # u grows along the piece and the outside is where w is smaller.
+        return ca.logic_and(along >= -_SEAM, along <= extent + _SEAM), tw, -tu, du * tw + dw * -tu
+    length = ca.sqrt(du * du + dw * dw)
+    nu, nw = du / length, dw / length
+    here = ca.logic_and(length >= 1e-12, nu * tu + nw * tw >= cosine - _SEAM)
+    side = 1.0 if kind == _OUTWARD else -1.0
+    return here, side * nu, side * nw, side * (length - extent)

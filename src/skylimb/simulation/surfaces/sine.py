@@ -2,13 +2,28 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
 
 from skylimb.keys import Key, configuration
 from skylimb.simulation.surfaces.curved import CurvedSurface
-from skylimb.simulation.surfaces.wave import Wave
+from skylimb.simulation.surfaces.graph import Formula
+from skylimb.symbolic import cos, sin
+
+
+class _Wave(NamedTuple):
+    """Amplitude (m), wave number (rad/m) and phase (rad)."""
+
+    amplitude: float
+    wave_number: float
+    phase: float
+
+
+def _height(u: Any, v: Any, wave: _Wave) -> Any:
+    # With its derivatives: their factors in this order keep flights the same to the bit.
+    a, k, angle = wave.amplitude, wave.wave_number, wave.wave_number * u + wave.phase
+    return a * sin(angle), a * k * cos(angle), 0.0, -a * k * k * sin(angle), 0.0, 0.0
 
 
 @configuration
@@ -37,9 +52,16 @@ class SineWall(CurvedSurface):
         count = int(min(max(121.0, 16.0 * self.size[0] / self.wavelength), 801.0))
         return np.linspace(-0.5, 0.5, count) * self.size[0]
 
-    def make_shape(self) -> Wave:
-        """The sine as a shape."""
-        return Wave(self.amplitude, self.wavelength, self.phase, 0.5 * self.size[0], 0.5 * self.size[1])
+    def make_shape(self) -> Formula:
+        """The sine as a shape; its hollows are those of its troughs."""
+        wave = _Wave(self.amplitude, 2.0 * np.pi / self.wavelength, self.phase)
+        return Formula(_height, wave, (0.5 * self.size[0], 0.5 * self.size[1]))
+
+    @property
+    def tightest_hollow(self) -> float:
+        """The radius of curvature at a trough, 1 / (a k^2), m."""
+        k = 2.0 * np.pi / self.wavelength
+        return 1.0 / (self.amplitude * k**2) if self.amplitude else float("inf")
 
 
 @configuration

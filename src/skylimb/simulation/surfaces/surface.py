@@ -24,6 +24,7 @@ from skylimb.simulation.contact_keys import ContactParameters
 from skylimb.simulation.surfaces import motion as moving
 from skylimb.simulation.surfaces.friction_map import static_excess
 from skylimb.simulation.surfaces.placement import surface_rotation
+from skylimb.simulation.surfaces.shape import meeting
 from skylimb.simulation.surfaces.surface_keys import SurfaceKeys
 from skylimb.spatial import quaternion_from_rotation
 
@@ -109,7 +110,7 @@ class Surface(SurfaceKeys, abc.ABC):
         friction, adhesion = np.full(u.shape, self.friction), np.full(u.shape, self.adhesion)
         if self.friction_map is not None:
             friction, adhesion = self.friction_map.over((self.friction, self.adhesion), self.size)(u, v)
-        return friction * static_excess(np.asarray(slip), self.static_ratio, self.static_speed), adhesion
+        return friction * static_excess(np.square(slip), self.static_ratio, self.static_speed), adhesion
 
     @property
     def moves(self) -> bool:
@@ -197,18 +198,11 @@ class Surface(SurfaceKeys, abc.ABC):
         """
         direction = np.asarray(self.contact_axis if direction is None else direction, dtype=float)
         points = np.asarray(points, dtype=float)
-        along, gap = np.zeros(points.shape[:-1]), np.array(np.nan)
-        for _ in range(60):
-            local = self.to_local(points + along[..., None] * direction, time)
-            foot, normal = self.local_closest(local)
-            gap = np.sum((local - foot) * normal, axis=-1)
-            facing = -normal @ (self.R_WS.T @ direction)
-            # Newton's step, held to the gap's own size where the surface is nearly parallel to the direction.
-            step = gap / np.maximum(facing, 0.2)
-            along = along + step
-            if np.all(np.abs(step) < 1e-12):
-                break
-        return np.where(np.abs(gap) < 1e-9, along, np.nan)
+
+        def local(along: np.ndarray) -> np.ndarray:
+            return self.to_local(points + along[..., None] * direction, time)
+
+        return meeting(self.local_closest, local, self.R_WS.T @ direction, points.shape[:-1])
 
     def trace(self, points: np.ndarray, time: Any = None) -> tuple[np.ndarray, np.ndarray]:
         """Unrolled coordinates (s, t), m, of the surface points closest to world points (..., 3)."""

@@ -16,7 +16,7 @@ _Vector = tuple[float, float, float]
 class SurfaceKeys:
     """What is touched, and how it stands, gives way and moves."""
 
-    kind: Annotated[str, Key("", "kind of surface")] = ""
+    kind: Annotated[str, Key("", "kind of surface, or a Python file of your own")] = ""
     position: Annotated[
         _Vector, Key("m", "a point of it in W: the shape's own origin (u = v = 0)", low=-100.0, high=100.0)
     ] = (1.0, 0.0, 1.0)

@@ -11,7 +11,9 @@ from numpy.typing import ArrayLike
 
 from skylimb.errors import ConfigError
 from skylimb.keys import Key, configuration
+from skylimb.simulation.surfaces.box import closest_on_box
 from skylimb.simulation.surfaces.surface import BODY, COLOR, GEOM, Surface, SurfaceParts
+from skylimb.spatial import rot_x
 
 HINGE = "surface_hinge"
 LEVER = "surface_lever"
@@ -77,45 +79,13 @@ class Valve(Surface):
         """Zero everywhere: the plane in which the tip's front goes."""
         return np.zeros(np.broadcast(u, v).shape)
 
-    def in_lever(self, points: np.ndarray, angle: ArrayLike = 0.0) -> np.ndarray:
-        """Points (..., 3) of the surface's axes in the lever's: w, along it from its middle, across it.
-
-        Args:
-            points: (w, u, v), m.
-            angle: of the hinge, rad, one for all points or one each.
-        """
-        points, turn = np.asarray(points, dtype=float), np.asarray(angle, dtype=float) + self.lever_angle
-        c, s = np.cos(turn), np.sin(turn)
-        u, v = points[..., 1], points[..., 2]
-        along = c * u + s * v - 0.5 * (self.inner + self.outer)
-        return np.stack([points[..., 0], along, c * v - s * u], axis=-1)
-
-    def from_lever(self, vectors: np.ndarray, angle: ArrayLike = 0.0) -> np.ndarray:
-        """Vectors (..., 3) of the lever's axes in the surface's; angles as in `in_lever`."""
-        turn = np.asarray(angle, dtype=float) + self.lever_angle
-        c, s = np.cos(turn), np.sin(turn)
-        a, b = vectors[..., 1], vectors[..., 2]
-        return np.stack([vectors[..., 0], c * a - s * b, s * a + c * b], axis=-1)
-
-    def closest_on_lever(self, points: np.ndarray, angle: ArrayLike = 0.0) -> tuple[np.ndarray, np.ndarray]:
-        """Points of the lever closest to (w, u, v) points (..., 3), and outward normals, surface's axes."""
-        local, half = self.in_lever(points, angle), self._half
-        outside = np.clip(local, -half, half)
-        away = local - outside
-        distance = np.linalg.norm(away, axis=-1, keepdims=True)
-        # Inside, the nearest face.
-        face = np.argmin(half - np.abs(local), axis=-1)
-        unit = np.eye(3)[face] * np.where(local < 0.0, -1.0, 1.0)
-        inside = distance == 0.0
-        normal = np.where(inside, unit, away / np.maximum(distance, 1e-300))
-        on_face = local + unit * (half - np.abs(local)) * np.abs(unit)
-        foot = np.where(inside, on_face, outside)
-        back = points - self.from_lever(local - foot, angle)
-        return back, self.from_lever(normal, angle)
-
     def local_closest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """On the lever at its first stop."""
-        return self.closest_on_lever(np.asarray(points, dtype=float))
+        """On the lever at its first stop; inside of it the nearest face counts."""
+        # Axes of the lever: w, along it from its middle, across it.
+        axes = rot_x(self.lever_angle)
+        middle = np.array([0.0, 0.5 * (self.inner + self.outer), 0.0])
+        foot, normal, _ = closest_on_box(np.asarray(points, dtype=float) @ axes - middle, self._half)
+        return (foot + middle) @ axes.T, normal @ axes.T
 
     def distance_along(
         self, points: np.ndarray, direction: np.ndarray | None = None, time: Any = None

@@ -1,0 +1,205 @@
+"""A surface of the user's own: one Python file, which `surface.kind` names.
+
+    # saddle.py
+    def height(u, v, keys):
+        '''How far the surface recedes from its flat plane, m.'''
+        return 0.5 * keys.bend * (u * u - v * v)
+
+`height` serves a surface that is the graph of a smooth function. Any other one is given by
+`closest(point, keys)`: the surface's point that is closest to a point (w, u, v), and the outward unit normal
+there. Both are written with plain operators and `skylimb.symbolic`. `Keys`, a frozen dataclass where there is
+one, has the keys that stand beside the others in the table `[surface]`.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import math
+from functools import cached_property
+from pathlib import Path
+from types import ModuleType
+from typing import Annotated, Any, ClassVar
+
+import casadi as ca
+import numpy as np
+from numpy.typing import ArrayLike
+
+from skylimb.config import from_mapping, to_mapping
+from skylimb.control.own_code import traceable
+from skylimb.errors import UserCodeError
+from skylimb.keys import Key, configuration
+from skylimb.keys.fields import fields_of
+from skylimb.packing import Layout
+from skylimb.simulation.surfaces.curved import CurvedSurface
+from skylimb.simulation.surfaces.graph import Formula, tightest_hollow
+from skylimb.simulation.surfaces.own_checks import require_closest, require_smooth
+from skylimb.simulation.surfaces.shape import NativeShape, c_of_touch, meeting
+from skylimb.sources import Source, read_source
+from skylimb.symbolic import is_symbolic
+from skylimb.user_code import UserCode
+from skylimb.user_modules import load_module, sources_of_module
+
+_ANY = Key("", "a key of this surface", low=-math.inf, high=math.inf)
+_SAMPLES = 2001  # of an arc length
+
+
+@configuration
+class OwnSurface(CurvedSurface):
+    """A surface of your own: a Python file with `height(u, v, keys)` or `closest(point, keys)`."""
+
+    kind: Annotated[str, Key("", "the Python file", file=True)] = ""
+    module: ClassVar[ModuleType]
+
+    def check(self) -> None:
+        """Refuse a file that gives no smooth surface within `size`."""
+        super().check()
+        shape, half = self.shape, (0.5 * self.size[0], 0.5 * self.size[1])
+        if isinstance(shape, Formula):
+            require_smooth(self._what, shape.function, shape.numbers, half)
+        elif isinstance(shape, _Closest):
+            require_closest(self._what, shape.function, shape.numbers, half)
+
+    @property
+    def _what(self) -> str:
+        return f"surface '{Path(self.kind).name}'"
+
+    @property
+    def sources(self) -> tuple[Source, ...]:
+        """The file, and what it imports from its folder, as they were read."""
+        return sources_of_module(self.module)
+
+    @cached_property
+    def keys(self) -> Any:
+        """What the file's functions are handed as `keys`."""
+        cls = getattr(self.module, "Keys", None)
+        if cls is None:
+            return ()
+        with UserCode(self._what):
+            return cls(**{name: getattr(self, name) for name in fields_of(cls)})
+
+    @property
+    def curved_along_v(self) -> bool:
+        """True: it may change along both axes."""
+        return True
+
+    def make_shape(self) -> Formula | _Closest:
+        """The file's function in symbols."""
+        what, half = self._what, (0.5 * self.size[0], 0.5 * self.size[1])
+        if not hasattr(self.module, "height"):
+            return _Closest(_called(self.module.closest, what, "foot and normal", (3, 3)), self.keys, half)
+        height = _called(self.module.height, what, "one number", (1,))
+        return Formula(lambda *given: height(*given)[0], self.keys, half)
+
+    def describe(self) -> dict[str, Any]:
+        """As every curved surface's, with the file's name as its kind."""
+        return super().describe() | {"kind": Path(self.kind).name}
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _again, (to_mapping(self, keep_none=True),)
+
+
+def own_surface(file: str) -> type[OwnSurface]:
+    """The kind of surface that a Python file makes; the same one as long as its files are the same.
+
+    Raises:
+        ConfigError: when the file is missing, fails, or says nothing of a surface.
+    """
+    read_source(file)  # which names the nearest file where there is none
+    module = load_module(Path(file), ())
+    if hasattr(module, "height") == hasattr(module, "closest"):
+        both = "both" if hasattr(module, "height") else "neither"
+        raise UserCodeError(
+            f"surface '{file}' should define height(u, v, keys) or closest(point, keys); it has {both}"
+        )
+    return _kind(module, f"surface '{Path(file).name}'")
+
+
+@functools.lru_cache(maxsize=64)
+def _kind(module: ModuleType, what: str) -> type[OwnSurface]:
+    """Every surface's keys and those of the module's `Keys` in one configuration."""
+    members: dict[str, Any] = {"module": module, "__module__": __name__, "__annotations__": {}}
+    members["__doc__"] = module.__doc__
+    with UserCode(what):
+        keys = getattr(module, "Keys", None)
+        fields = () if keys is None else dataclasses.fields(keys)
+        for field in (field for field in fields if field.init):
+            if hasattr(OwnSurface, field.name):
+                raise UserCodeError(f"{what}: every surface has '{field.name}': give this key another name")
+            kind, key = fields_of(keys)[field.name]
+            members["__annotations__"][field.name] = Annotated[kind, key or _ANY]
+            members[field.name] = dataclasses.field(
+                default=field.default, default_factory=field.default_factory, kw_only=True
+            )
+        return configuration(type("OwnSurface", (OwnSurface,), members))
+
+
+def _again(mapping: dict[str, Any]) -> OwnSurface:
+    return from_mapping(own_surface(mapping["kind"]), mapping, "surface")
+
+
+def _called(function: Any, what: str, wanted: str, sizes: tuple[int, ...]) -> Any:
+    """A user's function that gives vectors of these sizes in symbols, each error told in a line."""
+
+    def parts(*given: Any) -> dict[str, Any]:
+        found = function(*given)
+        found = found if isinstance(found, tuple | list) else (found,)
+        columns = [ca.vec(part if is_symbolic(part) else ca.SX(np.asarray(part, float))) for part in found]
+        shown = [part.numel() for part in columns]
+        if shown != list(sizes):
+            raise UserCodeError(
+                f"{what}: {function.__name__} should return {wanted}, of {' and '.join(map(str, sizes))}; it "
+                f"returned {' and '.join(map(str, shown))}"
+            )
+        return {function.__name__: ca.vertcat(*columns)}
+
+    return lambda *given: ca.vertsplit(next(iter(traceable(parts, what)(*given).values())))
+
+
+class _Closest(NativeShape):
+    """A shape whose closest point is written in symbols.
+
+    Args:
+        closest: (point, keys) -> foot and normal as six symbols.
+        keys: a record of the numbers in it.
+        half_extent: half of what is looked at along u and v, m.
+    """
+
+    def __init__(self, closest: Any, keys: Any, half_extent: tuple[float, float]) -> None:
+        layout = Layout(keys)
+        p, point = ca.SX.sym("numbers", layout.size), ca.SX.sym("point", 3)
+        found = ca.vertcat(*closest(point, layout.unpack(p)))
+        foot, normal = found[:3], found[3:]
+        touch = ca.vertcat(normal, ca.dot(point - foot, normal))
+        self.function = ca.Function("shape", [p, point], [ca.densify(touch)], {"cse": True})
+        self._numbers, self._half = layout.pack(keys), half_extent
+
+    @property
+    def numbers(self) -> np.ndarray:
+        return self._numbers
+
+    @property
+    def source(self) -> str:
+        return c_of_touch(self.function)
+
+    def height(self, u: ArrayLike, v: ArrayLike) -> np.ndarray:
+        """Where a ray along w meets it, m."""
+        u, v = np.broadcast_arrays(np.asarray(u, dtype=float), np.asarray(v, dtype=float))
+        return meeting(
+            self.closest, lambda w: np.stack([w, u, v], axis=-1), np.array([1.0, 0.0, 0.0]), u.shape
+        )
+
+    def unrolled(self, u: ArrayLike) -> np.ndarray:
+        grid = np.linspace(-self._half[0], self._half[0], _SAMPLES)
+        steps = np.hypot(np.diff(grid), np.diff(self.height(grid, 0.0)))
+        length = np.concatenate([[0.0], np.cumsum(np.nan_to_num(steps))])
+        return np.interp(np.asarray(u, dtype=float), grid, length - np.interp(0.0, grid, length))
+
+    @property
+    def tightest_hollow(self) -> float:
+        """Smallest radius of a hollow, m, by differences on a dense sample."""
+        u, v = (np.linspace(-half, half, 401) for half in self._half)
+        h = self.height(u[:, None], v)
+        hu, hv = np.gradient(h, u, v)
+        (huu, huv), hvv = np.gradient(hu, u, v), np.gradient(hv, v, axis=1)
+        return tightest_hollow(np.stack([h, hu, hv, huu, huv, hvv]))
