@@ -20,8 +20,8 @@ from skylimb.keys import Key, configuration
 from skylimb.simulation.contact_keys import PAIR_NAME
 from skylimb.simulation.surface_state import COLUMNS, POSE, first_row, state_of
 from skylimb.simulation.surfaces import Surface
+from skylimb.simulation.surfaces.geom import GEOM
 from skylimb.simulation.surfaces.placement import surface_rotation
-from skylimb.simulation.surfaces.surface import GEOM
 from skylimb.spatial import quaternion_from_rotation, quaternion_product
 
 if TYPE_CHECKING:

@@ -236,6 +236,11 @@ def _engine_folders() -> list[Path]:
     return [Path(folder) for folder in (found.submodule_search_locations or ())] if found else []
 
 
+def has_engine() -> bool:
+    """Whether the engine is installed, so that code may include its headers."""
+    return bool(_engine_folders())
+
+
 def _engine_version() -> str:
     try:
         return version("mujoco")

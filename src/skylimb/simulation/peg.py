@@ -13,7 +13,7 @@ from skylimb.robots.description import Tip
 from skylimb.simulation.contact import add_contact_pair, tune_contact_pair
 from skylimb.simulation.contact_keys import PAIR_NAME, ContactParameters
 from skylimb.simulation.plant_config import Peg
-from skylimb.simulation.surfaces import SurfaceParts
+from skylimb.simulation.surface_bodies import SurfaceParts
 
 PEG_GEOM = "tip_peg"
 

@@ -9,7 +9,8 @@ from skylimb.simulation.contact import add_contact_pair, add_contact_sensor, set
 from skylimb.simulation.foot import add_foot
 from skylimb.simulation.peg import Peg, add_peg
 from skylimb.simulation.robot_bodies import TIP_GEOM, add_robot
-from skylimb.simulation.surfaces import Surface, SurfaceParts
+from skylimb.simulation.surface_bodies import SurfaceParts, add_surface
+from skylimb.simulation.surfaces import Surface
 
 USER_WORDS = 2
 """Numbers in `data.userdata` that a driver may use."""
@@ -48,7 +49,7 @@ def scene_spec(
     spec.option.gravity = [0.0, 0.0, -description.gravity]
     _add_surroundings(spec)
     add_robot(spec, description)
-    parts = surface.attach(spec)
+    parts = add_surface(spec, surface)
     if parts.joint is None:
         # One robot is one island: looking for more takes a fourteenth of a step, and changes no bit.
         spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_ISLAND

@@ -15,8 +15,8 @@ from skylimb.control.contact_machine import STATES
 from skylimb.control.thrusts import thrust_limits
 from skylimb.simulation.robot_bodies import TIP_SITE
 from skylimb.simulation.surface_state import state_of
+from skylimb.simulation.surfaces.geom import BODY
 from skylimb.simulation.surfaces.placement import surface_rotation
-from skylimb.simulation.surfaces.surface import BODY
 from skylimb.spatial import quaternion_from_rotation
 from skylimb.studio.curves import Moment, panels_of
 from skylimb.studio.live_flight import LiveFlight

@@ -9,6 +9,7 @@ import numpy as np
 
 from skylimb.simulation.contact import add_contact_pair, set_contact_options
 from skylimb.simulation.foot import BALLS, CORNERS, add_foot, tune_foot
+from skylimb.simulation.surface_bodies import add_surface
 from skylimb.simulation.surfaces import Board
 from skylimb.verification.drawing import curves
 from skylimb.verification.row import Evidence, Row, worst
@@ -80,7 +81,7 @@ def _rig(board: Board, half_width: float, force: float) -> tuple[mujoco.MjModel,
     spec = mujoco.MjSpec()
     set_contact_options(spec, 1e-3)
     spec.option.gravity = [0.0, 0.0, 0.0]
-    parts = board.attach(spec)
+    parts = add_surface(spec, board)
     body = spec.worldbody.add_body(name="body", pos=[-_RADIUS + force / board.stiffness, 0.0, 0.0])
     body.add_freejoint()
     body.explicitinertial = True

@@ -11,6 +11,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from skylimb.simulation.contact import add_contact_pair, set_contact_options, tune_contact_pair
+from skylimb.simulation.surface_bodies import add_surface
 from skylimb.simulation.surfaces import Board
 from skylimb.verification.rig import RADIUS, Bench
 from skylimb.verification.row import Evidence, Row, worst
@@ -114,7 +115,7 @@ def _oblique(rng: np.random.Generator, angle: float) -> tuple[float, float]:
     spec = mujoco.MjSpec()
     set_contact_options(spec, 1e-3)
     spec.option.gravity = [0.0, 0.0, 0.0]
-    parts = board.attach(spec)
+    parts = add_surface(spec, board)
     arm = np.array([0.15, 0.0, 0.0]) + rng.uniform(-0.15, 0.15, 3)
     body = spec.worldbody.add_body(pos=np.array(board.position) - [RADIUS + 1e-6, 0.0, 0.0] - arm)
     body.add_freejoint()

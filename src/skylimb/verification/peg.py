@@ -11,6 +11,7 @@ import numpy as np
 from skylimb.robots.description import Tip
 from skylimb.simulation.contact import set_contact_options
 from skylimb.simulation.peg import add_peg, tune_peg
+from skylimb.simulation.surface_bodies import add_surface
 from skylimb.simulation.surfaces import Hole
 from skylimb.verification.drawing import curves
 from skylimb.verification.row import Evidence, Row, worst
@@ -210,7 +211,7 @@ def _rig(
     spec = mujoco.MjSpec()
     set_contact_options(spec, timestep)
     spec.option.gravity = [0.0, 0.0, 0.0]
-    parts = hole.attach(spec)
+    parts = add_surface(spec, hole)
     body = spec.worldbody.add_body(name="peg", pos=[depth, aside, 0.0])
     body.add_freejoint()
     body.explicitinertial = True

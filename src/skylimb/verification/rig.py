@@ -13,6 +13,7 @@ from skylimb.simulation.contact import (
     set_contact_options,
     tune_contact_pair,
 )
+from skylimb.simulation.surface_bodies import add_surface
 from skylimb.simulation.surfaces.surface import Surface
 
 RADIUS = 0.004  # m, of the tip
@@ -81,7 +82,7 @@ class Bench:
         spec = mujoco.MjSpec()
         set_contact_options(spec, timestep)
         spec.option.gravity = [0.0, 0.0, 0.0]
-        parts = surface.attach(spec)
+        parts = add_surface(spec, surface)
         _add_carriage(spec, surface, mass, arm, gap)
         for name in "wuv":
             spec.add_actuator(name=f"push_{name}", trntype=mujoco.mjtTrn.mjTRN_JOINT, target=name)

@@ -13,8 +13,8 @@ import mujoco
 import numpy as np
 
 from skylimb.simulation.contact import add_contact_pair, set_contact_options, tune_contact_pair
+from skylimb.simulation.surface_bodies import HINGE, add_surface
 from skylimb.simulation.surfaces import Valve
-from skylimb.simulation.surfaces.valve import HINGE
 from skylimb.verification.drawing import curves
 from skylimb.verification.row import Evidence, Row, worst
 
@@ -110,7 +110,7 @@ def _rig(arm: float, valve: Valve, timestep: float = 1e-3) -> _Rig:
     spec = mujoco.MjSpec()
     spec.compiler.degree = False
     set_contact_options(spec, timestep)
-    parts = valve.attach(spec)
+    parts = add_surface(spec, valve)
     # The ball's middle stands beside the lever's middle line, so that it presses square to the lever.
     side = -(0.5 * valve.thickness + _RADIUS)
     body = spec.worldbody.add_body(name="arm")

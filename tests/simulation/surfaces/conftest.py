@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from skylimb.flights.drivers.native import fly_native
+from skylimb.flights.record import scored
 from skylimb.simulation.contact import add_contact_pair, set_contact_options, tune_contact_pair
-from skylimb.simulation.log import flight_log
+from skylimb.simulation.surface_bodies import add_surface
 
 TIP_RADIUS = 0.004
 
@@ -17,7 +18,7 @@ def make_scene(surface, radius=TIP_RADIUS):
     spec = mujoco.MjSpec()
     set_contact_options(spec, 1e-3)
     spec.option.gravity = (0, 0, 0)
-    parts = surface.attach(spec)
+    parts = add_surface(spec, surface)
     body = spec.worldbody.add_body(name="tip")
     body.add_freejoint()
     body.add_geom(
@@ -57,7 +58,7 @@ def gap_of():
 
     def build(surface):
         spec = mujoco.MjSpec()
-        parts = surface.attach(spec)
+        parts = add_surface(spec, surface)
         ball = spec.worldbody.add_body(mocap=True, name="ball")
         ball.add_geom(name="ball", type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[TIP_RADIUS, 0.0, 0.0])
         model = spec.compile()
@@ -85,7 +86,7 @@ def flight(takeoff):
 @pytest.fixture(scope="module")
 def log(takeoff, flight):
     """Its log."""
-    return flight_log(takeoff.plant, flight, takeoff.mission)
+    return scored(takeoff, flight).log
 
 
 @pytest.fixture

@@ -12,6 +12,7 @@ import pytest
 
 from skylimb.errors import CompileError
 from skylimb.simulation import compiling
+from skylimb.simulation.surface_bodies import SLOT, collision_table
 from skylimb.simulation.surfaces import CurvedSurface, HeightMap, SineWall, Step, collision
 from skylimb.simulation.surfaces.shape import NativeShape
 
@@ -47,15 +48,15 @@ def test_without_a_compiler_a_surface_with_a_shape_of_its_own_says_what_to_insta
 
 
 def test_a_shape_that_cannot_be_built_leaves_the_table_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
-    before = collision._collision_table()[collision._SLOT]
+    before = collision_table()[SLOT]
 
     def refuse(*_: object) -> Path:
         raise CompileError("refused")
 
     monkeypatch.setattr(collision, "built_library", refuse)
     with pytest.raises(CompileError, match="need a C compiler: refused"):
-        collision.installed("/* a shape that nobody has met */")
-    assert collision._collision_table()[collision._SLOT] == before
+        collision.kind_of("/* a shape that nobody has met */")
+    assert collision_table()[SLOT] == before
 
 
 def test_ziglang_builds_it_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -65,9 +66,7 @@ def test_ziglang_builds_it_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setattr(compiling, "compilers", lambda: zig)
     monkeypatch.setattr(compiling, "_cache", lambda: tmp_path)
     for surface in (SineWall(), Step(), HeightMap(heights=RELIEF)):
-        text = (
-            f"#define MARK 1.0\n{collision._HEAD}{of(surface).source}{collision.native_text('collision.c')}"
-        )
+        _, text = collision.whole_source(of(surface).source)
         library = compiling.load_library(compiling.built_library("collision", "collision", text))
         assert library.skylimb_closest
 

@@ -14,7 +14,7 @@ from skylimb.flights.flying import fly_here
 from skylimb.flights.loading import take_off
 from skylimb.simulation.surface_at import turned_valve
 from skylimb.simulation.surfaces import Valve, surface_from_mapping
-from skylimb.simulation.surfaces.surface import GEOM
+from skylimb.simulation.surfaces.geom import GEOM
 
 QUICK = {"phases.hover": 0.5, "phases.tare": 1.0, "phases.settle": 0.5, "phases.hover_end": 0.0}
 

@@ -22,7 +22,7 @@ from skylimb.simulation.surfaces.pair_friction import PairFriction
 from skylimb.simulation.surfaces.post import Post
 from skylimb.simulation.surfaces.sine import Corrugated, SineWall
 from skylimb.simulation.surfaces.steps import Ramp, Ridge, Step
-from skylimb.simulation.surfaces.surface import Surface, SurfaceParts
+from skylimb.simulation.surfaces.surface import Surface
 from skylimb.simulation.surfaces.valve import Valve
 
 _KINDS: tuple[type[Surface], ...] = (
@@ -77,7 +77,6 @@ __all__ = [
     "Sphere",
     "Step",
     "Surface",
-    "SurfaceParts",
     "Valve",
     "record_contact",
     "require_clear",

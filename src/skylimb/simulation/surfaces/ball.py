@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
-import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
 from skylimb.keys import Key, configuration
 from skylimb.simulation.surfaces.curved import CurvedSurface
+from skylimb.simulation.surfaces.geom import GEOM, Geom
 from skylimb.simulation.surfaces.round import Round
-from skylimb.simulation.surfaces.surface import COLOR, GEOM
 
 
 @configuration
@@ -44,14 +43,7 @@ class Sphere(CurvedSurface):
         scale = np.where(flat > 0.0, self.shape.unrolled(flat) / np.maximum(flat, 1e-300), 1.0)
         return scale * u, scale * v
 
-    def add_geometry(self, spec: mujoco.MjSpec, body: mujoco.MjsBody) -> None:
+    @property
+    def geoms(self) -> tuple[Geom, ...]:
         """The engine's own sphere."""
-        common: dict[str, Any] = {
-            "type": mujoco.mjtGeom.mjGEOM_SPHERE,
-            "size": [self.radius, 0.0, 0.0],
-            "pos": [self.radius, 0.0, 0.0],
-            "contype": 0,
-            "conaffinity": 0,
-            "mass": 0.0,
-        }
-        body.add_geom(name=GEOM, group=1, rgba=COLOR, **common)
+        return (Geom("sphere", [self.radius, 0.0, 0.0], [self.radius, 0.0, 0.0], name=GEOM),)

@@ -16,6 +16,7 @@
 
    Axes of the surface: w into it, u and v along it; a point is (w, u, v). */
 
+#ifdef ENGINE
 #define MAX_DEPTH 0.05 /* m that a sphere's centre may be behind the surface */
 
 static mjfCollision before = 0;
@@ -57,6 +58,7 @@ EXPORT void skylimb_install(mjfCollision* slot) {
   before = *slot;
   *slot = collide;
 }
+#endif
 
 /* For the analysis: nearest points of the surface and outward normals there, of n points; NaN where there is none. */
 EXPORT void skylimb_closest(const mjtNum* numbers, int n, const mjtNum* points, mjtNum* feet, mjtNum* normals) {

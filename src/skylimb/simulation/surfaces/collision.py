@@ -1,9 +1,9 @@
 """Curved shapes as machine code, which the engine's collision and the analysis both call.
 
 The engine looks its collision functions up in a table that programs may change. The C of a kind of shape is
-compiled once, with the machine's C compiler, into the user's cache, and put into the table in the place of
-the sphere-ellipsoid function. What is not of that kind goes on to the function that was there before, so
-that several kinds fly in one process and other ellipsoids are left to the engine.
+compiled once, with the machine's C compiler, into the user's cache; `surface_bodies` puts it into the table
+in the place of the sphere-ellipsoid function. What is not of that kind goes on to the function that was there
+before, so that several kinds fly in one process and other ellipsoids are left to the engine.
 """
 
 from __future__ import annotations
@@ -15,23 +15,25 @@ import threading
 from pathlib import Path
 from typing import NamedTuple
 
-import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
 from skylimb.errors import CompileError
-from skylimb.simulation.compiling import built_library, engine_library, load_library
+from skylimb.simulation.compiling import built_library, has_engine, load_library
 
-_HEAD = """#ifdef _WIN32
+_HEAD = """@ENGINE@
+#ifdef _WIN32
 #define EXPORT __declspec(dllexport)
 #else
 #define EXPORT
 #endif
 #include <math.h>
+#ifdef ENGINE
 #include <mujoco/mujoco.h>
+#else
+typedef double mjtNum;
+#endif
 """
-_KINDS = int(mujoco.mjtGeom.mjNGEOMTYPES)
-_SLOT = int(mujoco.mjtGeom.mjGEOM_SPHERE) * _KINDS + int(mujoco.mjtGeom.mjGEOM_ELLIPSOID)
 _lock = threading.Lock()
 
 
@@ -72,28 +74,27 @@ def native_text(name: str) -> str:
     return Path(__file__).with_name(name).read_text("utf-8")
 
 
+def whole_source(shape: str) -> tuple[float, str]:
+    """The mark of a kind of shape, and all of its C: the shape's own, and what every shape needs."""
+    mark = float(int(hashlib.sha256(shape.encode()).hexdigest()[:12], 16))
+    head = _HEAD.replace("@ENGINE@", "#define ENGINE" if has_engine() else "")
+    return mark, f"{head}#define MARK {mark!r}\n{shape}\n{native_text('collision.c')}"
+
+
 @functools.cache
 def _built(shape: str) -> Kind:
-    mark = float(int(hashlib.sha256(shape.encode()).hexdigest()[:12], 16))
-    source = f"{_HEAD}#define MARK {mark!r}\n{shape}\n{native_text('collision.c')}"
+    mark, source = whole_source(shape)
     try:
-        library = load_library(built_library("collision", "collision", source))
+        return Kind(mark, load_library(built_library("collision", "collision", source)))
     except CompileError as error:
         raise CompileError(f"surfaces with a shape of their own need a C compiler: {error}") from error
-    slot = ctypes.byref(_collision_table(), _SLOT * ctypes.sizeof(ctypes.c_void_p))
-    library.skylimb_install(slot)
-    return Kind(mark, library)
 
 
-def installed(shape: str) -> Kind:
-    """A kind of shape, from its C, as `collision.c` asks for it; this process's engine knows it from now on.
+def kind_of(shape: str) -> Kind:
+    """A kind of shape, from its C, as `collision.c` asks for it.
 
     Raises:
         CompileError: when there is no compiler that builds it.
     """
     with _lock:
         return _built(shape)
-
-
-def _collision_table() -> ctypes.Array[ctypes.c_void_p]:
-    return (ctypes.c_void_p * (_KINDS * _KINDS)).in_dll(ctypes.CDLL(str(engine_library())), "mjCOLLISIONFUNC")

@@ -6,14 +6,13 @@ import abc
 from functools import cached_property
 from typing import Any
 
-import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
-from skylimb.errors import ConfigError
 from skylimb.keys import configuration
+from skylimb.simulation.surfaces.geom import GEOM, Geom, Shaped, Sheet
 from skylimb.simulation.surfaces.shape import NativeShape, Shape
-from skylimb.simulation.surfaces.surface import COLOR, GEOM, Surface
+from skylimb.simulation.surfaces.surface import Surface
 
 _NUMERIC = "surface_shape"
 _DRAWN, _DRAWN_BOTH = 121, 81  # points along u; along u and v where the shape changes along both
@@ -70,28 +69,15 @@ class CurvedSurface(Surface, abc.ABC):
         """Smallest radius of curvature of a hollow of the shape, m; infinite if there is none."""
         return self.shape.tightest_hollow
 
-    def add_geometry(self, spec: mujoco.MjSpec, body: mujoco.MjsBody) -> None:
+    @property
+    def geoms(self) -> tuple[Geom, ...]:
         """An ellipsoid that stands for the shape in the collision function, and a mesh to look at."""
         shape = self.shape
         assert isinstance(shape, NativeShape)  # the engine has all others itself
-        if any(numeric.name == _NUMERIC for numeric in spec.numerics):
-            raise ConfigError("a scene can hold one curved surface: it has one already")
-        mark = shape.native.mark
-        spec.add_numeric(name=_NUMERIC, data=np.concatenate([[mark], shape.numbers]))
-        body.add_geom(
-            name=GEOM,
-            type=mujoco.mjtGeom.mjGEOM_ELLIPSOID,
-            # Only its bounding sphere counts.
-            size=[FAR] * 3,
-            userdata=[mark],
-            group=4,
-            rgba=[0.0, 0.0, 0.0, 0.0],
-            contype=0,
-            conaffinity=0,
-            mass=0.0,
-        )
-        u, v, w = self.drawn
-        add_sheet(spec, body, u, v, w)
+        shaped = Shaped(shape.native.mark, shape.numbers, shape.native.library)
+        # Of the ellipsoid only its bounding sphere counts.
+        touched = Geom("ellipsoid", [FAR] * 3, name=GEOM, color=None, shaped=shaped)
+        return touched, Geom("mesh", sheet=sheet(*self.drawn))
 
     @cached_property
     def drawn(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -111,8 +97,8 @@ class CurvedSurface(Surface, abc.ABC):
         }
 
 
-def add_sheet(spec: mujoco.MjSpec, body: mujoco.MjsBody, u: np.ndarray, v: np.ndarray, w: np.ndarray) -> None:
-    """Add a sheet w(u, v) with a back side, only to be looked at; points without a height are left out."""
+def sheet(u: np.ndarray, v: np.ndarray, w: np.ndarray) -> Sheet:
+    """A sheet w(u, v) with a back side; points without a height are left out."""
     n, m = w.shape
     grid_u, grid_v = np.meshgrid(u, v, indexing="ij")
     front = np.stack([w, grid_u, grid_v], axis=-1).reshape(-1, 3)
@@ -124,18 +110,4 @@ def add_sheet(spec: mujoco.MjSpec, body: mujoco.MjsBody, u: np.ndarray, v: np.nd
     faces = np.concatenate([cells[:, [0, 1, 2]], cells[:, [0, 2, 3]]])
     faces = np.concatenate([faces, faces[:, ::-1] + n * m])
     used, numbering = np.unique(faces, return_inverse=True)
-    spec.add_mesh(
-        name="surface_sheet",
-        uservert=vertices[used].round(5).ravel(),
-        userface=numbering.reshape(-1).astype(np.int32),
-        inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,
-    )
-    body.add_geom(
-        type=mujoco.mjtGeom.mjGEOM_MESH,
-        meshname="surface_sheet",
-        rgba=COLOR,
-        group=1,
-        contype=0,
-        conaffinity=0,
-        mass=0.0,
-    )
+    return Sheet(vertices[used].round(5), numbering.reshape(-1, 3).astype(np.int32))

@@ -3,34 +3,27 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
-import mujoco
 import numpy as np
 
 from skylimb.errors import ConfigError
 from skylimb.keys import Key, configuration
 from skylimb.simulation.surfaces.curved import FAR, CurvedSurface
+from skylimb.simulation.surfaces.geom import GEOM, Geom
 from skylimb.simulation.surfaces.profile import Profile, arc, corner_arc, straight
 from skylimb.simulation.surfaces.round import Round
 from skylimb.simulation.surfaces.shape import Shape
-from skylimb.simulation.surfaces.surface import COLOR, GEOM
 
 _WIDEST = math.radians(85.0)  # half of the angle that a hollow cylinder may span
 
 
-def add_round(body: mujoco.MjsBody, radius: float, height: float) -> None:
+def round_geoms(radius: float, height: float) -> tuple[Geom, ...]:
     """The engine's own cylinder along v behind the origin, m: one to be touched, one to be looked at."""
-    common: dict[str, Any] = {
-        "type": mujoco.mjtGeom.mjGEOM_CYLINDER,
-        "pos": [radius, 0.0, 0.0],
-        "contype": 0,
-        "conaffinity": 0,
-        "mass": 0.0,
-    }
+    middle = [radius, 0.0, 0.0]
     # Longer than what is drawn, so that the tip meets its round side and never its flat end.
-    body.add_geom(name=GEOM, size=[radius, height, 0.0], group=4, **common)
-    body.add_geom(size=[radius, 0.5 * height, 0.0], rgba=COLOR, group=1, **common)
+    touched = Geom("cylinder", [radius, height, 0.0], middle, name=GEOM, color=None)
+    return touched, Geom("cylinder", [radius, 0.5 * height, 0.0], middle)
 
 
 @configuration
@@ -76,12 +69,10 @@ class Cylinder(CurvedSurface):
         half = min(0.5 * self.size[0], self.radius * math.sin(_WIDEST))
         return np.linspace(-half, half, 121)
 
-    def add_geometry(self, spec: mujoco.MjSpec, body: mujoco.MjsBody) -> None:
+    @property
+    def geoms(self) -> tuple[Geom, ...]:
         """A bulging cylinder is one of the engine's own; a hollow one goes through the collision function."""
-        if self.concave:
-            super().add_geometry(spec, body)
-            return
-        add_round(body, self.radius, self.size[1])
+        return super().geoms if self.concave else round_geoms(self.radius, self.size[1])
 
 
 @configuration

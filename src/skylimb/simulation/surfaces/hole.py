@@ -5,14 +5,14 @@ from __future__ import annotations
 from functools import cached_property
 from typing import Annotated, Any, Literal, NamedTuple
 
-import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
 from skylimb.errors import ConfigError
 from skylimb.keys import Key, configuration
 from skylimb.simulation.surfaces.box import closest_on_box
-from skylimb.simulation.surfaces.surface import BODY, COLOR, GEOM, Surface, SurfaceParts
+from skylimb.simulation.surfaces.geom import Geom, name_of
+from skylimb.simulation.surfaces.surface import Surface
 from skylimb.spatial import quaternion_from_rotation
 
 WALLS = 8
@@ -123,30 +123,13 @@ class Hole(Surface):
         direction = np.asarray(self.contact_axis if direction is None else direction, dtype=float)
         return -self.to_local(points)[..., 0] / float(self.R_WS[:, 0] @ direction)
 
-    def add_geometry(self, spec: mujoco.MjSpec, body: mujoco.MjsBody) -> None:
+    @property
+    def geoms(self) -> tuple[Geom, ...]:
         """Its boxes, which are looked at as they are touched."""
-        for index, block in enumerate(self.blocks):
-            body.add_geom(
-                name=_name(index),
-                type=mujoco.mjtGeom.mjGEOM_BOX,
-                size=block.half,
-                pos=block.center,
-                quat=quaternion_from_rotation(block.axes),
-                rgba=COLOR,
-                group=1,
-                contype=0,
-                conaffinity=0,
-                mass=0.0,
-            )
-
-    def attach(self, spec: mujoco.MjSpec) -> SurfaceParts:
-        """As every surface, with the names of all boxes."""
-        super().attach(spec)
-        return SurfaceParts(BODY, GEOM, None, geoms=tuple(map(_name, range(len(self.blocks)))))
-
-
-def _name(index: int) -> str:
-    return GEOM if index == 0 else f"{GEOM}_{index}"
+        return tuple(
+            Geom("box", block.half, block.center, quaternion_from_rotation(block.axes), name_of(index))
+            for index, block in enumerate(self.blocks)
+        )
 
 
 def _closest(block: Block, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import functools
 import math
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import casadi as ca
-import mujoco
 import numpy as np
 
 from skylimb.simulation.contact_keys import PAIR_NAME
@@ -15,6 +14,9 @@ from skylimb.simulation.surfaces.friction_map import static_excess
 from skylimb.simulation.surfaces.surface import Surface
 from skylimb.spatial import dot
 from skylimb.symbolic import clip, floor
+
+if TYPE_CHECKING:
+    import mujoco
 
 _MOST_CELLS = 1000  # along one direction of the look-up table
 

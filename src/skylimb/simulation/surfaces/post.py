@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-import mujoco
 import numpy as np
 
 from skylimb.keys import Key, configuration
 from skylimb.simulation.surfaces.curved import CurvedSurface
-from skylimb.simulation.surfaces.cylinder import add_round
+from skylimb.simulation.surfaces.cylinder import round_geoms
+from skylimb.simulation.surfaces.geom import Geom
 from skylimb.simulation.surfaces.round import Round
 
 
@@ -42,6 +42,7 @@ class Post(CurvedSurface):
         """Whether world points (..., 3) are not beyond its ends: some side of it faces all others."""
         return np.abs(self.to_local(points, time)[..., 2]) <= 0.5 * self.size[1]
 
-    def add_geometry(self, spec: mujoco.MjSpec, body: mujoco.MjsBody) -> None:
+    @property
+    def geoms(self) -> tuple[Geom, ...]:
         """The engine's own cylinder."""
-        add_round(body, self.radius, self.size[1])
+        return round_geoms(self.radius, self.size[1])

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from skylimb.c_code import c_source
-from skylimb.simulation.surfaces.collision import Kind, installed
+from skylimb.simulation.surfaces.collision import Kind, kind_of
 
 
 class Shape(abc.ABC):
@@ -55,8 +55,8 @@ class NativeShape(Shape):
 
     @cached_property
     def native(self) -> Kind:
-        """The kind as machine code, in the engine's table."""
-        return installed(self.source)
+        """The kind as machine code."""
+        return kind_of(self.source)
 
     def closest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """By the function that the engine's collision calls."""

@@ -9,11 +9,9 @@ geometry.
 from __future__ import annotations
 
 import abc
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -23,37 +21,10 @@ from skylimb.keys import configuration
 from skylimb.simulation.contact_keys import ContactParameters
 from skylimb.simulation.surfaces import motion as moving
 from skylimb.simulation.surfaces.friction_map import static_excess
+from skylimb.simulation.surfaces.geom import Geom, Hinge
 from skylimb.simulation.surfaces.placement import surface_rotation
 from skylimb.simulation.surfaces.shape import meeting
 from skylimb.simulation.surfaces.surface_keys import SurfaceKeys
-from skylimb.spatial import quaternion_from_rotation
-
-BODY = "surface"
-GEOM = "surface"
-JOINT = "surface_slide"
-_SLIDE_MASS = 1e4  # kg: heavy enough that a pen does not push the surface between two writes of its state
-_VIEW = 3.5  # m, the scene that a viewer should frame
-COLOR = (0.78, 0.72, 0.60, 1.0)
-
-
-@dataclass(frozen=True)
-class SurfaceParts:
-    """Names that a surface has in the physics model.
-
-    Attributes:
-        body: its body.
-        geom: the geom that the tip collides with.
-        joint: the slide of a moving surface, or None. The loop writes `Surface.motion` into its qpos and
-            qvel.
-        hinge: the hinge of a part that the engine turns, or None.
-        geoms: all that is touched, where that is more than `geom`.
-    """
-
-    body: str
-    geom: str
-    joint: str | None
-    hinge: str | None = None
-    geoms: tuple[str, ...] = ()
 
 
 @configuration
@@ -70,9 +41,10 @@ class Surface(SurfaceKeys, abc.ABC):
     def height(self, u: ArrayLike, v: ArrayLike) -> np.ndarray:
         """The surface's w at (u, v), m: how far it recedes from its flat plane; NaN where there is none."""
 
+    @property
     @abc.abstractmethod
-    def add_geometry(self, spec: mujoco.MjSpec, body: mujoco.MjsBody) -> None:
-        """Add the geom called `GEOM` that the tip collides with, and what is only looked at."""
+    def geoms(self) -> tuple[Geom, ...]:
+        """What it is in the engine's model: what is touched, called `GEOM`, and what is only looked at."""
 
     def unroll(self, u: ArrayLike, v: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """Lengths along the surface at (u, v), m, as a ruler laid on it reads them: u and v on a flat one."""
@@ -126,9 +98,14 @@ class Surface(SurfaceKeys, abc.ABC):
             )
 
     @property
+    def hinge(self) -> Hinge | None:
+        """The hinge of a part of it that turns (`Valve`), or None."""
+        return None
+
+    @property
     def turns(self) -> bool:
-        """Whether a part of it turns on a hinge (`Valve`)."""
-        return False
+        """Whether a part of it turns on a hinge."""
+        return self.hinge is not None
 
     @property
     def many(self) -> bool:
@@ -215,19 +192,6 @@ class Surface(SurfaceKeys, abc.ABC):
         half_u, half_v = 0.5 * self.size[0], 0.5 * self.size[1]
         inside = (np.abs(local[..., 1]) <= half_u) & (np.abs(local[..., 2]) <= half_v)
         return inside & np.isfinite(self.height(local[..., 1], local[..., 2]))
-
-    def attach(self, spec: mujoco.MjSpec) -> SurfaceParts:
-        """Write the surface into a model: a body with the geom to collide with, on a slide when it moves."""
-        body = spec.worldbody.add_body(name=BODY, pos=self.position, quat=quaternion_from_rotation(self.R_WS))
-        if self.moves:
-            body.add_joint(name=JOINT, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=self.R_WS.T @ self.motion_axis)
-            body.explicitinertial = True
-            body.mass, body.inertia, body.ipos = _SLIDE_MASS, [_SLIDE_MASS] * 3, [0.0, 0.0, 0.0]
-            body.gravcomp = 1.0
-        self.add_geometry(spec, body)
-        # Collision geometry without end must not set the scale of what is looked at.
-        spec.stat.extent, spec.stat.center = _VIEW, self.position
-        return SurfaceParts(BODY, GEOM, JOINT if self.moves else None)
 
     def describe(self) -> dict[str, Any]:
         """The surface in plain values for a record: enough to draw it and to unroll a trace on it.

@@ -5,27 +5,18 @@ from __future__ import annotations
 from functools import cached_property
 from typing import Annotated, Any, Literal
 
-import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
 from skylimb.errors import ConfigError
 from skylimb.keys import Key, configuration
 from skylimb.simulation.surfaces.box import closest_on_box
-from skylimb.simulation.surfaces.surface import BODY, COLOR, GEOM, Surface, SurfaceParts
+from skylimb.simulation.surfaces.geom import GEOM, Geom, Hinge
+from skylimb.simulation.surfaces.surface import Surface
 from skylimb.spatial import rot_x
 
-HINGE = "surface_hinge"
-LEVER = "surface_lever"
 _HALF_DEPTH = 0.06  # m, of the lever along w: a tip that is some centimetres off still meets it
 _HUB = 0.04  # m, radius
-_STICK = [
-    0.9999,
-    0.9999,
-    1e-3,
-    0.5,
-    2.0,
-]  # impedance of the dry friction: by default it creeps under any push
 _METAL = (0.72, 0.16, 0.14, 1.0)
 
 
@@ -60,11 +51,6 @@ class Valve(Surface):
                 f"surface.outer = {self.outer:g} m must be greater than surface.inner = {self.inner:g} m"
             )
 
-    @property
-    def turns(self) -> bool:
-        """A part of it turns on a hinge."""
-        return True
-
     @cached_property
     def inertia(self) -> float:
         """Of the lever about its hinge, kg m^2."""
@@ -94,43 +80,39 @@ class Valve(Surface):
         direction = np.asarray(self.contact_axis if direction is None else direction, dtype=float)
         return -self.to_local(points)[..., 0] / float(self.R_WS[:, 0] @ direction)
 
-    def add_geometry(self, spec: mujoco.MjSpec, body: mujoco.MjsBody) -> None:
+    @property
+    def geoms(self) -> tuple[Geom, ...]:
         """A lever on a hinge, a hub and the two stops."""
-        c, s = np.cos(0.5 * self.lever_angle), np.sin(0.5 * self.lever_angle)
-        lever = body.add_body(name=LEVER, quat=[c, s, 0.0, 0.0])
-        lever.add_joint(
-            name=HINGE,
-            type=mujoco.mjtJoint.mjJNT_HINGE,
-            axis=[1.0, 0.0, 0.0],
-            limited=True,
-            range=[0.0, self.travel],
-            damping=[self.hinge_damping, 0.0, 0.0],
-            frictionloss=self.friction_torque,
-            solimp_friction=_STICK,
-        )
-        lever.explicitinertial = True
-        lever.mass, lever.ipos, lever.inertia = self.lever_mass, [0.0, 0.0, 0.0], [self.inertia] * 3
-        lever.gravcomp = 1.0
-        looks = {"contype": 0, "conaffinity": 0, "mass": 0.0}
-        middle, box = [0.0, 0.5 * (self.inner + self.outer), 0.0], mujoco.mjtGeom.mjGEOM_BOX
-        lever.add_geom(name=GEOM, type=box, size=self._half, pos=middle, rgba=_METAL, group=1, **looks)
-        hub = {"type": mujoco.mjtGeom.mjGEOM_CYLINDER, "quat": [np.sqrt(0.5), 0.0, np.sqrt(0.5), 0.0]}
-        body.add_geom(size=[_HUB, _HALF_DEPTH, 0.0], rgba=COLOR, group=1, **hub, **looks)
-        wall = [0.01, 0.5 * self.size[0], 0.5 * self.size[1]]
-        body.add_geom(type=box, size=wall, pos=[_HALF_DEPTH + 0.02, 0.0, 0.0], rgba=COLOR, group=1, **looks)
+        middle, wall = [0.0, 0.5 * (self.inner + self.outer), 0.0], [0.01, *(0.5 * np.array(self.size))]
+        across = [np.sqrt(0.5), 0.0, np.sqrt(0.5), 0.0]
+        lever = Geom("box", self._half, middle, name=GEOM, color=_METAL, turns=True)
+        hub = Geom("cylinder", [_HUB, _HALF_DEPTH, 0.0], quaternion=across)
         # The stops stand a little behind both ends of the way, on the wall.
         past = self.lever_angle + np.array([-1.0, 1.0]) * 0.7 * self.thickness / self.inner_or_hub
-        for angle in past + np.array([0.0, self.travel]):
-            place = self.inner_or_hub * np.array([np.cos(angle), np.sin(angle)])
-            size = [_HALF_DEPTH, 0.006, 0.006]
-            body.add_geom(type=box, size=size, pos=[0.01, *place], rgba=COLOR, group=1, **looks)
+        stops = [
+            Geom(
+                "box",
+                [_HALF_DEPTH, 0.006, 0.006],
+                [0.01, *(self.inner_or_hub * np.array([np.cos(angle), np.sin(angle)]))],
+            )
+            for angle in past + np.array([0.0, self.travel])
+        ]
+        return lever, hub, Geom("box", wall, [_HALF_DEPTH + 0.02, 0.0, 0.0]), *stops
+
+    @property
+    def hinge(self) -> Hinge:
+        """The lever's."""
+        c, s = np.cos(0.5 * self.lever_angle), np.sin(0.5 * self.lever_angle)
+        return Hinge(
+            [c, s, 0.0, 0.0],
+            self.travel,
+            self.hinge_damping,
+            self.friction_torque,
+            self.lever_mass,
+            self.inertia,
+        )
 
     @property
     def inner_or_hub(self) -> float:
         """Where the stops are drawn, m from the hinge."""
         return max(self.inner, _HUB) + 0.02
-
-    def attach(self, spec: mujoco.MjSpec) -> SurfaceParts:
-        """As every surface, with the hinge's name."""
-        super().attach(spec)
-        return SurfaceParts(BODY, GEOM, None, HINGE)

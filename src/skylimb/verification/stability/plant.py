@@ -11,7 +11,7 @@ import numpy as np
 from skylimb.errors import ConfigError
 from skylimb.simulation.contact import tune_contact_pair
 from skylimb.simulation.robot_bodies import TIP_SITE
-from skylimb.simulation.surfaces.surface import GEOM
+from skylimb.simulation.surfaces.geom import GEOM
 from skylimb.verification.stability.point import OperatingPoint
 
 STEP = 1e-8

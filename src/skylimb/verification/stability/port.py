@@ -27,7 +27,7 @@ import numpy as np
 
 from skylimb.errors import ConfigError
 from skylimb.simulation.robot_bodies import TIP_SITE
-from skylimb.simulation.surfaces.surface import GEOM
+from skylimb.simulation.surfaces.geom import GEOM
 from skylimb.verification.stability.closed_loop import NEUTRAL, in_loop, loop_parts
 from skylimb.verification.stability.plant import plant_transition, push_response
 from skylimb.verification.stability.point import OperatingPoint, evaluate
