@@ -33,8 +33,10 @@ class AxisNames(NamedTuple):
         These are sizes, such as `|{u} error|`, so the names have no sign. In the place of {signed} is the
         contact axis with its sign.
         """
-        bare = {key: name.lstrip("\N{MINUS SIGN}") for key, name in self._asdict().items()}
-        return text.format(**bare, signed=self.n)
+        names = {key: name.lstrip("\N{MINUS SIGN}") for key, name in self._asdict().items()}
+        for key, name in {**names, "signed": self.n}.items():  # other braces are a user's own
+            text = text.replace(f"{{{key}}}", name)
+        return text
 
     def __str__(self) -> str:
         sliding = " and ".join(

@@ -43,6 +43,13 @@ def in_phase(log: xr.Dataset, name: str) -> np.ndarray:
     return np.asarray(log.phase.values == known[name])
 
 
+def while_sliding(log: xr.Dataset, signal: str) -> np.ndarray | None:
+    """The samples of a signal over the sliding period, (k, ...); None where the log lacks it."""
+    if signal not in log:
+        return None
+    return log[signal].values[np.flatnonzero(in_phase(log, "slide"))]
+
+
 class Direction(NamedTuple):
     """A direction of the task: how it is called in a figure, and the unit vector in W, shape (3,)."""
 
