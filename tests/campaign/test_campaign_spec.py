@@ -10,7 +10,6 @@ from skylimb.campaign.distributions import Distribution
 from skylimb.campaign.draws import draw
 from skylimb.campaign.frozen import campaign_from_mapping, differences, freeze
 from skylimb.campaign.reading import load_spec
-from skylimb.campaign.spec import GOALS
 from skylimb.config import write_toml
 from skylimb.errors import ConfigError, SkylimbError
 
@@ -199,7 +198,7 @@ def test_a_users_metric_is_known_by_name(tmp_path: Path) -> None:
     (tmp_path / "spec.toml").write_text(text, encoding="utf-8")
     spec = load_spec(tmp_path / "spec.toml")
     assert spec.keys[-1] == "my_push"
-    assert GOALS["my_push"] == -1.0
+    assert spec.scores["my_push"].sign == -1.0
     campaign = freeze(spec)
     again = campaign_from_mapping(campaign.to_mapping(), "there")
     assert again == campaign

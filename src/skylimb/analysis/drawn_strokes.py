@@ -23,7 +23,7 @@ import xarray as xr
 from scipy.spatial import KDTree
 
 from skylimb.analysis.pen_line import dense, drawn_samples, reference_line
-from skylimb.analysis.score import DRAWING, Number, Score, Tolerance, metric
+from skylimb.analysis.score import DRAWING, Score, Tolerance, metric
 from skylimb.analysis.signals import in_contact, in_phase, phase_names
 from skylimb.recording.run import Run
 
@@ -78,11 +78,9 @@ def _drawn(meaning: str, row: str, **more: Any) -> Score:
 )
 def line(run: Run) -> dict[str, float]:
     """How faithfully a drawing was drawn; no numbers of a flight that had none."""
-    log = run.log
-    lines = reference_line(log) if "reference_line" in log else []
-    if not lines:
+    whole = whole_line(run.log) if "reference_line" in run.log else None
+    if whole is None:
         return dict.fromkeys(("frechet", "missing_max", "length", "length_drawn"), np.nan)
-    whole = fidelity(lines, list(_pieces(*drawn_samples(log))))
     return {
         "frechet": whole.frechet,
         "missing_max": whole.missing,
@@ -124,19 +122,25 @@ def lift(run: Run) -> dict[str, float]:
     return {"time": step * float(lifted.sum()), "touch_time": touch}
 
 
-def strokes_of(log: xr.Dataset) -> list[dict[str, Number]]:
-    """How faithfully each stroke of a drawing was drawn (`Fidelity`); none where they cannot be told apart."""
-    lines = reference_line(log) if "reference_line" in log else []
-    begins = _begins(log) if lines else ()
-    if len(begins) != len(lines) or not in_phase(log, "slide").any():
-        return []
+def whole_line(log: xr.Dataset) -> Fidelity | None:
+    """How faithfully all strokes were drawn, one behind the other; None where there is no reference line."""
+    lines = reference_line(log)
+    return fidelity(lines, list(_pieces(*drawn_samples(log)))) if lines else None
+
+
+def strokes_of(log: xr.Dataset) -> tuple[Fidelity, ...]:
+    """How faithfully each stroke of a drawing was drawn; none where they cannot be told apart."""
+    if "reference_line" not in log or not in_phase(log, "slide").any():
+        return ()
+    lines, begins = reference_line(log), _begins(log)
+    if len(begins) != len(lines):
+        return ()
     samples, points = drawn_samples(log)
     parts = np.searchsorted(begins, samples, side="right") - 1
-    found = [
+    return tuple(
         fidelity([line], list(_pieces(samples[parts == index], points[parts == index])))
         for index, line in enumerate(lines)
-    ]
-    return [{name: Score().number(value) for name, value in one._asdict().items()} for one in found]
+    )
 
 
 def tails(log: xr.Dataset) -> tuple[float, ...]:

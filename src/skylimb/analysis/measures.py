@@ -1,4 +1,4 @@
-"""Further numbers of a flight, for whoever needs more than the scores of every flight: `measures` of a campaign.
+"""Further numbers of a flight, which a campaign computes where its `measures` names their set.
 
 The set "paper" holds what the sentences of the paper's results section need beyond its printed medians: how
 widely force and error are distributed, and what the pen drew. The set "contact" is of steady contact.

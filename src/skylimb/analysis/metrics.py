@@ -1,6 +1,6 @@
-"""The scores of a flight with its verdict. A flight that failed is not scored:
+"""The scores of a flight, with its verdict.
 
-its numbers would be those of a shorter, easier task.
+A flight that failed is not scored: its numbers would be those of a shorter, easier task.
 """
 
 from __future__ import annotations
@@ -9,8 +9,9 @@ from typing import Any
 
 import xarray as xr
 
-from skylimb.analysis.drawn_strokes import strokes_of
+from skylimb.analysis.drawn_strokes import Fidelity, strokes_of
 from skylimb.analysis.force import force_limits
+from skylimb.analysis.score import Number, Score
 from skylimb.analysis.shipped import METRICS, NUMERIC_KEYS, numbers_of
 from skylimb.analysis.verdict import verdict
 from skylimb.recording.run import Run
@@ -46,8 +47,12 @@ def metrics(log: xr.Dataset) -> dict[str, Any]:
         "missed": [],
         "checks": {},
         "force_limits": {} if run.failed else force_limits(log),
-        "strokes": [] if run.failed else strokes_of(log),
+        "strokes": [] if run.failed else [_told(stroke) for stroke in strokes_of(log)],
     }
     held = {} if log.attrs.get("tolerances", "{}") == "{}" else numbers_of(run, _FOR_THE_VERDICT)
     scores = [score for each in METRICS for score in each.scores]
     return {**found, **verdict(Run("", "", log, {**found, **held}), scores)}
+
+
+def _told(stroke: Fidelity) -> dict[str, Number]:
+    return {name: Score().number(value) for name, value in stroke._asdict().items()}

@@ -61,8 +61,13 @@ class Tolerance:
     per: float | Callable[[Run], float | None] | None = None
 
     def __post_init__(self) -> None:
-        number = isinstance(self.bound, int | float) and not isinstance(self.bound, bool)
-        if not (number and math.isfinite(self.bound)) and not isinstance(self.bound, str):
+        if isinstance(self.bound, str):
+            return
+        if (
+            isinstance(self.bound, bool)
+            or not isinstance(self.bound, int | float)
+            or self.bound != self.bound
+        ):
             raise ConfigError(
                 f"tolerance = {self.bound!r} is neither a key of an experiment's [tolerances] nor a number"
             )
@@ -232,33 +237,27 @@ def metric(
         ConfigError: naming what cannot be declared so.
     """
     bound = tolerance if tolerance is None or isinstance(tolerance, Tolerance) else Tolerance(tolerance)
-    given: dict[str, Any] = {
-        "unit": unit,
-        "smaller_is_better": smaller_is_better,
-        "group": group,
-        "row": row,
-        "kind": kind,
-        "ranked": ranked,
-        "tolerance": bound,
-    }
 
     def made(function: Callable[[Run], Any]) -> Metric:
         name = function.__name__
+        alike = Score("", unit, smaller_is_better, group, row, kind, ranked, bound, name)
         text = meaning or (inspect.getdoc(function) or "").partition("\n")[0].rstrip(".")
         if isinstance(keys, Mapping):
-            usual = Score()
-            twice = [field for field, value in given.items() if value != getattr(usual, field)]
-            if twice:
-                raise ConfigError(f"metric '{name}': {', '.join(twice)} stand in each key's own declaration")
+            if alike != Score(name=name):
+                raise ConfigError(f"metric '{name}': each of its keys has a declaration of its own")
             scores = [replace(score, name=score.name or f"{name}_{key}") for key, score in keys.items()]
         elif keys:
             scores = [
-                Score(f"{text}, {key}" if text else "", **given | {"row": row and f"{row}, {key}"},
-                      name=f"{name}_{key}")
+                replace(
+                    alike,
+                    meaning=f"{text}, {key}" if text else "",
+                    row=f"{row}, {key}" if row else "",
+                    name=f"{name}_{key}",
+                )
                 for key in keys
-            ]  # fmt: skip
+            ]
         else:
-            scores = [Score(text, **given, name=name)]
+            scores = [replace(alike, meaning=text)]
         return Metric(name, function, tuple(scores), tuple(keys), on_demand)
 
     return made if function is None else made(function)

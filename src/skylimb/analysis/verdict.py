@@ -50,10 +50,9 @@ def verdict(run: Run, scores: Iterable[Score]) -> dict[str, Any]:
     if run.failed:
         lost = bool(held) or run.metrics.get("done") is False
         return {"done": False if lost else None, "missed": ["the flight was lost"] * lost, "checks": checks}
-    for score, tolerance, bound in held:
+    for score, stated, bound in held:
         value = run.metrics.get(score.name)
-        tolerance = tolerance if value is None else tolerance.of(run)
-        if value is None or tolerance.per == 0.0:
+        if value is None or (tolerance := stated.of(run)).per == 0.0:
             continue
         value = value if tolerance.per is None else value / tolerance.per
         kept = value <= bound if score.smaller_is_better else value >= bound
@@ -76,7 +75,7 @@ def _held(scores: Iterable[Score], known: Mapping[str, float]) -> Iterator[tuple
 
 def _words(run: Run, score: Score, tolerance: Tolerance, value: float, bound: float) -> str:
     """What was missed, and by how much."""
-    unit = score.unit if tolerance.per is None else ""
+    unit = "" if tolerance.per is not None else "count" if score.kind == "count" else score.unit
     usual = f"{score.text(axis_names(run.log))}: {{value}}, {{bound}} " + (
         "allowed" if score.smaller_is_better else "commanded"
     )
@@ -90,6 +89,8 @@ def _quantity(value: float, unit: str, places: str = ".1f") -> str:
         return f"{1e3 * value:{places}} mm"
     if unit == "rad":
         return f"{np.degrees(value):.1f}\N{DEGREE SIGN}"
+    if unit == "count":
+        return f"{value:g}"
     if unit:
         return f"{value:.3g} {unit}"
     # One place where rounding would hide that it is not all.

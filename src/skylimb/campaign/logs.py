@@ -29,7 +29,6 @@ def wanted_logs(campaign: Campaign, rows: Mapping[int, Row]) -> list[int]:
 
 def worst(campaign: Campaign, rows: Iterable[Row], count: int) -> list[Row]:
     """The worst flights first: losses, then those that were no success, then by the spec's `score`."""
-
     score = campaign.spec.scores[campaign.spec.score]
 
     def order(row: Row) -> tuple[int, float, int]:

@@ -91,7 +91,12 @@ def render_report(
         axes=axes,
         score=within(declared[score].text(axes)),
         worst=[
-            (row, _cause(row, declared[score], axes), command(campaign, row), log_name(row) * (row["flight"] in kept))
+            (
+                row,
+                _cause(row, declared[score], axes),
+                command(campaign, row),
+                log_name(row) * (row["flight"] in kept),
+            )
             for row in summary.worst
         ],
         replay=replay_html(_watched(folder, [row for row in summary.worst if row["flight"] in kept])),

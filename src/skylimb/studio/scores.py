@@ -7,6 +7,7 @@ from typing import Any
 
 from skylimb.analysis.axis_names import common_names
 from skylimb.analysis.carried import shown_scores
+from skylimb.analysis.own import with_own_scores
 from skylimb.flights.record import scored
 from skylimb.recording import Run
 from skylimb.studio.live_flight import LiveFlight
@@ -37,4 +38,4 @@ def _scored(flight: LiveFlight) -> Run:
     so_far = flight.flight()
     if not flight.over:  # that it was stopped here is no fault of it
         so_far = type(so_far)(so_far.signals, so_far.layout, so_far.ticks, "")
-    return scored(flight.takeoff, so_far)
+    return with_own_scores(scored(flight.takeoff, so_far), flight.takeoff.own)
