@@ -51,7 +51,7 @@ class StopRule:
 class Search:
     """What `skylimb tune` changes, and how long it searches."""
 
-    objective: Annotated[str, Key("", "metric whose median over the draws is made good")]
+    objective: Annotated[str, Key("", "metric with a direction; its median over the draws is made good")]
     gains: Annotated[
         dict[str, tuple[float, float]],
         Key("", "dotted gain -> smallest and largest; .0, .1 pick an entry of a list", low=-inf, high=inf),
@@ -85,7 +85,9 @@ class CampaignSpec:
         Literal["sobol", "halton", "random"], Key("", "how points are laid in the unit cube")
     ] = "sobol"
     logs: Annotated[str, Key("", "flights that keep their log: none, failures, worst K, all")] = "failures"
-    score: Annotated[str, Key("", "metric that says which finished flight is worse")] = "error_u_median"
+    score: Annotated[str, Key("", "metric with a direction that says which finished flight is worse")] = (
+        "error_u_median"
+    )
     set: Annotated[dict[str, Any], Key("", "dotted key -> value for all draws")] = field(default_factory=dict)
     only: Annotated[dict[str, tuple[str, ...]], Key("", "varied gain -> controllers that have it")] = field(
         default_factory=dict

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from skylimb.analysis.score import Score
-from skylimb.analysis.shipped import SCORES
+from skylimb.analysis.shipped import SCORES, SETS
 from skylimb.campaign.spec import CampaignSpec
 from skylimb.control.preset import preset_from_mapping, preset_mapping
 from skylimb.control.preset_keys import law_tables, preset_tables
@@ -151,7 +151,15 @@ def _shapes_of(meaning: str) -> tuple[str, ...]:
 
 
 def _metric(score: Score) -> str:
-    return ", ".join(filter(None, (score.text(), score.unit)))
+    """What it is and its unit, which flight is better by it, what it is held to, and where it is computed."""
+    bound = score.tolerance.bound if score.tolerance else ""
+    told = (
+        ", ".join(filter(None, (score.text(), score.unit))),
+        f"{'smaller' if score.smaller_is_better else 'larger'} is better" if score.directed else "",
+        f"held to `tolerances.{bound}`" if bound else "",
+        *(f'with `measures = ["{name}"]`' for name, keys in SETS.items() if score.name in keys),
+    )
+    return "; ".join(filter(None, told))
 
 
 def _first_line(thing: Any) -> str:
