@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import xarray as xr
 
 from skylimb.analysis.signals import contact_axis, direction, sliding_axes
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 class AxisNames(NamedTuple):

@@ -152,11 +152,12 @@ def _shapes_of(meaning: str) -> tuple[str, ...]:
 
 def _metric(score: Score) -> str:
     """What it is and its unit, which flight is better by it, what it is held to, and where it is computed."""
-    bound = score.tolerance.bound if score.tolerance else ""
+    bound = score.tolerance and score.tolerance.bound
+    bound = f"`tolerances.{bound}`" if isinstance(bound, str) else f"{bound} {score.unit}".strip()
     told = (
         ", ".join(filter(None, (score.text(), score.unit))),
         f"{'smaller' if score.smaller_is_better else 'larger'} is better" if score.directed else "",
-        f"held to `tolerances.{bound}`" if bound else "",
+        f"held to {bound}" if score.tolerance else "",
         *(f'with `measures = ["{name}"]`' for name, keys in SETS.items() if score.name in keys),
     )
     return "; ".join(filter(None, told))
