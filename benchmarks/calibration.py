@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 
 import skylimb
-from skylimb.analysis.measures import measured
+from skylimb.analysis.shipped import measured
 from skylimb.calibration.information import WANTED
 from skylimb.calibration.public import calibration_from
 from skylimb.calibration.result import SIGMAS

@@ -21,7 +21,7 @@ import numpy as np
 from following import CHUNK, EXPERIMENTS, draws, ensemble, kept_numbers  # beside this file
 from matplotlib.figure import Figure
 
-from skylimb.analysis.measures import measured
+from skylimb.analysis.shipped import measured
 from skylimb.analysis.style import styled
 from skylimb.control.contact_machine import SLIDE
 from skylimb.control.controller import load_controller

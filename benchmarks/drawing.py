@@ -66,14 +66,13 @@ def scores(run: Run) -> dict[str, Any]:
     """How well one was drawn: mm, and shares."""
     if run.failed:
         return {"lost": run.cause}
-    found, lifts = run.metrics, run.metrics["lift_time"]
-    touch = float(found["lift_touch_time"]) / float(lifts) if lifts else 0.0
+    found = run.metrics
     return {
         "lost": "",
         "rms": 1e3 * float(found["pen_line_rms"]),
         "frechet": 1e3 * float(found["line_frechet"] if found["line_frechet"] is not None else np.inf),
         "tail": 1e3 * max(tails(run.log), default=0.0),
-        "lift_touch": touch,
+        "lift_touch": float(found["checks"].get("lifted", {"value": 0.0})["value"]),
         "force_std": float(found["contact_force_normal_std"]),
     }
 

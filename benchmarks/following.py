@@ -19,7 +19,6 @@ from __future__ import annotations
 import argparse
 import json
 import re
-import tomllib
 from collections.abc import Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
@@ -28,7 +27,7 @@ from typing import Any
 
 import numpy as np
 
-from skylimb.analysis.measures import measured
+from skylimb.analysis.shipped import measured
 from skylimb.control.controller import load_controller
 from skylimb.experiments.experiment import load_experiment
 from skylimb.flights.drivers.native import fly_native
@@ -175,9 +174,8 @@ def scored(run: Run) -> dict[str, Any]:
     after = (time >= start) & (time < start + 3.0)
     x = run.log.tip_position.values[after, 0]
     found["caught"] = float(x.max() - x[0]) if len(x) else None
-    mean = found["contact_force_normal_mean"]
-    wanted = tomllib.loads(run.config)["controller"]["translation"].get("force")
-    found["force_off"] = None if mean is None or wanted is None else abs(mean - wanted) / wanted
+    off = found["force_error_percent"]
+    found["force_off"] = None if off is None else off / 100.0
     return found
 
 

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from skylimb.analysis.axis_names import PAPER
-from skylimb.analysis.measures import describe
+from skylimb.analysis.shipped import SCORES
 from skylimb.reproduction import reproduce
 
 HERE = Path(__file__).parent
@@ -67,8 +67,8 @@ def _numbers(result: dict[str, Any]) -> str:
                 continue
             verdict = "" if number["inside"] else ", **outside**"
             cells.append(f"*{number['paper']:.3f}*<br>{ours}<br>{number['percentile']:.0f} %{verdict}")
-        text, unit = describe(key, PAPER)
-        lines.append(f"| {_cell(text)}, {unit} | " + " | ".join(cells) + " |")
+        score = SCORES[key]
+        lines.append(f"| {_cell(score.text(PAPER))}, {score.unit} | " + " | ".join(cells) + " |")
     return "\n".join(lines)
 
 
@@ -109,7 +109,7 @@ def _sensitivity(result: dict[str, Any]) -> str:
         known = [(unknown, value) for unknown, value in unknowns.items() if value is not None]
         strongest = sorted(known, key=lambda entry: -abs(entry[1]))[:STRONGEST]
         told = ", ".join(f"`{_cell(unknown)}` {value:+.2f}" for unknown, value in strongest)
-        lines.append(f"| {name}: {_cell(describe(key, PAPER)[0])} | {told} |")
+        lines.append(f"| {name}: {_cell(SCORES[key].text(PAPER))} | {told} |")
     return "\n".join(lines)
 
 
@@ -140,7 +140,7 @@ def _nearest(result: dict[str, Any]) -> str:
 def _ratios(result: dict[str, Any]) -> str:
     lines = ["| ratio within a draw | paper | ensemble | percentile |", "|---|---|---|---|"]
     for entry in result["ratios"]:
-        text = _cell(describe(entry["metric"], PAPER)[0])
+        text = _cell(SCORES[entry["metric"]].text(PAPER))
         verdict = "" if entry["inside"] else ", **outside**"
         lines.append(
             f"| {text}: {entry['first']} / {entry['second']} | {entry['paper']:.2f} "

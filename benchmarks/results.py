@@ -23,8 +23,8 @@ import skylimb
 from reproduction import section
 from skylimb.analysis import write_comparison, write_videos
 from skylimb.analysis.axis_names import PAPER
+from skylimb.analysis.carried import shown_scores
 from skylimb.analysis.paper_numbers import published
-from skylimb.analysis.score_names import description, known_groups
 from skylimb.verification import Row, verify_contact
 
 HERE = Path(__file__).parent
@@ -69,9 +69,9 @@ def seeds_table() -> list[str]:
         "| | " + " | ".join(CONTROLLERS) + " |",
         "|---|" + "---|" * len(CONTROLLERS),
     ]
-    known = known_groups(run.metrics for flown in runs for run in flown.values())
-    for key in (key for keys in known.values() for key in keys):
-        label, unit = description(key, PAPER)
+    known = shown_scores(run for flown in runs for run in flown.values())
+    for score in (score for part in known.values() for score in part):
+        key, label = score.name, ", ".join(filter(None, (score.text(PAPER), score.unit)))
         cells = []
         for name in CONTROLLERS:
             values = [flown[name].metrics[key] for flown in runs if not flown[name].failed]
@@ -82,7 +82,7 @@ def seeds_table() -> list[str]:
             printed = published(name, key)
             cells.append(text if printed is None else f"{text} *{printed:.3f}*")
         label = label.replace("|", "\\|")
-        lines.append(f"| {label}{'' if unit == '1' else f', {unit}'} | " + " | ".join(cells) + " |")
+        lines.append(f"| {label} | " + " | ".join(cells) + " |")
     return lines
 
 

@@ -4,7 +4,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from skylimb.analysis.pen_line import pen_line, reference_line
+from skylimb.analysis.pen_line import reference_line
 from skylimb.cli import main
 from skylimb.recording import Run
 
@@ -45,7 +45,7 @@ def test_words_are_drawn_and_shown(tmp_path: Path, capsys: pytest.CaptureFixture
     assert len(lines) >= 2
     low, high = np.vstack(lines).min(axis=0), np.vstack(lines).max(axis=0)
     np.testing.assert_allclose([low[0], high[0]], [-0.1, 0.1])
-    root, largest = pen_line(run.log)
+    root, largest = (run.metrics[f"pen_line_{which}"] for which in ("rms", "max"))
     assert 0.0 < root < largest < 0.2
 
 

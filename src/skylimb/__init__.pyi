@@ -1,5 +1,7 @@
 from .analysis.own import figure as figure
-from .analysis.own import metric as metric
+from .analysis.score import Score as Score
+from .analysis.score import Tolerance as Tolerance
+from .analysis.score import metric as metric
 from .calibration.public import calibrate as calibrate
 from .campaign.sweep import sweep as sweep
 from .control.controller import Controller as Controller

@@ -3,8 +3,7 @@
 import pytest
 
 from skylimb.analysis.axis_names import GENERIC, PAPER, AxisNames, axis_names, common_names, names_of_vectors
-from skylimb.analysis.measures import SETS, describe, row_label
-from skylimb.analysis.score_names import DESCRIPTIONS, NUMERIC_KEYS
+from skylimb.analysis.shipped import SCORES
 from skylimb.missions.frame import contact_frame
 
 MINUS = "\N{MINUS SIGN}"
@@ -32,21 +31,22 @@ def test_the_words_say_which_axis_is_which():
 
 def test_lines_of_a_ceilings_table_name_what_they_measure():
     ceiling = AxisNames("y", f"{MINUS}x", "z")
-    assert row_label("error_u_median", ceiling) == ("|y error|, median", "m")
-    assert row_label("error_v_median", ceiling) == ("|x error|, median", "m")
-    assert row_label("displacement_median", ceiling) == ("|z displacement|, median", "m")
+    assert SCORES["error_u_median"].line(ceiling) == "|y error|, median"
+    assert SCORES["error_v_median"].line(ceiling) == "|x error|, median"
+    assert SCORES["displacement_median"].line(ceiling) == "|z displacement|, median"
+    assert SCORES["displacement_median"].titled(ceiling).endswith("from the mission (m)")
     floor = AxisNames("y", "x", f"{MINUS}z")
-    assert row_label("estimated_force_median", floor) == (f"estimated in {MINUS}z, median", "N")
-    assert describe("error_u_spread", ceiling)[0].endswith("the |y error| of the CoG to the mission")
+    assert SCORES["estimated_force_median"].line(floor) == f"estimated in {MINUS}z, median"
+    assert SCORES["error_u_spread"].text(ceiling).endswith("the |y error| of the CoG to the mission")
 
 
 @pytest.mark.parametrize("axes", [GENERIC, PAPER])
 def test_no_description_keeps_a_place_for_a_name(axes):
-    for key in (*NUMERIC_KEYS, *SETS["paper"].keys, *SETS["contact"].keys):
-        for text in (describe(key, axes)[0], row_label(key, axes)[0]):
+    for score in SCORES.values():
+        for text in (score.text(axes), score.line(axes)):
             assert "{" not in text
             assert text
-    assert DESCRIPTIONS["error_v_median"][0] == "Median |v error| of the CoG to the mission"
+    assert SCORES["error_v_median"].text() == "Median |v error| of the CoG to the mission"
 
 
 def test_runs_that_touch_in_different_directions_have_general_names(make_log):

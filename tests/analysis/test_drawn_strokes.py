@@ -3,6 +3,7 @@
 import functools
 import itertools
 import json
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -10,9 +11,10 @@ import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from skylimb.analysis.drawn_strokes import drawn_strokes, fidelity, frechet, tails
+from skylimb.analysis.drawn_strokes import Fidelity, fidelity, frechet, lift, strokes_of, tails, whole_line
 from skylimb.analysis.metrics import metrics
-from skylimb.analysis.pen_line import drawn_fraction, pen_line
+from skylimb.analysis.pen_line import drawn_fraction, pen_deviation
+from skylimb.recording import Run
 
 CENTRE = np.array([1.2, 0.0, 1.2])
 SQUARE = np.array([[0.0, 0.0], [0.1, 0.0], [0.1, 0.1], [0.0, 0.1], [0.0, 0.0]])
@@ -71,10 +73,23 @@ def small_and_large(draw_small=True, tail=None, lead=None):
     return flight([SQUARE, small], parts)
 
 
+class Drawn(NamedTuple):
+    whole: Fidelity
+    strokes: tuple[Fidelity, ...]
+    lift_time: float
+    lift_touch: float
+
+
+def drawn_of(log: xr.Dataset) -> Drawn:
+    """All that a flight's log says of its drawing."""
+    whole, lifted = whole_line(log), lift(Run("", "", log))
+    assert whole is not None
+    return Drawn(whole, strokes_of(log), lifted["time"], lifted["touch_time"])
+
+
 def test_what_is_drawn_on_its_line_is_faithful() -> None:
     log = small_and_large()
-    drawn = drawn_strokes(log)
-    assert drawn is not None
+    drawn = drawn_of(log)
     assert drawn.whole.frechet < 0.001
     assert drawn.whole.missing < 0.001
     assert drawn.whole.stray < 0.001
@@ -88,9 +103,8 @@ def test_what_is_drawn_on_its_line_is_faithful() -> None:
 def test_a_missing_small_circle_is_seen_where_nearest_points_forgive() -> None:
     log = small_and_large(draw_small=False)
     assert drawn_fraction(log) == pytest.approx(1.0)
-    assert pen_line(log)[0] < 0.001
-    drawn = drawn_strokes(log)
-    assert drawn is not None
+    assert np.sqrt(np.mean(pen_deviation(log) ** 2)) < 0.001
+    drawn = drawn_of(log)
     assert np.isnan(drawn.strokes[1].frechet)
     assert drawn.strokes[1].drawn == 0.0
     # In order: the leash reaches from the square's last corner to the far side of the circle.
@@ -102,9 +116,8 @@ def test_cut_corners_are_seen_where_nearest_points_forgive() -> None:
     """A star drawn as the polygon inside of it, and back and forth along one side of a square."""
     to_and_fro = np.array([[0.0, 0.0], [0.1, 0.0], [0.1, 0.1], [0.1, 0.0], [0.0, 0.0]])
     log = flight([SQUARE], [("slide", True, along(to_and_fro))])
-    assert pen_line(log)[1] < 0.001
-    drawn = drawn_strokes(log)
-    assert drawn is not None
+    assert pen_deviation(log).max() < 0.001
+    drawn = drawn_of(log)
     assert drawn.whole.stray < 0.001
     assert drawn.whole.missing == pytest.approx(0.1, abs=0.001)
     assert drawn.whole.frechet == pytest.approx(0.1, abs=0.001)
@@ -112,9 +125,8 @@ def test_cut_corners_are_seen_where_nearest_points_forgive() -> None:
     blunt = np.array([[0.0, 0.0], [0.12, 0.0]])
     cut = flight([spike], [("slide", True, along(blunt))])
     assert drawn_fraction(cut) > 0.7
-    assert pen_line(cut)[0] < 0.003
-    found = drawn_strokes(cut)
-    assert found is not None
+    assert np.sqrt(np.mean(pen_deviation(cut) ** 2)) < 0.003
+    found = drawn_of(cut)
     assert found.whole.frechet == pytest.approx(0.02, abs=0.001)
     assert found.whole.missing == pytest.approx(0.02, abs=0.001)
 
@@ -122,9 +134,8 @@ def test_cut_corners_are_seen_where_nearest_points_forgive() -> None:
 def test_a_line_drawn_backwards_is_as_far_as_its_ends() -> None:
     line = np.array([[0.0, 0.0], [0.1, 0.0]])
     log = flight([line], [("slide", True, along(line)[::-1])])
-    drawn = drawn_strokes(log)
-    assert drawn is not None
-    assert pen_line(log)[1] < 1e-9
+    drawn = drawn_of(log)
+    assert pen_deviation(log).max() < 1e-9
     assert drawn.whole.frechet == pytest.approx(0.1, abs=0.001)
 
 
@@ -132,8 +143,7 @@ def test_a_tail_belongs_to_the_stroke_before_and_a_lead_to_the_one_after() -> No
     tail = along(np.array([[0.0, 0.0], [-0.03, 0.0]]))
     lead = along(np.array([[0.15, 0.05], [0.106, 0.05]]))
     log = small_and_large(tail=tail, lead=lead)
-    drawn = drawn_strokes(log)
-    assert drawn is not None
+    drawn = drawn_of(log)
     assert drawn.strokes[0].stray == pytest.approx(0.03, abs=0.001)
     assert drawn.strokes[0].frechet == pytest.approx(0.03, abs=0.001)
     assert drawn.strokes[0].drawn == pytest.approx(0.43, rel=0.02)
@@ -147,8 +157,7 @@ def test_a_pen_that_never_leaves_has_its_lift_divided_in_the_middle() -> None:
     log = flight(
         [SQUARE, small], [("slide", True, along(SQUARE)), ("lift", True, way), ("slide", True, small)]
     )
-    drawn = drawn_strokes(log)
-    assert drawn is not None
+    drawn = drawn_of(log)
     assert drawn.lift_touch == pytest.approx(drawn.lift_time)
     assert drawn.strokes[1].stray == pytest.approx(0.1 - 0.006, abs=0.002)
 
@@ -177,8 +186,7 @@ def test_the_length_is_not_that_of_the_pens_trembling() -> None:
     line = along(np.array([[0.0, 0.0], [0.1, 0.0]]), 0.0001)
     trembling = line + 0.0002 * np.random.default_rng(1).normal(size=line.shape)
     log = flight([line], [("slide", True, trembling)])
-    drawn = drawn_strokes(log)
-    assert drawn is not None
+    drawn = drawn_of(log)
     assert drawn.whole.drawn == pytest.approx(0.1, rel=0.2)
 
 

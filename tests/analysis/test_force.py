@@ -5,7 +5,8 @@ import json
 import numpy as np
 import pytest
 
-from skylimb.analysis.force import TOLD_FROM, commanded, force_limits, force_scores, limited_by
+from skylimb.analysis.force import TOLD_FROM, commanded, force_error, force_limits, limited_by
+from skylimb.recording import Run
 
 SLIDE = 4
 
@@ -23,6 +24,10 @@ def pressed(log, wanted, force, target=None):
     return log if target is None else log.assign(contact_force_target=held(target))
 
 
+def errors(log):
+    return force_error(Run("", "", log))
+
+
 def during(log, part):
     """The first `part` of the samples of the slide."""
     slide = np.flatnonzero(log.phase.values == SLIDE)
@@ -31,27 +36,28 @@ def during(log, part):
 
 def test_a_controller_that_commands_no_force_has_no_error(make_log):
     log = make_log()
-    assert force_scores(log) == force_limits(log) == {}
+    assert force_limits(log) == {}
+    assert np.isnan(list(errors(log).values())).all()
     assert not commanded(log).any()
-    assert force_scores(pressed(log, 0.0, 1.0)) == {}
+    assert np.isnan(list(errors(pressed(log, 0.0, 1.0)).values())).all()
 
 
 @pytest.mark.parametrize("force", [1.94, 4.06])
 def test_the_error_has_a_sign_in_newtons_and_a_size_in_percent(make_log, force):
-    scores = force_scores(pressed(make_log(), 3.0, force))
-    assert scores["force_error_mean"] == pytest.approx(force - 3.0)
-    assert scores["force_error_percent"] == pytest.approx(100.0 * 1.06 / 3.0)
-    assert scores["force_error_rms"] == pytest.approx(1.06)
+    scores = errors(pressed(make_log(), 3.0, force))
+    assert scores["mean"] == pytest.approx(force - 3.0)
+    assert scores["percent"] == pytest.approx(100.0 * 1.06 / 3.0)
+    assert scores["rms"] == pytest.approx(1.06)
 
 
 def test_slow_swings_about_the_right_mean_show_and_chatter_does_not(make_log):
     log = make_log(dt=0.005)
     slow = 1.0 + 0.5 * np.sign(np.sin(2.0 * np.pi * log.time.values / 2.0))
     fast = 1.0 + 0.5 * (-1.0) ** np.arange(log.sizes["time"])
-    swings, chatter = (force_scores(pressed(log, 1.0, force)) for force in (slow, fast))
-    assert abs(swings["force_error_mean"]) < 0.02
-    assert swings["force_error_rms"] == pytest.approx(0.5, abs=0.05)
-    assert chatter["force_error_rms"] < 0.02
+    swings, chatter = (errors(pressed(log, 1.0, force)) for force in (slow, fast))
+    assert abs(swings["mean"]) < 0.02
+    assert swings["rms"] == pytest.approx(0.5, abs=0.05)
+    assert chatter["rms"] < 0.02
 
 
 def test_a_pen_off_the_surface_misses_the_whole_force(make_log):
@@ -60,7 +66,7 @@ def test_a_pen_off_the_surface_misses_the_whole_force(make_log):
     log.contact[off] = 0
     log = pressed(log, 2.0, 2.0).assign(contact_force_reference=(("time",), np.full(log.sizes["time"], 2.0)))
     log.contact_force_normal[off] = 0.0
-    assert force_scores(log)["force_error_percent"] == pytest.approx(25.0, abs=0.1)
+    assert errors(log)["percent"] == pytest.approx(25.0, abs=0.1)
     assert force_limits(log)["off_surface"] == pytest.approx(0.25, abs=1e-3)
 
 

@@ -6,18 +6,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from skylimb.analysis.measures import row_label
+from skylimb.analysis.carried import shown_scores
 from skylimb.analysis.metrics import metrics
-from skylimb.analysis.score_names import (
-    DESCRIPTIONS,
-    GROUPS,
-    NUMERIC_KEYS,
-    ROWS,
-    groups_of,
-    known_groups,
-    printed,
-)
+from skylimb.analysis.score import DRAWING, FURTHER, TASK, grouped
+from skylimb.analysis.shipped import NUMERIC_KEYS, SCORES
 from skylimb.analysis.signals import moving_mean
+from skylimb.recording import Run
 
 TOLERANCES = {
     "force": 0.1, "force_swing": 0.3, "pen_line": 0.02, "path": 0.95, "contact": 0.95, "frechet": 0.02,
@@ -39,7 +33,7 @@ def test_exactly_the_promised_keys(make_log):
         "force_limits",
         "strokes",
     )
-    assert set(DESCRIPTIONS) == set(ROWS) == set(NUMERIC_KEYS)
+    assert all(SCORES[key].group and SCORES[key].row for key in NUMERIC_KEYS)
 
 
 def test_known_signals_give_known_scores(make_log):
@@ -73,28 +67,37 @@ def test_groups_show_what_some_flight_has(make_log):
     log = make_log()
     told = log.assign_attrs(tolerances=json.dumps(TOLERANCES))
     told = told.assign(contact_force_reference=log.contact_force_normal)
-    target = metrics(told.assign(cog_position_target=log.cog_position))
-    plain, lost = metrics(log), metrics(make_log(status="FAILED", cause="fell"))
-    everything = [key for keys in GROUPS.values() for key in keys]
-    assert tuple(everything) == NUMERIC_KEYS
-    of_a_tool = GROUPS["The task"]
-    shown = {title: keys for title, keys in GROUPS.items() if title not in ("The drawing", "The task")}
-    assert known_groups([plain, target, lost]) == shown
-    without = [key for keys in known_groups([plain, lost]).values() for key in keys]
+    target = told.assign(cog_position_target=log.cog_position)
+    lost = make_log(status="FAILED", cause="fell")
+
+    def shown(*logs):
+        runs = [Run("", "", each, metrics(each)) for each in logs]
+        return {title: [one.name for one in part] for title, part in shown_scores(runs).items()}
+
+    everything = {
+        title: [score.name for score in part]
+        for title, part in grouped(SCORES[key] for key in NUMERIC_KEYS).items()
+    }
+    assert [key for keys in everything.values() for key in keys] == list(NUMERIC_KEYS)
+    of_a_tool = everything[TASK]
+    assert shown(log, target, lost) == {
+        title: keys for title, keys in everything.items() if title not in (DRAWING, TASK)
+    }
+    without = [key for keys in shown(log, lost).values() for key in keys]
     assert without == [
         key
-        for key in everything
+        for key in NUMERIC_KEYS
         if key not in of_a_tool and not key.startswith(("target_", "force_", "done", "line_", "lift_"))
     ]
-    assert known_groups([lost]) == {}
+    assert shown(lost) == {}
 
 
 def test_numbers_are_printed_as_what_they_are():
-    assert printed("tilt_max", 0.0615) == "0.061"
-    assert printed("estimated_force_median", -0.5) == "\N{MINUS SIGN}0.500"
-    assert [printed("contact_losses", value) for value in (2.0, 0.5)] == ["2", "0.5"]
-    assert printed("tilt_max", None) == ""
-    assert [printed("done", value) for value in (True, False, 0.75)] == ["yes", "no", "0.750"]
+    assert SCORES["tilt_max"].printed(0.0615) == "0.061"
+    assert SCORES["estimated_force_median"].printed(-0.5) == "\N{MINUS SIGN}0.500"
+    assert [SCORES["contact_losses"].printed(value) for value in (2.0, 0.5)] == ["2", "0.5"]
+    assert SCORES["tilt_max"].printed(None) == ""
+    assert [SCORES["done"].printed(value) for value in (True, False, 0.75)] == ["yes", "no", "0.750"]
 
 
 def test_a_loss_is_a_gap_that_lasts(make_log):
@@ -213,8 +216,9 @@ def test_moving_mean_of_a_ramp_is_its_middle():
 
 
 def test_numbers_are_grouped_by_what_they_measure():
-    found = groups_of(["slip_variation", "tilt_max", "error_u_median"])
-    assert list(found.values()) == [("error_u_median",), ("tilt_max",), ("slip_variation",)]
-    assert list(found)[-1] == "Further numbers"
-    assert row_label("tilt_max") == ("largest tilt", "rad")
-    assert row_label("slip_variation") == ("Standard deviation of the pen's speed over its mean", "")
+    found = grouped(SCORES[key] for key in ("slip_variation", "tilt_max", "error_u_median"))
+    names = [[score.name for score in part] for part in found.values()]
+    assert names == [["error_u_median"], ["tilt_max"], ["slip_variation"]]
+    assert list(found)[-1] == FURTHER
+    assert (SCORES["tilt_max"].line(), SCORES["tilt_max"].unit) == ("largest tilt", "rad")
+    assert SCORES["slip_variation"].line() == "Standard deviation of the pen's speed over its mean"

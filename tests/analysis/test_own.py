@@ -10,10 +10,11 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 import skylimb
-from skylimb.analysis.measures import describe
+from skylimb.analysis.carried import carried, shown_scores
 from skylimb.analysis.output import metrics_table
-from skylimb.analysis.own import GOALS, KNOWN, Metric, OwnFigure, load_own, own_scores, with_own_scores
-from skylimb.errors import ConfigError, UserCodeError
+from skylimb.analysis.own import OwnFigure, load_own, own_scores, scored_again, with_own_scores
+from skylimb.analysis.score import Metric
+from skylimb.errors import ConfigError, UnknownNameError, UserCodeError
 from skylimb.recording.run import Run
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "own_metric.py"
@@ -38,19 +39,64 @@ def span(run: Run) -> Any:
     return {"low": np.nan, "high": 3}
 
 
-def test_a_metric_has_a_name_a_unit_and_a_goal() -> None:
+def test_a_metric_has_a_name_a_unit_and_a_direction() -> None:
     assert isinstance(far, Metric)
     assert far(run()).item() == 4.0
-    assert own_scores(run(), [far, span]) == {"far": 4.0, "span_low": None, "span_high": 3.0}
-    assert own_scores(run("FAILED"), [far, span]) == {"far": None, "span_low": None, "span_high": None}
-    assert with_own_scores(run(), [far]).metrics == {"b": 2.0, "far": 4.0}
-    assert (GOALS["far"], "span_low" in GOALS) == (-1.0, False)
-    assert describe("far") == ("How far it goes", "m")
-    assert describe("span_low") == ("From where to where, low", "s")
-    assert set(KNOWN) >= {"far", "span_low", "span_high"}
+    assert own_scores(run(), far) | own_scores(run(), span) == {
+        "far": 4.0,
+        "span_low": None,
+        "span_high": 3.0,
+    }
+    assert own_scores(run("FAILED"), span) == {"span_low": None, "span_high": None}
+    assert with_own_scores(run(), [far]).metrics == {
+        "b": 2.0, "far": 4.0, "done": None, "missed": [], "checks": {}
+    }  # fmt: skip
+    (score,), (low, _) = far.scores, span.scores
+    assert (score.sign, low.directed) == (-1.0, False)
+    assert (score.text(), score.unit) == ("How far it goes", "m")
+    assert (low.text(), low.unit) == ("From where to where, low", "s")
     table = metrics_table({"one": with_own_scores(run(), [far])}).splitlines()
     assert table[0].endswith(",far")
     assert table[1].endswith(",4.0")
+
+
+@skylimb.metric(unit="m", smaller_is_better=True, group="Force", row="farther", tolerance="pen_line")
+def farther(run: Run) -> Any:
+    """How far it goes along {u}."""
+    return run.log.a.max()
+
+
+@skylimb.metric(smaller_is_better=False, kind="count", tolerance=5)
+def steps(run: Run) -> Any:
+    """Steps that it takes."""
+    return run.log.sizes["time"]
+
+
+def test_a_metric_is_judged_by_its_tolerance_and_stands_in_its_group(make_log: Any, tmp_path: Path) -> None:
+    flown = Run("one", "hybrid", make_log().assign(a=("b", [1.0, 0.03])))
+    flown.log.attrs["tolerances"] = '{"pen_line": 0.02}'
+    flown = with_own_scores(scored_again(flown), [farther, steps, span])
+    assert flown.done is False
+    assert flown.metrics["checks"]["farther"] == {"value": 1.0, "tolerance": 0.02, "kept": False}
+    assert flown.metrics["checks"]["steps"]["kept"] is True
+    assert flown.missed[-1] == "How far it goes along y: 1000.0 mm, 20 mm allowed"
+    # The record carries what the scores are, so it is shown and judged without the file that computed them.
+    loaded = Run.load(flown.save(tmp_path / "log.nc"))
+    assert loaded.metrics == flown.metrics
+    assert list(carried(loaded.log)) == ["farther", "steps", "span_low", "span_high"]
+    shown = shown_scores([loaded])
+    assert [score.line() for score in shown["Force"]][-1] == "farther"
+    assert [score.name for score in shown["Further numbers"]] == ["steps", "span_high"]
+    assert shown["Further numbers"][0].printed(7.0) == "7"
+    assert scored_again(loaded).metrics == flown.metrics
+    lost = scored_again(Run("one", "hybrid", flown.log.assign_attrs(status="FAILED")))
+    assert lost.missed == ["the flight was lost"]
+
+
+def test_a_bound_of_its_own_judges_a_flight_that_nothing_else_judges() -> None:
+    assert with_own_scores(run(), [steps]).missed == ["Steps that it takes: 2, 5 commanded"]
+    assert with_own_scores(run("FAILED"), [steps]).done is False
+    assert with_own_scores(run("FAILED"), [far]).done is None
 
 
 @pytest.mark.parametrize(
@@ -67,9 +113,11 @@ def test_a_metric_has_a_name_a_unit_and_a_goal() -> None:
     ],
 )
 def test_what_a_metric_returns_is_checked(value: Any, keys: tuple[str, ...], message: str) -> None:
-    bad = Metric("bad", lambda run: value, keys=keys)
+    def bad(run: Run) -> Any:
+        return value
+
     with pytest.raises(UserCodeError, match=message):
-        bad.of(run())
+        own_scores(run(), skylimb.metric(bad, keys=keys))
 
 
 def test_an_error_names_the_users_line(tmp_path: Path) -> None:
@@ -80,13 +128,17 @@ def test_an_error_names_the_users_line(tmp_path: Path) -> None:
     with pytest.raises(
         UserCodeError, match=r"metric 'wrong' fails in .*mine\.py, line 4, `return run\.log\.nothing`: Attr"
     ):
-        own_scores(run(), load_own([file]))
+        with_own_scores(run(), load_own([file]))
     file.write_text("x = 1\n", encoding="utf-8")
     with pytest.raises(ConfigError, match=r"mine\.py' has no metric and no figure"):
         load_own([file])
     file.write_text("import skylimb\n@skylimb.metric\ndef tilt_max(run): ...\n", encoding="utf-8")
     with pytest.raises(ConfigError, match="metric 'tilt_max' has the name of one that ships"):
         load_own([file])
+    with pytest.raises(
+        UnknownNameError, match="tolerance of metric 'far' 'pen_lin'; did you mean 'pen_line'"
+    ):
+        load_own([skylimb.metric(far.function, smaller_is_better=True, tolerance="pen_lin")])
 
 
 def test_a_figure_is_a_matplotlib_figure() -> None:

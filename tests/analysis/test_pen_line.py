@@ -10,6 +10,13 @@ from skylimb.analysis.pen_line import as_seen, drawn_fraction, pen_deviation, pe
 from skylimb.analysis.signals import in_phase
 from skylimb.recording import Run
 
+
+def off(log: xr.Dataset) -> tuple[float, float]:
+    """Root mean square and largest distance of the pen from its line, m."""
+    found = pen_line(Run("", "", log))
+    return found["rms"], found["max"]
+
+
 CENTRE = [1.2, 0.0, 1.2]
 
 
@@ -31,7 +38,7 @@ def with_drawing(log, lines, tip_uv=None):
 def test_a_line_drawn_beside_the_asked_one(make_log):
     asked = [[[-0.3, 0.0], [0.3, 0.0]]]
     log = with_drawing(make_log(), asked, lambda s: (-0.3 + 0.6 * s, 0.004 + 0.0 * s))
-    assert pen_line(log) == pytest.approx((0.004, 0.004), abs=1e-9)
+    assert off(log) == pytest.approx((0.004, 0.004), abs=1e-9)
     assert drawn_fraction(log) == pytest.approx(1.0)
     assert drawn_fraction(log, within=0.003) == 0.0
 
@@ -40,7 +47,7 @@ def test_the_gap_between_two_strokes_is_not_asked_for(make_log):
     asked = [[[-0.3, 0.0], [-0.1, 0.0]], [[0.1, 0.0], [0.3, 0.0]]]
     assert len(reference_line(with_drawing(make_log(), asked))) == 2
     log = with_drawing(make_log(), asked, lambda s: (-0.3 + 0.6 * s, 0.0 * s))
-    root, largest = pen_line(log)
+    root, largest = off(log)
     assert largest == pytest.approx(0.1, abs=1e-3)
     away = pen_deviation(log)
     assert root == pytest.approx(np.sqrt(np.mean(away**2)))
@@ -49,7 +56,7 @@ def test_the_gap_between_two_strokes_is_not_asked_for(make_log):
 def test_half_a_line_drawn(make_log):
     log = with_drawing(make_log(), [[[-0.3, 0.0], [0.3, 0.0]]], lambda s: (-0.3 + 0.3 * s, 0.0 * s))
     assert drawn_fraction(log) == pytest.approx(0.5 + 0.01 / 0.6, abs=2e-3)
-    assert pen_line(log)[1] < 1e-9
+    assert off(log)[1] < 1e-9
 
 
 def test_distances_are_those_to_the_line_and_not_to_its_points(make_log):
@@ -66,14 +73,14 @@ def test_distances_are_those_to_the_line_and_not_to_its_points(make_log):
     for point in drawn:
         along = np.clip(np.sum((point - asked[:-1]) * sides, axis=1) / np.sum(sides**2, axis=1), 0, 1)
         exact.append(np.linalg.norm(point - asked[:-1] - along[:, None] * sides, axis=1).min())
-    assert pen_line(log)[1] == pytest.approx(max(exact), abs=1e-5)
+    assert off(log)[1] == pytest.approx(max(exact), abs=1e-5)
 
 
 def test_a_path_that_is_no_drawing_is_judged_by_its_reference(make_log):
     log = make_log(error=(0.0, 0.0, 0.0))
-    assert pen_line(log)[0] < 1e-3
+    assert off(log)[0] < 1e-3
     shifted = make_log(error=(0.0, 0.02, 0.0))
-    root, largest = pen_line(shifted)
+    root, largest = off(shifted)
     assert largest == pytest.approx(0.02, abs=1e-3)
     assert root == pytest.approx(0.02 / np.sqrt(2.0), abs=1e-3)
 
@@ -81,17 +88,17 @@ def test_a_path_that_is_no_drawing_is_judged_by_its_reference(make_log):
 def test_no_touch_no_number(make_log):
     log = make_log()
     log["contact"] = ("time", np.zeros(log.sizes["time"]))
-    assert np.isnan(pen_line(log)).all()
+    assert np.isnan(off(log)).all()
     assert drawn_fraction(log) == 0.0
     bare = log.drop_vars(["tip_position"])
-    assert np.isnan(pen_line(bare)).all()
+    assert np.isnan(off(bare)).all()
     assert np.isnan(drawn_fraction(bare))
 
 
 def test_a_flight_lost_before_its_slide_has_no_number(make_log):
     log = make_log()
     log = log.isel(time=np.flatnonzero(~in_phase(log, "slide"))[:200])
-    assert np.isnan(pen_line(log)).all()
+    assert np.isnan(off(log)).all()
 
 
 def test_who_stands_behind_the_robot_has_plus_y_to_the_left(make_log):

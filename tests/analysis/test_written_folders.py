@@ -22,7 +22,7 @@ from skylimb.analysis import (
     write_videos,
 )
 from skylimb.analysis.report import render_report
-from skylimb.analysis.score_names import NUMERIC_KEYS
+from skylimb.analysis.shipped import NUMERIC_KEYS
 from skylimb.errors import OutputError
 from skylimb.recording import Run, load_runs
 

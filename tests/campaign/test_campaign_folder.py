@@ -11,7 +11,7 @@ import pyarrow.parquet as pq
 import pytest
 
 import skylimb
-from skylimb.analysis.score_names import NUMERIC_KEYS
+from skylimb.analysis.shipped import NUMERIC_KEYS
 from skylimb.campaign import report_campaign, run_campaign
 from skylimb.campaign.folder import SPEC_FILE, TABLE_FILE, load_campaign
 from skylimb.campaign.report import command

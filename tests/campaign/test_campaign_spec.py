@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 from scipy.stats import kstest, norm, truncnorm
 
+from skylimb.analysis.shipped import NUMERIC_KEYS, SCORES
 from skylimb.campaign.distributions import Distribution
 from skylimb.campaign.draws import draw
 from skylimb.campaign.frozen import campaign_from_mapping, differences, freeze
 from skylimb.campaign.reading import load_spec
-from skylimb.campaign.spec import GOALS
+from skylimb.campaign.spec import CampaignSpec
 from skylimb.config import write_toml
 from skylimb.errors import ConfigError, SkylimbError
 
@@ -129,6 +130,68 @@ def test_a_spec_that_cannot_be_is_refused_by_name(
     assert all(word in str(caught.value) for word in words), str(caught.value)
 
 
+GAIN = 'gains = { "translation.sum_limit.0" = [1.0, 2.0] }'
+
+
+def tuned(write_spec: SpecWriter, objective: str, head: str = "") -> CampaignSpec:
+    return load_spec(write_spec(head=head, more=f'[tune]\nobjective = "{objective}"\n{GAIN}'))
+
+
+def test_every_score_with_a_direction_can_be_tuned_by(write_spec: SpecWriter) -> None:
+    directed = [key for key in NUMERIC_KEYS if SCORES[key].directed]
+    assert {"pen_line_rms", "force_error_rms", "valve_left", "line_frechet", "done"} <= set(directed)
+    for objective in directed:
+        assert tuned(write_spec, objective).tune is not None
+    assert tuned(write_spec, "near_fraction", 'measures = ["contact"]').scores["near_fraction"].sign == -1.0
+
+
+@pytest.mark.parametrize(
+    ("objective", "message"),
+    [
+        (
+            "line_length_drawn",
+            "tune.objective = 'line_length_drawn' does not say which flight is better, as neither its small "
+            "nor its large values are; those that do, the nearest name first: line_",
+        ),
+        (
+            "contact_force_normal_mean",
+            "the nearest name first: contact_force_normal_peak, contact_force_normal_std, ",
+        ),
+        ("pen_line_rsm", "unknown tune.objective 'pen_line_rsm'; did you mean 'pen_line_rms'?"),
+        ("near_fraction", 'one of the further numbers: measures = ["contact"]'),
+    ],
+)
+def test_what_cannot_be_tuned_by_is_told_with_what_can(
+    objective: str, message: str, write_spec: SpecWriter
+) -> None:
+    with pytest.raises(ConfigError) as caught:
+        tuned(write_spec, objective)
+    assert message in str(caught.value)
+
+
+def test_controllers_are_ranked_by_few_scores_and_by_the_campaigns_own(write_spec: SpecWriter) -> None:
+    def ranked(spec: CampaignSpec) -> list[str]:
+        return [key for key, score in spec.scores.items() if score.directed and score.ranked]
+
+    usual = ranked(load_spec(write_spec()))
+    assert usual == [
+        "error_u_median", "error_v_median", "displacement_median", "contact_force_normal_std",
+        "contact_force_normal_peak", "contact_fraction", "tilt_max",
+    ]  # fmt: skip
+    assert set(ranked(load_spec(write_spec(head='score = "pen_line_rms"')))) == {*usual, "pen_line_rms"}
+
+
+def test_a_users_set_is_computed_where_it_is_asked_for(write_spec: SpecWriter, tmp_path: Path) -> None:
+    (tmp_path / "mine.py").write_text(
+        "import skylimb\n\n\n@skylimb.metric(on_demand='mine')\ndef slow(run):\n    return 1.0\n",
+        encoding="utf-8",
+    )
+    assert "slow" not in load_spec(write_spec(head='use = ["mine.py"]')).keys
+    assert load_spec(write_spec(head='use = ["mine.py"]\nmeasures = ["mine"]')).keys[-1] == "slow"
+    with pytest.raises(ConfigError, match="unknown set of measures 'min'; did you mean 'mine'"):
+        load_spec(write_spec(head='use = ["mine.py"]\nmeasures = ["min"]'))
+
+
 def test_controllers_of_one_name_are_refused(write_spec: SpecWriter) -> None:
     with pytest.raises(SkylimbError, match="same name"):
         freeze(load_spec(write_spec(controllers='["pid", "pid"]')))
@@ -199,7 +262,7 @@ def test_a_users_metric_is_known_by_name(tmp_path: Path) -> None:
     (tmp_path / "spec.toml").write_text(text, encoding="utf-8")
     spec = load_spec(tmp_path / "spec.toml")
     assert spec.keys[-1] == "my_push"
-    assert GOALS["my_push"] == -1.0
+    assert spec.scores["my_push"].sign == -1.0
     campaign = freeze(spec)
     again = campaign_from_mapping(campaign.to_mapping(), "there")
     assert again == campaign

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import skylimb
-from skylimb.analysis.score_names import NUMERIC_KEYS
+from skylimb.analysis.shipped import NUMERIC_KEYS
 from skylimb.flights.public import PAPER_CONTROLLERS
 from skylimb.flights.takeoff import plant_and_mission
 

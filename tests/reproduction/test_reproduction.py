@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from skylimb.analysis.measures import SETS, fitted_circle
+from skylimb.analysis.measures import fitted_circle
 from skylimb.analysis.paper_claims import CLAIMS
 from skylimb.analysis.paper_numbers import PUBLISHED
+from skylimb.analysis.shipped import SETS
 from skylimb.campaign.draws import draw
 from skylimb.campaign.frozen import freeze
 from skylimb.cli.main import main
@@ -233,9 +234,7 @@ def test_a_circle_is_found_in_part_of_it() -> None:
     angle = np.linspace(0.3, 2.5, 40)
     middle, radius = fitted_circle(np.stack([0.2 + 0.3 * np.cos(angle), 1.0 + 0.3 * np.sin(angle)], axis=1))
     np.testing.assert_allclose([*middle, radius], [0.2, 1.0, 0.3], atol=1e-12)
-    assert set(SETS["paper"].keys) >= {
-        key for claim in CLAIMS.values() for key in claim.keys if "trace" in key
-    }
+    assert set(SETS["paper"]) >= {key for claim in CLAIMS.values() for key in claim.keys if "trace" in key}
 
 
 def test_the_verb_refuses_what_it_cannot_fly(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

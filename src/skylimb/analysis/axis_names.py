@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import xarray as xr
 
 from skylimb.analysis.signals import contact_axis, direction, sliding_axes
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 class AxisNames(NamedTuple):
@@ -33,8 +35,10 @@ class AxisNames(NamedTuple):
         These are sizes, such as `|{u} error|`, so the names have no sign. In the place of {signed} is the
         contact axis with its sign.
         """
-        bare = {key: name.lstrip("\N{MINUS SIGN}") for key, name in self._asdict().items()}
-        return text.format(**bare, signed=self.n)
+        names = {key: name.lstrip("\N{MINUS SIGN}") for key, name in self._asdict().items()}
+        for key, name in {**names, "signed": self.n}.items():  # other braces are a user's own
+            text = text.replace(f"{{{key}}}", name)
+        return text
 
     def __str__(self) -> str:
         sliding = " and ".join(

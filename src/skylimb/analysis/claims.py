@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
-from skylimb.analysis.measures import quartile_distance
 from skylimb.analysis.paper_claims import CLAIMS
 from skylimb.analysis.paper_configuration import is_the_papers
 from skylimb.analysis.paper_numbers import PUBLISHED
-from skylimb.analysis.signals import contact_axis, in_phase
+from skylimb.analysis.shipped import measured
 from skylimb.recording import Run
 
 
@@ -62,7 +61,10 @@ def _true_minus(text: str) -> str:
 
 
 def _metric(flown: Mapping[str, Run], controller: str, key: str) -> float:
-    value = flown[controller].metrics.get(key)
+    return _number(flown[controller].metrics.get(key))
+
+
+def _number(value: float | None) -> float:
     return float("nan") if value is None else float(value)
 
 
@@ -116,19 +118,17 @@ def _smallest_force(flown: Mapping[str, Run]) -> Claim:
 
 
 def _narrower_force(flown: Mapping[str, Run]) -> Claim:
-    spread = {name: _force_spread(flown[name]) for name in ("pid", "admittance", "hybrid")}
+    key = "estimated_force_spread"
+    spread = {
+        name: _number(measured(flown[name], ["paper"])[key]) for name in ("pid", "admittance", "hybrid")
+    }
     return Claim(
         "An adapting arm narrows the distribution of the estimated force (distance between its quartiles) "
         "compared with PID.",
         "shown in a box plot, no number",
         f"{spread['admittance']:.2f} and {spread['hybrid']:.2f} against {spread['pid']:.2f} N",
-        _holds("admittance narrows the force", "estimated_force_spread", spread),
+        _holds("admittance narrows the force", key, spread),
     )
-
-
-def _force_spread(run: Run) -> float:
-    force = contact_axis(run.log).along(run.log.external_force_estimate.values[in_phase(run.log, "slide")])
-    return quartile_distance(force)
 
 
 _JUDGES: dict[str, Judge] = {

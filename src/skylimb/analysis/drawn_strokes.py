@@ -16,14 +16,16 @@ All of it in the sliding plane, as in `skylimb.analysis.pen_line`.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 from scipy.spatial import KDTree
 
 from skylimb.analysis.pen_line import dense, drawn_samples, reference_line
+from skylimb.analysis.score import DRAWING, Score, Tolerance, metric
 from skylimb.analysis.signals import in_contact, in_phase, phase_names
+from skylimb.recording.run import Run
 
 COARSE = 0.001
 """Spacing of the points of a drawn line, m: its length is not that of the pen's trembling."""
@@ -50,42 +52,94 @@ class Fidelity(NamedTuple):
     drawn: float
 
 
-class Drawn(NamedTuple):
-    """How faithfully a flight drew.
-
-    Attributes:
-        whole: all strokes, one behind the other.
-        strokes: each by itself; empty where the flight's strokes cannot be told apart.
-        lift_time: time of all lifts, s.
-        lift_touch: time of touch within it, s.
-    """
-
-    whole: Fidelity
-    strokes: tuple[Fidelity, ...]
-    lift_time: float
-    lift_touch: float
+def _drawn(meaning: str, row: str, **more: Any) -> Score:
+    return Score(meaning, "m", group=DRAWING, row=row, ranked=False, **more)
 
 
-def drawn_strokes(log: xr.Dataset) -> Drawn | None:
-    """How faithfully a flight drew; None where its log has no reference line."""
-    lines = reference_line(log)
-    if not lines:
-        return None
-    samples, points = drawn_samples(log)
-    begins = _begins(log)
-    strokes: tuple[Fidelity, ...] = ()
-    if len(begins) == len(lines):
-        parts = np.searchsorted(begins, samples, side="right") - 1
-        strokes = tuple(
-            fidelity([line], list(_pieces(samples[parts == index], points[parts == index])))
-            for index, line in enumerate(lines)
-        )
+@metric(
+    keys={
+        "frechet": _drawn(
+            "Frechet distance between the drawn lines and their reference, in their order",
+            "Frechet distance to its reference, in the strokes' order",
+            smaller_is_better=True,
+            tolerance=Tolerance(
+                "frechet",
+                "the drawing is {value} from its reference in the strokes' order (Frechet), {bound} allowed",
+            ),
+        ),
+        "missing_max": _drawn(
+            "Farthest that a place of the reference line is from what was drawn",
+            "farthest place of the reference from what was drawn",
+            smaller_is_better=True,
+        ),
+        "length": _drawn("Length of the reference line", "length of the reference"),
+        "length_drawn": _drawn("Length of what was drawn", "length drawn"),
+    }
+)
+def line(run: Run) -> dict[str, float]:
+    """How faithfully a drawing was drawn; no numbers of a flight that had none."""
+    whole = whole_line(run.log) if "reference_line" in run.log else None
+    if whole is None:
+        return dict.fromkeys(("frechet", "missing_max", "length", "length_drawn"), np.nan)
+    return {
+        "frechet": whole.frechet,
+        "missing_max": whole.missing,
+        "length": whole.length,
+        "length_drawn": whole.drawn,
+    }
+
+
+@metric(
+    keys={
+        "time": Score(
+            "Time for which the pen was to be lifted",
+            "s",
+            group=DRAWING,
+            row="time for which the pen was to be lifted",
+        ),
+        "touch_time": Score(
+            "Time of touch while it was to be lifted",
+            "s",
+            smaller_is_better=True,
+            group=DRAWING,
+            row="touch in that time",
+            ranked=False,
+            tolerance=Tolerance(
+                "lifted",
+                "the pen touches {value} of the time of its lifts, {bound} allowed",
+                per=lambda run: run.metrics["lift_time"],
+            ),
+        ),
+    }
+)
+def lift(run: Run) -> dict[str, float]:
+    """Time of a drawing's lifts, and of touch within them."""
+    log = run.log
+    if "reference_line" not in log or not reference_line(log):
+        return {"time": np.nan, "touch_time": np.nan}
     lifted, step = _lifted(log), float(np.diff(log.time.values[:2])[0])
-    return Drawn(
-        fidelity(lines, list(_pieces(samples, points))),
-        strokes,
-        step * float(lifted.sum()),
-        step * float((lifted & in_contact(log)).sum()),
+    touch = step * float((lifted & in_contact(log)).sum())
+    return {"time": step * float(lifted.sum()), "touch_time": touch}
+
+
+def whole_line(log: xr.Dataset) -> Fidelity | None:
+    """How faithfully all strokes were drawn, one behind the other; None where there is no reference line."""
+    lines = reference_line(log)
+    return fidelity(lines, list(_pieces(*drawn_samples(log)))) if lines else None
+
+
+def strokes_of(log: xr.Dataset) -> tuple[Fidelity, ...]:
+    """How faithfully each stroke of a drawing was drawn; none where they cannot be told apart."""
+    if "reference_line" not in log or not in_phase(log, "slide").any():
+        return ()
+    lines, begins = reference_line(log), _begins(log)
+    if len(begins) != len(lines):
+        return ()
+    samples, points = drawn_samples(log)
+    parts = np.searchsorted(begins, samples, side="right") - 1
+    return tuple(
+        fidelity([line], list(_pieces(samples[parts == index], points[parts == index])))
+        for index, line in enumerate(lines)
     )
 
 

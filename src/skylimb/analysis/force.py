@@ -1,8 +1,8 @@
-"""How well a flight kept to the normal force that it was commanded, and what kept it from that force.
+"""How a flight pressed, how well it kept to the normal force that it was commanded, and what kept it from it.
 
 A controller that commands a force logs it as `contact_force_reference` (N, 0 while no touch is wanted), and
-what it presses with at the moment as `contact_force_target`: less where it eases the press. Everything here
-is taken over the sliding period while a force is commanded. A pen that is off the surface presses with
+what it presses with at the moment as `contact_force_target`: less where it eases the press. Errors and limits
+are taken over the sliding period while a force is commanded. A pen that is off the surface presses with
 nothing, and that counts.
 """
 
@@ -15,10 +15,21 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from skylimb.analysis.signals import in_contact, in_phase, moving_mean
+from skylimb.analysis.score import FORCE, Score, Tolerance, metric
+from skylimb.analysis.signals import contact_axis, in_contact, in_phase, moving_mean, while_sliding
+from skylimb.recording.run import Run
 
 FORCE_WINDOW = 0.2
 """Seconds over which the force is averaged before its deviation is taken: slower than a pen's chatter."""
+
+PEAK_WINDOW = 0.010
+"""Seconds over which the force is averaged before its peak is taken:
+
+a single sample of a stiff contact says little.
+"""
+
+TOUCH_TIME = 1.0
+"""Seconds from the first touch on that count as the touch."""
 
 EASED = 0.98
 """The press counts as eased where the target is below this share of the commanded force."""
@@ -61,24 +72,120 @@ def commanded(log: xr.Dataset) -> np.ndarray:
     return in_phase(log, "slide") & (log.contact_force_reference.values > 0.0)
 
 
-def force_scores(log: xr.Dataset) -> dict[str, float]:
-    """The error of the normal force (truth) against the commanded one; empty where none is commanded.
+def _wanted(run: Run) -> float:
+    """The mean commanded force, N."""
+    during = commanded(run.log)
+    return float(np.mean(run.log.contact_force_reference.values[during])) if during.any() else 0.0
 
-    Returns:
-        `force_error_mean` (N, negative for a force too small), `force_error_percent` (its size in % of the
-        mean commanded force) and `force_error_rms` (N, of the 0.2 s mean of the error: what bias and slow
-        swings make together, without chatter).
+
+def _missed_mean(run: Run) -> str:
+    wanted, because = _wanted(run), limited_by(run.metrics["force_limits"])
+    mean = wanted + run.metrics["force_error_mean"]
+    because = f" ({because})" if because else ""
+    return f"the mean force is {mean:.2f} of {wanted:.2f} N, {{value}} off, {{bound}} allowed{because}"
+
+
+def _missed_swing(run: Run) -> str:
+    return f"the force swings by {{value}} of {_wanted(run):.2f} N, {{bound}} allowed"
+
+
+@metric(unit="N", group=FORCE, row="estimated in {signed}, median")
+def estimated_force_median(run: Run) -> float:
+    """Median estimated force in {signed}."""
+    force = while_sliding(run.log, "external_force_estimate")
+    return np.nan if force is None else float(np.median(contact_axis(run.log).along(force)))
+
+
+@metric(
+    keys={
+        "mean": Score("Mean normal contact force (truth)", "N", group=FORCE, row="normal (truth), mean"),
+        "std": Score(
+            "Standard deviation of the normal force (truth)",
+            "N",
+            smaller_is_better=True,
+            group=FORCE,
+            row="normal (truth), standard deviation",
+        ),
+        "peak": Score(
+            f"Peak of the {1e3 * PEAK_WINDOW:g} ms mean of the normal force (truth)",
+            "N",
+            smaller_is_better=True,
+            group=FORCE,
+            row=f"normal (truth), peak of its {1e3 * PEAK_WINDOW:g} ms mean",
+        ),
+    }
+)
+def contact_force_normal(run: Run) -> dict[str, float]:
+    """The normal contact force."""
+    force = while_sliding(run.log, "contact_force_normal")
+    if force is None:
+        return dict.fromkeys(("mean", "std", "peak"), np.nan)
+    peak = np.max(moving_mean(run.log.time.values[in_phase(run.log, "slide")], force, PEAK_WINDOW))
+    return {"mean": float(np.mean(force)), "std": float(np.std(force)), "peak": float(peak)}
+
+
+@metric(
+    unit="N",
+    smaller_is_better=True,
+    group=FORCE,
+    row="the same at the first touch",
+    ranked=False,
+    meaning=f"Peak of the {1e3 * PEAK_WINDOW:g} ms mean of the normal force at the first touch",
+)
+def touch_force_peak(run: Run) -> float:
+    """Peak of the normal force at the first touch."""
+    log, touching = run.log, in_contact(run.log)
+    if not touching.any() or "contact_force_normal" not in log:
+        return np.nan
+    time, begin = log.time.values, log.time.values[np.argmax(touching)]
+    first = (time >= begin) & (time < begin + TOUCH_TIME)
+    return float(np.max(moving_mean(time[first], log.contact_force_normal.values[first], PEAK_WINDOW)))
+
+
+@metric(
+    keys={
+        "mean": Score(
+            "Mean error of the normal force (truth) against the commanded one",
+            "N",
+            group=FORCE,
+            row="error against the commanded force, mean",
+        ),
+        "percent": Score(
+            "Size of that mean error, of the commanded force",
+            "%",
+            smaller_is_better=True,
+            group=FORCE,
+            row="size of that mean error, of the commanded force",
+            ranked=False,
+            tolerance=Tolerance("force", _missed_mean, per=100.0),
+        ),
+        "rms": Score(
+            f"Root mean square error of the {FORCE_WINDOW:g} s mean of the normal force (truth)",
+            "N",
+            smaller_is_better=True,
+            group=FORCE,
+            row=f"error of its {FORCE_WINDOW:g} s mean, root mean square",
+            ranked=False,
+            tolerance=Tolerance("force_swing", _missed_swing, per=_wanted),
+        ),
+    }
+)
+def force_error(run: Run) -> dict[str, float]:
+    """The error of the normal force (truth) against the commanded one; no numbers where none is commanded.
+
+    The mean is negative for a force too small. The root mean square is that of the 0.2 s mean of the error:
+    what bias and slow swings make together, without chatter.
     """
-    during = commanded(log)
+    log, during = run.log, commanded(run.log)
     if not during.any():
-        return {}
+        return dict.fromkeys(("mean", "percent", "rms"), np.nan)
     wanted = log.contact_force_reference.values[during]
     error = log.contact_force_normal.values[during] - wanted
     slow = moving_mean(log.time.values[during], error, FORCE_WINDOW)
     return {
-        "force_error_mean": float(np.mean(error)),
-        "force_error_percent": 100.0 * abs(float(np.mean(error))) / float(np.mean(wanted)),
-        "force_error_rms": float(np.sqrt(np.mean(slow**2))),
+        "mean": float(np.mean(error)),
+        "percent": 100.0 * abs(float(np.mean(error))) / float(np.mean(wanted)),
+        "rms": float(np.sqrt(np.mean(slow**2))),
     }
 
 

@@ -1,75 +1,70 @@
-"""Further numbers of a flight, in named sets, for whoever needs more than the figures of merit.
+"""Further numbers of a flight, which a campaign computes where its `measures` names their set.
 
 The set "paper" holds what the sentences of the paper's results section need beyond its printed medians: how
-widely force and error are distributed, and what the pen drew.
+widely force and error are distributed, and what the pen drew. The set "contact" is of steady contact.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
-import xarray as xr
 
-from skylimb.analysis.axis_names import GENERIC, AxisNames
 from skylimb.analysis.board import nominal_path
 from skylimb.analysis.force import FORCE_WINDOW
-from skylimb.analysis.own import KNOWN
-from skylimb.analysis.score_names import DESCRIPTIONS, ROWS, description
-from skylimb.analysis.signals import contact_axis, in_contact, in_phase, moving_mean, sliding_axes
-from skylimb.recording import Run
+from skylimb.analysis.score import Score, metric
+from skylimb.analysis.signals import (
+    contact_axis,
+    in_contact,
+    in_phase,
+    moving_mean,
+    sliding_axes,
+    while_sliding,
+)
+from skylimb.recording.run import Run
+
+NEAR = 0.003
+"""Gap between tip and surface below which the pen still writes, m."""
+
+_contact = partial(metric, on_demand="contact", ranked=False)
+_paper = partial(metric, on_demand="paper", ranked=False)
 
 
-@dataclass(frozen=True)
-class Measures:
-    """A set of numbers.
-
-    Attributes:
-        descriptions: key -> what it is, with places for the axes' names (`AxisNames.label`), and its unit.
-        of: the numbers of a finished flight's log; those that it cannot tell are left out.
-    """
-
-    descriptions: dict[str, tuple[str, str]]
-    of: Callable[[xr.Dataset], dict[str, float]]
-
-    @property
-    def keys(self) -> tuple[str, ...]:
-        """Names, in order."""
-        return tuple(self.descriptions)
+@_contact(
+    unit="N",
+    smaller_is_better=True,
+    meaning=f"Standard deviation of the {FORCE_WINDOW:g} s mean of the normal force",
+)
+def force_slow_std(run: Run) -> float:
+    """How much the normal force swings."""
+    force = while_sliding(run.log, "contact_force_normal")
+    if force is None:
+        return np.nan
+    time = run.log.time.values[in_phase(run.log, "slide")]
+    return float(np.std(moving_mean(time, force, FORCE_WINDOW)))
 
 
-def measured(run: Run, sets: Sequence[str]) -> dict[str, float | None]:
-    """The numbers of some sets; None where a flight was lost or its log cannot tell.
-
-    Args:
-        run: a flight.
-        sets: names in `SETS`.
-    """
-    found: dict[str, float | None] = {}
-    for name in sets:
-        values = {} if run.failed else SETS[name].of(run.log)
-        for key in SETS[name].keys:
-            value = values.get(key, np.nan)
-            found[key] = float(value) if np.isfinite(value) else None
-    return found
+@_contact(
+    smaller_is_better=False,
+    meaning=f"Fraction of the time with the tip within {1e3 * NEAR:g} mm of the surface",
+)
+def near_fraction(run: Run) -> float:
+    """How long the pen can write."""
+    gap = while_sliding(run.log, "surface_gap")
+    return np.nan if gap is None else float(np.mean(gap < NEAR))
 
 
-def describe(key: str, axes: AxisNames = GENERIC) -> tuple[str, str]:
-    """What a metric or measure is for a task with these axes, and its unit."""
-    if key in DESCRIPTIONS or key in KNOWN:
-        return description(key, axes)
-    for each in SETS.values():
-        if key in each.descriptions:
-            text, unit = each.descriptions[key]
-            return axes.label(text), unit
-    return key, "1"
+@_contact(unit="m")
+def cog_travel(run: Run) -> float:
+    """Way of the centre of gravity along the contact axis, peak to peak."""
+    place = while_sliding(run.log, "cog_position")
+    return np.nan if place is None else float(np.ptp(contact_axis(run.log).along(place)))
 
 
-def row_label(key: str, axes: AxisNames = GENERIC) -> tuple[str, str]:
-    """What a number is called in a table that is divided as by `groups_of`, and its unit; empty for none."""
-    text, unit = describe(key, axes)
-    return axes.label(ROWS[key]) if key in ROWS else text or key, "" if unit == "1" else unit
+@_contact(unit="s")
+def flight_time(run: Run) -> float:
+    """Length of the flight."""
+    return float(run.log.time.values[-1])
 
 
 def quartile_distance(values: np.ndarray) -> float:
@@ -77,27 +72,46 @@ def quartile_distance(values: np.ndarray) -> float:
     return float(np.subtract(*np.percentile(values, [75, 25]))) if values.size else float("nan")
 
 
-def paper_measures(log: xr.Dataset) -> dict[str, float]:
-    """See `PAPER`; all over the sliding period, and the pen's over the part of it in touch."""
-    sliding = in_phase(log, "slide")
-    if not sliding.any():
-        return {}
-    first = sliding_axes(log)[0]
-    force = contact_axis(log).along(log.external_force_estimate.values[sliding])
-    error = first.along((log.cog_position - log.cog_position_reference).values[sliding])
-    reach = log.reach.values[sliding]
-    return {
-        "estimated_force_spread": quartile_distance(force),
-        "error_u_spread": quartile_distance(np.abs(error)),
-        "reach_span": float(np.subtract(*np.percentile(reach, [95, 5]))),
-        **_drawn(log, sliding & in_contact(log), sliding),
-    }
+@_paper(unit="N", smaller_is_better=True)
+def estimated_force_spread(run: Run) -> float:
+    """Distance between the quartiles of the estimated force in {signed}."""
+    force = while_sliding(run.log, "external_force_estimate")
+    return np.nan if force is None else quartile_distance(contact_axis(run.log).along(force))
 
 
-def _drawn(log: xr.Dataset, touching: np.ndarray, sliding: np.ndarray) -> dict[str, float]:
+@_paper(unit="m", smaller_is_better=True)
+def error_u_spread(run: Run) -> float:
+    """Distance between the quartiles of the |{u} error| of the CoG to the mission."""
+    place, wanted = (while_sliding(run.log, name) for name in ("cog_position", "cog_position_reference"))
+    if place is None or wanted is None:
+        return np.nan
+    return quartile_distance(np.abs(sliding_axes(run.log)[0].along(place - wanted)))
+
+
+@_paper(unit="m")
+def reach_span(run: Run) -> float:
+    """Span of the arm's reach (5 to 95 % of the time)."""
+    reach = while_sliding(run.log, "reach")
+    return np.nan if reach is None else float(np.subtract(*np.percentile(reach, [95, 5])))
+
+
+@metric(
+    on_demand="paper",
+    keys={
+        "distance": Score(
+            "Median distance of the pen's trace from the desired circle", "m", True, ranked=False
+        ),
+        "size": Score("Width and height of the pen's trace over those of the desired circle"),
+        "distortion": Score(
+            "Departure of the pen's trace from its best circle, over the radius", "", True, ranked=False
+        ),
+    },
+)
+def trace(run: Run) -> dict[str, float]:
     """What the pen drew, seen along the contact axis, where the desired path is a circle."""
-    if np.count_nonzero(touching) < 10:
-        return {}
+    log, touching = run.log, _drawing(run)
+    if np.count_nonzero(touching) < _FEW:
+        return dict.fromkeys(("distance", "size", "distortion"), np.nan)
 
     def seen(points: np.ndarray) -> np.ndarray:
         return np.stack([axis.along(points) for axis in sliding_axes(log)], axis=1)
@@ -106,16 +120,32 @@ def _drawn(log: xr.Dataset, touching: np.ndarray, sliding: np.ndarray) -> dict[s
     middle = (wanted.max(axis=0) + wanted.min(axis=0)) / 2.0
     radius = float(np.ptp(wanted, axis=0).mean()) / 2.0
     own_middle, own_radius = fitted_circle(drawn)
-    slip = log.slip_speed.values[sliding]
-    slip = np.where(np.isfinite(slip), slip, 0.0)
     return {
-        "trace_distance": float(np.median(np.abs(np.linalg.norm(drawn - middle, axis=1) - radius))),
-        "trace_size": float(np.ptp(drawn, axis=0).mean()) / (2.0 * radius),
-        "trace_distortion": float(
+        "distance": float(np.median(np.abs(np.linalg.norm(drawn - middle, axis=1) - radius))),
+        "size": float(np.ptp(drawn, axis=0).mean()) / (2.0 * radius) if radius else np.nan,
+        "distortion": float(
             np.sqrt(np.mean((np.linalg.norm(drawn - own_middle, axis=1) - own_radius) ** 2)) / own_radius
         ),
-        "slip_variation": float(np.std(slip) / np.mean(slip)) if np.mean(slip) > 0.0 else float("nan"),
     }
+
+
+@_paper(smaller_is_better=True)
+def slip_variation(run: Run) -> float:
+    """Standard deviation of the pen's speed over its mean."""
+    slip = while_sliding(run.log, "slip_speed")
+    if slip is None or np.count_nonzero(_drawing(run)) < _FEW:
+        return np.nan
+    slip = np.where(np.isfinite(slip), slip, 0.0)
+    return float(np.std(slip) / np.mean(slip)) if np.mean(slip) > 0.0 else np.nan
+
+
+_FEW = 10
+"""Samples in touch below which nothing was drawn."""
+
+
+def _drawing(run: Run) -> np.ndarray:
+    """At which samples the pen draws, (time,)."""
+    return in_phase(run.log, "slide") & in_contact(run.log)
 
 
 def fitted_circle(points: np.ndarray) -> tuple[np.ndarray, float]:
@@ -129,58 +159,3 @@ def fitted_circle(points: np.ndarray) -> tuple[np.ndarray, float]:
     columns = np.column_stack([2.0 * moved, np.ones(len(moved))])
     (a, b, c), *_ = np.linalg.lstsq(columns, (moved**2).sum(axis=1), rcond=None)
     return shift + np.array([a, b]), float(np.sqrt(max(c + a * a + b * b, 0.0)))
-
-
-def contact_measures(log: xr.Dataset) -> dict[str, float]:
-    """See `SETS`; over the sliding period."""
-    sliding = in_phase(log, "slide")
-    if not sliding.any():
-        return {}
-    time = log.time.values[sliding]
-    force = moving_mean(time, log.contact_force_normal.values[sliding], FORCE_WINDOW)
-    along = contact_axis(log).along(log.cog_position.values[sliding])
-    found = {
-        "force_slow_std": float(np.std(force)),
-        "near_fraction": float(np.mean(log.surface_gap.values[sliding] < NEAR)),
-        "cog_travel": float(np.ptp(along)),
-        "flight_time": float(log.time.values[-1]),
-    }
-    return found
-
-
-NEAR = 0.003
-"""Gap between tip and surface below which the pen still writes, m."""
-
-SETS = {
-    "contact": Measures(
-        {
-            "force_slow_std": (f"Standard deviation of the {FORCE_WINDOW:g} s mean of the normal force", "N"),
-            "near_fraction": (
-                f"Fraction of the time with the tip within {1e3 * NEAR:g} mm of the surface",
-                "1",
-            ),
-            "cog_travel": ("Way of the centre of gravity along the contact axis, peak to peak", "m"),
-            "flight_time": ("Length of the flight", "s"),
-        },
-        contact_measures,
-    ),
-    "paper": Measures(
-        {
-            "estimated_force_spread": (
-                "Distance between the quartiles of the estimated force in {signed}",
-                "N",
-            ),
-            "error_u_spread": (
-                "Distance between the quartiles of the |{u} error| of the CoG to the mission",
-                "m",
-            ),
-            "reach_span": ("Span of the arm's reach (5 to 95 % of the time)", "m"),
-            "trace_distance": ("Median distance of the pen's trace from the desired circle", "m"),
-            "trace_size": ("Width and height of the pen's trace over those of the desired circle", "1"),
-            "trace_distortion": ("Departure of the pen's trace from its best circle, over the radius", "1"),
-            "slip_variation": ("Standard deviation of the pen's speed over its mean", "1"),
-        },
-        paper_measures,
-    ),
-}
-"""By name."""

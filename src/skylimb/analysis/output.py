@@ -10,13 +10,14 @@ import csv
 import io
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
+from skylimb.analysis.carried import scores_of
 from skylimb.analysis.figures import own_plates, write_figures
-from skylimb.analysis.metrics import metrics
-from skylimb.analysis.own import KNOWN, OwnFigure
+from skylimb.analysis.own import OwnFigure, scored_again
 from skylimb.analysis.report import render_report
-from skylimb.analysis.score_names import NUMERIC_KEYS
+from skylimb.analysis.shipped import NUMERIC_KEYS, SCORES
 from skylimb.errors import OutputError
 from skylimb.recording import LOG_FILE, Run, new_folder, replace_text, write_sources, writing
 
@@ -126,7 +127,7 @@ def write_report(runs: Mapping[str, Run], folder: str | Path) -> Path:
     folder = Path(folder)
     if not folder.is_dir():
         raise OutputError(f"run folder '{folder}' does not exist")
-    fresh = {name: Run(name, run.controller, run.log, metrics(run.log)) for name, run in runs.items()}
+    fresh = {name: replace(scored_again(run), name=name) for name, run in runs.items()}
     with writing(folder):
         for name, run in fresh.items():
             replace_text(home(folder, name) / METRICS_FILE, _metrics_json(run))
@@ -148,8 +149,7 @@ def metrics_table(runs: Mapping[str, Run]) -> str:
     """
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
-    own = [key for run in runs.values() for key in run.metrics if key in KNOWN]
-    keys = list(dict.fromkeys([*NUMERIC_KEYS, *own]))
+    keys = [*NUMERIC_KEYS, *(key for key in scores_of(runs.values()) if key not in SCORES)]
     table.writerow(["run", "controller", "status", "cause", *keys])
     for name, run in runs.items():
         numbers = [_field(run.metrics.get(key)) for key in keys]

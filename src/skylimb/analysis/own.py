@@ -10,87 +10,34 @@
         '''The pull of the spring over time.'''
         return matplotlib_figure
 
-A metric is a function of a run that returns a number, or, with `keys`, a dict of them. A figure is a function
-of a run that returns a matplotlib figure. Neither sees a run that failed.
+What a metric is stands in `skylimb.analysis.score`. A figure is a function of a run that returns a matplotlib
+figure. Neither sees a run that failed.
 """
 
 from __future__ import annotations
 
-import dataclasses
 import inspect
-import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-from skylimb.errors import ConfigError, UserCodeError
+from skylimb.analysis.carried import carried, carrying
+from skylimb.analysis.metrics import metrics
+from skylimb.analysis.score import Metric, Number
+from skylimb.analysis.shipped import SCORES, TOLERANCES
+from skylimb.analysis.verdict import verdict
+from skylimb.errors import ConfigError, UserCodeError, unknown_name
+from skylimb.recording.run import Run
 from skylimb.user_code import UserCode
 from skylimb.user_modules import load_module
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Drawing
 
-    from skylimb.recording.run import Run
-
-
-@dataclass(frozen=True)
-class Metric:
-    """A number that a user computes of a run.
-
-    Attributes:
-        name: what it is called in tables; the function's name.
-        function: of a run.
-        unit: SI, empty for a pure number.
-        smaller_is_better: None where neither is; then nobody is ranked by it.
-        keys: of the dict that the function returns; empty where it returns a number.
-        meaning: the first line of the function's docstring.
-    """
-
-    name: str
-    function: Callable[[Run], Any]
-    unit: str = ""
-    smaller_is_better: bool | None = None
-    keys: tuple[str, ...] = ()
-    meaning: str = ""
-
-    def __call__(self, run: Run) -> Any:
-        """What the user's function returns."""
-        return self.function(run)
-
-    def description(self, column: str) -> tuple[str, str]:
-        """What one of its numbers is, and its unit."""
-        key = f", {column.removeprefix(self.name + '_')}" if self.keys else ""
-        return (f"{self.meaning}{key}" if self.meaning else column), self.unit or "1"
-
-    @property
-    def columns(self) -> tuple[str, ...]:
-        """Its names in a table: its own, or its own with each of its keys."""
-        return tuple(f"{self.name}_{key}" for key in self.keys) or (self.name,)
-
-    def of(self, run: Run) -> dict[str, float | None]:
-        """Its numbers by column; None for a run that failed, and for what is no finite number.
-
-        Raises:
-            UserCodeError: when the function fails, or returns something else.
-        """
-        if run.failed:
-            return dict.fromkeys(self.columns)
-        what = f"metric '{self.name}'"
-        with UserCode(what):
-            found = self.function(run)
-        if isinstance(found, Mapping) != bool(self.keys) or (self.keys and set(found) != set(self.keys)):
-            wanted = f"a dict with {', '.join(self.keys)}" if self.keys else "a number"
-            hint = "; name them: @skylimb.metric(keys=(...))" if isinstance(found, Mapping) else ""
-            raise UserCodeError(f"{what} should return {wanted}, it returned {found!r}{hint}")
-        values = [found[key] for key in self.keys] if self.keys else [found]
-        with UserCode(what):
-            numbers = [float(value) for value in values]
-        return {
-            column: number if math.isfinite(number) else None
-            for column, number in zip(self.columns, numbers, strict=True)
-        }
+_TAKEN = frozenset({*SCORES, "status", "cause", "missed", "checks", "force_limits", "strokes", "success"})
+"""What a metric cannot be called."""
 
 
 @dataclass(frozen=True)
@@ -125,46 +72,10 @@ class OwnFigure:
 
 Own = Metric | OwnFigure
 
-KNOWN: dict[str, Metric] = {}
-"""The metric of each column, of those that this process has met: for units and goals in tables."""
-
-GOALS: dict[str, float] = {}
-"""Columns that say which flight is better: 1 where small is good, -1 where large is."""
-
-
-def metric(
-    function: Callable[[Run], Any] | None = None,
-    *,
-    unit: str = "",
-    smaller_is_better: bool | None = None,
-    keys: Sequence[str] = (),
-) -> Any:
-    """Make a function of a run a `Metric`; see the module."""
-
-    def made(function: Callable[[Run], Any]) -> Metric:
-        meaning = (inspect.getdoc(function) or "").partition("\n")[0].rstrip(".")
-        found = Metric(function.__name__, function, unit, smaller_is_better, tuple(keys), meaning)
-        _meet(found)
-        return found
-
-    return made if function is None else made(function)
-
 
 def figure(function: Callable[[Run], Any]) -> OwnFigure:
     """Make a function of a run an `OwnFigure`; see the module."""
     return OwnFigure(function.__name__, function, " ".join((inspect.getdoc(function) or "").split()))
-
-
-def _meet(found: Metric) -> None:
-    from skylimb.analysis.score_names import NUMERIC_KEYS
-
-    for column in found.columns:
-        if column in NUMERIC_KEYS:
-            raise ConfigError(f"metric '{column}' has the name of one that ships; choose another")
-        KNOWN[column] = found
-        GOALS.pop(column, None)
-        if found.smaller_is_better is not None:
-            GOALS[column] = 1.0 if found.smaller_is_better else -1.0
 
 
 def load_own(use: Iterable[str | Path | ModuleType | Own]) -> list[Own]:
@@ -174,7 +85,7 @@ def load_own(use: Iterable[str | Path | ModuleType | Own]) -> list[Own]:
         use: Python files by path, modules, and what `metric` and `figure` have made.
 
     Raises:
-        ConfigError: when a file cannot be used, or has neither.
+        ConfigError: when a file cannot be used, has neither, or has a metric that cannot be one.
     """
     found: list[Own] = []
     for item in use:
@@ -188,10 +99,19 @@ def load_own(use: Iterable[str | Path | ModuleType | Own]) -> list[Own]:
                 f"'{item}' has no metric and no figure; put @skylimb.metric or @skylimb.figure above one"
             )
         found += here
-    for one in found:
-        if isinstance(one, Metric):
-            _meet(one)
+    for each in metrics_of(found):
+        _check(each)
     return found
+
+
+def _check(metric: Metric) -> None:
+    """Refuse a name that is taken, and a tolerance that no experiment has."""
+    for score in metric.scores:
+        if score.name in _TAKEN:
+            raise ConfigError(f"metric '{score.name}' has the name of one that ships; choose another")
+        bound = score.tolerance.bound if score.tolerance else None
+        if isinstance(bound, str) and bound not in TOLERANCES:
+            raise unknown_name(f"tolerance of metric '{score.name}'", bound, TOLERANCES)
 
 
 def metrics_of(own: Iterable[Own]) -> list[Metric]:
@@ -204,12 +124,52 @@ def figures_of(own: Iterable[Own]) -> list[OwnFigure]:
     return [one for one in own if isinstance(one, OwnFigure)]
 
 
-def own_scores(run: Run, own: Iterable[Own]) -> dict[str, float | None]:
-    """The numbers of some metrics, by column."""
-    return {name: value for each in metrics_of(own) for name, value in each.of(run).items()}
+def own_scores(run: Run, metric: Metric) -> dict[str, Number]:
+    """The scores of a user's metric by name; None for a run that failed.
+
+    Raises:
+        UserCodeError: when its function fails, or returns something else than it should.
+    """
+    if run.failed:
+        return dict.fromkeys(metric.columns)
+    with UserCode(f"metric '{metric.name}'"):
+        return metric.of(run)
 
 
-def with_own_scores(run: Run, own: Iterable[Own]) -> Run:
-    """The run with the numbers of some metrics among its own."""
-    scores = own_scores(run, own)
-    return dataclasses.replace(run, metrics={**run.metrics, **scores}) if scores else run
+def with_own_scores(
+    run: Run,
+    own: Iterable[Own],
+    sets: Iterable[str] = (),
+    told: Callable[[UserCodeError], None] | None = None,
+) -> Run:
+    """The run with the scores of a user's metrics among its own, judged by them as well.
+
+    Args:
+        run: a flight.
+        own: metrics and figures.
+        sets: those with a set (`on_demand`) are computed where it is among these.
+        told: called with what goes wrong in a metric, whose scores are None then; None raises it.
+    """
+    asked = {"", *sets}
+    used = [each for each in metrics_of(own) if each.on_demand in asked]
+    numbers: dict[str, Number] = {}
+    for each in used:
+        try:
+            numbers |= own_scores(run, each)
+        except UserCodeError as error:
+            if told is None:
+                raise
+            told(error)
+            numbers |= dict.fromkeys(each.columns)
+    scores = [score for each in used for score in each.scores]
+    if not scores:
+        return run
+    scored = replace(run, metrics={**run.metrics, **numbers})
+    return carrying(replace(scored, metrics={**scored.metrics, **verdict(scored, scores)}), scores)
+
+
+def scored_again(run: Run) -> Run:
+    """A record scored anew; the numbers of a user's metrics stay as they are, and are judged again."""
+    own = carried(run.log)
+    fresh = replace(run, metrics={**metrics(run.log), **{name: run.metrics.get(name) for name in own}})
+    return replace(fresh, metrics={**fresh.metrics, **verdict(fresh, own.values())}) if own else fresh

@@ -13,7 +13,9 @@ import xarray as xr
 from scipy.spatial import KDTree
 
 from skylimb.analysis.board import nominal_path
+from skylimb.analysis.score import PEN, Score, Tolerance, metric
 from skylimb.analysis.signals import contact_axis, in_contact, in_phase, phase_names, sliding_axes
+from skylimb.recording.run import Run
 
 DRAWN_WITHIN = 0.010
 """A place of the reference line counts as drawn where the pen touched within this distance of it, m."""
@@ -21,22 +23,60 @@ PITCH = 0.0005
 """Spacing at which a line is looked up, m."""
 
 
-def pen_line(log: xr.Dataset) -> tuple[float, float]:
+@metric(
+    keys={
+        "rms": Score(
+            "Distance of the pen from its reference line, root mean square",
+            "m",
+            smaller_is_better=True,
+            group=PEN,
+            row="root mean square",
+            ranked=False,
+            tolerance=Tolerance(
+                "pen_line", "the pen is {value} off its line (root mean square), {bound} allowed"
+            ),
+        ),
+        "max": Score(
+            "Largest distance of the pen from its reference line",
+            "m",
+            smaller_is_better=True,
+            group=PEN,
+            row="largest",
+            ranked=False,
+        ),
+    }
+)
+def pen_line(run: Run) -> dict[str, float]:
     """Distance of the drawn line from the reference line, over the samples in touch of the sliding period.
 
-    A lift between two strokes belongs to it: a pen that does not leave the surface draws there.
-
-    Args:
-        log: a run's log.
-
-    Returns:
-        Root mean square and largest distance to the nearest point of the reference line, m; NaN for both
-        where the pen touched nothing, or the log does not say where the tip or its reference was.
+    A lift between two strokes belongs to it: a pen that does not leave the surface draws there. No number
+    where the pen touched nothing, or the log does not say where the tip or its reference was.
     """
-    away = pen_deviation(log)
+    away = pen_deviation(run.log)
     if not len(away):
-        return float("nan"), float("nan")
-    return float(np.sqrt(np.mean(away**2))), float(away.max())
+        return {"rms": np.nan, "max": np.nan}
+    return {"rms": float(np.sqrt(np.mean(away**2))), "max": float(away.max())}
+
+
+def _missed_path(run: Run) -> str:
+    return f"{{value}} of the line is drawn within {1e3 * _within(run):g} mm, {{bound}} commanded"
+
+
+@metric(
+    smaller_is_better=False,
+    group=PEN,
+    row="drawn within its tolerance",
+    ranked=False,
+    tolerance=Tolerance("path", _missed_path),
+    on_demand="path",
+)
+def path_drawn(run: Run) -> float:
+    """Share of the reference line that is drawn, no farther from it than the tolerance of the pen."""
+    return drawn_fraction(run.log, _within(run))
+
+
+def _within(run: Run) -> float:
+    return json.loads(run.log.attrs.get("tolerances", "{}")).get("pen_line", DRAWN_WITHIN)
 
 
 def drawn_fraction(log: xr.Dataset, within: float = DRAWN_WITHIN) -> float:

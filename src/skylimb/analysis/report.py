@@ -11,15 +11,15 @@ from typing import Any
 
 from skylimb.analysis import palette
 from skylimb.analysis.axis_names import AxisNames, common_names
+from skylimb.analysis.carried import shown_scores
 from skylimb.analysis.claims import check_claims
 from skylimb.analysis.figures import PLATES
 from skylimb.analysis.figures.plates import Plate
-from skylimb.analysis.measures import row_label
 from skylimb.analysis.pages import inlined, render_page
 from skylimb.analysis.paper_configuration import EXPERIMENT, not_the_papers
 from skylimb.analysis.paper_numbers import SOURCE, published_beside
 from skylimb.analysis.replay.page import replay_html
-from skylimb.analysis.score_names import known_groups, printed
+from skylimb.analysis.score import Score
 from skylimb.analysis.signals import contact_transitions
 from skylimb.recording import LOG_FILE, Run
 
@@ -150,16 +150,18 @@ Line = tuple[str, str, list[Cell]]
 
 def _groups(runs: Mapping[str, Run], axes: AxisNames) -> list[tuple[str, list[Line]]]:
     """The table: the title of each group, and its lines with what, its unit, and a cell for each run."""
-    known = known_groups(run.metrics for run in runs.values())
-    return [(title, [_line(runs, key, axes) for key in keys]) for title, keys in known.items()]
+    return [
+        (title, [_line(runs, score, axes) for score in part])
+        for title, part in shown_scores(runs.values()).items()
+    ]
 
 
-def _line(runs: Mapping[str, Run], key: str, axes: AxisNames) -> Line:
+def _line(runs: Mapping[str, Run], score: Score, axes: AxisNames) -> Line:
     cells = []
     for run in runs.values():
-        number = printed(key, published_beside(run, key))
-        cells.append(Cell(printed(key, run.metrics.get(key)) or "–", number))
-    return *row_label(key, axes), cells
+        number = score.printed(published_beside(run, score.name))
+        cells.append(Cell(score.printed(run.metrics.get(score.name)) or "–", number))
+    return score.line(axes), score.unit, cells
 
 
 def _config(run: Run) -> dict[str, Any]:

@@ -20,7 +20,7 @@ def phase_names(log: xr.Dataset) -> dict[str, int]:
     """The phases that the log knows, with the number each has in the signal `phase`."""
     if "phase" not in log:
         return {}
-    attributes = log.phase.attrs
+    attributes = log.variables["phase"].attrs
     values = np.atleast_1d(attributes.get("flag_values", []))
     return dict(
         zip(str(attributes.get("flag_meanings", "")).split(), (int(value) for value in values), strict=True)
@@ -40,7 +40,14 @@ def in_phase(log: xr.Dataset, name: str) -> np.ndarray:
         return np.zeros(log.sizes["time"], dtype=bool)
     if name not in known:
         raise unknown_name("phase", name, known)
-    return np.asarray(log.phase.values == known[name])
+    return np.asarray(log.variables["phase"].values == known[name])
+
+
+def while_sliding(log: xr.Dataset, signal: str) -> np.ndarray | None:
+    """The samples of a signal over the sliding period, (k, ...); None where the log lacks it."""
+    if signal not in log:
+        return None
+    return log.variables[signal].values[np.flatnonzero(in_phase(log, "slide"))]
 
 
 class Direction(NamedTuple):

@@ -6,13 +6,15 @@ The truth of such a task is a signal of its own in the log. What was commanded i
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
-from typing import Any, NamedTuple
+from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
+from skylimb.analysis.score import TASK, Tolerance, metric
 from skylimb.analysis.signals import in_contact, in_phase
+from skylimb.recording.run import Run
 
 AT_THE_END = 5.0
 """Seconds at the end of the sliding period over which a peg has to stay in and a foot to lie flat."""
@@ -52,69 +54,57 @@ def tools_of(log: xr.Dataset) -> Iterator[Tool]:
     return (tool for tool in TOOLS if tool.signal in log)
 
 
-def task_scores(log: xr.Dataset) -> dict[str, float]:
-    """Scores of the tasks that a flight had; a plain contact flight has none of them.
-
-    Args:
-        log: of a run that came to its end.
-
-    Returns:
-        `valve_left`: turn that the valve lacks of its second stop at the flight's end, rad. `peg_left`:
-        greatest distance of the peg's end from the floor over the last `AT_THE_END` of the sliding period,
-        m. `foot_angle_mean`: mean angle between foot and surface while it touches in that time, rad; NaN
-        where it does not touch.
-    """
-    scores: dict[str, float] = {}
-    if VALVE.signal in log:
-        scores["valve_left"] = VALVE.commanded(log) - float(log.valve_angle[-1])
-    sliding = np.flatnonzero(in_phase(log, "slide"))
-    if not len(sliding):
-        return scores
-    time = log.time.values
-    last = sliding[time[sliding] > time[sliding[-1]] - AT_THE_END]
-    if PEG.signal in log:
-        scores["peg_left"] = PEG.commanded(log) - float(log.peg_depth.values[last].min())
-    if FOOT.signal in log:
-        touching = last[in_contact(log)[last]]
-        angles = log.foot_angle.values[touching]
-        scores["foot_angle_mean"] = float(np.mean(angles)) if len(angles) else float("nan")
-    return scores
+@metric(
+    unit="rad",
+    smaller_is_better=True,
+    group=TASK,
+    row="turn that the valve lacks of its stop in the end",
+    ranked=False,
+    tolerance=Tolerance("valve", "the valve is {value} from its stop in the end, {bound} allowed"),
+)
+def valve_left(run: Run) -> float:
+    """Turn that the valve lacks of its stop in the end."""
+    log = run.log
+    return VALVE.commanded(log) - float(log.valve_angle[-1]) if VALVE.signal in log else np.nan
 
 
-class Part(NamedTuple):
-    """A part of a task that has a tolerance.
-
-    Attributes:
-        tolerance: its name.
-        score: what is held to it.
-        kept: whether it is.
-        words: what was missed, by how much.
-    """
-
-    tolerance: str
-    score: float
-    kept: bool
-    words: str
-
-
-def task_parts(tolerances: Mapping[str, float], scores: Mapping[str, Any]) -> Iterator[Part]:
-    """The parts of a task that a flight had, held to their tolerances; a log of before may have none."""
-    left = scores.get("valve_left")
-    if left is not None and "valve" in tolerances:
-        most = tolerances["valve"]
-        words = f"the valve is {_degrees(left)} from its stop in the end, {_degrees(most)} allowed"
-        yield Part("valve", left, left <= most, words)
-    left = scores.get("peg_left")
-    if left is not None and "peg" in tolerances:
-        most = tolerances["peg"]
-        words = f"the peg is {1e3 * left:.1f} mm from the floor, {1e3 * most:g} mm allowed"
-        yield Part("peg", left, left <= most, words)
-    angle = scores.get("foot_angle_mean")
-    if angle is not None and "foot" in tolerances:
-        most = tolerances["foot"]
-        words = f"the foot is {_degrees(angle)} from lying flat, {_degrees(most)} allowed"
-        yield Part("foot", angle, angle <= most, words)
+@metric(
+    unit="m",
+    smaller_is_better=True,
+    group=TASK,
+    row=f"peg's end from the floor, greatest over the last {AT_THE_END:g} s",
+    ranked=False,
+    tolerance=Tolerance("peg", "the peg is {value} from the floor, {bound} allowed"),
+    meaning=f"Greatest distance of the peg's end from the floor over the last {AT_THE_END:g} s of sliding",
+)
+def peg_left(run: Run) -> float:
+    """Greatest distance of the peg's end from the floor of its hole in the end."""
+    log = run.log
+    if PEG.signal not in log:
+        return np.nan
+    return PEG.commanded(log) - float(log.peg_depth.values[_in_the_end(log)].min())
 
 
-def _degrees(angle: float) -> str:
-    return f"{np.degrees(angle):.1f}\N{DEGREE SIGN}"
+@metric(
+    unit="rad",
+    smaller_is_better=True,
+    group=TASK,
+    row=f"foot from lying flat, mean over the last {AT_THE_END:g} s",
+    ranked=False,
+    tolerance=Tolerance("foot", "the foot is {value} from lying flat, {bound} allowed"),
+    meaning=f"Mean angle between foot and surface over the last {AT_THE_END:g} s of sliding",
+)
+def foot_angle_mean(run: Run) -> float:
+    """Mean angle between foot and surface in the end while it touches; none where it does not."""
+    log = run.log
+    if FOOT.signal not in log:
+        return np.nan
+    last = _in_the_end(log)
+    angles = log.foot_angle.values[last[in_contact(log)[last]]]
+    return float(np.mean(angles)) if len(angles) else np.nan
+
+
+def _in_the_end(log: xr.Dataset) -> np.ndarray:
+    """The samples of the last `AT_THE_END` of the sliding period, (k,)."""
+    time, sliding = log.time.values, np.flatnonzero(in_phase(log, "slide"))
+    return sliding[time[sliding] > time[sliding[-1]] - AT_THE_END]

@@ -1,128 +1,97 @@
 """Whether a flight did what it was commanded, within the tolerances that its experiment states.
 
 A flight that comes to its end has the status OK. That says nothing of what it did there. Its verdict does:
-the pen touches, keeps to its reference line, draws all of it, and presses with the commanded force where the
-controller commands one. A flight that is to touch nothing has no verdict. A lost flight did not do what was
-commanded, whatever it did before.
+every score that is declared with a tolerance is held to it, a user's own as well. The pen touches, keeps to
+its reference line, draws all of it, and presses with the commanded force where the controller commands one. A
+flight of which nothing can be judged, such as one that is to touch nothing, has no verdict. A lost flight did
+not do what was commanded, whatever it did before.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
-from typing import Any, NamedTuple
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
 
 import numpy as np
-import xarray as xr
 
-from skylimb.analysis.force import commanded, limited_by
-from skylimb.analysis.pen_line import drawn_fraction
-from skylimb.analysis.task import task_parts
+from skylimb.analysis.axis_names import axis_names
+from skylimb.analysis.score import GROUPS, Score, Tolerance
+from skylimb.recording.run import Run
 
-
-class Check(NamedTuple):
-    """One thing that was commanded.
-
-    Attributes:
-        name: of the tolerance.
-        value: what the flight reached, in the tolerance's unit.
-        tolerance: its bound.
-        kept: whether the value keeps it.
-        words: what was missed, by how much.
-    """
-
-    name: str
-    value: float
-    tolerance: float
-    kept: bool
-    words: str
+DONE = Score(
+    "Whether the flight did what was commanded, within its tolerances",
+    smaller_is_better=False,
+    group=GROUPS[0],
+    row="all of it, within the tolerances",
+    kind="yes or no",
+    ranked=False,
+    name="done",
+)
+"""The verdict as a score; what gives its value are all others."""
 
 
-class Verdict(NamedTuple):
-    """Whether it was done as commanded.
-
-    Attributes:
-        done: None where nothing was commanded that could be judged.
-        missed: what was missed and by how much, in words.
-        checks: all that was judged.
-    """
-
-    done: bool | None
-    missed: tuple[str, ...]
-    checks: tuple[Check, ...]
-
-
-def verdict(log: xr.Dataset, scores: Mapping[str, Any], limits: Mapping[str, Any]) -> Verdict:
-    """The verdict on a flight.
+def verdict(run: Run, scores: Iterable[Score]) -> dict[str, Any]:
+    """The verdict on a flight by some scores, on top of what has been judged of it.
 
     Args:
-        log: its log; the attribute `tolerances` (JSON) says what is commanded, a flight without contact has
-            none.
-        scores: its figures of merit, as `metrics` gives them.
-        limits: as `force_limits` gives them.
+        run: with the values of the scores in its metrics; the attribute `tolerances` (JSON) of its log says
+            what is commanded, a flight without contact has none.
+        scores: those with a tolerance are judged, in this order.
+
+    Returns:
+        `done`: None where nothing could be judged. `missed`: what was missed and by how much, in words.
+        `checks`: by the tolerance's name, or the score's where another is held to the same: `value` (in the
+        tolerance's unit), `tolerance`, and whether it is `kept`.
     """
-    tolerances = json.loads(log.attrs.get("tolerances", "{}"))
-    if not tolerances:
-        return Verdict(None, (), ())
-    if str(log.attrs.get("status", "OK")) != "OK":
-        return Verdict(False, ("the flight was lost",), ())
-    checks = tuple(_checks(log, tolerances, scores, limits))
-    missed = tuple(check.words for check in checks if not check.kept)
-    return Verdict(not missed if checks else None, missed, checks)
+    known = json.loads(run.log.attrs.get("tolerances", "{}"))
+    missed, checks = list(run.metrics.get("missed", ())), dict(run.metrics.get("checks", {}))
+    held = list(_held(scores, known))
+    if run.failed:
+        lost = bool(held) or run.metrics.get("done") is False
+        return {"done": False if lost else None, "missed": ["the flight was lost"] * lost, "checks": checks}
+    for score, stated, bound in held:
+        value = run.metrics.get(score.name)
+        if value is None or (tolerance := stated.of(run)).per == 0.0:
+            continue
+        value = value if tolerance.per is None else value / tolerance.per
+        kept = value <= bound if score.smaller_is_better else value >= bound
+        name = tolerance.bound if tolerance.bound in known and tolerance.bound not in checks else score.name
+        checks[name] = {"value": value, "tolerance": bound, "kept": kept}
+        if not kept:
+            missed.append(_words(run, score, tolerance, value, bound))
+    return {"done": not missed if checks else None, "missed": missed, "checks": checks}
 
 
-def _checks(
-    log: xr.Dataset, tolerances: Mapping[str, float], scores: Mapping[str, Any], limits: Mapping[str, Any]
-) -> Iterator[Check]:
-    during = commanded(log)
-    if during.any():
-        wanted = float(np.mean(log.contact_force_reference.values[during]))
-        because = limited_by(limits)
-        because = f" ({because})" if because else ""
-        off, allowed = scores["force_error_percent"] / 100.0, tolerances["force"]
-        words = (
-            f"the mean force is {wanted + scores['force_error_mean']:.2f} of {wanted:.2f} N, "
-            f"{_percent(off)} off, {_percent(allowed)} allowed{because}"
-        )
-        yield Check("force", off, allowed, off <= allowed, words)
-        swing, allowed = scores["force_error_rms"] / wanted, tolerances["force_swing"]
-        words = f"the force swings by {_percent(swing)} of {wanted:.2f} N, {_percent(allowed)} allowed"
-        yield Check("force_swing", swing, allowed, swing <= allowed, words)
-    touch, least = scores.get("contact_fraction"), tolerances["contact"]
-    if touch is not None:
-        words = f"the pen touches {_percent(touch)} of the time, {_percent(least)} commanded"
-        yield Check("contact", touch, least, touch >= least, words)
-    within, rms = tolerances["pen_line"], scores.get("pen_line_rms")
-    if rms is not None:
-        words = f"the pen is {1e3 * rms:.1f} mm off its line (root mean square), {1e3 * within:g} mm allowed"
-        yield Check("pen_line", rms, within, rms <= within, words)
-    drawn, least = drawn_fraction(log, within), tolerances["path"]
-    if np.isfinite(drawn):
-        words = (
-            f"{_percent(drawn)} of the line is drawn within {1e3 * within:g} mm, {_percent(least)} commanded"
-        )
-        yield Check("path", drawn, least, drawn >= least, words)
-    yield from _of_a_drawing(tolerances, scores)
-    for part in task_parts(tolerances, scores):
-        yield Check(part.tolerance, part.score, tolerances[part.tolerance], part.kept, part.words)
+def _held(scores: Iterable[Score], known: Mapping[str, float]) -> Iterator[tuple[Score, Tolerance, float]]:
+    """Each score that is held to a bound that the flight states, or that is the declaration's own."""
+    for score in scores:
+        if score.tolerance is not None:
+            bound = score.tolerance.bound
+            bound = known.get(bound) if isinstance(bound, str) else bound
+            if bound is not None:
+                yield score, score.tolerance, bound
 
 
-def _of_a_drawing(tolerances: Mapping[str, float], scores: Mapping[str, Any]) -> Iterator[Check]:
-    """Its strokes in their order, and nothing besides."""
-    leash, most = scores.get("line_frechet"), tolerances["frechet"]
-    if leash is not None:
-        words = (
-            f"the drawing is {1e3 * leash:.1f} mm from its reference in the strokes' order (Frechet), "
-            f"{1e3 * most:g} mm allowed"
-        )
-        yield Check("frechet", leash, most, leash <= most, words)
-    lifted, most = scores.get("lift_time"), tolerances["lifted"]
-    if lifted:
-        touch = scores["lift_touch_time"] / lifted
-        words = f"the pen touches {_percent(touch)} of the time of its lifts, {_percent(most)} allowed"
-        yield Check("lifted", touch, most, touch <= most, words)
+def _words(run: Run, score: Score, tolerance: Tolerance, value: float, bound: float) -> str:
+    """What was missed, and by how much."""
+    unit = "" if tolerance.per is not None else "count" if score.kind == "count" else score.unit
+    usual = f"{score.text(axis_names(run.log))}: {{value}}, {{bound}} " + (
+        "allowed" if score.smaller_is_better else "commanded"
+    )
+    words = str(tolerance.words or usual)
+    return words.replace("{value}", _quantity(value, unit)).replace("{bound}", _quantity(bound, unit, "g"))
 
 
-def _percent(share: float) -> str:
-    """A share in words; one place where rounding would hide that it is not all."""
-    return f"{100.0 * share:.1f} %" if 0.99 <= share < 1.0 else f"{100.0 * share:.0f} %"
+def _quantity(value: float, unit: str, places: str = ".1f") -> str:
+    """A value in the unit in which one thinks of it: mm, degrees, percent."""
+    if unit == "m":
+        return f"{1e3 * value:{places}} mm"
+    if unit == "rad":
+        return f"{np.degrees(value):.1f}\N{DEGREE SIGN}"
+    if unit == "count":
+        return f"{value:g}"
+    if unit:
+        return f"{value:.3g} {unit}"
+    # One place where rounding would hide that it is not all.
+    return f"{100.0 * value:.1f} %" if 0.99 <= value < 1.0 else f"{100.0 * value:.0f} %"

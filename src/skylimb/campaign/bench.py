@@ -18,7 +18,8 @@ from typing import Any, NamedTuple
 
 import mujoco
 
-from skylimb.analysis.measures import measured
+from skylimb.analysis.own import with_own_scores
+from skylimb.analysis.shipped import measured
 from skylimb.campaign.folder import CONFIG_FILE, log_name
 from skylimb.campaign.frozen import Campaign, campaign_from_mapping
 from skylimb.campaign.rows import FAILED, REFUSED, Row, make_row
@@ -163,13 +164,11 @@ class Bench:
                 _line(error) if isinstance(error, SkylimbError) else f"{type(error).__name__}: {_line(error)}"
             )
             return Flown(make_row(self._campaign, job.flight, FAILED, cause, {}), None)
-        scores = {**run.metrics, **measured(run, self._campaign.spec.measures)}
-        cause = run.cause
-        for metric in self._campaign.spec.own:
-            try:
-                scores |= metric.of(run)
-            except UserCodeError as error:  # the flight is what it is; its row says why a number is missing
-                cause = cause or _line(error)
+        spec = self._campaign.spec
+        wrong: list[UserCodeError] = []  # the flight is what it is; its row says why a number is missing
+        run = with_own_scores(run, spec.own, spec.measures, wrong.append)
+        scores = {**run.metrics, **measured(run, spec.measures)}
+        cause = run.cause or next(map(_line, wrong), "")
         row = make_row(self._campaign, job.flight, run.status, cause, scores)
         wanted = job.log == "always" or (job.log == "failed" and run.failed)
         if not wanted:

@@ -11,10 +11,8 @@ from scipy.stats import rankdata
 
 from skylimb.analysis import style
 from skylimb.analysis.axis_names import AxisNames
-from skylimb.analysis.score_names import description
 from skylimb.campaign.maps import CLEAR_WIN, colours_of, failure_map, has_cells, winner_map
 from skylimb.campaign.points import FEW, points
-from skylimb.campaign.spec import GOALS
 from skylimb.campaign.statistics import Scores, telling_parameters
 from skylimb.campaign.statistics.intervals import finite
 
@@ -59,13 +57,13 @@ class Plate(NamedTuple):
 
 def plates(scores: Scores, score: str, axes: AxisNames) -> list[Plate]:
     """Every picture that the flights allow for."""
-    if not any(key in scores.metrics for key in GOALS):
+    if not scores.ranked:
         return []  # nobody finished
     if len(scores.draws) < FEW:
         return [_plate("points", "Every flight", _POINTS, points(scores, axes))]
     if score not in scores.metrics:
         return []
-    label = description(score, axes)[0]
+    label = scores.declared[score].text(axes)
     made = [_plate("profiles", "How good, how often", _PROFILES, profiles(scores, axes))]
     numeric = [name for name, values in scores.parameters.items() if values.dtype.kind in "fi"]
     shown = [
@@ -114,8 +112,8 @@ def _spearman(first: np.ndarray, second: np.ndarray) -> float:
 
 @style.styled
 def profiles(scores: Scores, axes_names: AxisNames) -> Figure:
-    """The distribution of each metric that has a goal, a curve a controller."""
-    keys = [key for key in GOALS if key in scores.metrics]
+    """The distribution of each metric that controllers are ranked by, a curve a controller."""
+    keys = scores.ranked
     rows, columns = style.panels(len(keys), 4)
     figure = Figure((style.WIDTH, 1.75 * rows + 0.4), layout="constrained")
     axes = figure.subplots(rows, columns, squeeze=False)
@@ -125,14 +123,13 @@ def profiles(scores: Scores, axes_names: AxisNames) -> Figure:
             ax.set_axis_off()
             continue
         values, count = scores.badness(keys[index]), len(scores.draws)
-        goal = GOALS[keys[index]]
+        score = scores.declared[keys[index]]
         for name, column in zip(scores.controllers, values.T, strict=True):
-            there = goal * np.sort(column[np.isfinite(column)])
+            there = score.sign * np.sort(column[np.isfinite(column)])
             ax.step(there, np.arange(1, len(there) + 1) / count, where="post", color=colours[name])
-        label, unit = description(keys[index], axes_names)
-        ax.set_xlabel(_broken(f"{label} ({unit})" if unit != "1" else label))
+        ax.set_xlabel(_broken(score.titled(axes_names)))
         ax.set_ylim(0.0, 1.02)
-        if goal < 0.0:
+        if score.sign < 0.0:
             ax.invert_xaxis()
     axes[0, 0].set_ylabel("share of draws")
     style.legend_below(
@@ -161,7 +158,7 @@ def trends(scores: Scores, score: str, parameters: list[str], axes_names: AxisNa
         ax.set_xlabel(parameter.replace(".", ".\n", 1))
         ax.locator_params(axis="x", nbins=4)
         ax.set_ylim(bottom, top + 0.03 * (top - bottom))
-    axes[0].set_ylabel(_broken("{} ({})".format(*description(score, axes_names))))
+    axes[0].set_ylabel(_broken(scores.declared[score].titled(axes_names)))
     style.legend_below(
         figure, [style.swatch(colours[name], style.label(name)) for name in scores.controllers]
     )

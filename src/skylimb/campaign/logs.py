@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 
 from skylimb.campaign.frozen import Campaign
 from skylimb.campaign.rows import FAILED, LOST, OK, REFUSED, Row
-from skylimb.campaign.spec import GOALS, log_limit
+from skylimb.campaign.spec import log_limit
 from skylimb.campaign.statistics import is_success
 
 
@@ -29,12 +29,13 @@ def wanted_logs(campaign: Campaign, rows: Mapping[int, Row]) -> list[int]:
 
 def worst(campaign: Campaign, rows: Iterable[Row], count: int) -> list[Row]:
     """The worst flights first: losses, then those that were no success, then by the spec's `score`."""
+    score = campaign.spec.scores[campaign.spec.score]
 
     def order(row: Row) -> tuple[int, float, int]:
         if row["status"] in LOST:
             return 0, 0.0, row["flight"]
-        value = row[campaign.spec.score]
-        bad = float("-inf") if value is None else -GOALS.get(campaign.spec.score, 1.0) * value
+        value = row[score.name]
+        bad = float("-inf") if value is None else -score.sign * value
         return (2 if is_success(campaign, row) else 1), bad, row["flight"]
 
     return sorted((row for row in rows if row["status"] != REFUSED), key=order)[:count]

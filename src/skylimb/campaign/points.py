@@ -12,9 +12,7 @@ from matplotlib.ticker import MaxNLocator
 
 from skylimb.analysis import style
 from skylimb.analysis.axis_names import AxisNames
-from skylimb.analysis.score_names import description
 from skylimb.campaign.maps import colours_of
-from skylimb.campaign.spec import GOALS
 from skylimb.campaign.statistics import Scores
 
 FEW = 8
@@ -23,12 +21,12 @@ FEW = 8
 
 @style.styled
 def points(scores: Scores, names: AxisNames) -> Figure:
-    """Every flight's value of each metric that has a goal, a panel a metric.
+    """Every flight's value of each metric that controllers are ranked by, a panel a metric.
 
     A grey line joins the flights of one draw and ends with its number. A cross beyond the worst of the values
     is a lost flight.
     """
-    keys = [key for key in GOALS if key in scores.metrics]
+    keys = scores.ranked
     rows, columns = style.panels(len(keys), 4)
     figure = Figure((style.WIDTH, 1.9 * rows + 0.5), layout="constrained")
     axes = figure.subplots(rows, columns, squeeze=False)
@@ -54,7 +52,9 @@ def _panel(ax: Axes, scores: Scores, key: str, names: AxisNames) -> None:
     values, places = scores.metrics[key], np.arange(len(scores.controllers))
     there = scores.finished & np.isfinite(values)
     low, high = style.limits([values[there]], 0.12)
-    worst = high if GOALS[key] > 0.0 else low  # a lost flight stands beyond all that have a value
+    worst = (
+        high if scores.declared[key].sign > 0.0 else low
+    )  # a lost flight stands beyond all that have a value
     drawn = np.where(there, values, np.where(scores.finished, np.nan, worst))
     ends: list[tuple[float, int]] = []
     for draw, row in zip(scores.draws, drawn, strict=True):
@@ -70,8 +70,7 @@ def _panel(ax: Axes, scores: Scores, key: str, names: AxisNames) -> None:
         ax.scatter(np.full(lost.sum(), place), beyond, s=20, marker="x", color=style.FAILURE, zorder=3)
     for height, text in _apart(ends, 0.07 * (high - low)):
         ax.text(places[-1] + 0.12, height, text, fontsize=6.5, va="center", color=style.INK)
-    text, unit = description(key, names)
-    ax.set_ylabel(fill(f"{text} ({unit})" if unit != "1" else text, 30), fontsize=7)
+    ax.set_ylabel(fill(scores.declared[key].titled(names), 30), fontsize=7)
     room = 0.08 * (high - low)
     ax.set(xlim=(-0.4, places[-1] + 0.6), ylim=(low - room, high + room), xticks=[])
     ax.yaxis.set_major_locator(MaxNLocator(4))

@@ -7,7 +7,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from skylimb.analysis.own import load_own
 from skylimb.campaign.spec import CampaignSpec
 from skylimb.config import from_mapping, read_toml
 from skylimb.errors import ConfigError, unknown_name
@@ -47,7 +46,6 @@ def spec_from_mapping(mapping: Mapping[str, Any], where: str, folder: Path | Non
     use = tables.get("use")
     if isinstance(use, list) and all(isinstance(file, str) for file in use):
         tables["use"] = [file if folder is None else _beside(folder, file) for file in use]
-        load_own(tables["use"])  # the names of the metrics are checked with the rest
     spec = from_mapping(CampaignSpec, tables, where)
     names = [Path(name).stem for name in spec.controllers]
     for key, owners in spec.only.items():

@@ -12,10 +12,9 @@ import numpy as np
 
 from skylimb.analysis import style
 from skylimb.analysis.axis_names import AxisNames
-from skylimb.analysis.measures import describe, row_label
 from skylimb.analysis.pages import render_page
 from skylimb.analysis.replay.page import replay_html
-from skylimb.analysis.score_names import groups_of, printed
+from skylimb.analysis.score import Score, grouped
 from skylimb.campaign.draws import changed
 from skylimb.campaign.figures import plates
 from skylimb.campaign.folder import log_name
@@ -23,7 +22,6 @@ from skylimb.campaign.frozen import Campaign
 from skylimb.campaign.maps import colours_of
 from skylimb.campaign.points import FEW
 from skylimb.campaign.rows import QUARANTINED, Row
-from skylimb.campaign.spec import GOALS
 from skylimb.campaign.statistics import Paired, Rate, fewest_draws
 from skylimb.campaign.statistics.telling import POWER
 from skylimb.campaign.summary import Summary
@@ -59,7 +57,7 @@ def render_report(
         folder: the campaign's.
     """
     scores, names = summary.scores, summary.scores.controllers
-    score, axes = campaign.spec.score, summary.axes
+    score, axes, declared = campaign.spec.score, summary.axes, scores.declared
     return render_page(
         TEMPLATE,
         title=_title(campaign, len(scores.draws)),
@@ -76,8 +74,8 @@ def render_report(
         rates=_rates(summary),
         rate_called=campaign.spec.called,
         groups=[
-            (title, [_row(key, summary) for key in keys])
-            for title, keys in groups_of(summary.medians).items()
+            (title, [_row(score, summary) for score in part])
+            for title, part in grouped(declared[key] for key in summary.medians).items()
         ],
         verdicts=verdicts(summary),
         to_tell=to_tell(summary, score),
@@ -91,14 +89,19 @@ def render_report(
         ],
         plates=plates(scores, score, axes),
         axes=axes,
-        score=within(describe(score, axes)[0]),
+        score=within(declared[score].text(axes)),
         worst=[
-            (row, _cause(row, score, axes), command(campaign, row), log_name(row) * (row["flight"] in kept))
+            (
+                row,
+                _cause(row, declared[score], axes),
+                command(campaign, row),
+                log_name(row) * (row["flight"] in kept),
+            )
             for row in summary.worst
         ],
         replay=replay_html(_watched(folder, [row for row in summary.worst if row["flight"] in kept])),
         success=[
-            (within(describe(key, summary.axes)[0]), bound) for key, bound in campaign.spec.success.items()
+            (within(declared[key].text(axes)), bound) for key, bound in campaign.spec.success.items()
         ],
         varied=[(key, json.dumps(to_mapping(entry))) for key, entry in campaign.spec.vary.items()],
         spec=write_toml(campaign.spec.to_mapping()),
@@ -161,24 +164,25 @@ def _rate(rate: Rate, rank: int) -> Cell:
     return Cell(f"{100.0 * rate.rate:.1f} %", f"{100.0 * rate.low:.1f} .. {100.0 * rate.high:.1f}", rank)
 
 
-def _row(key: str, summary: Summary) -> tuple[str, str, list[Cell]]:
+def _row(score: Score, summary: Summary) -> tuple[str, str, list[Cell]]:
+    key = score.name
     ranks = shown_ranks(summary.ranks.get(key, [0] * len(summary.medians[key])))
     cells = [
         Cell(
-            _number(key, middle),
-            "" if np.isnan(middle) else f"{_number(key, low)} .. {_number(key, high)}",
+            _number(score, middle),
+            "" if np.isnan(middle) else f"{_number(score, low)} .. {_number(score, high)}",
             place,
         )
         for (middle, low, high), place in zip(summary.medians[key], ranks, strict=True)
     ]
-    return *row_label(key, summary.axes), cells
+    return score.line(summary.axes), score.unit, cells
 
 
-def _number(key: str, value: float) -> str:
+def _number(score: Score, value: float) -> str:
     """The number; a dash for one that the controller does not have."""
     if np.isnan(value):
         return "–"
-    return printed(key, value) if np.isfinite(value) else "lost"
+    return score.printed(value) if np.isfinite(value) else "lost"
 
 
 def _flown(summary: Summary, score: str) -> list[tuple[int, list[str], list[str]]]:
@@ -189,7 +193,11 @@ def _flown(summary: Summary, score: str) -> list[tuple[int, list[str], list[str]
     for place, draw in enumerate(scores.draws):
         drawn = [_value(column[place]) for column in scores.parameters.values()]
         cells = [
-            "lost" if not finished else "–" if values is None else _number(score, values[place, index])
+            "lost"
+            if not finished
+            else "–"
+            if values is None
+            else _number(scores.declared[score], values[place, index])
             for index, finished in enumerate(scores.finished[place])
         ]
         lines.append((int(draw), drawn, cells))
@@ -203,9 +211,9 @@ def _value(value: Any) -> str:
 def _pairs(summary: Summary) -> list[tuple[str, str, str, Paired, str, str]]:
     lines = []
     for key, pairs in summary.paired.items():
-        goal = GOALS.get(key, 1.0)
+        score = summary.scores.declared.get(key)
+        label, goal = (score.text(summary.axes), score.sign) if score else ("Failures", 1.0)
         for (first, second), pair in pairs.items():
-            label = "Failures" if key == "success" else describe(key, summary.axes)[0]
             low, high = (pair.low, pair.high) if goal > 0.0 else (-pair.high, -pair.low)
             middle, low, high = (_signed(value, goal) for value in (goal * pair.median, low, high))
             difference = f"{middle} ({low} .. {high})"
@@ -234,9 +242,8 @@ def _region(summary: Summary, name: str, failure: str) -> str:
     )
 
 
-def _cause(row: Row, score: str, axes: AxisNames) -> str:
+def _cause(row: Row, score: Score, axes: AxisNames) -> str:
     if row["cause"]:
         return row["cause"]
-    text, unit = describe(score, axes)
-    value = row[score]
-    return "" if value is None else f"{within(text)} {value:.3f} {unit if unit != '1' else ''}".strip()
+    value = row[score.name]
+    return "" if value is None else f"{within(score.text(axes))} {value:.3f} {score.unit}".strip()

@@ -3,36 +3,21 @@
 from __future__ import annotations
 
 import re
-from collections import ChainMap
-from collections.abc import Mapping
-from dataclasses import field
+from collections.abc import Collection, Mapping
+from dataclasses import field, replace
+from difflib import SequenceMatcher
 from math import inf, prod
 from typing import Annotated, Any, Literal
 
-from skylimb.analysis import own
-from skylimb.analysis.measures import SETS
 from skylimb.analysis.own import Metric, load_own, metrics_of
-from skylimb.analysis.score_names import NUMERIC_KEYS
+from skylimb.analysis.score import Score
+from skylimb.analysis.shipped import NUMERIC_KEYS, SCORES, SETS
 from skylimb.campaign.distributions import Distribution
 from skylimb.config import to_mapping
 from skylimb.errors import ConfigError, unknown_name
 from skylimb.keys import Key, RefusedError, configuration, refused
 
 MOST_DRAWS = 1_000_000
-
-GOALS: Mapping[str, float] = ChainMap(
-    own.GOALS,
-    {
-        "error_u_median": 1.0,
-        "error_v_median": 1.0,
-        "displacement_median": 1.0,
-        "contact_force_normal_std": 1.0,
-        "contact_force_normal_peak": 1.0,
-        "contact_fraction": -1.0,
-        "tilt_max": 1.0,
-    },
-)
-"""Metrics that say which flight is better: 1 where small is good, -1 where large is; also the user's own."""
 
 
 @configuration
@@ -61,18 +46,12 @@ class StopRule:
     every: Annotated[int, Key("", "draws between two looks", low=1, high=MOST_DRAWS)] = 32
     at_least: Annotated[int, Key("", "draws before the first look", low=2, high=MOST_DRAWS)] = 32
 
-    def check(self) -> None:
-        """Refuse what is no metric."""
-        known = ("success", *NUMERIC_KEYS, *own.KNOWN)
-        if self.until not in known:
-            raise unknown_name("stop.until", self.until, known)
-
 
 @configuration
 class Search:
     """What `skylimb tune` changes, and how long it searches."""
 
-    objective: Annotated[str, Key("", "metric whose median over the draws is made good")]
+    objective: Annotated[str, Key("", "metric with a direction; its median over the draws is made good")]
     gains: Annotated[
         dict[str, tuple[float, float]],
         Key("", "dotted gain -> smallest and largest; .0, .1 pick an entry of a list", low=-inf, high=inf),
@@ -85,9 +64,7 @@ class Search:
     ] = 0.2
 
     def check(self) -> None:
-        """Refuse an unknown objective and ranges that are none."""
-        if self.objective not in GOALS:
-            raise unknown_name("tune.objective", self.objective, GOALS)
+        """Refuse ranges that are none."""
         if not self.gains:
             raise refused(self, "gains", "names no gain")
         need = "0 < low < high (or logarithmic = false)" if self.logarithmic else "low < high"
@@ -108,7 +85,9 @@ class CampaignSpec:
         Literal["sobol", "halton", "random"], Key("", "how points are laid in the unit cube")
     ] = "sobol"
     logs: Annotated[str, Key("", "flights that keep their log: none, failures, worst K, all")] = "failures"
-    score: Annotated[str, Key("", "metric that says which finished flight is worse")] = "error_u_median"
+    score: Annotated[str, Key("", "metric with a direction that says which finished flight is worse")] = (
+        "error_u_median"
+    )
     set: Annotated[dict[str, Any], Key("", "dotted key -> value for all draws")] = field(default_factory=dict)
     only: Annotated[dict[str, tuple[str, ...]], Key("", "varied gain -> controllers that have it")] = field(
         default_factory=dict
@@ -132,15 +111,18 @@ class CampaignSpec:
                 "draws is 0 or missing; say how many (it may be left out where everything is a grid)"
             )
         log_limit(self.logs)
-        load_own(self.use)
-        if self.score not in GOALS:
-            raise unknown_name("score", self.score, GOALS)
+        sets = {*SETS, *(metric.on_demand for metric in self.own if metric.on_demand)}
         for name in self.measures:
-            if name not in SETS:
-                raise unknown_name("set of measures", name, SETS)
+            if name not in sets:
+                raise unknown_name("set of measures", name, sets)
+        known = self._declared
+        _require_direction("score", self.score, known)
+        if self.tune is not None:
+            _require_direction("tune.objective", self.tune.objective, known)
+        if self.stop is not None:
+            _require_known("stop.until", self.stop.until, ("success", *known))
         for name in self.success:
-            if name not in (*NUMERIC_KEYS, *own.KNOWN):
-                raise unknown_name("metric of success", name, [*NUMERIC_KEYS, *own.KNOWN])
+            _require_known("metric of success", name, known)
         for key in self.vary:
             if key in self.set:
                 raise ConfigError(f"'{key}' stands both in set and in vary")
@@ -152,8 +134,22 @@ class CampaignSpec:
     @property
     def keys(self) -> tuple[str, ...]:
         """Every number that a flight's row has."""
-        measured = (key for name in self.measures for key in SETS[name].keys)
-        return (*NUMERIC_KEYS, *measured, *(key for one in self.own for key in one.columns))
+        return tuple(self._declared)
+
+    @property
+    def scores(self) -> Mapping[str, Score]:
+        """The declaration of each of them; the campaign's own `score` ranks, whatever else does."""
+        known = self._declared
+        return {**known, self.score: replace(known[self.score], ranked=True)}
+
+    @property
+    def _declared(self) -> dict[str, Score]:
+        measured = (key for name in self.measures for key in SETS.get(name, ()))
+        used = (each for each in self.own if each.on_demand in ("", *self.measures))
+        return {
+            **{key: SCORES[key] for key in (*NUMERIC_KEYS, *measured)},
+            **{score.name: score for each in used for score in each.scores},
+        }
 
     @property
     def own(self) -> list[Metric]:
@@ -178,6 +174,28 @@ class CampaignSpec:
     def to_mapping(self) -> dict[str, Any]:
         """The spec as in its file."""
         return {key: value for key, value in to_mapping(self).items() if value not in ({}, [])}
+
+
+def _require_known(what: str, name: str, known: Collection[str]) -> None:
+    """Refuse what is no score of the campaign's flights."""
+    if name in known:
+        return
+    for measures, keys in SETS.items():
+        if name in keys:
+            raise ConfigError(f"{what} = '{name}' is one of the further numbers: measures = [\"{measures}\"]")
+    raise unknown_name(what, name, known)
+
+
+def _require_direction(what: str, name: str, known: Mapping[str, Score]) -> None:
+    """Refuse what is no score of the campaign's flights, or does not say which of them is better."""
+    directed = [key for key, score in known.items() if score.directed]
+    if name in known and name not in directed:
+        directed.sort(key=lambda key: -SequenceMatcher(None, name, key).ratio())
+        raise ConfigError(
+            f"{what} = '{name}' does not say which flight is better, as neither its small nor its large "
+            f"values are; those that do, the nearest name first: {', '.join(directed)}"
+        )
+    _require_known(what, name, directed)
 
 
 def log_limit(policy: str) -> int | None:

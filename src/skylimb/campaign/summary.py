@@ -12,11 +12,9 @@ from typing import Any
 import numpy as np
 
 from skylimb.analysis.axis_names import GENERIC, AxisNames, names_of_vectors
-from skylimb.analysis.score_names import YES_OR_NO
 from skylimb.campaign.frozen import FORMAT_VERSION, Campaign
 from skylimb.campaign.logs import worst
 from skylimb.campaign.rows import FAILED, LOST, QUARANTINED, Row
-from skylimb.campaign.spec import GOALS
 from skylimb.campaign.statistics import (
     LEVEL,
     Paired,
@@ -67,7 +65,7 @@ def summarize(campaign: Campaign, rows: Mapping[int, Row]) -> Summary:
     scores = scores_of(campaign, rows)
     names, count = scores.controllers, len(scores.draws)
     seed = campaign.spec.seed
-    compared = ["success", *(key for key in GOALS if key in scores.metrics)] if count else []
+    compared = ["success", *scores.ranked] if count else []
     badness = {key: scores.badness(key) for key in compared}
     return Summary(
         scores=scores,
@@ -106,19 +104,19 @@ def medians(scores: Scores, key: str, seed: int) -> list[tuple[float, float, flo
     have) has no median, NaN. What a flight does or does not, such as being done as commanded, has its rate
     over all draws in place of a median.
     """
-    if key in YES_OR_NO:
+    score = scores.declared[key]
+    if score.kind == "yes or no":
         kept = scores.finished & (scores.metrics[key] == 1.0)
         rates = [success_rate(int(count), len(scores.draws)) for count in kept.sum(axis=0)]
         return [(rate.rate, rate.low, rate.high) for rate in rates]
-    goal = GOALS.get(key, 1.0)
     found = []
     for index, column in enumerate(scores.badness(key).T):
         if scores.finished[:, index].any() and np.isnan(scores.metrics[key][:, index]).all():
             found.append((np.nan, np.nan, np.nan))
             continue
         low, high = bootstrap_interval(np.median, column, seed)
-        low, high = (low, high) if goal > 0.0 else (-high, -low)
-        found.append((goal * median(column), low, high))
+        low, high = (low, high) if score.sign > 0.0 else (-high, -low)
+        found.append((score.sign * median(column), low, high))
     return found
 
 

@@ -19,8 +19,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from skylimb.analysis.measures import describe
 from skylimb.analysis.own import Own, load_own, metrics_of
+from skylimb.analysis.score import Score
 from skylimb.campaign.bench import Job
 from skylimb.campaign.distributions import Distribution
 from skylimb.campaign.engines import check_workers, make_engine
@@ -173,8 +173,8 @@ def _scores(
     values = np.array([row[key] for row in rows], dtype=object if words else float)
     draws = values.reshape(-1, count)
     table = np.stack([draws[:, index].reshape(shape, order="F") for index in range(count)], axis=-1)
-    text, unit = ("", "") if words else describe(key)
-    attributes = {} if words else {"units": "" if unit == "1" else unit, "long_name": text}
+    score = Score() if words else campaign.spec.scores[key]
+    attributes = {} if words else {"units": score.unit, "long_name": score.text()}
     return xr.Variable(
         dims, (table if several else table[..., 0]).astype(str if words else float), attributes
     )

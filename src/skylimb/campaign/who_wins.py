@@ -8,7 +8,6 @@ from itertools import combinations
 import numpy as np
 
 from skylimb.analysis import style
-from skylimb.analysis.measures import describe
 from skylimb.campaign.statistics import draws_to_tell, level_of_pair
 from skylimb.campaign.statistics.telling import better
 from skylimb.campaign.summary import Summary
@@ -24,11 +23,11 @@ def shown_ranks(ranks: Sequence[int]) -> list[int]:
 
 def verdicts(summary: Summary) -> list[str]:
     """Who is first, in words, for each thing that is ranked; silent where all share the first rank."""
-    names = summary.scores.controllers
+    scores, names = summary.scores, summary.scores.controllers
     said = []
     for key, ranks in summary.ranks.items():
         first = [style.label(name) for name, place in zip(names, ranks, strict=True) if place == 1]
-        what = "finishing" if key == "success" else within(describe(key, summary.axes)[0])
+        what = "finishing" if key == "success" else within(scores.declared[key].text(summary.axes))
         what = what.removesuffix(" (truth)")
         if len(first) < len(names):
             verb = "are level and lead" if len(first) > 1 else "leads"
@@ -42,7 +41,7 @@ def to_tell(summary: Summary, score: str) -> list[str]:
     if score not in scores.metrics:
         return []
     values, level = scores.badness(score), level_of_pair(len(names))
-    what = within(describe(score, summary.axes)[0])
+    what = within(scores.declared[score].text(summary.axes))
     lines = []
     for a, b in combinations(range(len(names)), 2):
         if better(values[:, a], values[:, b], level):

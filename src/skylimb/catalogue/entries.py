@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from skylimb.analysis.measures import SETS, describe
-from skylimb.analysis.score_names import NUMERIC_KEYS
+from skylimb.analysis.score import Score
+from skylimb.analysis.shipped import SCORES, SETS
 from skylimb.campaign.spec import CampaignSpec
 from skylimb.control.preset import preset_from_mapping, preset_mapping
 from skylimb.control.preset_keys import law_tables, preset_tables
@@ -71,8 +71,7 @@ def entries() -> list[Entry]:
             found.append(Entry("law", f"{slot}.{law}", _first_line(find_law(slot, law, Path()))))
     found += [Entry("table", name, _first_line(cls)) for name, cls in experiment_tables().items()]
     found += [Entry("file", name, _first_line(cls)) for name, cls in _FILES.items()]
-    keys = (*NUMERIC_KEYS, *(key for measures in SETS.values() for key in measures.keys))
-    return found + [Entry("metric", f"metric.{key}", _metric(key)) for key in dict.fromkeys(keys)]
+    return found + [Entry("metric", f"metric.{name}", _metric(score)) for name, score in SCORES.items()]
 
 
 _FILES = {"campaign": CampaignSpec, "flight": FlightFile}
@@ -151,9 +150,17 @@ def _shapes_of(meaning: str) -> tuple[str, ...]:
     return tuple(names) if colon and set(names) <= shapes else ()
 
 
-def _metric(key: str) -> str:
-    text, unit = describe(key)
-    return f"{text}, {unit}" if unit not in ("", "1") else text
+def _metric(score: Score) -> str:
+    """What it is and its unit, which flight is better by it, what it is held to, and where it is computed."""
+    bound = score.tolerance and score.tolerance.bound
+    bound = f"`tolerances.{bound}`" if isinstance(bound, str) else f"{bound} {score.unit}".strip()
+    told = (
+        ", ".join(filter(None, (score.text(), score.unit))),
+        f"{'smaller' if score.smaller_is_better else 'larger'} is better" if score.directed else "",
+        f"held to {bound}" if score.tolerance else "",
+        *(f'with `measures = ["{name}"]`' for name, keys in SETS.items() if score.name in keys),
+    )
+    return "; ".join(filter(None, told))
 
 
 def _first_line(thing: Any) -> str:

@@ -11,6 +11,7 @@ from skylimb.cli.output import console_for, plain_table
 
 if TYPE_CHECKING:
     from skylimb.analysis.axis_names import AxisNames
+    from skylimb.analysis.score import Score
 
 
 @contextmanager
@@ -43,10 +44,10 @@ def campaign(
     ranks: Mapping[str, Sequence[int]],
     axes: AxisNames,
     rate_called: str,
+    declared: Mapping[str, Score],
 ) -> None:
     """Success rates and medians of a campaign's controllers, each with its rank among them."""
-    from skylimb.analysis.measures import row_label
-    from skylimb.analysis.score_names import groups_of
+    from skylimb.analysis.score import grouped
 
     apart = any(len(set(places)) > 1 for places in ranks.values())
     brackets = " (in brackets: rank; equal ranks are ties)" if apart else ""
@@ -60,13 +61,13 @@ def campaign(
 
     shown = (ranked(text, "success", i) for i, (text, _) in enumerate(rates.values()))
     table.add_row(rate_called, "", *shown)
-    for title, keys in groups_of(medians).items():
+    for title, part in grouped(declared[key] for key in medians).items():
         table.add_section()
         table.add_row(f"[bold]{title}[/bold]")
-        for key in keys:
-            label, unit = row_label(key, axes)
-            cells = (_median(key, value) for value, _, _ in medians[key])
-            table.add_row(f"  {label}", unit, *(ranked(text, key, i) for i, text in enumerate(cells)))
+        for score in part:
+            cells = (_median(score, value) for value, _, _ in medians[score.name])
+            shown = (ranked(text, score.name, i) for i, text in enumerate(cells))
+            table.add_row(f"  {score.line(axes)}", score.unit, *shown)
     console = console_for()
     console.print(heading, style="bold", markup=False)  # a table would break it at its own width
     console.print(table)
@@ -74,13 +75,11 @@ def campaign(
         console.print("These draws tell no two controllers apart; the report says more.")
 
 
-def _median(key: str, value: float) -> str:
+def _median(score: Score, value: float) -> str:
     """The number; a dash for one that the controller does not have."""
-    from skylimb.analysis.score_names import printed
-
     if math.isnan(value):
         return "-"
-    return printed(key, value) if math.isfinite(value) else "lost"
+    return score.printed(value) if math.isfinite(value) else "lost"
 
 
 def _duration(seconds: float) -> str:

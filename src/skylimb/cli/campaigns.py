@@ -196,6 +196,7 @@ def _summary(outcome: Outcome) -> int:
             summary.ranks,
             summary.axes,
             outcome.campaign.spec.called,
+            summary.scores.declared,
         )
         for row in summary.lost[:5]:
             print(f"flight {row['flight']} ({row['controller']}) {row['status']}: {row['cause']}")

@@ -134,21 +134,20 @@ def _word(name: str) -> str:
 
 def _rows(run: RunRecord) -> list[tuple[str, str]]:
     """What the terminal shows of a drawing; no numbers of a failed flight."""
-    from skylimb.analysis.pen_line import DRAWN_WITHIN, drawn_fraction, pen_line
+    from skylimb.analysis.pen_line import DRAWN_WITHIN, drawn_fraction
     from skylimb.analysis.signals import in_phase
 
     rows = [("Status", f"[red]{run.status}[/red]" if run.failed else run.status), ("Controller", run.name)]
     if run.failed:
         return rows
-    root, largest = pen_line(run.log)
     drawn = drawn_fraction(run.log)
     time = run.log.time.values[in_phase(run.log, "slide")]
     within = f"within {1e3 * DRAWN_WITHIN:g} mm"
     return [
         *rows,
-        ("Pen off its reference, root mean square", _number(1e3 * root, ".1f", "mm")),
-        ("Pen off its reference, largest", _number(1e3 * largest, ".1f", "mm")),
-        (f"Reference line drawn {within}", _number(100.0 * drawn, ".0f", "%")),
+        ("Pen off its reference, root mean square", _number(run.metrics["pen_line_rms"], ".1f", "mm", 1e3)),
+        ("Pen off its reference, largest", _number(run.metrics["pen_line_max"], ".1f", "mm", 1e3)),
+        (f"Reference line drawn {within}", _number(drawn, ".0f", "%", 100.0)),
         *_faithful(run),
         ("Time for the drawing", f"{float(time[-1] - time[0]):.1f} s" if len(time) else "-"),
     ]
@@ -161,10 +160,10 @@ def _faithful(run: RunRecord) -> list[tuple[str, str]]:
         return []
     length, drawn = scores["line_length"], scores["line_length_drawn"]
     lifted, touch = scores["lift_time"], scores["lift_touch_time"]
-    missing = _number(1e3 * scores["line_missing_max"], ".1f", "mm")
+    missing = _number(scores["line_missing_max"], ".1f", "mm", 1e3)
     share = f"{drawn:.2f} of {length:.2f} m ({100.0 * drawn / length:.0f} %)"
     rows = [
-        ("Frechet distance, in the strokes' order", _number(1e3 * scores["line_frechet"], ".1f", "mm")),
+        ("Frechet distance, in the strokes' order", _number(scores["line_frechet"], ".1f", "mm", 1e3)),
         ("Farthest place of the reference from what was drawn", missing),
         ("Length drawn, of the reference's", share),
         ("Touch while lifted", f"{touch:.1f} of {lifted:.1f} s"),
@@ -178,5 +177,5 @@ def _faithful(run: RunRecord) -> list[tuple[str, str]]:
     return rows
 
 
-def _number(value: float, form: str, unit: str) -> str:
-    return f"{value:{form}} {unit}" if math.isfinite(value) else "-"
+def _number(value: float | None, form: str, unit: str, scale: float) -> str:
+    return "-" if value is None or math.isnan(value) else f"{scale * value:{form}} {unit}"

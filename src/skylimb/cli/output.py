@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
+    from skylimb.analysis.score import Score
     from skylimb.calibration.result import Calibration
     from skylimb.recording.run import Run
     from skylimb.robots.model import Robot
@@ -202,9 +203,8 @@ def working(what: str) -> Iterator[None]:
 def scores(runs: Mapping[str, Run]) -> None:
     """The metrics of every run side by side, the paper's numbers in brackets where it prints them."""
     from skylimb.analysis.axis_names import common_names
-    from skylimb.analysis.measures import row_label
+    from skylimb.analysis.carried import shown_scores
     from skylimb.analysis.paper_configuration import is_the_papers, not_the_papers
-    from skylimb.analysis.score_names import known_groups
 
     experiment = next(iter(runs.values())).log.attrs.get("experiment", "")
     brackets = ", in brackets the paper's numbers" if any(map(is_the_papers, runs.values())) else ""
@@ -214,12 +214,11 @@ def scores(runs: Mapping[str, Run]) -> None:
     for name in runs:
         table.add_column(name, justify="right")
     table.add_row("Status", "", *(_status(run) for run in runs.values()))
-    for title, keys in known_groups(run.metrics for run in runs.values()).items():
+    for title, part in shown_scores(runs.values()).items():
         table.add_section()
         table.add_row(f"[bold]{title}[/bold]")
-        for key in keys:
-            label, unit = row_label(key, axes)
-            table.add_row(f"  {label}", unit, *(_score(run, key) for run in runs.values()))
+        for score in part:
+            table.add_row(f"  {score.line(axes)}", score.unit, *(_cell(run, score) for run in runs.values()))
     console = console_for()
     console.print(heading, style="bold", markup=False)  # a table would break it at its own width
     console.print(table)
@@ -239,12 +238,11 @@ def _status(run: Run) -> str:
     return f"[red]{run.status}[/red]" if run.failed else run.status
 
 
-def _score(run: Run, key: str) -> str:
+def _cell(run: Run, score: Score) -> str:
     from skylimb.analysis.paper_numbers import published_beside
-    from skylimb.analysis.score_names import printed
 
-    known = printed(key, published_beside(run, key))
-    shown = printed(key, run.metrics.get(key)) or "-"
+    known = score.printed(published_beside(run, score.name))
+    shown = score.printed(run.metrics.get(score.name)) or "-"
     return f"{shown} ({known})" if known else shown
 
 

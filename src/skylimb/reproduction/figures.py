@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from skylimb.analysis import style
-from skylimb.analysis.measures import describe
+from skylimb.analysis.shipped import SCORES
 from skylimb.campaign.frozen import Campaign
 from skylimb.campaign.rows import OK, Row
 from skylimb.reproduction.result import BESIDE, HIGH, LOW, NUMBERS, READINGS, Judged, Number, Result
@@ -53,7 +53,7 @@ def numbers_figure(campaign: Campaign, rows: Mapping[int, Row], result: Result) 
                 mark = {"color": style.INK, "markerfacecolor": face, "markersize": 5, "zorder": 5}
                 ax.plot(place + 0.3, number.paper, "D", **mark)  # pyright: ignore[reportArgumentType]
         ax.set_title(_SHORT[key], fontsize=7.5)
-        ax.set_ylabel(describe(key)[1])
+        ax.set_ylabel(SCORES[key].unit)
         labels = [style.label(name) for name in campaign.names]
         ax.set_xticks(range(len(labels)), labels, rotation=35, ha="right")
         _crop(ax, [n for n in result.numbers if n.key == key])

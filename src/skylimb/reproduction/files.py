@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from skylimb.analysis.measures import describe
+from skylimb.analysis.shipped import SCORES
 from skylimb.campaign.frozen import Campaign
 from skylimb.campaign.statistics import LEVEL
 from skylimb.config import to_mapping
@@ -83,7 +83,7 @@ def _number(number: Number) -> dict[str, Any]:
     return {
         "controller": number.controller,
         "metric": number.key,
-        "unit": describe(number.key)[1],
+        "unit": SCORES[number.key].unit,
         "paper": number.paper,
         **_spread(number.ours),
         "percentile": number.percentile,

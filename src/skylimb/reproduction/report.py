@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from skylimb.analysis import style
-from skylimb.analysis.measures import describe
 from skylimb.analysis.pages import inlined, render_page
 from skylimb.analysis.paper_numbers import SOURCE
+from skylimb.analysis.shipped import SCORES
 from skylimb.campaign.frozen import Campaign
 from skylimb.campaign.statistics import Rate
 from skylimb.reproduction.files import command
@@ -74,7 +74,7 @@ def render_report(prior: Prior, campaign: Campaign, result: Result, pictures: Ma
             (near, [(unknown.key, value_text(near.parameters[unknown.key])) for unknown in prior.unknowns])
             for near in result.nearest
         ],
-        keys=[(key, digits(key), describe(key)[1]) for key in NUMBERS],
+        keys=[(key, digits(key), SCORES[key].unit) for key in NUMBERS],
         prior=prior,
         otherwise=flown_otherwise(prior, campaign),
         plates=[(name, *CAPTIONS[name], inlined(path, "image/png")) for name, path in pictures.items()],
@@ -86,7 +86,7 @@ def render_report(prior: Prior, campaign: Campaign, result: Result, pictures: Ma
 
 def digits(key: str) -> int:
     """Digits behind the point: lengths to a millimetre; a force needs no more than two."""
-    return 2 if describe(key)[1] == "N" else 3
+    return 2 if SCORES[key].unit == "N" else 3
 
 
 def spread_text(spread: Spread, places: int) -> str:

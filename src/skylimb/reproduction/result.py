@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from skylimb.analysis.axis_names import PAPER
-from skylimb.analysis.measures import describe
 from skylimb.analysis.paper_claims import PaperClaim
+from skylimb.analysis.shipped import SCORES
 from skylimb.campaign.statistics import Rate
 
 LOW, HIGH = 0.05, 0.95
@@ -136,5 +136,4 @@ class Result:
 
 def label(key: str) -> str:
     """How a number is called in a table, with its unit."""
-    text, unit = describe(key, PAPER)
-    return text if unit == "1" else f"{text}, {unit}"
+    return ", ".join(filter(None, (SCORES[key].text(PAPER), SCORES[key].unit)))

@@ -136,11 +136,7 @@ def _add_shape(spec: mujoco.MjSpec, shaped: Shaped) -> float:
     """Put the contact code of a shape into the engine and its numbers into the model; its mark."""
     if any(numeric.name == _NUMERIC for numeric in spec.numerics):
         raise ConfigError("a scene can hold one curved surface: it has one already")
-    with _lock:
-        if shaped.mark not in _installed:
-            slot = ctypes.byref(collision_table(), SLOT * ctypes.sizeof(ctypes.c_void_p))
-            shaped.library.skylimb_install(slot)
-            _installed.add(shaped.mark)
+    install(shaped.library)
     spec.add_numeric(name=_NUMERIC, data=np.concatenate([[shaped.mark], shaped.numbers]))
     return shaped.mark
 
@@ -151,6 +147,10 @@ def collision_table() -> ctypes.Array[ctypes.c_void_p]:
     return kind.in_dll(ctypes.CDLL(str(engine_library())), "mjCOLLISIONFUNC")
 
 
+def install(library: ctypes.CDLL) -> None:
+    """Put the contact code of a kind of shape into the engine's table of this process; once is enough."""
+    with _lock:
+        library.skylimb_install(ctypes.byref(collision_table(), SLOT * ctypes.sizeof(ctypes.c_void_p)))
+
+
 _lock = threading.Lock()
-_installed: set[float] = set()
-"""Marks of the shapes whose code stands in the engine's table of this process."""

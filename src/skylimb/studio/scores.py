@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from skylimb.analysis.axis_names import common_names
-from skylimb.analysis.measures import row_label
-from skylimb.analysis.score_names import known_groups, printed
+from skylimb.analysis.carried import shown_scores
+from skylimb.analysis.own import with_own_scores
 from skylimb.flights.record import scored
 from skylimb.recording import Run
 from skylimb.studio.live_flight import LiveFlight
@@ -25,12 +25,11 @@ def score_table(flights: Mapping[str, LiveFlight]) -> dict[str, Any]:
     runs = [_scored(flight) for flight in flights.values()]
     axes = common_names(run.log for run in runs)
     groups = []
-    for title, keys in known_groups(run.metrics for run in runs).items():
+    for title, part in shown_scores(runs).items():
         rows = []
-        for key in keys:
-            label, unit = row_label(key, axes)
-            values = [printed(key, run.metrics.get(key)) for run in runs]
-            rows.append({"label": label, "unit": unit, "values": values})
+        for score in part:
+            values = [score.printed(run.metrics.get(score.name)) for run in runs]
+            rows.append({"label": score.line(axes), "unit": score.unit, "values": values})
         groups.append({"title": title, "rows": rows})
     return {"flights": list(flights), "groups": groups}
 
@@ -39,4 +38,4 @@ def _scored(flight: LiveFlight) -> Run:
     so_far = flight.flight()
     if not flight.over:  # that it was stopped here is no fault of it
         so_far = type(so_far)(so_far.signals, so_far.layout, so_far.ticks, "")
-    return scored(flight.takeoff, so_far)
+    return with_own_scores(scored(flight.takeoff, so_far), flight.takeoff.plan.own)

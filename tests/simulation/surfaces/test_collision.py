@@ -12,7 +12,7 @@ import pytest
 
 from skylimb.errors import CompileError
 from skylimb.simulation import compiling
-from skylimb.simulation.surface_bodies import SLOT, collision_table
+from skylimb.simulation.surface_bodies import SLOT, collision_table, install
 from skylimb.simulation.surfaces import CurvedSurface, HeightMap, SineWall, Step, collision
 from skylimb.simulation.surfaces.shape import NativeShape
 
@@ -89,8 +89,8 @@ def distances(spec):
 
 
 def test_other_ellipsoids_still_collide_as_the_engine_says():
-    assert of(SineWall()).native
-    assert of(Step()).native
+    for surface in (SineWall(), Step()):
+        install(of(surface).native.library)
     assert distances(ball_on({})) == pytest.approx([-0.001], abs=1e-6)
     # A model from elsewhere, with a surface that this process does not know.
     assert distances(ball_on({"userdata": [12345.0]})) == pytest.approx([-0.001], abs=1e-6)
@@ -99,7 +99,8 @@ def test_other_ellipsoids_still_collide_as_the_engine_says():
 @pytest.mark.parametrize("numbers", [[], [1.0], [4.0, 1e9, 0.0, 0.0, 0.01, 0.0], [4.0, 4.0, 0.0, 0.0, 0.01]])
 def test_numbers_that_are_no_surface_are_not_touched(numbers):
     for surface in (HeightMap(heights=RELIEF), SineWall()):
-        mark = of(surface).native.mark
+        mark, library = of(surface).native
+        install(library)
         spec = ball_on({"userdata": [mark]})
         spec.add_numeric(name="shape", data=[mark, *numbers])
         assert distances(spec) == []

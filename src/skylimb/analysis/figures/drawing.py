@@ -97,9 +97,9 @@ def _distances(ax: Axes, runs: Mapping[str, Run]) -> None:
             continue
         step = np.linalg.norm(np.diff(points, axis=0), axis=1) * _joined(run.log, samples)
         way = np.concatenate([[0.0], np.cumsum(step)])
-        root, largest = pen_line(run.log)
+        off = pen_line(run)
         text = (
-            f"{style.label(name)}: rms {1e3 * root:.1f} mm, largest {1e3 * largest:.1f} mm, "
+            f"{style.label(name)}: rms {1e3 * off['rms']:.1f} mm, largest {1e3 * off['max']:.1f} mm, "
             f"{100 * drawn_fraction(run.log):.0f} % drawn"
         )
         leash = run.metrics.get("line_frechet")

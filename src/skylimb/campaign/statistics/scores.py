@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
+from skylimb.analysis.score import Score
+from skylimb.analysis.shipped import SCORES
 from skylimb.campaign.frozen import Campaign
 from skylimb.campaign.rows import OK, REFUSED, Row, parameter_names
-from skylimb.campaign.spec import GOALS
 
 
 @dataclass(frozen=True)
@@ -25,6 +26,7 @@ class Scores:
         metrics: name -> values, NaN where there is none, (n, controllers).
         parameters: name -> what was drawn, (n,).
         refused: draws that nobody can fly, with the cause; they are in none of the arrays.
+        declared: what each metric is, by name.
     """
 
     controllers: tuple[str, ...]
@@ -34,12 +36,22 @@ class Scores:
     metrics: dict[str, np.ndarray]
     parameters: dict[str, np.ndarray]
     refused: dict[int, str]
+    declared: Mapping[str, Score] = field(default_factory=lambda: SCORES)
+
+    @property
+    def ranked(self) -> list[str]:
+        """The metrics by which controllers are compared, of those that any flight has."""
+        return [
+            key
+            for key, each in self.declared.items()
+            if each.directed and each.ranked and key in self.metrics
+        ]
 
     def badness(self, name: str) -> np.ndarray:
         """What is compared, (n, controllers): a metric by its goal, infinite for a loss; "success" is 0."""
         if name == "success":
             return 1.0 - self.success
-        values = GOALS.get(name, 1.0) * self.metrics[name]
+        values = self.declared[name].sign * self.metrics[name]
         return np.where(self.finished & np.isfinite(values), values, np.inf)
 
 
@@ -71,6 +83,7 @@ def scores_of(campaign: Campaign, rows: Mapping[int, Row], draws: int | None = N
         {key: values for key, values in metrics.items() if np.isfinite(values).any()},
         {name: np.array([group[0][name] for group in flown]) for name in parameter_names(campaign)},
         refused,
+        campaign.spec.scores,
     )
 
 

@@ -37,7 +37,7 @@ def texts(campaign: Campaign, outcome: TuneOutcome, trials: Mapping[str, Sequenc
         for trial in tried
     )
     verdict = {
-        "objective": outcome.objective,
+        "objective": outcome.objective.name,
         "held_out_draws": outcome.draws,
         "controllers": {
             name: {

@@ -13,7 +13,7 @@ from skylimb.campaign.bench import Job
 from skylimb.campaign.flight_queue import FlightQueue
 from skylimb.campaign.frozen import Campaign
 from skylimb.campaign.rows import Row
-from skylimb.campaign.spec import GOALS, Search
+from skylimb.campaign.spec import Search
 from skylimb.campaign.statistics import is_success
 from skylimb.campaign.tuning.gains import Gains, from_point, to_point
 from skylimb.errors import missing_extra
@@ -98,7 +98,8 @@ def best(trials: Sequence[Trial]) -> Trial:
 def cost(campaign: Campaign, rows: Sequence[Row], search: Search) -> float:
     """Losses first, then the median of the objective over the successes."""
     good = [row[search.objective] for row in rows if is_success(campaign, row)]
-    values = [GOALS[search.objective] * value for value in good if value is not None]
+    sign = campaign.spec.scores[search.objective].sign
+    values = [sign * value for value in good if value is not None]
     return _LOSS * (len(rows) - len(values)) + (float(np.median(values)) if values else 0.0)
 
 

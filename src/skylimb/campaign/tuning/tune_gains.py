@@ -49,7 +49,7 @@ def tune(
     if spec.tune is None:
         raise ConfigError("the spec has no table [tune]; it names objective and gains")
     search, folder, cma = spec.tune, Path(out), strategies()
-    campaign = freeze(spec, "search")
+    campaign, objective = freeze(spec, "search"), spec.scores[search.objective]
     starts = {name: present_gains(campaign, name, search) for name in campaign.names}
     total = len(campaign.names) * (search.trials * spec.draws + 2 * search.held_out)
     with opened_queue(
@@ -60,7 +60,7 @@ def tune(
             trials = {name: search_gains(cma, queue, name, starts[name], search) for name in campaign.names}
             tuned, ranks = judge(queue, starts, trials, search)
         except Interrupted:
-            return TuneOutcome(folder, search.objective, search.held_out, flown=len(store.rows), total=total)
-        outcome = TuneOutcome(folder, search.objective, search.held_out, tuned, ranks, len(store.rows), total)
+            return TuneOutcome(folder, objective, search.held_out, flown=len(store.rows), total=total)
+        outcome = TuneOutcome(folder, objective, search.held_out, tuned, ranks, len(store.rows), total)
         store.finish(store.rows, texts(campaign, outcome, trials))
         return outcome

@@ -8,11 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
-from skylimb.analysis.measures import describe
+from skylimb.analysis.score import Score
 from skylimb.campaign.flight_queue import FlightQueue
 from skylimb.campaign.frozen import Campaign
 from skylimb.campaign.rows import Row
-from skylimb.campaign.spec import GOALS, Search
+from skylimb.campaign.spec import Search
 from skylimb.campaign.statistics import Paired, compare_paired, is_success, rank
 from skylimb.campaign.tuning.gains import Gains
 from skylimb.campaign.tuning.search import Trial, best, fly_gains
@@ -52,7 +52,7 @@ class TuneOutcome:
 
     Attributes:
         folder: where.
-        objective: the metric.
+        objective: the score that was made good.
         draws: how many held-out draws the verdict rests on.
         tuned: by controller; empty when Ctrl-C stopped it.
         ranks: of the tuned controllers among each other, over the held-out draws.
@@ -61,7 +61,7 @@ class TuneOutcome:
     """
 
     folder: Path
-    objective: str
+    objective: Score
     draws: int
     tuned: dict[str, Tuned] = field(default_factory=dict)
     ranks: dict[str, int] = field(default_factory=dict)
@@ -75,15 +75,18 @@ class TuneOutcome:
 
     def lines(self) -> list[str]:
         """The verdict in words, a line a controller."""
-        text, unit = describe(self.objective)
         said = []
         for name, found in self.tuned.items():
-            pair, goal = found.held_out, GOALS[self.objective]
+            pair = found.held_out
             verdict = "better" if found.better else "no better than the untuned one beyond chance"
-            difference = f"{goal * pair.median:+.4f}" if np.isfinite(pair.median) else "decided by losses"
+            difference = (
+                f"{self.objective.sign * pair.median:+.4f}"
+                if np.isfinite(pair.median)
+                else "decided by losses"
+            )
             said.append(
-                f"{name} (rank {self.ranks[name]}): {verdict} on {self.draws} held-out draws; {text.lower()} "
-                f"{difference} {unit if unit != '1' else ''}".rstrip()
+                f"{name} (rank {self.ranks[name]}): {verdict} on {self.draws} held-out draws; "
+                f"{self.objective.text().lower()} {difference} {self.objective.unit}".rstrip()
                 + f", better in {pair.wins}, equal in {pair.ties}, worse in {pair.defeats}"
             )
         return said
@@ -122,7 +125,8 @@ def judge(
 
 def _badness(campaign: Campaign, rows: Sequence[Row], search: Search) -> np.ndarray:
     values = [row[search.objective] if is_success(campaign, row) else None for row in rows]
-    return np.array([np.inf if value is None else GOALS[search.objective] * value for value in values])
+    sign = campaign.spec.scores[search.objective].sign
+    return np.array([np.inf if value is None else sign * value for value in values])
 
 
 def _successes(campaign: Campaign, rows: Sequence[Row]) -> int:
