@@ -133,12 +133,14 @@ class HappenedEvent(NamedTuple):
 def events_of(log: xr.Dataset) -> list[HappenedEvent]:
     """What happened to a flight, in the order of time; not what it did not live to see."""
     tables = json.loads(log.attrs.get("events", "[]"))
-    found = [HappenedEvent(each["kind"], each["time"], each["duration"], each["words"], each) for each in tables]
+    found = [
+        HappenedEvent(each["kind"], each["time"], each["duration"], each["words"], each) for each in tables
+    ]
     return sorted((each for each in found if each.time <= log.time.values[-1]), key=lambda each: each.time)
 
 
 def common_events(logs: Iterable[xr.Dataset]) -> list[HappenedEvent] | None:
-    """What happened to all of some flights, but for those that ended earlier; None where it was not the same."""
+    """What happened to all of some flights, as long as each lasted; None where it was not the same."""
     lists = [events_of(log) for log in logs]
     longest = max(lists, key=len, default=[])
     return longest if all(one == longest[: len(one)] for one in lists) else None

@@ -23,7 +23,7 @@ class FoundKey:
     Attributes:
         key: whole, as `--set` takes it; as it stands in its file for a campaign and a robot.
         info: unit, range, meaning and default.
-        of: what has it: "experiment", "surface.cylinder", "event.push", "translation.pid", "campaign", "flight".
+        of: what has it: "experiment", "surface.cylinder", "event.push", "translation.pid", "flight", ...
     """
 
     key: str

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class List:
-    """List what there is: experiments, controllers, robots, surfaces, events, paths, laws, tables, metrics."""
+    """List what there is: experiments, controllers, robots, surfaces, events, paths, laws, metrics, ..."""
 
     examples: ClassVar[str] = "skylimb list"
 
@@ -98,7 +98,7 @@ def _show_entry(entry: Entry) -> None:
     tables = tables_of_entry(entry)
     hints = {
         "surface": f"Use it: skylimb run --set surface.kind={entry.short}",
-        "event": "Use it: a table like this one in an experiment's file; --set events.0.KEY=VALUE changes one",
+        "event": "Use it: a table like this in an experiment's file; --set events.0.KEY=VALUE changes one",
         "path": f"Use it: skylimb run --set trajectory.shape={entry.short}",
         "law": f"Use it: skylimb run --set controller.{entry.name.partition('.')[0]}.law={entry.short}",
         "table": f"Change a key: skylimb run --set {key_tables.example(tables)}",

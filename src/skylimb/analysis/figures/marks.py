@@ -1,6 +1,6 @@
 """Marks of what happened to a flight, in every figure over time: where it began, and how long it lasted.
 
-Events have numbers in the order of time, as in the report's list. Their kinds differ in the style of the line.
+Events have numbers in the order of time, as in the report's list. Their kinds differ by the line's style.
 """
 
 from __future__ import annotations
@@ -46,15 +46,17 @@ def mark_events(ax: Axes, log: xr.Dataset, numbered: bool = False, shift: float 
     Args:
         ax: panel with the time of the flight from left to right.
         log: of the flight.
-        numbered: whether the events' numbers stand at the panel's upper edge; of a flight's panels one has them.
+        numbered: whether the events' numbers stand at the upper edge, as in one of a flight's panels.
         shift: time that is 0 in the panel, s.
     """
     events = events_of(log)
     if not events:
         return
     begin, end = (float(log.time.values[k]) for k in (0, -1))
-    spec = ax.get_subplotspec()
-    inch = (end - begin) * (spec.get_gridspec().ncols if spec else 1) / ax.figure.get_figwidth()
+    spec, figure = ax.get_subplotspec(), ax.get_figure(root=True)
+    assert spec is not None
+    assert figure is not None
+    inch = (end - begin) * spec.get_gridspec().ncols / figure.get_figwidth()
     for kind in dict.fromkeys(event.kind for event in events):
         line, colour = LOOKS.get(kind, OTHER)
         own = [event for event in events if event.kind == kind]
@@ -78,7 +80,7 @@ def mark_events(ax: Axes, log: xr.Dataset, numbered: bool = False, shift: float 
 
 
 def event_signs(runs: Mapping[str, Run]) -> list[Patch]:
-    """Signs for the legend: of few events one for each, with its number and its words, else one for each kind."""
+    """Signs for the legend: of few events one for each, with number and words, else one for each kind."""
     events = common_events(run.log for run in runs.values())
     if events is not None and len(events) <= FEW and all(len(event.words) <= SHORT for event in events):
         return [_sign(event.kind, f"{k}: {event.words}") for k, event in enumerate(events, 1)]

@@ -1,4 +1,4 @@
-"""What happened to a flight, as a page shows it: marks along the time, and arrows where the robot was pushed."""
+"""What happened to a flight, as a page shows it: marks along the time, and arrows for pushes."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def packed_events(model: mujoco.MjModel, log: xr.Dataset, samples: np.ndarray) -
     Returns:
         `events`: number (from 1), kind, time and duration (s) and words of each, and of a push with a force
         also `push`: the force (N, W), the link's name and body, and the point in its axes (m); without a link
-        it acts at the centre of gravity. `cog`: that centre at the samples, W, m; None where no push needs it.
+        it acts at the centre of gravity. `cog`: that centre at the samples, W, m; None where not needed.
     """
     found = [
         {
