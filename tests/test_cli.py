@@ -228,7 +228,6 @@ def test_an_interrupted_flight_leaves_nothing(tmp_path: Path, capsys: pytest.Cap
         (["compare", "--controllers"], "names no controller"),
         (["compare", "--controllers", "pid", "mine/pid.toml"], "called alike: pid, pid"),
         (["compare", "--controllers", "pid", "pod"], "did you mean 'pid'?"),
-        (["show"], "NAME is missing"),
         (["show", "papr"], "did you mean 'paper'?"),
         (["report", "nowhere"], "'nowhere' does not exist"),
         (["view", "nowhere"], "'nowhere' does not exist"),

@@ -162,6 +162,28 @@ def synthetic_run(controller="hybrid", name=None, **options) -> Run:
     return Run(name=name or controller, controller=controller, log=log, metrics=metrics(log))
 
 
+def event(kind="push", time=2.0, duration=1.0, words="2 N on link4", **keys):
+    """An event as a log has it."""
+    own = {"force": [0.0, 2.0, 0.0], "torque": [0.0, 0.0, 0.0], "link": "link4", "point": [0.0, 0.0, 0.0]}
+    more = {**(own if kind == "push" else {}), **keys}
+    return {"kind": kind, "time": time, "duration": duration, "words": words, **more}
+
+
+def with_events(log: xr.Dataset, *events: dict) -> xr.Dataset:
+    """The log of a flight to which this happened."""
+    return log.assign_attrs(events=json.dumps(events))
+
+
+@pytest.fixture(scope="session")
+def make_event():
+    return event
+
+
+@pytest.fixture(scope="session")
+def happening():
+    return with_events
+
+
 @pytest.fixture(scope="session")
 def make_log():
     return synthetic_log

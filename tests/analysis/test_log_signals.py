@@ -7,7 +7,9 @@ import pytest
 
 from skylimb.analysis.signals import (
     adapting,
+    common_events,
     contact_transitions,
+    events_of,
     in_contact,
     in_phase,
     phase_names,
@@ -59,3 +61,23 @@ def test_a_log_without_a_surface_has_none(make_log):
     assert (surface_of(log) or {})["kind"] == "board"
     assert surface_of(log.assign_attrs(surface="")) is None
     assert surface_of(log.assign_attrs(surface='{"kind": "air"}')) is None
+
+
+def test_what_happened_is_told_in_the_order_of_time_up_to_the_flights_end(make_log, make_event, happening):
+    log = make_log(slide=1.0)
+    assert events_of(log) == []
+    later, sooner = make_event(time=3.0, force=[1.0, 0.0, 0.0]), make_event("gain", 2.0, 0.5, "a to 2")
+    first, second = events_of(happening(log, later, sooner, make_event(time=100.0)))
+    assert (first.kind, first.time, first.duration, first.words) == ("gain", 2.0, 0.5, "a to 2")
+    assert second.table["force"] == [1.0, 0.0, 0.0]
+
+
+def test_flights_share_their_events_also_where_one_ended_earlier(make_log, make_event, happening):
+    assert common_events([]) == []
+    log = happening(make_log(slide=1.0), make_event(time=1.0), make_event(time=3.0))
+    lost = log.isel(time=slice(0, 400))
+    assert len(events_of(lost)) == 1
+    assert common_events([lost, log]) == events_of(log)
+    other = happening(log, make_event(time=1.5))
+    assert common_events([log, other]) is None
+    assert common_events([log, happening(log)]) == events_of(log)

@@ -122,3 +122,24 @@ def test_a_log_without_a_scene_has_no_replay(run: Run) -> None:
 def test_a_flight_that_drew_nothing_is_packed() -> None:
     for nothing in (np.array([]), np.zeros((0, 3))):
         assert unpacked(packed(nothing)).shape == (0, nothing.shape[1] if nothing.ndim == 2 else 1)
+
+
+def test_events_are_packed_with_where_a_push_acts(run: Run, make_event, happening) -> None:
+    def flight(log):
+        return replay_payload({"hybrid": Run("hybrid", "hybrid", log, {})})["flights"][0]
+
+    assert (flight(run.log)["events"], flight(run.log)["cog"]) == ([], None)
+    force, none = [0.0, 2.0, 0.0], [0.0, 0.0, 0.0]
+    on_link = make_event(time=3.0, force=force, point=[0.3, 0.0, 0.0])
+    change, turn = make_event("gain", 2.0, 0.5, "a to 2"), make_event(time=4.0, force=none, link="")
+    packed_flight = flight(happening(run.log, on_link, change, turn))
+    assert packed_flight["cog"] is None  # nobody pushes there with a force
+    first, second, third = packed_flight["events"]
+    assert first == {**change, "number": 1, "push": None}
+    assert third["push"] is None
+    assert second["push"] == {"force": force, "link": "link4", "body": 4, "point": [0.3, 0.0, 0.0]}
+    central = flight(happening(run.log, make_event(force=force, link="", point=none)))
+    assert central["events"][0]["push"]["body"] is None
+    moments, cog = unpacked(central["moments"])[:, 0], unpacked(central["cog"])
+    expected = [np.interp(moments, run.log.time, column) for column in run.log.cog_position.values.T]
+    np.testing.assert_allclose(cog, np.transpose(expected), atol=1e-3)

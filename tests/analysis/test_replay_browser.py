@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
+import mujoco
 import numpy as np
 import pytest
 from playwright import sync_api
+from scipy.spatial.transform import Rotation
 
 import skylimb
 from chromium import PAINTED, chromium, needs_chromium, silent_page
@@ -108,6 +110,144 @@ def test_pushes_are_shown_around_the_tip_when_they_are_wanted(
         assert max(pushes) > 10.0
         page.get_by_role("button", name="pushes").click()
         assert page.evaluate(f"{skin}.object.visible") is False
+
+
+POINT = [0.1, 0.0, 0.0]
+PUSHES = [
+    {"kind": "push", "time": 0.5, "duration": 0.5, "force": [0.0, 0.0, 2.0]},
+    {
+        "kind": "push",
+        "time": 0.2,
+        "duration": 0.2,
+        "force": [0.0, 3.0, 0.0],
+        "link": "link2",
+        "point": POINT,
+    },
+    {
+        "kind": "gain",
+        "time": 0.8,
+        "key": "translation.proportional",
+        "value": [1.0, 1.0, 1.0],
+        "duration": 0.1,
+    },
+]
+
+
+@pytest.fixture(scope="module")
+def pushed() -> Run:
+    return skylimb.run("free_flight", "pid", set={"stop_at": 1.2, "events": PUSHES})
+
+
+@pytest.fixture
+def pushed_page(browser: sync_api.Browser, pushed: Run, tmp_path: Path) -> Iterator[sync_api.Page]:
+    path = tmp_path / "page.html"
+    path.write_text(Replay({"pid": pushed}).page, encoding="utf-8")
+    with silent_page(browser, offline=True) as page:
+        page.goto(path.as_uri())
+        page.wait_for_selector("#replay[data-ready]", timeout=20_000)
+        yield page
+
+
+def arrow(page: sync_api.Page, number: int, time: float) -> tuple[bool, np.ndarray, np.ndarray]:
+    """Whether the arrow of a push is seen at a time, where it begins, m, and what it leads along, m."""
+    seen, place, turn, length = page.evaluate(
+        f"""() => {{
+            skylimbReplay.clock.set({time});
+            const {{ arrow }} = skylimbReplay.theatre.stages[0].events.find((one) => one.number === {number});
+            const {{ visible, position, quaternion, cone }} = arrow;
+            return [visible, position.toArray(), quaternion.toArray(), cone.position.y];
+        }}"""
+    )
+    return seen, np.array(place), length * Rotation.from_quat(turn).apply([0.0, 1.0, 0.0])
+
+
+def test_a_push_has_an_arrow_while_it_lasts(pushed: Run, pushed_page: sync_api.Page) -> None:
+    for number, times in ((1, (0.1, 0.45)), (2, (0.4, 1.1))):
+        assert [arrow(pushed_page, number, time)[0] for time in times] == [False, False]
+    log, model = pushed.log, mujoco.MjModel.from_xml_string(pushed.log.attrs["scene"])
+    data, tick = mujoco.MjData(model), int(np.searchsorted(log.time.values, 0.3))
+    data.qpos[:] = log.configuration.values[tick]
+    mujoco.mj_kinematics(model, data)
+    body = data.body("link2")
+    seen, place, along = arrow(pushed_page, 1, 0.3)
+    assert seen
+    assert place == pytest.approx(body.xpos + body.xmat.reshape(3, 3) @ POINT, abs=5e-3)
+    assert along == pytest.approx([0.0, 0.36, 0.0], abs=1e-6)  # 12 cm/N, as the contact force's
+    seen, place, along = arrow(pushed_page, 2, 0.7)
+    assert seen
+    assert place == pytest.approx(log.cog_position.sel(time=0.7, method="nearest").values, abs=5e-3)
+    assert along == pytest.approx([0.0, 0.0, 0.24], abs=1e-6)
+    switch = pushed_page.get_by_role("button", name="arrows")
+    assert "pushes (blue, 12 cm/N)" in (switch.get_attribute("title") or "")
+    switch.click()
+    assert pushed_page.evaluate("skylimbReplay.theatre.stages[0].arrows.visible") is False
+
+
+def test_events_are_marked_under_the_time_line_and_in_the_plots(pushed_page: sync_api.Page) -> None:
+    marks = pushed_page.locator(".replay .mark")
+    assert [mark.get_attribute("title") for mark in marks.all()] == [
+        "1: push at 0.20 s, 0.2 s: 3 N on link2",
+        "2: push at 0.50 s, 0.5 s: 2 N on the centre of gravity",
+        "3: gain at 0.80 s, 0.1 s: translation.proportional to [1.0, 1.0, 1.0]",
+    ]
+    for number, time in enumerate((0.2, 0.5, 0.8)):
+        marks.nth(number).click()
+        assert time_shown(pushed_page) == pytest.approx(time)
+        slider, mark = (
+            pushed_page.get_by_label("Time", exact=True).bounding_box(),
+            marks.nth(number).bounding_box(),
+        )
+        assert slider is not None
+        assert mark is not None
+        end = pushed_page.evaluate("skylimbReplay.clock.end")
+        thumb = slider["x"] + 8.0 + (slider["width"] - 16.0) * time / end  # its middle
+        assert mark["x"] == pytest.approx(thumb, abs=1.5)
+        assert mark["width"] == pytest.approx(
+            (slider["width"] - 16.0) * (0.2, 0.5, 0.1)[number] / end, abs=1.5
+        )
+    # Every plot has the pale blue of a push where the second one lasts, and plain paper before the first.
+    colours = pushed_page.evaluate(
+        """() => skylimbReplay.plots.plots.map((plot) => [0.75, 0.1].map((time) => {
+            const { left, top, width, height } = plot.bbox, x = Math.round(plot.valToPos(time, "x", true));
+            const copy = Object.assign(document.createElement("canvas"), { width: 1, height });
+            const pen = copy.getContext("2d", { willReadFrequently: true });
+            pen.drawImage(plot.ctx.canvas, -x, -top);
+            const column = pen.getImageData(0, 0, 1, height).data, found = new Map();
+            for (let k = 0; k < column.length; k += 4) {
+                const colour = column.slice(k, k + 4).join(" ");
+                found.set(colour, (found.get(colour) ?? 0) + 1);
+            }
+            return [...found].sort((a, b) => b[1] - a[1])[0][0];
+        }))"""
+    )
+    assert len(colours) >= 4
+    for during, before in colours:
+        red, _, blue, seen = map(int, during.split())
+        assert seen > 0
+        assert blue > red
+        assert before == "0 0 0 0"
+
+
+def test_the_marks_are_those_of_the_flights_that_are_seen(
+    browser: sync_api.Browser, pushed: Run, tmp_path: Path
+) -> None:
+    calm = Run("calm", "hybrid", pushed.log.assign_attrs(events="[]"), {})
+    path = tmp_path / "page.html"
+    path.write_text(Replay({"pid": pushed, "calm": calm, "again": pushed}).page, encoding="utf-8")
+    with silent_page(browser, offline=True) as page:
+        page.goto(path.as_uri())
+        page.wait_for_selector("#replay[data-ready]", timeout=20_000)
+        marks = page.locator(".replay .mark")
+        assert marks.count() == 3  # what flights share stands once
+        page.get_by_label("Flights").select_option("calm")
+        assert marks.count() == 0
+        page.get_by_label("Flights").select_option("PID")
+        assert marks.count() == 3
+
+
+def test_a_page_of_flights_without_events_speaks_of_none(page: sync_api.Page) -> None:
+    assert page.locator(".replay .mark").count() == 0
+    assert "pushes" not in (page.get_by_role("button", name="arrows").get_attribute("title") or "")
 
 
 def test_without_limits_of_thrust_there_is_nothing_to_switch(page: sync_api.Page) -> None:

@@ -137,6 +137,29 @@ def test_the_report_lists_what_the_controller_made_of_the_contact(make_log, tmp_
     assert "<td>2.500</td><td>approach</td><td>settle</td><td>touched</td>" in text
 
 
+def test_the_report_lists_what_happened_once_for_all_flights(
+    make_log, make_event, happening, tmp_path, comparison
+):
+    assert '<h2 id="events">' not in (comparison / "report.html").read_text()
+    (tmp_path / "figures").mkdir()
+    log = happening(make_log(slide=1.0), make_event(time=3.0), make_event("gain", 2.0, 0.5, "a.b to 2"))
+
+    def text(*logs):
+        return render_report({f"run {k}": Run("pid", "pid", log, {}) for k, log in enumerate(logs)}, tmp_path)
+
+    shared = text(log, log)
+    assert shared.count("<td>2.000</td><td>0.5</td><td>gain</td><td>a.b to 2</td>") == 1
+    assert shared.index("<td>1</td><td>2.000</td>") < shared.index("<td>2</td><td>3.000</td>")
+    assert "<summary>2 events</summary>" in shared
+    apart = text(log, happening(log, make_event(time=1.0)), happening(log))
+    assert "<summary>run 0: 2 events</summary>" in apart
+    assert "<summary>run 1: 1 event</summary>" in apart
+    assert "run 2: " not in apart.split('id="events"')[1].split("<h2")[0]
+    many = text(happening(log, *(make_event(time=0.01 * k) for k in range(70))))
+    assert "<details><summary>70 events" in many  # closed until somebody wants them
+    assert "The first 60" in many
+
+
 def test_figures_stand_before_the_contacts_states(make_log, tmp_path):
     """A drawing has dozens of changes of state: nobody scrolls through them to the first figure."""
     log = make_log(slide=1.0).assign_attrs(

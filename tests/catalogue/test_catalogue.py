@@ -1,5 +1,6 @@
 """What there is to be set and scored, as `list`, `show` and `keys` have it."""
 
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -9,6 +10,8 @@ from skylimb.catalogue.page import keys_page
 from skylimb.catalogue.search import all_keys, search
 from skylimb.cli.main import main
 from skylimb.control.slots import SLOTS, law_names
+from skylimb.events import EVENTS, SurfaceChange
+from skylimb.experiments.experiment import experiment_from_mapping
 from skylimb.robots import SHIPPED
 from skylimb.simulation.surfaces import SURFACES
 
@@ -23,7 +26,8 @@ def test_every_entry_has_a_name_of_its_own_and_a_meaning() -> None:
     names = {entry.name for entry in known}
     assert {f"surface.{kind}" for kind in SURFACES} <= names
     assert {f"{slot}.{law}" for slot in SLOTS for law in law_names(slot)} <= names
-    assert {"path.drawing", "disturbance", "gain_changes", "metric.tilt_max", "campaign", "surface"} <= names
+    assert {f"event.{kind}" for kind in EVENTS} <= names
+    assert {"path.drawing", "sensors", "metric.tilt_max", "campaign", "surface"} <= names
 
 
 @pytest.mark.parametrize("entry", entries(), ids=lambda entry: entry.name)
@@ -67,7 +71,8 @@ def test_show_takes_what_run_takes(capsys: pytest.CaptureFixture[str]) -> None:
         ("cylinder", "surface.kind=cylinder"),
         ("translation.pid", "controller.translation.law=pid"),
         ("circle", "trajectory.shape=circle"),
-        ("disturbance", "--set disturbance.start=0"),
+        ("event.push", "--set events.0.KEY=VALUE"),
+        ("sensors", "--set sensors.rate=100"),
         ("tilt_max", "tilt_max: Largest tilt, rad"),
         ("campaign", "draws ="),
     ],
@@ -77,12 +82,31 @@ def test_what_is_shown_says_how_it_is_used(name: str, words: str, capsys: pytest
     assert words in capsys.readouterr().out
 
 
+def test_an_event_is_shown_as_its_table_is_written(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["show", "event.surface"]) == 0
+    out = capsys.readouterr().out
+    text = out.replace("# time =", "time = 3.0").replace("# slope =", "slope = 0.2")
+    assert "\n[[events]]\n" in text
+    (event,) = experiment_from_mapping(tomllib.loads(text), "shown").events
+    assert event == SurfaceChange(3.0, slope=0.2)
+
+
+def test_show_without_a_name_lists_the_names(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["show"]) == 0
+    out = capsys.readouterr().out
+    assert main(["list"]) == 0
+    assert capsys.readouterr().out == out
+    assert "Events: kind in [[events]]" in out
+    assert all(entry.name in out for entry in entries())
+
+
 def test_a_word_finds_keys_by_name_then_meaning_then_spelling() -> None:
     assert [key.key for key in search("friction")][:1] == ["surface.friction"]
     assert search("surface.friction")[0].of[0].startswith("surface.")
     assert [key.key for key in search("Coulomb")][:1] == ["surface.friction"]
     assert "controller.shape.stiffness" in [key.key for key in search("stifness")]
     assert search("qqqqqq") == []
+    assert search("events.<n>.kind")[0].of == ("event.gain", "event.push", "event.surface")
     keys = [key.key for key in all_keys()]
     assert "controller.allocation.leak.cutoff" in keys
     assert "trajectory.radius" in keys

@@ -97,6 +97,44 @@ def test_a_table_of_a_robot_may_leave_out_what_it_does_not_change(table: object,
     assert (problems("controller", {**PRESET, "robots": {"dragon": table}}) == []) is fine
 
 
+PUSH = {"kind": "push", "time": 1.0, "duration": 0.5}
+
+
+@pytest.mark.parametrize(
+    "event",
+    [
+        PUSH,
+        {**PUSH, "force": [1.0, 0, 0], "link": "link4"},
+        {"kind": "gain", "time": 1, "key": "shape.mass", "value": 3.0},
+        {"kind": "gain", "time": 1.0, "key": "translation.damping_ratio", "value": [1.0, 1.0, 1.0]},
+        {"kind": "surface", "time": 1.0, "present": False},
+    ],
+)
+def test_events_of_every_kind_are_welcome(event: dict) -> None:
+    assert problems("experiment", {**EXPERIMENT, "events": [PUSH, event]}) == []
+    assert experiment_from_mapping({**EXPERIMENT, "events": [PUSH, event]}, "test").events
+
+
+@pytest.mark.parametrize(
+    "events",
+    [
+        [{**PUSH, "kind": "psh"}],
+        [{key: value for key, value in PUSH.items() if key != "kind"}],
+        [{"kind": "push", "time": 1.0}],
+        [PUSH, {**PUSH, "forse": [1.0, 0.0, 0.0]}],
+        [{**PUSH, "force": [1.0, 0.0]}],
+        [{**PUSH, "force": [1.0, 0.0, 101.0]}],
+        [{**PUSH, "duration": 0.0}],
+        [{"kind": "surface", "time": 1.0, "force": [1.0, 0.0, 0.0]}],
+        {"kind": "push"},
+    ],
+)
+def test_a_wrong_event_is_refused_by_both(events: object) -> None:
+    assert problems("experiment", {**EXPERIMENT, "events": events})
+    with pytest.raises(ConfigError):
+        experiment_from_mapping({**EXPERIMENT, "events": events}, "test")
+
+
 def test_a_law_of_ones_own_and_any_surface_are_welcome() -> None:
     assert problems("controller", {**PRESET, "shape": {"law": "mine.py", "gain": 3.0}}) == []
     assert problems("controller", {key: value for key, value in PRESET.items() if key != "shape"})

@@ -3,6 +3,7 @@
 import { choice, element, toggle } from "../shared/elements.js";
 import { Theatre } from "../shared/theatre.js";
 import { Clock } from "./clock.js";
+import { eventsOf, Marks } from "./events.js";
 import { Plots } from "./plots.js";
 import { Stage } from "./stage.js";
 
@@ -32,10 +33,13 @@ async function start(root, { flights, speed = 1 }) {
   }
   const plots = await Plots.of(plotting, flights, clock);
 
+  const marks = new Marks(clock);
   const state = { ghosts: false, chosen: null };
   const arrange = () => {
     theatre?.arrange(state.ghosts, state.chosen);
     theatre?.at(clock.time);
+    const seen = state.chosen === null ? flights : [flights[state.chosen]];
+    marks.show(eventsOf(seen));
     plots.show(state.chosen);
     label();
   };
@@ -57,7 +61,7 @@ async function start(root, { flights, speed = 1 }) {
   const slider = element("input", { type: "range", min: 0, max: clock.end, step: 0.01, value: 0, "aria-label": "Time" });
   slider.addEventListener("input", () => clock.set(Number(slider.value)));
   const readout = element("output", { class: "time" }, "0.00 s");
-  bar.append(play, slider, readout,
+  bar.append(play, element("div", { class: "timeline" }, slider, marks.element), readout,
     choice("Speed", [...new Set([...SPEEDS, speed])].sort((a, b) => a - b).map((times) => [times, `${times}×`]), speed, (value) => { clock.speed = Number(value); }));
   if (many) {
     bar.append(
@@ -67,9 +71,10 @@ async function start(root, { flights, speed = 1 }) {
       }),
       toggle("ghosts", "All flights in one picture", false, (on) => { state.ghosts = on; arrange(); }));
   }
+  const pushed = stages.some((stage) => stage.events.length);
   bar.append(
     toggle("follow", "The camera goes along", false, (on) => { if (theatre) theatre.follow = on; }),
-    toggle("arrows", "Thrusts (green, 2 cm/N) and the contact force (red, 12 cm/N)", true, (on) => theatre?.showArrows(on)));
+    toggle("arrows", `Thrusts (green, 2 cm/N), the contact force (red, 12 cm/N)${pushed ? ", pushes (blue, 12 cm/N)" : ""}`, true, (on) => theatre?.showArrows(on)));
   if (stages.some((stage) => stage.pushes)) {
     bar.append(toggle("pushes", "How hard the tip could push, each way: at rest in its posture then, leaning by up to 20° (violet, 3 cm/N)", false, (on) => {
       for (const stage of stages) stage.showPushes(on);

@@ -3,7 +3,7 @@
 import uPlot from "uplot";
 import { curvesOf } from "../shared/curves.js";
 import { columns, lastNotAbove } from "../shared/decode.js";
-
+import { eventsOf, stripes } from "./events.js";
 
 export class Plots {
   static async of(holder, flights, clock) {
@@ -23,6 +23,7 @@ export class Plots {
     this.plots = [];
     const alone = chosen !== null || this.flights.length === 1;
     const shown = chosen !== null ? [chosen] : this.flights.map((_, i) => i);
+    this.events = eventsOf(shown.map((i) => this.flights[i]));
     const titles = [...new Set(shown.flatMap((i) => this.flights[i].panels.map((panel) => panel.title)))];
     for (const title of titles) {
       const curves = shown.flatMap((i, k) => this.#curves(i, title, alone, k === 0));
@@ -75,6 +76,7 @@ export class Plots {
       hooks: {
         ready: [(u) => this.#listen(u)],
         setSelect: [(u) => this.#zoom(u)],
+        drawClear: [(u) => stripes(u, this.events, style)],
         draw: [(u) => this.#mark(u)],
       },
     }, data, element);

@@ -11,15 +11,15 @@ const NOMINAL = 0x555555;
 export class Stage extends Figure {
   static async of(flight) {
     const meshes = await Promise.all(flight.meshes.map(mesh));
-    const parts = ["moments", "poses", "thrusts", "contact"].map((name) => (flight[name] ? columns(flight[name]) : []));
-    const [[moments], poses, thrusts, contact] = await Promise.all(parts);
+    const parts = ["moments", "poses", "thrusts", "contact", "cog"].map((name) => (flight[name] ? columns(flight[name]) : []));
+    const [[moments], poses, thrusts, contact, cog] = await Promise.all(parts);
     const surface = flight.surface ? await columns(flight.surface) : null;
     const inks = await Promise.all(["nominal", "trace"].map(async (name) => {
       const { since, ends } = flight[name];
       return [(await columns(since))[0], await columns(ends)];
     }));
     const pushes = flight.pushes ? await Pushes.of(flight.pushes) : null;
-    return new Stage(flight, meshes, { moments, poses, thrusts, contact, surface }, inks, pushes);
+    return new Stage(flight, meshes, { moments, poses, thrusts, contact, cog, surface }, inks, pushes);
   }
 
   constructor(flight, meshes, motion, [nominal, trace], pushes) {
@@ -32,6 +32,7 @@ export class Stage extends Figure {
     this.trace = new Ink(...trace, flight.colour, 4);
     this.drawn.add(this.nominal.object, this.trace.object);
     this.root.add(this.drawn);
+    this.events = flight.events.filter((event) => event.push).map((event) => ({ ...event, arrow: this.addPush() }));
     this.pushes = pushes;
     if (pushes) this.root.add(pushes.object);
   }
@@ -43,12 +44,17 @@ export class Stage extends Figure {
 
   /** Show the flight at a time, s. */
   at(time) {
-    const { moments, poses, thrusts, contact, surface } = this.motion;
+    const { moments, poses, thrusts, contact, cog, surface } = this.motion;
     const i = Math.max(0, Math.min(lastNotAbove(moments, time), moments.length - 1));
     const j = Math.min(i + 1, moments.length - 1);
     const part = j > i ? Math.min(1, Math.max(0, (time - moments[i]) / (moments[j] - moments[i]))) : 0;
     const mixed = (column) => column[i] + part * (column[j] - column[i]);
     this.show(poses.map(mixed), thrusts.map(mixed), contact.map(mixed));
+    for (const { arrow, push, time: begin, duration } of this.events) {
+      arrow.visible = false;
+      if (time < begin || time >= begin + duration) continue;
+      this.showPush(arrow, push.link ? push : { body: 0, point: cog.map(mixed), force: push.force });
+    }
     if (surface) {
       const [x, y, z, w, qx, qy, qz] = surface.map(mixed);
       this.drawn.position.set(x, y, z);

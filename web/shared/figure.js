@@ -1,4 +1,4 @@
-// What one flight looks like at a moment: its shapes on their bodies, and the arrows of thrust and contact force.
+// What one flight looks like at a moment: its shapes on their bodies, and the arrows of thrusts and forces.
 
 import {
   ArrowHelper, BoxGeometry, BufferAttribute, BufferGeometry, CapsuleGeometry, Color, CylinderGeometry,
@@ -6,7 +6,7 @@ import {
 } from "three";
 
 export const METRES_PER_NEWTON = { thrust: 0.02, contact: 0.12 };
-const THRUST = 0x2e7d32, CONTACT = 0xb00020;
+const THRUST = 0x2e7d32, CONTACT = 0xb00020, PUSH = 0x1f6fd6;
 
 function geometryOf(shape, meshes) {
   const [a, b, c] = shape.size;
@@ -67,11 +67,21 @@ export class Figure {
     if (shape.body === 0) this.still.push(object); else this.materials.push([material, alpha, material.color.clone()]);
   }
 
+  /** An arrow for a push on the robot. */
+  addPush() { return this.addArrow(PUSH); }
+
   addArrow(colour) {
     const arrow = new ArrowHelper(new Vector3(0, 0, 1), new Vector3(), 0.1, colour);
     arrow.visible = false;
     this.arrows.add(arrow);
     return arrow;
+  }
+
+  /** Let an arrow show a force (N, W) at a point of a body, in its axes; the body 0 is the world. */
+  showPush(arrow, { body, point, force }) {
+    const { position, quaternion } = this.bodies[body];
+    const from = new Vector3(...point).applyQuaternion(quaternion).add(position);
+    pointArrow(arrow, from, new Vector3(...force).multiplyScalar(METRES_PER_NEWTON.contact));
   }
 
   /** As one of several in the same picture: in its controller's colour, the later ones see-through. */
@@ -116,7 +126,7 @@ export class Figure {
   }
 }
 
-export function pointArrow(arrow, from, vector) {
+function pointArrow(arrow, from, vector) {
   const length = vector.length();
   arrow.visible = length > 0.01;
   if (!arrow.visible) return;

@@ -2,10 +2,10 @@
 
 import { Group, Matrix4, Quaternion, Vector3 } from "three";
 import { columns, mesh } from "../shared/decode.js";
-import { Figure, pointArrow, METRES_PER_NEWTON } from "../shared/figure.js";
+import { Figure } from "../shared/figure.js";
 import { Ink, segments } from "../shared/ink.js";
 
-const NOMINAL = 0x555555, POKE = 0x7b3fb5;
+const NOMINAL = 0x555555;
 const MOST = 12000; // segments of the drawn line
 const SPACING = 0.004; // m between its points
 const TOUCH = 0.05; // N from which the pen draws
@@ -31,7 +31,7 @@ export class Actor extends Figure {
     this.trace = segments(new Float32Array(6 * MOST), scene.colour, 4);
     this.drawn.add(this.reference, this.trace);
     this.surfaceObjects = this.bodies[scene.body_names.indexOf("surface")]?.children ?? [];
-    this.pokeArrow = this.addArrow(POKE);
+    this.pokeArrow = this.addPush();
     this.poke = null; // {body, point, force}
     this.clear();
   }
@@ -61,10 +61,7 @@ export class Actor extends Figure {
 
   #showPoke() {
     this.pokeArrow.visible = false;
-    if (!this.poke) return;
-    const body = this.bodies[this.poke.body];
-    const from = new Vector3(...this.poke.point).applyQuaternion(body.quaternion).add(body.position);
-    pointArrow(this.pokeArrow, from, new Vector3(...this.poke.force).multiplyScalar(METRES_PER_NEWTON.contact));
+    if (this.poke) this.showPush(this.pokeArrow, this.poke);
   }
 
   /** Let the pen draw what a frame says; after a rewind, what came later is wiped off. */

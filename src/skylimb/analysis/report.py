@@ -20,7 +20,7 @@ from skylimb.analysis.paper_configuration import EXPERIMENT, not_the_papers
 from skylimb.analysis.paper_numbers import SOURCE, published_beside
 from skylimb.analysis.replay.page import replay_html
 from skylimb.analysis.score import Score
-from skylimb.analysis.signals import contact_transitions
+from skylimb.analysis.signals import HappenedEvent, common_events, contact_transitions, events_of
 from skylimb.recording import LOG_FILE, Run
 
 TEMPLATE = Path(__file__).with_name("report_template.html")
@@ -119,6 +119,7 @@ def render_report(
             for name, run in runs.items()
             if contact_transitions(run.log)
         ],
+        happened=_happened(runs),
         compared=any(cell.paper for _, rows in groups for _, _, cells in rows for cell in cells),
         otherwise=not_the_papers({palette.label(name): run for name, run in runs.items()}),
         claims=claims,
@@ -143,6 +144,14 @@ def _title(runs: Mapping[str, Run]) -> str:
     experiment = str(first.log.attrs.get("experiment", "")) or "flight"
     who = palette.label(first.name) if len(runs) == 1 else f"{len(runs)} controllers compared"
     return f"{experiment[:1].upper()}{experiment[1:]}: {who}"
+
+
+def _happened(runs: Mapping[str, Run]) -> list[tuple[str, list[HappenedEvent]]]:
+    """Events of each run by its name; of runs that share them, once and without a name."""
+    common = common_events(run.log for run in runs.values())
+    known = ((palette.label(name), events_of(run.log)) for name, run in runs.items())
+    each = known if common is None else [("", common)]
+    return [(name, events) for name, events in each if events]
 
 
 Line = tuple[str, str, list[Cell]]

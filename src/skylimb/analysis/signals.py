@@ -1,8 +1,9 @@
-"""What every reader of a log needs: phases, axes, and stretches of time in which something holds."""
+"""What every reader of a log needs: phases, axes, events, and stretches of time in which something holds."""
 
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -116,6 +117,40 @@ class Transition(NamedTuple):
 def contact_transitions(log: xr.Dataset) -> list[Transition]:
     """Every change of the contact's state that the controller made; none where it keeps no such state."""
     return [Transition(*entry) for entry in json.loads(log.attrs.get("contact_transitions", "[]"))]
+
+
+class HappenedEvent(NamedTuple):
+    """Something that happened to a flight besides what its mission asked: a push, a gain that changed, ...
+
+    Attributes:
+        kind: as `[[events]]` of an experiment name it.
+        time: at which it began, s.
+        duration: how long it took or was to last, s.
+        words: what it was.
+        table: all its keys with their values.
+    """
+
+    kind: str
+    time: float
+    duration: float
+    words: str
+    table: dict[str, Any]
+
+
+def events_of(log: xr.Dataset) -> list[HappenedEvent]:
+    """What happened to a flight, in the order of time; not what it did not live to see."""
+    tables = json.loads(log.attrs.get("events", "[]"))
+    found = [
+        HappenedEvent(each["kind"], each["time"], each["duration"], each["words"], each) for each in tables
+    ]
+    return sorted((each for each in found if each.time <= log.time.values[-1]), key=lambda each: each.time)
+
+
+def common_events(logs: Iterable[xr.Dataset]) -> list[HappenedEvent] | None:
+    """What happened to all of some flights, as long as each lasted; None where it was not the same."""
+    lists = [events_of(log) for log in logs]
+    longest = max(lists, key=len, default=[])
+    return longest if all(one == longest[: len(one)] for one in lists) else None
 
 
 def adapting(log: xr.Dataset) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""What there is to be shown: experiments, controllers, robots, surfaces, laws, paths, tables and metrics."""
+"""What there is to be shown: experiments, controllers, robots, surfaces, events, laws, tables, metrics ..."""
 
 from __future__ import annotations
 
@@ -15,9 +15,10 @@ from skylimb.control.preset import preset_from_mapping, preset_mapping
 from skylimb.control.preset_keys import law_tables, preset_tables
 from skylimb.control.slots import SLOTS, find_law, law_names
 from skylimb.errors import unknown_name
+from skylimb.events import EVENTS
 from skylimb.experiments.experiment import Settings
 from skylimb.experiments.listing import list_controllers, list_experiments
-from skylimb.keys import Table, keys_of, tables_of
+from skylimb.keys import ANY_NUMBER, Table, keys_of, tables_of
 from skylimb.keys.fields import entry_section, fields_of, section_of
 from skylimb.planning.trajectory_config import TrajectoryConfig
 from skylimb.robots.flight_file import FlightFile
@@ -30,6 +31,7 @@ KINDS = {
     "controller": "Controllers",
     "robot": "Robots",
     "surface": "Surfaces: surface.kind",
+    "event": "Events: kind in [[events]]",
     "path": "Paths: trajectory.shape",
     "law": "Laws of the controller's slots: controller.SLOT.law",
     "table": "Tables of an experiment",
@@ -45,7 +47,7 @@ class Entry:
 
     Attributes:
         kind: a key of `KINDS`.
-        name: unique: "paper", "surface.cylinder", "path.circle", "translation.pid", "metric.error_u_median".
+        name: unique: "paper", "surface.cylinder", "event.push", "translation.pid", "metric.error_u_median".
         meaning: one line.
     """
 
@@ -65,6 +67,7 @@ def entries() -> list[Entry]:
     found += [Entry("controller", name, text) for name, text in list_controllers().items()]
     found += [Entry("robot", name, text) for name, text in list_robots().items()]
     found += [Entry("surface", f"surface.{name}", _first_line(cls)) for name, cls in sorted(SURFACES.items())]
+    found += [Entry("event", f"event.{name}", _first_line(cls)) for name, cls in sorted(EVENTS.items())]
     found += [Entry("path", f"path.{name}", text) for name, text in _paths().items()]
     for slot in SLOTS:
         for law in law_names(slot):
@@ -73,6 +76,9 @@ def entries() -> list[Entry]:
     found += [Entry("file", name, _first_line(cls)) for name, cls in _FILES.items()]
     return found + [Entry("metric", f"metric.{name}", _metric(score)) for name, score in SCORES.items()]
 
+
+EVENT = ("events", ANY_NUMBER)
+"""Where the keys of an event stand in an experiment."""
 
 _FILES = {"campaign": CampaignSpec, "flight": FlightFile}
 """Files that users write besides experiments and presets."""
@@ -92,7 +98,7 @@ def find_entry(name: str) -> Entry:
         if name == entry.short:
             return entry
     names = {each for entry in known for each in (entry.name, entry.short)}
-    raise unknown_name("experiment, controller, robot, surface, law, path or metric", name, names)
+    raise unknown_name("experiment, controller, robot, surface, event, law, path or metric", name, names)
 
 
 def tables_of_entry(entry: Entry) -> list[Table]:
@@ -118,6 +124,7 @@ def _law_tables(entry: Entry) -> Iterable[Table]:
 _TABLES: dict[str, Callable[[Entry], Iterable[Table]]] = {
     "controller": lambda entry: preset_tables(preset_from_mapping(*preset_mapping(entry.name))),
     "surface": lambda entry: tables_of(SURFACES[entry.short], ("surface",)),
+    "event": lambda entry: tables_of(EVENTS[entry.short], EVENT),
     "path": _path_tables,
     "law": _law_tables,
     "table": lambda entry: tables_of(experiment_tables()[entry.name], (entry.name,)),

@@ -41,6 +41,12 @@ def _lines() -> Iterator[str]:
         yield f"### {entry.short}\n"
         yield f"{entry.meaning}\n"
         yield from _rows([_less(table, shared) for table in tables_of_entry(entry)])
+    yield "## Events\n"
+    yield "What happens in flight: tables `[[events]]` of an experiment. `kind` names one.\n"
+    for entry in _of(known, "event"):
+        yield f"### {entry.name}\n"
+        yield f"{entry.meaning}\n"
+        yield from _rows(tables_of_entry(entry))
     yield "## Paths\n"
     yield "`trajectory.shape` names one.\n"
     for entry in _of(known, "path"):

@@ -14,6 +14,7 @@ from skylimb.campaign.spec import CampaignSpec
 from skylimb.config import to_mapping
 from skylimb.control.preset import DEFAULT_LAWS, ROBOTS
 from skylimb.control.slots import SLOTS, find_law, law_names
+from skylimb.events import EVENTS
 from skylimb.experiments.experiment import Experiment, Settings
 from skylimb.keys import Key
 from skylimb.keys.fields import default_of, fields_of, members_of
@@ -62,6 +63,9 @@ def _experiment() -> Schema:
             _own("kind"),
         ],
     }
+    kinds = [_chosen(_table(cls), "kind", name, False) for name, cls in EVENTS.items()]
+    note = "What happens in flight"
+    schema["properties"]["events"] = {"type": "array", "description": note, "items": {"anyOf": kinds}}
     return schema
 
 

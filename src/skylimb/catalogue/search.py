@@ -23,7 +23,7 @@ class FoundKey:
     Attributes:
         key: whole, as `--set` takes it; as it stands in its file for a campaign and a robot.
         info: unit, range, meaning and default.
-        of: what has it: "experiment", "surface.cylinder", "translation.pid", "campaign", "flight".
+        of: what has it: "experiment", "surface.cylinder", "event.push", "translation.pid", "flight", ...
     """
 
     key: str
@@ -50,7 +50,7 @@ def _tables() -> Iterator[tuple[str, str, Table]]:
     for table in tables_of(Settings):
         yield "experiment", "", table
     for entry in entries():
-        if entry.kind in ("surface", "law", "file"):
+        if entry.kind in ("surface", "event", "law", "file"):
             for table in tables_of_entry(entry):
                 yield entry.name, _prefix(entry), table
 

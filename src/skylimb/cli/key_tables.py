@@ -60,9 +60,12 @@ def commented_toml(title: str, tables: Iterable[Table], hint: str) -> Iterator[s
     yield from _comment(title)
     yield f"# {hint}"
     last: dict[str, Any] = {}
+    explained: set[tuple[tuple[str, ...], str]] = set()
     for table in tables:
         off = "" if table.given else "# "
-        again = bool(table.path) and table.path[-1].isdecimal() and int(table.path[-1]) > 0
+        kind = (table.path[:-1], table.meaning)
+        again = bool(table.path) and table.path[-1].isdecimal() and kind in explained
+        explained.add(kind)
         if table.path:
             yield ""
             yield from _comment("" if again else table.meaning)

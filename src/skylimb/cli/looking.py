@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class List:
-    """List what there is: experiments, controllers, robots, surfaces, paths, laws, tables and metrics."""
+    """List what there is: experiments, controllers, robots, surfaces, events, paths, laws, metrics, ..."""
 
     examples: ClassVar[str] = "skylimb list"
 
@@ -37,26 +37,29 @@ class List:
 class Show:
     """Show every key of an experiment, a controller, a robot: value, unit, range and meaning.
 
-    Surfaces, paths, laws, tables and metrics are shown as well, by the names that `skylimb list` has. For an
-    experiment and a controller these are the keys that --set can change. Into a file, it is written as that
-    file would have to be. `skylimb keys WORD` searches all keys.
+    Surfaces, events, paths, laws, tables and metrics are shown as well, by the names that `skylimb list` has;
+    so does this verb without a name. For an experiment and a controller these are the keys that --set can
+    change. Into a file, it is written as that file would have to be. `skylimb keys WORD` searches all keys.
     """
 
     examples: ClassVar[str] = """
         skylimb show paper
         skylimb show hybrid
         skylimb show surface.cylinder
+        skylimb show event.push
         skylimb show robots/my_robot        whatever run takes: a folder, a TOML file, a Python file
         skylimb show paper > mine.toml      a start for an experiment of your own
     """
 
     name: Annotated[
         Positional[str],
-        arg(metavar="NAME", help="As `skylimb list` has it, or what `run` takes."),
-    ]
+        arg(metavar="NAME", help="As `skylimb list` has it, or what `run` takes; every name without it."),
+    ] = ""
 
     def __call__(self) -> int:
         """Print it."""
+        if not self.name:
+            return List()()
         kind = _kind_of_path(self.name)
         if not kind:
             from skylimb.catalogue.entries import find_entry
@@ -85,7 +88,7 @@ def _kind_of_path(name: str) -> str:
 
 
 def _show_entry(entry: Entry) -> None:
-    """A surface, a path, a law, a table of an experiment, a file of the user's, a metric."""
+    """A surface, an event, a path, a law, a table of an experiment, a file of the user's, a metric."""
     from skylimb.catalogue.entries import tables_of_entry
     from skylimb.cli import key_tables
 
@@ -95,6 +98,7 @@ def _show_entry(entry: Entry) -> None:
     tables = tables_of_entry(entry)
     hints = {
         "surface": f"Use it: skylimb run --set surface.kind={entry.short}",
+        "event": "Use it: a table like this in an experiment's file; --set events.0.KEY=VALUE changes one",
         "path": f"Use it: skylimb run --set trajectory.shape={entry.short}",
         "law": f"Use it: skylimb run --set controller.{entry.name.partition('.')[0]}.law={entry.short}",
         "table": f"Change a key: skylimb run --set {key_tables.example(tables)}",

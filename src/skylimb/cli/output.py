@@ -45,7 +45,9 @@ def plain_table(title: str = "", *columns: str) -> Table:
 
 def names(title: str, descriptions: Mapping[str, str]) -> None:
     """Names with their one line each."""
-    table = plain_table(title)
+    from rich.markup import escape
+
+    table = plain_table(escape(title))
     table.add_column(style="cyan", no_wrap=True)
     table.add_column()
     for name, description in descriptions.items():

@@ -40,13 +40,13 @@ class Stage(NamedTuple):
 class Event(abc.ABC):
     """Something that happens to a flight besides what its mission asks: when, what, for how long."""
 
+    kind: Annotated[str, Key("", "what happens; skylimb show event.KIND has the other keys")] = field(
+        kw_only=True
+    )
     time: Annotated[float, Key("s", "time since take-off at which it begins", low=0.0, high=1e5)]
     duration: Annotated[float, Key("s", "how long it takes or lasts", low=0.0, high=1e5)] = field(
         default=0.0, kw_only=True
     )
-
-    kind: ClassVar[str]
-    """Its name in `[[events]]`."""
 
     on: ClassVar[Literal["controller", "plant"]]
     """What it changes: numbers of the controller, which every driver has, or the simulated plant."""

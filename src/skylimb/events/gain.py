@@ -24,6 +24,7 @@ from skylimb.packing import Layout
 class GainChange(Event):
     """A gain of the controller goes along a straight line to a new value."""
 
+    kind: Literal["gain"] = field(default="gain", kw_only=True)
     key: Annotated[
         str,
         Key("", "the gain's key in the preset, for example translation.force or contact.machine.touch_force"),
@@ -41,7 +42,6 @@ class GainChange(Event):
         default=0.5, kw_only=True
     )
 
-    kind: ClassVar = "gain"
     on: ClassVar[Literal["controller", "plant"]] = "controller"
 
     @property

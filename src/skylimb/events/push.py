@@ -23,6 +23,7 @@ _Word, _Vector = ctypes.c_int64, ctypes.c_double * 3
 class Push(Event):
     """The robot is pushed; what acts at the same time adds up."""
 
+    kind: Literal["push"] = field(default="push", kw_only=True)
     duration: Annotated[float, Key("s", "how long it lasts", above=0.0, high=1e5)] = field(kw_only=True)
     force: Annotated[Vector, Key("N", "force in W", low=-100.0, high=100.0)] = _ZERO
     torque: Annotated[Vector, Key("N m", "torque in W", low=-50.0, high=50.0)] = _ZERO
@@ -31,7 +32,6 @@ class Push(Event):
         Vector, Key("m", "where the force acts, in the link's axes; only with a link", low=-10.0, high=10.0)
     ] = _ZERO
 
-    kind: ClassVar = "push"
     on: ClassVar[Literal["controller", "plant"]] = "plant"
 
     def check(self) -> None:

@@ -43,6 +43,7 @@ _CHANGES = (*POSE_KEYS, *MATERIAL_KEYS, "present")
 class SurfaceChange(Event):
     """The surface becomes another; what is left out stays as it is."""
 
+    kind: Literal["surface"] = field(default="surface", kw_only=True)
     position: Annotated[_Vector | None, Key("m", "where its origin moves to, W", low=-100.0, high=100.0)] = (
         None
     )
@@ -58,7 +59,6 @@ class SurfaceChange(Event):
         default=0.2, kw_only=True
     )
 
-    kind: ClassVar = "surface"
     on: ClassVar[Literal["controller", "plant"]] = "plant"
 
     def check(self) -> None:

@@ -31,15 +31,14 @@ def _event(table: Any, at: str, where: str) -> Event:
         return table
     if not isinstance(table, Mapping):
         raise ConfigError(f"{where}: {at} = {shown(table)} should be a table of keys")
-    rest = dict(table)
-    kind = rest.pop(KIND, None)
+    kind = table.get(KIND)
     if kind is None:
         raise ConfigError(f"{where}: the key '{at}.{KIND}' is missing: one of {', '.join(sorted(EVENTS))}")
-    if kind not in EVENTS:
+    if not isinstance(kind, str) or kind not in EVENTS:
         raise unknown_name(f"kind of {at}", str(kind), EVENTS)
-    return from_mapping(EVENTS[kind], rest, where, at)
+    return from_mapping(EVENTS[kind], table, where, at)
 
 
 def event_tables(events: Sequence[Event]) -> list[dict[str, Any]]:
     """Events as plain tables, which `events_from_mapping` reads back to equal ones."""
-    return [{KIND: event.kind, **to_mapping(event)} for event in events]
+    return [to_mapping(event) for event in events]

@@ -14,7 +14,7 @@ from typing import Annotated, Any
 from skylimb.config import from_mapping, put, read_toml, to_mapping, value_of
 from skylimb.control.slots import SLOTS, find_law, keys_of_law, law_names
 from skylimb.errors import ConfigError, SkylimbError, UnknownNameError, nearest, unknown_name
-from skylimb.events import Event, event_tables, events_from_mapping
+from skylimb.events import Event, events_from_mapping
 from skylimb.experiments.tolerances import Tolerances
 from skylimb.keys import Key, configuration, keys_of
 from skylimb.keys.key import shown
@@ -133,7 +133,7 @@ class Experiment(Settings):
 
     def to_mapping(self) -> dict[str, Any]:
         """The experiment as nested plain values, as in its file."""
-        mapping = to_mapping(self) | {"events": event_tables(self.events)}
+        mapping = to_mapping(self)
         for name in ("controller", "events", "recorded"):
             if not mapping[name]:
                 del mapping[name]

@@ -1,4 +1,4 @@
-"""Signals over time, one column of panels a run, with the contact shaded."""
+"""Signals over time, one column of panels a run, with the contact shaded and events marked."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from skylimb.analysis import style
 from skylimb.analysis.axis_names import common_names
+from skylimb.analysis.figures.marks import event_signs, mark_events
 from skylimb.analysis.signals import (
     Direction,
     adapting,
@@ -94,6 +95,7 @@ def cog_tracking(runs: Mapping[str, Run]) -> Figure:
             ),
             *([target] if any(TARGET in run.log for run in runs.values()) else []),
             style.swatch(style.CONTACT, "in contact"),
+            *event_signs(runs),
         ],
     )
     return figure
@@ -152,6 +154,7 @@ def contact_direction(runs: Mapping[str, Run]) -> Figure:
             style.swatch(style.CONTACT, "in contact"),
             style.swatch(style.ADAPTATION, "in contact, arm adapting"),
             *looking,
+            *event_signs(runs),
         ],
     )
     return figure
@@ -185,6 +188,8 @@ def _grid(runs: Mapping[str, Run]) -> tuple[Figure, list[tuple[Axes, Axes]]]:
     for (name, run), pair in zip(runs.items(), pairs, strict=True):
         style.title(pair[0], name, run)
         pair[0].set(xlim=(0.0, end))
+        for ax in pair:
+            mark_events(ax, run.log, numbered=ax is pair[0])
     return figure, pairs
 
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from matplotlib.figure import Figure
 
 from skylimb.analysis import style
+from skylimb.analysis.figures.marks import event_signs, mark_events
 from skylimb.analysis.figures.plates import PLATES
 from skylimb.errors import unknown_name
 from skylimb.recording import Run
@@ -52,10 +53,13 @@ def _over_time(runs: Mapping[str, Run], signal: str) -> Figure:
         flat = values.transpose("time", ...).values.reshape(len(values.time), -1)
         step = style.thin(len(flat))
         ax.plot(values.time.values[step], flat[step])
+        mark_events(ax, run.log, numbered=True)
         if values.ndim == 2 and values.dims[1] in values.coords:
             ax.legend(values[values.dims[1]].values, loc="upper right", ncols=flat.shape[1])
         unit = values.attrs.get("units", "")
         ax.set_ylabel(f"{signal} ({unit})" if unit else signal)
         style.title(ax, name, run)
     axes[-1].set_xlabel("time (s)")
+    if signs := event_signs(runs):
+        style.legend_below(figure, signs)
     return figure

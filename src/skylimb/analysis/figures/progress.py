@@ -10,6 +10,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from skylimb.analysis import style
+from skylimb.analysis.figures.marks import event_signs, mark_events
 from skylimb.analysis.signals import in_contact, spans
 from skylimb.analysis.task import TOOLS, Tool
 from skylimb.recording import Run
@@ -52,6 +53,7 @@ def task_progress(runs: Mapping[str, Run]) -> Figure:
     for ax, (name, run) in zip(axes.flat, runs.items(), strict=False):
         time = run.log.time.values
         style.shade(ax, spans(time, in_contact(run.log), BRIDGE), style.CONTACT)
+        mark_events(ax, run.log, numbered=True)
         if name in ways:
             ax.axhline(wanted[name], color=style.REFERENCE, linestyle=DASHED, linewidth=0.9)
             keep = style.thin(len(time))
@@ -67,6 +69,7 @@ def task_progress(runs: Mapping[str, Run]) -> Figure:
             style.in_all_colours(runs, title),
             Line2D([], [], color=style.REFERENCE, linestyle=DASHED, linewidth=0.9, label="commanded"),
             style.swatch(style.CONTACT, "in contact"),
+            *event_signs(runs),
         ],
     )
     return figure

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from skylimb.analysis import style
+from skylimb.analysis.figures.marks import event_signs, mark_events
 from skylimb.recording import Run
 
 FIGURES = {
@@ -68,6 +69,7 @@ def _beside(recorded: Run, replayed: Run, signals: Sequence[str]) -> Figure:
                     ax.plot(run.log.time.values[step] - start, curves[label][step], **look)
             if label:
                 ax.set_title(label)
+            mark_events(ax, recorded.log, numbered=ax is axes[0, 0], shift=begin)
         for ax in row[len(labels) :]:
             ax.set_axis_off()
         source = replayed.log if name in replayed.log else recorded.log
@@ -81,7 +83,7 @@ def _beside(recorded: Run, replayed: Run, signals: Sequence[str]) -> Figure:
         Line2D([], [], color=_RECORDED, linewidth=2.2, label=f"recorded: {recorded.controller}"),
         Line2D([], [], color=_REPLAYED, linewidth=0.9, label=f"replayed: {replayed.controller}"),
     )
-    style.legend_below(figure, signs)
+    style.legend_below(figure, [*signs, *event_signs({recorded.name: recorded})])
     return figure
 
 

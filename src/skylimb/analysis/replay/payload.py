@@ -10,6 +10,7 @@ import xarray as xr
 
 from skylimb.analysis import palette, scene
 from skylimb.analysis.board import board_of
+from skylimb.analysis.replay.events import packed_events
 from skylimb.analysis.replay.moved import is_moved, moves_of, taken_back, where
 from skylimb.analysis.replay.packing import packed
 from skylimb.analysis.replay.pushes import packed_pushes
@@ -74,6 +75,7 @@ def _scene(run: Run) -> dict[str, Any]:
         "rotors": thrust_sites(model) if "thrusts" in log else [],
         "thrusts": packed(log.thrusts.values[samples]) if "thrusts" in log else None,
         "contact": packed(_touch(log)[samples]),
+        **packed_events(model, log, samples),
         "pushes": packed_pushes(model, log),
         "surface": packed(motion[samples]) if moves else None,
         "nominal": _ink(scene.nominal_ink(log, board), board, motion, times),
