@@ -108,7 +108,7 @@ def flown(cell: Mapping[str, Any], drawn: Sequence[Mapping[str, Any]]) -> dict[s
 def fly(seed: int | None, changes: Mapping[str, Any], calibration: Corrections | None = None) -> Run:
     """One flight on the native driver, which a flight of four minutes is worth."""
     (takeoff,) = take_off("paper", ("drawing",), seed, changes, calibration=calibration)
-    return recorded(takeoff, *fly_native([takeoff]))
+    return recorded(takeoff, fly_native([takeoff])[0])
 
 
 def corrections(number: int, drawn: Mapping[str, Any]) -> Corrections:

@@ -120,9 +120,9 @@ def push_draws(robot: str, force: float, count: int) -> list[dict[str, Any]]:
     return [
         {
             "robot": robot,
-            "disturbance.force": [force * np.cos(angle), force * np.sin(angle), 0.0],
-            "disturbance.start": 2.0,
-            "disturbance.duration": 6.0,
+            "events.0.force": [force * np.cos(angle), force * np.sin(angle), 0.0],
+            "events.0.time": 2.0,
+            "events.0.duration": 6.0,
             "phases.hover": 0.5,
             "phases.tare": 1.0,
             "phases.hover_end": 0.0,

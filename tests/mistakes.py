@@ -93,7 +93,7 @@ COMMANDS = (
     "run --set 'controller.translation.normalized_stiffness=[-4, 4, 2]'",
     "run --set sensors.latency=15",
     "run --set sensors.rate=-100",
-    "run --set disturbance.force=3",
+    "run push --set events.0.force=3",
     "run --set approach.depth=2",
     "run --out notes.txt",
     "run empty.toml --set surface.friction=-1",

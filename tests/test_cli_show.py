@@ -109,7 +109,7 @@ def test_values_are_short_and_what_is_not_set_says_so() -> None:
 
 def test_what_is_not_set_is_commented_out_under_the_header_that_would_set_it() -> None:
     lines = list(commented_toml("title", tables_of(EXPERIMENT), "hint"))
-    for line in ("# [surface.friction_map]", "# [surface.friction_map.patches.NAME]", "# [[gain_changes]]"):
+    for line in ("# [surface.friction_map]", "# [surface.friction_map.patches.NAME]", "# [[events]]"):
         assert line in lines
     assert "# time =" in lines
     assert "# damping =" in lines
@@ -117,11 +117,14 @@ def test_what_is_not_set_is_commented_out_under_the_header_that_would_set_it() -
 
 
 def test_an_entry_of_a_list_and_an_odd_name_are_read_back() -> None:
-    changes = [{"time": 1.0, "key": "a", "value": [1.0, 2.0]}, {"time": 2.0, "key": "b", "value": 3.0}]
-    experiment = skylimb.load_experiment("paper", {"gain_changes": changes})
+    changes = [
+        {"kind": "gain", "time": 1.0, "key": "a", "value": [1.0, 2.0]},
+        {"kind": "gain", "time": 2.0, "key": "b", "value": 3.0},
+    ]
+    experiment = skylimb.load_experiment("paper", {"events": changes})
     text = "\n".join(commented_toml("title", tables_of(experiment), ""))
     tables = tomllib.loads(text)
-    assert [change["value"] for change in tables["gain_changes"]] == [[1.0, 2.0], 3.0]
+    assert [change["value"] for change in tables["events"]] == [[1.0, 2.0], 3.0]
     assert text.count("as many numbers as the gain has") == 1
 
     surface = surface_from_mapping({})

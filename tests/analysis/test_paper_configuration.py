@@ -37,6 +37,10 @@ def test_the_shipped_experiment_and_presets_are_the_papers(controller):
     assert in_words(differences(flown(controller), controller)) == ""
 
 
+PUSH = {"kind": "push", "time": 9.0, "duration": 1.0, "force": [0.0, 0.0, 1.0]}
+GAIN = {"kind": "gain", "time": 9.0, "key": "shape.mass", "value": 30.0}
+
+
 @pytest.mark.parametrize(
     ("changes", "keys"),
     [
@@ -45,8 +49,8 @@ def test_the_shipped_experiment_and_presets_are_the_papers(controller):
         ({"surface.kind": "cylinder", "trajectory.shape": "line"}, ["trajectory.shape", "surface.kind"]),
         ({"surface.friction": 0.2}, ["surface.friction"]),
         ({"robot": "hydrus_xi_quad_mast"}, ["robot"]),
-        ({"disturbance.force": [0.0, 0.0, 1.0]}, ["disturbance.force"]),
-        ({"gain_changes": [{"time": 9.0, "key": "shape.mass", "value": 30.0}]}, ["gain_changes"]),
+        ({"events": [PUSH]}, ["events"]),
+        ({"events": [GAIN]}, ["events"]),
         ({"controller.shape.mass": 41.0}, ["controller.shape.mass"]),
         ({"controller.shape.law": "fixed"}, ["controller.shape.law"]),
         ({"controller.allocation.leak.compensate": True}, ["controller.allocation.leak.compensate"]),

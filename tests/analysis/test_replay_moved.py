@@ -11,14 +11,14 @@ from skylimb.analysis.replay.packing import unpacked
 from skylimb.analysis.replay.payload import replay_payload
 
 CHANGES = [
-    {"time": 1.0, "position": [1.55, 0.02, 1.2], "slope": -0.2, "pitch": 0.1},
-    {"time": 2.0, "present": False},
+    {"kind": "surface", "time": 1.0, "position": [1.55, 0.02, 1.2], "slope": -0.2, "pitch": 0.1},
+    {"kind": "surface", "time": 2.0, "present": False},
 ]
 
 
 @pytest.fixture(scope="module")
 def run():
-    set = {"surface_changes": CHANGES, "phases.hover": 0.4, "phases.tare": 0.3, "trajectory.period": 1.0}
+    set = {"events": CHANGES, "phases.hover": 0.4, "phases.tare": 0.3, "trajectory.period": 1.0}
     return skylimb.run("paper", "pid", set={**set, "trajectory.radius": 0.02})
 
 

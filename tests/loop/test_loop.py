@@ -163,9 +163,7 @@ SHORT = {
 
 PUSHED = {
     **SHORT,
-    "disturbance.force": [0.0, 6.0, -3.0],
-    "disturbance.start": 0.3,
-    "disturbance.duration": 0.6,
+    "events": [{"kind": "push", "time": 0.3, "duration": 0.6, "force": [0.0, 6.0, -3.0]}],
 }
 
 

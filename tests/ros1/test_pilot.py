@@ -240,8 +240,8 @@ def test_a_controller_that_fails_brings_the_robot_down() -> None:
 
 
 def test_experiments_whose_changes_hang_on_take_off_are_refused() -> None:
-    pushes = {"pushes": [{"start": 1.0, "duration": 1.0, "force": [1.0, 0.0, 0.0]}]}
-    (takeoff,) = take_off("paper", ("hybrid",), set=pushes)
+    push = {"kind": "push", "time": 1.0, "duration": 1.0, "force": [1.0, 0.0, 0.0]}
+    (takeoff,) = take_off("paper", ("hybrid",), set={"events": [push]})
     with pytest.raises(ConfigError, match="at times since take-off"):
         GroundedPlant(takeoff)
 

@@ -35,7 +35,7 @@ def _event(table: Any, at: str, where: str) -> Event:
     kind = rest.pop(KIND, None)
     if kind is None:
         raise ConfigError(f"{where}: the key '{at}.{KIND}' is missing: one of {', '.join(sorted(EVENTS))}")
-    if kind not in EVENTS:
+    if not isinstance(kind, str) or kind not in EVENTS:
         raise unknown_name(f"kind of {at}", str(kind), EVENTS)
     return from_mapping(EVENTS[kind], rest, where, at)
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from skylimb.flights.drivers.native import fly_native
+from skylimb.flights.record import scored
 from skylimb.simulation.contact import add_contact_pair, set_contact_options, tune_contact_pair
-from skylimb.simulation.log import flight_log
 
 TIP_RADIUS = 0.004
 
@@ -85,7 +85,7 @@ def flight(takeoff):
 @pytest.fixture(scope="module")
 def log(takeoff, flight):
     """Its log."""
-    return flight_log(takeoff.plant, flight, takeoff.mission)
+    return scored(takeoff, flight).log
 
 
 @pytest.fixture

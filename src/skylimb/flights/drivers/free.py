@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Set
 from time import perf_counter
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,7 +12,6 @@ from skylimb.control.controller import Controller
 from skylimb.control.needs import PACE, needs_of
 from skylimb.control.records import Command
 from skylimb.errors import ConfigError
-from skylimb.events import GainRows
 from skylimb.loop.flight import MISSION_TIME
 from skylimb.loop.vehicle import Vehicle
 from skylimb.missions.clock import Clock, entries, next_clock, start_of_mission
@@ -23,6 +22,9 @@ from skylimb.packing import Layout
 from skylimb.robots.model import Robot
 from skylimb.symbolic import is_symbolic
 from skylimb.user_code import told_error
+
+if TYPE_CHECKING:  # events know surfaces, and surfaces the engine; a flight program needs none
+    from skylimb.events import GainRows
 
 
 class FreeDriver:
