@@ -140,7 +140,7 @@ def company(make_takeoff: Make) -> list[Takeoff]:
     takeoffs = [make_takeoff(*flight, seed=seed) for seed, flight in enumerate(FLIGHTS.values())]
     patchy = make_takeoff(*FLIGHTS["friction of the place"], seed=50)
     seeded = make_takeoff("paper", "hybrid", SLIPPERY, 51)
-    return [*takeoffs, patchy, dataclasses.replace(patchy, experiment=seeded.experiment)]
+    return [*takeoffs, patchy, patchy.changed(seeded.experiment)]
 
 
 def test_any_number_of_threads_gives_the_same_bits(company: list[Takeoff]) -> None:
