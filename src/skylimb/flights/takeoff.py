@@ -20,7 +20,9 @@ from skylimb.missions.mission import Mission
 from skylimb.missions.table import Window
 from skylimb.robots.model import Robot
 from skylimb.simulation.plant import Plant, build_plant, initial_data
+from skylimb.simulation.robot_bodies import TIP_SITE
 from skylimb.simulation.rows import FlightRows, flight_rows
+from skylimb.simulation.surfaces import require_clear
 from skylimb.simulation.tick import CompiledTick, compile_tick, initial_tick_state
 
 
@@ -159,11 +161,16 @@ def simulated(plan: FlightPlan) -> Takeoff:
     """A plan with its plant, checked against each other.
 
     Raises:
-        ConfigError: when the time step cannot carry the surface's stiffness, now or after an event.
+        ConfigError: when the time step cannot carry the surface's stiffness, now or after an event; or the
+            robot would start inside of the surface, as its servos give way in hover.
     """
     takeoff = Takeoff(plan)
     stage = plan.stage._replace(plant=takeoff.plant)
     require_events(plan.experiment.events, stage, float(plan.times[-1]))
+    start, model = takeoff.start, takeoff.plant.model
+    bodies = [i for i in range(1, model.nbody) if not model.body(i).name.startswith("surface")]
+    points = np.vstack([start.xpos[bodies], start.site(TIP_SITE).xpos])
+    require_clear(plan.experiment.surface, points, plan.robot.description.tip.radius, plan.robot.name)
     return takeoff
 
 
