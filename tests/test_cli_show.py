@@ -14,6 +14,7 @@ from skylimb.cli.main import main
 from skylimb.config import flatten, parse_assignment
 from skylimb.control.preset import preset_from_mapping, preset_mapping
 from skylimb.control.preset_keys import preset_tables
+from skylimb.experiments.experiment import experiment_from_mapping
 from skylimb.keys import Table, keys_of, tables_of
 from skylimb.robots.flight_file import FlightFile
 from skylimb.simulation.surfaces import FrictionMap, Patch, surface_from_mapping
@@ -111,21 +112,22 @@ def test_what_is_not_set_is_commented_out_under_the_header_that_would_set_it() -
     lines = list(commented_toml("title", tables_of(EXPERIMENT), "hint"))
     for line in ("# [surface.friction_map]", "# [surface.friction_map.patches.NAME]", "# [[events]]"):
         assert line in lines
-    assert "# time =" in lines
+    assert lines.index("# [[events]]") < lines.index("# kind =") < lines.index("# time =")
     assert "# damping =" in lines
     assert all(len(line) <= 79 for line in lines if line.startswith("# ") and "=" not in line)
 
 
 def test_an_entry_of_a_list_and_an_odd_name_are_read_back() -> None:
-    changes = [
+    events = [
         {"kind": "gain", "time": 1.0, "key": "a", "value": [1.0, 2.0]},
+        {"kind": "push", "time": 4.0, "duration": 1.0},
         {"kind": "gain", "time": 2.0, "key": "b", "value": 3.0},
     ]
-    experiment = skylimb.load_experiment("paper", {"events": changes})
+    experiment = skylimb.load_experiment("paper", {"events": events})
     text = "\n".join(commented_toml("title", tables_of(experiment), ""))
-    tables = tomllib.loads(text)
-    assert [change["value"] for change in tables["events"]] == [[1.0, 2.0], 3.0]
-    assert text.count("as many numbers as the gain has") == 1
+    assert experiment_from_mapping(tomllib.loads(text), "") == experiment
+    # Each kind is explained once.
+    assert text.count("as many numbers as the gain has") == text.count("link that is pushed") == 1
 
     surface = surface_from_mapping({})
     mapped = type(surface)(friction_map=FrictionMap(patches={"wet spot": Patch(), "b": Patch(radius=0.1)}))

@@ -37,10 +37,6 @@ def test_the_shipped_experiment_and_presets_are_the_papers(controller):
     assert in_words(differences(flown(controller), controller)) == ""
 
 
-PUSH = {"kind": "push", "time": 9.0, "duration": 1.0, "force": [0.0, 0.0, 1.0]}
-GAIN = {"kind": "gain", "time": 9.0, "key": "shape.mass", "value": 30.0}
-
-
 @pytest.mark.parametrize(
     ("changes", "keys"),
     [
@@ -49,8 +45,8 @@ GAIN = {"kind": "gain", "time": 9.0, "key": "shape.mass", "value": 30.0}
         ({"surface.kind": "cylinder", "trajectory.shape": "line"}, ["trajectory.shape", "surface.kind"]),
         ({"surface.friction": 0.2}, ["surface.friction"]),
         ({"robot": "hydrus_xi_quad_mast"}, ["robot"]),
-        ({"events": [PUSH]}, ["events"]),
-        ({"events": [GAIN]}, ["events"]),
+        ({"events": [{"kind": "push", "time": 1.0, "duration": 2.0}]}, ["events"]),
+        ({"events": [{"kind": "gain", "time": 9.0, "key": "shape.mass", "value": 30.0}]}, ["events"]),
         ({"controller.shape.mass": 41.0}, ["controller.shape.mass"]),
         ({"controller.shape.law": "fixed"}, ["controller.shape.law"]),
         ({"controller.allocation.leak.compensate": True}, ["controller.allocation.leak.compensate"]),
@@ -60,6 +56,13 @@ GAIN = {"kind": "gain", "time": 9.0, "key": "shape.mass", "value": 30.0}
 )
 def test_what_differs_is_named(changes, keys):
     assert [found.key for found in differences(flown(**changes), "hybrid")] == keys
+
+
+def test_an_event_that_differs_is_told_as_a_file_has_it():
+    events = [{"kind": "gain", "time": 9.0, "key": "shape.mass", "value": 30.0}]
+    (found,) = differences(flown(events=events), "hybrid")
+    here = "{kind = gain, time = 9, duration = 0.5, key = shape.mass, value = 30}"
+    assert str(found) == f"events = [{here}] (paper: not set)"
 
 
 def test_a_preset_that_only_has_the_name_is_another_controller():
