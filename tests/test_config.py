@@ -223,7 +223,7 @@ def test_a_value_is_put_into_an_entry_of_a_list():
         ("events.0.force.2", r"'events\.0\.force' is a list without an entry '2'"),
         (
             "none.0",
-            r"'none' is a list without an entry '0' \(entries: none, it is empty: set the whole list\)",
+            r"'none' is a list without an entry '0' \(entries: none, it is empty: set the whole list",
         ),
         ("none.0.force", r"'none' is a list without an entry '0'"),
         ("one.0", r"'one' is a single value, it has no key '0'"),
