@@ -29,8 +29,9 @@ from scipy.optimize import linprog, lsq_linear
 import skylimb
 from skylimb.control.allocation.bounded import Weights
 from skylimb.control.box_least_squares import nearest_in_box
-from skylimb.flights.drivers.native import fly_native, machine_code, native_available
-from skylimb.flights.loading import take_off
+from skylimb.flights.drivers.machine_code import machine_code
+from skylimb.flights.drivers.native import fly_native, native_available
+from skylimb.flights.takeoff import take_off
 from skylimb.planning.vectoring import vectoring_table
 
 _BLOCK = 10_000
@@ -180,8 +181,6 @@ def speed() -> Table:
 def random_push(kind: str, rng: np.random.Generator) -> dict[str, Any]:
     """Half a second of a push harder than the rotors may bear."""
     values: dict[str, Any] = {
-        "disturbance.force": [0.0, 0.0, 0.0],
-        "disturbance.duration": 0.0,
         "phases.hover": 0.5,
         "phases.tare": 0.5,
         "phases.hover_end": 0.0,
@@ -192,11 +191,11 @@ def random_push(kind: str, rng: np.random.Generator) -> dict[str, Any]:
     way /= np.linalg.norm(way)
     if kind == "a torque at the centre of gravity":
         torque = way * np.array([3.0, 6.0, 8.0]) * rng.uniform(0.5, 1.0)
-        push = {"start": 1.0, "duration": 0.5, "torque": torque.tolist()}
+        push = {"torque": torque.tolist()}
     else:
         force = way * rng.uniform(3.0, 10.0)
-        push = {"start": 1.0, "duration": 0.5, "force": force.tolist(), "link": "link4", "point": [0.3, 0, 0]}
-    return {**values, "pushes": [push]}
+        push = {"force": force.tolist(), "link": "link4", "point": [0.3, 0.0, 0.0]}
+    return {**values, "events": [{"kind": "push", "time": 1.0, "duration": 0.5, **push}]}
 
 
 def flights(count: int) -> Table:

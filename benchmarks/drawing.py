@@ -26,8 +26,8 @@ import numpy as np
 from skylimb.analysis.drawn_strokes import tails
 from skylimb.control.corrections import Corrections
 from skylimb.flights.drivers.native import fly_native
-from skylimb.flights.loading import take_off
 from skylimb.flights.record import recorded
+from skylimb.flights.takeoff import take_off
 from skylimb.recording.run import Run
 from skylimb.robots.loader import load_robot
 
@@ -107,7 +107,7 @@ def flown(cell: Mapping[str, Any], drawn: Sequence[Mapping[str, Any]]) -> dict[s
 def fly(seed: int | None, changes: Mapping[str, Any], calibration: Corrections | None = None) -> Run:
     """One flight on the native driver, which a flight of four minutes is worth."""
     (takeoff,) = take_off("paper", ("drawing",), seed, changes, calibration=calibration)
-    return recorded(takeoff, *fly_native([takeoff]))
+    return recorded(takeoff, fly_native([takeoff])[0])
 
 
 def corrections(number: int, drawn: Mapping[str, Any]) -> Corrections:

@@ -31,9 +31,8 @@ from scipy.spatial.transform import Rotation
 import skylimb
 from skylimb.experiments.tolerances import Tolerances
 from skylimb.flights.drivers.native import fly_native
-from skylimb.flights.loading import take_off
 from skylimb.flights.record import recorded
-from skylimb.flights.takeoff import Takeoff
+from skylimb.flights.takeoff import Takeoff, take_off
 from skylimb.keys import keys_of
 from skylimb.loop.flight import Flight
 from skylimb.recording.run import Run
@@ -123,9 +122,9 @@ def push_draws(robot: str, force: float, count: int) -> list[dict[str, Any]]:
     return [
         {
             "robot": robot,
-            "disturbance.force": [force * np.cos(angle), force * np.sin(angle), 0.0],
-            "disturbance.start": 2.0,
-            "disturbance.duration": 6.0,
+            "events.0.force": [force * np.cos(angle), force * np.sin(angle), 0.0],
+            "events.0.time": 2.0,
+            "events.0.duration": 6.0,
             "phases.hover": 0.5,
             "phases.tare": 1.0,
             "phases.hover_end": 0.0,

@@ -22,15 +22,14 @@ from rich.console import Console
 from rich.table import Table
 
 from skylimb.flights.drivers.compiled import CompiledDriver
-from skylimb.flights.drivers.native.function import worth_building
+from skylimb.flights.drivers.machine_code import worth_building
+from skylimb.flights.drivers.world import World, world
 from skylimb.flights.flying import fastest_tick
-from skylimb.flights.loading import take_off
-from skylimb.flights.takeoff import Takeoff
+from skylimb.flights.takeoff import Takeoff, take_off
 from skylimb.loop.flight import Flight
 from skylimb.loop.loop import CHECK_INTERVAL, Loop
 from skylimb.loop.terminations import find_loss
 from skylimb.simulation.engine_timer import without_timer
-from skylimb.simulation.interventions import interventions
 from skylimb.simulation.tick import CompiledTick
 
 T = TypeVar("T")
@@ -49,12 +48,9 @@ class Bench:
     def ticks(self) -> int:
         return len(self.takeoff.mission.times)
 
-    def closed_loop(self, data: mujoco.MjData, watch: Callable[[int], None] | None = None) -> Flight:
-        takeoff = self.takeoff
-        outside = interventions(takeoff.plant, data, takeoff.times, takeoff.pushes)
-        driver = CompiledDriver(
-            self.tick, takeoff.plant, data, takeoff.rows, [*outside, *([watch] if watch else [])]
-        )
+    def closed_loop(self, here: World, watch: Callable[[int], None] | None = None) -> Flight:
+        takeoff, acts = self.takeoff, [*here.acts, *([watch] if watch else [])]
+        driver = CompiledDriver(self.tick, here.plant, here.data, takeoff.rows, acts, here.events.gains)
         with without_timer():
             limits = takeoff.experiment.terminations
             return Loop(driver, takeoff.mission, limits, len(takeoff.times)).fly()
@@ -89,13 +85,13 @@ def prepare(experiment: str, controller: str) -> tuple[Bench, dict[str, float]]:
 
 def record_controls(bench: Bench) -> tuple[np.ndarray, np.ndarray]:
     """The controls of every tick of one flight, and the state it ends in."""
-    data = bench.takeoff.data()
-    controls = np.zeros((len(bench.takeoff.rows), bench.takeoff.plant.model.nu))
+    here = world(bench.takeoff)
+    data, controls = here.data, np.zeros((len(bench.takeoff.rows), bench.takeoff.plant.model.nu))
 
     def watch(k: int) -> None:
         controls[k] = data.ctrl
 
-    flight = bench.closed_loop(data, watch)
+    flight = bench.closed_loop(here, watch)
     if flight.cause:
         raise SystemExit(f"the flight failed: {flight.cause}")
     return controls[: flight.ticks], np.concatenate([data.qpos, data.qvel])
@@ -191,9 +187,9 @@ def measure(experiment: str, controller: str, repeats: int) -> tuple[Bench, Figu
     controls, end = record_controls(bench)
 
     def closed_loop() -> float:
-        data = bench.takeoff.data()
+        here = world(bench.takeoff)
         start = time.perf_counter()
-        bench.closed_loop(data)
+        bench.closed_loop(here)
         return time.perf_counter() - start
 
     def replay() -> float:

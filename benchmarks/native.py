@@ -25,12 +25,11 @@ from rich.table import Table
 
 from skylimb.flights.drivers.compiled import CompiledDriver
 from skylimb.flights.drivers.native import compile_native, fly_native, unavailable
-from skylimb.flights.loading import take_off
+from skylimb.flights.drivers.world import world
 from skylimb.flights.record import scored
-from skylimb.flights.takeoff import Takeoff
+from skylimb.flights.takeoff import Takeoff, take_off
 from skylimb.loop.loop import Loop
 from skylimb.simulation.engine_timer import without_timer
-from skylimb.simulation.interventions import interventions
 
 RATIO_WANTED = 0.95
 MINUTES_WANTED, FLIGHTS_WANTED = 2.5, 1000
@@ -48,19 +47,18 @@ def prepare(experiment: str, controller: str) -> Takeoff:
 
 def with_seed(takeoff: Takeoff, seed: int) -> Takeoff:
     """The same flight with other noise."""
-    return dataclasses.replace(takeoff, experiment=dataclasses.replace(takeoff.experiment, seed=seed))
+    return takeoff.changed(dataclasses.replace(takeoff.experiment, seed=seed))
 
 
 def controls_of(takeoff: Takeoff) -> tuple[np.ndarray, np.ndarray]:
     """The controls of every physics step, as the compiled driver flies, and the state at the end."""
-    plant, data = takeoff.plant, takeoff.data()
+    plant, data, acts, events = world(takeoff)
     controls = np.zeros((len(takeoff.rows), plant.model.nu))
 
     def watch(k: int) -> None:
         controls[k] = data.ctrl
 
-    outside = interventions(plant, data, takeoff.times, takeoff.pushes)
-    driver = CompiledDriver(takeoff.tick, plant, data, takeoff.rows, [*outside, watch])
+    driver = CompiledDriver(takeoff.tick, plant, data, takeoff.rows, [*acts, watch], events.gains)
     flight = Loop(driver, takeoff.mission, takeoff.experiment.terminations, len(takeoff.rows)).fly()
     if flight.cause:
         raise SystemExit(f"the flight failed: {flight.cause}")

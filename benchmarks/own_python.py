@@ -19,7 +19,7 @@ import xarray as xr
 import loop
 import skylimb
 from skylimb.flights.flying import begin_loop
-from skylimb.flights.loading import take_off
+from skylimb.flights.takeoff import take_off
 from skylimb.simulation.engine_timer import without_timer
 
 EXPERIMENT, CONTROLLER = "paper", "hybrid"

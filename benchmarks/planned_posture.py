@@ -20,8 +20,8 @@ from transformations import PAGE
 
 import skylimb
 from skylimb.flights.drivers.native import fly_native
-from skylimb.flights.loading import take_off
 from skylimb.flights.record import recorded
+from skylimb.flights.takeoff import take_off
 from skylimb.flights.task_plan import EXPERIMENT, plan_posture, write_planned
 
 SEED = 7

@@ -15,6 +15,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -27,7 +28,7 @@ from skylimb.robots.description import RobotDescription
 from skylimb.simulation import plant
 from skylimb.simulation.engine_timer import without_timer
 from skylimb.simulation.scene import scene_spec
-from skylimb.simulation.surfaces import Surface, SurfaceParts
+from skylimb.simulation.surface_bodies import SurfaceParts
 
 _NEWTON, _PGS = int(mujoco.mjtSolver.mjSOL_NEWTON), int(mujoco.mjtSolver.mjSOL_PGS)
 _STRETCH = 125  # ticks
@@ -46,11 +47,9 @@ class Row:
     friction: str
     solver: int
 
-    def scene(
-        self, description: RobotDescription, surface: Surface, physics_step: float, substeps: int
-    ) -> tuple[mujoco.MjSpec, SurfaceParts]:
+    def scene(self, description: RobotDescription, *given: Any) -> tuple[mujoco.MjSpec, SurfaceParts]:
         """`scene_spec` with these."""
-        spec, parts = scene_spec(description, surface, physics_step, substeps)
+        spec, parts = scene_spec(description, *given)
         spec.option.solver = self.solver
         for joint in description.joints:
             if joint.kind == "fixed" or self.friction == "motor":

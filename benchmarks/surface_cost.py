@@ -14,7 +14,8 @@ import mujoco
 import numpy as np
 
 import skylimb
-from skylimb.simulation.plant import PlantConfig, build_plant
+from skylimb.simulation.plant import build_plant
+from skylimb.simulation.plant_config import PlantConfig
 from skylimb.simulation.surfaces import (
     Board,
     Corrugated,

@@ -97,6 +97,8 @@ COMMANDS = (
     "run --set sensors.latency=15",
     "run --set sensors.rate=-100",
     "run --set disturbance.force=3",
+    "run push --set events.0.force=3",
+    "run push --set events.1.time=3",
     "run --set approach.depth=2",
     "run --out notes.txt",
     "run empty.toml --set surface.friction=-1",

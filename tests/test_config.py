@@ -1,3 +1,4 @@
+import copy
 import math
 import tomllib
 from dataclasses import dataclass, field, fields
@@ -172,6 +173,68 @@ def test_overrides_merge_and_keep_the_rest():
 def test_an_unknown_override_is_named(key, words):
     with pytest.raises(ConfigError, match=words):
         config.with_overrides(Whole(), {key: 1.0})
+
+
+LISTED = {"events": [{"kind": "push", "force": [1.0, 0.0]}, {"kind": "gain"}], "none": [], "one": 3}
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("events.0.force", [1.0, 0.0]),
+        ("events.0.force.1", 0.0),
+        ("events.1", {"kind": "gain"}),
+        ("events.2", None),
+        ("events.-1", None),
+        ("events.kind", None),
+        ("none.0", None),
+        ("one.0", None),
+        ("events.0.kind.0", None),
+    ],
+)
+def test_a_number_in_a_key_is_the_place_of_a_lists_entry(key, value):
+    assert config.value_of(LISTED, key) == value
+
+
+def test_a_value_is_put_into_an_entry_of_a_list():
+    tables = copy.deepcopy(LISTED)
+    config.put(tables, "events.0.force", [0.0, 2.0])
+    config.put(tables, "events.0.force.1", 5.0)
+    config.put(tables, "events.0.more.deep", 1)
+    config.put(tables, "events.1", {"kind": "surface"})
+    config.put(tables, "none", [1])
+    assert tables == {
+        "events": [{"kind": "push", "force": [0.0, 5.0], "more": {"deep": 1}}, {"kind": "surface"}],
+        "none": [1],
+        "one": 3,
+    }
+
+
+@pytest.mark.parametrize(
+    ("key", "words"),
+    [
+        (
+            "events.2.force",
+            r"key 'events\.2\.force': 'events' is a list without an entry '2' \(entries: 0 \.\. 1\)",
+        ),
+        ("events.2", r"'events' is a list without an entry '2'"),
+        ("events.-1.force", r"without an entry '-1'"),
+        ("events.force", r"'events' is a list without an entry 'force' \(entries: 0 \.\. 1\)"),
+        ("events.0.force.2", r"'events\.0\.force' is a list without an entry '2'"),
+        (
+            "none.0",
+            r"'none' is a list without an entry '0' \(entries: none, it is empty: set the whole list",
+        ),
+        ("none.0.force", r"'none' is a list without an entry '0'"),
+        ("one.0", r"'one' is a single value, it has no key '0'"),
+        ("events.0.kind.0", r"'events\.0\.kind' is a single value, it has no key '0'"),
+    ],
+)
+def test_an_entry_that_a_list_does_not_have_is_named(key, words):
+    tables = copy.deepcopy(LISTED)
+    with pytest.raises(ConfigError, match=words):
+        config.put(tables, key, 1.0)
+    assert tables == LISTED
 
 
 @pytest.mark.parametrize(

@@ -22,7 +22,7 @@ from skylimb.config import from_mapping, put, write_toml
 from skylimb.control.controller import is_configurable, load_controller
 from skylimb.errors import SkylimbError
 from skylimb.experiments.experiment import load_experiment
-from skylimb.flights.loading import take_off
+from skylimb.flights.takeoff import take_off
 from skylimb.keys import keys_of, tables_of
 from skylimb.keys.listing import KeyInfo, rows_of
 from skylimb.robots.loader import SHIPPED, load_flight_file, load_robot

@@ -13,6 +13,7 @@ from native import with_seed
 
 from loop import prepare as prepare_python
 from skylimb.flights.drivers.native import fly_native, unavailable
+from skylimb.flights.drivers.world import world
 
 EXPERIMENT, CONTROLLER = "paper", "hybrid"
 
@@ -34,7 +35,7 @@ def main() -> None:
     bench, _ = prepare_python(EXPERIMENT, CONTROLLER)
     flight = bench.ticks * bench.takeoff.period
     rate = round(1.0 / bench.takeoff.period)
-    single = least(repeats, lambda: bench.closed_loop(bench.takeoff.data()))
+    single = least(repeats, lambda: bench.closed_loop(world(bench.takeoff)))
     rows = {"Python driver": {"one": {"simulated": flight, "wall": single}, "many": []}}
     if not unavailable():
         takeoff = prepare_native(EXPERIMENT, CONTROLLER)

@@ -244,6 +244,10 @@ def put(tables: dict[str, Any], key: str, value: Any) -> None:
 def _entry(values: list[Any], name: str, key: str, here: str) -> int:
     """The place of a list's entry that a key names."""
     if not name.isdecimal() or int(name) >= len(values):
-        known = f"0 .. {len(values) - 1}" if values else "none, it is empty: set the whole list"
+        known = (
+            f"0 .. {len(values) - 1}"
+            if values
+            else "none, it is empty: set the whole list, or vary it with size = N"
+        )
         raise ConfigError(f"key '{key}': '{here}' is a list without an entry '{name}' (entries: {known})")
     return int(name)

@@ -83,7 +83,8 @@ def instant_flights(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr("skylimb.campaign.engines.inline.fly_jobs", no_flight)
     monkeypatch.setattr("skylimb.campaign.report.render_report", report)
-    monkeypatch.setattr("skylimb.campaign.fly_campaign.plant_and_mission", lambda *arguments: None)
+    for check in ("build_plant", "mission_of", "require_flyable"):
+        monkeypatch.setattr(f"skylimb.campaign.fly_campaign.{check}", lambda *arguments: None)
 
 
 class Calls:

@@ -182,7 +182,7 @@ def test_a_draw_that_nobody_can_fly_is_named_and_charged_to_nobody(
 ) -> None:
     vary = '"surface.position" = { grid = [[1.5, 0.0, 1.2], [-1.0, 0.0, 1.2]] }'
     spec = write_spec(draws=2, vary=vary)
-    spec.write_text(spec.read_text().replace('"approach.contact" = false', '"approach.standoff" = 0.0'))
+    spec.write_text(spec.read_text().replace('"approach.contact" = false', '"approach.standoff" = 0.01'))
     outcome = run_campaign(spec, tmp_path / "out", workers=0)
     assert outcome.summary is not None
     statuses = [row["status"] for row in outcome.rows.values()]

@@ -23,7 +23,7 @@ from skylimb.errors import ConfigError
 from skylimb.estimation.records import Start, Wrench
 from skylimb.flights.drivers.native import compile_native, fly_native
 from skylimb.flights.flying import fly_here
-from skylimb.flights.loading import take_off
+from skylimb.flights.takeoff import take_off
 from skylimb.packing import Layout, numeric
 from skylimb.robots.model import Robot, RobotState
 from skylimb.spatial import rotation_from_rpy
@@ -261,8 +261,8 @@ def test_a_sideways_push_leaves_a_robot_level_whose_rotors_give_the_force(
     path.write_text(
         text.replace('"pseudoinverse"', f'"bounded"\nside_force = "{side_force}"'), encoding="utf-8"
     )
-    push = {**TWIST, "robot": canted, "disturbance.force": [-2.5, 0, 0], "disturbance.torque": [0, 0, 0]}
-    run = skylimb.run("push", controller=str(path), set={**push, "disturbance.duration": 3.0})
+    push = {**TWIST, "robot": canted, "events.0.force": [-2.5, 0, 0], "events.0.torque": [0, 0, 0]}
+    run = skylimb.run("push", controller=str(path), set={**push, "events.0.duration": 3.0})
     assert run.status == "OK"
     assert tilt[0] < np.degrees(run.log.tilt.values.max()) < tilt[1]
     assert np.abs(run.log.cog_position.values[:, 0] - run.log.cog_position_reference.values[:, 0]).max() < 1.0
@@ -314,10 +314,10 @@ def preset(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 
 TWIST = {
-    "disturbance.force": [0.0, 0.0, 0.0],
-    "disturbance.torque": [0.0, 0.0, 5.0],
-    "disturbance.start": 1.0,
-    "disturbance.duration": 1.0,
+    "events.0.force": [0.0, 0.0, 0.0],
+    "events.0.torque": [0.0, 0.0, 5.0],
+    "events.0.time": 1.0,
+    "events.0.duration": 1.0,
     "phases.hover": 0.5,
     "phases.tare": 0.5,
     "phases.hover_end": 0.0,
@@ -354,7 +354,7 @@ def test_the_native_driver_flies_the_same_to_the_bit(preset: str) -> None:
 
 
 def test_a_flight_within_the_limits_is_the_papers_to_the_bit(preset: str) -> None:
-    calm = {**TWIST, "disturbance.torque": [0.0, 0.0, 0.5]}
+    calm = {**TWIST, "events.0.torque": [0.0, 0.0, 0.5]}
     flown = [skylimb.run("push", controller=name, set=calm).log for name in ("pid", preset)]
     np.testing.assert_array_equal(flown[0].configuration.values, flown[1].configuration.values)
 

@@ -24,7 +24,8 @@ from skylimb.flights.export.step import controller_step
 from skylimb.flights.flying import fly_here
 from skylimb.flights.takeoff import prepare
 from skylimb.robots.loader import load_robot
-from skylimb.simulation.plant import PlantConfig, plant_description
+from skylimb.simulation.plant import plant_description
+from skylimb.simulation.plant_config import PlantConfig
 from skylimb.spatial import quaternion_product
 
 ROBOT = load_robot("hydrus_xi_quad")

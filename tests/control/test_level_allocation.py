@@ -18,7 +18,7 @@ from skylimb.errors import ConfigError
 from skylimb.estimation.records import Start, Wrench
 from skylimb.flights.drivers.native import compile_native, fly_native
 from skylimb.flights.flying import fly_here
-from skylimb.flights.loading import take_off
+from skylimb.flights.takeoff import take_off
 from skylimb.packing import Layout, numeric
 from skylimb.robots.model import Robot, RobotState
 from skylimb.spatial import rot_z
@@ -211,8 +211,8 @@ def preset(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 
 PUSH = {
-    "disturbance.start": 2.0,
-    "disturbance.duration": 4.0,
+    "events.0.time": 2.0,
+    "events.0.duration": 4.0,
     "phases.hover": 0.5,
     "phases.tare": 1.0,
     "phases.hover_end": 0.0,
@@ -229,7 +229,7 @@ def body_tilt(run: Any) -> float:
 
 @pytest.mark.parametrize(("robot_name", "force"), [("hydrus_xi_quad", 1.0), ("tiltable_hexarotor", 5.0)])
 def test_a_sideways_push_leaves_the_body_level(preset: str, robot_name: str, force: float) -> None:
-    push = {**PUSH, "robot": robot_name, "disturbance.force": [0.0, force, 0.0]}
+    push = {**PUSH, "robot": robot_name, "events.0.force": [0.0, force, 0.0]}
     run = skylimb.run("push", controller=preset, set=push)
     assert run.status == "OK"
     assert body_tilt(run) < 0.5
@@ -238,7 +238,7 @@ def test_a_sideways_push_leaves_the_body_level(preset: str, robot_name: str, for
 
 
 def test_the_native_driver_flies_the_same_to_the_bit(preset: str) -> None:
-    short = {**PUSH, "disturbance.force": [0.0, 5.0, 0.0], "trajectory.duration": 1.5}
+    short = {**PUSH, "events.0.force": [0.0, 5.0, 0.0], "trajectory.duration": 1.5}
     (takeoff,) = take_off("push", (preset,), 0, short)
     compile_native(takeoff.tick, takeoff.plant)
     (native,) = fly_native([takeoff])

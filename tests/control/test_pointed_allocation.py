@@ -12,7 +12,7 @@ from skylimb.control.preset import PRESETS
 from skylimb.errors import ConfigError
 from skylimb.estimation.records import Start
 from skylimb.experiments.experiment import load_experiment
-from skylimb.flights.drivers.native import function as native
+from skylimb.flights.drivers import machine_code
 from skylimb.flights.takeoff import prepare
 from skylimb.packing import numeric
 from skylimb.planning.vectoring_step import RATE, STEP, first_vectoring
@@ -118,8 +118,8 @@ def test_its_tick_fits_the_native_driver(dragon, law, tmp_path):
     robot = dragon if law == "pointed" else skylimb.load_robot("hydrus_quad")
     experiment = load_experiment("free_flight", {"robot": robot.name, "posture.waypoints": []})
     tick = prepare(experiment, robot, load_controller(str(path), robot)).tick.function
-    assert tick.sz_arg() <= native._MOST_ARGUMENTS
-    assert tick.sz_res() <= native._MOST_RESULTS
+    assert tick.sz_arg() <= machine_code.MOST_ARGUMENTS
+    assert tick.sz_res() <= machine_code.MOST_RESULTS
     assert tick.sz_iw() == 0
 
 

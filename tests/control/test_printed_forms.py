@@ -26,7 +26,8 @@ from skylimb.reproduction.printed_forms import (
 )
 
 HOVER_ONLY = {"phases.hover": 2.0, "phases.tare": 0.5, "phases.settle": 0.0, "phases.hover_end": 0.0,
-              "approach.contact": False, "trajectory.shape": "hold", "trajectory.duration": 1.0}  # fmt: skip
+              "approach.contact": False, "trajectory.shape": "hold", "trajectory.duration": 1.0,
+              "events": []}  # fmt: skip
 
 
 def robot() -> skylimb.Robot:

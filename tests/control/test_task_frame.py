@@ -22,7 +22,7 @@ from skylimb.errors import ConfigError
 from skylimb.estimation.records import Wrench
 from skylimb.flights.drivers.native import compile_native, fly_native
 from skylimb.flights.flying import fly_here
-from skylimb.flights.loading import take_off
+from skylimb.flights.takeoff import take_off
 from skylimb.packing import numeric
 from skylimb.robots.model import Robot, RobotState
 from skylimb.spatial import rot_z, rotation_from_rpy, rotation_from_vector

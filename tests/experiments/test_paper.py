@@ -9,7 +9,7 @@ import pytest
 import skylimb
 from skylimb.analysis.shipped import NUMERIC_KEYS
 from skylimb.flights.public import PAPER_CONTROLLERS
-from skylimb.flights.takeoff import plant_and_mission
+from skylimb.flights.takeoff import take_off
 
 
 @pytest.fixture(scope="module")
@@ -96,7 +96,8 @@ def test_every_documented_signal_is_recorded(runs: dict[str, skylimb.Run]) -> No
 def test_truth_agrees_with_the_physics(runs: dict[str, skylimb.Run]) -> None:
     """Centre of gravity and tip of the log against the engine's own, at random ticks."""
     log = runs["hybrid"].log
-    plant, _, _ = plant_and_mission(skylimb.load_experiment("paper"), skylimb.load_robot("hydrus_xi_quad"))
+    (takeoff,) = take_off("paper", ("hybrid",))
+    plant = takeoff.plant
     data = mujoco.MjData(plant.model)
     for k in np.random.default_rng(0).integers(0, log.sizes["time"], 20):
         data.qpos[:] = log["configuration"].values[k]

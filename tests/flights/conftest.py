@@ -6,8 +6,7 @@ from typing import Any
 import pytest
 
 from short_flights import CIRCLE
-from skylimb.flights.loading import take_off
-from skylimb.flights.takeoff import Takeoff
+from skylimb.flights.takeoff import Takeoff, take_off
 
 
 def _make(

@@ -22,10 +22,11 @@ from skylimb.errors import SkylimbError
 from skylimb.flights.drivers.native import fly_native
 from skylimb.flights.flying import fly_here
 from skylimb.flights.linked import fly_linked
-from skylimb.flights.loading import plan_flights, take_off
+from skylimb.flights.loading import plan_flights
 from skylimb.flights.on_clock import fly_on_clock
 from skylimb.flights.record import recorded
 from skylimb.flights.simulated_robot import SimulatedRobot, serve_plant
+from skylimb.flights.takeoff import take_off
 from skylimb.realtime.link import Datagram
 from skylimb.realtime.messages import Names, encode
 from skylimb.realtime.pacer import Pacer

@@ -8,7 +8,7 @@ import pytest
 import skylimb
 from skylimb.errors import ConfigError
 from skylimb.flights.hoverable import _refusal
-from skylimb.flights.loading import take_off
+from skylimb.flights.takeoff import take_off
 from skylimb.missions.posture import posture_plan
 from skylimb.planning.posture_limits import nearest_posture, weakest_margin
 from skylimb.planning.posture_path import PostureConfig

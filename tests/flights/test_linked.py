@@ -17,9 +17,9 @@ from skylimb.analysis.replayed import differences
 from skylimb.cli.main import main
 from skylimb.errors import ConfigError, OutputError
 from skylimb.flights.linked import fly_linked
-from skylimb.flights.loading import take_off
 from skylimb.flights.on_clock import ClockedFlight
 from skylimb.flights.simulated_robot import SimulatedRobot, serve_plant
+from skylimb.flights.takeoff import take_off
 from skylimb.realtime.link import Datagram
 from skylimb.realtime.pacer import Pacer
 from skylimb.realtime.udp import UdpLink, address_of

@@ -9,7 +9,7 @@ import pytest
 import skylimb
 from skylimb.control.cascade import Cascade
 from skylimb.errors import ConfigError, UnknownNameError
-from skylimb.flights.loading import take_off
+from skylimb.flights.takeoff import take_off
 
 
 def adapted(folder: Path, table: str) -> str:

@@ -13,7 +13,7 @@ from skylimb.config import write_toml
 from skylimb.control.needs import needs_of
 from skylimb.control.preset import preset_mapping
 from skylimb.flights.flying import fly, fly_here
-from skylimb.flights.loading import take_off
+from skylimb.flights.takeoff import Takeoff, take_off
 from skylimb.loop.flight import Flight
 from skylimb.missions.clock import Clock, reference_between
 
@@ -80,7 +80,8 @@ def flights(controller: str, patience: float) -> tuple[Flight, Flight, Flight]:
         initial_state=inner.initial_state,
         step=inner.step,
     )
-    return fly_here(takeoff), fly_here(dataclasses.replace(takeoff, controller=hidden)), fly(takeoff)
+    slow = Takeoff(dataclasses.replace(takeoff.plan, controller=hidden))
+    return fly_here(takeoff), fly_here(slow), fly(takeoff)
 
 
 @pytest.mark.parametrize("pace", [1.0, 0.5])

@@ -14,7 +14,7 @@ from skylimb.control.preset import preset_mapping
 from skylimb.errors import UnknownNameError
 from skylimb.flights.drivers.native import fly_native, native_available
 from skylimb.flights.flying import fly_here
-from skylimb.flights.loading import take_off
+from skylimb.flights.takeoff import take_off
 
 EXAMPLE = str(Path(__file__).parents[2] / "examples" / "own_controller.py")
 

@@ -7,7 +7,7 @@ import pytest
 
 import skylimb
 from skylimb.errors import ConfigError
-from skylimb.flights.loading import take_off
+from skylimb.flights.takeoff import take_off
 
 FORCE = "controller.translation.force"
 FLY = {"approach.doubtful": "fly"}
@@ -28,10 +28,10 @@ def test_a_force_beyond_the_tilt_is_refused() -> None:
 
 
 def test_a_force_that_a_gain_change_raises_is_looked_at() -> None:
-    change = {"time": 12.0, "key": "translation.force", "value": 20.0}
+    change = {"kind": "gain", "time": 12.0, "key": "translation.force", "value": 20.0}
     with pytest.raises(ConfigError, match="commands a force of 20 N"):
-        skylimb.begin("ceiling", "following", set={"gain_changes": [change]})
-    assert take_off("ceiling", ["following"], set={"gain_changes": [change | {"value": 15.0}], **FLY})
+        skylimb.begin("ceiling", "following", set={"events": [change]})
+    assert take_off("ceiling", ["following"], set={"events": [change | {"value": 15.0}], **FLY})
 
 
 @pytest.mark.filterwarnings("ignore:a force of")

@@ -7,7 +7,7 @@ import pytest
 
 from skylimb.errors import CompileError
 from skylimb.flights import flying
-from skylimb.flights.drivers.native import function as native_function
+from skylimb.flights.drivers import machine_code
 from skylimb.flights.takeoff import Takeoff
 from skylimb.simulation.compiling import met_before
 
@@ -30,7 +30,7 @@ def test_the_second_flight_is_native(
     make_takeoff: Callable[..., Takeoff], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    monkeypatch.setattr(native_function, "_loaded", type(native_function._loaded)())
+    monkeypatch.setattr(machine_code, "_loaded", type(machine_code._loaded)())
     if not flying.native_available():
         pytest.skip("no C compiler on this machine")
     taken: list[str] = []
@@ -56,7 +56,7 @@ def test_a_tick_that_can_be_built_nowhere_flies_with_another_driver(
     monkeypatch.setattr(flying, "worth_building", lambda function: True)
     monkeypatch.setattr(flying, "native_available", lambda: True)
     monkeypatch.setattr(flying, "fly_native", refuse)
-    monkeypatch.setattr(flying, "machine_code", refuse)
+    monkeypatch.setattr(machine_code, "machine_code", refuse)
     takeoff = make_takeoff("paper", "pid")
     assert flying.fastest_tick(takeoff).function is takeoff.tick.function
     monkeypatch.setattr(flying, "fly_here", lambda *given: "here")

@@ -11,8 +11,7 @@ from short_flights import CIRCLE
 from skylimb.estimation.records import Measurement
 from skylimb.exchange.frames import lab_link
 from skylimb.flights.flying import fastest
-from skylimb.flights.loading import take_off
-from skylimb.flights.takeoff import Takeoff
+from skylimb.flights.takeoff import Takeoff, take_off
 from skylimb.realtime.compiled_controller import CompiledController
 from skylimb.realtime.pacer import Pacer
 from skylimb.ros1.grounded import GroundedPlant

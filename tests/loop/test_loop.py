@@ -10,8 +10,8 @@ import pytest
 
 import skylimb
 from skylimb.flights.flying import begin_loop
-from skylimb.flights.loading import take_off
 from skylimb.flights.stepped import SteppedFlight
+from skylimb.flights.takeoff import take_off
 from skylimb.loop.flight import CONFIGURATION, Flight
 from skylimb.loop.loop import CHECK_INTERVAL, Loop
 from skylimb.loop.terminations import Terminations, find_loss
@@ -163,9 +163,7 @@ SHORT = {
 
 PUSHED = {
     **SHORT,
-    "disturbance.force": [0.0, 6.0, -3.0],
-    "disturbance.start": 0.3,
-    "disturbance.duration": 0.6,
+    "events": [{"kind": "push", "time": 0.3, "duration": 0.6, "force": [0.0, 6.0, -3.0]}],
 }
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from skylimb.experiments.experiment import load_experiment
-from skylimb.flights.takeoff import plant_and_mission
+from skylimb.flights.plan import mission_of
 from skylimb.missions.excitation import FADE, ExcitationConfig, excitation
 from skylimb.robots.loader import load_robot
 
@@ -35,7 +35,7 @@ def test_a_mission_sends_it_with_its_acceleration() -> None:
     changes = {"excitation.x": [[0.05, 0.3, 0.0]], "excitation.heading": [[0.2, 0.2, 0.0]]}
     robot = load_robot("hydrus_xi_quad")
     plain, moved = (
-        plant_and_mission(load_experiment("calibration", {"posture.waypoints": [], **others}), robot)[1]
+        mission_of(load_experiment("calibration", {"posture.waypoints": [], **others}), robot)
         for others in (
             {"excitation.x": [], "excitation.y": [], "excitation.z": [], "excitation.heading": []},
             {"excitation.y": [], "excitation.z": [], **changes},

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from skylimb.errors import ConfigError
-from skylimb.flights.loading import take_off
+from skylimb.flights.takeoff import take_off
 from skylimb.missions.length import MOST_TICKS, tick_count
 
 

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 import skylimb
 from skylimb.errors import SkylimbError
-from skylimb.flights.takeoff import plant_and_mission
+from skylimb.flights.plan import mission_of
 from skylimb.missions.frame import contact_frame
 from skylimb.missions.mission import PHASES, Mission
 from skylimb.missions.posture import posture_plan
@@ -49,7 +49,7 @@ def test_a_ramp_arrives_and_its_speed_is_its_slope(distance: float, speed: float
 
 def test_the_papers_mission() -> None:
     experiment = skylimb.load_experiment("paper")
-    _, mission, _ = plant_and_mission(experiment, skylimb.load_robot(experiment.robot))
+    mission = mission_of(experiment, skylimb.load_robot(experiment.robot))
     reference, phase = mission.reference, mission.phase
     assert [PHASES[i] for i in np.unique(phase)] == [name for name in PHASES if name != "lift"]
     sliding = phase == PHASES.index("slide")
@@ -72,7 +72,7 @@ def test_feedforward_sends_the_derivatives_of_the_positions() -> None:
     experiment = skylimb.load_experiment(
         "paper", set={"trajectory.feedforward": "full", "trajectory.ramp": 1.0}
     )
-    _, mission, _ = plant_and_mission(experiment, skylimb.load_robot(experiment.robot))
+    mission = mission_of(experiment, skylimb.load_robot(experiment.robot))
     reference, dt = mission.reference, experiment.control_period
     velocity = np.gradient(reference.position, dt, axis=0)
     acceleration = np.gradient(reference.velocity, dt, axis=0)
@@ -93,7 +93,7 @@ TWO_STROKES = {
 
 def lifting(**changes: object) -> tuple[skylimb.Experiment, Mission]:
     experiment = skylimb.load_experiment("paper", set={**TWO_STROKES, **changes})
-    return experiment, plant_and_mission(experiment, skylimb.load_robot(experiment.robot))[1]
+    return experiment, mission_of(experiment, skylimb.load_robot(experiment.robot))
 
 
 def test_between_two_strokes_the_pen_leaves_and_comes_back() -> None:

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 import skylimb
 from skylimb.errors import ConfigError
-from skylimb.flights.takeoff import plant_and_mission
+from skylimb.flights import plan
 from skylimb.missions.mission import Mission
 
 RADIUS, TIP = 0.3, 0.004
@@ -19,7 +19,7 @@ AXIS = np.array([1.8, 0.0])
 
 def mission_of(**given: Any) -> Mission:
     experiment = skylimb.load_experiment("pipe_around", given)
-    return plant_and_mission(experiment, skylimb.load_robot(experiment.robot))[1]
+    return plan.mission_of(experiment, skylimb.load_robot(experiment.robot))
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,7 @@ import pytest
 import skylimb
 from skylimb.errors import ConfigError
 from skylimb.flights.hoverable import _require_servos
-from skylimb.flights.takeoff import plant_and_mission
+from skylimb.flights.takeoff import take_off
 from skylimb.planning.joint_torque import held_share, held_shares, joint_torque_function, rest_function
 from skylimb.planning.vectoring_merit import SPARED, merit_function, uphill_function
 from skylimb.planning.vectoring_step import first_vectoring, settled_vectoring
@@ -18,10 +18,8 @@ AGAINST = np.array([-2.39, -1.59, -4.71, 0.49, 1.36, -1.49])
 
 @pytest.mark.parametrize("name", ["hydrus_xi_quad", "dragon"])
 def test_they_are_what_the_engines_servos_give_after_take_off(name):
-    robot = skylimb.load_robot(name)
-    plant, _, data = plant_and_mission(
-        skylimb.load_experiment("free_flight", {"robot": name, "posture.waypoints": []}), robot
-    )
+    (takeoff,) = take_off("free_flight", ("hybrid",), set={"robot": name, "posture.waypoints": []})
+    robot, plant, data = takeoff.robot, takeoff.plant, takeoff.start
     q, psi = data.qpos[list(plant.joint_qpos)], data.qpos[list(plant.vectoring_qpos)]
     set_points = data.act[robot.n_rotors :][: robot.n_joints]
     torque = robot.description.shape_servo.stiffness * (set_points - q)

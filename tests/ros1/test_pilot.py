@@ -13,7 +13,7 @@ import skylimb
 from skylimb.control.thrusts import thrust_limits
 from skylimb.errors import ConfigError
 from skylimb.estimation.records import Measurement
-from skylimb.flights.loading import take_off
+from skylimb.flights.takeoff import take_off
 from skylimb.ros1.grounded import STAND, GroundedPlant
 from skylimb.ros1.messages import Joints, Pose
 from skylimb.ros1.states import FORCE_LANDING, FlightState, Order
@@ -240,9 +240,9 @@ def test_a_controller_that_fails_brings_the_robot_down() -> None:
 
 
 def test_experiments_whose_changes_hang_on_take_off_are_refused() -> None:
-    pushes = {"pushes": [{"start": 1.0, "duration": 1.0, "force": [1.0, 0.0, 0.0]}]}
-    (takeoff,) = take_off("paper", ("hybrid",), set=pushes)
-    with pytest.raises(ConfigError, match="at times since take-off"):
+    push = {"kind": "push", "time": 1.0, "duration": 1.0, "force": [1.0, 0.0, 0.0]}
+    (takeoff,) = take_off("paper", ("hybrid",), set={"events": [push]})
+    with pytest.raises(ConfigError, match="a flight that its user starts cannot apply 'push'"):
         GroundedPlant(takeoff)
 
 

@@ -11,7 +11,7 @@ import pytest
 import skylimb
 from skylimb.analysis.replayed import differences
 from skylimb.flights.record import recorded
-from skylimb.ros1.record import FlightRecord, run_of
+from skylimb.ros1.record import SteeredRecord
 from skylimb.ros1.states import FlightState, Order
 from steered import Steered
 
@@ -19,9 +19,9 @@ PREVIEW = str(Path(__file__).parents[2] / "examples" / "laws" / "preview.toml")
 
 
 @pytest.fixture(scope="module", params=["hybrid", "following", PREVIEW])
-def flown(request: pytest.FixtureRequest) -> tuple[Steered, FlightRecord, tuple[int, int]]:
+def flown(request: pytest.FixtureRequest) -> tuple[Steered, SteeredRecord, tuple[int, int]]:
     robot = Steered(request.param)
-    record: FlightRecord | None = None
+    record: SteeredRecord | None = None
     mission: list[int] = []
 
     def kept() -> None:
@@ -31,7 +31,7 @@ def flown(request: pytest.FixtureRequest) -> tuple[Steered, FlightRecord, tuple[
             return
         if record is None:
             paced = robot.takeoff.window.paced
-            record = FlightRecord(robot.plant.layout, tick.signals, tick.reference, paced)
+            record = SteeredRecord(robot.plant.layout, tick.signals, tick.reference, paced)
         script = tick.script if tick.script is not None and tick.script.begun else None
         if script is not None:
             mission.append(record.ticks)
@@ -56,11 +56,10 @@ def flown(request: pytest.FixtureRequest) -> tuple[Steered, FlightRecord, tuple[
     return robot, record, (mission[0], mission[-1] + 1)
 
 
-def test_it_is_replayed_to_the_same_numbers(flown: tuple[Steered, FlightRecord, tuple[int, int]]) -> None:
+def test_it_is_replayed_to_the_same_numbers(flown: tuple[Steered, SteeredRecord, tuple[int, int]]) -> None:
     robot, record, _ = flown
     takeoff = robot.takeoff
-    log = record.log(takeoff.robot, takeoff.controller, takeoff.period)
-    run = run_of(log, takeoff)
+    run = record.run(takeoff.plan)
     again = skylimb.replay(run)
     assert not any("ahead" in note for note in again.notes)
     for name in ("thrusts_command", "joint_angles_command", "external_force_estimate"):
@@ -76,7 +75,7 @@ def test_it_is_replayed_to_the_same_numbers(flown: tuple[Steered, FlightRecord, 
     assert np.abs(other.log.thrusts_command.values - run.log.thrusts_command.values).max() > 0.1
 
 
-def test_its_mission_has_the_scores_of_run(flown: tuple[Steered, FlightRecord, tuple[int, int]]) -> None:
+def test_its_mission_has_the_scores_of_run(flown: tuple[Steered, SteeredRecord, tuple[int, int]]) -> None:
     robot, record, (first, last) = flown
     run = recorded(robot.takeoff, record.flight(first, last))
     assert run.status == "OK"
@@ -87,7 +86,7 @@ def test_its_mission_has_the_scores_of_run(flown: tuple[Steered, FlightRecord, t
             assert run.metrics[name] == pytest.approx(alone.metrics[name], rel=0.3)
 
 
-def test_rows_grow_beyond_the_first_chunk(flown: tuple[Steered, FlightRecord, tuple[int, int]]) -> None:
+def test_rows_grow_beyond_the_first_chunk(flown: tuple[Steered, SteeredRecord, tuple[int, int]]) -> None:
     _, record, _ = flown
     rows = record.flight(0, record.ticks)
     assert rows.signals.shape[0] == record.ticks

@@ -12,7 +12,7 @@ import pytest
 
 from short_flights import CIRCLE
 from skylimb.exchange.frames import lab_link
-from skylimb.flights.loading import take_off
+from skylimb.flights.takeoff import take_off
 from skylimb.realtime.pacer import Pacer
 from skylimb.ros1 import topics
 from skylimb.ros1.controlled import Controlled
@@ -116,7 +116,8 @@ class Wire:
         pacer = Pacer(takeoff.period, lambda: self.time, self._sleep, spin=0.0)
         self.pacer = pacer
         self.robot = Simulated(inner, link, pacer, servos=config.servos)
-        self.pilot = Controlled(takeoff, controller, {"paper": takeoff.mission}, link, pacer, config=config)
+        missions = {"paper": takeoff.mission}
+        self.pilot = Controlled(takeoff.plan, controller, missions, link, pacer, config=config)
         self.up, self.down = deque[Outgoing](), deque[Outgoing]()
         self.k, self.silent, self.said = 0, False, list[str]()
         self.names = Counter[str]()

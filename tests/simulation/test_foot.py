@@ -7,7 +7,7 @@ import pytest
 
 import skylimb
 from skylimb.errors import ConfigError
-from skylimb.flights.loading import take_off
+from skylimb.flights.takeoff import take_off
 from skylimb.simulation.foot import BALLS, CORNERS
 
 QUICK = {"phases.hover": 0.5, "phases.tare": 1.5, "phases.hover_end": 0.0}
@@ -44,7 +44,7 @@ def test_the_robot_is_the_described_one_and_the_scene_has_the_foot() -> None:
     [
         ({"surface.static_ratio": 1.5}, "friction that varies"),
         ({"surface.sway_amplitude": 0.01, "surface.sway_frequency": 1.0}, "moves"),
-        ({"surface_changes": [{"time": 5.0, "friction": 0.1}]}, "plant.foot"),
+        ({"events": [{"kind": "surface", "time": 5.0, "friction": 0.1}]}, "plant.foot"),
     ],
 )
 def test_what_the_loop_writes_for_one_ball_is_refused(given: dict[str, Any], why: str) -> None:

@@ -6,7 +6,7 @@ import pytest
 import skylimb
 from skylimb.calibration.result import true_values
 from skylimb.errors import ConfigError
-from skylimb.flights.loading import take_off
+from skylimb.flights.takeoff import take_off
 
 
 def test_plant_and_model_have_the_gravity_of_the_experiment() -> None:

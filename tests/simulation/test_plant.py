@@ -6,9 +6,10 @@ import pytest
 
 import skylimb
 from skylimb.errors import SkylimbError
-from skylimb.flights.takeoff import plant_and_mission
+from skylimb.flights.plan import mission_of
 from skylimb.robots.model import Robot
-from skylimb.simulation.plant import Plant, PlantConfig, build_plant, initial_data, plant_description
+from skylimb.simulation.plant import Plant, build_plant, initial_data, plant_description
+from skylimb.simulation.plant_config import PlantConfig
 from skylimb.simulation.surfaces import surface_from_mapping
 
 
@@ -26,8 +27,9 @@ Q, PSI = np.array([1.0, 1.0, -0.5]), np.array([3.0, 0.2, 2.9, -0.1])
 
 
 def hovering(robot: Robot) -> tuple[Plant, mujoco.MjData]:
-    built, mission, _ = plant_and_mission(skylimb.load_experiment("push"), robot)
-    return built, initial_data(built, mission.first)
+    experiment = skylimb.load_experiment("push")
+    built = build_plant(robot, experiment.surface, experiment.plant, experiment.control_period)
+    return built, initial_data(built, mission_of(experiment, robot))
 
 
 def test_mass_and_inertia_are_the_models(robot: Robot, plant: Plant) -> None:
@@ -136,9 +138,7 @@ def test_the_plant_may_differ_from_the_description(
 
 def test_a_thrust_deficit_sinks_the_impedance_as_its_spring_says(robot: Robot) -> None:
     """A 2 % deficit sinks the robot by about 0.1 m at a stiffness of 1.5 /s^2."""
-    run = skylimb.run(
-        "push", controller="impedance", set={"plant.thrust_scale": 0.98, "disturbance.duration": 0.0}
-    )
+    run = skylimb.run("push", controller="impedance", set={"plant.thrust_scale": 0.98, "events": []})
     log = run.log
     late = log.where(log["time"] > 18.0, drop=True)
     sunk = float((late["cog_position"] - late["cog_position_reference"]).sel(axis="z").mean())

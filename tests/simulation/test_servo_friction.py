@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 
 import skylimb
-from skylimb.simulation.plant import PlantConfig, build_plant
+from skylimb.simulation.plant import build_plant
+from skylimb.simulation.plant_config import PlantConfig
 from skylimb.simulation.servo_friction import add_servo_friction, tune_servo_friction
 from skylimb.simulation.surfaces import Board
 

@@ -3,7 +3,8 @@ import pytest
 
 import skylimb
 from skylimb.flights.drivers.native import native_available
-from skylimb.flights.takeoff import plant_and_mission
+from skylimb.flights.plan import mission_of
+from skylimb.flights.takeoff import take_off
 from skylimb.simulation import truth
 from skylimb.spatial import rotation_from_quaternion, rotation_from_rpy
 
@@ -22,7 +23,8 @@ SHORT = {
 def test_machine_code_gives_the_same_kinematics_at_any_number_of_ticks() -> None:
     if not native_available():
         pytest.skip("no C compiler here")
-    plant, _, _ = plant_and_mission(skylimb.load_experiment("paper"), skylimb.load_robot("hydrus_xi_quad"))
+    (takeoff,) = take_off("paper", ("hybrid",))
+    plant = takeoff.plant
     size = (int(plant.model.nq), int(plant.model.nv))
     functions = [
         truth._kinematics_function(plant.robot, plant.joint_qpos, plant.vectoring_qpos, *size, built)[0]
@@ -39,7 +41,7 @@ def test_machine_code_gives_the_same_kinematics_at_any_number_of_ticks() -> None
 
 def test_the_truth_of_a_flight_that_holds_the_mission_back() -> None:
     experiment, robot = skylimb.load_experiment("paper", SHORT), skylimb.load_robot("hydrus_xi_quad")
-    _, mission, _ = plant_and_mission(experiment, robot)
+    mission = mission_of(experiment, robot)
     run = skylimb.run(experiment, controller="following")
     assert run.status == "OK", run.cause
     log = run.log
@@ -59,9 +61,9 @@ def test_the_truth_of_a_flight_that_holds_the_mission_back() -> None:
 
 
 def test_a_contact_has_its_point_on_the_surface_and_its_torque_about_the_centre_of_gravity() -> None:
-    experiment = skylimb.load_experiment("paper")
-    plant, _, _ = plant_and_mission(experiment, skylimb.load_robot(experiment.robot))
-    run = skylimb.run(experiment, controller="hybrid", seed=0)
+    (takeoff,) = take_off("paper", ("hybrid",), 0)
+    plant = takeoff.plant
+    run = skylimb.run("paper", controller="hybrid", seed=0)
     assert run.status == "OK", run.cause
     log = run.log
     # Nothing has passed at the first tick.

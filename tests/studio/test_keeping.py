@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 
 import skylimb
+from of_kind import of_kind
 from skylimb.errors import ConfigError, OutputError
+from skylimb.events import GainChange, Push, SurfaceChange
 from skylimb.flights.drivers.native import fly_native
 from skylimb.flights.flying import fly_here
-from skylimb.flights.loading import take_off
 from skylimb.flights.record import recorded
+from skylimb.flights.takeoff import take_off
 from skylimb.recording import load_runs
 from skylimb.studio.session import Session
 
@@ -66,9 +68,9 @@ def test_a_kept_flight_is_repeated_to_the_bit_by_any_driver(session, kept, name)
     assert run.log.sizes["time"] == session.flights[0].ticks
     (takeoff,) = take_off(str(kept.folder / name / "config.toml"), (None,))
     experiment = takeoff.experiment
-    assert len(experiment.surface_changes) == 2
-    assert len(experiment.pushes) == 2
-    assert len(experiment.gain_changes) == (2 if name == "following" else 1)
+    assert len(of_kind(experiment, SurfaceChange)) == 2
+    assert len(of_kind(experiment, Push)) == 2
+    assert len(of_kind(experiment, GainChange)) == (2 if name == "following" else 1)
     for flight in (fly_here(takeoff), fly_native([takeoff])[0]):
         again = recorded(takeoff, flight)
         assert again.cause == run.cause

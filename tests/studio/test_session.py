@@ -5,7 +5,9 @@ import json
 import numpy as np
 import pytest
 
+from of_kind import of_kind
 from skylimb.errors import ConfigError, SkylimbError, UnknownNameError
+from skylimb.events import GainChange, Push, SurfaceChange
 from skylimb.studio.session import Session
 
 
@@ -72,9 +74,9 @@ def test_a_poke_pushes_all_flights_until_it_is_released(session):
     session.release()
     session.release()
     for flight in session.flights:
-        first, second = flight.experiment.pushes
-        assert (first.start, first.duration) == (0.755, 0.3)
-        assert (second.start, second.duration) == (1.055, 0.1)
+        first, second = of_kind(flight.experiment, Push)
+        assert (first.time, first.duration) == (0.755, 0.3)
+        assert (second.time, second.duration) == (1.055, 0.1)
 
 
 def test_a_poke_of_the_wrong_shape_or_size_is_refused(session):
@@ -85,7 +87,7 @@ def test_a_poke_of_the_wrong_shape_or_size_is_refused(session):
     ):
         with pytest.raises(SkylimbError):
             session.poke(link, point, force)
-    assert session.flights[0].experiment.pushes == ()
+    assert of_kind(session.flights[0].experiment, Push) == []
 
 
 def test_a_gain_changes_in_flight_and_is_kept_by_a_restart(session):
@@ -99,7 +101,7 @@ def test_a_gain_changes_in_flight_and_is_kept_by_a_restart(session):
     session.advance(40)
     session.restart()
     assert session.time == session.fleet.period
-    assert session.flights[0].experiment.gain_changes == ()
+    assert of_kind(session.flights[0].experiment, GainChange) == []
     (control,) = [one for one in session.fleet.controls() if one["key"] == key]
     assert control["values"] == [[1.5, 1.5, 1.5]]
 
@@ -134,12 +136,12 @@ def test_a_rewound_poke_is_no_longer_held(session):
     session.release()
     session.advance(50)
     session.rewind(0.35)
-    (push,) = session.flights[0].experiment.pushes
+    (push,) = of_kind(session.flights[0].experiment, Push)
     assert push.duration == pytest.approx(0.15)
     assert session.time == pytest.approx(0.405)
     session.advance(1)
     session.rewind(10.0)
-    assert session.flights[0].experiment.pushes == ()
+    assert of_kind(session.flights[0].experiment, Push) == []
 
 
 def test_scores_so_far_are_told_in_words_with_units(session):
@@ -161,7 +163,7 @@ def test_the_surface_is_moved_from_where_it_was_at_take_off(session):
     session.surface(position=[0.0, 0.05, -0.02], tilt=[0.1, 0.0])
     session.surface(friction=0.2)
     session.advance(20)
-    (change,) = session.flights[0].experiment.surface_changes
+    (change,) = of_kind(session.flights[0].experiment, SurfaceChange)
     assert change.position == pytest.approx((1.5, 0.05, 1.18))
     assert (change.slope, change.pitch) == pytest.approx((surface.slope + 0.1, surface.pitch))
     assert 0.0 < poses(session, scene)[-1][1] < 0.05
@@ -187,7 +189,7 @@ def test_a_key_of_the_surface_acts_in_flight_and_is_kept_by_a_restart(session):
     assert (control["value"], control["acts"]) == (0.25, "in flight")
     session.restart()
     assert session.flights[0].experiment.surface.friction == 0.25
-    assert session.flights[0].experiment.surface_changes == ()
+    assert of_kind(session.flights[0].experiment, SurfaceChange) == []
     with pytest.raises(SkylimbError):
         session.surface(friction=-1.0)
     with pytest.raises(SkylimbError):

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from failing_controller import save_failing_controller
+from of_kind import of_kind
+from skylimb.events import Push
 from skylimb.studio.session import Session
 from skylimb.studio.watching import Watcher
 
@@ -78,7 +80,7 @@ def test_a_flight_in_python_is_poked_and_rewound(session, file):
     session.rewind(0.05)
     assert session.flights[0].ticks == 41
     assert np.array_equal(session.flights[0].recent, there, equal_nan=True)
-    (push,) = session.flights[0].experiment.pushes
+    (push,) = of_kind(session.flights[0].experiment, Push)
     assert push.duration == pytest.approx(0.1)
 
 

@@ -9,9 +9,9 @@ from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 
-from skylimb.errors import ConfigError, unknown_name
+from skylimb.errors import unknown_name
 from skylimb.events.event import Event, Stage
-from skylimb.keys import Key, configuration
+from skylimb.keys import Key, configuration, refused
 
 Vector = tuple[float, float, float]
 
@@ -37,9 +37,7 @@ class Push(Event):
     def check(self) -> None:
         """Refuse a point without a link."""
         if any(self.point) and not self.link:
-            raise ConfigError(
-                f"point = {list(self.point)} m needs a link, in whose axes it is; link is empty"
-            )
+            raise refused(self, "point", "needs a link, in whose axes it is; link is empty")
 
     @property
     def words(self) -> str:

@@ -16,7 +16,7 @@ import numpy as np
 
 from skylimb.errors import ConfigError
 from skylimb.events.event import Event, ModelRows, Place, Stage
-from skylimb.keys import Key, configuration
+from skylimb.keys import Key, configuration, refused
 from skylimb.simulation.contact_keys import PAIR_NAME
 from skylimb.simulation.surface_state import COLUMNS, POSE, first_row, state_of
 from skylimb.simulation.surfaces import Surface
@@ -64,9 +64,7 @@ class SurfaceChange(Event):
     def check(self) -> None:
         """Refuse a change of nothing."""
         if not self.changed:
-            raise ConfigError(
-                f"a change of the surface at {self.time:g} s changes nothing: give {_CHANGES[0]}, ..."
-            )
+            raise refused(self, "time", f"changes nothing: give {', '.join(_CHANGES[:-1])} or {_CHANGES[-1]}")
 
     @property
     def changed(self) -> dict[str, object]:

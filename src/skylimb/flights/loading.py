@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from skylimb.analysis.own import Own, load_own
 from skylimb.config import flatten
@@ -26,27 +26,10 @@ from skylimb.flights.sources import originals
 from skylimb.keys.key import shown
 from skylimb.robots.model import Robot
 
-if TYPE_CHECKING:
-    from skylimb.flights.takeoff import Takeoff
-
 Use = str | Path | ModuleType | Own
 """A Python file or module with metrics and figures, or one of them."""
 
 DEFAULT_CONTROLLER = "hybrid"
-
-
-def take_off(
-    experiment: str | Experiment,
-    controllers: Sequence[str | Controller | None],
-    seed: int | None = None,
-    set: Mapping[str, Any] | None = None,
-    use: Sequence[Use] = (),
-    calibration: Calibrated | None = None,
-) -> list[Takeoff]:
-    """Simulated flights about to begin, one for each controller; see `plan_flights`."""
-    from skylimb.flights.takeoff import simulated
-
-    return [simulated(plan) for plan in plan_flights(experiment, controllers, seed, set, use, calibration)]
 
 
 def plan_flights(

@@ -13,9 +13,8 @@ from skylimb.flights.drivers.free import FreeDriver
 from skylimb.flights.drivers.world import world
 from skylimb.flights.flying import simulated_vehicle
 from skylimb.flights.guarded import ClockedFlight, Progress, guarded, timing_of, without_garbage
-from skylimb.flights.loading import take_off
 from skylimb.flights.record import recorded
-from skylimb.flights.takeoff import Takeoff
+from skylimb.flights.takeoff import Takeoff, take_off
 from skylimb.loop.flight import Flight
 from skylimb.loop.loop import Loop
 from skylimb.realtime.pacer import Pacer

@@ -89,7 +89,7 @@ class FlightPlan:
     def window(self) -> Window:
         """Which rows of the mission a tick reads."""
         needs = self.needs
-        return window_of(needs.preview, needs.paced, self.period)
+        return self.derived.of(window_of, needs.preview, needs.paced, self.period)
 
     @property
     def times(self) -> np.ndarray:

@@ -11,10 +11,10 @@ from skylimb.control.corrections import Calibrated
 from skylimb.errors import ConfigError
 from skylimb.experiments.experiment import Experiment
 from skylimb.flights.flying import begin_loop, fly
-from skylimb.flights.loading import Use, take_off
+from skylimb.flights.loading import Use
 from skylimb.flights.record import recorded
 from skylimb.flights.stepped import SteppedFlight
-from skylimb.flights.takeoff import Takeoff
+from skylimb.flights.takeoff import Takeoff, take_off
 from skylimb.recording.run import Run
 from skylimb.recording.runs import Runs
 

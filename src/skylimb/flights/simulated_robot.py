@@ -11,8 +11,7 @@ from skylimb.control.records import Command
 from skylimb.events import PLANT_KINDS, require_applied
 from skylimb.flights.drivers.world import world
 from skylimb.flights.flying import simulated_vehicle
-from skylimb.flights.loading import take_off
-from skylimb.flights.takeoff import Takeoff
+from skylimb.flights.takeoff import Takeoff, take_off
 from skylimb.realtime.link import MOST, Link
 from skylimb.realtime.messages import Names, RefusedMessageError, decode_command, encode
 from skylimb.realtime.pacer import Pacer

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,17 +11,21 @@ import numpy as np
 
 from skylimb.analysis.own import Own
 from skylimb.control.controller import Controller, TraceableController, is_traceable
+from skylimb.control.corrections import Calibrated
 from skylimb.errors import ConfigError
 from skylimb.events import SurfaceChange, Timeline, require_events
 from skylimb.events.surface import surface_table
 from skylimb.experiments.experiment import Experiment
+from skylimb.flights.loading import Use, plan_flights
 from skylimb.flights.plan import FlightPlan, plan_flight
 from skylimb.flights.sources import Bundle
 from skylimb.missions.mission import Mission
 from skylimb.missions.table import Window
 from skylimb.robots.model import Robot
 from skylimb.simulation.plant import Plant, build_plant, initial_data
+from skylimb.simulation.robot_bodies import TIP_SITE
 from skylimb.simulation.rows import FlightRows, flight_rows
+from skylimb.simulation.surfaces import require_clear
 from skylimb.simulation.tick import CompiledTick, compile_tick, initial_tick_state
 
 
@@ -159,12 +164,29 @@ def simulated(plan: FlightPlan) -> Takeoff:
     """A plan with its plant, checked against each other.
 
     Raises:
-        ConfigError: when the time step cannot carry the surface's stiffness, now or after an event.
+        ConfigError: when the time step cannot carry the surface's stiffness, now or after an event; or the
+            robot would start inside of the surface, as its servos give way in hover.
     """
     takeoff = Takeoff(plan)
     stage = plan.stage._replace(plant=takeoff.plant)
     require_events(plan.experiment.events, stage, float(plan.times[-1]))
+    start, model = takeoff.start, takeoff.plant.model
+    bodies = [i for i in range(1, model.nbody) if not model.body(i).name.startswith("surface")]
+    points = np.vstack([start.xpos[bodies], start.site(TIP_SITE).xpos])
+    require_clear(plan.experiment.surface, points, plan.robot.description.tip.radius, plan.robot.name)
     return takeoff
+
+
+def take_off(
+    experiment: str | Experiment,
+    controllers: Sequence[str | Controller | None],
+    seed: int | None = None,
+    set: Mapping[str, Any] | None = None,
+    use: Sequence[Use] = (),
+    calibration: Calibrated | None = None,
+) -> list[Takeoff]:
+    """Simulated flights about to begin, one for each controller; see `plan_flights`."""
+    return [simulated(plan) for plan in plan_flights(experiment, controllers, seed, set, use, calibration)]
 
 
 def prepare(

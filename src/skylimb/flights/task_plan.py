@@ -17,8 +17,8 @@ from skylimb.control.needs import TORQUE, needs_of
 from skylimb.errors import ConfigError, UnreachableError
 from skylimb.experiments.experiment import Experiment
 from skylimb.flights.flying import fly_here
-from skylimb.flights.loading import take_off
 from skylimb.flights.plan import mission_of
+from skylimb.flights.takeoff import take_off
 from skylimb.planning.task_family import settled_in
 from skylimb.planning.task_posture import (
     Task,

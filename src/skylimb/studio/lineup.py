@@ -9,8 +9,7 @@ from typing import Any
 from skylimb.control.controller import Controller
 from skylimb.errors import ConfigError
 from skylimb.experiments.experiment import Experiment
-from skylimb.flights.loading import take_off
-from skylimb.flights.takeoff import Takeoff
+from skylimb.flights.takeoff import Takeoff, take_off
 from skylimb.studio.controls import PREFIX
 
 MOST_FLIGHTS = 4

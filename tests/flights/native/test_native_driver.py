@@ -15,12 +15,14 @@ from skylimb.flights.drivers.native import compile_native, fly_native
 from skylimb.flights.drivers.native import fly as fly_module
 from skylimb.flights.drivers.native.library import control_callback
 from skylimb.flights.flying import fly_here
+from skylimb.flights.plan import FlightPlan
 from skylimb.flights.takeoff import Takeoff
 from skylimb.loop.flight import Flight
 from skylimb.loop.loop import CHECK_INTERVAL
 from skylimb.missions.clock import entries
 from skylimb.missions.mission import Mission
 from skylimb.missions.reference import Reference
+from skylimb.simulation.plant import Plant
 
 Make = Callable[..., Takeoff]
 
@@ -47,26 +49,38 @@ SHORT = {
     "trajectory.radius": 0.1,
     "trajectory.period": 3.0,
 }
-PUSHED = {
-    "disturbance.force": [0.0, 0.5, -0.3],
-    "disturbance.torque": [0.02, 0.0, 0.05],
-    "disturbance.start": 1.5,
-    "disturbance.duration": 0.7,
-}
 CHANGED = {
-    "gain_changes": [
-        {"time": 1.0, "key": "translation.force", "value": 1.6},
-        {"time": 1.2, "key": "attitude.damping_ratio", "value": [1.0, 1.0, 1.0], "blend": 0.2},
-        {"time": 1.3, "key": "translation.force", "value": 0.8, "blend": 0.0},
+    "events": [
+        {"kind": "gain", "time": 1.0, "key": "translation.force", "value": 1.6},
+        {
+            "kind": "gain",
+            "time": 1.2,
+            "key": "attitude.damping_ratio",
+            "value": [1.0, 1.0, 1.0],
+            "duration": 0.2,
+        },
+        {"kind": "gain", "time": 1.3, "key": "translation.force", "value": 0.8, "duration": 0.0},
     ]
 }
-POKED = {
-    "pushes": [
-        {"start": 1.0, "duration": 0.5, "force": [0.4, 0.0, -0.2]},
-        {"start": 1.2, "duration": 0.6, "force": [0.0, 0.5, 0.3], "link": "link4", "point": [0.3, 0.02, 0.0]},
-        {"start": 1.4, "duration": 0.1, "torque": [0.0, 0.0, 0.1], "link": "link2"},
-    ],
+PUSH = {
+    "kind": "push",
+    "time": 1.5,
+    "duration": 0.7,
+    "force": [0.0, 0.5, -0.3],
+    "torque": [0.02, 0.0, 0.05],
 }
+POKES = [
+    {"kind": "push", "time": 1.0, "duration": 0.5, "force": [0.4, 0.0, -0.2]},
+    {
+        "kind": "push",
+        "time": 1.2,
+        "duration": 0.6,
+        "force": [0.0, 0.5, 0.3],
+        "link": "link4",
+        "point": [0.3, 0.02, 0.0],
+    },
+    {"kind": "push", "time": 1.4, "duration": 0.1, "torque": [0.0, 0.0, 0.1], "link": "link2"},
+]
 LEAVING = {"surface.advance_distance": -0.05, "surface.advance_speed": 0.05, "surface.advance_start": 2.0}
 FLIGHTS: dict[str, tuple[str, str, dict[str, Any]]] = {
     "pid": ("paper", "pid", {}),
@@ -74,11 +88,11 @@ FLIGHTS: dict[str, tuple[str, str, dict[str, Any]]] = {
     "admittance": ("paper", "admittance", {}),
     "hybrid": ("paper", "hybrid", {}),
     "free flight": ("free_flight", "hybrid", {"posture.hold": 0.1}),
-    "push": ("push", "hybrid", {"disturbance.start": 3.0, "trajectory.duration": 5.0}),
-    "pushes on links": ("free_flight", "hybrid", {**POKED, "posture.hold": 0.1}),
+    "push": ("push", "hybrid", {"events.0.time": 3.0, "trajectory.duration": 5.0}),
+    "pushes on links": ("free_flight", "hybrid", {"events": POKES, "posture.hold": 0.1}),
     "moving board": ("paper", "hybrid", MOVING),
     "friction of the place": ("paper", "hybrid", SLIPPERY),
-    "all at once": ("paper", "pid", {**MOVING, **SLIPPERY, **PUSHED, **POKED}),
+    "all at once": ("paper", "pid", {**MOVING, **SLIPPERY, "events": [PUSH, *POKES]}),
     "curved surface": ("paper", "hybrid", {"surface.kind": "sine", "surface.slope": 0.0}),
     "one step a tick": ("paper", "hybrid", {**MOVING, **SLIPPERY, "plant.physics_step": 0.005}),
     "another robot than described": (
@@ -97,7 +111,7 @@ FLIGHTS: dict[str, tuple[str, str, dict[str, Any]]] = {
     "following a board that leaves": ("paper", "following", LEAVING),
     "gains that change": ("paper", "following", CHANGED),
     "no lift": ("paper", "pid", {"plant.thrust_scale": 0.5}),
-    "pushed away": ("push", "pid", {"disturbance.force": [0.0, 9.0, 0.0], "disturbance.start": 2.0}),
+    "pushed away": ("push", "pid", {"events.0.force": [0.0, 9.0, 0.0], "events.0.time": 2.0}),
 }
 LOST = {"no lift": "hit the floor", "pushed away": "lost position"}
 
@@ -126,7 +140,7 @@ def company(make_takeoff: Make) -> list[Takeoff]:
     takeoffs = [make_takeoff(*flight, seed=seed) for seed, flight in enumerate(FLIGHTS.values())]
     patchy = make_takeoff(*FLIGHTS["friction of the place"], seed=50)
     seeded = make_takeoff("paper", "hybrid", SLIPPERY, 51)
-    return [*takeoffs, patchy, dataclasses.replace(patchy, experiment=seeded.experiment)]
+    return [*takeoffs, patchy, patchy.changed(seeded.experiment)]
 
 
 def test_any_number_of_threads_gives_the_same_bits(company: list[Takeoff]) -> None:
@@ -164,9 +178,8 @@ def test_a_flight_leaves_its_takeoff_as_it_was(make_takeoff: Make) -> None:
     assert np.array_equal(first.signals, second.signals, equal_nan=True)
 
 
-def until(takeoff: Takeoff, ticks: int) -> Mission:
+def until(whole: Mission, ticks: int) -> Mission:
     """The first ticks of a mission."""
-    whole = takeoff.mission
     return dataclasses.replace(
         whole,
         times=whole.times[:ticks],
@@ -174,6 +187,28 @@ def until(takeoff: Takeoff, ticks: int) -> Mission:
         phase=whole.phase[:ticks],
         tip_path=whole.tip_path[:ticks],
     )
+
+
+@dataclasses.dataclass(frozen=True)
+class GhostPlan(FlightPlan):
+    """The plan of a flight with the mission that it is given."""
+
+    given: Any = None
+
+    @property
+    def mission(self) -> Mission:
+        return self.given
+
+
+@dataclasses.dataclass(frozen=True)
+class Ghost(Takeoff):
+    """A flight with the plant that it is given."""
+
+    given: Any = None
+
+    @property
+    def plant(self) -> Plant:
+        return self.given
 
 
 @pytest.mark.parametrize("ticks", [50, 100, 250])
@@ -186,9 +221,9 @@ def test_the_engines_warnings_end_a_flight(
     wall = model.body("surface").id
     # The engine warns of the board's inertia; as its place is written at every tick, nothing else is amiss.
     model.body_mass[wall], model.body_inertia[wall] = 1e-17, 1e-17
-    ghost = dataclasses.replace(
-        takeoff, plant=dataclasses.replace(takeoff.plant, model=model), mission=until(takeoff, ticks)
-    )
+    plan = takeoff.plan
+    short = GhostPlan(plan.experiment, plan.robot, plan.controller, given=until(takeoff.mission, ticks))
+    ghost = Ghost(short, dataclasses.replace(takeoff.plant, model=model))
     wanted = fly_here(ghost)
     assert "the physics engine warned (mjWARN_INERTIA)" in wanted.cause
     assert wanted.ticks == min(ticks, CHECK_INTERVAL)

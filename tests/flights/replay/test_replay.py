@@ -66,8 +66,8 @@ def test_a_clock_that_was_held_back_is_followed(make_takeoff: Make) -> None:
 
 
 def test_gains_that_changed_in_flight_change_again(make_takeoff: Make) -> None:
-    change = {"time": 0.6, "key": "estimation.observer.force", "value": [9.0, 9.0, 9.0]}
-    takeoff = make_takeoff(set={"gain_changes": [change]})
+    change = {"kind": "gain", "time": 0.6, "key": "estimation.observer.force", "value": [9.0, 9.0, 9.0]}
+    takeoff = make_takeoff(set={"events": [change]})
     run = recorded(takeoff, fly(takeoff))
     require_same_bits(run, skylimb.replay(run), 17)
     other = skylimb.replay(run, str(EXAMPLES / "own_controller.py"))

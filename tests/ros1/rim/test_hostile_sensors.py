@@ -40,7 +40,7 @@ class Sensed:
         robot = takeoff.robot
         self.pacer = Pacer(takeoff.period, lambda: self.time, self._sleep, spin=0.0)
         self.profile = Controlled(
-            takeoff, controller, {"paper": takeoff.mission}, lab_link(robot), self.pacer
+            takeoff.plan, controller, {"paper": takeoff.mission}, lab_link(robot), self.pacer
         )
         names, first = Names(robot), takeoff.mission.first
         angles = (*np.asarray(first.joint_angles).tolist(), *np.asarray(first.vectoring_angles).tolist())

@@ -8,7 +8,7 @@ import pytest
 from skylimb.errors import ConfigError
 from skylimb.flights.drivers.native import fly_native
 from skylimb.flights.flying import fly_here
-from skylimb.flights.loading import take_off
+from skylimb.flights.takeoff import take_off
 from skylimb.simulation.contact import pair_compliance
 from skylimb.simulation.peg import direction_of
 from skylimb.simulation.surfaces import Hole, surface_from_mapping
@@ -71,7 +71,7 @@ def test_it_goes_down_to_the_floor_and_out_again(takeoff, flight, log):
 
 
 def test_every_driver_flies_the_same_flight(takeoff, flight):
-    short = dataclasses.replace(takeoff, experiment=dataclasses.replace(takeoff.experiment, stop_at=7.0))
+    short = takeoff.changed(dataclasses.replace(takeoff.experiment, stop_at=7.0))
     here, native = fly_here(short), fly_native([short])[0]
     np.testing.assert_array_equal(here.signals, native.signals)
     assert native.signal("contact_duty").max() > 0.0
@@ -99,7 +99,7 @@ def test_description_builds_it_again():
         ({"surface.static_ratio": 1.5}, "'hole' stays where it is and has one friction"),
         ({"surface.sway_amplitude": 0.01}, "'hole' stays where it is and has one friction"),
         ({"plant.foot": 0.05}, "'hole' has walls"),
-        ({"surface_changes": [{"time": 5.0, "friction": 0.1}]}, "'hole' cannot change in flight"),
+        ({"events": [{"kind": "surface", "time": 5.0, "friction": 0.1}]}, "'hole' cannot change in flight"),
     ],
 )
 def test_what_it_cannot_be_is_refused(given, why):

@@ -18,7 +18,7 @@ from skylimb.cli import main
 from skylimb.errors import ConfigError
 from skylimb.flights.drivers.native import fly_native
 from skylimb.flights.flying import fly_here
-from skylimb.flights.loading import take_off
+from skylimb.flights.takeoff import take_off
 from skylimb.simulation.surfaces import surface_from_mapping
 
 EXAMPLES = Path(__file__).parents[3] / "examples" / "surfaces"

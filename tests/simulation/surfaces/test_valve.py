@@ -11,7 +11,7 @@ from skylimb.analysis.replay.payload import replay_payload
 from skylimb.errors import ConfigError
 from skylimb.flights.drivers.native import fly_native
 from skylimb.flights.flying import fly_here
-from skylimb.flights.loading import take_off
+from skylimb.flights.takeoff import take_off
 from skylimb.simulation.surface_at import turned_valve
 from skylimb.simulation.surfaces import Valve, surface_from_mapping
 from skylimb.simulation.surfaces.geom import GEOM
@@ -79,7 +79,7 @@ def test_gap_and_slip_are_those_to_the_lever(log):
 
 
 def test_every_driver_flies_the_same_flight(takeoff, flight):
-    short = dataclasses.replace(takeoff, experiment=dataclasses.replace(takeoff.experiment, stop_at=13.0))
+    short = takeoff.changed(dataclasses.replace(takeoff.experiment, stop_at=13.0))
     here = fly_here(short)
     native = fly_native([short])[0]
     np.testing.assert_array_equal(here.signals, native.signals)
@@ -108,7 +108,7 @@ def test_description_builds_it_again():
         ({"surface.static_ratio": 1.5}, "'valve' stays where it is and has one friction"),
         ({"surface.sway_amplitude": 0.01}, "'valve' stays where it is and has one friction"),
         ({"plant.foot": 0.05}, "'valve' turns"),
-        ({"surface_changes": [{"time": 5.0, "friction": 0.1}]}, "'valve' cannot change in flight"),
+        ({"events": [{"kind": "surface", "time": 5.0, "friction": 0.1}]}, "'valve' cannot change in flight"),
     ],
 )
 def test_what_it_cannot_be_is_refused(given, why):

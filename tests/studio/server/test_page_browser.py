@@ -15,6 +15,8 @@ from playwright import sync_api
 import skylimb
 from chromium import PAINTED, chromium, needs_chromium, silent_page
 from failing_controller import save_failing_controller
+from of_kind import of_kind
+from skylimb.events import GainChange, Push, SurfaceChange
 from skylimb.recording import Run
 
 PATIENCE = 60_000
@@ -82,8 +84,12 @@ def test_a_slider_turns_a_gain_in_the_flight(page: sync_api.Page, studio: Any) -
         page.keyboard.press("ArrowRight")
     value = float(slider.input_value())
     assert before < value < 1.1 * before
-    wait_for(lambda: bool(studio.session.flights[0].experiment.gain_changes))
-    wait_for(lambda: studio.session.flights[0].experiment.gain_changes[-1].value[0] == pytest.approx(value))
+
+    def changes() -> Any:
+        return of_kind(studio.session.flights[0].experiment, GainChange)
+
+    wait_for(lambda: bool(changes()))
+    wait_for(lambda: changes()[-1].value[0] == pytest.approx(value))
     page.get_by_label("Search gains and keys").fill("")
 
 
@@ -109,12 +115,12 @@ def test_a_poke_of_2_newtons_is_felt(page: sync_api.Page, studio: Any) -> None:
     hold = page.get_by_role("button", name="Hold to poke")
     hold.focus()
     page.keyboard.down("Space")
-    wait_for(lambda: bool(studio.session.flights[0].experiment.pushes))
-    begun = studio.session.flights[0].experiment.pushes[0].start
+    wait_for(lambda: bool(of_kind(studio.session.flights[0].experiment, Push)))
+    begun = of_kind(studio.session.flights[0].experiment, Push)[0].time
     wait_for(lambda: studio.session.time > begun + 1.5)
     assert "2.0 N" in page.locator("#force").inner_text()
     page.keyboard.up("Space")
-    wait_for(lambda: studio.session.flights[0].experiment.pushes[-1].duration < 20)
+    wait_for(lambda: of_kind(studio.session.flights[0].experiment, Push)[-1].duration < 20)
     flight = studio.session.flights[0]
     first = round((begun + 1.0) / studio.session.fleet.period)
     estimate = flight.recent[first : first + 80, flight.slices["external_force_estimate"]]
@@ -133,7 +139,7 @@ def test_a_drag_on_a_link_pokes(page: sync_api.Page, studio: Any) -> None:
     page.mouse.move(*place)
     page.mouse.down()
     page.mouse.move(place[0], place[1] - 60, steps=4)
-    wait_for(lambda: any(push.force[2] > 0.3 for push in studio.session.flights[0].experiment.pushes))
+    wait_for(lambda: any(push.force[2] > 0.3 for push in of_kind(studio.session.flights[0].experiment, Push)))
     page.mouse.up()
     page.get_by_role("radio", name="Look").click()
 
@@ -148,7 +154,7 @@ def test_the_surface_is_moved_and_made_slippery(page: sync_api.Page, studio: Any
     page.keyboard.press("ArrowLeft")
 
     def changes() -> Any:
-        return studio.session.flights[0].experiment.surface_changes
+        return of_kind(studio.session.flights[0].experiment, SurfaceChange)
 
     wait_for(lambda: any(one.friction is not None for one in changes()))
     place = studio.session.flights[0].experiment.surface.position
@@ -161,7 +167,7 @@ def test_what_is_kept_is_flown_again_to_the_bit(page: sync_api.Page, studio: Any
     page.get_by_role("tab", name="Poke").click()
     page.get_by_role("button", name="Hold to poke").focus()
     page.keyboard.down("Space")
-    wait_for(lambda: bool(studio.session.flights[0].experiment.pushes))
+    wait_for(lambda: bool(of_kind(studio.session.flights[0].experiment, Push)))
     begun = studio.session.time
     wait_for(lambda: studio.session.time > begun + 0.3)
     page.keyboard.up("Space")

@@ -15,6 +15,9 @@ from typing import Any
 import pytest
 from websockets.exceptions import InvalidStatus
 
+from of_kind import of_kind
+from skylimb.events import GainChange, Push
+
 
 def get(studio: Any, path: str = "/", **headers: str) -> tuple[int, str, dict[str, str]]:
     request = urllib.request.Request(f"http://127.0.0.1:{studio.port}{path}", headers=headers)
@@ -97,8 +100,8 @@ def test_a_gain_is_changed_and_told_to_all(studio: Any) -> None:
         page.event("hello")
         page.say("gain", key=key, value=value)
         assert other.event("gain") == {"event": "gain", "key": key, "value": value, "flight": None}
-    change = studio.session.flights[0].experiment.gain_changes[-1]
-    assert (f"controller.{change.key}", list(change.value)) == (key, value)
+    change = of_kind(studio.session.flights[0].experiment, GainChange)[-1]
+    assert (f"controller.{change.key}", change.value) == (key, tuple(value))
 
 
 @pytest.mark.parametrize(
@@ -173,9 +176,9 @@ def test_a_poke_is_released_when_its_page_leaves(studio: Any) -> None:
         begun = page.frame()[0]
         page.frame_where(lambda frame: frame[0] > begun + 0.2)
     until = time.monotonic() + 10
-    while studio.session.flights[0].experiment.pushes[-1].duration > 20 and time.monotonic() < until:
+    while of_kind(studio.session.flights[0].experiment, Push)[-1].duration > 20 and time.monotonic() < until:
         time.sleep(0.02)
-    assert studio.session.flights[0].experiment.pushes[-1].duration < 20
+    assert of_kind(studio.session.flights[0].experiment, Push)[-1].duration < 20
 
 
 def nonsense(random_: random.Random) -> str | bytes:

@@ -47,7 +47,7 @@ def fly_native(
         threads: that fly at the same time, the caller's included.
         progress: called with how far all the flights are.
     """
-    total, behind = sum(len(takeoff.rows) for takeoff in takeoffs), 0
+    total, behind = sum(takeoff.count for takeoff in takeoffs), 0
     flights: list[Flight | None] = [None] * len(takeoffs)
     reason = unavailable()
     if reason:
@@ -68,7 +68,7 @@ def fly_native(
         made = [_fly_compiled(takeoff) for takeoff in group] if reason else _fly_group(group, threads, report)
         for index, flight in zip(members, made, strict=True):
             flights[index] = flight
-        behind += sum(len(takeoff.rows) for takeoff in group)
+        behind += sum(takeoff.count for takeoff in group)
         report(0, behind)
     return [flight for flight in flights if flight is not None]
 
@@ -77,7 +77,7 @@ def _fly_compiled(takeoff: Takeoff) -> Flight:
     here = world(takeoff)
     driver = CompiledDriver(takeoff.tick, here.plant, here.data, takeoff.rows, here.acts, here.events.gains)
     with without_timer():
-        return Loop(driver, takeoff.mission, takeoff.experiment.terminations, len(takeoff.rows)).fly()
+        return Loop(driver, takeoff.mission, takeoff.experiment.terminations, takeoff.count).fly()
 
 
 def _fly_group(takeoffs: Sequence[Takeoff], threads: int, report: Callable[[int], None]) -> list[Flight]:

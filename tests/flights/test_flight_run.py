@@ -1,10 +1,11 @@
-"""What the log says of the contact's state machine."""
+"""What a run says of its flight: events, transitions of the contact, units of the configuration."""
 
 import json
 
 import numpy as np
 
 import skylimb
+from skylimb.config import flatten
 from skylimb.control.contact_machine import (
     APPROACH,
     CALM,
@@ -17,7 +18,8 @@ from skylimb.control.contact_machine import (
     TOUCHED,
     WANTED,
 )
-from skylimb.simulation.log import contact_transitions
+from skylimb.flights.flight_run import config_units, contact_transitions
+from skylimb.keys import rows_of, tables_of
 
 SHORT = {
     "phases.hover": 0.3,
@@ -88,3 +90,56 @@ def test_a_controller_without_a_state_machine_has_no_transitions() -> None:
     log = skylimb.run("paper", controller="hybrid", set=SHORT).log
     assert "contact_transitions" not in log.attrs
     assert "contact_state" not in log
+
+
+def test_a_log_tells_what_happened_when_how_long_and_in_words() -> None:
+    events = [
+        {"kind": "push", "time": 0.5, "duration": 0.1, "force": [0.0, 0.3, 0.0], "link": "link2"},
+        {"kind": "gain", "time": 0.6, "key": "attitude.damping_ratio", "value": [1.0, 1.0, 1.0]},
+        {"kind": "surface", "time": 0.7, "friction": 0.2},
+    ]
+    log = skylimb.run("paper", controller="hybrid", set={**SHORT, "events": events, "stop_at": 1.0}).log
+    told = json.loads(log.attrs["events"])
+    assert [table | given for table, given in zip(told, events, strict=True)] == told
+    assert [table["duration"] for table in told] == [0.1, 0.5, 0.2]
+    assert [table["words"] for table in told] == [
+        "0.3 N on link2",
+        "attitude.damping_ratio to [1.0, 1.0, 1.0]",
+        "surface friction to 0.2",
+    ]
+    without = skylimb.run("paper", controller="hybrid", set={**SHORT, "stop_at": 0.5}).log
+    assert json.loads(without.attrs["events"]) == []
+
+
+def test_units_of_the_configuration_stand_under_its_dotted_keys() -> None:
+    experiment = skylimb.load_experiment("paper")
+    controller = skylimb.load_controller("hybrid", skylimb.load_robot("hydrus_xi_quad"))
+    units = config_units(experiment, controller)
+    assert units["surface.slope"] == "rad"
+    assert units["trajectory.speed"] == "m/s"
+    assert units["plant.cog_offset"] == "m"
+    assert "surface.friction" not in units
+    assert json.loads(json.dumps(units)) == units
+    of_experiment = {name for name in units if not name.startswith("controller.")}
+    assert of_experiment <= {name for name, _, _ in rows_of(tables_of(experiment))}
+    # Keys of the log's `config`, but for those that are not set.
+    assert {name for name in of_experiment if name not in flatten(experiment)} == {
+        "plant.foot",
+        "plant.peg",
+        "stop_at",
+        "surface_error",
+        "surface.damping",
+        "surface.motion_direction",
+        "trajectory.center",
+        "wrap.radius",
+    } & of_experiment
+
+
+class NumpyController:
+    name = "own"
+
+
+def test_a_controller_of_ones_own_has_no_units() -> None:
+    experiment = skylimb.load_experiment("paper")
+    units = config_units(experiment, NumpyController())  # type: ignore[arg-type]
+    assert not [name for name in units if name.startswith("controller.")]

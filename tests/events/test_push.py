@@ -1,10 +1,16 @@
+"""A push is a wrench on a body: at its centre of gravity, or at a point of a link."""
+
+from types import SimpleNamespace
+from typing import Any
+
 import mujoco
 import numpy as np
 import pytest
 
 import skylimb
 from skylimb.errors import ConfigError, UnknownNameError
-from skylimb.simulation.disturbance import DisturbanceConfig, PushConfig, pusher, resolved_pushes
+from skylimb.events import Push, Timeline, Wrench
+from skylimb.flights.drivers.acts import pushing
 
 SCENE = """
 <mujoco>
@@ -37,16 +43,22 @@ def data(model: mujoco.MjModel) -> mujoco.MjData:
     return data
 
 
-def applied(model: mujoco.MjModel, data: mujoco.MjData, k: int, *pushes: PushConfig) -> np.ndarray:
-    resolved = resolved_pushes(DisturbanceConfig(), pushes, model, "root", TIMES)
-    push = pusher(resolved, model, data)
-    assert push is not None
+def wrenches(model: mujoco.MjModel, *pushes: Push) -> tuple[Wrench, ...]:
+    stage: Any = SimpleNamespace(
+        robot=SimpleNamespace(description=SimpleNamespace(root="root")), plant=SimpleNamespace(model=model)
+    )
+    return Push.acts(pushes, stage, TIMES)
+
+
+def applied(model: mujoco.MjModel, data: mujoco.MjData, k: int, *pushes: Push) -> np.ndarray:
+    plant: Any = SimpleNamespace(model=model)
+    (push,) = pushing(plant, data, Timeline(wrenches=wrenches(model, *pushes)))
     push(k)
     return data.qfrc_applied.copy()
 
 
 def test_a_push_on_a_link_acts_through_its_point(model: mujoco.MjModel, data: mujoco.MjData) -> None:
-    push = PushConfig(start=0.0, duration=1.0, force=FORCE, link="arm", point=POINT)
+    push = Push(0.0, duration=1.0, force=FORCE, link="arm", point=POINT)
     found = applied(model, data, 0, push)
     arm = model.body("arm").id
     point = data.xpos[arm] + data.xmat[arm].reshape(3, 3) @ POINT
@@ -58,7 +70,7 @@ def test_a_push_on_a_link_acts_through_its_point(model: mujoco.MjModel, data: mu
 
 def test_a_push_without_a_link_turns_nothing(model: mujoco.MjModel, data: mujoco.MjData) -> None:
     """A force through the centre of gravity accelerates all of the robot alike."""
-    found = applied(model, data, 0, PushConfig(start=0.0, duration=1.0, force=FORCE))
+    found = applied(model, data, 0, Push(0.0, duration=1.0, force=FORCE))
     mujoco.mj_forward(model, data)
     M = np.zeros((model.nv, model.nv))
     mujoco.mj_fullM(model, data, M)
@@ -71,8 +83,8 @@ def test_a_push_without_a_link_turns_nothing(model: mujoco.MjModel, data: mujoco
 
 
 def test_pushes_add_up_and_end(model: mujoco.MjModel, data: mujoco.MjData) -> None:
-    first = PushConfig(start=0.0, duration=0.1, force=FORCE, link="arm", point=POINT)
-    second = PushConfig(start=0.05, duration=0.1, torque=(0.0, 0.1, 0.2))
+    first = Push(0.0, duration=0.1, force=FORCE, link="arm", point=POINT)
+    second = Push(0.05, duration=0.1, torque=(0.0, 0.1, 0.2))
     alone = [applied(model, data, k, push) for k, push in ((0, first), (15, second))]
     np.testing.assert_allclose(applied(model, data, 15, first, second), sum(alone), atol=1e-14)
     np.testing.assert_array_equal(applied(model, data, 25, first, second), alone[1])
@@ -80,23 +92,29 @@ def test_pushes_add_up_and_end(model: mujoco.MjModel, data: mujoco.MjData) -> No
 
 
 def test_a_push_begins_and_ends_with_a_tick(model: mujoco.MjModel) -> None:
-    config = DisturbanceConfig(force=FORCE, start=0.1, duration=0.2)
-    (push,) = resolved_pushes(config, [], model, "root", TIMES)
+    (push,) = wrenches(model, Push(0.1, duration=0.2, force=FORCE))
     assert (push.begin, push.end) == (20, 60)
-    assert resolved_pushes(DisturbanceConfig(force=FORCE), [], model, "root", TIMES) == []
-    assert resolved_pushes(DisturbanceConfig(duration=1.0), [], model, "root", TIMES) == []
+    assert wrenches(model, Push(0.1012, duration=0.001, force=FORCE)) == ()  # it is over before a tick begins
+    assert wrenches(model, Push(0.0, duration=1.0)) == ()
 
 
 def test_a_push_on_the_pen_is_seen_by_the_observer() -> None:
-    push = {"start": 9.0, "duration": 5.0, "force": [0.0, 0.8, 0.0], "link": "link4", "point": [0.3, 0, 0]}
-    run = skylimb.run("free_flight", controller="impedance", set={"pushes": [push]})
+    push = {
+        "kind": "push",
+        "time": 9.0,
+        "duration": 5.0,
+        "force": [0.0, 0.8, 0.0],
+        "link": "link4",
+        "point": [0.3, 0, 0],
+    }
+    run = skylimb.run("free_flight", controller="impedance", set={"events": [push]})
     seen = run.log.external_force_estimate.sel(axis="y", time=slice(11.0, 14.0)).mean()
     assert float(seen) == pytest.approx(0.8, abs=0.08)
 
 
 def test_nonsense_is_refused() -> None:
     with pytest.raises(ConfigError, match=r"point = \[0\.1, 0, 0\] m needs a link"):
-        PushConfig(start=0.0, duration=1.0, point=(0.1, 0, 0))
-    push = {"start": 1.0, "duration": 1.0, "force": [1.0, 0.0, 0.0], "link": "link9"}
-    with pytest.raises(UnknownNameError, match="unknown link in pushes 'link9'; did you mean 'link"):
-        skylimb.run("free_flight", set={"pushes": [push]})
+        Push(0.0, duration=1.0, point=(0.1, 0, 0))
+    push = {"kind": "push", "time": 1.0, "duration": 1.0, "force": [1.0, 0.0, 0.0], "link": "link9"}
+    with pytest.raises(UnknownNameError, match="unknown link of a push 'link9'; did you mean 'link"):
+        skylimb.run("free_flight", set={"events": [push]})

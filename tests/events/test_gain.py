@@ -7,10 +7,10 @@ import pytest
 
 import skylimb
 from skylimb.cli import main
-from skylimb.config import from_mapping, to_mapping
 from skylimb.errors import ConfigError, UnknownNameError
+from skylimb.events import GainChange, event_tables, events_from_mapping
+from skylimb.events.gain import gain_rows
 from skylimb.packing import Layout
-from skylimb.simulation.gain_changes import GainChange, gain_rows
 
 LAYOUT = Layout({"a": 1.0, "b": np.zeros(2)})
 GAINS = np.array([1.0, 10.0, 20.0])
@@ -28,51 +28,41 @@ SHORT = {
 
 
 def change(time: float, key: str, value: object, **more: object) -> dict[str, object]:
-    return {"time": time, "key": key, "value": value, **more}
+    return {"kind": "gain", "time": time, "key": key, "value": value, **more}
 
 
 def test_a_change_is_a_straight_line_to_the_new_value() -> None:
-    rows = gain_rows([GainChange(1.0, "b", (10.0, 40.0), 0.5)], GAINS, LAYOUT, TIMES)
-    assert rows is not None
+    rows = gain_rows([GainChange(1.0, "b", (10.0, 40.0), duration=0.5)], GAINS, LAYOUT, TIMES)
     np.testing.assert_array_equal(rows.columns, [1, 2])
     np.testing.assert_allclose(rows.values[:, 1], np.interp(TIMES, [1.0, 1.5], [20.0, 40.0]), atol=1e-12)
     np.testing.assert_array_equal(rows.values[TIMES >= 1.5 + 1e-9], [[10.0, 40.0]] * 70)
-    np.testing.assert_array_equal(rows.until(3).values, rows.values[:3])
-    assert gain_rows([], GAINS, LAYOUT, TIMES) is None
 
 
 def test_changes_of_one_gain_follow_one_another_without_a_jump() -> None:
     changes = [
-        GainChange(1.25, "a", 0.0, 1.0),
-        GainChange(1.0, "a", 2.0, 0.5),
-        GainChange(4.0, "b", (0.0, 0.0), 0.0),
+        GainChange(1.25, "a", 0.0, duration=1.0),
+        GainChange(1.0, "a", 2.0, duration=0.5),
+        GainChange(4.0, "b", (0.0, 0.0), duration=0.0),
     ]
     rows = gain_rows(changes, GAINS, LAYOUT, TIMES)
-    assert rows is not None
     np.testing.assert_allclose(
         rows.values[:, 0], np.interp(TIMES, [1.0, 1.25, 2.25], [1.0, 1.5, 0.0]), atol=1e-12
     )
     np.testing.assert_array_equal(rows.values[79:81, 1:], [[10.0, 20.0], [0.0, 0.0]])
 
 
-def test_a_change_after_the_flight_is_refused() -> None:
-    with pytest.raises(ConfigError, match="a at 9 s comes after the flight's end at 5 s"):
-        gain_rows([GainChange(9.0, "a", 0.0)], GAINS, LAYOUT, TIMES)
-
-
 def test_an_experiment_keeps_its_changes_and_mentions_none_otherwise() -> None:
     changes = [
         change(5, "translation.force", 2),
-        change(6.0, "estimation.observer.force", [3, 3, 3], blend=1.0),
+        change(6.0, "estimation.observer.force", [3, 3, 3], duration=1.0),
     ]
-    experiment = skylimb.load_experiment("paper", set={"gain_changes": changes})
-    assert experiment.gain_changes == (
+    experiment = skylimb.load_experiment("paper", set={"events": changes})
+    assert experiment.events == (
         GainChange(5.0, "translation.force", 2.0),
-        GainChange(6.0, "estimation.observer.force", (3.0, 3.0, 3.0), 1.0),
+        GainChange(6.0, "estimation.observer.force", (3.0, 3.0, 3.0), duration=1.0),
     )
-    again = from_mapping(GainChange, to_mapping(experiment.gain_changes[1]), "a table")
-    assert again == experiment.gain_changes[1]
-    assert "gain_changes" not in skylimb.load_experiment("paper").to_mapping()
+    assert events_from_mapping(event_tables(experiment.events), "a table") == experiment.events
+    assert "events" not in skylimb.load_experiment("paper").to_mapping()
 
 
 FORCE, TOUCH = "translation.force", "contact.machine.touch_force"
@@ -86,7 +76,7 @@ FORCE, TOUCH = "translation.force", "contact.machine.touch_force"
         ("following", change(5.0, "estimation.calibration.feed", 1.0), UnknownNameError, "calibration.feed"),
         ("following", change(5.0, FORCE, 99.0), ConfigError, r"outside of 0 .. 20 N"),
         ("following", change(5.0, FORCE, [1.0, 2.0]), ConfigError, "wrong type"),
-        ("following", change(-1.0, FORCE, 2.0), ConfigError, r"gain_changes\.0\.time = -1 s"),
+        ("following", change(-1.0, FORCE, 2.0), ConfigError, r"events\.0\.time = -1 s"),
         (
             "following",
             change(5.0, TOUCH, -1.0),
@@ -94,15 +84,15 @@ FORCE, TOUCH = "translation.force", "contact.machine.touch_force"
             "above 0 and at most 100 N",
         ),
         ("following", change(500.0, FORCE, 2.0), ConfigError, "after the flight's end"),
-        ("following", {"time": 5.0, "key": FORCE}, ConfigError, "value' is missing"),
-        ("following", change(5.0, FORCE, 2.0, blnd=1.0), UnknownNameError, "blend"),
+        ("following", {"kind": "gain", "time": 5.0, "key": FORCE}, ConfigError, "value' is missing"),
+        ("following", change(5.0, FORCE, 2.0, duraton=1.0), UnknownNameError, "duration"),
     ],
 )
 def test_a_change_that_does_not_fit_is_refused_before_take_off(
     controller: str, wrong: dict[str, object], error: type[Exception], message: str
 ) -> None:
     with pytest.raises(error, match=message):
-        skylimb.run("paper", controller=controller, set={**SHORT, "gain_changes": [wrong]})
+        skylimb.run("paper", controller=controller, set={**SHORT, "events": [wrong]})
 
 
 def test_a_controller_of_ones_own_cannot_be_changed(tmp_path: Path) -> None:
@@ -113,11 +103,11 @@ def test_a_controller_of_ones_own_cannot_be_changed(tmp_path: Path) -> None:
         "def controller(robot):\n    return Own()\n"
     )
     with pytest.raises(ConfigError, match="'own' flies in Python"):
-        skylimb.run("paper", controller=str(file), set={"gain_changes": [change(5.0, "k", 1.0)]})
+        skylimb.run("paper", controller=str(file), set={"events": [change(5.0, "k", 1.0)]})
 
 
 def test_the_command_line_says_what_is_wrong(capsys: pytest.CaptureFixture[str]) -> None:
-    setting = 'gain_changes=[{time = 5.0, key = "translation.stifness", value = [5.0, 5.0, 5.0]}]'
+    setting = 'events=[{kind = "gain", time = 5.0, key = "translation.stifness", value = [5.0, 5.0, 5.0]}]'
     assert main(["run", "paper", "--controller", "following", "--no-video", "--set", setting]) == 2
     assert "did you mean 'translation.stiffness'" in capsys.readouterr().err
 
@@ -131,7 +121,7 @@ def test_the_new_force_is_pressed_with_and_the_command_does_not_jump() -> None:
     begin = 9.5
     changes = [change(begin, FORCE, 2.0), change(begin, "translation.press_damping", 4.0)]
     before = skylimb.run("paper", controller="following", set=SHORT)
-    after = skylimb.run("paper", controller="following", set={**SHORT, "gain_changes": changes})
+    after = skylimb.run("paper", controller="following", set={**SHORT, "events": changes})
     assert before.status == after.status == "OK"
     same = before.log.time.values < begin
     forces = [run.log.force_command.values[same[: run.log.sizes["time"]]] for run in (before, after)]
@@ -141,6 +131,6 @@ def test_the_new_force_is_pressed_with_and_the_command_does_not_jump() -> None:
     settled = (after.log.time.values > begin + 3.5) & (after.log.time.values < begin + 5.0)
     force = after.log.normal_force_estimate.values[settled].mean()
     assert force == pytest.approx(2.0, abs=0.4)
-    abrupt = [{**change(begin, FORCE, 4.0), "blend": 0.0}]
-    jump = skylimb.run("paper", controller="following", set={**SHORT, "gain_changes": abrupt})
+    abrupt = [change(begin, FORCE, 4.0, duration=0.0)]
+    jump = skylimb.run("paper", controller="following", set={**SHORT, "events": abrupt})
     assert largest_jump(jump, begin - 0.02, begin + 0.02) > 2.0 * usual

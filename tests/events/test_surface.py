@@ -8,30 +8,32 @@ import pytest
 
 from short_flights import CIRCLE
 from skylimb.errors import ConfigError
+from skylimb.events import SurfaceChange
+from skylimb.events.surface import surface_table
 from skylimb.experiments.experiment import experiment_from_mapping, load_experiment
 from skylimb.flights.drivers.native import fly_native
 from skylimb.flights.flying import begin_loop, fly_here
-from skylimb.flights.loading import take_off
 from skylimb.flights.record import recorded
-from skylimb.simulation.surface_changes import SurfaceChange, surface_table
+from skylimb.flights.takeoff import take_off
 from skylimb.simulation.surfaces import surface_from_mapping
 
 BOARD = [
     {"time": 2.3, "position": [1.497, 0.0, 1.2], "slope": -0.3, "pitch": 0.02},
-    {"time": 2.4, "friction": 0.15, "stiffness": 3000.0, "blend": 0.3},
-    {"time": 2.45, "slope": -0.31, "blend": 0.0},
+    {"time": 2.4, "friction": 0.15, "stiffness": 3000.0, "duration": 0.3},
+    {"time": 2.45, "slope": -0.31, "duration": 0.0},
     {"time": 3.2, "present": False},
     {"time": 3.4, "present": True, "position": [1.5, 0.0, 1.2]},
 ]
 CURVED = [
-    {"time": 0.0, "roll": 0.02, "blend": 0.0},
+    {"time": 0.0, "roll": 0.02, "duration": 0.0},
     {"time": 3.0, "position": [1.49, 0.0, 1.2], "pitch": 0.02},
 ]
 GONE = [{"time": 2.6, "present": False}, {"time": 3.2, "present": True}]
 
 
 def made(experiment="paper", controller="hybrid", changes=(), **settings):
-    set = {**(CIRCLE if experiment == "paper" else {}), **settings, "surface_changes": list(changes)}
+    events = [{"kind": "surface", **change} for change in changes]
+    set = {**(CIRCLE if experiment == "paper" else {}), **settings, "events": events}
     (takeoff,) = take_off(experiment, (controller,), 1, set)
     return takeoff
 
@@ -113,12 +115,12 @@ def test_a_surface_that_is_taken_away_touches_nothing_and_has_no_gap(run):
 
 
 def test_friction_and_stiffness_are_those_of_the_pair():
-    slippery = made(changes=[{"time": 2.5, "friction": 0.0, "blend": 0.0}])
+    slippery = made(changes=[{"time": 2.5, "friction": 0.0, "duration": 0.0}])
     log = recorded(slippery, fly_here(slippery)).log
     sliding = between(log, 2.6, 4.0)
     assert np.abs(sliding.contact_force_tangential).max() < 1e-3
     assert np.abs(between(log, 2.0, 2.4).contact_force_tangential).max() > 0.05
-    soft = made(changes=[{"time": 2.5, "stiffness": 500.0, "blend": 0.0}])
+    soft = made(changes=[{"time": 2.5, "stiffness": 500.0, "duration": 0.0}])
     pressed = between(recorded(soft, fly_here(soft)).log, 3.0, 3.5)
     assert float(-pressed.surface_gap.mean()) == pytest.approx(
         float(pressed.contact_force_normal.mean()) / 500.0, rel=0.05
@@ -151,8 +153,8 @@ def test_a_change_begins_at_what_the_surface_is_and_ends_at_its_value():
     surface = surface_from_mapping({"position": [1.0, 0.0, 1.0], "slope": 0.1})
     times = np.arange(400) * 0.005
     changes = [
-        SurfaceChange(time=0.5, slope=0.3, friction=0.7, blend=0.4),
-        SurfaceChange(time=0.7, slope=-0.1, blend=0.2),
+        SurfaceChange(time=0.5, slope=0.3, friction=0.7, duration=0.4),
+        SurfaceChange(time=0.7, slope=-0.1, duration=0.2),
         SurfaceChange(time=1.0, present=False),
     ]
     table = surface_table(changes, surface, times)
@@ -171,7 +173,8 @@ def test_a_change_begins_at_what_the_surface_is_and_ends_at_its_value():
 
 
 def test_changes_survive_the_way_through_a_file():
-    experiment = load_experiment("paper", {"surface_changes": BOARD})
+    events = [{"kind": "surface", **change} for change in BOARD]
+    experiment = load_experiment("paper", {"events": events})
     again = experiment_from_mapping(experiment.to_mapping(), "again")
-    assert again.surface_changes == experiment.surface_changes
-    assert dataclasses.replace(experiment, surface_changes=()).to_mapping().get("surface_changes") is None
+    assert again.events == experiment.events
+    assert dataclasses.replace(experiment, events=()).to_mapping().get("events") is None
