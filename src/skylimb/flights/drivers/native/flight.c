@@ -131,12 +131,12 @@ static void write_friction(const Flight* f, const mjModel* m, mjData* d, int64_t
   }
 }
 
-/* Write what events make of the model's numbers at tick k. */
-static void write_model(const Flight* f, int64_t k) {
+/* Write what events make of the model's numbers at tick k: of actuators, or of all else. */
+static void write_model(const Flight* f, int64_t k, int64_t actuators) {
   const double* row = f->written + f->n_written * k;
   for (int64_t n = 0; n < f->n_places; n++) {
     const Written* place = f->places + n;
-    memcpy(place->to, row + place->column, (size_t)place->count * sizeof(mjtNum));
+    if (place->actuators == actuators) memcpy(place->to, row + place->column, (size_t)place->count * sizeof(mjtNum));
   }
 }
 
@@ -176,6 +176,7 @@ static void begin_tick(Flight* f, const mjModel* m, mjData* d, int64_t k) {
   }
   f->at = f->clock < 0 ? k + 1 : (int64_t)f->state[1 - (k & 1)][f->clock];
   if (f->wall_qpos >= 0) move_wall(f, m, d, k);
+  if (f->n_places) write_model(f, k, 1);
   if (f->n_wrenches) push(f, m, d, k);
 }
 
@@ -197,8 +198,8 @@ void skylimb_control(const mjModel* m, mjData* d) {
   if (step == 0) begin_tick(f, m, d, k);
   f->done++;
   if (step == f->substeps - 1 && k + 1 < f->count) fetch_ahead(f, k + 1);
-  /* The model is what the next tick's first collision must find: it comes before the next callback. */
-  if (f->n_places && step == f->substeps - 1 && k + 1 < f->count) write_model(f, k + 1);
+  /* Collision and constraints of the next tick come before its callback; what actuators do comes after it. */
+  if (f->n_places && step == f->substeps - 1 && k + 1 < f->count) write_model(f, k + 1, 0);
   if (f->frictions && step == f->substeps - 1 && k + 1 < f->count) write_friction(f, m, d, k + 1);
   if (f->done == f->count * f->substeps || (f->at > f->last && step == f->substeps - 1)) f->finished = f->stopped = 1;
 }

@@ -35,10 +35,11 @@ _WARNINGS = int(mujoco.mjtWarning.mjNWARNING)
 class Written(ctypes.Structure):
     """Numbers of the model that events write; `Written` of flight.c.
 
-    to: where they stand. count: how many. column: of the first one in a row of what is written.
+    to: where they stand. count: how many. column: of the first one in a row of what is written. actuators: 1
+    for numbers of actuators, which the engine reads after the callback of a step, 0 for what it reads before.
     """
 
-    _fields_ = (("to", _Numbers), ("count", _Word), ("column", _Word))
+    _fields_ = (("to", _Numbers), ("count", _Word), ("column", _Word), ("actuators", _Word))
 
 
 class FlightRecord(ctypes.Structure):
@@ -182,7 +183,10 @@ def begin_flight(takeoff: Takeoff, function: int) -> Aloft:
         for numbers, columns in places:
             numbers[:] = events.model.values[0, columns]
         record.n_written, record.written = events.model.values.shape[1], keep(events.model.values)
-        written = [Written(to.ctypes.data, to.size, columns.start) for to, columns in places]
+        written = [
+            Written(to.ctypes.data, to.size, columns.start, place.field.startswith("actuator_"))
+            for (to, columns), place in zip(places, events.model.places, strict=True)
+        ]
         record.n_places, record.places = len(written), flight.keep_structs(written)
     if plant.surface.friction_varies:
         _add_friction(flight, plant)
