@@ -89,7 +89,7 @@ CONTACT, TRANSLATION = "contact law 'contact.py'", "translation law 'translation
          f"{CONTACT} does not give (contact laws that do: drawing, following)"),
         ("following", "contact", view(*FOLLOWED), {"feed": 1.0}, "controller own: translation law "
          f"'following' needs contact.across (translation.feed = 1), which {CONTACT} does not give"),
-        ("hybrid", "translation", force("inputs.contact.tip.position"), {}, "line 17, `pull = "
+        ("hybrid", "translation", force("inputs.contact.tip.position"), {}, "line 16, `pull = "
          f"inputs.contact.tip.position`: {TRANSLATION} needs contact.tip, which contact law 'open' does not "
          "give (contact laws that do: task_frame); a law that can do without it names it in OPTIONAL"),
         ("hybrid", "translation", force("inputs.residual.force"), {}, "needs residual, which allocation law "

@@ -46,7 +46,7 @@ def plan_flights(
     along.
     """
     given_own = load_own(use)
-    loaded = [load(experiment, item, seed, set, calibration) for item in controllers]
+    loaded = [load_flight(experiment, item, seed, set, calibration) for item in controllers]
     return [
         plan_flight(
             one.experiment,
@@ -67,7 +67,7 @@ class Loaded(NamedTuple):
     controller: Controller
 
 
-def load(
+def load_flight(
     experiment: str | Experiment,
     controller: str | Controller | None = None,
     seed: int | None = None,
