@@ -124,7 +124,7 @@ def surfaces_table() -> list[str]:
             continue
         runs = [
             *skylimb.compare(name).values(),
-            skylimb.run(name, set={"controller.allocation.leak.compensate": True}),
+            skylimb.run(name, "hybrid", set={"controller.allocation.leak.compensate": True}),
         ]
         cells = [_told(run) for run in runs]
         lines.append(f"| `{name}` | " + " | ".join(cells) + " |")
