@@ -9,6 +9,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Hashable
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -75,7 +76,7 @@ class FlightPlan:
         experiment = self.experiment
         return self.derived.of(
             _mission,
-            _mission_config(experiment),
+            self.derived.of(MissionConfig, *_asked(experiment)),
             experiment.contact_axis,
             experiment.path_center,
             experiment.posture,
@@ -177,7 +178,7 @@ def mission_of(experiment: Experiment, robot: Robot, vectoring: str = "torque") 
         vectoring: which vectoring angles the nominal posture has (`Needs.vectoring`).
     """
     return _mission(
-        _mission_config(experiment),
+        MissionConfig(*_asked(experiment)),
         experiment.contact_axis,
         experiment.path_center,
         experiment.posture,
@@ -188,8 +189,9 @@ def mission_of(experiment: Experiment, robot: Robot, vectoring: str = "torque") 
     )
 
 
-def _mission_config(experiment: Experiment) -> MissionConfig:
-    return MissionConfig(
+def _asked(experiment: Experiment) -> tuple[Any, ...]:
+    """What a `MissionConfig` is made of."""
+    return (
         experiment.phases,
         experiment.approach,
         experiment.trajectory,
