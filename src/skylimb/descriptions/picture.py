@@ -42,12 +42,12 @@ def draw_robot(report: RobotReport, path: str | Path) -> None:
         axes.view_init(elev=elevation, azim=azimuth)
         _frame(axes, points, unseen)
         axes.set_title(title, fontsize=9)
-    state = "can fly" if report.can_fly else "cannot fly"
+    state = "can hover" if report.can_hover else "cannot hover"
     figure.suptitle(
         f"{description.name}: {report.mass:.3f} kg, {len(description.rotors)} rotors, {state}. "
         "Discs: rotors (blue +z, orange -z), arrows: thrust, star: centre of gravity, ball: tip",
         fontsize=9,
-        color=_INK if report.can_fly else "#B00020",
+        color=_INK if report.can_hover else "#B00020",
     )
     figure.savefig(path, format="png")
 

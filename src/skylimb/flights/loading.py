@@ -21,7 +21,7 @@ from skylimb.control.preset import preset_names
 from skylimb.control.slots import SLOTS
 from skylimb.errors import ConfigError, unknown_name
 from skylimb.experiments.experiment import Experiment, experiment_with, load_experiment, robot_of
-from skylimb.flights.pressable import require_reserve
+from skylimb.flights.held import require_held
 from skylimb.flights.sources import originals
 from skylimb.flights.takeoff import Takeoff, prepare
 from skylimb.keys.key import shown
@@ -66,7 +66,7 @@ def take_off(
         for item, controller in zip(controllers, ready, strict=True)
     ]
     for controller in ready:
-        require_reserve(experiment, robot, controller)
+        require_held(experiment, robot, controller, reserve=True)
     return takeoffs
 
 

@@ -19,8 +19,7 @@ from skylimb.control.needs import needs_of
 from skylimb.errors import ConfigError
 from skylimb.experiments.experiment import Experiment
 from skylimb.flights.flyable import require_flyable, standing_out
-from skylimb.flights.hoverable import require_hoverable
-from skylimb.flights.pressable import require_pressable
+from skylimb.flights.held import require_held
 from skylimb.flights.sources import Bundle
 from skylimb.missions.configuration import MissionConfig
 from skylimb.missions.frame import contact_frame
@@ -215,8 +214,7 @@ def prepare(
             `plant_and_mission` does.
     """
     require_gain_changes(experiment.gain_changes, controller)
-    require_hoverable(experiment, robot, controller)
-    require_pressable(experiment, robot, controller)
+    require_held(experiment, robot, controller)
     plant, mission, start = plant_and_mission(experiment, robot, needs_of(controller).vectoring)
     takeoff = Takeoff(experiment, robot, controller, plant, mission, start, originals, own)
     mission.flight_times(takeoff.window.paced)  # refuses a flight that may take too long

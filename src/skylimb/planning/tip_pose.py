@@ -17,7 +17,7 @@ import casadi as ca
 import numpy as np
 
 from skylimb.errors import ConfigError, UnreachableError
-from skylimb.robots.hover import golden_steps
+from skylimb.robots.starts import golden_steps
 from skylimb.robots.model import Robot
 
 _STARTS = 8
