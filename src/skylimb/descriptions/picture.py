@@ -58,7 +58,7 @@ def _angles(report: RobotReport) -> dict[str, float]:
     posture, acting = report.description.posture, report.actuation
     q = posture.offset + posture.slope * posture.theta_nominal
     hover = acting.hover if acting is not None else None
-    psi = description.vectoring_start if hover is None else hover.vectoring_angles
+    psi = hover.vectoring_angles if hover else description.vectoring_start
     names = [*description.shape_joints, *description.vectoring_joints]
     return dict(zip(names, map(float, [*q, *psi]), strict=True))
 

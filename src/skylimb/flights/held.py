@@ -74,7 +74,7 @@ def require_held(
     needs = _hardest(experiment, controller)
     if not experiment.approach.contact:
         return
-    (along,) = _seen_from_the_tip(experiment, contact_frame(tuple(experiment.contact_axis)).contact)
+    (along,) = _seen_from_the_tip(experiment, contact_frame(experiment.contact_axis).contact)
     _require_touch(robot, needs.vectoring, along)
     if needs.force > 0.0:
         _require_force(robot, controller.name, needs, along, tilt)
@@ -151,11 +151,13 @@ def _require_reserve(experiment: Experiment, robot: Robot, needs: Needs) -> None
     refused = needs.force > MOST_SHARE * held.force
     slope = float(getattr(experiment.surface, "slope", 0.0))
     leaning = f" and a slope of {np.degrees(slope):.3g} degrees" if slope else ""
-    shares = "60 % of that, flights are lost or do not keep it"
+    above = "60 % of that, flights are lost or do not keep it"
+    if not refused:
+        above = "half of that, not every preset keeps its force"
     words = (
         f"a force of {needs.force:g} N is {'too much' if refused else 'doubtful'}: at a friction of "
         f"{friction:g}{leaning} {robot.name} can hold about {held.force:.1f} N at rest while the pen is "
-        f"dragged to every side ({held.limit} ends it). Above {shares if refused else 'half of that, not every preset keeps its force'}; "
+        f"dragged to every side ({held.limit} ends it). Above {above}; "
         f"{(MOST_SHARE if refused else CALM_SHARE) * held.force:.1f} N and less"
     )
     if not refused or experiment.approach.doubtful == "fly":
@@ -186,7 +188,7 @@ def held_against_drag(experiment: Experiment, robot: Robot, needs: Needs, most: 
 
 def _seen_from_the_tip(experiment: Experiment, *ways: np.ndarray) -> list[Direction]:
     """Directions of W in the level frame whose x axis is the tip link's, as it is in the nominal posture."""
-    heading = contact_frame(tuple(experiment.contact_axis)).heading + experiment.approach.heading
+    heading = contact_frame(experiment.contact_axis).heading + experiment.approach.heading
     return [tuple((rot_z(-heading) @ way).tolist()) for way in ways]
 
 

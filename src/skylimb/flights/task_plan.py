@@ -118,7 +118,8 @@ def plan_posture(
         why = f"{nearest}, with the vectoring angles that suit the whole of its family"
         why += f"; what can be held is {nearest.greatest:.1f} N" if nearest.greatest else ""
     raise UnreachableError(
-        f"'{robot.name}' cannot do this task: no posture that holds {wanted:g} N flies {experiment.name}: {why}"
+        f"'{robot.name}' cannot do this task: no posture that holds {wanted:g} N flies {experiment.name}: "
+        f"{why}"
     )
 
 

@@ -1,7 +1,7 @@
 """What a robot can do in a posture: wrenches at its centre of gravity, and pushes of its tip.
 
-The joints are where they are, the vectoring angles are held, thrusts are within their limits. All of these sets are then zonotopes or
-slices of one (`robots.zonotope`):
+The joints are where they are, the vectoring angles are held, thrusts are within their limits. All of these
+sets are then zonotopes or slices of one (`robots.zonotope`):
 
     wrenches at the centre of gravity      Q lambda
     torque while it hovers                 those of them with the lift m g, whatever the side force
@@ -30,7 +30,7 @@ from skylimb.planning.posture import posture_family
 from skylimb.planning.posture_path import PostureConfig, posture_path
 from skylimb.planning.vectoring import vectoring_table
 from skylimb.planning.vectoring_path import vectoring_path
-from skylimb.robots.held import TILT, Held, NotHeld, Within, greatest_push
+from skylimb.robots.held import TILT, USUAL, Held, NotHeld, Within, greatest_push
 from skylimb.robots.model import Robot, RobotState
 from skylimb.robots.zonotope import Slice, Zonotope
 from skylimb.spatial import hat, rot_z
@@ -130,7 +130,7 @@ class FeasibleWrench:
         """How many times a wrench (6,), N and N m, can be given beside hover; NaN where it cannot hover."""
         return self.wrenches.reach(self._scaled(self.hover), self._scaled(np.asarray(wrench, dtype=float)))
 
-    def push(self, direction: np.ndarray, within: Within = Within()) -> Held | NotHeld:  # noqa: B008
+    def push(self, direction: np.ndarray, within: Within = USUAL) -> Held | NotHeld:
         """The greatest push of the tip along a direction (3,) of the heading frame, and what ends it.
 
         The joint angles count as commanded.

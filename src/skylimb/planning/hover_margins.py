@@ -17,10 +17,10 @@ from skylimb.symbolic import right_inverse
 
 @functools.lru_cache(maxsize=16)
 def hover_margins_function(robot: Robot) -> ca.Function:
-    """(q, psi) -> margins to each rotor's limits, N m, (2 n,); the upright's part across, (2,); shares, (nq,).
+    """(q, psi) -> margins to each rotor's limits, N m, (2 n,); sine of the tilt, (2,); shares, (nq,).
 
     Joint angles are as commanded. Margins are the torque about any axis that a rotor still allows beside the
-    lift, the second is the sine of the tilt in its two parts, shares are those of the servos' torque.
+    lift, the tilt is that of the root link in two parts, shares are those of the servos' torque.
     """
     q, psi = ca.SX.sym("q", robot.n_joints), ca.SX.sym("psi", robot.n_vectoring)
     rest = rest_function(robot)(q, psi)

@@ -70,7 +70,8 @@ def settled_in(
     Returns:
         The posture with those angles, the robot that stands in it, and Chebyshev coefficients
         (nv, degree + 1) of psi over its family. `NotHeld` where these angles do not hold the pushes with
-        anything left; None where no path of that branch keeps the criteria, or the tip cannot move to and fro.
+        anything left; None where no path of that branch keeps the criteria, or the tip cannot move to and
+        fro.
     """
     try:
         there = standing_in(robot, planned.joint_angles, planned.vectoring_angles)

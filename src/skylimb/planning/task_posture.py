@@ -14,6 +14,7 @@ from __future__ import annotations
 import functools
 import math
 from dataclasses import dataclass, replace
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -23,9 +24,9 @@ from skylimb.planning.tip_pose import link_distances
 from skylimb.planning.vectoring_criteria import TORQUE, VectoringCriteria
 from skylimb.planning.vectoring_program import ipopt
 from skylimb.planning.vectoring_search import bounded_by
-from skylimb.robots.starts import golden_steps
 from skylimb.robots.held import TILT, NotHeld, Within, can_hold, rests
 from skylimb.robots.model import Robot
+from skylimb.robots.starts import golden_steps
 from skylimb.spatial import rot_z
 from skylimb.statics import turned_back
 from skylimb.symbolic import right_inverse
@@ -240,6 +241,7 @@ class _Program:
             [robot.nominal_posture(), task.pushes.ravel(), task.normals.ravel(), [1.0 if most else 0.0]]
         )
         # Servos that give way make the search harder: it begins where stiff ones end.
+        found: dict[str, Any] = {}
         for stiff in (False,) if most else (True, False):
             # Thrusts are bounded by their margins, which may be negative on the way to a solution.
             wide = np.concatenate([[lean, lean], np.full(n, np.inf), np.full(nq, 0.0 if stiff else np.inf)])

@@ -1,22 +1,22 @@
 """Can it be held? The one question about what a robot at rest can carry, and how hard its tip can push.
 
-Joints are given as commanded. Servos are springs, so a joint rests beside its command, at q_j + tau_j / k. Free
-are the lean of the body, the thrusts, moves of the vectoring angles, and where the joints come to rest:
+Joints are given as commanded. Servos are springs, so a joint rests beside its command, at q_j + tau_j / k.
+Free are the lean of the body, the thrusts, moves of the vectoring angles, and where the joints come to rest:
 
     greatest push    maximise t   with the push t d and a margin that is kept
     margin           maximise h   with a given push
 
 where forces and torques balance (`skylimb.statics`) and nothing is beyond its limit: each thrust, each
-servo's torque, the tilt of the measured link from the vertical, the vectoring angles. The margin is the torque
-that is left about any axis while lift and attitude are kept,
+servo's torque, the tilt of the measured link from the vertical, the vectoring angles. The margin is the
+torque that is left about any axis while lift and attitude are kept,
 
     h = min over rotors of min(lambda - lambda_min, lambda_max - lambda) / |row of A^+|,
 
 with A the rows of C for lift and torque: exact for four rotors, for more what least-norm thrusts leave. All
-limits give way together by a share e at a price that only a question without an answer pays. So one nonlinear
-programme (CasADi, IPOPT) finds what can be held, says which limit ends it, and by how much what cannot be held
-is beyond it. What has no answer here no control law holds in that posture. What has one may still fail in
-flight, where thrust is needed for more than rest.
+limits give way together by a share e at a price that only a question without an answer pays. So one
+nonlinear programme (CasADi, IPOPT) finds what can be held, says which limit ends it, and by how much what
+cannot be held is beyond it. What has no answer here no control law holds in that posture. What has one may
+still fail in flight, where thrust is needed for more than rest.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ import functools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -35,6 +35,7 @@ from skylimb.robots.model import Robot
 from skylimb.robots.starts import golden_steps, within_limits
 from skylimb.spatial import rot_z
 from skylimb.statics import rest_function
+from skylimb.symbolic import right_inverse
 
 LEVEL = 1e-3
 """Tilt that stands for none, rad; four rotors hold a wrench of six only with some."""
@@ -85,6 +86,9 @@ class Within:
     stiff: bool = False
 
 
+USUAL = Within()
+
+
 @dataclass(frozen=True)
 class Limit:
     """What ends it.
@@ -94,16 +98,19 @@ class Limit:
         name: of the rotor or joint; empty for the tilt.
         value: the limit, in `unit`.
         unit: N, N m or rad.
+        kept: margin that is kept from it, N m; of thrusts.
     """
 
     kind: str
     name: str
     value: float
     unit: str
+    kept: float = 0.0
 
     def __str__(self) -> str:
         whose = f" of '{self.name}'" if self.name else ""
-        return f"the {self.kind}{whose} ({self.value:.4g} {self.unit})"
+        kept = f", with {self.kept:.3g} N m kept" if self.kept > 0.0 else ""
+        return f"the {self.kind}{whose} ({self.value:.4g} {self.unit}{kept})"
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,7 +139,7 @@ class Held:
     room: float
     limit: Limit | None
 
-    def __bool__(self) -> bool:
+    def __bool__(self) -> Literal[True]:
         return True
 
     @property
@@ -157,7 +164,7 @@ class NotHeld:
     margin: float | None = None
     greatest: float | None = None
 
-    def __bool__(self) -> bool:
+    def __bool__(self) -> Literal[False]:
         return False
 
     def __str__(self) -> str:
@@ -172,7 +179,7 @@ def can_hold(
     joint_angles: np.ndarray,
     vectoring_angles: np.ndarray,
     push: np.ndarray | None = None,
-    within: Within = Within(),  # noqa: B008
+    within: Within = USUAL,
 ) -> Held | NotHeld:
     """Whether the robot can rest while its tip pushes, and the margin that is left.
 
@@ -187,17 +194,23 @@ def can_hold(
     size = float(np.linalg.norm(given))
     direction = given / size if size > 0.0 else np.array([0.0, 0.0, 1.0])
     question = _Question(robot, joint_angles, vectoring_angles, direction, within)
-    found = list(question.rests(size, size))
-    best = max(filter(None, found), key=lambda rest: rest.value, default=None)
-    if best is not None and (within.margin <= 0.0 or best.held.margin >= within.margin):
-        return best.held
+    missed: list[NotHeld] = []
+    best: Held | None = None
+    most = -math.inf
+    for found, margin in question.rests(size, size):
+        if isinstance(found, NotHeld):
+            missed.append(found)
+        elif margin > most:
+            best, most = found, margin
+    if best is not None and (within.margin <= 0.0 or best.margin >= within.margin):
+        return best
     greatest = None
     if size > 0.0:
-        most = greatest_push(robot, joint_angles, vectoring_angles, direction, within, size)
-        greatest = most.force if most else None
+        less = greatest_push(robot, joint_angles, vectoring_angles, direction, within, size)
+        greatest = less.force if less else None
     if best is not None:
-        return NotHeld(best.held.limit, 0.0, best.held.margin, greatest)
-    return replace(_nearest(found), greatest=greatest)
+        return NotHeld(best.limit, 0.0, best.margin, greatest)
+    return replace(min(missed, key=lambda one: one.excess), greatest=greatest)
 
 
 def greatest_push(
@@ -205,22 +218,23 @@ def greatest_push(
     joint_angles: np.ndarray,
     vectoring_angles: np.ndarray,
     direction: np.ndarray,
-    within: Within = Within(),  # noqa: B008
+    within: Within = USUAL,
     most: float = math.inf,
 ) -> Held | NotHeld:
     """The greatest push along a direction up to `most` N with which the robot can rest, and what ends it.
 
-    It is `most` itself where the search comes that near to it that only rounding is left. Other arguments are those of `can_hold`; `direction` is a unit vector in the same frame.
+    It is `most` itself where the search comes that near to it that only rounding is left. Other arguments are
+    those of `can_hold`; `direction` is a unit vector in the same frame.
     """
     most = min(most, 1e2 * robot.weight)
     question = _Question(robot, joint_angles, vectoring_angles, np.asarray(direction, dtype=float), within)
-    found: list[_Rest | NotHeld] = []
-    for one in question.rests(0.0, most):
-        if one and one.held.force >= (1.0 - _EXACT) * most:
-            return replace(one.held, push=most * question.direction)
-        found.append(one)
-    best = max(filter(None, found), key=lambda rest: rest.held.force, default=None)
-    return best.held if best is not None else _nearest(found)
+    tried: list[Held | NotHeld] = []
+    for found, _ in question.rests(0.0, most):
+        if found and found.force >= (1.0 - _EXACT) * most:
+            return replace(found, push=most * question.direction)
+        tried.append(found)
+    # The hardest push; where there is none, what missed by least.
+    return max(tried, key=lambda one: (1.0, one.force) if one else (0.0, -one.excess))
 
 
 def hovers(
@@ -228,14 +242,7 @@ def hovers(
 ) -> Iterator[Held]:
     """What the searches of `can_hold` without a push lead to, one after another."""
     question = _Question(robot, joint_angles, vectoring_angles, np.array([0.0, 0.0, 1.0]), within)
-    return (rest.held for rest in question.rests(0.0, 0.0) if rest)
-
-
-class _Rest(NamedTuple):
-    """What one search found: the rest, and what it maximised."""
-
-    held: Held
-    value: float
+    return (found for found, _ in question.rests(0.0, 0.0) if found)
 
 
 class _Question:
@@ -261,52 +268,64 @@ class _Question:
         self.upper = np.minimum(np.minimum(upper, self.psi + within.moves), _FAR)
         # The given angles themselves are never forbidden.
         self.lower, self.upper = np.minimum(self.lower, self.psi), np.maximum(self.upper, self.psi)
-        # With free angles the levers of the torques are as well, so that what counts is the room of thrusts.
-        swing = None if self.free else swings(robot, self.q, self.psi)
-        self.spare = self.high - self.low if swing is None else swing
+        # Where a margin is asked for, it counts with the levers that come of the angles. Else with those that
+        # are given; or, as there are none with free angles, the room of the thrusts counts.
+        self.swing = None if self.free and within.margin <= 0.0 else swings(robot, self.q, self.psi)
+        self.programme = _programme(robot, levers=self.swing is not None and within.margin > 0.0)
 
-    def rests(self, least: float, most: float) -> Iterator[_Rest | NotHeld]:
-        """What each search finds: the farthest push between two sizes, N; where they are one, the margin."""
+    def rests(self, least: float, most: float) -> Iterator[tuple[Held | NotHeld, float]]:
+        """What each search finds: the farthest push between two sizes, N; where they are one, the margin.
+
+        Beside it is the margin that was maximised: a torque, or a share of thrusts where angles are free.
+        """
         robot, within, pushing = self.robot, self.within, most > least
         nq, nv, n = robot.n_joints, robot.n_vectoring, robot.n_rotors
         share = 0.0 if pushing else 1.0
-        kept = within.margin if pushing else 0.0
+        spare, kept = self.swing, within.margin if pushing else 0.0
+        if spare is None:
+            # No room is as large as the range: rotors that do not give all torques keep no margin.
+            spare, kept = self.high - self.low, float(kept > 0.0)
         room = np.full(nq, 0.0 if within.stiff else _FAR)
         size = math.tan(0.5 * self.tilt)
         far = math.tan(0.5 * _LYING)
         low = [-far, -far, *np.full(n, -_FAR), *self.lower, *-room, least, kept, 0.0]
         high = [far, far, *np.full(n, _FAR), *self.upper, *room, most, kept if pushing else _FAR, _FAR]
-        programme = _programme(robot)
-        least_g = [0.0] * 6 + [-np.inf if within.stiff else 0.0] * nq + [-np.inf] * programme.limits
+        least_g = [0.0] * 6 + [-np.inf if within.stiff else 0.0] * nq + [-np.inf] * self.programme.limits
         servos = 2 * (nq + nv)
         most_g = [0.0] * 6 + [np.inf if within.stiff else 0.0] * nq + [0.0] * (2 * n)
         most_g += [within.servo] * servos + [0.0]
-        parameters = [*self.q, *self.direction, size, *self.spare, 1.0 - share, share]
+        given = {"lbx": low, "lbg": least_g, "ubg": most_g}
+        given["p"] = [*self.q, *self.direction, size, *spare, 1.0 - share, share]
         for lean, psi in self._starts():
-            given = {"p": parameters, "lbx": low, "lbg": least_g, "ubg": most_g}
             start = [*lean, *self._first(psi), *psi, *np.zeros(nq), least, kept, 0.0]
-            # Limits give way only where they have to: that makes the programme harder to solve.
-            for gives in (0.0, _FAR):
-                found = programme.solver(x0=start, ubx=[*high[:-1], gives], **given)
-                balanced = found["g"].full().ravel()[: 6 if within.stiff else 6 + nq]
-                settled = programme.solver.stats()["success"] and np.abs(balanced).max() < _EXACT
-                if settled:
-                    break
-            yield self._told(found, programme) if settled else NotHeld(None, math.inf)
+            yield self._settled(given, start, high)
 
-    def _told(self, found: dict[str, Any], programme: _Programme) -> _Rest | NotHeld:
-        robot, within = self.robot, self.within
+    def _settled(
+        self, given: dict[str, Any], start: list[float], high: list[float]
+    ) -> tuple[Held | NotHeld, float]:
+        """What one search finds."""
+        programme = self.programme
+        # Limits give way only where they have to: that makes the programme harder to solve.
+        for gives in (0.0, _FAR):
+            found = programme.solver(x0=start, ubx=[*high[:-1], gives], **given)
+            balanced = found["g"].full().ravel()[: 6 if self.within.stiff else 6 + self.robot.n_joints]
+            if programme.solver.stats()["success"] and np.abs(balanced).max() < _EXACT:
+                return self._told(found)
+        return NotHeld(None, math.inf), 0.0
+
+    def _told(self, found: dict[str, Any]) -> tuple[Held | NotHeld, float]:
+        robot = self.robot
         nq, nv, n = robot.n_joints, robot.n_vectoring, robot.n_rotors
         x = found["x"].full().ravel()
         lean, thrusts, psi, bend = np.split(x[:-3], np.cumsum([2, n, nv]))
         size, spare, excess = x[-3:]
-        limit = self._limit(found, programme)
+        limit = self._limit(found)
         if excess > _EXACT:
-            return NotHeld(limit, float(excess))
+            return NotHeld(limit, float(excess)), 0.0
         thrusts = np.clip(thrusts, self.low, self.high)
         q = self.q + bend
         push = max(float(size), 0.0) * self.direction
-        torques = programme.torques(x, self.q, self.direction).full().ravel()
+        torques = self.programme.torques(x, self.q, self.direction).full().ravel()
         rooms = np.minimum(thrusts - self.low, self.high - thrusts)
         swing = swings(robot, q, psi)
         held = Held(
@@ -320,9 +339,9 @@ class _Question:
             float(np.min(rooms / (self.high - self.low))),
             limit,
         )
-        return _Rest(held, float(spare))
+        return held, float(spare)
 
-    def _limit(self, found: dict[str, Any], programme: _Programme) -> Limit | None:
+    def _limit(self, found: dict[str, Any]) -> Limit | None:
         """The limit that would gain most by giving way."""
         robot, within = self.robot, self.within
         nq, nv, n = robot.n_joints, robot.n_vectoring, robot.n_rotors
@@ -341,8 +360,8 @@ class _Question:
         if k < 2 * n:
             rotor = description.rotors[k % n]
             if k < n:
-                return Limit("greatest thrust", rotor.name, rotor.thrust_max, "N")
-            return Limit("least thrust", rotor.name, rotor.thrust_min, "N")
+                return Limit("greatest thrust", rotor.name, rotor.thrust_max, "N", within.margin)
+            return Limit("least thrust", rotor.name, rotor.thrust_min, "N", within.margin)
         k -= 2 * n
         if k >= 2 * (nq + nv):
             return Limit("tilt", "", self.tilt, "rad")
@@ -374,11 +393,6 @@ class _Question:
         return np.clip(thrusts, self.low, self.high)
 
 
-def _nearest(found: list[_Rest | NotHeld]) -> NotHeld:
-    """Of what several searches missed, the one that missed least."""
-    return min((one for one in found if isinstance(one, NotHeld)), key=lambda one: one.excess)
-
-
 def swings(robot: Robot, joint_angles: np.ndarray, vectoring_angles: np.ndarray) -> np.ndarray | None:
     """Thrust of each rotor for the torque of 1 N m about its worst axis, lift kept, 1/m, (n,).
 
@@ -406,7 +420,8 @@ class _Programme(NamedTuple):
 
 
 @functools.lru_cache(maxsize=16)
-def _programme(robot: Robot) -> _Programme:
+def _programme(robot: Robot, *, levers: bool) -> _Programme:
+    """The programme; with `levers` thrusts for 1 of h are those of the angles, not those that p gives."""
     nq, nv, n = robot.n_joints, robot.n_vectoring, robot.n_rotors
     description, weight = robot.description, robot.weight
     low = np.array([rotor.thrust_min for rotor in description.rotors])
@@ -419,9 +434,14 @@ def _programme(robot: Robot) -> _Programme:
     spare, worth = ca.SX.sym("spare", n), ca.SX.sym("worth", 2)
     left, torques = rests(robot, q + bend, psi, lean, thrusts, t * d)
     given = torques / most
+    if levers:
+        torque = right_inverse(robot.wrench_function(q + bend, psi)[2:, :])[:, 1:]
+        needed = ca.sqrt(ca.sum2(torque * torque))
+    else:
+        needed = spare
     rows = [
-        (thrusts - high + h * spare) / (high - low) - e,
-        (low - thrusts + h * spare) / (high - low) - e,
+        (thrusts - high + h * needed) / (high - low) - e,
+        (low - thrusts + h * needed) / (high - low) - e,
         given - e,
         -given - e,
         (ca.sumsqr(lean) - size**2) / ca.fmax(size, _COARSE) ** 2 - e,
