@@ -7,7 +7,7 @@ With thrusts lambda, the turn R of the body from upright, up = R^T z and the pus
 in the body's axes: C is force and torque about the centre of gravity for a newton of each rotor, V the torque
 on each joint for the same, r the tip from the centre of gravity, J_c and J_r how centre of gravity and tip
 move with the joints. tau is what the servos have to hold; all forces balance, so the body may be held for it.
-The body turns the shortest way from upright, so no yaw comes of it.
+The body leans by roll and pitch with its yaw held, R = R_y(pitch) R_x(roll), as a flight holds its heading.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ def rest_function(rotors: int, joints: int) -> ca.Function:
     """What is left over of force and torque, (6,), N and N m, and the torque on each joint, N m, (joints,).
 
     Its arguments are C (6, rotors), V (joints, rotors), J_c and J_r (3, joints), r (3,), m g, the lean (2,),
-    the thrusts (rotors,), and p (3,) in the level axes that have the body's yaw. The lean is the tangent of
-    half the angle from upright, times the axis about which the body leans (horizontal: x, y).
+    the thrusts (rotors,), and p (3,) in the level axes that have the body's yaw. The lean is roll and pitch,
+    rad.
     """
     C, V, r = ca.SX.sym("C", 6, rotors), ca.SX.sym("V", joints, rotors), ca.SX.sym("r", 3)
     J_c, J_r, weight = ca.SX.sym("J_c", 3, joints), ca.SX.sym("J_r", 3, joints), ca.SX.sym("weight")
@@ -37,7 +37,11 @@ def rest_function(rotors: int, joints: int) -> ca.Function:
 
 
 def turned_back(lean: ca.SX, vector: Any) -> ca.SX:
-    """R^T of a vector, by Gibbs' formula: nothing in it is singular below half a turn. R is that of -lean."""
-    axis = ca.vertcat(-lean, 0.0)
-    turned = ca.cross(axis, vector)
-    return vector + 2.0 / (1.0 + ca.sumsqr(lean)) * (turned + ca.cross(axis, turned))
+    """R^T of a vector (3,)."""
+    (sin_r, sin_p), (cos_r, cos_p) = ca.vertsplit(ca.sin(lean)), ca.vertsplit(ca.cos(lean))
+    level = sin_p * vector[0] + cos_p * vector[2]
+    return ca.vertcat(
+        cos_p * vector[0] - sin_p * vector[2],
+        cos_r * vector[1] + sin_r * level,
+        cos_r * level - sin_r * vector[1],
+    )

@@ -47,6 +47,9 @@ MOST_SHARE = 0.6
 Direction = tuple[float, ...]
 """In the level frame whose x axis is the tip link's, (3,)."""
 
+_ROUNDING = 1e-9
+"""Share of a force that is none."""
+
 _SAME = 1e-3
 """Postures closer than this in every joint are one, rad."""
 
@@ -131,9 +134,9 @@ def _require_touch(robot: Robot, purpose: str, along: Direction) -> None:
 
 def _require_force(robot: Robot, controller: str, needs: Needs, along: Direction, tilt: float) -> None:
     found = _most(robot, needs, along, tilt)
-    if found and found.force >= (1.0 - 1e-6) * needs.force:
+    if found and found.force >= (1.0 - _ROUNDING) * needs.force:
         return
-    most = f"{robot.name} can hold about {found.force:.1f} N" if found else f"{robot.name} holds nothing"
+    most = f"{robot.name} can hold about {found.force:.4g} N" if found else f"{robot.name} holds nothing"
     raise ConfigError(
         f"controller '{controller}' commands a force of {needs.force:g} N; in its nominal posture "
         f"{most} along the contact axis: {found.limit or found} is in the way"
@@ -230,7 +233,8 @@ def _most_dragged(
         found = greatest_push(robot, *posture, push / size, within, most.force * size)
         if isinstance(found, NotHeld):
             raise ConfigError(f"'{robot.name}' cannot do this task: pressing and dragged aside, {found}")
-        most = min(most, Pressed(found.force / size, found.limit), key=lambda one: one.force)
+        if found.force < (1.0 - _ROUNDING) * most.force * size:
+            most = Pressed(found.force / size, found.limit)
     return most
 
 

@@ -232,7 +232,7 @@ class _Program:
         least, greatest = (
             np.concatenate([angles[0][i], angles[1][i], [(2 * i - 1) * _TURN]]) for i in (0, 1)
         )
-        lean = math.tan(0.5 * WITHIN.tilt)
+        lean = WITHIN.tilt
         rest, given, rooms, clear, shape = self._sizes
         lbg = [0.0] * rest + [-np.inf] * given + [0.0] * rooms + [task.rotor_room] * clear
         lbg += [task.clearance] * shape + self._least
@@ -281,7 +281,7 @@ def _load_function(robot: Robot) -> ca.Function:
     left, torques = rests(robot, there, psi, lean, thrusts, ca.SX(rot_z(-yaw)) @ p)
     servos = description.shape_servo, description.vectoring_servo
     most = np.array([servos[0].torque_limit] * nq + [servos[1].torque_limit] * nv) * WITHIN.servo
-    given = ca.vertcat(torques / most, -torques / most, ca.sumsqr(lean) / math.tan(0.5 * WITHIN.tilt) ** 2)
+    given = ca.vertcat(torques / most, -torques / most, ca.sumsqr(lean) / WITHIN.tilt**2)
     bent = (servos[0].stiffness * bend - torques[:nq]) / servos[0].torque_limit
     scale = right_inverse(robot.wrench_function(there, psi)[2:, :])[:, 1:]
     sizes = ca.sqrt(ca.sum2(scale * scale))

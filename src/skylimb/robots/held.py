@@ -62,7 +62,7 @@ _BINDS = 1e-5
 """Least gain, for a limit that gives way by its whole size, that a limit needs to count as what ends it."""
 
 _COARSE = 0.05
-"""A limit on tilt gives way by a share of no less than this, as the tangent of half the tilt."""
+"""A limit on tilt gives way by a share of no less than this, as the sine of the tilt."""
 
 _FAR = 1e9
 
@@ -286,8 +286,7 @@ class _Question:
             # No room is as large as the range: rotors that do not give all torques keep no margin.
             spare, kept = self.high - self.low, float(kept > 0.0)
         room = np.full(nq, 0.0 if within.stiff else _FAR)
-        size = math.tan(0.5 * self.tilt)
-        far = math.tan(0.5 * _LYING)
+        size, far = math.sin(self.tilt), _LYING
         low = [-far, -far, *np.full(n, -_FAR), *self.lower, *-room, least, kept, 0.0]
         high = [far, far, *np.full(n, _FAR), *self.upper, *room, most, kept if pushing else _FAR, _FAR]
         least_g = [0.0] * 6 + [-np.inf if within.stiff else 0.0] * nq + [-np.inf] * self.programme.limits
@@ -334,7 +333,7 @@ class _Question:
             np.clip(psi, self.lower, self.upper),
             q,
             torques[:nq],
-            2.0 * math.atan(float(np.linalg.norm(lean))),
+            math.acos(min(math.cos(lean[0]) * math.cos(lean[1]), 1.0)),
             0.0 if swing is None else max(float(np.min(rooms / swing)), 0.0),
             float(np.min(rooms / (self.high - self.low))),
             limit,
@@ -375,7 +374,7 @@ class _Question:
         side = np.array([-self.direction[1], self.direction[0]])
         turned = rot_z(float(self._heading(self.psi)))[:2, :2] @ side
         for lean in _LEANS if np.any(side) else _LEANS[:1]:
-            yield math.tan(0.5 * float(np.clip(lean, -0.5 * self.tilt, 0.5 * self.tilt))) * turned, self.psi
+            yield float(np.clip(lean, -0.5 * self.tilt, 0.5 * self.tilt)) * turned, self.psi
         if self.free:
             steps = np.outer(np.arange(1, _STARTS), golden_steps(self.robot.n_vectoring))
             for psi in within_limits(self.robot, self.psi + 2.0 * np.pi * steps):
@@ -408,8 +407,8 @@ class _Programme(NamedTuple):
     """The programme of a robot.
 
     Attributes:
-        solver: x is lean, thrusts, psi, bends of the joints, t, h, e; p is q, d, the tangent of half the
-            greatest tilt, thrusts for 1 of h, and what t (of the weight) and h are worth.
+        solver: x is lean, thrusts, psi, bends of the joints, t, h, e; p is q, d, the sine of the greatest
+            tilt, thrusts for 1 of h, and what t (of the weight) and h are worth.
         torques: (x, q, d) -> torques on shape and vectoring joints, N m.
         limits: how many rows of g are limits: thrusts, servos, tilt.
     """
@@ -439,12 +438,14 @@ def _programme(robot: Robot, *, levers: bool) -> _Programme:
         needed = ca.sqrt(ca.sum2(torque * torque))
     else:
         needed = spare
+    # (sine of the angle from the vertical)^2
+    leant = ca.sin(lean[0]) ** 2 + (ca.cos(lean[0]) * ca.sin(lean[1])) ** 2
     rows = [
         (thrusts - high + h * needed) / (high - low) - e,
         (low - thrusts + h * needed) / (high - low) - e,
         given - e,
         -given - e,
-        (ca.sumsqr(lean) - size**2) / ca.fmax(size, _COARSE) ** 2 - e,
+        (leant - size**2) / ca.fmax(size, _COARSE) ** 2 - e,
     ]
     x = ca.vertcat(lean, thrusts, psi, bend, t, h, e)
     bent = (servo.stiffness * bend - torques[:nq]) / servo.torque_limit

@@ -11,7 +11,6 @@ one direction, with joints and vectoring angles that move.
 from __future__ import annotations
 
 import json
-import math
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -83,7 +82,7 @@ class Pushes(NamedTuple):
 
     Attributes:
         size: of the push, N; 0 where it cannot rest, (k,).
-        state: thrusts (N), lean as `skylimb.statics` counts it, and size, (k, n + 3).
+        state: thrusts (N), roll and pitch (rad), and size, (k, n + 3).
     """
 
     size: np.ndarray
@@ -91,8 +90,8 @@ class Pushes(NamedTuple):
 
     @property
     def lean(self) -> np.ndarray:
-        """Angle from upright, rad, (k,)."""
-        return 2.0 * np.arctan(np.linalg.norm(self.state[:, -3:-1], axis=1))
+        """Roll and pitch, rad, (k, 2)."""
+        return self.state[:, -3:-1]
 
 
 def greatest_pushes(
@@ -106,13 +105,13 @@ def greatest_pushes(
         near: where the search begins, as for a stance that is much like this one.
         lean: how far the body may lean, rad.
     """
-    count, most = len(directions), math.tan(0.5 * lean)
+    count = len(directions)
     state = np.zeros((count, len(stance.low) + 3)) if near is None else near.state.copy()
     open_, settled = np.arange(count), np.zeros(count, dtype=bool)
     for k in range(_ROUNDS):
-        step = 2.0 * most * 0.5 ** max(k - _FREE_ROUNDS + 1, 0)
-        state[open_] = _linear(stance, directions[open_], state[open_], (most, step))
-        settled[open_] = _missed(stance, directions[open_], state[open_], most) < _SETTLED
+        step = 2.0 * lean * 0.5 ** max(k - _FREE_ROUNDS + 1, 0)
+        state[open_] = _linear(stance, directions[open_], state[open_], (lean, step))
+        settled[open_] = _missed(stance, directions[open_], state[open_], lean) < _SETTLED
         open_ = np.flatnonzero(~settled)
         if len(open_) == 0:
             break

@@ -9,7 +9,6 @@ from typing import NamedTuple
 
 import mujoco
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 
 class Stance(NamedTuple):
@@ -76,14 +75,13 @@ def stance_at(
     cog_jacobian, tip = np.zeros((3, model.nv)), data.site_xpos[touching]
     mujoco.mj_jacSite(model, data, moved, None, touching)
     mujoco.mj_jacSubtreeCom(model, data, cog_jacobian, root)
-    z, w = Rotation.from_matrix(turn.T).as_quat()[2:]
     return Stance(
         np.kron(np.eye(2), turn) @ np.array(columns).T,
         limits[0],
         limits[1],
         float(model.body_subtreemass[root]) * float(-model.opt.gravity[2]),
         turn @ (tip - cog),
-        2.0 * float(np.arctan2(z, w)),
+        float(np.arctan2(turn[0, 1], turn[0, 0])),
         np.array(loads).T,
         turn @ cog_jacobian[:, joints],
         turn @ moved[:, joints],
