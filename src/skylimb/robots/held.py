@@ -346,7 +346,8 @@ class _Question:
         nq, nv, n = robot.n_joints, robot.n_vectoring, robot.n_rotors
         gains = found["lam_g"].full().ravel()[6 + nq :]
         turns = np.abs(found["lam_x"].full().ravel()[2 + n : 2 + n + nv])
-        turns[self.lower == self.upper] = 0.0  # held, not limited
+        # For its whole way, as for other limits; one that is held is not limited.
+        turns *= np.minimum(0.5 * (self.upper - self.lower), math.pi)
         if not max(gains.max(initial=0.0), turns.max(initial=0.0)) > _BINDS:
             return None
         description = robot.description

@@ -32,11 +32,11 @@ class Stance(NamedTuple):
     high: np.ndarray
     weight: float
     lever: np.ndarray
-    heading: float = 0.0
-    loads: np.ndarray = np.zeros((0, 0))
-    cog_jacobian: np.ndarray = np.zeros((3, 0))
-    tip_jacobian: np.ndarray = np.zeros((3, 0))
-    torques: np.ndarray = np.zeros(0)
+    heading: float
+    loads: np.ndarray
+    cog_jacobian: np.ndarray
+    tip_jacobian: np.ndarray
+    torques: np.ndarray
 
 
 def stance_at(
