@@ -225,11 +225,11 @@ def _most_dragged(
         tilt: the greatest, rad.
     """
     most, within = Pressed(needs.force, None), Within(tilt, needs.moves)
+    posture = _posture(robot, needs.vectoring)
     for side in sides:
         push = np.add(into, side)
         # `greatest_push` wants a unit direction; its answer is the whole push, of which a part presses.
         size = float(np.linalg.norm(push))
-        posture = _posture(robot, needs.vectoring)
         found = greatest_push(robot, *posture, push / size, within, most.force * size)
         if isinstance(found, NotHeld):
             raise ConfigError(f"'{robot.name}' cannot do this task: pressing and dragged aside, {found}")
@@ -238,6 +238,7 @@ def _most_dragged(
     return most
 
 
+@functools.lru_cache(maxsize=16)
 def _posture(robot: Robot, purpose: str) -> tuple[np.ndarray, np.ndarray]:
     """Joint and vectoring angles of the nominal posture, rad."""
     family = posture_family(robot)

@@ -18,7 +18,7 @@ import functools
 import casadi as ca
 import numpy as np
 
-from skylimb.robots.loads import thrust_loads
+from skylimb.robots.loads import thrust_lines
 from skylimb.robots.model import Robot
 
 HELD = 0.8
@@ -34,8 +34,8 @@ def joint_torque_function(robot: Robot) -> ca.Function:
     state = robot.model(q, psi)
     up = state.R_root_C[:, 2]
     torque = -robot.weight * (state.cog_jacobian[:, : robot.n_joints].T @ up)
-    for thrust, load in zip(ca.vertsplit(state.hover_thrusts), thrust_loads(robot, q, psi, q), strict=True):
-        torque += thrust * load
+    for thrust, line in zip(ca.vertsplit(state.hover_thrusts), thrust_lines(robot, q, psi, q), strict=True):
+        torque += thrust * line.load
     return ca.Function("joint_torque", [q, psi], [torque], {"cse": True})
 
 

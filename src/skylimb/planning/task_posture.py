@@ -290,7 +290,8 @@ def _load_function(robot: Robot) -> ca.Function:
     # The normal seen by the robot as it leans, with its tip link's heading at yaw: how far points are off.
     state = robot.model(there, psi)
     off = turned_back(lean, ca.SX(rot_z(state.tip_heading - yaw)) @ normal)
-    middles = [robot.link_pose_function(rotor.link)(there, psi)[:, 0] for rotor in rotors]
+    poses = robot.link_pose_function(*(rotor.link for rotor in rotors)).call([there, psi])
+    middles = [pose[:, 0] for pose in poses]
     links = ca.vertsplit(robot.skeleton(there, psi)[:-1, :])
     clear = [ca.dot(off, point - state.tip_root) for point in (*middles, *(link.T for link in links))]
     rest = ca.vertcat(left / robot.weight, bent)

@@ -13,6 +13,9 @@ from skylimb.robots.model import Robot
 from skylimb.robots.starts import golden_steps, within_limits
 from skylimb.robots.validation import check_inertial
 
+_TRIES = 16
+"""Sets of vectoring angles near the first ones at which least-norm thrusts are looked at."""
+
 _SAMPLES = 64
 """Sets of vectoring angles at which the rank of the allocation matrix is looked at."""
 
@@ -28,7 +31,10 @@ def check_robot(robot: Robot) -> None:
     check_moving_bodies(robot)
     check_few_rotors(robot)
     q, start = robot.nominal_posture(), robot.description.vectoring_start
-    if _hovers_at(robot, q, start):
+    steps = np.outer(np.arange(_TRIES if robot.n_vectoring else 1), golden_steps(robot.n_vectoring))
+    # Least-norm thrusts that hold answer in no time; only where none are found a search has to.
+    near = within_limits(robot, start + np.sign(steps) * (steps % 1.0 - 0.5))
+    if any(_hovers_at(robot, q, psi) for psi in near):
         return
     found = any_hover(robot, q)
     if not found:

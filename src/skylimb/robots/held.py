@@ -388,7 +388,7 @@ class _Question:
         """Thrusts that the search begins with: those that carry the weight, as alike as can be."""
         if self.free:
             return self.robot.weight / float(self.high.sum()) * self.high
-        matrix = self.robot.wrench_function(self.q, psi).full()[2:]
+        matrix = loads_function(self.robot)(self.q, psi)[0].full()[2:]
         thrusts = np.linalg.lstsq(matrix, np.array([self.robot.weight, 0.0, 0.0, 0.0]), rcond=1e-6)[0]
         return np.clip(thrusts, self.low, self.high)
 
@@ -398,7 +398,7 @@ def swings(robot: Robot, joint_angles: np.ndarray, vectoring_angles: np.ndarray)
 
     None where the rotors do not give lift and all torques.
     """
-    matrix = robot.wrench_function(joint_angles, vectoring_angles).full()[2:]
+    matrix = loads_function(robot)(joint_angles, vectoring_angles)[0].full()[2:]
     if np.linalg.matrix_rank(matrix, tol=1e-7) < 4:
         return None
     return np.linalg.norm(np.linalg.pinv(matrix)[:, 1:], axis=1)
@@ -435,7 +435,7 @@ def _programme(robot: Robot, *, levers: bool) -> _Programme:
     left, torques = rests(robot, q + bend, psi, lean, thrusts, t * d)
     given = torques / most
     if levers:
-        torque = right_inverse(robot.wrench_function(q + bend, psi)[2:, :])[:, 1:]
+        torque = right_inverse(loads_function(robot)(q + bend, psi)[0][2:, :])[:, 1:]
         needed = ca.sqrt(ca.sum2(torque * torque))
     else:
         needed = spare
