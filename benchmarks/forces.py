@@ -5,7 +5,7 @@
 The paper's circle on boards of five slopes and four frictions, six wanted forces, two seeds for each preset:
 480 flights. docs/forces.json keeps every one, a line each; one that it holds is not flown again. The table
 between the markers of docs/scores.md is written anew: flights by the share of the wanted force in what
-`flights.pressable` holds against slope and drag.
+`flights.held` holds against slope and drag.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from skylimb.control.controller import load_controller
 from skylimb.control.needs import needs_of
 from skylimb.experiments.experiment import Experiment, load_experiment
 from skylimb.flights.drivers.native import fly_native
-from skylimb.flights.pressable import held_against_drag
+from skylimb.flights.held import held_against_drag
 from skylimb.flights.record import recorded
 from skylimb.flights.takeoff import prepare
 from skylimb.robots.loader import load_robot
@@ -71,7 +71,7 @@ def flown(some: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
     rows = []
     for cell, takeoff, flight in zip(some, ready, fly_native(ready), strict=True):
         found = scored(recorded(takeoff, flight))
-        held = held_against_drag(takeoff.experiment, robot, needs_of(takeoff.controller), MOST)
+        held = held_against_drag(takeoff.experiment, robot, needs_of(takeoff.controller), MOST).force
         rows.append(
             {
                 **cell,

@@ -57,8 +57,8 @@ def outcome(content: str) -> tuple[str, float]:
         path.write_text(content, encoding="utf-8")
         begin = time.process_time()
         try:
-            can_fly = check_robot_file(path).can_fly
-            said = "can fly" if can_fly else "loads, cannot fly"
+            hovers = check_robot_file(path).can_hover
+            said = "can hover" if hovers else "loads, cannot hover"
         except SkylimbError as error:
             said = "refused" if "\n" not in str(error) and 0 < len(str(error)) < 1500 else "FAULT: not a line"
         except Exception as error:  # what this benchmark looks for

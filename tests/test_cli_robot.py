@@ -15,10 +15,10 @@ def quad(tmp_path):
 
 def test_exit_codes(quad, capsys):
     assert main(["robot", "check", str(quad)]) == 0
-    assert "lab quad can fly." in capsys.readouterr().out
+    assert "lab quad can hover and can touch." in capsys.readouterr().out
     quad.write_text(quad.read_text().replace("rotor4", "spare").replace("thrust4", "spare_end"))
     assert main(["robot", "check", str(quad)]) == 1
-    assert "loads and cannot fly: the rotors" in capsys.readouterr().out
+    assert "loads and cannot hover: the rotors" in capsys.readouterr().out
     quad.write_text("<robot")
     assert main(["robot", "check", str(quad)]) == 2
     assert capsys.readouterr().err.count("\n") == 1

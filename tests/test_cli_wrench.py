@@ -26,9 +26,10 @@ def test_it_prints_and_writes_what_the_robot_can_do(
     assert "(0.71, -0.71, 0.00)" in shown
     assert {path.name for path in out.iterdir()} == {"wrench.json", "wrench.png"}
     tables = json.loads((out / "wrench.json").read_text())
-    assert f"{tables['pushes']['+x']['level']:.1f}" in shown
+    assert f"{tables['pushes']['+x']['level']['force']:.1f}" in shown
+    assert tables["pushes"]["+x"]["level"]["ends"] in shown
     assert f"{tables['fct_min']:.2f}" in shown
-    assert tables["pushes"]["+x"]["level"] > 1.0
+    assert tables["pushes"]["+x"]["level"]["force"] > 1.0
     assert main(["robot", "wrench", robot, "--out", str(out)]) == 2
     assert "exists already" in capsys.readouterr().err
 

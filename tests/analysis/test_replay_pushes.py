@@ -1,4 +1,4 @@
-"""How hard the tip could push: against statics, against the planner's own search, and in a page's data."""
+"""How hard the tip could push: against statics, against what can be held, and in a page's data."""
 
 import json
 
@@ -18,9 +18,12 @@ from skylimb.analysis.replay.pushes import (
     well_spread,
 )
 from skylimb.analysis.replay.stance import Stance, stance_at
-from skylimb.planning.feasible_wrench import feasible_wrench
+from skylimb.planning.vectoring import vectoring_table
 from skylimb.recording import Run
-from skylimb.spatial import rot_z, rotation_from_rpy, rpy_from_rotation
+from skylimb.robots.held import Within, greatest_push
+from skylimb.robots.loads import loads_function
+from skylimb.robots.model import Robot
+from skylimb.spatial import rot_z, rotation_from_rpy
 
 AXES = np.vstack([np.eye(3), -np.eye(3)])
 
@@ -31,7 +34,8 @@ def quadrotor(most: float = 10.0, lever: tuple[float, float, float] = (0.0, 0.0,
     up = np.tile([0.0, 0.0, 1.0], (4, 1))
     drag = 0.01 * np.array([1, -1, 1, -1.0])[:, None] * up
     columns = np.hstack([up, np.cross(places, up) + drag]).T
-    return Stance(columns, np.zeros(4), np.full(4, most), 20.0, np.array(lever))
+    nothing = np.zeros((0, 4)), np.zeros((3, 0)), np.zeros((3, 0)), np.zeros(0)
+    return Stance(columns, np.zeros(4), np.full(4, most), 20.0, np.array(lever), 0.0, *nothing)
 
 
 def test_directions_go_all_around_in_triangles_that_face_outward() -> None:
@@ -66,7 +70,7 @@ def test_who_cannot_hover_can_only_rest_on_something() -> None:
 def test_a_direction_without_a_push_leaves_the_others_alone() -> None:
     """Two rotors push along x and y alone, so that it rests only while something carries it."""
     stance = quadrotor()._replace(columns=np.diag([1.0, 1.0, 0.0, 0.0, 0.0, 0.0])[:, :2])
-    stance = stance._replace(low=np.full(2, -5.0), high=np.full(2, 5.0))
+    stance = stance._replace(low=np.full(2, -5.0), high=np.full(2, 5.0), loads=np.zeros((0, 2)))
     slant = 0.1
     slanted = np.array([[-np.sin(slant), 0.0, -np.cos(slant)]])
     found = greatest_pushes(stance, np.vstack([AXES, slanted]))
@@ -96,53 +100,70 @@ def flown() -> Run:
     return skylimb.run("free_flight", "pid", set={"stop_at": 1.0})
 
 
-def test_it_is_what_robot_wrench_says(flown: Run) -> None:
-    log = flown.log
-    model = scene.load_model(log.attrs["scene"], (64, 64))
-    limits = np.array(json.loads(log.attrs["thrust_limits"]))
-    last = log.isel(time=-1)
-    q = last.configuration.values
-    stance = stance_at(model, mujoco.MjData(model), q, last.attitude.values, last.tip_position.values, limits)
+def stance_of(run: Run, configuration: np.ndarray) -> Stance:
+    model = scene.load_model(run.log.attrs["scene"], (64, 64))
+    limits = np.array(json.loads(run.log.attrs["thrust_limits"]))
+    stance = stance_at(model, mujoco.MjData(model), configuration, limits)
     assert stance is not None
-    robot = skylimb.load_robot("hydrus_xi_quad")
-    assert stance.weight == pytest.approx(robot.mass * 9.80665, rel=1e-6)
-    feasible = feasible_wrench(robot, last.joint_angles.values, last.vectoring_angles.values)
-    heading = float(last.attitude[2]) + feasible.state.tip_heading
-    found = greatest_pushes(stance, AXES @ rot_z(heading).T).size
-    np.testing.assert_allclose(found, [feasible.push(axis) for axis in AXES], rtol=0.02, atol=0.1)
+    return stance
+
+
+AS_MEASURED = Within(LEAN, stiff=True)
+"""A page sees joints where they are."""
+
+
+def test_it_is_what_can_be_held(flown: Run) -> None:
+    """From a scene, by linear programmes; from a description, by the planner's own."""
+    last = flown.log.isel(time=-1)
+    stance, robot = stance_of(flown, last.configuration.values), skylimb.load_robot("hydrus_xi_quad")
+    assert stance.weight == pytest.approx(robot.weight, rel=1e-6)
+    q, psi = last.joint_angles.values, last.vectoring_angles.values
+    heading = stance.heading + robot.at(q, psi).tip_heading
+    pushes = greatest_pushes(stance, AXES @ rot_z(heading).T)
+    held = [greatest_push(robot, q, psi, axis, AS_MEASURED) for axis in AXES]
+    np.testing.assert_allclose(pushes.size, [one.force for one in held if one], rtol=2e-3, atol=0.01)
+    assert any(one.limit is not None and one.limit.kind == "servo" for one in held)
 
 
 @pytest.mark.parametrize("name", ["hydrus_xi_hex", "hydrus_quad", "dragon", "tilted_hexarotor"])
-def test_other_robots_push_as_robot_wrench_says_in_any_direction(name: str) -> None:
-    feasible = feasible_wrench(skylimb.load_robot(name))
-    state, heading = feasible.state, -feasible.state.tip_heading
-    wrenches = np.kron(np.eye(2), rot_z(heading)) @ state.allocation_C
-    weight = float(feasible.hover[2])
-    stance = Stance(wrenches, *feasible.thrust_limits, weight, rot_z(heading) @ state.tip_C, heading)
+def test_other_robots_push_as_can_be_held_in_any_direction(name: str) -> None:
+    robot = skylimb.load_robot(name)
+    psi = vectoring_table(robot).angles(robot.description.posture.theta_nominal)
+    stance = stance_by_the_model(robot, robot.nominal_posture(), psi)
     directions = sphere(0)[0]
     found = greatest_pushes(stance, directions).size
-    np.testing.assert_allclose(found, [feasible.push(one) for one in directions], rtol=0.03, atol=0.1)
+    held = [greatest_push(robot, robot.nominal_posture(), psi, one, AS_MEASURED) for one in directions]
+    np.testing.assert_allclose(found, [one.force if one else 0.0 for one in held], rtol=5e-3, atol=0.01)
+
+
+def stance_by_the_model(robot: Robot, q: np.ndarray, psi: np.ndarray) -> Stance:
+    """A stance of the tip link's heading along W's x."""
+    C, V, J_c, J_r, r, heading = (part.full() for part in loads_function(robot)(q, psi))
+    description = robot.description
+    low, high = np.array([[one.thrust_min, one.thrust_max] for one in description.rotors]).T
+    torques = [description.shape_servo.torque_limit] * robot.n_joints
+    torques += [description.vectoring_servo.torque_limit] * robot.n_vectoring
+    given = C, low, high, robot.weight, r.ravel(), -float(heading.item()), V, J_c, J_r, np.array(torques)
+    return Stance(*given)
 
 
 def test_leans_count_from_the_level_also_while_it_leans(flown: Run) -> None:
-    log = flown.log
-    model = scene.load_model(log.attrs["scene"], (64, 64))
-    limits = np.array(json.loads(log.attrs["thrust_limits"]))
-    moment = log.isel(time=log.sizes["time"] // 2)
-    q, attitude = moment.configuration.values.copy(), moment.attitude.values
-    straight = stance_at(model, mujoco.MjData(model), q, attitude, moment.tip_position.values, limits)
-    lean, cog = rotation_from_rpy(0.1, -0.2, 0.3), moment.cog_position.values
+    moment = flown.log.isel(time=flown.log.sizes["time"] // 2)
+    q, cog = moment.configuration.values.copy(), moment.cog_position.values
+    straight = stance_of(flown, q)
+    lean = rotation_from_rpy(0.1, -0.2, 0.3)
     q[:3] = cog + lean @ (q[:3] - cog)
     turned = np.zeros(4)
     mujoco.mju_mat2Quat(turned, lean.ravel())
     mujoco.mju_mulQuat(q[3:7], turned, q[3:7].copy())
-    tip = cog + lean @ (moment.tip_position.values - cog)
-    leant = rpy_from_rotation(lean @ rotation_from_rpy(*attitude))
-    leaned = stance_at(model, mujoco.MjData(model), q, leant, tip, limits)
-    assert straight is not None
-    assert leaned is not None
-    to_heading = np.kron(np.eye(2), rot_z(straight.heading - leaned.heading))
-    np.testing.assert_allclose(to_heading @ leaned.columns, straight.columns, atol=2e-3)
+    leaned = stance_of(flown, q)
+    np.testing.assert_allclose(leaned.columns, straight.columns, atol=1e-9)
+    np.testing.assert_allclose(leaned.loads, straight.loads, atol=1e-9)
+    # What it can push, seen from its own heading, is the same.
+    there, here = (AXES @ rot_z(one.heading).T for one in (leaned, straight))
+    np.testing.assert_allclose(
+        greatest_pushes(leaned, there).size, greatest_pushes(straight, here).size, 1e-6
+    )
 
 
 def test_a_page_is_given_them(flown: Run) -> None:
@@ -153,4 +174,6 @@ def test_a_page_is_given_them(flown: Run) -> None:
     assert sizes.shape == (MOMENTS, 162)
     assert (sizes > 0.5).all()
     assert len(json.dumps(given)) < 25_000
-    assert packed_pushes(model, flown.log.drop_vars("tip_position")) is None
+    without = flown.log.copy()
+    del without.attrs["thrust_limits"]
+    assert packed_pushes(model, without) is None

@@ -30,7 +30,7 @@ def test_an_import_loads_with_all_its_mass(imported):
     assert sorted(path.name for path in imported.iterdir()) == [
         "check.txt", "flight.toml", "mapping.toml", "robot.png", "robot.urdf",
     ]  # fmt: skip
-    assert "can fly" in (imported / "check.txt").read_text()
+    assert "can hover" in (imported / "check.txt").read_text()
     assert "lag of the rotors: is not said" in (imported / "flight.toml").read_text()
 
 
@@ -50,7 +50,7 @@ def test_the_drafted_mapping_says_what_was_proposed(imported, tmp_path):
         text.replace("thrust_max = 12.0", "thrust_max = 9.0").replace("lag = 0.05", "lag = 0.02")
     )
     report = check_robot_file(imported.parent / "quad.urdf", mapping=changed)
-    assert report.can_fly
+    assert report.can_hover
     assert {(rotor.thrust_max, rotor.lag) for rotor in report.description.rotors} == {(9.0, 0.02)}
     assert not any("assumed" in doubt.value for doubt in report.doubts), [str(d) for d in report.doubts]
     assert read_mapping(changed).role_of("gimbal2") == "vectoring"
@@ -133,7 +133,7 @@ def package(tmp_path):
 
 def test_xacro_with_the_tables_of_its_name(package):
     report = check_robot_file(package / "robots" / "small")
-    assert report.can_fly, report.reasons
+    assert report.can_hover, report.reasons
     rotor, servo = report.description.rotors[0], report.description.vectoring_servo
     assert (rotor.thrust_min, rotor.thrust_max, rotor.lag) == (0.5, 10.0, pytest.approx(0.01))
     assert (servo.stiffness, servo.damping) == (7.0, 0.3)

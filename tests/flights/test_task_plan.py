@@ -1,6 +1,7 @@
 """A posture planned for an experiment, written and flown."""
 
 import dataclasses
+import re
 import shutil
 from importlib import import_module
 from pathlib import Path
@@ -18,6 +19,8 @@ from skylimb.planning.task_family import standing_in
 from skylimb.planning.task_posture import judged_posture, travel
 from skylimb.planning.tip_pose import link_distances, tip_position
 from skylimb.planning.vectoring_search import evaluate, posture_function
+from skylimb.robots.held import NotHeld, can_hold
+from skylimb.spatial import rot_z
 
 
 @pytest.fixture(scope="module")
@@ -38,23 +41,32 @@ def applied(tmp_path_factory, plan):
     return folder
 
 
-def test_it_leaves_more_than_the_papers_posture(plan):
-    assert plan.own is not None
-    assert plan.own.margin > 1.5
-    assert plan.planned.margin > 1.5 * plan.own.margin
-    assert plan.force == 3.0
+def test_it_holds_what_a_servo_of_the_papers_posture_does_not(robot, plan):
+    assert isinstance(plan.own, NotHeld)
+    assert str(plan.own.limit) == "the servo of 'joint2' (3.3 N m)"
+    assert plan.own.greatest is not None
+    assert 2.0 < plan.own.greatest < plan.force == 3.0
+    assert plan.planned.margin > 3.0
+    turn = rot_z(-plan.planned.heading)
+    for push, margin in zip(plan.task.pushes, plan.planned.margins, strict=True):
+        held = can_hold(robot, plan.planned.joint_angles, plan.planned.vectoring_angles, turn @ push)
+        assert held
+        assert held.margin == pytest.approx(margin, abs=1e-3)
+        assert np.abs(held.joint_angles - plan.planned.joint_angles).max() <= 3.3 / 50.0 + 1e-6
 
 
 def test_the_margin_is_the_torque_that_is_left(robot, plan):
     """Thrusts, pushed by that torque in any direction, stay within their limits; by more they do not."""
-    found = plan.planned
-    state = robot.at(found.joint_angles, found.vectoring_angles)
-    inverse = np.linalg.inv(state.allocation_C[2:])[:, 1:]
-    swing = found.margin * np.linalg.norm(inverse, axis=1)
-    assert np.all(found.thrusts - swing >= 1.0 - 1e-4)
-    assert np.all(found.thrusts + swing <= 30.0 + 1e-4)
-    worst = found.thrusts[int(np.argmin(found.margins))]
-    assert np.any(worst - 1.01 * swing < 1.0) or np.any(worst + 1.01 * swing > 30.0)
+    found, worst = plan.planned, int(np.argmin(plan.planned.margins))
+    push = rot_z(-found.heading) @ plan.task.pushes[worst]
+    held = can_hold(robot, found.joint_angles, found.vectoring_angles, push)
+    assert held
+    matrix = robot.wrench_function(held.joint_angles, held.vectoring_angles).full()[2:]
+    swing = found.margin * np.linalg.norm(np.linalg.inv(matrix)[:, 1:], axis=1)
+    thrusts = found.thrusts[worst]
+    assert np.all(thrusts - swing >= 1.0 - 1e-4)
+    assert np.all(thrusts + swing <= 30.0 + 1e-4)
+    assert np.any(thrusts - 1.01 * swing < 1.0) or np.any(thrusts + 1.01 * swing > 30.0)
 
 
 def test_it_keeps_joints_links_and_rotors_clear(robot, plan):
@@ -71,7 +83,7 @@ def test_a_posture_is_judged_as_it_is(robot, plan):
     again = judged_posture(
         robot, plan.task, plan.planned.joint_angles, plan.planned.vectoring_angles, plan.planned.heading
     )
-    assert again is not None
+    assert again
     assert again.margins == pytest.approx(plan.planned.margins, abs=1e-3)
 
 
@@ -136,8 +148,14 @@ def test_what_cannot_be_planned_is_refused(robot):
 @pytest.mark.slow
 def test_a_push_that_nothing_holds_is_refused(robot):
     controller = skylimb.load_controller("hybrid", robot)
-    with pytest.raises(UnreachableError, match="no posture of 'hydrus_xi_quad' holds all of the 8 pushes"):
-        plan_posture(skylimb.load_experiment("paper"), robot, controller, 150.0)
+    with pytest.raises(UnreachableError) as caught:
+        plan_posture(skylimb.load_experiment("paper"), robot, controller, 25.0)
+    said = re.fullmatch(
+        r"'hydrus_xi_quad' cannot do this task: no posture holds all of the 8 pushes: the .* is in the way; "
+        r"what can be held is at most (1\d\.\d) N",
+        str(caught.value),
+    )
+    assert said, caught.value
 
 
 @pytest.mark.slow

@@ -13,10 +13,10 @@ from skylimb.planning.feasible_wrench import (
     push_limit,
     unit_vector,
 )
-from skylimb.planning.press import can_push
 from skylimb.planning.wrench_figure import wrench_figure
 from skylimb.planning.wrench_tables import as_tables, summary
 from skylimb.robots import load_robot
+from skylimb.robots.held import LEVEL, Within, can_hold
 from skylimb.spatial import rot_z
 
 
@@ -106,7 +106,9 @@ def test_level_forces_and_pushes_are_those_of_linear_programmes(canted: Feasible
         p = rot_z(state.tip_heading) @ way
         pushed = most(canted, Q, canted.hover, np.array([*p, *np.cross(state.tip_C, p)]))
         assert pushes.reach(way) == pytest.approx(pushed, abs=1e-8)
-        assert canted.push(3.0 * way, tilt=0.0) == pytest.approx(pushed, abs=1e-8)
+        level = canted.push(3.0 * way, Within(0.0))  # level is less than a thousandth of a radian
+        assert level
+        assert 0.0 <= level.force - pushed < 3.0 * LEVEL * canted.hover[2]
         assert canted.times(np.array([*p, *np.cross(state.tip_C, p)])) == pytest.approx(pushed, abs=1e-8)
 
 
@@ -126,14 +128,17 @@ def test_a_margin_is_negative_for_what_cannot_be_given(canted: FeasibleWrench, q
 
 def test_a_robot_of_four_rotors_pushes_to_the_side_by_tilting(quad: FeasibleWrench) -> None:
     forward = np.array([2.0, 0.0, 0.0])
-    assert quad.push(forward, tilt=0.0) == 0.0
-    found = push_limit(quad.robot, forward, tilt=0.2)
+    level, found = push_limit(quad.robot, forward, tilt=0.0), push_limit(quad.robot, -forward, tilt=0.2)
+    assert not level
+    assert str(level) == "the tilt (0.001 rad) is in the way"
+    assert found
+    given = quad.robot, quad.joint_angles, quad.vectoring_angles
     can = [
-        can_push(quad.robot, quad.joint_angles, quad.vectoring_angles, np.array([force, 0.0, 0.0]), 0.2)
-        for force in (found, found + 0.1)
+        bool(can_hold(*given, np.array([-force, 0.0, 0.0]), Within(0.2)))
+        for force in (found.force - 1e-3, found.force + 0.1)
     ]
     assert can == [True, False]
-    assert found == pytest.approx(quad.hover[2] * np.tan(0.2), rel=0.2)
+    assert found.force == pytest.approx(quad.hover[2] * np.tan(0.2), rel=0.3)
 
 
 def test_another_posture_gets_the_vectoring_angles_of_the_way_there(quad: FeasibleWrench) -> None:

@@ -37,7 +37,7 @@ def test_a_path_keeps_the_joint_limits(tmp_path):
     robot = load_robot(path)
     postures = np.linspace(1.0, 1.15, 4)[:, None] * np.ones(3)
     hover = find_hover(robot, postures[0])
-    assert hover is not None
+    assert hover
     start = hover.vectoring_angles
     found = vectoring_path(robot, postures, start)
     assert np.max(np.abs(found)) <= 0.25 + 1e-6

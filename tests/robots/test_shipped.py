@@ -26,6 +26,7 @@ def test_published_numbers(name):
     found = actuation(robot)
     assert (found.rank, found.rank_moving) == (rank, moving)
     assert found.hover is not None
+    assert found.hover.margin is not None
     assert found.hover.margin > 0.1
 
 

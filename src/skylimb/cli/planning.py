@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
     from skylimb.flights.task_plan import TaskPlan
     from skylimb.planning.task_posture import TaskPosture
+    from skylimb.robots.held import NotHeld
 
 
 _MOST = 1000.0
@@ -93,13 +94,16 @@ def _show(plan: TaskPlan) -> None:
     table = output.plain_table(title, "", "own posture", "planned")
     own, planned = _column(plan.own), _column(plan.planned)
     for name, value in planned.items():
-        table.add_row(name, own.get(name, "cannot hold it"), value)
-    output.console_for().print(table)
+        table.add_row(name, own.get(name, "-"), value)
+    console = output.console_for()
+    console.print(table)
+    if not plan.own:
+        console.print(f"Its own posture cannot do this task: {plan.own}")
 
 
-def _column(posture: TaskPosture | None) -> dict[str, str]:
+def _column(posture: TaskPosture | NotHeld) -> dict[str, str]:
     """What is shown of a posture."""
-    if posture is None:
+    if not posture:
         return {}
     return {
         "worst margin, N m": f"{posture.margin:.2f}",

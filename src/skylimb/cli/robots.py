@@ -24,7 +24,8 @@ _Mend = Annotated[bool, arg(help="Replace inertias that no body has by the neare
 class CheckRobot:
     """Check a robot description: mass, inertias, rotors, joints, hover; each doubt with its remedy.
 
-    Exit code 0: it can fly. 1: it loads and cannot fly, and the last line says why. 2: it cannot be read.
+    The last line says whether it can hover, and whether it can touch; what a task takes, `skylimb plan` says.
+    Exit code 0: it can hover. 1: it loads and cannot hover. 2: it cannot be read.
     """
 
     examples: ClassVar[str] = """
@@ -53,7 +54,7 @@ class CheckRobot:
         if self.picture:
             with new_file(self.picture) as path:
                 draw_robot(report, path)
-        return 0 if report.can_fly else 1
+        return 0 if report.can_hover else 1
 
 
 @dataclass(frozen=True)
@@ -90,7 +91,7 @@ class ImportRobot:
         print(report_text(report))
         flown = f"skylimb run free_flight --set robot={self.out} 'posture.waypoints=[]'"
         print(f"\nWritten to {Path(self.out)}: {flown}")
-        return 0 if report.can_fly else 1
+        return 0 if report.can_hover else 1
 
 
 VERBS = {"robot check": CheckRobot, "robot import": ImportRobot}

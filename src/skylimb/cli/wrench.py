@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
@@ -13,14 +14,20 @@ if TYPE_CHECKING:
     import numpy as np
 
     from skylimb.planning.feasible_wrench import FeasibleWrench
+    from skylimb.robots.held import Held, NotHeld, Within
+    from skylimb.robots.model import Robot
+
+    Pushes = dict[str, tuple[np.ndarray, dict[str, Held | NotHeld]]]
+    """Name of a direction -> the direction, and what was found by column."""
 
 
 @dataclass(frozen=True)
 class RobotWrench:
     """Say what a robot can do in a posture: forces, torques, and how hard its tip can push.
 
-    The vectoring angles are held, thrusts are within their limits, the robot is at rest. Pushes are in the
-    level frame whose x axis is the tip link's.
+    Thrusts and the torques of the servos are within their limits, the robot is at rest. Level is the measured
+    link, from which tilt counts. Pushes are in the level frame whose x axis is the tip link's; "none" is a
+    posture in which it cannot rest so at all.
     """
 
     examples: ClassVar[str] = """
@@ -40,7 +47,7 @@ class RobotWrench:
     direction: Annotated[
         tuple[str, ...], arg(metavar="X ...", help="Three numbers: a direction to push in, besides the axes.")
     ] = ()
-    tilt: Annotated[float, arg(metavar="RAD", help="How far the body may lean into a push.")] = 0.35
+    tilt: Annotated[float, arg(metavar="RAD", help="How far the measured link may lean into a push.")] = 0.35
     out: Annotated[
         str, arg(metavar="DIR", help="New folder for wrench.json (numbers, corners, faces) and wrench.png.")
     ] = ""
@@ -62,15 +69,28 @@ class RobotWrench:
         direction = _numbers("--direction", self.direction, 3)
         own = {} if direction is None else {"yours": unit_vector(direction)}
         feasible = feasible_wrench(robot, q, psi)
-        pushes: dict[str, tuple[np.ndarray, float, float]] = {}
+        asked = _asked(robot, self.tilt)
         with output.working("working out the pushes"):
-            for name, axis in {**_axes(), **own}.items():
-                pushes[name] = (axis, feasible.push(axis, 0.0), feasible.push(axis, self.tilt))
-        _show(feasible, pushes, self.tilt)
+            pushes = {
+                name: (axis, {column: feasible.push(axis, within) for column, within in asked.items()})
+                for name, axis in {**_axes(), **own}.items()
+            }
+        _show(feasible, pushes, tuple(asked))
         if self.out:
             _write(feasible, pushes, self.tilt, self.out)
             print(f"\nWritten to {self.out}: wrench.json, wrench.png")
         return 0
+
+
+def _asked(robot: Robot, tilt: float) -> dict[str, Within]:
+    """What is asked of every direction, by the name of its column."""
+    from skylimb.robots.held import Within
+
+    tilts = {"level": 0.0} | ({f"tilted up to {tilt:g} rad": tilt} if tilt > 0.0 else {})
+    if robot.n_vectoring == 0:
+        return {name: Within(one) for name, one in tilts.items()}
+    held = {f"{name}, angles held": Within(one) for name, one in list(tilts.items())[-1:]}
+    return held | {f"{name}, angles move": Within(one, math.inf) for name, one in tilts.items()}
 
 
 def _numbers(option: str, words: tuple[str, ...], count: int) -> np.ndarray | None:
@@ -96,7 +116,7 @@ def _axes() -> dict[str, np.ndarray]:
     }
 
 
-def _show(feasible: FeasibleWrench, pushes: dict[str, tuple[np.ndarray, float, float]], tilt: float) -> None:
+def _show(feasible: FeasibleWrench, pushes: Pushes, columns: tuple[str, ...]) -> None:
     from skylimb.planning.wrench_tables import summary
 
     console = output.console_for()
@@ -106,36 +126,37 @@ def _show(feasible: FeasibleWrench, pushes: dict[str, tuple[np.ndarray, float, f
     for name, value in summary(feasible).items():
         table.add_row(name, value)
     console.print(table)
-    columns = ("Direction", "level") if tilt == 0.0 else ("Direction", "level", f"tilted up to {tilt:g} rad")
-    table = output.plain_table("Greatest push of the tip at rest, N", *columns)
-    for name, (axis, level, tilted) in pushes.items():
+    table = output.plain_table("Greatest push of the tip at rest, N", "Direction", *columns, "What ends it")
+    for name, (axis, found) in pushes.items():
         shown = name if name != "yours" else f"({', '.join(f'{part:.2f}' for part in axis)})"
-        table.add_row(*(shown, f"{level:.1f}", f"{tilted:.1f}")[: len(columns)])
+        cells = [f"{one.force:.1f}" if one else "none" for one in found.values()]
+        last = found[columns[-1]]
+        table.add_row(shown, *cells, str(last.limit or "nothing") if last else str(last))
     console.print(table)
 
 
-def _write(
-    feasible: FeasibleWrench, pushes: dict[str, tuple[np.ndarray, float, float]], tilt: float, out: str
-) -> None:
+def _write(feasible: FeasibleWrench, pushes: Pushes, tilt: float, out: str) -> None:
     import json
 
     from skylimb.analysis import style
     from skylimb.planning.wrench_figure import wrench_figure
-    from skylimb.planning.wrench_tables import as_tables
+    from skylimb.planning.wrench_tables import as_tables, push_tables
     from skylimb.recording.files import new_folder
 
     tables = {
         **as_tables(feasible),
         "tilt": tilt,
-        "pushes": {
-            name: {"direction": axis.tolist(), "level": level, "tilted": tilted}
-            for name, (axis, level, tilted) in pushes.items()
-        },
+        "pushes": {name: push_tables(axis, found) for name, (axis, found) in pushes.items()},
     }
-    figure = wrench_figure(feasible, {name: (axis, far) for name, (axis, _, far) in pushes.items()})
+    farthest = {name: (axis, max(found.values(), key=_force)) for name, (axis, found) in pushes.items()}
+    figure = wrench_figure(feasible, {name: (axis, _force(far)) for name, (axis, far) in farthest.items()})
     with new_folder(out) as folder:
         (folder / "wrench.json").write_text(json.dumps(tables, indent=1) + "\n", encoding="utf-8")
         (folder / "wrench.png").write_bytes(style.png(figure))
+
+
+def _force(one: Held | NotHeld) -> float:
+    return one.force if one else 0.0
 
 
 VERBS = {"robot wrench": RobotWrench}

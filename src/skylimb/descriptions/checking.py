@@ -67,13 +67,18 @@ class RobotReport:
     meshes: dict[str, bytes] = field(default_factory=dict)
 
     @property
-    def can_fly(self) -> bool:
-        """Whether nothing forbids a flight."""
+    def can_hover(self) -> bool:
+        """Whether nothing forbids a flight: it can be read, built and held in the air."""
         return not any(doubt.fatal for doubt in self.doubts)
 
     @property
+    def can_touch(self) -> bool:
+        """Whether it can hover, and its tip comes first to a surface."""
+        return self.can_hover and self.actuation is not None and bool(self.actuation.touch)
+
+    @property
     def reasons(self) -> tuple[Doubt, ...]:
-        """What forbids a flight."""
+        """What forbids to hover."""
         return tuple(doubt for doubt in self.doubts if doubt.fatal)
 
     @property
@@ -241,18 +246,20 @@ def _flight_doubts(robot: Robot, acting: Actuation) -> Iterator[Doubt]:
             f"is {acting.thrust_to_weight:.2f}",
             f"{_LIFT:g} or more; lighten it, or stronger rotors",
         )
-    if acting.hover is not None and acting.hover.margin < _STEADY:
+    if acting.hover and acting.hover.room < _STEADY:
         yield Doubt(
             "hover margin",
-            f"a rotor is within {acting.hover.margin:.0%} of its range of a limit",
+            f"a rotor is within {acting.hover.room:.0%} of its range of a limit",
             f"another nominal posture, or stronger rotors; {_STEADY:.0%} is advised",
         )
-    if acting.hover is not None and acting.hover.tilt > _TILT:
+    if acting.hover and acting.hover.tilt > _TILT:
         yield Doubt(
             "hover",
             f"the root link tilts by {acting.hover.tilt:.2f} rad",
             "a nominal posture that hovers level",
         )
+    if not acting.touch:
+        yield Doubt("the tip", f"cannot touch: {acting.touch}", "a tip that is foremost in some direction")
     if np.isfinite(acting.condition) and acting.condition > _CONDITION:
         yield Doubt(
             "condition of the allocation",

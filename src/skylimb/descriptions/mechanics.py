@@ -8,8 +8,10 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from skylimb.robots.hover import Hover, find_hovers
+from skylimb.robots.held import Held, NotHeld
+from skylimb.robots.hover import find_hover, find_hovers
 from skylimb.robots.model import Robot
+from skylimb.robots.touch import Touch, can_touch
 
 _RANK = 1e-6
 """A singular value counts from this share of the greatest one on."""
@@ -21,7 +23,8 @@ class Actuation:
 
     Attributes:
         thrust_to_weight: sum of the greatest thrusts over the weight.
-        hover: the steadiest hover, None where there is none.
+        hover: the steadiest hover, or what is in its way.
+        touch: how the tip stands there to the rest of the robot.
         rank: of the (6, n) wrench matrix with the vectoring angles at rest there.
         condition: of its rows for lift and torque, which the flight controllers use; the best of the hovers
             found.
@@ -30,7 +33,8 @@ class Actuation:
     """
 
     thrust_to_weight: float
-    hover: Hover | None
+    hover: Held | NotHeld
+    touch: Touch
     rank: int
     condition: float
     rank_moving: int
@@ -52,10 +56,11 @@ def actuation(robot: Robot) -> Actuation:
     """The actuation in the nominal posture, at the vectoring angles of its steadiest hover."""
     q = robot.nominal_posture()
     hovers = find_hovers(robot, q)
-    hover = max(hovers, key=lambda one: one.margin, default=None)
-    at = robot.description.vectoring_start if hover is None else hover.vectoring_angles
+    # Where there is none, the question says what is in the way.
+    hover = max(hovers, key=lambda one: one.room, default=None) or find_hover(robot, q)
+    at = hover.vectoring_angles if hover else robot.description.vectoring_start
     limits = np.array([rotor.thrust_max for rotor in robot.description.rotors])
-    thrusts = 0.5 * limits if hover is None else hover.thrusts
+    thrusts = hover.thrusts if hover else 0.5 * limits
     psi = ca.SX.sym("psi", robot.n_vectoring)
     wrench = robot.wrench_function(ca.DM(q), psi)
     inputs = ca.horzcat(wrench, ca.jacobian(wrench @ ca.DM(thrusts), psi))
@@ -66,6 +71,7 @@ def actuation(robot: Robot) -> Actuation:
     return Actuation(
         float(limits.sum() / robot.weight),
         hover,
+        can_touch(robot, q, at),
         _rank(fixed),
         condition,
         _rank(moving),

@@ -42,12 +42,12 @@ def draw_robot(report: RobotReport, path: str | Path) -> None:
         axes.view_init(elev=elevation, azim=azimuth)
         _frame(axes, points, unseen)
         axes.set_title(title, fontsize=9)
-    state = "can fly" if report.can_fly else "cannot fly"
+    state = "can hover" if report.can_hover else "cannot hover"
     figure.suptitle(
         f"{description.name}: {report.mass:.3f} kg, {len(description.rotors)} rotors, {state}. "
         "Discs: rotors (blue +z, orange -z), arrows: thrust, star: centre of gravity, ball: tip",
         fontsize=9,
-        color=_INK if report.can_fly else "#B00020",
+        color=_INK if report.can_hover else "#B00020",
     )
     figure.savefig(path, format="png")
 
@@ -58,7 +58,7 @@ def _angles(report: RobotReport) -> dict[str, float]:
     posture, acting = report.description.posture, report.actuation
     q = posture.offset + posture.slope * posture.theta_nominal
     hover = acting.hover if acting is not None else None
-    psi = description.vectoring_start if hover is None else hover.vectoring_angles
+    psi = hover.vectoring_angles if hover else description.vectoring_start
     names = [*description.shape_joints, *description.vectoring_joints]
     return dict(zip(names, map(float, [*q, *psi]), strict=True))
 

@@ -9,11 +9,12 @@ import casadi as ca
 import numpy as np
 
 from skylimb.robots.description import PostureFamily
-from skylimb.robots.hover import Hover, find_hover
+from skylimb.robots.held import Held
+from skylimb.robots.hover import find_hover
 from skylimb.robots.model import Robot
 
 _ENOUGH = 0.2
-"""Margin of thrust at which no further posture is tried."""
+"""Room of the thrusts at which no further posture is tried."""
 _ROOM = 0.1
 """How far the nominal posture stays from the joint limits, rad."""
 _HALF_RANGE = 0.35
@@ -22,21 +23,21 @@ _SHARES = (1.0, 0.8, 0.6, 0.4, 0.2)
 _PAPERS = (np.array([math.pi / 2, 0.0, 0.0]), np.array([-1.0, 2.0, -1.0]), math.pi / 6)
 
 
-def choose_posture(robot: Robot) -> tuple[PostureFamily, Hover | None]:
+def choose_posture(robot: Robot) -> tuple[PostureFamily, Held | None]:
     """The first family that hovers with a good margin, else the best one, and how its nominal posture hovers.
 
     Three parallel joints are tried in the paper's family first. Then the joints about z bend the chain to a
     ring, all by the same angle, which becomes smaller from try to try.
     """
-    best: tuple[PostureFamily, Hover | None] | None = None
+    best: tuple[PostureFamily, Held | None] | None = None
     for offset, slope, nominal in _families(robot):
         family = _with_range(robot, offset, slope, nominal)
         if family is None:
             continue
-        hover = find_hover(robot, offset + slope * nominal)
-        if best is None or (hover is not None and (best[1] is None or hover.margin > best[1].margin)):
+        hover = find_hover(robot, offset + slope * nominal) or None
+        if best is None or (hover is not None and (best[1] is None or hover.room > best[1].room)):
             best = family, hover
-        if hover is not None and hover.margin > _ENOUGH:
+        if hover is not None and hover.room > _ENOUGH:
             break
     if best is not None:
         return best

@@ -16,11 +16,14 @@ def report_text(report: RobotReport) -> str:
 
 
 def verdict(report: RobotReport) -> str:
-    """Whether it can fly, and else why not, in a line."""
+    """Whether it can hover, and touch, and else why not, in a line. A task is an experiment's to ask for."""
     name = report.description.name
-    if report.can_fly:
-        return f"{name} can fly."
-    return f"{name} loads and cannot fly: {report.reasons[0].what}: {report.reasons[0].value}"
+    if report.can_touch:
+        return f"{name} can hover and can touch."
+    if report.can_hover:
+        why = f": {report.actuation.touch}" if report.actuation is not None else ""
+        return f"{name} can hover and cannot touch{why}"
+    return f"{name} loads and cannot hover: {report.reasons[0].what}: {report.reasons[0].value}"
 
 
 def _heading(report: RobotReport) -> str:
@@ -77,19 +80,19 @@ def _abilities(report: RobotReport) -> str:
     if acting is None:
         return ""
     hover = acting.hover
-    level = "" if hover is None else "level" if hover.tilt < 0.01 else f"root tilted by {hover.tilt:.3f} rad"
-    steady = (
-        "none found"
-        if hover is None
-        else f"{level}, every rotor {hover.margin:.0%} of its range from a limit"
-    )
+    steady = f"none: {hover}"
+    if hover:
+        level = "level" if hover.tilt < 0.01 else f"root tilted by {hover.tilt:.3f} rad"
+        steady = f"{level}, every rotor {hover.room:.0%} of its range from a limit"
+        steady += f", {hover.margin:.2f} N m left about any axis" if hover.margin > 0.0 else ""
     condition = (
         f", condition {acting.condition:.3g} for lift and torque" if math.isfinite(acting.condition) else ""
     )
     return (
         f"  hover     {steady}; thrust over weight {acting.thrust_to_weight:.2f}\n"
         f"  actuation rank {acting.rank} of 6{condition}; rank {acting.rank_moving} with vectoring moving: "
-        f"{acting.in_words}"
+        f"{acting.in_words}\n"
+        f"  touch     {acting.touch}"
     )
 
 

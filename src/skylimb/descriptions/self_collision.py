@@ -9,7 +9,7 @@ import numpy as np
 
 from skylimb.errors import DescriptionError
 from skylimb.robots.description import RobotDescription
-from skylimb.robots.hover import golden_steps
+from skylimb.robots.starts import golden_steps
 from skylimb.simulation.robot_bodies import add_robot, add_shape
 
 _DRAWS = 200

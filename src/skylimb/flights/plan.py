@@ -20,8 +20,7 @@ from skylimb.events import Event, Stage, Timeline, require_events, timeline
 from skylimb.experiments.experiment import Experiment
 from skylimb.flights.derived import Derived
 from skylimb.flights.flyable import require_flyable, standing_out
-from skylimb.flights.hoverable import require_hoverable
-from skylimb.flights.pressable import require_pressable, require_reserve
+from skylimb.flights.held import require_held
 from skylimb.flights.sources import Bundle
 from skylimb.missions.configuration import MissionConfig
 from skylimb.missions.frame import contact_frame
@@ -162,11 +161,9 @@ def require_plan(plan: FlightPlan) -> None:
         controller.require(plan.period)
     require_plant(robot.description, experiment.surface, experiment.plant, plan.period)
     require_events(experiment.events, plan.stage, np.inf)
-    require_hoverable(experiment, robot, controller)
-    require_pressable(experiment, robot, controller)
+    require_held(experiment, robot, controller)
     require_flyable(experiment.surface, robot, plan.mission)
     require_events(experiment.events, plan.stage, float(plan.times[-1]))
-    require_reserve(experiment, robot, controller)
 
 
 def mission_of(experiment: Experiment, robot: Robot, vectoring: str = "torque") -> Mission:

@@ -30,6 +30,7 @@ from skylimb.planning.vectoring import PURPOSES, vectoring_table
 from skylimb.planning.vectoring_digest import robot_digest
 from skylimb.planning.vectoring_files import table_file, write_table
 from skylimb.recording.files import new_folder
+from skylimb.robots.held import NotHeld, Within
 from skylimb.robots.loader import FLIGHT_FILE, load_robot
 from skylimb.robots.model import Robot
 from skylimb.sources import read_source
@@ -53,7 +54,7 @@ class TaskPlan:
         task: the pushes along the path.
         points: of the path, W, m, (k, 3).
         force: normal force, N.
-        own: the nominal posture; None where it cannot hold the pushes at all.
+        own: the nominal posture, or what is in the way of the pushes there.
         planned: the posture that was found.
         purpose: of the vectoring angles that the controller flies with.
         there: the robot standing in it.
@@ -64,7 +65,7 @@ class TaskPlan:
     task: Task
     points: np.ndarray
     force: float
-    own: TaskPosture | None
+    own: TaskPosture | NotHeld
     planned: TaskPosture
     purpose: str
     there: Robot
@@ -99,31 +100,45 @@ def plan_posture(
     task, points = _task(experiment, robot, needs.vectoring, wanted)
     table = vectoring_table(robot, needs.vectoring)
     psi = np.asarray(table.angles(robot.description.posture.theta_nominal), dtype=float)
-    own = judged_posture(robot, task, robot.nominal_posture(), psi)
+    own = judged_posture(
+        robot, task, robot.nominal_posture(), psi, within=Within(experiment.terminations.tilt)
+    )
     nothing = np.zeros((len(points), robot.n_rotors))
-    start = own or TaskPosture(robot.nominal_posture(), psi, 0.0, nothing, nothing[:, 0])
-    lost = ""
-    for posture in _as_flown(robot, task, best_postures(robot, task, start)):
+    start = TaskPosture(robot.nominal_posture(), psi, 0.0, nothing, nothing[:, 0])
+    why = "none leaves the tip a way to and fro on which the vectoring angles suit the task"
+    missed: list[NotHeld] = []
+    for posture in _as_flown(robot, task, best_postures(robot, task, start), missed):
         plan = TaskPlan(robot, task, points, wanted, own, posture[0], needs.vectoring, *posture[1:])
         lost = _lost(plan, experiment, controller)
         if not lost:
             return plan
+        why = lost
+    nearest = max(missed, key=lambda one: one.greatest or 0.0, default=None)
+    if nearest is not None:
+        why = f"{nearest}, with the vectoring angles that suit the whole of its family"
+        why += f"; what can be held is {nearest.greatest:.1f} N" if nearest.greatest else ""
     raise UnreachableError(
-        f"no posture of '{robot.name}' that holds the pushes flies {experiment.name}: "
-        f"{lost or 'none leaves the tip a way to and fro on which the vectoring angles suit the task'}"
+        f"'{robot.name}' cannot do this task: no posture that holds {wanted:g} N flies {experiment.name}: "
+        f"{why}"
     )
 
 
 def _as_flown(
-    robot: Robot, task: Task, postures: list[TaskPosture]
+    robot: Robot, task: Task, postures: list[TaskPosture], missed: list[NotHeld]
 ) -> Iterator[tuple[TaskPosture, Robot, np.ndarray]]:
-    """Postures with the vectoring angles that suit their whole family, the greatest margin first."""
+    """Postures with the vectoring angles that suit their whole family, the greatest margin first.
+
+    `missed` gets what is in the way of those that these angles do not hold.
+    """
     settled: list[tuple[TaskPosture, Robot, np.ndarray]] = []
     for posture in postures:
         # What suits a whole family leaves no more than what suits one posture of it.
         yield from _taken(settled, posture.margin)
         found = settled_in(robot, task, posture)
-        settled += [] if found is None else [found]
+        if isinstance(found, NotHeld):
+            missed.append(found)
+        elif found is not None:
+            settled.append(found)
     yield from _taken(settled, -math.inf)
 
 

@@ -1,15 +1,16 @@
 """What a robot can do in a posture: wrenches at its centre of gravity, and pushes of its tip.
 
-The vectoring angles are held, thrusts are within their limits. All of these sets are then zonotopes or
-slices of one (`robots.zonotope`):
+The joints are where they are, the vectoring angles are held, thrusts are within their limits. All of these
+sets are then zonotopes or slices of one (`robots.zonotope`):
 
     wrenches at the centre of gravity      Q lambda
     torque while it hovers                 those of them with the lift m g, whatever the side force
     force while it hovers level            those with no torque
     push of the tip while it hovers level  those that are (m g z + p, r x p)
 
-with r the tip from the centre of gravity. A robot of four rotors spans four of the six directions. Level, it
-has no force to the side; it tilts to push (`push_limit`).
+with r the tip from the centre of gravity, and level that {C} is. A robot of four rotors spans four of the six
+directions: with its angles held it has no force to the side while level. How hard it can push when it leans,
+moves its vectoring angles, and its servos give way is the question of `robots.held` (`push_limit`).
 
 The laboratory's two numbers take force and torque each by itself, with thrusts from zero: FCTmin is the
 distance of no torque from the nearest face of all torques, FCFmin that of the weight from the nearest face of
@@ -27,18 +28,15 @@ from skylimb.errors import ConfigError, UnreachableError
 from skylimb.planning.control_torque import guaranteed_control_torque
 from skylimb.planning.posture import posture_family
 from skylimb.planning.posture_path import PostureConfig, posture_path
-from skylimb.planning.press import greatest_push
 from skylimb.planning.vectoring import vectoring_table
 from skylimb.planning.vectoring_path import vectoring_path
+from skylimb.robots.held import TILT, USUAL, Held, NotHeld, Within, greatest_push
 from skylimb.robots.model import Robot, RobotState
 from skylimb.robots.zonotope import Slice, Zonotope
 from skylimb.spatial import hat, rot_z
 
 _KNOT = 0.1
 """Time between two knots on the way to a posture, s."""
-
-TILT = 0.35
-"""Tilt to which a robot may lean into a push unless another is given, rad (20 degrees)."""
 
 
 @dataclass(frozen=True)
@@ -132,25 +130,16 @@ class FeasibleWrench:
         """How many times a wrench (6,), N and N m, can be given beside hover; NaN where it cannot hover."""
         return self.wrenches.reach(self._scaled(self.hover), self._scaled(np.asarray(wrench, dtype=float)))
 
-    def push(self, direction: np.ndarray, tilt: float = TILT, moves: float = 0.0) -> float:
-        """How hard the tip can push along a direction (3,) of the heading frame while the robot rests, N.
+    def push(self, direction: np.ndarray, within: Within = USUAL) -> Held | NotHeld:
+        """The greatest push of the tip along a direction (3,) of the heading frame, and what ends it.
 
-        Args:
-            direction: of any length but zero.
-            tilt: how far the body may lean into it in roll and in pitch, rad; 0 for level.
-            moves: how far each vectoring angle may move for it, rad.
+        The joint angles count as commanded.
 
         Raises:
             ConfigError: for a direction that is none.
         """
-        direction = unit_vector(direction)
-        if tilt <= 0.0 and moves <= 0.0:
-            level = self.level_pushes
-            return 0.0 if level is None else float(np.nan_to_num(level.reach(direction)))
-        most = float(self.thrust_limits[1].sum())
-        return greatest_push(
-            self.robot, self.joint_angles, self.vectoring_angles, direction, most, tilt, moves
-        )
+        way = unit_vector(direction)
+        return greatest_push(self.robot, self.joint_angles, self.vectoring_angles, way, within)
 
     def _slice(self, axes: np.ndarray) -> Slice | None:
         scale = np.array([1.0, 1.0, 1.0, *[1.0 / self.length] * 3])
@@ -215,23 +204,28 @@ def push_limit(
     *,
     tilt: float = TILT,
     moves: float = 0.0,
-) -> float:
-    """How hard the robot can push here, this way: the greatest force of its tip at rest, N.
+    margin: float = 0.0,
+) -> Held | NotHeld:
+    """How hard the robot can push here, this way: the greatest push of its tip at rest, and what ends it.
 
-    What is beyond it no controller can hold. In flight some thrust has to be left for control, see `FCTmin`.
+    What is beyond it no controller can hold. In flight some torque has to be left for control.
 
     Args:
         robot: any.
         direction: of the push, (3,), in the level frame whose x axis is the tip link's; of any length.
-        joint_angles: q, rad; by default the nominal posture.
+        joint_angles: q as commanded, rad; by default the nominal posture.
         vectoring_angles: psi, rad; by default those with which a flight gets there.
-        tilt: how far the body may lean into it in roll and in pitch, rad; 0 for level.
-        moves: how far each vectoring angle may move for it, rad.
+        tilt: of the measured link from the vertical, the greatest, rad; 0 for level.
+        moves: how far each vectoring angle may move, rad; `math.inf` for all of its travel.
+        margin: torque that has to be left about any axis, N m.
+
+    Returns:
+        `Held`, whose `force` is the greatest, N; `NotHeld` where the robot cannot rest there at all.
 
     Raises:
         ConfigError: as `feasible_wrench`, or for a direction that is none.
     """
-    return feasible_wrench(robot, joint_angles, vectoring_angles).push(direction, tilt, moves)
+    return feasible_wrench(robot, joint_angles, vectoring_angles).push(direction, Within(tilt, moves, margin))
 
 
 def unit_vector(direction: np.ndarray) -> np.ndarray:

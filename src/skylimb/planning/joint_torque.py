@@ -18,6 +18,7 @@ import functools
 import casadi as ca
 import numpy as np
 
+from skylimb.robots.loads import thrust_lines
 from skylimb.robots.model import Robot
 
 HELD = 0.8
@@ -33,15 +34,8 @@ def joint_torque_function(robot: Robot) -> ca.Function:
     state = robot.model(q, psi)
     up = state.R_root_C[:, 2]
     torque = -robot.weight * (state.cog_jacobian[:, : robot.n_joints].T @ up)
-    for i, rotor in enumerate(robot.description.rotors):
-        pose = robot.link_pose_function(rotor.link)(q, psi)
-        R = pose[:, 1:] @ ca.SX(rotor.R)
-        p = pose[:, 0] + pose[:, 1:] @ ca.SX(rotor.xyz)
-        drag = rotor.drag_torque_coefficient * R[:, 2]
-        moved = ca.jacobian(p, q).T @ R[:, 2]
-        slopes = ca.jacobian(ca.vec(R), q)
-        turned = [ca.dot(drag, _turn(R, ca.reshape(slopes[:, j], 3, 3))) for j in range(q.numel())]
-        torque += state.hover_thrusts[i] * (moved + ca.vertcat(*turned))
+    for thrust, line in zip(ca.vertsplit(state.hover_thrusts), thrust_lines(robot, q, psi, q), strict=True):
+        torque += thrust * line.load
     return ca.Function("joint_torque", [q, psi], [torque], {"cse": True})
 
 
@@ -68,9 +62,3 @@ def held_shares(robot: Robot, joint_angles: np.ndarray, vectoring_angles: np.nda
 def held_share(robot: Robot, joint_angles: np.ndarray, vectoring_angles: np.ndarray) -> float:
     """The greatest of them; 0 for a robot that does not bend."""
     return float(np.max(held_shares(robot, joint_angles, vectoring_angles), initial=0.0))
-
-
-def _turn(R: ca.SX, slope: ca.SX) -> ca.SX:
-    """Angular velocity, (3,), of a rotation R that changes by `slope`."""
-    W = slope @ R.T
-    return ca.vertcat(W[2, 1], W[0, 2], W[1, 0])

@@ -1,58 +1,26 @@
-"""What a posture lacks, in words, and the nearest posture that does not lack it."""
+"""The nearest posture that leaves a margin in hover, for one that does not."""
 
 from __future__ import annotations
 
 import functools
 import math
-from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
 
-from skylimb.planning.control_torque import guaranteed_control_torque, nearest_face
-from skylimb.planning.joint_torque import rest_function
-from skylimb.planning.vectoring_merit import lever, margins_function
+from skylimb.planning.hover_margins import hover_margins_function
 from skylimb.planning.vectoring_program import ipopt
-from skylimb.robots.hover import golden_steps, within_limits
 from skylimb.robots.model import Robot
+from skylimb.robots.starts import golden_steps, within_limits
 
-_AXES = ("roll torque", "pitch torque", "yaw torque")
 _LEVEL = 0.02
-"""Tilt of the hover in a posture that is found, in roll and in pitch, rad."""
+"""Tilt of the hover in a posture that is found, in its two parts, rad."""
 
 _STARTS = 4
 """Sets of vectoring angles that a search begins with."""
 
 _SPARE = 0.02
 """How much more than the least margin a posture that is found leaves, N m."""
-
-
-class Weakest(NamedTuple):
-    """The least margin of a posture: its name, and what is left, N m; negative beyond a thrust's limit."""
-
-    name: str
-    margin: float
-
-
-def weakest_margin(robot: Robot, joint_angles: np.ndarray, vectoring_angles: np.ndarray) -> Weakest:
-    """Which torque, or which rotor's thrust, has the least left while the robot hovers.
-
-    A torque is named after the axis of {C} nearest to the normal of the face. Thrusts count at the rotors'
-    root mean square lever, as in `vectoring_merit`.
-
-    Raises:
-        AllocationError: the rotors cannot carry the robot at these angles at all.
-    """
-    state, rotors = robot.at(joint_angles, vectoring_angles), robot.description.rotors
-    most = np.array([rotor.thrust_max for rotor in rotors])
-    least = np.array([rotor.thrust_min for rotor in rotors])
-    torque = guaranteed_control_torque(state.allocation_C, most)
-    rooms = lever(robot) * np.minimum(state.hover_thrusts - least, most - state.hover_thrusts)
-    rotor = int(np.argmin(rooms))
-    if rooms[rotor] < torque:
-        return Weakest(f"hover thrust of rotor {rotor + 1}", float(rooms[rotor]))
-    normal = nearest_face(state.allocation_C, most)
-    return Weakest(_AXES[int(np.argmax(np.abs(normal)))], torque)
 
 
 def nearest_posture(
@@ -68,7 +36,8 @@ def nearest_posture(
         return None
     solver, lower, upper, count = _program(robot)
     level = _LEVEL if robot.n_vectoring else math.inf
-    low, high = [least + _SPARE] * count + [-level] * 2, [math.inf] * count + [level] * 2
+    low = [least + _SPARE] * count + [-level] * 2 + [-1.0] * robot.n_joints
+    high = [math.inf] * count + [level] * 2 + [1.0] * robot.n_joints
     wanted = np.asarray(joint_angles, dtype=float)
     steps = np.outer(np.arange(_STARTS if robot.n_vectoring else 1), golden_steps(robot.n_vectoring))
     best: tuple[float, np.ndarray] | None = None
@@ -85,8 +54,9 @@ def _program(robot: Robot) -> tuple[ca.Function, np.ndarray, np.ndarray, int]:
     """The program over (q, psi), bounds of these, and how many margins it keeps."""
     nq, nv = robot.n_joints, robot.n_vectoring
     x, wanted = ca.SX.sym("x", nq + nv), ca.SX.sym("wanted", nq)
-    margins, tilt = margins_function(robot)(rest_function(robot)(x[:nq], x[nq:]), x[nq:])
-    problem = {"x": x, "p": wanted, "f": ca.sumsqr(x[:nq] - wanted), "g": ca.vertcat(margins, tilt)}
+    margins, tilt, shares = hover_margins_function(robot)(x[:nq], x[nq:])
+    kept = ca.vertcat(margins, tilt, shares)
+    problem = {"x": x, "p": wanted, "f": ca.sumsqr(x[:nq] - wanted), "g": kept}
     lower, upper = (
         np.concatenate(pair) for pair in zip(robot.joint_limits(), robot.vectoring_limits(), strict=True)
     )

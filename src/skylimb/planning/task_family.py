@@ -14,6 +14,7 @@ from skylimb.planning.vectoring_criteria import VectoringCriteria
 from skylimb.planning.vectoring_program import PathProgram
 from skylimb.planning.vectoring_search import evaluate, posture_function
 from skylimb.robots.description import PostureFamily
+from skylimb.robots.held import NotHeld
 from skylimb.robots.model import Robot
 
 _WIDEST = 0.35
@@ -59,7 +60,7 @@ def standing_in(robot: Robot, joint_angles: np.ndarray, vectoring_angles: np.nda
 
 def settled_in(
     robot: Robot, task: Task, planned: TaskPosture
-) -> tuple[TaskPosture, Robot, np.ndarray] | None:
+) -> tuple[TaskPosture, Robot, np.ndarray] | NotHeld | None:
     """A planned posture as it can be flown: as the angles all along its family leave it.
 
     The program that finds the tables of robots that ship begins at the planned vectoring angles: what the
@@ -68,8 +69,9 @@ def settled_in(
 
     Returns:
         The posture with those angles, the robot that stands in it, and Chebyshev coefficients
-        (nv, degree + 1) of psi over its family. None where no path of that branch keeps the criteria, or the
-        tip cannot move to and fro.
+        (nv, degree + 1) of psi over its family. `NotHeld` where these angles do not hold the pushes with
+        anything left; None where no path of that branch keeps the criteria, or the tip cannot move to and
+        fro.
     """
     try:
         there = standing_in(robot, planned.joint_angles, planned.vectoring_angles)
@@ -80,7 +82,9 @@ def settled_in(
         return None
     psi = evaluate(coefficients, *task.criteria.span(there), there.description.posture.theta_nominal)
     judged = judged_posture(robot, task, planned.joint_angles, psi, planned.heading)
-    return None if judged is None else (judged, there, coefficients)
+    if isinstance(judged, NotHeld):
+        return judged
+    return (judged, there, coefficients) if judged.margin > 0.0 else NotHeld(None, 0.0, judged.margin)
 
 
 def _vectoring_along(robot: Robot, start: np.ndarray, criteria: VectoringCriteria) -> np.ndarray | None:

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 
 from skylimb.analysis import style
 from skylimb.planning.task_posture import Task, TaskPosture
+from skylimb.robots.held import NotHeld
 from skylimb.robots.model import Robot
 from skylimb.spatial import rot_z
 
@@ -17,20 +18,20 @@ _DISC = 0.12  # m, as a rotor is drawn
 
 
 @style.styled
-def task_figure(robot: Robot, task: Task, own: TaskPosture | None, planned: TaskPosture) -> Figure:
+def task_figure(robot: Robot, task: Task, own: TaskPosture | NotHeld, planned: TaskPosture) -> Figure:
     """Both postures from above, tips on the surface, and the margin at each point of the path.
 
     Args:
         robot: whose postures they are.
         task: the pushes.
-        own: the nominal posture; None where it cannot hold them.
+        own: the nominal posture, if it holds them.
         planned: the one that was found.
     """
     figure = Figure(figsize=(style.WIDTH, 2.9), layout="constrained")
     above, margins = figure.subplots(1, 2, width_ratios=[1.2, 1.0])
     shown = [("own", own, style.TRUTH), ("planned", planned, style.CURVES[0])]
     for name, posture, colour in shown:
-        if posture is not None:
+        if not isinstance(posture, NotHeld):
             _draw_robot(above, robot, posture, colour, name)
             points = np.arange(1, len(posture.margins) + 1)
             margins.plot(points, posture.margins, "o-", color=colour, ms=3, lw=1.0, label=name)

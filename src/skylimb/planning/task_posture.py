@@ -1,49 +1,45 @@
 """The posture for a task: joint angles, heading and vectoring angles with the greatest worst margin.
 
-While the tip presses on the surface with each of some pushes p_k (normal force and the drag of friction,
-along the path), the robot is at rest,
-
-    R_k Q_t lambda_k = m g z + p_k,        Q_r lambda_k = r x R_k^T p_k,
-
-leaning by a roll and a pitch of its own for each. With A = [Q_z; Q_r], rotor i still allows a torque of
-
-    min(lambda_i - lambda_min, lambda_max - lambda_i) / |row i of A^+ that torques act through|
-
-about any axis beside the lift. Exact for four rotors; for more it is what least-norm thrusts allow, a lower
-bound. The least over rotors and pushes is the margin, N m. One nonlinear program with exact derivatives from
-CasADi maximises it over q, the heading, psi and all thrusts, within joint limits, with links apart and rotors
-clear of the surface. It begins in the nominal posture and in some others, the same every time.
+While the tip presses on the surface with each of some pushes (normal force and the drag of friction, along
+the path), the robot is at rest as `robots.held` has it: every thrust within its limits, no servo beyond its
+share, joints where the servos hold them, leaning for each push by a lean of its own. The least margin over
+the pushes is maximised over q, the heading, psi and all thrusts, within joint limits, with links apart and
+rotors clear of the surface: one nonlinear programme with exact derivatives from CasADi. It begins in the
+nominal posture and in some others, the same every time. Where nothing holds the pushes, the same programme
+says which share of them can be held.
 """
 
 from __future__ import annotations
 
 import functools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from skylimb.errors import UnreachableError
-from skylimb.planning.press import statics_function
 from skylimb.planning.tip_pose import link_distances
 from skylimb.planning.vectoring_criteria import TORQUE, VectoringCriteria
 from skylimb.planning.vectoring_program import ipopt
 from skylimb.planning.vectoring_search import bounded_by
-from skylimb.robots.hover import golden_steps
+from skylimb.robots.held import TILT, NotHeld, Within, can_hold, rests
 from skylimb.robots.model import Robot
+from skylimb.robots.starts import golden_steps
 from skylimb.spatial import rot_z
+from skylimb.statics import turned_back
 from skylimb.symbolic import right_inverse
 
-_STARTS = 9
+_STARTS = 16
 _SAME = 0.05
 """Postures closer than this in every joint are one, rad."""
 
 _TURN = 0.6
 """Greatest heading of the tip link beside the contact axis, rad."""
 
-_LEAN = 0.35
-"""Greatest roll and pitch, rad."""
+WITHIN = Within(TILT)
+"""What a planned posture keeps for every push."""
 
 _TRAVEL = 0.3
 """How far joints stay from their limits, so that the arm can give way, rad."""
@@ -70,6 +66,11 @@ class Task:
     rotor_room: float = 0.2
     criteria: VectoringCriteria = TORQUE
 
+    @property
+    def force(self) -> float:
+        """The normal force of the hardest push, N."""
+        return float(-np.sum(self.pushes * self.normals, axis=1).min())
+
 
 @dataclass(frozen=True, eq=False)
 class TaskPosture:
@@ -81,6 +82,7 @@ class TaskPosture:
         heading: of the tip link beside the contact axis, rad.
         thrusts: while it presses, N, (k, n).
         margins: torque that is left about any axis, N m, (k,).
+        share: of the pushes that is held.
     """
 
     joint_angles: np.ndarray
@@ -88,6 +90,7 @@ class TaskPosture:
     heading: float
     thrusts: np.ndarray
     margins: np.ndarray
+    share: float = 1.0
 
     @property
     def angles(self) -> np.ndarray:
@@ -106,41 +109,77 @@ def best_postures(robot: Robot, task: Task, start: TaskPosture) -> list[TaskPost
     Args:
         robot: of four rotors or more.
         task: what the tip has to do.
-        start: where the search begins, `judged_posture` of the nominal one.
+        start: where the search begins; of its angles alone.
 
     Raises:
-        UnreachableError: no posture that the search finds can do it.
+        UnreachableError: no posture that the search finds can do it. The message names what is in the way,
+            and the share of the pushes that can be held.
     """
     program = _Program(robot, len(task.pushes), task.criteria)
-    lower, upper = travel(robot)
-    steps = np.outer(np.arange(1, _STARTS), golden_steps(max(robot.n_joints, 1)))[:, : robot.n_joints] % 1.0
-    starts = [start.joint_angles, *(lower + (upper - lower) * steps)]
-    found = [program.solve(task, start, q) for q in starts]
+    found = [program.solve(task, start, q) for q in _starts(robot, start)]
     best: list[TaskPosture] = []
     for one in sorted((one for one in found if one is not None), key=lambda one: -one.margin):
         if all(np.max(np.abs(one.angles - other.angles), initial=0.0) > _SAME for other in best):
             best.append(one)
     if not best:
-        raise UnreachableError(
-            f"no posture of '{robot.name}' holds all of the {len(task.pushes)} pushes within its limits, "
-            f"with links {task.clearance:g} m apart and rotors {task.rotor_room:g} m off the surface"
-        )
+        raise UnreachableError(_nothing_holds(robot, program, task, start))
     return best
 
 
+def _starts(robot: Robot, start: TaskPosture) -> list[np.ndarray]:
+    lower, upper = travel(robot)
+    steps = np.outer(np.arange(1, _STARTS), golden_steps(max(robot.n_joints, 1)))[:, : robot.n_joints] % 1.0
+    return [start.joint_angles, *(lower + (upper - lower) * steps)]
+
+
+def _nothing_holds(robot: Robot, program: _Program, task: Task, start: TaskPosture) -> str:
+    """In words: what is in the way, and how much can be held."""
+    tried = [program.solve(task, start, q, most=True) for q in _starts(robot, start)]
+    nearest = max((one for one in tried if one is not None), key=lambda one: one.share, default=None)
+    said = f"'{robot.name}' cannot do this task: no posture holds all of the {len(task.pushes)} pushes"
+    if nearest is None or nearest.share <= 0.0:
+        apart = f"links {task.clearance:g} m apart and rotors {task.rotor_room:g} m off the surface"
+        return f"{said} within its limits, nor any share of them, with {apart}"
+    there = nearest.joint_angles, nearest.vectoring_angles, nearest.heading
+    judged = judged_posture(robot, task, *there)
+    why = f": {judged}" if isinstance(judged, NotHeld) else ""
+    return f"{said}{why}; what can be held is at most {_in_force(nearest.share, task)}"
+
+
+def _in_force(share: float, task: Task) -> str:
+    return f"{share * task.force:.1f} N"
+
+
 def judged_posture(
-    robot: Robot, task: Task, joint_angles: np.ndarray, vectoring_angles: np.ndarray, heading: float = 0.0
-) -> TaskPosture | None:
-    """A posture as it is: its thrusts and margins, negative beyond limits; None where it cannot rest."""
-    n = robot.n_rotors
-    given = TaskPosture(
+    robot: Robot,
+    task: Task,
+    joint_angles: np.ndarray,
+    vectoring_angles: np.ndarray,
+    heading: float = 0.0,
+    within: Within = WITHIN,
+) -> TaskPosture | NotHeld:
+    """A posture as it is: thrusts and margin for every push; else what is in the way of the hardest one.
+
+    What can be held the greatest of is then the normal force.
+    """
+    turned = task.pushes @ rot_z(-heading).T
+    found = [can_hold(robot, joint_angles, vectoring_angles, push, within) for push in turned]
+    missed = [
+        # Of the whole push, friction and all, to the force that presses.
+        replace(one, greatest=one.greatest and one.greatest / float(np.linalg.norm(push)) * task.force)
+        for one, push in zip(found, turned, strict=True)
+        if isinstance(one, NotHeld)
+    ]
+    if missed:
+        return min(missed, key=lambda one: one.greatest or 0.0)
+    held = [one for one in found if not isinstance(one, NotHeld)]
+    return TaskPosture(
         np.asarray(joint_angles, dtype=float),
         np.asarray(vectoring_angles, dtype=float),
         heading,
-        np.zeros((len(task.pushes), n)),
-        np.zeros(len(task.pushes)),
+        np.array([one.thrusts for one in held]),
+        np.array([one.margin for one in held]),
     )
-    return _Program(robot, len(task.pushes), None).solve(task, given, given.joint_angles)
 
 
 def travel(robot: Robot) -> tuple[np.ndarray, np.ndarray]:
@@ -151,89 +190,113 @@ def travel(robot: Robot) -> tuple[np.ndarray, np.ndarray]:
 
 
 class _Program:
-    """The program for some number of pushes; without criteria the posture is kept, and no limits but rest."""
+    """The program for some number of pushes: x is q, psi, heading, a column for each push, margin and share.
 
-    def __init__(self, robot: Robot, pushes: int, criteria: VectoringCriteria | None) -> None:
-        self._robot, self._pushes, self._frozen = robot, pushes, criteria is None
+    A push's column is its lean, its thrusts, and how far each joint gives way.
+    """
+
+    def __init__(self, robot: Robot, pushes: int, criteria: VectoringCriteria) -> None:
+        self._robot, self._pushes = robot, pushes
         nq, nv, n = robot.n_joints, robot.n_vectoring, robot.n_rotors
-        q, psi, yaw = ca.MX.sym("q", nq), ca.MX.sym("psi", nv), ca.MX.sym("yaw")
-        lean, thrusts, t = ca.MX.sym("lean", 2, pushes), ca.MX.sym("thrusts", n, pushes), ca.MX.sym("t")
+        q, psi, yaw, t = ca.MX.sym("q", nq), ca.MX.sym("psi", nv), ca.MX.sym("yaw"), ca.MX.sym("t")
+        own, share, worth = ca.MX.sym("own", 2 + n + nq, pushes), ca.MX.sym("share"), ca.MX.sym("worth")
         p, normals, nominal = ca.MX.sym("p", 3, pushes), ca.MX.sym("normals", 3, pushes), ca.MX.sym("q0", nq)
-        along = _load_function(robot).map(pushes)
-        rest, rooms, clear = along(q, psi, yaw, lean, thrusts, p, normals)
+        rest, given, rooms, clear = _load_function(robot).map(pushes)(q, psi, yaw, own, share * p, normals)
         shape = _distances(robot)(q)
         kept, self._least, self._most = ca.MX(0, 1), list[float](), list[float]()
-        if criteria is not None and nv:
+        if nv:
             within, self._least, self._most = _criteria_function(robot, criteria)
             kept = within(q, psi)
-        x = ca.vertcat(q, psi, yaw, ca.vec(lean), ca.vec(thrusts), t)
-        g = ca.vertcat(ca.vec(rest), ca.vec(rooms) - t, ca.vec(clear), shape, kept)
-        cost = -t + _NEAR * (ca.sumsqr(q - nominal) + yaw**2)
-        problem = {"x": x, "p": ca.vertcat(nominal, ca.vec(p), ca.vec(normals)), "f": cost, "g": g}
-        self._sizes = [ca.vec(part).shape[0] for part in (rest, rooms, clear, shape)]
+        x = ca.vertcat(q, psi, yaw, ca.vec(own), t, share)
+        g = ca.vertcat(ca.vec(rest), ca.vec(given), ca.vec(rooms) - t, ca.vec(clear), shape, kept)
+        cost = -(1.0 - worth) * t - worth * share + _NEAR * (ca.sumsqr(q - nominal) + yaw**2)
+        problem = {"x": x, "p": ca.vertcat(nominal, ca.vec(p), ca.vec(normals), worth), "f": cost, "g": g}
+        self._sizes = [ca.vec(part).shape[0] for part in (rest, given, rooms, clear, shape)]
         self._solver = ipopt(problem, 300)
         self._rooms = ca.Function("rooms", [x, problem["p"]], [rooms])
 
-    def solve(self, task: Task, start: TaskPosture, q: np.ndarray) -> TaskPosture | None:
-        """What the search finds from posture q, psi and heading of `start`; None without success."""
+    def solve(
+        self, task: Task, start: TaskPosture, q: np.ndarray, *, most: bool = False
+    ) -> TaskPosture | None:
+        """What the search finds from posture q, psi and heading of `start`; None without success.
+
+        With `most` it is the posture that holds the greatest share of all pushes, however little is left.
+        """
         robot, k = self._robot, self._pushes
         nq, nv, n = robot.n_joints, robot.n_vectoring, robot.n_rotors
-        rotors, weight = robot.description.rotors, robot.weight
-        most = np.array([rotor.thrust_max for rotor in rotors])
-        guess = np.tile(weight / most.sum() * most, k)
-        x0 = np.concatenate([q, start.vectoring_angles, [start.heading], np.zeros(2 * k), guess, [0.0]])
+        high = np.array([rotor.thrust_max for rotor in robot.description.rotors])
+        guess = robot.weight / high.sum() * high
+        first = np.tile([0.0, 0.0, *guess, *np.zeros(nq)], k)
+        x0 = np.concatenate([q, start.vectoring_angles, [start.heading], first, [0.0, 0.0 if most else 1.0]])
         angles = travel(robot), robot.vectoring_limits()
-        fixed = np.concatenate([start.joint_angles, start.vectoring_angles, [start.heading]])
-        low, high = (np.concatenate([angles[0][i], angles[1][i], [(2 * i - 1) * _TURN]]) for i in (0, 1))
-        low, high = (fixed, fixed) if self._frozen else (low, high)
-        wide = 1.5 if self._frozen else _LEAN
-        reach = 10.0 * most.sum() if self._frozen else np.inf
-        lbx = [*low, *[-wide] * (2 * k), *[-reach] * (n * k), -np.inf]
-        ubx = [*high, *[wide] * (2 * k), *[reach] * (n * k), np.inf]
-        free = np.inf if self._frozen else 0.0
-        rest, rooms, clear, shape = self._sizes
-        lbg = [0.0] * rest + [0.0] * rooms + [task.rotor_room - free] * clear
-        lbg += [task.clearance - free] * shape + self._least
-        ubg = [0.0] * rest + [np.inf] * (rooms + clear + shape) + self._most
-        p = np.concatenate([robot.nominal_posture(), task.pushes.ravel(), task.normals.ravel()])
-        bounds = [np.nan_to_num(np.array(part), posinf=1e19, neginf=-1e19) for part in (lbx, ubx, lbg, ubg)]
-        found = self._solver(x0=x0, p=p, lbx=bounds[0], ubx=bounds[1], lbg=bounds[2], ubg=bounds[3])
-        if not self._solver.stats()["success"]:
-            return None
-        x = found["x"].full().ravel()
-        margins = self._rooms(found["x"], p).full().min(axis=0)
-        return TaskPosture(
-            x[:nq], x[nq : nq + nv], float(x[nq + nv]), x[nq + nv + 1 + 2 * k : -1].reshape(k, n), margins
+        least, greatest = (
+            np.concatenate([angles[0][i], angles[1][i], [(2 * i - 1) * _TURN]]) for i in (0, 1)
         )
+        lean = WITHIN.tilt
+        rest, given, rooms, clear, shape = self._sizes
+        lbg = [0.0] * rest + [-np.inf] * given + [0.0] * rooms + [task.rotor_room] * clear
+        lbg += [task.clearance] * shape + self._least
+        ubg = [0.0] * rest + [1.0] * given + [np.inf] * (rooms + clear + shape) + self._most
+        p = np.concatenate(
+            [robot.nominal_posture(), task.pushes.ravel(), task.normals.ravel(), [1.0 if most else 0.0]]
+        )
+        # Servos that give way make the search harder: it begins where stiff ones end.
+        found: dict[str, Any] = {}
+        for stiff in (False,) if most else (True, False):
+            # Thrusts are bounded by their margins, which may be negative on the way to a solution.
+            wide = np.concatenate([[lean, lean], np.full(n, np.inf), np.full(nq, 0.0 if stiff else np.inf)])
+            lbx = [*least, *np.tile(-wide, k), 0.0 if most else -np.inf, 0.0 if most else 1.0]
+            ubx = [*greatest, *np.tile(wide, k), np.inf, 1.0]
+            bent = np.tile([*[0.0] * 6, *[np.inf if stiff else 0.0] * nq], k)
+            lbg[:rest] = (-bent).tolist()
+            ubg[: rest + given] = [*bent, *[np.inf if stiff else 1.0] * given]
+            bounds = [np.nan_to_num(np.array(one), posinf=1e19, neginf=-1e19) for one in (lbx, ubx, lbg, ubg)]
+            found = self._solver(x0=x0, p=p, lbx=bounds[0], ubx=bounds[1], lbg=bounds[2], ubg=bounds[3])
+            if not self._solver.stats()["success"] or float(found["x"][-2]) < 0.0:
+                return None
+            x0 = found["x"]
+        x = found["x"].full().ravel()
+        own = x[nq + nv + 1 : -2].reshape(k, -1)
+        margins = self._rooms(found["x"], p).full().min(axis=0)
+        heading = float(x[nq + nv])
+        return TaskPosture(x[:nq], x[nq : nq + nv], heading, own[:, 2 : 2 + n], margins, float(x[-1]))
 
 
 @functools.lru_cache(maxsize=16)
 def _load_function(robot: Robot) -> ca.Function:
-    """One push: (q, psi, yaw, lean, thrusts, p, normal) -> rest (6,), margins (2 n,), rooms (n + nq + 1,)."""
+    """One push: (q, psi, yaw, its column, p, normal) -> rest (6 + nq,), limits, margins (2 n,), rooms.
+
+    The limits are the lean and the torques of all joints, as shares.
+    """
     nq, nv, n = robot.n_joints, robot.n_vectoring, robot.n_rotors
-    q, psi, yaw, lean = ca.SX.sym("q", nq), ca.SX.sym("psi", nv), ca.SX.sym("yaw"), ca.SX.sym("lean", 2)
-    thrusts, p, normal = ca.SX.sym("thrusts", n), ca.SX.sym("p", 3), ca.SX.sym("normal", 3)
-    turn = ca.SX(rot_z(-yaw))
-    rest = statics_function(robot)(ca.vertcat(lean, thrusts, ca.SX.zeros(nv)), q, psi, turn @ p)
-    state, rotors = robot.model(q, psi), robot.description.rotors
-    scale = right_inverse(state.allocation_C[2:, :])[:, 1:]
+    q, psi, yaw, own = (
+        ca.SX.sym("q", nq),
+        ca.SX.sym("psi", nv),
+        ca.SX.sym("yaw"),
+        ca.SX.sym("own", 2 + n + nq),
+    )
+    p, normal = ca.SX.sym("p", 3), ca.SX.sym("normal", 3)
+    lean, thrusts, bend = own[:2], own[2 : 2 + n], own[2 + n :]
+    there, rotors, description = q + bend, robot.description.rotors, robot.description
+    left, torques = rests(robot, there, psi, lean, thrusts, ca.SX(rot_z(-yaw)) @ p)
+    servos = description.shape_servo, description.vectoring_servo
+    most = np.array([servos[0].torque_limit] * nq + [servos[1].torque_limit] * nv) * WITHIN.servo
+    given = ca.vertcat(torques / most, -torques / most, ca.sumsqr(lean) / WITHIN.tilt**2)
+    bent = (servos[0].stiffness * bend - torques[:nq]) / servos[0].torque_limit
+    scale = right_inverse(robot.wrench_function(there, psi)[2:, :])[:, 1:]
     sizes = ca.sqrt(ca.sum2(scale * scale))
-    least = np.array([rotor.thrust_min for rotor in rotors])
-    most = np.array([rotor.thrust_max for rotor in rotors])
-    rooms = ca.vertcat((thrusts - least) / sizes, (most - thrusts) / sizes)
-    # The level robot with its tip link's heading at yaw: where rotors are from the tip.
-    level = ca.SX(rot_z(yaw - state.tip_heading)) @ state.R_root_C.T
-    middles = [robot.link_pose_function(rotor.link)(q, psi)[:, 0] for rotor in rotors]
-    links = ca.vertsplit(robot.skeleton(q, psi)[:-1, :])
-    clear = [
-        ca.dot(normal, level @ (point - state.tip_root)) for point in (*middles, *(link.T for link in links))
-    ]
-    weight = robot.weight
+    least, high = (np.array([getattr(r, end) for r in rotors]) for end in ("thrust_min", "thrust_max"))
+    rooms = ca.vertcat((thrusts - least) / sizes, (high - thrusts) / sizes)
+    # The normal seen by the robot as it leans, with its tip link's heading at yaw: how far points are off.
+    state = robot.model(there, psi)
+    off = turned_back(lean, ca.SX(rot_z(state.tip_heading - yaw)) @ normal)
+    poses = robot.link_pose_function(*(rotor.link for rotor in rotors)).call([there, psi])
+    middles = [pose[:, 0] for pose in poses]
+    links = ca.vertsplit(robot.skeleton(there, psi)[:-1, :])
+    clear = [ca.dot(off, point - state.tip_root) for point in (*middles, *(link.T for link in links))]
+    rest = ca.vertcat(left / robot.weight, bent)
     return ca.Function(
-        "load",
-        [q, psi, yaw, lean, thrusts, p, normal],
-        [rest / weight, rooms, ca.vertcat(*clear)],
-        {"cse": True},
+        "load", [q, psi, yaw, own, p, normal], [rest, given, rooms, ca.vertcat(*clear)], {"cse": True}
     )
 
 

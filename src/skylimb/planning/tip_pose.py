@@ -17,8 +17,8 @@ import casadi as ca
 import numpy as np
 
 from skylimb.errors import ConfigError, UnreachableError
-from skylimb.robots.hover import golden_steps
 from skylimb.robots.model import Robot
+from skylimb.robots.starts import golden_steps
 
 _STARTS = 8
 _NEAR = 1e-6

@@ -30,7 +30,7 @@ from skylimb.planning.tip_force import tip_force_map
 from skylimb.planning.vectoring_criteria import TORQUE, VectoringCriteria
 from skylimb.planning.vectoring_program import PathProgram, Posture, ipopt, turns_freely
 from skylimb.robots import Robot
-from skylimb.robots.hover import golden_steps, within_limits
+from skylimb.robots.starts import golden_steps, within_limits
 from skylimb.spatial import wrapped
 
 VERSION = 1

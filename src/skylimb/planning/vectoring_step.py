@@ -173,7 +173,7 @@ def _first(robot: Robot, joint_angles: tuple[float, ...]) -> Planned | None:
     q, merit = np.array(joint_angles), merit_function(robot)
     free = turns_freely(*robot.vectoring_limits())
     begun: list[np.ndarray] = []
-    for hover in find_hovers(robot, q):
+    for hover in find_hovers(robot, q, stiff=True):
         angles = np.where(free, wrapped(hover.vectoring_angles), hover.vectoring_angles)
         if all(np.max(np.abs(wrapped(angles - other)), initial=0.0) > _SAME for other in begun):
             begun.append(angles)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from skylimb.planning.feasible_wrench import FeasibleWrench
+from skylimb.robots.held import Held, NotHeld
 from skylimb.robots.zonotope import Slice
 
 _MOST_CORNERS = 12
@@ -68,6 +69,21 @@ def as_tables(feasible: FeasibleWrench) -> dict[str, Any]:
             "vertices": wrenches.vertices.tolist() if few else [],
         },
         **{name: None if one is None else _slice_tables(one) for name, one in sets.items()},
+    }
+
+
+def push_tables(direction: np.ndarray, found: dict[str, Held | NotHeld]) -> dict[str, Any]:
+    """The greatest pushes along a direction, by what was asked: N, and what ends each; null where none is."""
+    return {
+        "direction": direction.tolist(),
+        **{
+            name: {
+                "force": one.force if one else None,
+                "ends": str(one.limit) if one.limit is not None else None,
+                "vectoring_angles": one.vectoring_angles.tolist() if one else None,
+            }
+            for name, one in found.items()
+        },
     }
 
 

@@ -6,10 +6,15 @@ import numpy as np
 
 from skylimb.errors import AllocationError, DescriptionError
 from skylimb.robots.description import Inertial
+from skylimb.robots.held import NotHeld
 from skylimb.robots.held_axes import inputs_at, not_given
-from skylimb.robots.hover import can_hover, find_hover, golden_steps, within_limits
+from skylimb.robots.hover import any_hover, cannot_hover, find_hover
 from skylimb.robots.model import Robot
+from skylimb.robots.starts import golden_steps, within_limits
 from skylimb.robots.validation import check_inertial
+
+_TRIES = 16
+"""Sets of vectoring angles near the first ones at which least-norm thrusts are looked at."""
 
 _SAMPLES = 64
 """Sets of vectoring angles at which the rank of the allocation matrix is looked at."""
@@ -26,10 +31,14 @@ def check_robot(robot: Robot) -> None:
     check_moving_bodies(robot)
     check_few_rotors(robot)
     q, start = robot.nominal_posture(), robot.description.vectoring_start
-    if _hovers_at(robot, q, start):
+    steps = np.outer(np.arange(_TRIES if robot.n_vectoring else 1), golden_steps(robot.n_vectoring))
+    # Least-norm thrusts that hold answer in no time; only where none are found a search has to.
+    near = within_limits(robot, start + np.sign(steps) * (steps % 1.0 - 0.5))
+    if any(_hovers_at(robot, q, psi) for psi in near):
         return
-    if not can_hover(robot, q, least_thrust=False):
-        _refuse(robot, q)
+    found = any_hover(robot, q)
+    if not found:
+        _refuse(robot, q, found)
 
 
 def check_moving_bodies(robot: Robot) -> None:
@@ -52,11 +61,8 @@ def check_few_rotors(robot: Robot) -> None:
         return
     q, who = robot.nominal_posture(), f"'{robot.name}' has {robot.n_rotors} rotors"
     hover = find_hover(robot, q)
-    if hover is None:
-        raise DescriptionError(
-            f"{who} and cannot hover at its nominal posture: thrusts and vectoring angles "
-            "within their limits cannot carry it without a torque"
-        )
+    if not hover:
+        raise DescriptionError(f"{who}; {cannot_hover(robot, q, hover)}")
     thrusts, angles = inputs_at(robot, q, hover)
     lacking = not_given(np.hstack([thrusts, angles]))
     if lacking:
@@ -72,11 +78,12 @@ def _hovers_at(robot: Robot, q: np.ndarray, psi: np.ndarray) -> bool:
         thrusts = robot.at(q, psi).hover_thrusts
     except AllocationError:
         return False
-    limits = [rotor.thrust_max for rotor in robot.description.rotors]
-    return bool(np.all(thrusts > 0.0) and np.all(thrusts < limits))
+    rotors = robot.description.rotors
+    least, most = ([getattr(rotor, end) for rotor in rotors] for end in ("thrust_min", "thrust_max"))
+    return bool(np.all(thrusts > least) and np.all(thrusts < most))
 
 
-def _refuse(robot: Robot, q: np.ndarray) -> None:
+def _refuse(robot: Robot, q: np.ndarray, found: NotHeld) -> None:
     steps = np.outer(np.arange(_SAMPLES if robot.n_vectoring else 1), golden_steps(robot.n_vectoring))
     angles = within_limits(robot, robot.description.vectoring_start + 2.0 * np.pi * steps)
     ranks = [np.linalg.matrix_rank(robot.wrench_function(q, psi).full()[2:], tol=1e-7) for psi in angles]
@@ -86,7 +93,5 @@ def _refuse(robot: Robot, q: np.ndarray) -> None:
             "vectoring angles: "
             "its rotors cannot command a thrust and three torques; look at rotor frames and spins"
         )
-    raise AllocationError(
-        f"'{robot.name}' cannot hover at its nominal posture with thrusts between 0 and thrust_max and no "
-        "torque at any vectoring angles within their limits; look at rotor frames, spins and masses"
-    )
+    anyhow = " at any vectoring angles within their limits" if robot.n_vectoring else ""
+    raise AllocationError(f"{cannot_hover(robot, q, found)}{anyhow}; look at rotor frames, spins and masses")

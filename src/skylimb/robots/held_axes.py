@@ -5,7 +5,7 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 
-from skylimb.robots.hover import Hover
+from skylimb.robots.held import Held
 from skylimb.robots.model import Robot
 
 AXES = ("lift", "roll torque", "pitch torque", "yaw torque")
@@ -14,7 +14,7 @@ _SHARE = 0.5
 """An axis counts as not given where this share of it lies in what the inputs leave out."""
 
 
-def inputs_at(robot: Robot, joint_angles: np.ndarray, hover: Hover) -> tuple[np.ndarray, np.ndarray]:
+def inputs_at(robot: Robot, joint_angles: np.ndarray, hover: Held) -> tuple[np.ndarray, np.ndarray]:
     """Lift and torques in root axes, N and N m, per newton of each thrust (4, n) and radian of each angle.
 
     The second, (4, nv), is how the hover's wrench changes as the vectoring joints turn.

@@ -168,10 +168,11 @@ class Robot:
             link.name: (b[:, 0], b[:, 1:]) for link, b in zip(self.description.links, blocks, strict=True)
         }
 
-    def link_pose_function(self, link: str) -> ca.Function:
-        """(q, psi) -> (3, 4) position (m) and orientation of a link's frame in the root frame."""
+    def link_pose_function(self, *links: str) -> ca.Function:
+        """(q, psi) -> (3, 4) position (m) and orientation of a link's frame in the root frame, each."""
         q, psi = ca.SX.sym("q", self.n_joints), ca.SX.sym("psi", self.n_vectoring)
-        return ca.Function("pose", [q, psi], [ca.horzcat(*self._place(self._poses(q, psi), link))])
+        poses = self._poses(q, psi)
+        return ca.Function("pose", [q, psi], [ca.horzcat(*self._place(poses, link)) for link in links])
 
     def joint_limits(self) -> tuple[np.ndarray, np.ndarray]:
         """Lower and upper limits of the joint angles q, (nq,) each, rad."""

@@ -1,15 +1,11 @@
 """How hard the tip could have pushed, each way, at moments of a flight.
 
 At a moment the robot has its posture, its heading, and rotors that point where they point. It could rest and
-push with p at its tip if
-
-    sum_i lambda_i d_i = R^T (m g z + p),        sum_i lambda_i (r_i x d_i + c_i d_i) = r x R^T p,
-
-with thrusts lambda within their limits, d_i and r_i direction and lever of a rotor, c_i its drag, r the tip
-from the centre of gravity, and R a lean from the level by a roll and a pitch, up to `LEAN` to every side. The
-farthest p = t d along a direction d is a linear programme but for R. So it is a few of them, each linear
-around the last and, after the first few, ever nearer to it; those of all directions are one, as they share
-nothing.
+push with p at its tip if forces and torques balance (`skylimb.statics`), with thrusts and the torques of its
+servos within their limits, leaning up to `LEAN` to any side. The farthest p = t d along a direction d is a
+linear programme but for the lean. So it is a few of them, each linear around the last and, after the first
+few, ever nearer to it; those of all directions are one, as they share nothing. `robots.held` asks the same of
+one direction, with joints and vectoring angles that move.
 """
 
 from __future__ import annotations
@@ -18,6 +14,7 @@ import json
 from functools import cache
 from typing import Any, NamedTuple
 
+import casadi as ca
 import mujoco
 import numpy as np
 import xarray as xr
@@ -28,6 +25,7 @@ from scipy.spatial.transform import Rotation
 
 from skylimb.analysis.replay.packing import packed
 from skylimb.analysis.replay.stance import Stance, stance_at
+from skylimb.statics import rest_function
 
 LEAN = 0.35
 """How far the body may lean into a push, rad (20 degrees)."""
@@ -84,11 +82,16 @@ class Pushes(NamedTuple):
 
     Attributes:
         size: of the push, N; 0 where it cannot rest, (k,).
-        lean: of the body, roll and pitch, rad, (k, 2).
+        state: thrusts (N), roll and pitch (rad), and size, (k, n + 3).
     """
 
     size: np.ndarray
-    lean: np.ndarray
+    state: np.ndarray
+
+    @property
+    def lean(self) -> np.ndarray:
+        """Roll and pitch, rad, (k, 2)."""
+        return self.state[:, -3:-1]
 
 
 def greatest_pushes(
@@ -103,112 +106,95 @@ def greatest_pushes(
         lean: how far the body may lean, rad.
     """
     count = len(directions)
-    found = Pushes(np.zeros(count), np.zeros((count, 2))) if near is None else near
-    scale = _scale(stance)
-    size, leans = found.size.copy(), found.lean.copy()
+    state = np.zeros((count, len(stance.low) + 3)) if near is None else near.state.copy()
     open_, settled = np.arange(count), np.zeros(count, dtype=bool)
     for k in range(_ROUNDS):
         step = 2.0 * lean * 0.5 ** max(k - _FREE_ROUNDS + 1, 0)
-        last = Pushes(size[open_], leans[open_])
-        thrusts, now = _linear(stance, directions[open_], last, (lean, step), scale)
-        left = _left(stance, directions[open_], thrusts, now, scale)
-        size[open_], leans[open_] = now
-        outside = np.linalg.norm(now.lean, axis=1) - lean
-        settled[open_] = np.maximum(left, outside) < _SETTLED
+        state[open_] = _linear(stance, directions[open_], state[open_], (lean, step))
+        settled[open_] = _missed(stance, directions[open_], state[open_], lean) < _SETTLED
         open_ = np.flatnonzero(~settled)
         if len(open_) == 0:
             break
-    return Pushes(np.where(settled, size, 0.0), leans)
+    return Pushes(np.where(settled, state[:, -1], 0.0), state)
 
 
-def _scale(stance: Stance) -> np.ndarray:
-    """1 over the weight, and over the torque that it makes at the tip's lever, (6,)."""
+@cache
+def _around(rotors: int, servos: int) -> ca.Function:
+    """(state, d, C, V, J_c, J_r, r, m g) -> what is left over, the servos' torques, and both by the state."""
+    rest = rest_function(rotors, servos)
+    given = [ca.SX.sym(rest.name_in(i), rest.size1_in(i), rest.size2_in(i)) for i in range(6)]
+    state, d = ca.SX.sym("state", rotors + 3), ca.SX.sym("d", 3)
+    values = ca.vertcat(*rest(*given, state[rotors : rotors + 2], state[:rotors], state[-1] * d))
+    outputs = [values, ca.densify(ca.jacobian(values, state))]
+    return ca.Function("around", [state, d, *given], outputs, {"cse": True})
+
+
+def _evaluated(stance: Stance, directions: np.ndarray, state: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Left over (of the weight) and torques (of the limits), (k, 6 + m), and what they are by the state."""
+    turned = directions @ Rotation.from_euler("z", stance.heading).as_matrix()
+    function = _around(len(stance.low), len(stance.torques)).map(len(state))
+    parts = stance.columns, stance.loads, stance.cog_jacobian, stance.tip_jacobian, stance.lever
+    values, slopes = (part.full() for part in function(state.T, turned.T, *parts, stance.weight))
     length = max(float(np.linalg.norm(stance.lever)), 0.1)
-    return 1.0 / stance.weight / np.array([1.0, 1.0, 1.0, length, length, length])
+    scale = 1.0 / np.concatenate([stance.weight * np.array([1.0, 1.0, 1.0, *[length] * 3]), stance.torques])
+    slopes = slopes.reshape(len(scale), len(state), -1).transpose(1, 0, 2)
+    return values.T * scale, slopes * scale[:, None]
 
 
 def _linear(
-    stance: Stance, directions: np.ndarray, near: Pushes, leans: tuple[float, float], scale: np.ndarray
-) -> tuple[np.ndarray, Pushes]:
-    """Thrusts (k, n), pushes and leans of the programmes that are linear around `near`; zeros without any.
+    stance: Stance, directions: np.ndarray, near: np.ndarray, leans: tuple[float, float]
+) -> np.ndarray:
+    """The solutions of the programmes that are linear around `near`; zeros without any.
 
-    `leans` are how far the body may lean, and how far about either axis beside the last lean, rad. Beside
-    thrusts, lean and push each has what is left over of the wrench, at a price that only those without a
+    `leans` are how far the body may lean, and how far about either axis beside the last lean. Beside its
+    state each has what is left over of the wrench, and of the servos, at a price that only those without a
     solution pay. So one that has none leaves the others alone.
     """
-    count, n = len(directions), stance.columns.shape[1]
-    most = float(stance.high.sum()) + stance.weight
+    (count, size), n, servos = near.shape, len(stance.low), len(stance.torques)
+    values, slopes = _evaluated(stance, directions, near)
+    held = (slopes @ near[:, :, None])[:, :, 0] - values
     lean, step = leans
-    bounds = np.empty((count, n + 15, 2))
+    most = float(stance.high.sum()) + stance.weight
+    bounds = np.empty((count, size + 13, 2))
     bounds[:, :n] = np.stack([stance.low, stance.high], axis=1)
-    bounds[:, n : n + 2, 0], bounds[:, n : n + 2, 1] = near.lean - step, near.lean + step
-    bounds[:, n + 2 :] = 0.0, most
-    bounds[:, n + 3 :] = 0.0, np.inf
-    up, push = np.array([0.0, 0.0, stance.weight]), near.size[:, None] * directions
-    back, slopes = _lean(near.lean, stance.heading)
-    weight, along = back @ up, _applied(back, directions)
-    turned = np.stack(
-        [
-            np.hstack([_applied(slope, up + push), np.cross(stance.lever, _applied(slope, push))])
-            for slope in slopes
-        ],
-        axis=2,
-    )
-    pushed = np.hstack([along, np.cross(stance.lever, along)])[:, :, None]
-    columns = np.broadcast_to(stance.columns, (count, *stance.columns.shape))
-    wrenches = scale[:, None] * np.concatenate([columns, -turned, -pushed], axis=2)
-    left = np.broadcast_to(np.hstack([np.eye(6), -np.eye(6)]), (count, 6, 12))
-    blocks = np.concatenate([wrenches, left], axis=2)
-    inside = np.zeros((count, 1, n + 15))
-    inside[:, 0, n : n + 2] = near.lean
-    # The lean itself is sought, not its change.
-    sides = scale * (np.pad(weight, ((0, 0), (0, 3))) - _applied(turned, near.lean))
+    bounds[:, n : n + 2, 0], bounds[:, n : n + 2, 1] = near[:, n : n + 2] - step, near[:, n : n + 2] + step
+    bounds[:, n + 2] = 0.0, most
+    bounds[:, size:] = 0.0, np.inf
+    left = np.broadcast_to(np.hstack([np.eye(6), -np.eye(6), np.zeros((6, 1))]), (count, 6, 13))
+    equal = np.concatenate([slopes[:, :6], left], axis=2)
+    # The lean's square, linear around the last lean as all else; torques within their limits both ways.
+    inside = np.zeros((count, 1 + 2 * servos, size + 13))
+    inside[:, 0, n : n + 2] = near[:, n : n + 2]
+    inside[:, 1 : servos + 1, :size], inside[:, servos + 1 :, :size] = slopes[:, 6:], -slopes[:, 6:]
+    inside[:, 1:, -1] = -1.0
+    within = 0.5 * (lean**2 + np.sum(near[:, n : n + 2] ** 2, axis=1))
+    ends = np.column_stack([within, 1.0 + held[:, 6:], 1.0 - held[:, 6:]])
     found = linprog(
-        np.tile([*[0.0] * (n + 2), -1.0 / stance.weight, *[_PRICE] * 12], count),
-        A_eq=bsr_array((blocks, np.arange(count), np.arange(count + 1))).tocsr(),
-        b_eq=sides.ravel(),
-        # lean^2 <= limit^2, linear around the last lean as all else.
-        A_ub=bsr_array((inside, np.arange(count), np.arange(count + 1))).tocsr(),
-        b_ub=0.5 * (lean**2 + np.sum(near.lean**2, axis=1)),
+        np.tile([*[0.0] * (n + 2), -1.0 / stance.weight, *[_PRICE] * 13], count),
+        A_eq=_in_blocks(equal),
+        b_eq=held[:, :6].ravel(),
+        A_ub=_in_blocks(inside),
+        b_ub=ends.ravel(),
         bounds=bounds.reshape(-1, 2),
     )
     if found.status != 0:
-        return np.zeros((count, n)), Pushes(np.zeros(count), np.zeros((count, 2)))
-    x = found.x.reshape(count, n + 15)
-    x[x[:, n + 3 :].sum(axis=1) > _SOLVED] = 0.0
-    return x[:, :n], Pushes(x[:, n + 2], x[:, n : n + 2])
+        return np.zeros((count, size))
+    x = found.x.reshape(count, size + 13)
+    x[x[:, size:].sum(axis=1) > _SOLVED] = 0.0
+    return x[:, :size]
 
 
-def _applied(matrices: np.ndarray, vectors: np.ndarray) -> np.ndarray:
-    """Each matrix (k, m, j) times its vector (k, j), (k, m)."""
-    return (matrices @ vectors[:, :, None])[:, :, 0]
+def _in_blocks(blocks: np.ndarray) -> Any:
+    count = len(blocks)
+    return bsr_array((blocks, np.arange(count), np.arange(count + 1))).tocsr()
 
 
-def _left(
-    stance: Stance, directions: np.ndarray, thrusts: np.ndarray, found: Pushes, scale: np.ndarray
-) -> np.ndarray:
-    """What is left over of force and torque, as a share of the weight, (k,)."""
-    back = _back(found.lean, stance.heading)
-    push = found.size[:, None] * directions
-    force = _applied(back, push + np.array([0.0, 0.0, stance.weight]))
-    torque = np.cross(stance.lever, _applied(back, push))
-    return np.abs((thrusts @ stance.columns.T - np.hstack([force, torque])) * scale).max(axis=1)
-
-
-def _lean(leans: np.ndarray, heading: float) -> tuple[np.ndarray, list[np.ndarray]]:
-    """R^T of leans (k, 2), (k, 3, 3), and its derivatives by roll and by pitch."""
-    step = 1e-6
-    slopes = [
-        (_back(leans + e, heading) - _back(leans - e, heading)) / (2.0 * step) for e in step * np.eye(2)
-    ]
-    return _back(leans, heading), slopes
-
-
-def _back(leans: np.ndarray, heading: float) -> np.ndarray:
-    """R^T of leans by roll and pitch (k, 2), rad, about the axes of a heading, (k, 3, 3)."""
-    angles = np.pad(leans[:, ::-1], ((0, 0), (1, 0)), constant_values=heading)
-    # Turned to the heading, leaned, and turned back.
-    return (Rotation.from_euler("z", heading) * Rotation.from_euler("ZYX", angles).inv()).as_matrix()
+def _missed(stance: Stance, directions: np.ndarray, state: np.ndarray, lean: float) -> np.ndarray:
+    """By how much each is beyond what it may be: of the weight, of a servo's torque, of the lean, (k,)."""
+    values, _ = _evaluated(stance, directions, state)
+    over = np.abs(values[:, 6:]).max(axis=1, initial=0.0) - 1.0
+    outside = np.linalg.norm(state[:, -3:-1], axis=1) - lean
+    return np.max([np.abs(values[:, :6]).max(axis=1), over, outside], axis=0)
 
 
 def packed_pushes(model: mujoco.MjModel, log: xr.Dataset) -> dict[str, Any] | None:
@@ -217,7 +203,7 @@ def packed_pushes(model: mujoco.MjModel, log: xr.Dataset) -> dict[str, Any] | No
     Returns:
         `moments` (s), `pushes` (N, a column for each direction), `directions` and `faces`.
     """
-    if "thrust_limits" not in log.attrs or not {"tip_position", "attitude"} <= set(log):
+    if "thrust_limits" not in log.attrs:
         return None
     limits = np.asarray(json.loads(log.attrs["thrust_limits"]), dtype=float)
     samples = np.unique(np.linspace(0, log.sizes["time"] - 1, MOMENTS).astype(int))
@@ -226,10 +212,9 @@ def packed_pushes(model: mujoco.MjModel, log: xr.Dataset) -> dict[str, Any] | No
     near: Pushes | None = None
     for k in samples:
         configuration = log.configuration.values[k]
-        attitude, tip = log.attitude.values[k], log.tip_position.values[k]
         if not np.isfinite(configuration).all():
             return None
-        stance = stance_at(model, data, configuration, attitude, tip, limits)
+        stance = stance_at(model, data, configuration, limits)
         if stance is None:
             return None
         if near is None:

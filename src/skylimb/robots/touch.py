@@ -1,0 +1,86 @@
+"""Can it touch? Whether the tip is what comes first to a surface, clear of links and rotors."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from skylimb.robots.model import Robot
+from skylimb.spatial import rot_z
+
+
+@dataclass(frozen=True, eq=False)
+class Touch:
+    """How the tip stands to the rest of the robot, seen along a direction.
+
+    Attributes:
+        direction: in the level frame whose x axis is the tip link's, unit, (3,).
+        room: how far the tip is before the foremost rotor's middle or link's origin, m; 0 or less where it
+            is not foremost.
+        nearest: the name of that rotor or link.
+    """
+
+    direction: np.ndarray
+    room: float
+    nearest: str
+
+    def __bool__(self) -> bool:
+        return self.room > 0.0
+
+    def __str__(self) -> str:
+        way = ", ".join(f"{part:.2f}" for part in self.direction)
+        if self:
+            return f"the tip is foremost along ({way}), {self.room:.3g} m before '{self.nearest}'"
+        return f"'{self.nearest}' is {-self.room:.3g} m before the tip along ({way})"
+
+
+def can_touch(
+    robot: Robot,
+    joint_angles: np.ndarray,
+    vectoring_angles: np.ndarray,
+    direction: np.ndarray | None = None,
+) -> Touch:
+    """How far the tip is before all else.
+
+    Args:
+        robot: level.
+        joint_angles: q, rad, (nq,).
+        vectoring_angles: psi, rad, (nv,).
+        direction: in the level frame whose x axis is the tip link's, unit; by default the one in which the
+            tip is foremost by most.
+    """
+    names, points, tip = _places(robot, joint_angles, vectoring_angles)
+    way = _most_foremost(points - tip) if direction is None else np.asarray(direction, dtype=float)
+    rooms = (tip - points) @ way
+    nearest = int(np.argmin(rooms))
+    return Touch(way, float(rooms[nearest]), names[nearest])
+
+
+def _places(
+    robot: Robot, joint_angles: np.ndarray, vectoring_angles: np.ndarray
+) -> tuple[list[str], np.ndarray, np.ndarray]:
+    """Names and places of rotors' middles and of the bending links' origins, and the tip's place, m."""
+    poses = robot.link_poses(joint_angles, vectoring_angles)
+    description = robot.description
+    bending = [description.root, *(description.joint(name).child for name in description.shape_joints)]
+    found = {name: poses[name][0] for name in bending}
+    for rotor in description.rotors:
+        place, R = poses[rotor.link]
+        found[rotor.name] = place + R @ rotor.xyz
+    place, R = poses[description.tip.link]
+    level = rot_z(-np.arctan2(R[1, 0], R[0, 0]))
+    tip = place + R @ description.tip.position
+    return list(found), np.array(list(found.values())) @ level.T, level @ tip
+
+
+def _most_foremost(points: np.ndarray) -> np.ndarray:
+    """The direction from the nearest point of the points' convex hull to zero; x where zero is inside."""
+    from scipy.optimize import nnls  # slow to import
+
+    # Weights w >= 0 of sum 1 with the least |sum w_i x_i|; the sum is kept by its own heavy row.
+    heavy = 1e3 * (1.0 + float(np.abs(points).max()))
+    weights, _ = nnls(np.vstack([points.T, heavy * np.ones(len(points))]), np.array([0.0, 0.0, 0.0, heavy]))
+    nearest = weights @ points / weights.sum()
+    size = float(np.linalg.norm(nearest))
+    return -nearest / size if size > 1e-6 else np.array([1.0, 0.0, 0.0])
