@@ -107,7 +107,7 @@ def test_a_robot_without_vectoring_has_nothing_to_plan(tmp_path) -> None:
 
 
 def test_too_heavy_to_hover_is_an_error_that_names_the_posture(robot: Robot, monkeypatch) -> None:
-    monkeypatch.setattr(vectoring_step, "find_hovers", lambda *given: [])
+    monkeypatch.setattr(vectoring_step, "find_hovers", lambda *given, **more: [])
     with pytest.raises(AllocationError, match=r"hydrus_xi_quad.*\[1\.5, 1\.5, 1\.5\]"):
         first_vectoring(robot, [1.5, 1.5, 1.5])
 

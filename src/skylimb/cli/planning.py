@@ -98,7 +98,8 @@ def _show(plan: TaskPlan) -> None:
     console = output.console_for()
     console.print(table)
     if not plan.own:
-        console.print(f"Its own posture cannot do this task: {plan.own}")
+        least = f"; it can hold {plan.own.greatest:.1f} N" if plan.own.greatest else ""
+        console.print(f"Its own posture cannot do this task: {plan.own}{least}")
 
 
 def _column(posture: TaskPosture | NotHeld) -> dict[str, str]:

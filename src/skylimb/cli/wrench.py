@@ -148,8 +148,12 @@ def _write(feasible: FeasibleWrench, pushes: Pushes, tilt: float, out: str) -> N
         "tilt": tilt,
         "pushes": {name: push_tables(axis, found) for name, (axis, found) in pushes.items()},
     }
-    farthest = {name: (axis, max(found.values(), key=_force)) for name, (axis, found) in pushes.items()}
-    figure = wrench_figure(feasible, {name: (axis, _force(far)) for name, (axis, far) in farthest.items()})
+    # The robot is drawn with its angles held.
+    columns = list(next(iter(pushes.values()))[1])
+    drawn = next((name for name in columns if name.endswith("held")), columns[-1])
+    figure = wrench_figure(
+        feasible, {name: (axis, _force(found[drawn])) for name, (axis, found) in pushes.items()}
+    )
     with new_folder(out) as folder:
         (folder / "wrench.json").write_text(json.dumps(tables, indent=1) + "\n", encoding="utf-8")
         (folder / "wrench.png").write_bytes(style.png(figure))

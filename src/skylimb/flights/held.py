@@ -101,7 +101,7 @@ def _require_hover(posture: PostureConfig, robot: Robot, purpose: str, tilt: flo
     for row in sorted(np.flatnonzero(~plain).tolist(), key=lambda row: least[row]):
         found = can_hold(robot, q[row], psi[row], None, within)
         if isinstance(found, NotHeld):
-            when = f" {times[row]:.1f} s after posture.waypoints begin" if plan.duration > 0.0 else ""
+            when = f", {times[row]:.1f} s after posture.waypoints begin" if plan.duration > 0.0 else ""
             raise ConfigError(_refused_hover(robot, (q[row], psi[row]), found, posture.margin, when))
 
 
@@ -116,8 +116,8 @@ def _refused_hover(
         instead = "other vectoring angles leave it there, so come to it another way"
     else:
         instead = f"the nearest posture that leaves it is {np.round(nearest, 3).tolist()} rad"
-    asked = f" for posture.margin = {least:g} N m" if least > 0.0 else ""
-    return f"{cannot_hover(robot, q, found)}{asked}{when and f',{when}'}; {instead}"
+    asked = f", of {least:g} N m (posture.margin)" if least > 0.0 else ""
+    return f"{cannot_hover(robot, q, found)}{asked}{when}; {instead}"
 
 
 @functools.lru_cache(maxsize=64)

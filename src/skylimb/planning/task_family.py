@@ -14,7 +14,7 @@ from skylimb.planning.vectoring_criteria import VectoringCriteria
 from skylimb.planning.vectoring_program import PathProgram
 from skylimb.planning.vectoring_search import evaluate, posture_function
 from skylimb.robots.description import PostureFamily
-from skylimb.robots.held import NotHeld
+from skylimb.robots.held import Limit, NotHeld
 from skylimb.robots.model import Robot
 
 _WIDEST = 0.35
@@ -84,7 +84,9 @@ def settled_in(
     judged = judged_posture(robot, task, planned.joint_angles, psi, planned.heading)
     if isinstance(judged, NotHeld):
         return judged
-    return (judged, there, coefficients) if judged.margin > 0.0 else NotHeld(None, 0.0, judged.margin)
+    if judged.margin <= 0.0:
+        return NotHeld(Limit("margin", "", 0.0, "N m"), 0.0, greatest=task.force)
+    return judged, there, coefficients
 
 
 def _vectoring_along(robot: Robot, start: np.ndarray, criteria: VectoringCriteria) -> np.ndarray | None:

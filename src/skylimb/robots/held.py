@@ -94,8 +94,8 @@ class Limit:
     """What ends it.
 
     Attributes:
-        kind: "greatest thrust", "least thrust", "servo", "tilt" or "vectoring angle".
-        name: of the rotor or joint; empty for the tilt.
+        kind: "greatest thrust", "least thrust", "servo", "tilt", "vectoring angle" or "margin".
+        name: of the rotor or joint; else empty.
         value: the limit, in `unit`.
         unit: N, N m or rad.
         kept: margin that is kept from it, N m; of thrusts.
@@ -170,8 +170,9 @@ class NotHeld:
     def __str__(self) -> str:
         if self.limit is None:
             return "the search for thrusts and angles that hold it came to no end"
-        less = f", which leaves a margin of {self.margin:.3g} N m" if self.margin is not None else ""
-        return f"{self.limit} is in the way{less}"
+        if self.margin is not None:
+            return f"{self.limit} leaves a margin of {self.margin:.3g} N m"
+        return f"{self.limit} is in the way"
 
 
 def can_hold(
@@ -209,7 +210,8 @@ def can_hold(
         less = greatest_push(robot, joint_angles, vectoring_angles, direction, within, size)
         greatest = less.force if less else None
     if best is not None:
-        return NotHeld(best.limit, 0.0, best.margin, greatest)
+        limit = best.limit and replace(best.limit, kept=0.0)
+        return NotHeld(limit, 0.0, best.margin, greatest)
     return replace(min(missed, key=lambda one: one.excess), greatest=greatest)
 
 
