@@ -106,6 +106,13 @@ def _require_hover(posture: PostureConfig, robot: Robot, purpose: str, tilt: flo
         if isinstance(found, NotHeld):
             when = f", {times[row]:.1f} s after posture.waypoints begin" if plan.duration > 0.0 else ""
             raise ConfigError(_refused_hover(robot, (q[row], psi[row]), found, posture.margin, when))
+    if np.any(least < 0.0):
+        warnings.warn(
+            f"'{robot.name}' hovers, but not with least-norm thrusts, of which control laws make a frame; "
+            f"at q = {np.round(q[int(np.argmin(least))], 3).tolist()} rad these are beyond their limits",
+            UserWarning,
+            stacklevel=2,
+        )
 
 
 def _refused_hover(
