@@ -15,7 +15,8 @@ from skylimb.flights.held import _refused_hover
 from skylimb.flights.loading import take_off
 from skylimb.planning.posture_limits import nearest_posture
 from skylimb.planning.vectoring_step import first_vectoring, settled_vectoring
-from skylimb.robots.held import NotHeld, Within, can_hold
+from skylimb.robots.held import can_hold
+from skylimb.robots.held_results import NotHeld, Within
 from skylimb.robots.touch import can_touch
 
 FORCE = "controller.translation.force"

@@ -32,7 +32,8 @@ from skylimb.planning.posture_path import PostureConfig
 from skylimb.planning.posture_rehearsal import rehearse
 from skylimb.planning.vectoring import ONLINE, vectoring_table
 from skylimb.planning.vectoring_step import RATE
-from skylimb.robots.held import Held, Limit, NotHeld, Within, can_hold, greatest_push
+from skylimb.robots.held import can_hold, greatest_push
+from skylimb.robots.held_results import Held, Limit, NotHeld, Within
 from skylimb.robots.hover import cannot_hover
 from skylimb.robots.model import Robot
 from skylimb.robots.touch import can_touch
