@@ -88,7 +88,7 @@ def main() -> None:
             folder.mkdir(parents=True, exist_ok=True)
             write_planned(plan, experiment, folder / "planned")
         planned = str(folder / "planned" / EXPERIMENT)
-        own = None if plan.own is None else plan.own.margin
+        own = plan.own.margin if plan.own else None
         for posture, margin, flies in (
             ("the paper's", own, "paper"),
             ("planned", plan.planned.margin, planned),

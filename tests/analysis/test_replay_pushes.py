@@ -20,7 +20,8 @@ from skylimb.analysis.replay.pushes import (
 from skylimb.analysis.replay.stance import Stance, stance_at
 from skylimb.planning.vectoring import vectoring_table
 from skylimb.recording import Run
-from skylimb.robots.held import Within, greatest_push
+from skylimb.robots.held import greatest_push
+from skylimb.robots.held_results import Within
 from skylimb.robots.loads import loads_function
 from skylimb.robots.model import Robot
 from skylimb.spatial import rot_z, rotation_from_rpy

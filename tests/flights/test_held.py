@@ -15,7 +15,8 @@ from skylimb.flights.held import _refused_hover
 from skylimb.flights.takeoff import take_off
 from skylimb.planning.posture_limits import nearest_posture
 from skylimb.planning.vectoring_step import first_vectoring, settled_vectoring
-from skylimb.robots.held import NotHeld, Within, can_hold
+from skylimb.robots.held import can_hold
+from skylimb.robots.held_results import NotHeld, Within
 from skylimb.robots.touch import can_touch
 
 FORCE = "controller.translation.force"
@@ -86,8 +87,11 @@ def test_what_the_check_passes_takes_off_and_what_it_refuses_is_refused_in_the_s
     passed, heavier = heavy_in_front(tmp_path / "passed", 0.6), heavy_in_front(tmp_path / "heavier", 1.6)
     robot = skylimb.load_robot(str(passed))
     assert robot.at([], []).hover_thrusts.min() < 0.0
-    assert check_robot_file(passed).can_hover
-    assert take_off("free_flight", ("pid",), set={"robot": str(passed.parent), "posture.waypoints": []})
+    report = check_robot_file(passed)
+    assert report.can_hover
+    assert any("other thrusts than the least-norm ones" in doubt.value for doubt in report.doubts)
+    with pytest.warns(UserWarning, match="hovers, but not with least-norm thrusts"):
+        assert take_off("free_flight", ("pid",), set={"robot": str(passed.parent), "posture.waypoints": []})
     report = check_robot_file(heavier)
     assert not report.can_hover
     with pytest.raises(AllocationError, match="'made' cannot hover: the greatest thrust of") as caught:

@@ -19,7 +19,8 @@ from skylimb.planning.task_family import standing_in
 from skylimb.planning.task_posture import judged_posture, travel
 from skylimb.planning.tip_pose import link_distances, tip_position
 from skylimb.planning.vectoring_search import evaluate, posture_function
-from skylimb.robots.held import NotHeld, can_hold
+from skylimb.robots.held import can_hold
+from skylimb.robots.held_results import NotHeld
 from skylimb.spatial import rot_z
 
 

@@ -16,7 +16,8 @@ from skylimb.planning.feasible_wrench import (
 from skylimb.planning.wrench_figure import wrench_figure
 from skylimb.planning.wrench_tables import as_tables, summary
 from skylimb.robots import load_robot
-from skylimb.robots.held import LEVEL, Within, can_hold
+from skylimb.robots.held import can_hold
+from skylimb.robots.held_results import LEVEL, Within
 from skylimb.spatial import rot_z
 
 

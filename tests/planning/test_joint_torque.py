@@ -8,7 +8,8 @@ from skylimb.flights.takeoff import take_off
 from skylimb.planning.joint_torque import held_share, held_shares, joint_torque_function, rest_function
 from skylimb.planning.vectoring_merit import SPARED, merit_function, uphill_function
 from skylimb.planning.vectoring_step import first_vectoring, settled_vectoring
-from skylimb.robots.held import NotHeld, Within, can_hold
+from skylimb.robots.held import can_hold
+from skylimb.robots.held_results import NotHeld, Within
 
 BENT = np.array([0.11, 0.34, 0.14, -0.46, 0.40])
 AGAINST = np.array([-2.39, -1.59, -4.71, 0.49, 1.36, -1.49])

@@ -25,7 +25,8 @@ def test_published_numbers(name):
     assert (robot.n_joints, robot.n_vectoring, robot.n_rotors) == (joints, vectoring, rotors)
     found = actuation(robot)
     assert (found.rank, found.rank_moving) == (rank, moving)
-    assert found.hover is not None
+    assert found.hover
+    assert found.hover.room > 0.1
     assert found.hover.margin is not None
     assert found.hover.margin > 0.1
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from skylimb.flights.task_plan import TaskPlan
     from skylimb.planning.task_posture import TaskPosture
-    from skylimb.robots.held import NotHeld
+    from skylimb.robots.held_results import NotHeld
 
 
 _MOST = 1000.0

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     import numpy as np
 
     from skylimb.planning.feasible_wrench import FeasibleWrench
-    from skylimb.robots.held import Held, NotHeld, Within
+    from skylimb.robots.held_results import Held, NotHeld, Within
     from skylimb.robots.model import Robot
 
     Pushes = dict[str, tuple[np.ndarray, dict[str, Held | NotHeld]]]
@@ -84,7 +84,7 @@ class RobotWrench:
 
 def _asked(robot: Robot, tilt: float) -> dict[str, Within]:
     """What is asked of every direction, by the name of its column."""
-    from skylimb.robots.held import Within
+    from skylimb.robots.held_results import Within
 
     tilts = {"level": 0.0} | ({f"tilted up to {tilt:g} rad": tilt} if tilt > 0.0 else {})
     if robot.n_vectoring == 0:

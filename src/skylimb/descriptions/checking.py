@@ -24,7 +24,12 @@ from skylimb.descriptions.urdf_text import read_urdf_text
 from skylimb.errors import SkylimbError
 from skylimb.planning.posture import posture_family
 from skylimb.robots.description import Inertial, PostureFamily, RobotDescription
-from skylimb.robots.flight_check import check_few_rotors, check_moving_bodies, check_robot
+from skylimb.robots.flight_check import (
+    check_few_rotors,
+    check_moving_bodies,
+    check_robot,
+    least_norm_hover,
+)
 from skylimb.robots.flight_file import FlightFile, PostureSection
 from skylimb.robots.loader import FLIGHT_FILE, describe, list_robots, read_description
 from skylimb.robots.model import Robot
@@ -257,6 +262,12 @@ def _flight_doubts(robot: Robot, acting: Actuation) -> Iterator[Doubt]:
             "hover",
             f"the root link tilts by {acting.hover.tilt:.2f} rad",
             "a nominal posture that hovers level",
+        )
+    if acting.hover and robot.n_rotors > 4 and not least_norm_hover(robot, acting.hover):
+        yield Doubt(
+            "hover",
+            "needs other thrusts than the least-norm ones, of which control laws make their frame",
+            "a nominal posture with its centre of gravity nearer to the rotors' middle",
         )
     if not acting.touch:
         yield Doubt("the tip", f"cannot touch: {acting.touch}", "a tip that is foremost in some direction")

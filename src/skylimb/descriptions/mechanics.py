@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from skylimb.robots.held import Held, NotHeld
+from skylimb.robots.held_results import Held, NotHeld
 from skylimb.robots.hover import find_hover, find_hovers
 from skylimb.robots.model import Robot
 from skylimb.robots.touch import Touch, can_touch

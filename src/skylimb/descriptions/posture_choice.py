@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 
 from skylimb.robots.description import PostureFamily
-from skylimb.robots.held import Held
+from skylimb.robots.held_results import Held
 from skylimb.robots.hover import find_hover
 from skylimb.robots.model import Robot
 

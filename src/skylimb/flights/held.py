@@ -33,7 +33,8 @@ from skylimb.planning.posture_path import PostureConfig
 from skylimb.planning.posture_rehearsal import rehearse
 from skylimb.planning.vectoring import ONLINE, vectoring_table
 from skylimb.planning.vectoring_step import RATE
-from skylimb.robots.held import Held, Limit, NotHeld, Within, can_hold, greatest_push
+from skylimb.robots.held import can_hold, greatest_push
+from skylimb.robots.held_results import Held, Limit, NotHeld, Within
 from skylimb.robots.hover import cannot_hover
 from skylimb.robots.model import Robot
 from skylimb.robots.touch import can_touch
@@ -103,6 +104,13 @@ def _require_hover(posture: PostureConfig, robot: Robot, purpose: str, tilt: flo
         if isinstance(found, NotHeld):
             when = f", {times[row]:.1f} s after posture.waypoints begin" if plan.duration > 0.0 else ""
             raise ConfigError(_refused_hover(robot, (q[row], psi[row]), found, posture.margin, when))
+    if np.any(least < 0.0):
+        warnings.warn(
+            f"'{robot.name}' hovers, but not with least-norm thrusts, of which control laws make a frame; "
+            f"at q = {np.round(q[int(np.argmin(least))], 3).tolist()} rad these are beyond their limits",
+            UserWarning,
+            stacklevel=2,
+        )
 
 
 def _refused_hover(

@@ -30,7 +30,7 @@ from skylimb.planning.vectoring import PURPOSES, vectoring_table
 from skylimb.planning.vectoring_digest import robot_digest
 from skylimb.planning.vectoring_files import table_file, write_table
 from skylimb.recording.files import new_folder
-from skylimb.robots.held import NotHeld, Within
+from skylimb.robots.held_results import NotHeld, Within
 from skylimb.robots.loader import FLIGHT_FILE, load_robot
 from skylimb.robots.model import Robot
 from skylimb.sources import read_source

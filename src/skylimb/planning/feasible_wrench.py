@@ -30,7 +30,8 @@ from skylimb.planning.posture import posture_family
 from skylimb.planning.posture_path import PostureConfig, posture_path
 from skylimb.planning.vectoring import vectoring_table
 from skylimb.planning.vectoring_path import vectoring_path
-from skylimb.robots.held import TILT, USUAL, Held, NotHeld, Within, greatest_push
+from skylimb.robots.held import greatest_push
+from skylimb.robots.held_results import TILT, USUAL, Held, NotHeld, Within
 from skylimb.robots.model import Robot, RobotState
 from skylimb.robots.zonotope import Slice, Zonotope
 from skylimb.spatial import hat, rot_z

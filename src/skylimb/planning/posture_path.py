@@ -33,7 +33,7 @@ class PostureConfig:
         float,
         Key(
             "N m",
-            "torque that every nominal posture has to leave about every axis, and to each rotor's limits",
+            "torque that every nominal posture has to leave about any axis while lift and attitude are kept",
             low=0.0,
             high=1e3,
         ),

@@ -14,7 +14,7 @@ from skylimb.planning.vectoring_criteria import VectoringCriteria
 from skylimb.planning.vectoring_program import PathProgram
 from skylimb.planning.vectoring_search import evaluate, posture_function
 from skylimb.robots.description import PostureFamily
-from skylimb.robots.held import Limit, NotHeld
+from skylimb.robots.held_results import Limit, NotHeld
 from skylimb.robots.model import Robot
 
 _WIDEST = 0.35

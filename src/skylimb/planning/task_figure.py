@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from skylimb.analysis import style
 from skylimb.planning.task_posture import Task, TaskPosture
-from skylimb.robots.held import NotHeld
+from skylimb.robots.held_results import NotHeld
 from skylimb.robots.model import Robot
 from skylimb.spatial import rot_z
 

@@ -24,7 +24,9 @@ from skylimb.planning.tip_pose import link_distances
 from skylimb.planning.vectoring_criteria import TORQUE, VectoringCriteria
 from skylimb.planning.vectoring_program import ipopt
 from skylimb.planning.vectoring_search import bounded_by
-from skylimb.robots.held import TILT, NotHeld, Within, can_hold, rests
+from skylimb.robots.held import can_hold
+from skylimb.robots.held_program import rests
+from skylimb.robots.held_results import TILT, NotHeld, Within
 from skylimb.robots.model import Robot
 from skylimb.robots.starts import golden_steps
 from skylimb.spatial import rot_z

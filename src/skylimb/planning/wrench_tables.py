@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from skylimb.planning.feasible_wrench import FeasibleWrench
-from skylimb.robots.held import Held, NotHeld
+from skylimb.robots.held_results import Held, NotHeld
 from skylimb.robots.zonotope import Slice
 
 _MOST_CORNERS = 12

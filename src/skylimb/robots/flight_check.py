@@ -6,8 +6,8 @@ import numpy as np
 
 from skylimb.errors import AllocationError, DescriptionError
 from skylimb.robots.description import Inertial
-from skylimb.robots.held import NotHeld
 from skylimb.robots.held_axes import inputs_at, not_given
+from skylimb.robots.held_results import Held, NotHeld
 from skylimb.robots.hover import any_hover, cannot_hover, find_hover
 from skylimb.robots.model import Robot
 from skylimb.robots.starts import golden_steps, within_limits
@@ -71,6 +71,11 @@ def check_few_rotors(robot: Robot) -> None:
         f"{who}; it hovers, and thrusts with vectoring angles hold every axis, but the control laws command "
         f"lift and torques by thrusts alone, which do not give {not_given(thrusts)}"
     )
+
+
+def least_norm_hover(robot: Robot, hover: Held) -> bool:
+    """Whether least-norm thrusts hover as well, where joints and vectoring angles are those of a hover."""
+    return _hovers_at(robot, hover.joint_angles, hover.vectoring_angles)
 
 
 def _hovers_at(robot: Robot, q: np.ndarray, psi: np.ndarray) -> bool:

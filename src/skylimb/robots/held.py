@@ -21,27 +21,19 @@ still fail in flight, where thrust is needed for more than rest.
 
 from __future__ import annotations
 
-import functools
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
-from typing import Any, Literal, NamedTuple
+from dataclasses import replace
+from typing import Any
 
-import casadi as ca
 import numpy as np
 
+from skylimb.robots.held_program import programme_of
+from skylimb.robots.held_results import LEVEL, USUAL, Held, Limit, NotHeld, Within
 from skylimb.robots.loads import loads_function
 from skylimb.robots.model import Robot
 from skylimb.robots.starts import golden_steps, within_limits
 from skylimb.spatial import rot_z
-from skylimb.statics import rest_function
-from skylimb.symbolic import right_inverse
-
-LEVEL = 1e-3
-"""Tilt that stands for none, rad; four rotors hold a wrench of six only with some."""
-
-TILT = 0.35
-"""Tilt to which a robot may lean into a push unless another is given, rad (20 degrees)."""
 
 _LYING = 1.5
 """Tilt, rad, beyond which no rest is sought."""
@@ -52,127 +44,13 @@ _LEANS = (0.0, 0.3, -0.3)
 _STARTS = 12
 """Sets of vectoring angles with which the search begins where they are free."""
 
-_PRICE = 1e3
-"""Of limits that give way by their whole size; 1 is a push of the weight, or 1 N m of margin."""
-
 _EXACT = 1e-6
 """Share of the weight that may be left over, and of a limit that may be exceeded."""
 
 _BINDS = 1e-5
 """Least gain, for a limit that gives way by its whole size, that a limit needs to count as what ends it."""
 
-_COARSE = 0.05
-"""A limit on tilt gives way by a share of no less than this, as the sine of the tilt."""
-
 _FAR = 1e9
-
-
-@dataclass(frozen=True)
-class Within:
-    """What has to be kept beside the limits of rotors and servos.
-
-    Attributes:
-        tilt: of the measured link from the vertical, the greatest, rad; less than `LEVEL` counts as that.
-        moves: how far each vectoring angle may move from the given one, rad; infinite for all of its travel.
-        margin: torque that has to be left about any axis, N m.
-        servo: share of its torque that a servo may give.
-        stiff: whether the joint angles are measured ones, so that no joint gives way.
-    """
-
-    tilt: float = TILT
-    moves: float = 0.0
-    margin: float = 0.0
-    servo: float = 1.0
-    stiff: bool = False
-
-
-USUAL = Within()
-
-
-@dataclass(frozen=True)
-class Limit:
-    """What ends it.
-
-    Attributes:
-        kind: "greatest thrust", "least thrust", "servo", "tilt", "vectoring angle" or "margin".
-        name: of the rotor or joint; else empty.
-        value: the limit, in `unit`.
-        unit: N, N m or rad.
-        kept: margin that is kept from it, N m; of thrusts.
-    """
-
-    kind: str
-    name: str
-    value: float
-    unit: str
-    kept: float = 0.0
-
-    def __str__(self) -> str:
-        whose = f" of '{self.name}'" if self.name else ""
-        kept = f", with {self.kept:.3g} N m kept" if self.kept > 0.0 else ""
-        return f"the {self.kind}{whose} ({self.value:.4g} {self.unit}{kept})"
-
-
-@dataclass(frozen=True, eq=False)
-class Held:
-    """A robot that rests.
-
-    Attributes:
-        push: of the tip on its surroundings, in the level frame whose x axis is the tip link's, N, (3,).
-        thrusts: N, (n,).
-        vectoring_angles: rad, (nv,).
-        joint_angles: where the servos hold the joints, rad, (nq,).
-        joint_torques: of rotors, weight and push on each shape joint, N m, (nq,).
-        tilt: of the measured link from the vertical, rad.
-        margin: torque that is left about any axis, N m; 0 where the rotors do not give lift and all torques.
-        room: least distance of a thrust to one of its limits, as a share of its range.
-        limit: what ends it, or what the margin runs into first; None where nothing did.
-    """
-
-    push: np.ndarray
-    thrusts: np.ndarray
-    vectoring_angles: np.ndarray
-    joint_angles: np.ndarray
-    joint_torques: np.ndarray
-    tilt: float
-    margin: float
-    room: float
-    limit: Limit | None
-
-    def __bool__(self) -> Literal[True]:
-        return True
-
-    @property
-    def force(self) -> float:
-        """Size of the push, N."""
-        return float(np.linalg.norm(self.push))
-
-
-@dataclass(frozen=True, eq=False)
-class NotHeld:
-    """A robot that cannot rest so.
-
-    Attributes:
-        limit: the limit in the way; None where the search came to no end.
-        excess: by which share all limits together would have to give way.
-        margin: what is left, where it is only less than what was asked for, N m.
-        greatest: the greatest push the same way that can be held, N; None where not even none can.
-    """
-
-    limit: Limit | None
-    excess: float
-    margin: float | None = None
-    greatest: float | None = None
-
-    def __bool__(self) -> Literal[False]:
-        return False
-
-    def __str__(self) -> str:
-        if self.limit is None:
-            return "the search for thrusts and angles that hold it came to no end"
-        if self.margin is not None:
-            return f"{self.limit} leaves a margin of {self.margin:.3g} N m"
-        return f"{self.limit} is in the way"
 
 
 def can_hold(
@@ -273,7 +151,7 @@ class _Question:
         # Where a margin is asked for, it counts with the levers that come of the angles. Else with those that
         # are given; or, as there are none with free angles, the room of the thrusts counts.
         self.swing = None if self.free and within.margin <= 0.0 else swings(robot, self.q, self.psi)
-        self.programme = _programme(robot, levers=self.swing is not None and within.margin > 0.0)
+        self.programme = programme_of(robot, levers=self.swing is not None and within.margin > 0.0)
 
     def rests(self, least: float, most: float) -> Iterator[tuple[Held | NotHeld, float]]:
         """What each search finds: the farthest push between two sizes, N; where they are one, the margin.
@@ -404,76 +282,3 @@ def swings(robot: Robot, joint_angles: np.ndarray, vectoring_angles: np.ndarray)
     if np.linalg.matrix_rank(matrix, tol=1e-7) < 4:
         return None
     return np.linalg.norm(np.linalg.pinv(matrix)[:, 1:], axis=1)
-
-
-class _Programme(NamedTuple):
-    """The programme of a robot.
-
-    Attributes:
-        solver: x is lean, thrusts, psi, bends of the joints, t, h, e; p is q, d, the sine of the greatest
-            tilt, thrusts for 1 of h, and what t (of the weight) and h are worth.
-        torques: (x, q, d) -> torques on shape and vectoring joints, N m.
-        limits: how many rows of g are limits: thrusts, servos, tilt.
-    """
-
-    solver: ca.Function
-    torques: ca.Function
-    limits: int
-
-
-@functools.lru_cache(maxsize=16)
-def _programme(robot: Robot, *, levers: bool) -> _Programme:
-    """The programme; with `levers` thrusts for 1 of h are those of the angles, not those that p gives."""
-    nq, nv, n = robot.n_joints, robot.n_vectoring, robot.n_rotors
-    description, weight = robot.description, robot.weight
-    low = np.array([rotor.thrust_min for rotor in description.rotors])
-    high = np.array([rotor.thrust_max for rotor in description.rotors])
-    servo = description.shape_servo
-    most = np.array([servo.torque_limit] * nq + [description.vectoring_servo.torque_limit] * nv)
-    lean, thrusts, psi = ca.SX.sym("lean", 2), ca.SX.sym("thrusts", n), ca.SX.sym("psi", nv)
-    bend, t, h, e = ca.SX.sym("bend", nq), ca.SX.sym("t"), ca.SX.sym("h"), ca.SX.sym("e")
-    q, d, size = ca.SX.sym("q", nq), ca.SX.sym("d", 3), ca.SX.sym("size")
-    spare, worth = ca.SX.sym("spare", n), ca.SX.sym("worth", 2)
-    left, torques = rests(robot, q + bend, psi, lean, thrusts, t * d)
-    given = torques / most
-    if levers:
-        torque = right_inverse(loads_function(robot)(q + bend, psi)[0][2:, :])[:, 1:]
-        needed = ca.sqrt(ca.sum2(torque * torque))
-    else:
-        needed = spare
-    # (sine of the angle from the vertical)^2
-    leant = ca.sin(lean[0]) ** 2 + (ca.cos(lean[0]) * ca.sin(lean[1])) ** 2
-    rows = [
-        (thrusts - high + h * needed) / (high - low) - e,
-        (low - thrusts + h * needed) / (high - low) - e,
-        given - e,
-        -given - e,
-        (leant - size**2) / ca.fmax(size, _COARSE) ** 2 - e,
-    ]
-    x = ca.vertcat(lean, thrusts, psi, bend, t, h, e)
-    bent = (servo.stiffness * bend - torques[:nq]) / servo.torque_limit
-    limits = ca.vertcat(*rows)
-    problem = {
-        "x": x,
-        "p": ca.vertcat(q, d, size, spare, worth),
-        "f": _PRICE * e - worth[0] * t / weight - worth[1] * h,
-        "g": ca.vertcat(left / weight, bent, limits),
-    }
-    options = {"ipopt.print_level": 0, "ipopt.sb": "yes", "print_time": False, "error_on_fail": False}
-    options |= {"ipopt.max_iter": 200}
-    return _Programme(
-        ca.nlpsol("held", "ipopt", problem, options),
-        ca.Function("torques", [x, q, d], [torques], {"cse": True}),
-        int(limits.shape[0]),
-    )
-
-
-def rests(robot: Robot, q: Any, psi: Any, lean: Any, thrusts: Any, push: Any) -> tuple[Any, Any]:
-    """What is left over of force and torque, (6,), and torques on all joints, for CasADi's expressions.
-
-    The push is in the level frame whose x axis is the tip link's.
-    """
-    C, V, J_c, J_r, r, heading = loads_function(robot)(q, psi)
-    pushed = ca.SX(rot_z(heading)) @ push
-    function = rest_function(robot.n_rotors, robot.n_joints + robot.n_vectoring)
-    return function(C, V, J_c, J_r, r, robot.weight, lean, thrusts, pushed)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 
-from skylimb.robots.held import Held
+from skylimb.robots.held_results import Held
 from skylimb.robots.model import Robot
 
 AXES = ("lift", "roll torque", "pitch torque", "yaw torque")

@@ -6,7 +6,8 @@ import math
 
 import numpy as np
 
-from skylimb.robots.held import Held, NotHeld, Within, can_hold, hovers
+from skylimb.robots.held import can_hold, hovers
+from skylimb.robots.held_results import Held, NotHeld, Within
 from skylimb.robots.model import Robot
 
 LEVEL = 5e-3
