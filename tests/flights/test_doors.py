@@ -192,7 +192,7 @@ def test_who_does_not_control_refuses_events_of_a_controller() -> None:
 @pytest.mark.parametrize("kind", EVENTS)
 def test_a_flight_that_its_user_starts_refuses_every_event(kind: str) -> None:
     (takeoff,) = take_off("paper", ("hybrid",), set=settings(EVENTS[kind]))
-    with pytest.raises(SkylimbError, match=f"a flight that its user starts cannot apply '{kind}'"):
+    with pytest.raises(SkylimbError, match=f"whose take-off its user chooses, cannot apply '{kind}'"):
         GroundedPlant(takeoff)
 
 

@@ -242,7 +242,7 @@ def test_a_controller_that_fails_brings_the_robot_down() -> None:
 def test_experiments_whose_changes_hang_on_take_off_are_refused() -> None:
     push = {"kind": "push", "time": 1.0, "duration": 1.0, "force": [1.0, 0.0, 0.0]}
     (takeoff,) = take_off("paper", ("hybrid",), set={"events": [push]})
-    with pytest.raises(ConfigError, match="a flight that its user starts cannot apply 'push'"):
+    with pytest.raises(ConfigError, match="whose take-off its user chooses, cannot apply 'push'"):
         GroundedPlant(takeoff)
 
 

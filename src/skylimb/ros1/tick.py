@@ -14,8 +14,8 @@ from skylimb.ros1.script import Script
 from skylimb.ros1.states import Flying, Order
 from skylimb.ros1.wishes import Wish
 
-STARTED_BY_ITS_USER = "a flight that its user starts"
-"""Who applies no events: they begin at times since take-off, which such a flight does not have."""
+STARTED_BY_ITS_USER = "a flight over ROS, whose take-off its user chooses,"
+"""Who applies no events: their times count from take-off."""
 
 
 @dataclass(frozen=True)
