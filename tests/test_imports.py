@@ -31,6 +31,7 @@ def loaded_by(code: str) -> set[str]:
         ("from skylimb.recording import replace_text", HEAVY | DRAWING),
         ("from skylimb.analysis.metrics import metrics", DRAWING | {"mujoco", "casadi"}),
         ("from skylimb.analysis import write_report, write_videos", {"mujoco", "casadi", "av"}),
+        ("import skylimb.flights.plan, skylimb.flights.linked", DRAWING | {"mujoco", "xarray"}),
         ("import skylimb; skylimb.run", DRAWING),
     ],
 )

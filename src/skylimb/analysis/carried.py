@@ -8,12 +8,14 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, replace
-
-import xarray as xr
+from typing import TYPE_CHECKING
 
 from skylimb.analysis.score import Score, Tolerance, grouped
 from skylimb.analysis.shipped import SCORES
 from skylimb.recording.run import Run
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 ATTRIBUTE = "scores"
 """Of a log: JSON, a list with the fields of each `Score`."""

@@ -16,16 +16,18 @@ All of it in the sliding plane, as in `skylimb.analysis.pen_line`.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-import xarray as xr
 from scipy.spatial import KDTree
 
 from skylimb.analysis.pen_line import dense, drawn_samples, reference_line
 from skylimb.analysis.score import DRAWING, Score, Tolerance, metric
 from skylimb.analysis.signals import in_contact, in_phase, phase_names
 from skylimb.recording.run import Run
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 COARSE = 0.001
 """Spacing of the points of a drawn line, m: its length is not that of the pen's trembling."""

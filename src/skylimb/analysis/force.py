@@ -10,14 +10,16 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-import xarray as xr
 
 from skylimb.analysis.score import FORCE, Score, Tolerance, metric
 from skylimb.analysis.signals import contact_axis, in_contact, in_phase, moving_mean, while_sliding
 from skylimb.recording.run import Run
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 FORCE_WINDOW = 0.2
 """Seconds over which the force is averaged before its deviation is taken: slower than a pen's chatter."""

@@ -5,9 +5,7 @@ A flight that failed is not scored: its numbers would be those of a shorter, eas
 
 from __future__ import annotations
 
-from typing import Any
-
-import xarray as xr
+from typing import TYPE_CHECKING, Any
 
 from skylimb.analysis.drawn_strokes import Fidelity, strokes_of
 from skylimb.analysis.force import force_limits
@@ -15,6 +13,9 @@ from skylimb.analysis.score import Number, Score
 from skylimb.analysis.shipped import METRICS, NUMERIC_KEYS, numbers_of
 from skylimb.analysis.verdict import verdict
 from skylimb.recording.run import Run
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 _FOR_THE_VERDICT = [
     each for each in METRICS if each.on_demand and any(score.tolerance for score in each.scores)

@@ -7,15 +7,18 @@ a line on a curved surface is judged as one sees it from the robot.
 from __future__ import annotations
 
 import json
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from scipy.spatial import KDTree
 
 from skylimb.analysis.board import nominal_path
 from skylimb.analysis.score import PEN, Score, Tolerance, metric
 from skylimb.analysis.signals import contact_axis, in_contact, in_phase, phase_names, sliding_axes
 from skylimb.recording.run import Run
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 DRAWN_WITHIN = 0.010
 """A place of the reference line counts as drawn where the pen touched within this distance of it, m."""

@@ -7,14 +7,16 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import xarray as xr
 
 from skylimb.analysis.score import TASK, Tolerance, metric
 from skylimb.analysis.signals import in_contact, in_phase
 from skylimb.recording.run import Run
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 AT_THE_END = 5.0
 """Seconds at the end of the sliding period over which a peg has to stay in and a foot to lie flat."""

@@ -7,13 +7,15 @@ other tools' files.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
-import xarray as xr
 
 from skylimb.recording.signals import SIGNALS, SignalInfo
 from skylimb.signals import Signal
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 class Named(Protocol):
@@ -53,6 +55,8 @@ def build_log(
         flags: names that are counted by a signal's values.
         attributes: of the whole log.
     """
+    import xarray
+
     declared, flags = declared or {}, flags or {}
     coordinates: dict[str, Any] = {
         "time": ("time", times, {"units": "s", "long_name": "time"}),
@@ -68,7 +72,7 @@ def build_log(
     }
     if any("unrolled" in variable.dims for variable in variables.values()):
         coordinates["unrolled"] = ["u", "v"]
-    return xr.Dataset(variables, coordinates, attributes)
+    return xarray.Dataset(variables, coordinates, attributes)
 
 
 def log_variable(name: str, array: np.ndarray, own: Signal, flags: Sequence[str] = ()) -> xr.Variable:
@@ -80,6 +84,8 @@ def log_variable(name: str, array: np.ndarray, own: Signal, flags: Sequence[str]
         own: what its author declares; a signal that everybody knows needs nothing.
         flags: the names that its values count.
     """
+    import xarray
+
     info = SIGNALS.get(name, SignalInfo(_plain_dims(array, name), own.unit, own.frame, own.meaning, own.kind))
     attrs: dict[str, Any] = {
         "units": info.units,
@@ -90,7 +96,7 @@ def log_variable(name: str, array: np.ndarray, own: Signal, flags: Sequence[str]
     if flags:
         names = [word.replace(" ", "_") for word in flags]
         attrs |= {"flag_values": np.arange(len(names), dtype=np.int8), "flag_meanings": " ".join(names)}
-    return xr.Variable(("time", *info.dims), array, attrs)
+    return xarray.Variable(("time", *info.dims), array, attrs)
 
 
 def _plain_dims(array: np.ndarray, name: str) -> tuple[str, ...]:

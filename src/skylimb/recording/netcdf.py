@@ -11,11 +11,13 @@ file.
 from __future__ import annotations
 
 import itertools
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import h5py
 import numpy as np
-import xarray as xr
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 _CHUNK = 4 * 2**20
 """Bytes of a variable that are compressed together, at most."""

@@ -9,15 +9,17 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from skylimb.errors import OutputError, unknown_name
 from skylimb.recording.files import new_file
 from skylimb.recording.netcdf import netcdf_bytes
 from skylimb.recording.origin import moved, read_sources
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 FORMAT = "skylimb run"
 FORMAT_VERSION = 1
@@ -236,8 +238,10 @@ def _read(path: Path) -> xr.Dataset:
 
 def _dataset(source: Any, path: str) -> xr.Dataset:
     """The dataset of a run's file, or of its bytes; `path` is what messages call it."""
+    import xarray
+
     try:
-        log = xr.load_dataset(source, engine="h5netcdf")
+        log = xarray.load_dataset(source, engine="h5netcdf")
     except Exception as error:  # a damaged file fails in whatever layer meets the damage first
         raise OutputError(f"'{path}' is not a readable NetCDF-4 file: {_first_line(error)}") from error
     if log.attrs.get("format") != FORMAT:
