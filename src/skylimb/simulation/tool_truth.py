@@ -16,7 +16,7 @@ from skylimb.spatial import rotation_from_quaternion
 def tool_signals(plant: Plant, flight: Flight, tip_position: np.ndarray) -> dict[str, np.ndarray]:
     """Truth of the tool at the tip at every tick; nothing of a tip without one.
 
-    What a tool touches stands still (`require_surface_changes`).
+    What a tool touches stands still: no event changes such a surface (`events.surface`).
 
     Args:
         plant: what flew.
