@@ -29,10 +29,10 @@ from scipy.optimize import linprog, lsq_linear
 import skylimb
 from skylimb.control.allocation.bounded import Weights
 from skylimb.control.box_least_squares import nearest_in_box
-from skylimb.flights.drivers.machine_code import machine_code
-from skylimb.flights.drivers.native import fly_native, native_available
-from skylimb.flights.takeoff import take_off
-from skylimb.planning.vectoring import vectoring_table
+from skylimb.control.planning.vectoring import vectoring_table
+from skylimb.flight.drivers.machine_code import machine_code
+from skylimb.flight.drivers.native import fly_native, native_available
+from skylimb.flight.takeoff import take_off
 
 _BLOCK = 10_000
 _LIMITS = (1.0, 30.0)  # N

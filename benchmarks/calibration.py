@@ -23,12 +23,12 @@ from typing import Any
 import numpy as np
 
 import skylimb
-from skylimb.analysis.shipped import measured
-from skylimb.calibration.information import WANTED
-from skylimb.calibration.public import calibration_from
-from skylimb.calibration.result import SIGMAS
-from skylimb.errors import SkylimbError
+from skylimb.analysis.scores.shipped import measured
+from skylimb.base.errors import SkylimbError
 from skylimb.robots.loader import load_robot
+from skylimb.studies.calibration.information import WANTED
+from skylimb.studies.calibration.public import calibration_from
+from skylimb.studies.calibration.result import SIGMAS
 
 sys.path.insert(0, str(Path(__file__).parent))
 from following import draws  # the same draws, beside this file
@@ -73,7 +73,7 @@ def one(drawn: Mapping[str, Any], seed: int, fly: bool) -> dict[str, Any]:
 
 def identification(rows: Sequence[Mapping[str, Any]]) -> list[str]:
     """A line for every parameter: error, wanted accuracy, coverage of the 95 % intervals."""
-    from skylimb.calibration.parameters import parameters
+    from skylimb.studies.calibration.parameters import parameters
 
     kept = [row for row in rows if "error" in row]
     error = np.array([row["error"] for row in kept])

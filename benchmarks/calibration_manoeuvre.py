@@ -12,9 +12,9 @@ import argparse
 import re
 from pathlib import Path
 
-from skylimb.calibration.design import AXES, designs
-from skylimb.experiments.experiment import EXPERIMENTS, load_experiment
-from skylimb.missions.excitation import ExcitationConfig
+from skylimb.control.missions.excitation import ExcitationConfig
+from skylimb.flight.experiments.experiment import EXPERIMENTS, load_experiment
+from skylimb.studies.calibration.design import AXES, designs
 
 FILE = EXPERIMENTS / "calibration.toml"
 

@@ -21,15 +21,15 @@ import numpy as np
 from following import CHUNK, EXPERIMENTS, draws, ensemble, kept_numbers  # beside this file
 from matplotlib.figure import Figure
 
-from skylimb.analysis.shipped import measured
-from skylimb.analysis.style import styled
+from skylimb.analysis.figures.style import styled
+from skylimb.analysis.recording.run import Run
+from skylimb.analysis.scores.shipped import measured
 from skylimb.control.contact_machine import SLIDE
 from skylimb.control.controller import load_controller
-from skylimb.experiments.experiment import load_experiment
-from skylimb.flights.drivers.native import fly_native
-from skylimb.flights.record import recorded
-from skylimb.flights.takeoff import prepare
-from skylimb.recording.run import Run
+from skylimb.flight.drivers.native import fly_native
+from skylimb.flight.experiments.experiment import load_experiment
+from skylimb.flight.record import recorded
+from skylimb.flight.takeoff import prepare
 from skylimb.robots.loader import load_robot
 
 DOCS = Path(__file__).parents[1] / "docs"

@@ -21,7 +21,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from skylimb.campaign.folder import STORE_FILE
+from skylimb.studies.campaign.folder import STORE_FILE
 
 MINUTES_WANTED, FLIGHTS_WANTED = 2.5, 1000
 SCALING_WANTED = 1.85

@@ -20,16 +20,16 @@ import argparse
 import numpy as np
 from following import CHUNK, draws  # beside this file
 
+from skylimb.analysis.recording.run import Run
+from skylimb.base.rotations import hat, rotation_from_quaternion
 from skylimb.control.contact_machine import SLIDE
 from skylimb.control.controller import load_controller
-from skylimb.experiments.experiment import load_experiment
-from skylimb.flights.drivers.native import fly_native
-from skylimb.flights.record import recorded
-from skylimb.flights.takeoff import prepare
-from skylimb.recording.run import Run
+from skylimb.flight.drivers.native import fly_native
+from skylimb.flight.experiments.experiment import load_experiment
+from skylimb.flight.record import recorded
+from skylimb.flight.takeoff import prepare
 from skylimb.robots.loader import load_robot
 from skylimb.robots.model import Robot
-from skylimb.spatial import hat, rotation_from_quaternion
 
 PRIOR = np.radians(1.0) / np.sqrt(3.0)
 EVERY, ROUNDS = 8, 6

@@ -23,12 +23,12 @@ from typing import Any
 
 import numpy as np
 
-from skylimb.analysis.drawn_strokes import tails
+from skylimb.analysis.recording.run import Run
+from skylimb.analysis.scores.drawn_strokes import tails
 from skylimb.control.corrections import Corrections
-from skylimb.flights.drivers.native import fly_native
-from skylimb.flights.record import recorded
-from skylimb.flights.takeoff import take_off
-from skylimb.recording.run import Run
+from skylimb.flight.drivers.native import fly_native
+from skylimb.flight.record import recorded
+from skylimb.flight.takeoff import take_off
 from skylimb.robots.loader import load_robot
 
 sys.path.insert(0, str(Path(__file__).parent))

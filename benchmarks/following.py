@@ -27,13 +27,13 @@ from typing import Any
 
 import numpy as np
 
-from skylimb.analysis.shipped import measured
+from skylimb.analysis.recording.run import Run
+from skylimb.analysis.scores.shipped import measured
 from skylimb.control.controller import load_controller
-from skylimb.experiments.experiment import load_experiment
-from skylimb.flights.drivers.native import fly_native
-from skylimb.flights.record import recorded
-from skylimb.flights.takeoff import Takeoff, prepare
-from skylimb.recording.run import Run
+from skylimb.flight.drivers.native import fly_native
+from skylimb.flight.experiments.experiment import load_experiment
+from skylimb.flight.record import recorded
+from skylimb.flight.takeoff import Takeoff, prepare
 from skylimb.robots.loader import load_robot
 
 DOCS = Path(__file__).parents[1] / "docs"

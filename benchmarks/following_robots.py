@@ -22,11 +22,11 @@ import numpy as np
 from following import SEED, draws, scored
 
 from skylimb.control.controller import load_controller, resolved_tables
-from skylimb.experiments.experiment import load_experiment
-from skylimb.flights.drivers.native import fly_native
-from skylimb.flights.record import recorded
-from skylimb.flights.takeoff import prepare
-from skylimb.planning.posture import posture_family
+from skylimb.control.planning.posture import posture_family
+from skylimb.flight.drivers.native import fly_native
+from skylimb.flight.experiments.experiment import load_experiment
+from skylimb.flight.record import recorded
+from skylimb.flight.takeoff import prepare
 from skylimb.robots import Robot
 from skylimb.robots.loader import load_robot
 

@@ -24,11 +24,11 @@ from following import scored  # beside this file
 
 from skylimb.control.controller import load_controller
 from skylimb.control.needs import needs_of
-from skylimb.experiments.experiment import Experiment, load_experiment
-from skylimb.flights.drivers.native import fly_native
-from skylimb.flights.held import held_against_drag
-from skylimb.flights.record import recorded
-from skylimb.flights.takeoff import prepare
+from skylimb.flight.drivers.native import fly_native
+from skylimb.flight.experiments.experiment import Experiment, load_experiment
+from skylimb.flight.held import held_against_drag
+from skylimb.flight.record import recorded
+from skylimb.flight.takeoff import prepare
 from skylimb.robots.loader import load_robot
 
 DOCS = Path(__file__).parents[1] / "docs"

@@ -29,14 +29,14 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 import skylimb
-from skylimb.experiments.tolerances import Tolerances
-from skylimb.flights.drivers.native import fly_native
-from skylimb.flights.record import recorded
-from skylimb.flights.takeoff import Takeoff, take_off
-from skylimb.keys import keys_of
-from skylimb.loop.flight import Flight
-from skylimb.recording.run import Run
-from skylimb.verification.stability import (
+from skylimb.analysis.recording.run import Run
+from skylimb.base.keys import keys_of
+from skylimb.control.loop.flight import Flight
+from skylimb.flight.drivers.native import fly_native
+from skylimb.flight.experiments.tolerances import Tolerances
+from skylimb.flight.record import recorded
+from skylimb.flight.takeoff import Takeoff, take_off
+from skylimb.studies.verification.stability import (
     active_bands,
     at,
     linearise,

@@ -21,14 +21,14 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from skylimb.flights.drivers.compiled import CompiledDriver
-from skylimb.flights.drivers.machine_code import worth_building
-from skylimb.flights.drivers.world import World, world
-from skylimb.flights.flying import fastest_tick
-from skylimb.flights.takeoff import Takeoff, take_off
-from skylimb.loop.flight import Flight
-from skylimb.loop.loop import CHECK_INTERVAL, Loop
-from skylimb.loop.terminations import find_loss
+from skylimb.control.loop.flight import Flight
+from skylimb.control.loop.loop import CHECK_INTERVAL, Loop
+from skylimb.control.loop.terminations import find_loss
+from skylimb.flight.drivers.compiled import CompiledDriver
+from skylimb.flight.drivers.machine_code import worth_building
+from skylimb.flight.drivers.world import World, world
+from skylimb.flight.flying import fastest_tick
+from skylimb.flight.takeoff import Takeoff, take_off
 from skylimb.simulation.engine_timer import without_timer
 from skylimb.simulation.tick import CompiledTick
 

@@ -23,12 +23,12 @@ from mujoco.batch import Batch
 from rich.console import Console
 from rich.table import Table
 
-from skylimb.flights.drivers.compiled import CompiledDriver
-from skylimb.flights.drivers.native import compile_native, fly_native, unavailable
-from skylimb.flights.drivers.world import world
-from skylimb.flights.record import scored
-from skylimb.flights.takeoff import Takeoff, take_off
-from skylimb.loop.loop import Loop
+from skylimb.control.loop.loop import Loop
+from skylimb.flight.drivers.compiled import CompiledDriver
+from skylimb.flight.drivers.native import compile_native, fly_native, unavailable
+from skylimb.flight.drivers.world import world
+from skylimb.flight.record import scored
+from skylimb.flight.takeoff import Takeoff, take_off
 from skylimb.simulation.engine_timer import without_timer
 
 RATIO_WANTED = 0.95

@@ -18,8 +18,8 @@ import xarray as xr
 
 import loop
 import skylimb
-from skylimb.flights.flying import begin_loop
-from skylimb.flights.takeoff import take_off
+from skylimb.flight.flying import begin_loop
+from skylimb.flight.takeoff import take_off
 from skylimb.simulation.engine_timer import without_timer
 
 EXPERIMENT, CONTROLLER = "paper", "hybrid"

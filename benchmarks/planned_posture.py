@@ -19,10 +19,10 @@ import numpy as np
 from transformations import PAGE
 
 import skylimb
-from skylimb.flights.drivers.native import fly_native
-from skylimb.flights.record import recorded
-from skylimb.flights.takeoff import take_off
-from skylimb.flights.task_plan import EXPERIMENT, plan_posture, write_planned
+from skylimb.flight.drivers.native import fly_native
+from skylimb.flight.record import recorded
+from skylimb.flight.takeoff import take_off
+from skylimb.studies.planning.task_plan import EXPERIMENT, plan_posture, write_planned
 
 SEED = 7
 TOGETHER = 10

@@ -16,9 +16,9 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from skylimb.analysis.axis_names import PAPER
-from skylimb.analysis.shipped import SCORES
-from skylimb.reproduction import reproduce
+from skylimb.analysis.scores.axis_names import PAPER
+from skylimb.analysis.scores.shipped import SCORES
+from skylimb.studies.reproduction import reproduce
 
 HERE = Path(__file__).parent
 DOCS = HERE.parent / "docs"

@@ -22,10 +22,10 @@ from following import beside_table, kept_numbers
 import skylimb
 from reproduction import section
 from skylimb.analysis import write_comparison, write_videos
-from skylimb.analysis.axis_names import PAPER
-from skylimb.analysis.carried import shown_scores
-from skylimb.analysis.paper_numbers import published
-from skylimb.verification import Row, verify_contact
+from skylimb.analysis.paper.paper_numbers import published
+from skylimb.analysis.scores.axis_names import PAPER
+from skylimb.analysis.scores.carried import shown_scores
+from skylimb.studies.verification import Row, verify_contact
 
 HERE = Path(__file__).parent
 DOCS = HERE.parent / "docs"

@@ -21,7 +21,7 @@ import own_python
 
 import campaign
 import loop
-from skylimb.recording.versions import versions
+from skylimb.analysis.recording.versions import versions
 
 HERE = Path(__file__).parent
 DOCS = HERE.parent / "docs"

@@ -23,8 +23,8 @@ from pathlib import Path
 
 import numpy as np
 
-from skylimb.descriptions.checking import check_robot_file
-from skylimb.errors import SkylimbError
+from skylimb.apps.robot_import.checking import check_robot_file
+from skylimb.base.errors import SkylimbError
 from skylimb.robots import SHIPPED
 
 SLOWEST = 2.0  # s

@@ -25,11 +25,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import skylimb
-from skylimb.analysis.style import styled
+from skylimb.analysis.figures.style import styled
+from skylimb.base.errors import ConfigError, UnreachableError
 from skylimb.control.cascade import Cascade
-from skylimb.errors import ConfigError, UnreachableError
 from skylimb.simulation.robot_bodies import TIP_SITE
-from skylimb.verification.stability import (
+from skylimb.studies.verification.stability import (
     Mode,
     OperatingPoint,
     at,

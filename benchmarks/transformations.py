@@ -31,14 +31,14 @@ import numpy as np
 
 import skylimb
 from skylimb.control.controller import load_controller
+from skylimb.control.planning.posture_path import PostureConfig, posture_path
+from skylimb.control.planning.posture_rehearsal import rehearse, straight_way
+from skylimb.control.planning.posture_roadmap import Place, Roadmap, keeps_clear
+from skylimb.control.planning.vectoring_step import RATE, first_vectoring, plan_vectoring
 from skylimb.control.preset import PRESETS
-from skylimb.experiments.experiment import load_experiment
-from skylimb.flights.drivers.native import fly_native
-from skylimb.flights.takeoff import prepare
-from skylimb.planning.posture_path import PostureConfig, posture_path
-from skylimb.planning.posture_rehearsal import rehearse, straight_way
-from skylimb.planning.posture_roadmap import Place, Roadmap, keeps_clear
-from skylimb.planning.vectoring_step import RATE, first_vectoring, plan_vectoring
+from skylimb.flight.drivers.native import fly_native
+from skylimb.flight.experiments.experiment import load_experiment
+from skylimb.flight.takeoff import prepare
 from skylimb.robots import Robot
 
 SEEDS = {"hydrus_xi_quad": 53, "hydrus_xi_hex": 53, "dragon": 52, "hydrus_quad": 52}

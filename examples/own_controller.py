@@ -12,8 +12,8 @@ fast as the controllers that ship.
 from typing import Annotated
 
 import skylimb
-from skylimb.keys import Key, configuration
-from skylimb.spatial import cross, dot, rotation_error, rotation_from_quaternion, rotation_from_rpy
+from skylimb.base.keys import Key, configuration
+from skylimb.base.rotations import cross, dot, rotation_error, rotation_from_quaternion, rotation_from_rpy
 from skylimb.symbolic import arctan2, clip, right_inverse, vector
 
 Vector = tuple[float, float, float]

@@ -15,7 +15,7 @@ import tempfile
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from skylimb.cli import main
+from skylimb.apps.cli import main
 
 PAGE = Path(__file__).parents[1] / "docs" / "mistakes.md"
 

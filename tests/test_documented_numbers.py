@@ -9,10 +9,10 @@ from typing import Any
 import pytest
 
 import skylimb
-from skylimb.campaign.spec import CampaignSpec, StopRule
 from skylimb.control.controller import resolved_tables
-from skylimb.estimation.delay import DEPTH
-from skylimb.planning.pen_motion import ROUNDING, SHARP
+from skylimb.control.estimation.delay import DEPTH
+from skylimb.control.planning.pen_motion import ROUNDING, SHARP
+from skylimb.studies.campaign.spec import CampaignSpec, StopRule
 
 DOCS = Path(__file__).parents[1] / "docs"
 NUMBER = r"-?\d+(?:\.\d+)?"

@@ -9,12 +9,12 @@ from typing import Any
 import pytest
 
 import skylimb
-from skylimb.config import from_mapping
+from skylimb.base.config import from_mapping
+from skylimb.base.errors import ConfigError
+from skylimb.base.keys import REQUIRED, is_configuration, keys_of
+from skylimb.base.keys.fields import entry_section, fields_of, has_numbers, members_of, section_of
 from skylimb.control.preset import SLOTS, find_law, law_names
-from skylimb.errors import ConfigError
-from skylimb.experiments.experiment import Settings
-from skylimb.keys import REQUIRED, is_configuration, keys_of
-from skylimb.keys.fields import entry_section, fields_of, has_numbers, members_of, section_of
+from skylimb.flight.experiments.experiment import Settings
 from skylimb.robots.flight_file import FlightFile
 from skylimb.simulation.surfaces import SURFACES
 

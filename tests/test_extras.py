@@ -14,7 +14,7 @@ CAMPAIGN, TUNE = ROOT / "examples" / "campaign.toml", ROOT / "examples" / "tune.
 
 def without(package: str, *arguments: str) -> subprocess.CompletedProcess[str]:
     """The command line where that package cannot be imported."""
-    code = f"import sys; sys.modules['{package}'] = None; from skylimb.cli import main; sys.exit(main())"
+    code = f"import sys; sys.modules['{package}'] = None; from skylimb.apps.cli import main; sys.exit(main())"
     command = [sys.executable, "-c", code, *arguments]
     return subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
 

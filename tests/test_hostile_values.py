@@ -16,16 +16,16 @@ from typing import Any
 
 import pytest
 
-from skylimb.campaign.frozen import freeze
-from skylimb.campaign.spec import CampaignSpec
-from skylimb.config import from_mapping, put, write_toml
+from skylimb.base.config import from_mapping, put, write_toml
+from skylimb.base.errors import SkylimbError
+from skylimb.base.keys import keys_of, tables_of
+from skylimb.base.keys.listing import KeyInfo, rows_of
 from skylimb.control.controller import is_configurable, load_controller
-from skylimb.errors import SkylimbError
-from skylimb.experiments.experiment import load_experiment
-from skylimb.flights.takeoff import take_off
-from skylimb.keys import keys_of, tables_of
-from skylimb.keys.listing import KeyInfo, rows_of
+from skylimb.flight.experiments.experiment import load_experiment
+from skylimb.flight.takeoff import take_off
 from skylimb.robots.loader import SHIPPED, load_flight_file, load_robot
+from skylimb.studies.campaign.frozen import freeze
+from skylimb.studies.campaign.spec import CampaignSpec
 
 SECONDS, MEGABYTES, LETTERS = 8.0, 500.0, 1300
 """Longest that one value may take, most memory that all of a kind may add, longest message."""

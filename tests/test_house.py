@@ -14,8 +14,8 @@ from pathlib import Path
 import pytest
 
 import skylimb
-from skylimb.cli.arguments import parse
-from skylimb.cli.commands import VERBS
+from skylimb.apps.cli.arguments import parse
+from skylimb.apps.cli.commands import VERBS
 
 ROOT = Path(__file__).parents[1]
 DOCUMENTS = sorted([ROOT / "README.md", ROOT / "CHANGELOG.md", *(ROOT / "docs").glob("*.md")])

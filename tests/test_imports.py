@@ -23,15 +23,15 @@ def loaded_by(code: str) -> set[str]:
     [
         ("import skylimb; skylimb.__version__; dir(skylimb)", HEAVY | DRAWING),
         (
-            "import skylimb.analysis, skylimb.recording, skylimb.campaign, skylimb.reproduction",
+            "import skylimb.analysis.recording, skylimb.studies.campaign, skylimb.studies.reproduction",
             HEAVY | DRAWING,
         ),
-        ("from skylimb.cli import main; main(['--help'])", HEAVY | {"PIL", "av", "rich"}),
-        ("from skylimb.cli import main; main(['run', '--help'])", HEAVY),
-        ("from skylimb.recording import replace_text", HEAVY | DRAWING),
-        ("from skylimb.analysis.metrics import metrics", DRAWING | {"mujoco", "casadi"}),
+        ("from skylimb.apps.cli import main; main(['--help'])", HEAVY | {"PIL", "av", "rich"}),
+        ("from skylimb.apps.cli import main; main(['run', '--help'])", HEAVY),
+        ("from skylimb.base.files import replace_text", HEAVY | DRAWING),
+        ("from skylimb.analysis.scores.metrics import metrics", DRAWING | {"mujoco", "casadi"}),
         ("from skylimb.analysis import write_report, write_videos", {"mujoco", "casadi", "av"}),
-        ("import skylimb.flights.plan, skylimb.flights.linked", DRAWING | {"mujoco", "xarray"}),
+        ("import skylimb.flight.plan, skylimb.flight.linked", DRAWING | {"mujoco", "xarray"}),
         ("import skylimb; skylimb.run", DRAWING),
     ],
 )
@@ -42,10 +42,10 @@ def test_nothing_is_loaded_before_it_is_needed(code: str, absent: set[str]) -> N
 def test_every_public_name_is_there() -> None:
     """The names of the lazy packages are those of their stubs, and each leads somewhere."""
     code = """
-import skylimb, skylimb.analysis, skylimb.analysis.figures, skylimb.recording, skylimb.reproduction
-for package in (
-    skylimb, skylimb.analysis, skylimb.analysis.figures, skylimb.recording, skylimb.reproduction
-):
+import skylimb
+from skylimb.analysis import figures, recording
+from skylimb.studies import reproduction
+for package in (skylimb, skylimb.analysis, figures, recording, reproduction):
     assert package.__all__ and set(package.__all__) <= set(dir(package))
     for name in package.__all__:
         assert getattr(package, name) is not None, name

@@ -12,8 +12,8 @@ from native import prepare as prepare_native
 from native import with_seed
 
 from loop import prepare as prepare_python
-from skylimb.flights.drivers.native import fly_native, unavailable
-from skylimb.flights.drivers.world import world
+from skylimb.flight.drivers.native import fly_native, unavailable
+from skylimb.flight.drivers.world import world
 
 EXPERIMENT, CONTROLLER = "paper", "hybrid"
 

@@ -14,11 +14,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from skylimb.estimation.body_state import AngleRateFilter, initial_angle_rate_state, see_body
-from skylimb.estimation.estimate import estimate_of, initial_push_state
-from skylimb.estimation.force_filter import ForceFilter
-from skylimb.estimation.momentum_observer import known_wrench
-from skylimb.estimation.records import Wrench
+from skylimb.control.estimation.body_state import AngleRateFilter, initial_angle_rate_state, see_body
+from skylimb.control.estimation.estimate import estimate_of, initial_push_state
+from skylimb.control.estimation.force_filter import ForceFilter
+from skylimb.control.estimation.momentum_observer import known_wrench
+from skylimb.control.estimation.records import Wrench
 from skylimb.symbolic import exp, stack
 
 

@@ -2,7 +2,7 @@
 
 from typing import Annotated
 
-from skylimb.keys import Key, configuration
+from skylimb.base.keys import Key, configuration
 
 
 @configuration

@@ -3,7 +3,7 @@
 import gc
 import sys
 
-from skylimb.cli import main
+from skylimb.apps.cli import main
 
 OBJECTS_BETWEEN_COLLECTIONS = 200_000
 """The libraries make half a million objects that stay, and hardly any cycle: looking for cycles after every

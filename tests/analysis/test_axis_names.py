@@ -2,9 +2,16 @@
 
 import pytest
 
-from skylimb.analysis.axis_names import GENERIC, PAPER, AxisNames, axis_names, common_names, names_of_vectors
-from skylimb.analysis.shipped import SCORES
-from skylimb.missions.frame import contact_frame
+from skylimb.analysis.scores.axis_names import (
+    GENERIC,
+    PAPER,
+    AxisNames,
+    axis_names,
+    common_names,
+    names_of_vectors,
+)
+from skylimb.analysis.scores.shipped import SCORES
+from skylimb.control.missions.frame import contact_frame
 
 MINUS = "\N{MINUS SIGN}"
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from skylimb.analysis.board import Board, board_of, nominal_path, strokes
+from skylimb.analysis.scores.board import Board, board_of, nominal_path, strokes
 
 SLOPE = np.radians(20.0)
 

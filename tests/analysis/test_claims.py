@@ -2,9 +2,9 @@
 
 import pytest
 
-from skylimb.analysis.claims import check_claims
-from skylimb.analysis.paper_numbers import PUBLISHED, published, published_beside
-from skylimb.recording import Run
+from skylimb.analysis.paper.claims import check_claims
+from skylimb.analysis.paper.paper_numbers import PUBLISHED, published, published_beside
+from skylimb.analysis.recording import Run
 
 NAMES = ("pid", "impedance", "admittance", "hybrid")
 

@@ -11,10 +11,18 @@ import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from skylimb.analysis.drawn_strokes import Fidelity, fidelity, frechet, lift, strokes_of, tails, whole_line
-from skylimb.analysis.metrics import metrics
-from skylimb.analysis.pen_line import drawn_fraction, pen_deviation
-from skylimb.recording import Run
+from skylimb.analysis.recording import Run
+from skylimb.analysis.scores.drawn_strokes import (
+    Fidelity,
+    fidelity,
+    frechet,
+    lift,
+    strokes_of,
+    tails,
+    whole_line,
+)
+from skylimb.analysis.scores.metrics import metrics
+from skylimb.analysis.scores.pen_line import drawn_fraction, pen_deviation
 
 CENTRE = np.array([1.2, 0.0, 1.2])
 SQUARE = np.array([[0.0, 0.0], [0.1, 0.0], [0.1, 0.1], [0.0, 0.1], [0.0, 0.0]])

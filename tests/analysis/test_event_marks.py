@@ -10,12 +10,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from skylimb.analysis import style
-from skylimb.analysis.figures import cog_tracking, contact_direction, task_progress
+from skylimb.analysis.figures import cog_tracking, contact_direction, style, task_progress
 from skylimb.analysis.figures.marks import LOOKS, event_signs
 from skylimb.analysis.figures.plotting import plotted
 from skylimb.analysis.figures.replayed import replayed_figures
-from skylimb.recording import Run
+from skylimb.analysis.recording import Run
 
 Draw = Callable[[Mapping[str, Run]], Figure]
 

@@ -12,10 +12,10 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 from PIL import Image
 
-from skylimb.analysis import style, write_figures
-from skylimb.analysis.figures import PLATES, boxes, over_time, pose_strip, traces
-from skylimb.analysis.style import CONTROLLER_COLOURS, colours
-from skylimb.recording import Run
+from skylimb.analysis import write_figures
+from skylimb.analysis.figures import PLATES, boxes, over_time, pose_strip, style, traces
+from skylimb.analysis.figures.style import CONTROLLER_COLOURS, colours
+from skylimb.analysis.recording import Run
 
 FILES = {plate.name for plate in PLATES if not plate.draws and not plate.tools}
 

@@ -4,10 +4,9 @@ import numpy as np
 from matplotlib.collections import FillBetweenPolyCollection
 from matplotlib.colors import to_hex
 
-from skylimb.analysis import style
-from skylimb.analysis.figures import PLATES, over_time, pose_strip
-from skylimb.analysis.report import _facts
-from skylimb.recording import Run
+from skylimb.analysis.figures import PLATES, over_time, pose_strip, style
+from skylimb.analysis.recording import Run
+from skylimb.analysis.report.report import _facts
 
 
 def test_noise_of_the_estimate_does_not_hide_the_force(make_log):

@@ -5,8 +5,8 @@ import json
 import numpy as np
 import pytest
 
-from skylimb.analysis.force import TOLD_FROM, commanded, force_error, force_limits, limited_by
-from skylimb.recording import Run
+from skylimb.analysis.recording import Run
+from skylimb.analysis.scores.force import TOLD_FROM, commanded, force_error, force_limits, limited_by
 
 SLIDE = 4
 

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from skylimb.analysis.signals import (
+from skylimb.analysis.scores.signals import (
     adapting,
     common_events,
     contact_transitions,
@@ -16,7 +16,7 @@ from skylimb.analysis.signals import (
     spans,
     surface_of,
 )
-from skylimb.errors import UnknownNameError
+from skylimb.base.errors import UnknownNameError
 
 
 def test_phases(make_log):

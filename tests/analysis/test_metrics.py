@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from skylimb.analysis.carried import shown_scores
-from skylimb.analysis.metrics import metrics
-from skylimb.analysis.score import DRAWING, FURTHER, TASK, grouped
-from skylimb.analysis.shipped import NUMERIC_KEYS, SCORES
-from skylimb.analysis.signals import moving_mean
-from skylimb.recording import Run
+from skylimb.analysis.recording import Run
+from skylimb.analysis.scores.carried import shown_scores
+from skylimb.analysis.scores.metrics import metrics
+from skylimb.analysis.scores.score import DRAWING, FURTHER, TASK, grouped
+from skylimb.analysis.scores.shipped import NUMERIC_KEYS, SCORES
+from skylimb.analysis.scores.signals import moving_mean
 
 TOLERANCES = {
     "force": 0.1, "force_swing": 0.3, "pen_line": 0.02, "path": 0.95, "contact": 0.95, "frechet": 0.02,

@@ -10,12 +10,12 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 import skylimb
-from skylimb.analysis.carried import carried, shown_scores
-from skylimb.analysis.output import metrics_table
-from skylimb.analysis.own import OwnFigure, load_own, own_scores, scored_again, with_own_scores
-from skylimb.analysis.score import Metric
-from skylimb.errors import ConfigError, UnknownNameError, UserCodeError
-from skylimb.recording.run import Run
+from skylimb.analysis.recording.run import Run
+from skylimb.analysis.report.output import metrics_table
+from skylimb.analysis.scores.carried import carried, shown_scores
+from skylimb.analysis.scores.own import OwnFigure, load_own, own_scores, scored_again, with_own_scores
+from skylimb.analysis.scores.score import Metric
+from skylimb.base.errors import ConfigError, UnknownNameError, UserCodeError
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "own_metric.py"
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import jinja2
 import pytest
 
-from skylimb.analysis.pages import inlined, render_page
+from skylimb.analysis.pages.pages import inlined, render_page
 
 PACKAGE = Path(__file__).parents[2] / "src" / "skylimb"
 

@@ -6,7 +6,7 @@ import tomllib
 
 import pytest
 
-from skylimb.analysis.paper_configuration import (
+from skylimb.analysis.paper.paper_configuration import (
     CONTROLLERS,
     FILE,
     NOTHING,
@@ -16,9 +16,9 @@ from skylimb.analysis.paper_configuration import (
     is_the_papers,
     not_the_papers,
 )
-from skylimb.config import put
+from skylimb.base.config import put
 from skylimb.control.controller import load_controller, resolved_tables
-from skylimb.experiments.experiment import load_experiment
+from skylimb.flight.experiments.experiment import load_experiment
 from skylimb.robots.loader import load_robot
 
 

@@ -6,9 +6,9 @@ import xarray as xr
 
 from skylimb.analysis.figures import PLATES
 from skylimb.analysis.figures.drawing import drawn_line
-from skylimb.analysis.pen_line import as_seen, drawn_fraction, pen_deviation, pen_line, reference_line
-from skylimb.analysis.signals import in_phase
-from skylimb.recording import Run
+from skylimb.analysis.recording import Run
+from skylimb.analysis.scores.pen_line import as_seen, drawn_fraction, pen_deviation, pen_line, reference_line
+from skylimb.analysis.scores.signals import in_phase
 
 
 def off(log: xr.Dataset) -> tuple[float, float]:

@@ -4,8 +4,8 @@ import pytest
 import xarray as xr
 from matplotlib.figure import Figure
 
-from skylimb.errors import UnknownNameError
-from skylimb.recording import Run, Runs
+from skylimb.analysis.recording import Run, Runs
+from skylimb.base.errors import UnknownNameError
 
 
 def run(name: str) -> Run:

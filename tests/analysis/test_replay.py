@@ -13,12 +13,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from skylimb.analysis.replay.packing import LEVELS, packed, unpacked
-from skylimb.analysis.replay.page import replay_html
-from skylimb.analysis.replay.payload import RATE, replay_payload
-from skylimb.analysis.replay.shapes import body_poses, shapes, thrust_sites
-from skylimb.errors import OutputError
-from skylimb.recording import Run
+from skylimb.analysis.recording import Run
+from skylimb.analysis.replay_page.packing import LEVELS, packed, unpacked
+from skylimb.analysis.replay_page.page import replay_html
+from skylimb.analysis.replay_page.payload import RATE, replay_payload
+from skylimb.analysis.replay_page.shapes import body_poses, shapes, thrust_sites
+from skylimb.base.errors import OutputError
 
 SCENE = """
 <mujoco>

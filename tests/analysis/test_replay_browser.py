@@ -13,8 +13,8 @@ from scipy.spatial.transform import Rotation
 
 import skylimb
 from chromium import PAINTED, chromium, needs_chromium, silent_page
-from skylimb.analysis.replay.page import Replay
-from skylimb.recording import Run
+from skylimb.analysis.recording import Run
+from skylimb.analysis.replay_page.page import Replay
 
 pytestmark = needs_chromium
 

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 import skylimb
-from skylimb.analysis import scene
-from skylimb.analysis.replay.packing import unpacked
-from skylimb.analysis.replay.pushes import (
+from skylimb.analysis.figures import scene
+from skylimb.analysis.recording import Run
+from skylimb.analysis.replay_page.packing import unpacked
+from skylimb.analysis.replay_page.pushes import (
     LEAN,
     MOMENTS,
     greatest_pushes,
@@ -17,14 +18,13 @@ from skylimb.analysis.replay.pushes import (
     sphere,
     well_spread,
 )
-from skylimb.analysis.replay.stance import Stance, stance_at
-from skylimb.planning.vectoring import vectoring_table
-from skylimb.recording import Run
+from skylimb.analysis.replay_page.stance import Stance, stance_at
+from skylimb.base.rotations import rot_z, rotation_from_rpy
+from skylimb.control.planning.vectoring import vectoring_table
 from skylimb.robots.held import greatest_push
 from skylimb.robots.held_results import Within
 from skylimb.robots.loads import loads_function
 from skylimb.robots.model import Robot
-from skylimb.spatial import rot_z, rotation_from_rpy
 
 AXES = np.vstack([np.eye(3), -np.eye(3)])
 

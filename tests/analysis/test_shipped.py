@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 import skylimb
-from skylimb.analysis.metrics import metrics
-from skylimb.analysis.score import Metric, Score, Tolerance
-from skylimb.analysis.shipped import METRICS, NUMERIC_KEYS, SCORES, SETS, TOLERANCES, measured
-from skylimb.errors import ConfigError
-from skylimb.experiments.tolerances import Tolerances
-from skylimb.recording import Run
+from skylimb.analysis.recording import Run
+from skylimb.analysis.scores.metrics import metrics
+from skylimb.analysis.scores.score import Metric, Score, Tolerance
+from skylimb.analysis.scores.shipped import METRICS, NUMERIC_KEYS, SCORES, SETS, TOLERANCES, measured
+from skylimb.base.errors import ConfigError
+from skylimb.flight.experiments.tolerances import Tolerances
 
 
 def test_every_score_is_declared_once_and_says_what_it_is():

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from skylimb.analysis.figures import PLATES, task_progress
-from skylimb.analysis.metrics import metrics
-from skylimb.analysis.replay.signals import packed_panels
-from skylimb.experiments.tolerances import Tolerances
-from skylimb.recording import Run
+from skylimb.analysis.recording import Run
+from skylimb.analysis.replay_page.signals import packed_panels
+from skylimb.analysis.scores.metrics import metrics
+from skylimb.flight.experiments.tolerances import Tolerances
 
 SLIDE, RETREAT = 4, 6
 LOOSE = {"pen_line": 1.0, "path": 0.0, "contact": 0.0}

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from skylimb.analysis.metrics import metrics
+from skylimb.analysis.scores.metrics import metrics
 
 TOLERANCES = {
     "force": 0.1, "force_swing": 0.3, "pen_line": 0.02, "path": 0.95, "contact": 0.95, "frechet": 0.02,

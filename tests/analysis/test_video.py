@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from skylimb.analysis import scene, video
-from skylimb.analysis.board import board_of
-from skylimb.analysis.film import encode, frame_samples, main
-from skylimb.analysis.overlay import Overlay
-from skylimb.analysis.video import find_renderer, write_video
-from skylimb.errors import OutputError
+from skylimb.analysis.figures import scene
+from skylimb.analysis.report import video
+from skylimb.analysis.report.film import encode, frame_samples, main
+from skylimb.analysis.report.overlay import Overlay
+from skylimb.analysis.report.video import find_renderer, write_video
+from skylimb.analysis.scores.board import board_of
+from skylimb.base.errors import OutputError
 
 SIZE = (320, 180)
 

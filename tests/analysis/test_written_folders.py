@@ -12,19 +12,13 @@ from html.parser import HTMLParser
 import pytest
 import xarray as xr
 
-from skylimb.analysis import (
-    output,
-    style,
-    videos,
-    write_comparison,
-    write_report,
-    write_run,
-    write_videos,
-)
-from skylimb.analysis.report import render_report
-from skylimb.analysis.shipped import NUMERIC_KEYS
-from skylimb.errors import OutputError
-from skylimb.recording import Run, load_runs
+from skylimb.analysis import write_comparison, write_report, write_run, write_videos
+from skylimb.analysis.figures import style
+from skylimb.analysis.recording import Run, load_runs
+from skylimb.analysis.report import output, videos
+from skylimb.analysis.report.report import render_report
+from skylimb.analysis.scores.shipped import NUMERIC_KEYS
+from skylimb.base.errors import OutputError
 
 
 @pytest.fixture(autouse=True, scope="module")
@@ -355,7 +349,7 @@ def test_a_single_run_can_have_a_report_as_well(make_run, tmp_path):
 
 
 def test_large_videos_are_linked_and_not_put_into_the_page(make_run, tmp_path, monkeypatch, no_figures):
-    monkeypatch.setattr("skylimb.analysis.report.EMBED_BYTES", 3)
+    monkeypatch.setattr("skylimb.analysis.report.report.EMBED_BYTES", 3)
     folder = write_comparison({"a": make_run(slide=1.0)}, tmp_path / "out")
     (folder / "a/video.mp4").write_bytes(b"film")
     write_report(load_runs(folder), folder)

@@ -12,11 +12,11 @@ import pytest
 import skylimb
 from law_records import IN_THE_AIR
 from skylimb.control.cascade import Cascade
+from skylimb.control.estimation.records import BodyState, Estimate, Measurement, Start, Wrench
+from skylimb.control.missions.reference import zero_reference
+from skylimb.control.planning.vectoring import vectoring_table
 from skylimb.control.records import ArmTarget, LawInput
-from skylimb.estimation.records import BodyState, Estimate, Measurement, Start, Wrench
-from skylimb.flights.export import export_c
-from skylimb.missions.reference import zero_reference
-from skylimb.planning.vectoring import vectoring_table
+from skylimb.flight.export import export_c
 from skylimb.robots.description import GRAVITY
 from skylimb.robots.model import Robot, RobotState
 from skylimb.simulation.compiling import compile_c

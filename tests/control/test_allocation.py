@@ -6,18 +6,18 @@ from typing import Any
 import numpy as np
 import pytest
 
+from skylimb.base.errors import ConfigError
+from skylimb.base.packing import numeric
+from skylimb.base.rotations import rotation_from_rpy
 from skylimb.control.allocation import pseudoinverse, vectored
+from skylimb.control.estimation.records import Start, Wrench
 from skylimb.control.lateral import Moves, lateral_move
 from skylimb.control.leak import Leak, TorqueLeak, follow_leak, side_force, without_leak
 from skylimb.control.needs import Needs
 from skylimb.control.records import Demand, LawInput
 from skylimb.control.rotor_lag import RotorLag, lead_thrusts
 from skylimb.control.thrusts import Thrusts, allocate, rotor_wrench, thrust_limits
-from skylimb.errors import ConfigError
-from skylimb.estimation.records import Start, Wrench
-from skylimb.packing import numeric
 from skylimb.robots.model import Robot, RobotState
-from skylimb.spatial import rotation_from_rpy
 from skylimb.symbolic import right_inverse
 
 DT = 0.005

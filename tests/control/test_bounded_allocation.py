@@ -10,8 +10,12 @@ import pytest
 
 import skylimb
 from made_robots import multirotor
+from skylimb.base.errors import ConfigError
+from skylimb.base.packing import Layout, numeric
+from skylimb.base.rotations import rotation_from_rpy
 from skylimb.control.allocation import bounded, pseudoinverse
 from skylimb.control.cascade import Cascade
+from skylimb.control.estimation.records import Start, Wrench
 from skylimb.control.leak import TorqueLeak
 from skylimb.control.needs import Needs
 from skylimb.control.records import Demand, LawInput
@@ -19,14 +23,10 @@ from skylimb.control.rotor_lag import RotorLag
 from skylimb.control.thrusts import rotor_wrench, thrust_limits, unlimited
 from skylimb.control.translation import following, pid
 from skylimb.control.windup import unless_short
-from skylimb.errors import ConfigError
-from skylimb.estimation.records import Start, Wrench
-from skylimb.flights.drivers.native import compile_native, fly_native
-from skylimb.flights.flying import fly_here
-from skylimb.flights.takeoff import take_off
-from skylimb.packing import Layout, numeric
+from skylimb.flight.drivers.native import compile_native, fly_native
+from skylimb.flight.flying import fly_here
+from skylimb.flight.takeoff import take_off
 from skylimb.robots.model import Robot, RobotState
-from skylimb.spatial import rotation_from_rpy
 
 DT = 0.005
 R = rotation_from_rpy(0.05, -0.1, 0.4)

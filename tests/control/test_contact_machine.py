@@ -7,6 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from skylimb.base.errors import ConfigError
+from skylimb.base.packing import Layout
 from skylimb.control.contact_machine import (
     APPROACH,
     CALM,
@@ -32,8 +34,6 @@ from skylimb.control.contact_machine import (
     advance,
     initial_machine_state,
 )
-from skylimb.errors import ConfigError
-from skylimb.packing import Layout
 
 GAINS, DT = MachineGains(), 0.005
 TOUCHING = {"touch": 1.0, "force": 0.0, "smooth_force": 1.0, "beyond": 0.0, "sunk": 0.0, "clear": 0.0}

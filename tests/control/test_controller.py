@@ -4,6 +4,9 @@ from pathlib import Path
 
 import pytest
 
+from skylimb.base.errors import ConfigError, UnknownNameError
+from skylimb.base.keys import rows_of
+from skylimb.base.user_modules import load_module
 from skylimb.control.cascade import Cascade
 from skylimb.control.controller import (
     controller_from_tables,
@@ -14,10 +17,7 @@ from skylimb.control.controller import (
 from skylimb.control.preset import preset_from_mapping, preset_mapping, preset_names
 from skylimb.control.preset_keys import preset_tables
 from skylimb.control.slots import SLOTS, find_law, keys_of_law, law_names, right_key
-from skylimb.errors import ConfigError, UnknownNameError
-from skylimb.keys import rows_of
 from skylimb.robots.model import Robot
-from skylimb.user_modules import load_module
 
 OWN = """
 class Own:
@@ -84,7 +84,7 @@ def test_laws_are_the_files_of_their_folder() -> None:
         "allocation": ["bounded", "level", "planned", "pointed", "pseudoinverse", "vectored"],
     }
     assert find_law("shape", "fixed", Path()).__name__ == "skylimb.control.shape.fixed"
-    assert find_law("estimation", "momentum", Path()).__name__ == "skylimb.estimation.laws.momentum"
+    assert find_law("estimation", "momentum", Path()).__name__ == "skylimb.control.estimation.laws.momentum"
     with pytest.raises(UnknownNameError, match="unknown shape law 'fixd'; did you mean 'fixed'"):
         find_law("shape", "fixd", Path())
 

@@ -11,22 +11,22 @@ import pytest
 import tomli_w
 
 import skylimb
-from skylimb.cli.main import main
+from skylimb.apps.cli.main import main
+from skylimb.base.errors import ConfigError
+from skylimb.base.rotations import quaternion_product
 from skylimb.control.cascade import CALIBRATION, calibrated
 from skylimb.control.controller import controller_from_tables, load_controller
 from skylimb.control.corrections import Corrections, believed_robot, read_corrections, turned_back
+from skylimb.control.estimation.records import Measurement
 from skylimb.control.preset import preset_mapping
-from skylimb.errors import ConfigError
-from skylimb.estimation.records import Measurement
-from skylimb.experiments.experiment import load_experiment
-from skylimb.flights.drivers.native import fly_native
-from skylimb.flights.export.step import controller_step
-from skylimb.flights.flying import fly_here
-from skylimb.flights.takeoff import prepare
+from skylimb.flight.drivers.native import fly_native
+from skylimb.flight.experiments.experiment import load_experiment
+from skylimb.flight.export.step import controller_step
+from skylimb.flight.flying import fly_here
+from skylimb.flight.takeoff import prepare
 from skylimb.robots.loader import load_robot
 from skylimb.simulation.plant import plant_description
 from skylimb.simulation.plant_config import PlantConfig
-from skylimb.spatial import quaternion_product
 
 ROBOT = load_robot("hydrus_xi_quad")
 FOUND = Corrections(

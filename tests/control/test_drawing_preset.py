@@ -8,15 +8,15 @@ import pytest
 
 import skylimb
 from law_records import IN_THE_AIR
-from skylimb.analysis.signals import in_contact, in_phase
+from skylimb.analysis.recording import Run
+from skylimb.analysis.scores.signals import in_contact, in_phase
+from skylimb.base.packing import numeric
+from skylimb.base.rotations import rotation_from_rpy
 from skylimb.control.attitude import firm, impedance
 from skylimb.control.contact import drawing
 from skylimb.control.contact_machine import RETREAT, SETTLE, SLIDE
 from skylimb.control.controller import load_controller
-from skylimb.missions.reference import zero_reference
-from skylimb.packing import numeric
-from skylimb.recording import Run
-from skylimb.spatial import rotation_from_rpy
+from skylimb.control.missions.reference import zero_reference
 
 DRAWING = {
     "trajectory.shape": "drawing",

@@ -14,17 +14,17 @@ from hypothesis import strategies as st
 
 import skylimb
 from law_records import hover
-from skylimb.config import with_overrides
+from skylimb.base.config import with_overrides
+from skylimb.base.errors import ConfigError
+from skylimb.base.keys import rows_of
+from skylimb.base.packing import Layout
 from skylimb.control.cascade import Cascade, build_cascade
 from skylimb.control.controller import load_controller
 from skylimb.control.fields import FIELDS, RECORDS, needed, optional, provided, require_fit, required
 from skylimb.control.links import Links, as_traced
 from skylimb.control.preset import Preset, preset_from_mapping, preset_mapping, preset_names
 from skylimb.control.slots import SLOTS, Slot, Slots, find_law, law_names
-from skylimb.errors import ConfigError
-from skylimb.events import GainChange, Stage
-from skylimb.keys import rows_of
-from skylimb.packing import Layout
+from skylimb.flight.events import GainChange, Stage
 from skylimb.robots.model import Robot
 from skylimb.simulation.surfaces import surface_from_mapping
 

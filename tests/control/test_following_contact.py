@@ -8,6 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from skylimb.base.errors import ConfigError
+from skylimb.base.packing import numeric
+from skylimb.base.rotations import rotation_from_rpy
 from skylimb.control.contact import following
 from skylimb.control.contact_machine import (
     APPROACH,
@@ -20,13 +23,10 @@ from skylimb.control.contact_machine import (
     MachineGains,
     initial_machine_state,
 )
+from skylimb.control.estimation.records import Start
+from skylimb.control.estimation.surface import follow_surface, initial_surface_state
 from skylimb.control.needs import Needs
 from skylimb.control.records import ContactView, LawInput
-from skylimb.errors import ConfigError
-from skylimb.estimation.records import Start
-from skylimb.estimation.surface import follow_surface, initial_surface_state
-from skylimb.packing import numeric
-from skylimb.spatial import rotation_from_rpy
 
 DT = 0.005
 TURN = rotation_from_rpy(0.2, -0.3, 0.8)

@@ -11,12 +11,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from law_records import IN_THE_AIR
+from skylimb.base.packing import numeric
+from skylimb.base.rotations import rotation_from_rpy
+from skylimb.control.estimation.records import Start
 from skylimb.control.records import ArmTarget, LawInput
 from skylimb.control.translation import following
-from skylimb.estimation.records import Start
-from skylimb.packing import numeric
 from skylimb.robots.description import GRAVITY
-from skylimb.spatial import rotation_from_rpy
 
 DT, MASS = 0.005, 4.0
 MODEL: Any = SimpleNamespace(mass=MASS, gravity=np.array([0.0, 0.0, GRAVITY]))

@@ -8,18 +8,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from skylimb.base.errors import SkylimbError
+from skylimb.base.packing import numeric
+from skylimb.base.rotations import rotation_from_rpy
 from skylimb.control.attitude import impedance as attitude
 from skylimb.control.attitude_target import attitude_target
 from skylimb.control.contact import open as open_contact
+from skylimb.control.estimation.records import BodyState, Start
 from skylimb.control.records import ContactView, LawInput
 from skylimb.control.shape import admittance, fixed
 from skylimb.control.thrusts import allocate, rotor_wrench, thrust_limits
 from skylimb.control.translation import impedance, pid
-from skylimb.errors import SkylimbError
-from skylimb.estimation.records import BodyState, Start
-from skylimb.packing import numeric
 from skylimb.robots.model import Robot, RobotState
-from skylimb.spatial import rotation_from_rpy
 
 G = np.array([0.0, 0.0, 9.80665])
 MASS, DT = 4.0, 0.005

@@ -10,18 +10,18 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import skylimb
+from skylimb.base.errors import ConfigError
+from skylimb.base.packing import Layout, numeric
+from skylimb.base.rotations import rot_z
 from skylimb.control.allocation import level, pseudoinverse
+from skylimb.control.estimation.records import Start, Wrench
 from skylimb.control.level_moves import LevelMoves, level_move, nominal_rotation
 from skylimb.control.needs import Needs
 from skylimb.control.records import Demand, LawInput
-from skylimb.errors import ConfigError
-from skylimb.estimation.records import Start, Wrench
-from skylimb.flights.drivers.native import compile_native, fly_native
-from skylimb.flights.flying import fly_here
-from skylimb.flights.takeoff import take_off
-from skylimb.packing import Layout, numeric
+from skylimb.flight.drivers.native import compile_native, fly_native
+from skylimb.flight.flying import fly_here
+from skylimb.flight.takeoff import take_off
 from skylimb.robots.model import Robot, RobotState
-from skylimb.spatial import rot_z
 
 DT = 0.005
 YAW = rot_z(0.4)

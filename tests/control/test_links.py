@@ -8,21 +8,21 @@ from typing import Any
 import pytest
 
 import skylimb
-from skylimb.config import write_toml
+from skylimb.base.config import write_toml
+from skylimb.base.errors import ConfigError
 from skylimb.control.cascade import Cascade
 from skylimb.control.contact import following
 from skylimb.control.controller import load_controller
 from skylimb.control.preset import preset_mapping
-from skylimb.errors import ConfigError
 from skylimb.robots.model import Robot
 
 HEAD = """
 from dataclasses import dataclass
 from skylimb.control.needs import Needs
 from skylimb.control.records import ContactView
-from skylimb.estimation.body_state import AngleRateFilter, initial_angle_rate_state, see_body
-from skylimb.estimation.records import Estimate
-from skylimb.spatial import rotation_error
+from skylimb.control.estimation.body_state import AngleRateFilter, initial_angle_rate_state, see_body
+from skylimb.control.estimation.records import Estimate
+from skylimb.base.rotations import rotation_error
 
 @dataclass(frozen=True)
 class Gains:

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import skylimb
-from skylimb.config import write_toml
+from skylimb.base.config import write_toml
+from skylimb.base.errors import ConfigError, UnknownNameError, UserCodeError
 from skylimb.control.controller import (
     Controller,
     controller_of,
@@ -20,7 +21,6 @@ from skylimb.control.controller import (
     resolved_tables,
 )
 from skylimb.control.own_controller import CompiledOwnController, OwnController
-from skylimb.errors import ConfigError, UnknownNameError, UserCodeError
 from skylimb.robots.model import Robot
 
 TEXT = '''
@@ -29,7 +29,7 @@ from typing import Annotated
 import math, random
 import numpy as np
 from skylimb import Command
-from skylimb.keys import Key, configuration
+from skylimb.base.keys import Key, configuration
 from skylimb.symbolic import vector, where
 
 @configuration

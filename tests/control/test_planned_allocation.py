@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 import skylimb
+from skylimb.base.errors import ConfigError
 from skylimb.control.allocation import bounded, planned
+from skylimb.control.planning import vectoring_files
+from skylimb.control.planning.vectoring_step import RATE, STEP, first_vectoring, plan_vectoring
 from skylimb.control.preset import PRESETS
-from skylimb.errors import ConfigError
-from skylimb.planning import vectoring_files
-from skylimb.planning.vectoring_step import RATE, STEP, first_vectoring, plan_vectoring
 
 
 @pytest.fixture(scope="module")
@@ -71,7 +71,7 @@ def test_a_control_rate_below_that_of_the_plans_is_refused():
 
 def test_the_files_of_a_run_bring_no_table(preset, tmp_path):
     """A robot of one's own, whose table would be among them."""
-    from skylimb.flights.sources import _robot_files
+    from skylimb.flight.sources import _robot_files
 
     folder = Path(tmp_path) / "mine"
     folder.mkdir()

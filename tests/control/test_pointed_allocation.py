@@ -4,18 +4,18 @@ import numpy as np
 import pytest
 
 import skylimb
+from skylimb.base.errors import ConfigError
+from skylimb.base.packing import numeric
 from skylimb.control.allocation import planned, pointed
 from skylimb.control.controller import load_controller
+from skylimb.control.estimation.records import Start
+from skylimb.control.planning.vectoring_step import RATE, STEP, first_vectoring
 from skylimb.control.pointing import Pointed, Pointing
 from skylimb.control.pointing import pointed as point
 from skylimb.control.preset import PRESETS
-from skylimb.errors import ConfigError
-from skylimb.estimation.records import Start
-from skylimb.experiments.experiment import load_experiment
-from skylimb.flights.drivers import machine_code
-from skylimb.flights.takeoff import prepare
-from skylimb.packing import numeric
-from skylimb.planning.vectoring_step import RATE, STEP, first_vectoring
+from skylimb.flight.drivers import machine_code
+from skylimb.flight.experiments.experiment import load_experiment
+from skylimb.flight.takeoff import prepare
 from skylimb.robots.description import GRAVITY
 
 

@@ -5,10 +5,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from skylimb.control.missions.reference import zero_reference
+from skylimb.control.planning.posture import posture_family
+from skylimb.control.planning.vectoring import vectoring_table
 from skylimb.control.posture import heading_of, posture_of
-from skylimb.missions.reference import zero_reference
-from skylimb.planning.posture import posture_family
-from skylimb.planning.vectoring import vectoring_table
 from skylimb.robots.model import Robot
 
 Q = np.array([1.1, 1.0, -0.5])

@@ -5,16 +5,16 @@ from typing import Any
 import pytest
 
 import skylimb
-from skylimb.config import flatten, to_mapping
+from skylimb.base.config import flatten, to_mapping
+from skylimb.base.errors import ConfigError, UnknownNameError
 from skylimb.control.allocation import vectored
 from skylimb.control.cascade import Cascade
 from skylimb.control.contact import following as contact
 from skylimb.control.controller import cascade_from_tables, load_controller
+from skylimb.control.estimation.laws import predictive
 from skylimb.control.preset import preset_from_mapping, preset_mapping, preset_names
 from skylimb.control.shape import recentring
 from skylimb.control.translation import following
-from skylimb.errors import ConfigError, UnknownNameError
-from skylimb.estimation.laws import predictive
 from skylimb.robots.model import Robot
 
 
@@ -221,7 +221,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
 
-from skylimb.keys import Key, configuration
+from skylimb.base.keys import Key, configuration
 
 
 @dataclass

@@ -1,6 +1,6 @@
 """What the paper's equations do as they are printed; the corrected forms are what everything else tests.
 
-See docs/errata.md. The printed forms themselves are in `skylimb.reproduction.printed_forms` and nowhere else.
+See docs/errata.md. The printed forms themselves are in `skylimb.studies.reproduction.printed_forms` alone.
 """
 
 from dataclasses import replace
@@ -11,13 +11,13 @@ import numpy as np
 
 import skylimb
 from skylimb.control.controller import cascade_from_tables, load_controller
+from skylimb.control.estimation.records import BodyState
+from skylimb.control.planning.vectoring import vectoring_table
 from skylimb.control.preset import preset_mapping
 from skylimb.control.records import Allocated, Command, Demand, LawInput
 from skylimb.control.slots import Slot
 from skylimb.control.thrusts import allocate, rotor_wrench
-from skylimb.estimation.records import BodyState
-from skylimb.planning.vectoring import vectoring_table
-from skylimb.reproduction.printed_forms import (
+from skylimb.studies.reproduction.printed_forms import (
     admittance_as_printed,
     difference_as_printed,
     hybrid_with,

@@ -9,24 +9,24 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import skylimb
+from skylimb.base.errors import ConfigError
+from skylimb.base.packing import numeric
+from skylimb.base.rotations import rot_z, rotation_from_rpy, rotation_from_vector
 from skylimb.control.attitude import impedance as paper_attitude
 from skylimb.control.attitude import task_frame as attitude
 from skylimb.control.cascade import Cascade
 from skylimb.control.contact import task_frame as contact
+from skylimb.control.estimation.records import Wrench
 from skylimb.control.needs import Needs
 from skylimb.control.records import LawInput, TipMove
 from skylimb.control.task_frame import symmetric, task_axes, tip_wrench
 from skylimb.control.translation import impedance as paper_translation
 from skylimb.control.translation import task_frame as translation
-from skylimb.errors import ConfigError
-from skylimb.estimation.records import Wrench
-from skylimb.flights.drivers.native import compile_native, fly_native
-from skylimb.flights.flying import fly_here
-from skylimb.flights.takeoff import take_off
-from skylimb.packing import numeric
+from skylimb.flight.drivers.native import compile_native, fly_native
+from skylimb.flight.flying import fly_here
+from skylimb.flight.takeoff import take_off
 from skylimb.robots.model import Robot, RobotState
-from skylimb.spatial import rot_z, rotation_from_rpy, rotation_from_vector
-from skylimb.verification.stability import linearise, operating_point
+from skylimb.studies.verification.stability import linearise, operating_point
 
 DT = 0.005
 TURNED = rotation_from_rpy(0.3, -0.4, 1.1)

@@ -12,7 +12,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from skylimb.ros1.rim.here import require_ros
+from skylimb.apps.ros1.rim.here import require_ros
 
 require_ros()
 
@@ -22,7 +22,7 @@ from nav_msgs.msg import Odometry  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
 from std_msgs.msg import Empty, String, UInt8  # noqa: E402
 
-from skylimb.ros1.rim.definitions import Definitions  # noqa: E402
+from skylimb.apps.ros1.rim.definitions import Definitions  # noqa: E402
 
 NAMESPACE = "/hydrus_xi"
 

@@ -2,11 +2,11 @@
 
 import numpy as np
 
+from skylimb.base.rotations import quaternion_from_rotation
 from skylimb.control.cascade import Cascade
+from skylimb.control.estimation.records import Measurement
+from skylimb.control.missions.reference import Reference, zero_reference
 from skylimb.control.records import ContactView, TipMove
-from skylimb.estimation.records import Measurement
-from skylimb.missions.reference import Reference, zero_reference
-from skylimb.spatial import quaternion_from_rotation
 
 IN_THE_AIR = ContactView(
     0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, np.zeros(3), TipMove(*np.zeros((4, 3))), 0.0, 0.0

@@ -2,8 +2,8 @@
 
 from typing import TypeVar
 
-from skylimb.events import Event
-from skylimb.experiments.experiment import Experiment
+from skylimb.flight.events import Event
+from skylimb.flight.experiments.experiment import Experiment
 
 T = TypeVar("T", bound=Event)
 

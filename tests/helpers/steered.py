@@ -8,16 +8,16 @@ from typing import Any
 import numpy as np
 
 from short_flights import CIRCLE
-from skylimb.estimation.records import Measurement
-from skylimb.exchange.frames import lab_link
-from skylimb.flights.flying import fastest
-from skylimb.flights.takeoff import Takeoff, take_off
-from skylimb.realtime.compiled_controller import CompiledController
-from skylimb.realtime.pacer import Pacer
-from skylimb.ros1.grounded import GroundedPlant
-from skylimb.ros1.pilot import Pilot
-from skylimb.ros1.states import FlightState, Order
-from skylimb.ros1.tick import Inputs, Tick
+from skylimb.analysis.exchange.frames import lab_link
+from skylimb.apps.ros1.grounded import GroundedPlant
+from skylimb.apps.ros1.pilot import Pilot
+from skylimb.apps.ros1.states import FlightState, Order
+from skylimb.apps.ros1.tick import Inputs, Tick
+from skylimb.control.estimation.records import Measurement
+from skylimb.flight.flying import fastest
+from skylimb.flight.realtime.compiled_controller import CompiledController
+from skylimb.flight.realtime.pacer import Pacer
+from skylimb.flight.takeoff import Takeoff, take_off
 
 
 @functools.cache

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from made_robots import chain, joint, link
-from skylimb.errors import AllocationError, DescriptionError
+from skylimb.base.errors import AllocationError, DescriptionError
 from skylimb.robots import load_robot, read_description
 from skylimb.robots.held_axes import not_given
 from skylimb.robots.hover import find_hover

@@ -11,13 +11,13 @@ import pytest
 from scipy.optimize import linprog
 
 from made_robots import chain, multirotor
-from skylimb.planning.posture import posture_family
-from skylimb.planning.vectoring import vectoring_table
+from skylimb.base.rotations import rot_x, rot_y, rot_z
+from skylimb.control.planning.posture import posture_family
+from skylimb.control.planning.vectoring import vectoring_table
 from skylimb.robots.held import can_hold, greatest_push
 from skylimb.robots.held_results import LEVEL, TILT, Held, NotHeld, Within
 from skylimb.robots.loader import list_robots, load_robot
 from skylimb.robots.model import Robot
-from skylimb.spatial import rot_x, rot_y, rot_z
 
 # Pinocchio fills its module at run time, where a type checker cannot look.
 pin: Any = import_module("pinocchio")

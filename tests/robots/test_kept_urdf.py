@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from skylimb.base.sources import Source
 from skylimb.robots.kept_urdf import keep_tree, known_tree
 from skylimb.robots.loader import list_robots, read_description
-from skylimb.sources import Source
 
 
 @pytest.fixture

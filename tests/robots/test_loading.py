@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from skylimb.errors import AllocationError, ConfigError, DescriptionError, SkylimbError, UnknownNameError
+from skylimb.base.errors import AllocationError, ConfigError, DescriptionError, SkylimbError, UnknownNameError
 from skylimb.robots import list_robots, load_robot, read_description
 
 

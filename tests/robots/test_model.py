@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from skylimb.errors import AllocationError, ConfigError
+from skylimb.base.errors import AllocationError, ConfigError
 from skylimb.robots import GRAVITY, Robot, RobotState, load_robot
 
 # Pinocchio fills its module at run time, where a type checker cannot look.

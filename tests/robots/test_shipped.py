@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from skylimb.descriptions.mechanics import actuation
-from skylimb.planning.vectoring import vectoring_file, vectoring_table
+from skylimb.apps.robot_import.mechanics import actuation
+from skylimb.control.planning.vectoring import vectoring_file, vectoring_table
 from skylimb.robots import load_robot
 
 # Mass (kg) as published, joints, vectoring joints, rotors, rank with vectoring at rest and with it moving.

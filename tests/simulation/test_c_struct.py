@@ -3,7 +3,7 @@ from pathlib import Path
 
 import pytest
 
-from skylimb.errors import CompileError
+from skylimb.base.errors import CompileError
 from skylimb.simulation.c_struct import address, c_declaration
 from skylimb.simulation.compiling import FLAGS, compile_c, compilers
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import platformdirs
 import pytest
 
-from skylimb.errors import CompileError
+from skylimb.base.errors import CompileError
 from skylimb.simulation import compiling
 
 THREE = "int three(void) { return 3; }"

@@ -7,7 +7,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from skylimb.errors import ConfigError, UnknownNameError
+from skylimb.base.errors import ConfigError, UnknownNameError
 from skylimb.simulation.contact import (
     ContactReading,
     add_contact_pair,

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import skylimb
-from skylimb.errors import ConfigError
-from skylimb.flights.takeoff import take_off
+from skylimb.base.errors import ConfigError
+from skylimb.flight.takeoff import take_off
 from skylimb.simulation.foot import BALLS, CORNERS
 
 QUICK = {"phases.hover": 0.5, "phases.tare": 1.5, "phases.hover_end": 0.0}

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import skylimb
-from skylimb.calibration.result import true_values
-from skylimb.errors import ConfigError
-from skylimb.flights.takeoff import take_off
+from skylimb.base.errors import ConfigError
+from skylimb.flight.takeoff import take_off
+from skylimb.studies.calibration.result import true_values
 
 
 def test_plant_and_model_have_the_gravity_of_the_experiment() -> None:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import skylimb
-from skylimb.analysis.signals import contact_transitions, in_phase
+from skylimb.analysis.scores.signals import contact_transitions, in_phase
 
 TWO_STROKES = {
     "phases.hover": 0.5,

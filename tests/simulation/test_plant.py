@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 import skylimb
-from skylimb.errors import SkylimbError
-from skylimb.flights.plan import mission_of
+from skylimb.base.errors import SkylimbError
+from skylimb.flight.plan import mission_of
 from skylimb.robots.model import Robot
 from skylimb.simulation.plant import Plant, build_plant, initial_data, plant_description
 from skylimb.simulation.plant_config import PlantConfig

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from skylimb.errors import SkylimbError
+from skylimb.base.errors import SkylimbError
 from skylimb.simulation.sensors import (
     SensorConfig,
     SensorNoise,

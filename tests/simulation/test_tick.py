@@ -10,7 +10,7 @@ import pytest
 
 from skylimb.control.cascade import Cascade
 from skylimb.control.translation import pid
-from skylimb.flights.takeoff import Takeoff, take_off
+from skylimb.flight.takeoff import Takeoff, take_off
 from skylimb.simulation.tick import CompiledTick, forget_ticks
 
 

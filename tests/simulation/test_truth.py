@@ -2,11 +2,11 @@ import numpy as np
 import pytest
 
 import skylimb
-from skylimb.flights.drivers.native import native_available
-from skylimb.flights.plan import mission_of
-from skylimb.flights.takeoff import take_off
+from skylimb.base.rotations import rotation_from_quaternion, rotation_from_rpy
+from skylimb.flight.drivers.native import native_available
+from skylimb.flight.plan import mission_of
+from skylimb.flight.takeoff import take_off
 from skylimb.simulation import truth
-from skylimb.spatial import rotation_from_quaternion, rotation_from_rpy
 
 SHORT = {
     "phases.hover": 0.4,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from skylimb.spatial import rot_z, rotation_from_rpy
+from skylimb.base.rotations import rot_z, rotation_from_rpy
 from skylimb.symbolic import Array, arctan2, vector
 
 

@@ -13,6 +13,11 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
+from skylimb.base.errors import ConfigError, unknown_name
+from skylimb.base.keys import Table, rows_of
+from skylimb.base.packing import numeric, structure
+from skylimb.base.rotations import rpy_from_rotation
+from skylimb.base.signals import Signal
 from skylimb.control.attitude_target import attitude_target
 from skylimb.control.corrections import (
     CALIBRATION,
@@ -24,26 +29,21 @@ from skylimb.control.corrections import (
     require_made_for,
     turned_back,
 )
+from skylimb.control.estimation.estimate import wrench_signals
+from skylimb.control.estimation.records import Measurement, Sensed, Signals, Start
 from skylimb.control.fields import require_fit
 from skylimb.control.links import Links, as_traced
+from skylimb.control.missions.reference import Reference
 from skylimb.control.needs import Needs, merged
 from skylimb.control.own_code import OwnLaw
+from skylimb.control.planning.posture import ReachFamily, posture_family
+from skylimb.control.planning.vectoring import VectoringTable, vectoring_table
 from skylimb.control.posture import heading_of, posture_of
 from skylimb.control.preset import Preset
 from skylimb.control.preset_keys import preset_tables
 from skylimb.control.records import NOTHING, Command, Demand, LawInput
 from skylimb.control.slots import SLOTS, Slots, traced_functions
-from skylimb.errors import ConfigError, unknown_name
-from skylimb.estimation.estimate import wrench_signals
-from skylimb.estimation.records import Measurement, Sensed, Signals, Start
-from skylimb.keys import Table, rows_of
-from skylimb.missions.reference import Reference
-from skylimb.packing import numeric, structure
-from skylimb.planning.posture import ReachFamily, posture_family
-from skylimb.planning.vectoring import VectoringTable, vectoring_table
 from skylimb.robots.model import Robot
-from skylimb.signals import Signal
-from skylimb.spatial import rpy_from_rotation
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, NamedTuple
 
-from skylimb.keys import Key, configuration
+from skylimb.base.keys import Key, configuration
 from skylimb.symbolic import where
 
 STATES = ("free", "approach", "settle", "slide", "lost", "recontact", "retreat")

@@ -7,20 +7,20 @@ from collections.abc import Hashable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, Protocol, TypeGuard, runtime_checkable
 
-from skylimb.config import from_mapping, put
+from skylimb.base.config import from_mapping, put
+from skylimb.base.keys import Table, units_of
+from skylimb.base.signals import Signal
+from skylimb.base.user_modules import load_module, sources_of_module
 from skylimb.control.cascade import Cascade, build_cascade, calibrated
 from skylimb.control.corrections import CALIBRATION, Corrections
+from skylimb.control.estimation.records import Measurement
+from skylimb.control.missions.reference import Reference
 from skylimb.control.needs import Needs
 from skylimb.control.own_controller import Origin, OwnController, own_controller
 from skylimb.control.preset import ROBOTS, of_robot, preset_from_mapping, preset_mapping
 from skylimb.control.records import Command
 from skylimb.control.slots import find_law, keys_of_law
-from skylimb.estimation.records import Measurement
-from skylimb.keys import Table, units_of
-from skylimb.missions.reference import Reference
 from skylimb.robots.model import Robot
-from skylimb.signals import Signal
-from skylimb.user_modules import load_module, sources_of_module
 
 
 @runtime_checkable

@@ -17,17 +17,17 @@ from typing import Annotated, Any, Protocol
 
 import numpy as np
 
-from skylimb.config import from_mapping, parse_toml, put, to_mapping
+from skylimb.base.config import from_mapping, parse_toml, put, to_mapping
+from skylimb.base.errors import ConfigError
+from skylimb.base.keys import Key, configuration
+from skylimb.base.rotations import quaternion_product
+from skylimb.base.sources import read_source
+from skylimb.control.estimation.records import Measurement
 from skylimb.control.preset import DEFAULT_LAWS
 from skylimb.control.records import Command
 from skylimb.control.slots import find_law, keys_of_law
-from skylimb.errors import ConfigError
-from skylimb.estimation.records import Measurement
-from skylimb.keys import Key, configuration
 from skylimb.robots.description import Inertial, Link, Rotor
 from skylimb.robots.model import Robot
-from skylimb.sources import read_source
-from skylimb.spatial import quaternion_product
 
 FORMAT = "skylimb calibration"
 

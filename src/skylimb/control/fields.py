@@ -19,12 +19,12 @@ from typing import Any
 
 import numpy as np
 
+from skylimb.base.errors import ConfigError, unknown_name
+from skylimb.base.keys import keys_of
+from skylimb.base.keys.key import shown
+from skylimb.control.estimation.records import Estimate
 from skylimb.control.records import ArmTarget, ContactView
 from skylimb.control.slots import SLOTS, Slot, Slots, find_law, law_names
-from skylimb.errors import ConfigError, unknown_name
-from skylimb.estimation.records import Estimate
-from skylimb.keys import keys_of
-from skylimb.keys.key import shown
 
 RECORDS = {
     "estimate": ("estimation", Estimate),

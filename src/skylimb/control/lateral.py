@@ -19,8 +19,8 @@ from typing import Annotated, Any
 import casadi as ca
 import numpy as np
 
+from skylimb.base.keys import Key, configuration
 from skylimb.control.records import Demand, LawInput
-from skylimb.keys import Key, configuration
 from skylimb.robots.model import Robot
 from skylimb.symbolic import Array, clip, low_pass, matrix, right_inverse, stack
 

@@ -16,8 +16,8 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple, Protocol
 
+from skylimb.control.estimation.records import Estimate, Sensed, Signals, Start, Wrench
 from skylimb.control.records import Allocated, ArmTarget, ContactView, Demand, LawInput
-from skylimb.estimation.records import Estimate, Sensed, Signals, Start, Wrench
 from skylimb.symbolic import Array
 
 

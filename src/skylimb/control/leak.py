@@ -12,9 +12,9 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any
 
+from skylimb.base.keys import Key, configuration
 from skylimb.control.records import NOTHING, LawInput
 from skylimb.control.thrusts import Thrusts, rotor_wrench
-from skylimb.keys import Key, configuration
 from skylimb.symbolic import Array, low_pass, right_inverse, stack
 
 

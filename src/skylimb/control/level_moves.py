@@ -21,11 +21,11 @@ from typing import Annotated, Any, NamedTuple
 
 import casadi as ca
 
+from skylimb.base.keys import Key, configuration
 from skylimb.control.box_least_squares import nearest_in_box
+from skylimb.control.estimation.records import BodyState
 from skylimb.control.lateral import side_force_function
 from skylimb.control.records import Demand, LawInput
-from skylimb.estimation.records import BodyState
-from skylimb.keys import Key, configuration
 from skylimb.robots.model import Robot
 from skylimb.symbolic import Array, clip, is_symbolic, low_pass, matrix, stack
 

@@ -12,13 +12,13 @@ from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from skylimb.base.errors import ConfigError
+from skylimb.control.estimation.records import Signals
 from skylimb.control.fields import FIELDS, RECORDS, called, misfit, optional, provided, required
 from skylimb.control.needs import PACE
 from skylimb.control.own_trace import PERIOD, symbolic_records
 from skylimb.control.records import LawInput
 from skylimb.control.slots import SLOTS, Slots
-from skylimb.errors import ConfigError
-from skylimb.estimation.records import Signals
 
 
 class Links:

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
-from skylimb.errors import ConfigError
+from skylimb.base.errors import ConfigError
 
 PACE = "pace"
 """Signal with which a controller sets the pace of the mission's clock at the next tick."""

@@ -11,12 +11,12 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from skylimb.errors import UserCodeError
-from skylimb.packing import Layout
-from skylimb.signals import declared_signals
+from skylimb.base.errors import UserCodeError
+from skylimb.base.packing import Layout
+from skylimb.base.signals import declared_signals
+from skylimb.base.user_code import UserCode, guarded
+from skylimb.base.user_modules import sources_of_module
 from skylimb.symbolic import is_symbolic, matrix, vector
-from skylimb.user_code import UserCode, guarded
-from skylimb.user_modules import sources_of_module
 
 
 class OwnLaw:

@@ -12,20 +12,20 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from skylimb.config import to_mapping, with_overrides
+from skylimb.base.config import to_mapping, with_overrides
+from skylimb.base.errors import ConfigError
+from skylimb.base.keys import Table, tables_of
+from skylimb.base.packing import numeric, structure
+from skylimb.base.signals import Signal, declared_signals
+from skylimb.base.sources import Source
+from skylimb.base.user_code import UserCode
+from skylimb.control.estimation.records import Measurement
+from skylimb.control.missions.reference import Reference
 from skylimb.control.needs import Needs, needs_of
 from skylimb.control.own_code import symbolic_record, traceable
 from skylimb.control.own_trace import untraceable
 from skylimb.control.records import Command
-from skylimb.errors import ConfigError
-from skylimb.estimation.records import Measurement
-from skylimb.keys import Table, tables_of
-from skylimb.missions.reference import Reference
-from skylimb.packing import numeric, structure
 from skylimb.robots.model import Robot
-from skylimb.signals import Signal, declared_signals
-from skylimb.sources import Source
-from skylimb.user_code import UserCode
 
 NEEDED = ("name", "gains", "initial_state", "step")
 """What a user's object has to have."""

@@ -8,15 +8,15 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from skylimb.base.errors import SkylimbError
+from skylimb.base.packing import Layout
+from skylimb.control.estimation.records import Measurement
+from skylimb.control.missions.reference import Reference, zero_reference
 from skylimb.control.needs import PACE, Needs
 from skylimb.control.own_code import symbolic_record, traceable
+from skylimb.control.planning.posture import posture_family
+from skylimb.control.planning.vectoring import vectoring_table
 from skylimb.control.records import Command
-from skylimb.errors import SkylimbError
-from skylimb.estimation.records import Measurement
-from skylimb.missions.reference import Reference, zero_reference
-from skylimb.packing import Layout
-from skylimb.planning.posture import posture_family
-from skylimb.planning.vectoring import vectoring_table
 from skylimb.robots.model import Robot
 
 _STEPS = 4

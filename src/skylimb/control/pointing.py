@@ -18,9 +18,9 @@ from typing import Annotated, Any, NamedTuple
 
 import casadi as ca
 
+from skylimb.base.keys import Key, configuration
 from skylimb.control.box_least_squares import nearest_in_box
 from skylimb.control.thrusts import thrust_limits
-from skylimb.keys import Key, configuration
 from skylimb.robots.model import Robot
 from skylimb.symbolic import Array, clip, is_symbolic, solve_positive, stack
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from skylimb.missions.reference import Reference
-from skylimb.planning.posture import ReachFamily
-from skylimb.planning.vectoring import VectoringTable
+from skylimb.control.missions.reference import Reference
+from skylimb.control.planning.posture import ReachFamily
+from skylimb.control.planning.vectoring import VectoringTable
 from skylimb.robots.model import Robot
 from skylimb.symbolic import Array
 

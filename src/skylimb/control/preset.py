@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from skylimb.config import flatten, from_mapping, read_toml, to_mapping, with_overrides
+from skylimb.base.config import flatten, from_mapping, read_toml, to_mapping, with_overrides
+from skylimb.base.errors import ConfigError, UnknownNameError, unknown_name
+from skylimb.base.keys.key import shown
 from skylimb.control.fields import require_fit
 from skylimb.control.laws import Laws
 from skylimb.control.slots import SLOTS, Slot, Slots, find_law, law_names, right_key
-from skylimb.errors import ConfigError, UnknownNameError, unknown_name
-from skylimb.keys.key import shown
 
 PRESETS = Path(__file__).parent / "presets"
 DEFAULT_LAWS = {"estimation": "momentum", "contact": "open", "allocation": "pseudoinverse"}

@@ -6,10 +6,10 @@ import inspect
 from collections.abc import Iterator, Mapping
 from typing import Any, Literal
 
+from skylimb.base.keys import Key, KeyInfo, Table, tables_of
 from skylimb.control.fields import described
 from skylimb.control.preset import ROBOTS, Preset
 from skylimb.control.slots import SLOTS, Slot, law_names
-from skylimb.keys import Key, KeyInfo, Table, tables_of
 
 _LAW = Key("", "the law that fills the slot: one of these, or a Python file of your own")
 

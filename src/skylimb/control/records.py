@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from skylimb.estimation.records import ABSENT, Estimate, Measurement, Wrench
-from skylimb.missions.reference import Reference
+from skylimb.control.estimation.records import ABSENT, Estimate, Measurement, Wrench
+from skylimb.control.missions.reference import Reference
 from skylimb.robots.model import Robot
 from skylimb.symbolic import Array
 

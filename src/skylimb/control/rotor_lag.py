@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, NamedTuple
 
-from skylimb.keys import Key, configuration
+from skylimb.base.keys import Key, configuration
 from skylimb.symbolic import Array, clip, exp
 
 

@@ -10,11 +10,11 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, NamedTuple
 
+from skylimb.base.errors import unknown_name
+from skylimb.base.keys import keys_of
+from skylimb.base.user_modules import load_module
 from skylimb.control.needs import Needs
 from skylimb.control.own_code import OwnLaw
-from skylimb.errors import unknown_name
-from skylimb.keys import keys_of
-from skylimb.user_modules import load_module
 
 
 class Slots(NamedTuple):
@@ -38,7 +38,7 @@ class Slots(NamedTuple):
 
 
 SLOTS = Slots._fields
-_FOLDERS = {"estimation": "skylimb.estimation.laws"}
+_FOLDERS = {"estimation": "skylimb.control.estimation.laws"}
 _FUNCTIONS = {"estimation": ("step", "commanded"), "allocation": ("aim", "step")}
 
 

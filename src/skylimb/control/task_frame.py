@@ -11,10 +11,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from skylimb.estimation.records import Estimate
-from skylimb.keys import refused
-from skylimb.missions.reference import Reference
-from skylimb.spatial import cross
+from skylimb.base.keys import refused
+from skylimb.base.rotations import cross
+from skylimb.control.estimation.records import Estimate
+from skylimb.control.missions.reference import Reference
 from skylimb.symbolic import Array, matrix
 
 Vector3 = tuple[float, float, float]

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skylimb.estimation.records import BodyState, Wrench
+from skylimb.control.estimation.records import BodyState, Wrench
 from skylimb.robots.model import Robot
 from skylimb.symbolic import Array, clip, right_inverse, stack
 

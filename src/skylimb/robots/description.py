@@ -11,8 +11,8 @@ from typing import Annotated, Literal
 
 import numpy as np
 
-from skylimb.keys import Key, configuration
-from skylimb.sources import Source
+from skylimb.base.keys import Key, configuration
+from skylimb.base.sources import Source
 
 GRAVITY = 9.80665
 """Standard gravity, m/s^2: that of every place that an experiment does not say otherwise."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from skylimb.errors import AllocationError, DescriptionError
+from skylimb.base.errors import AllocationError, DescriptionError
 from skylimb.robots.description import Inertial
 from skylimb.robots.held_axes import inputs_at, not_given
 from skylimb.robots.held_results import Held, NotHeld

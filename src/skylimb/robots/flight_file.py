@@ -6,7 +6,7 @@ import math
 from dataclasses import field
 from typing import Annotated, Literal
 
-from skylimb.keys import Key, configuration, refused
+from skylimb.base.keys import Key, configuration, refused
 from skylimb.robots.description import Servo
 
 _TURN = 2.0 * math.pi

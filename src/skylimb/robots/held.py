@@ -6,7 +6,7 @@ Free are the lean of the body, the thrusts, moves of the vectoring angles, and w
     greatest push    maximise t   with the push t d and a margin that is kept
     margin           maximise h   with a given push
 
-where forces and torques balance (`skylimb.statics`) and nothing is beyond its limit: each thrust, each
+where forces and torques balance (`skylimb.base.statics`) and nothing is beyond its limit: each thrust, each
 servo's torque, the tilt of the measured link from the vertical, the vectoring angles. The margin is the
 torque that is left about any axis while lift and attitude are kept,
 
@@ -28,12 +28,12 @@ from typing import Any
 
 import numpy as np
 
+from skylimb.base.rotations import rot_z
 from skylimb.robots.held_program import programme_of
 from skylimb.robots.held_results import LEVEL, USUAL, Held, Limit, NotHeld, Within
 from skylimb.robots.loads import loads_function
 from skylimb.robots.model import Robot
 from skylimb.robots.starts import golden_steps, within_limits
-from skylimb.spatial import rot_z
 
 _LYING = 1.5
 """Tilt, rad, beyond which no rest is sought."""

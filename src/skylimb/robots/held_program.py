@@ -8,10 +8,10 @@ from typing import Any, NamedTuple
 import casadi as ca
 import numpy as np
 
+from skylimb.base.rotations import rot_z
+from skylimb.base.statics import rest_function
 from skylimb.robots.loads import loads_function
 from skylimb.robots.model import Robot
-from skylimb.spatial import rot_z
-from skylimb.statics import rest_function
 from skylimb.symbolic import right_inverse
 
 _PRICE = 1e3

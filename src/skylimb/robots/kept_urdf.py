@@ -16,10 +16,10 @@ from typing import Any
 
 import numpy as np
 
-from skylimb.recording.files import replacing
+from skylimb.base.files import replacing
+from skylimb.base.sources import Source
 from skylimb.robots import description, urdf
 from skylimb.robots.description import Inertial, Joint, Link, Visual
-from skylimb.sources import Source
 
 Tree = tuple[str, tuple[Link, ...], tuple[Joint, ...]]
 """The root link's name, links, joints, as `urdf.read_urdf` returns them."""

@@ -15,9 +15,9 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from skylimb.base.rotations import hat
 from skylimb.robots.bodies import Body
 from skylimb.robots.urdf import clean_rotation
-from skylimb.spatial import hat
 
 Array = Any
 """A CasADi matrix."""

@@ -10,8 +10,10 @@ from pathlib import Path
 
 import numpy as np
 
-from skylimb.config import from_mapping, parse_toml, read_toml
-from skylimb.errors import ConfigError, DescriptionError, UnreadableError, unknown_name
+from skylimb.base.config import from_mapping, parse_toml, read_toml
+from skylimb.base.errors import ConfigError, DescriptionError, UnreadableError, unknown_name
+from skylimb.base.rotations import rotation_from_rpy
+from skylimb.base.sources import Source, read_source
 from skylimb.robots.description import GRAVITY, NO_SERVO, PostureFamily, RobotDescription, Rotor, Tip
 from skylimb.robots.flight_check import check_robot
 from skylimb.robots.flight_file import (
@@ -25,8 +27,6 @@ from skylimb.robots.kept_urdf import Tree, keep_tree, known_tree
 from skylimb.robots.model import Robot
 from skylimb.robots.urdf import clean_rotation, read_urdf
 from skylimb.robots.validation import check_description
-from skylimb.sources import Source, read_source
-from skylimb.spatial import rotation_from_rpy
 
 FLIGHT_FILE = "flight.toml"
 SHIPPED = Path(__file__).parent

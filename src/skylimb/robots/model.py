@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import casadi as ca
 import numpy as np
 
-from skylimb.errors import AllocationError, ConfigError
+from skylimb.base.errors import AllocationError, ConfigError
 from skylimb.robots.bodies import lump
 from skylimb.robots.description import RobotDescription
 from skylimb.robots.hovering import hovering_frame

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from skylimb.base.rotations import rot_z
 from skylimb.robots.model import Robot
-from skylimb.spatial import rot_z
 
 
 @dataclass(frozen=True, eq=False)

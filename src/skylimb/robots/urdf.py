@@ -17,10 +17,10 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from skylimb.errors import DescriptionError, unknown_name
+from skylimb.base.errors import DescriptionError, unknown_name
+from skylimb.base.sources import Source
 from skylimb.robots.description import Inertial, Joint, Link, Visual
 from skylimb.robots.packages import find_file
-from skylimb.sources import Source
 
 _KINDS = ("revolute", "continuous", "fixed")
 _GREY = (0.6, 0.6, 0.6, 1.0)

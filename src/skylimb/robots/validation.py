@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from skylimb.errors import DescriptionError
+from skylimb.base.errors import DescriptionError
 from skylimb.robots.description import Inertial, Joint, RobotDescription
 
 _GYRATION_MAX = 3.0

@@ -21,7 +21,7 @@ from pathlib import Path
 
 import platformdirs
 
-from skylimb.errors import CompileError
+from skylimb.base.errors import CompileError
 
 # The engine's own binaries ask for AVX on these machines; with it, code is a seventh shorter.
 _WIDE = ("-mavx",) if platform.machine().lower() in ("x86_64", "amd64") else ()

@@ -22,9 +22,9 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from skylimb.errors import ConfigError, unknown_name
+from skylimb.base.errors import ConfigError, unknown_name
+from skylimb.base.rotations import dot
 from skylimb.simulation.contact_keys import PAIR_NAME, ContactParameters
-from skylimb.spatial import dot
 from skylimb.symbolic import Array, vector, where
 
 SENSOR_NAME = "tip_surface_force"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
-from skylimb.keys import Key, configuration
+from skylimb.base.keys import Key, configuration
 
 PAIR_NAME = "tip_surface"
 """Of the pair of tip and surface in the engine's model."""

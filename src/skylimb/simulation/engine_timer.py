@@ -12,7 +12,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from skylimb.errors import CompileError
+from skylimb.base.errors import CompileError
 from skylimb.simulation.compiling import engine_library
 
 _lock = threading.Lock()

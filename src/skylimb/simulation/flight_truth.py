@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skylimb.errors import ConfigError
-from skylimb.loop.flight import Flight, mission_signals
-from skylimb.missions.mission import Mission
+from skylimb.base.errors import ConfigError
+from skylimb.control.loop.flight import Flight, mission_signals
+from skylimb.control.missions.mission import Mission
 from skylimb.simulation.plant import Plant
 from skylimb.simulation.surface_at import SurfaceAt, changed_surface, turned_valve
 from skylimb.simulation.surfaces import Valve

@@ -13,8 +13,9 @@ from functools import cached_property
 import mujoco
 import numpy as np
 
-from skylimb.missions.mission import Mission
-from skylimb.missions.reference import Reference
+from skylimb.base.rotations import quaternion_from_rotation, rot_z
+from skylimb.control.missions.mission import Mission
+from skylimb.control.missions.reference import Reference
 from skylimb.robots.description import Inertial, Link, RobotDescription
 from skylimb.robots.model import Robot
 from skylimb.simulation.contact import ContactReading, pair_compliance, tune_contact_pair
@@ -24,7 +25,6 @@ from skylimb.simulation.plant_config import Peg, PlantConfig, physics_steps, req
 from skylimb.simulation.scene import scene_spec
 from skylimb.simulation.servo_friction import tune_servo_friction
 from skylimb.simulation.surfaces import Surface
-from skylimb.spatial import quaternion_from_rotation, rot_z
 
 _SAG_ITERATIONS = 5
 

@@ -6,8 +6,8 @@ from typing import Annotated
 
 import numpy as np
 
-from skylimb.errors import ConfigError
-from skylimb.keys import Key, configuration
+from skylimb.base.errors import ConfigError
+from skylimb.base.keys import Key, configuration
 from skylimb.robots.description import RobotDescription
 from skylimb.simulation.surfaces import Surface
 

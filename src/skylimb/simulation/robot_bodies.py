@@ -5,9 +5,9 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
+from skylimb.base.rotations import quaternion_from_rotation
 from skylimb.robots.description import Inertial, Joint, Link, RobotDescription, Servo, Visual
 from skylimb.simulation.servo_friction import add_servo_friction
-from skylimb.spatial import quaternion_from_rotation
 
 TIP_GEOM = "tip"
 TIP_SITE = "tip"

@@ -9,10 +9,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from skylimb.missions.mission import Mission
-from skylimb.missions.reference import Reference, zero_reference
-from skylimb.missions.table import Window, reference_table
-from skylimb.packing import Layout, pack_rows
+from skylimb.base.packing import Layout, pack_rows
+from skylimb.control.missions.mission import Mission
+from skylimb.control.missions.reference import Reference, zero_reference
+from skylimb.control.missions.table import Window, reference_table
 from skylimb.robots.model import Robot
 from skylimb.simulation.sensors import SensorConfig, SensorNoise, draw_noise, frame_ages
 

@@ -13,9 +13,9 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from skylimb.estimation.records import Measurement
-from skylimb.keys import Key, configuration
-from skylimb.spatial import quaternion_product
+from skylimb.base.keys import Key, configuration
+from skylimb.base.rotations import quaternion_product
+from skylimb.control.estimation.records import Measurement
 from skylimb.symbolic import Array, clip, vector
 
 

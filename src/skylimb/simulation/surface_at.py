@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from skylimb.base.rotations import quaternion_from_rotation
 from skylimb.simulation.surface_state import state_of
 from skylimb.simulation.surfaces import Surface, Valve
 from skylimb.simulation.surfaces.placement import surface_rotation
-from skylimb.spatial import quaternion_from_rotation
 
 
 class SurfaceAt:

@@ -10,11 +10,11 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from skylimb.errors import ConfigError
+from skylimb.base.errors import ConfigError
+from skylimb.base.rotations import quaternion_from_rotation
 from skylimb.simulation.compiling import engine_library
 from skylimb.simulation.surfaces import Surface
 from skylimb.simulation.surfaces.geom import BODY, GEOM, JOINT, Geom, Hinge, Shaped
-from skylimb.spatial import quaternion_from_rotation
 
 HINGE = "surface_hinge"
 LEVER = "surface_lever"

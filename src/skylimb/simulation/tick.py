@@ -19,15 +19,15 @@ import casadi as ca
 import mujoco
 import numpy as np
 
+from skylimb.base.errors import DescriptionError
+from skylimb.base.packing import Layout, structure
 from skylimb.control.controller import TraceableController
+from skylimb.control.estimation.records import Measurement
+from skylimb.control.loop.flight import MISSION_TIME
+from skylimb.control.missions.clock import next_clock, start_of_mission
+from skylimb.control.missions.table import Window, window_of
 from skylimb.control.needs import PACE, needs_of
 from skylimb.control.records import Command
-from skylimb.errors import DescriptionError
-from skylimb.estimation.records import Measurement
-from skylimb.loop.flight import MISSION_TIME
-from skylimb.missions.clock import next_clock, start_of_mission
-from skylimb.missions.table import Window, window_of
-from skylimb.packing import Layout, structure
 from skylimb.simulation.actuators import actuate
 from skylimb.simulation.plant import Plant
 from skylimb.simulation.rows import TickRow, reference_layout, row_layout

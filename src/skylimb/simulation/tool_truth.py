@@ -7,10 +7,10 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from skylimb.loop.flight import Flight
+from skylimb.base.rotations import rotation_from_quaternion
+from skylimb.control.loop.flight import Flight
 from skylimb.simulation.peg import direction_of
 from skylimb.simulation.plant import Plant
-from skylimb.spatial import rotation_from_quaternion
 
 
 def tool_signals(plant: Plant, flight: Flight, tip_position: np.ndarray) -> dict[str, np.ndarray]:

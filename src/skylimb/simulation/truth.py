@@ -14,16 +14,16 @@ from typing import Any, NamedTuple
 import casadi as ca
 import numpy as np
 
-from skylimb.c_code import c_source
-from skylimb.errors import CompileError
-from skylimb.loop.flight import Flight
-from skylimb.missions.mission import Mission
-from skylimb.packing import Layout
+from skylimb.base.c_code import c_source
+from skylimb.base.errors import CompileError
+from skylimb.base.packing import Layout
+from skylimb.base.rotations import cross, rotation_from_quaternion, rpy_from_rotation
+from skylimb.control.loop.flight import Flight
+from skylimb.control.missions.mission import Mission
 from skylimb.robots.model import Robot
 from skylimb.simulation.compiling import built_library
 from skylimb.simulation.plant import Plant
 from skylimb.simulation.surfaces.contact_record import ContactGap, TouchedSurface, record_contact
-from skylimb.spatial import cross, rotation_from_quaternion, rpy_from_rotation
 
 _BLOCK = 256
 """Ticks that are evaluated by one call: flights of any length share one function."""

@@ -9,9 +9,9 @@ import casadi as ca
 import mujoco
 import numpy as np
 
+from skylimb.base.packing import Layout
+from skylimb.control.estimation.records import Measurement
 from skylimb.control.records import Command
-from skylimb.estimation.records import Measurement
-from skylimb.packing import Layout
 from skylimb.simulation.actuators import actuate
 from skylimb.simulation.engine_warnings import raised_warnings
 from skylimb.simulation.plant import Plant

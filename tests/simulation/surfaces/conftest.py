@@ -6,8 +6,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from skylimb.flights.drivers.native import fly_native
-from skylimb.flights.record import scored
+from skylimb.flight.drivers.native import fly_native
+from skylimb.flight.record import scored
 from skylimb.simulation.contact import add_contact_pair, set_contact_options, tune_contact_pair
 from skylimb.simulation.surface_bodies import add_surface
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from skylimb.errors import ConfigError, UnknownNameError
+from skylimb.base.errors import ConfigError, UnknownNameError
 from skylimb.simulation.surfaces import Board, surface_from_mapping
 
 

@@ -10,7 +10,7 @@ import mujoco.batch
 import numpy as np
 import pytest
 
-from skylimb.errors import CompileError
+from skylimb.base.errors import CompileError
 from skylimb.simulation import compiling
 from skylimb.simulation.surface_bodies import SLOT, collision_table, install
 from skylimb.simulation.surfaces import CurvedSurface, HeightMap, SineWall, Step, collision
@@ -20,7 +20,7 @@ RELIEF = tuple(tuple(0.5 * np.sin(0.9 * i) * np.cos(0.7 * j) for j in range(10))
 
 WITHOUT_COMPILER = """
 import sys
-from skylimb.cli import main
+from skylimb.apps.cli import main
 from skylimb.simulation import compiling
 compiling.compilers = list
 sys.exit(main(["run", "sine_gentle", "--no-video", "--out", sys.argv[1]]))

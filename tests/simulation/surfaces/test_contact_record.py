@@ -5,7 +5,7 @@ import pytest
 
 from skylimb.simulation.surfaces import Board, SineWall
 from skylimb.simulation.surfaces.contact_record import contact_gaps, record_contact
-from skylimb.verification.rig import Bench
+from skylimb.studies.verification.rig import Bench
 
 TICK = 0.005
 

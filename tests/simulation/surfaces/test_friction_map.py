@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from skylimb.errors import ConfigError, UnknownNameError
+from skylimb.base.errors import ConfigError, UnknownNameError
 from skylimb.simulation.surfaces import Board, FrictionMap, PairFriction, Patch, surface_from_mapping
 
 PATCHES = FrictionMap(

@@ -5,10 +5,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from skylimb.errors import ConfigError
-from skylimb.flights.drivers.native import fly_native
-from skylimb.flights.flying import fly_here
-from skylimb.flights.takeoff import take_off
+from skylimb.base.errors import ConfigError
+from skylimb.flight.drivers.native import fly_native
+from skylimb.flight.flying import fly_here
+from skylimb.flight.takeoff import take_off
 from skylimb.simulation.contact import pair_compliance
 from skylimb.simulation.peg import direction_of
 from skylimb.simulation.surfaces import Hole, surface_from_mapping

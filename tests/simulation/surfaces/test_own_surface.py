@@ -14,11 +14,11 @@ import pytest
 import xarray as xr
 
 import skylimb
-from skylimb.cli import main
-from skylimb.errors import ConfigError
-from skylimb.flights.drivers.native import fly_native
-from skylimb.flights.flying import fly_here
-from skylimb.flights.takeoff import take_off
+from skylimb.apps.cli import main
+from skylimb.base.errors import ConfigError
+from skylimb.flight.drivers.native import fly_native
+from skylimb.flight.flying import fly_here
+from skylimb.flight.takeoff import take_off
 from skylimb.simulation.surfaces import surface_from_mapping
 
 EXAMPLES = Path(__file__).parents[3] / "examples" / "surfaces"
@@ -216,8 +216,8 @@ def test_many_kinds_fly_in_one_batch_as_alone_and_with_every_driver(tmp_path):
 def test_without_a_compiler_it_is_read_and_checked_but_does_not_fly(tmp_path, file):
     (tmp_path / "wall.toml").write_text(f'[surface]\nkind = "{(EXAMPLES / file).as_posix()}"\n')
     script = (
-        "import sys\nfrom skylimb.cli import main\nfrom skylimb.simulation import compiling\n"
-        "from skylimb.experiments.experiment import load_experiment\ncompiling.compilers = list\n"
+        "import sys\nfrom skylimb.apps.cli import main\nfrom skylimb.simulation import compiling\n"
+        "from skylimb.flight.experiments.experiment import load_experiment\ncompiling.compilers = list\n"
         "load_experiment(sys.argv[1])\n"
         "sys.exit(main(['run', sys.argv[1], '--no-video', '--out', sys.argv[2]]))"
     )

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from skylimb.errors import ConfigError
+from skylimb.base.errors import ConfigError
 from skylimb.simulation.surfaces import HeightMap, MeshSurface, surface_from_mapping
 
 trimesh = pytest.importorskip("trimesh")

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from skylimb.errors import ConfigError
+from skylimb.base.errors import ConfigError
 from skylimb.simulation.surfaces import (
     Board,
     Corrugated,

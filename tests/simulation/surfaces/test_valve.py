@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 import skylimb
-from skylimb.analysis.replay.payload import replay_payload
-from skylimb.errors import ConfigError
-from skylimb.flights.drivers.native import fly_native
-from skylimb.flights.flying import fly_here
-from skylimb.flights.takeoff import take_off
+from skylimb.analysis.replay_page.payload import replay_payload
+from skylimb.base.errors import ConfigError
+from skylimb.flight.drivers.native import fly_native
+from skylimb.flight.flying import fly_here
+from skylimb.flight.takeoff import take_off
 from skylimb.simulation.surface_at import turned_valve
 from skylimb.simulation.surfaces import Valve, surface_from_mapping
 from skylimb.simulation.surfaces.geom import GEOM

@@ -13,11 +13,11 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
-from skylimb.analysis import style
-from skylimb.analysis.axis_names import common_names
-from skylimb.analysis.paper_numbers import published_beside
-from skylimb.analysis.signals import Direction, contact_axis, in_phase, sliding_axes
-from skylimb.recording import Run
+from skylimb.analysis.figures import style
+from skylimb.analysis.paper.paper_numbers import published_beside
+from skylimb.analysis.recording import Run
+from skylimb.analysis.scores.axis_names import common_names
+from skylimb.analysis.scores.signals import Direction, contact_axis, in_phase, sliding_axes
 
 WHISKERS = (5.0, 95.0)
 """Percentiles at which the whiskers end.

@@ -14,8 +14,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from skylimb.analysis import style
-from skylimb.analysis.pen_line import (
+from skylimb.analysis.figures import style
+from skylimb.analysis.recording import Run
+from skylimb.analysis.scores.pen_line import (
     as_seen,
     drawn_fraction,
     drawn_samples,
@@ -23,8 +24,7 @@ from skylimb.analysis.pen_line import (
     pen_line,
     reference_line,
 )
-from skylimb.analysis.signals import centred_mean
-from skylimb.recording import Run
+from skylimb.analysis.scores.signals import centred_mean
 
 SMOOTHING = 0.1
 """Seconds over which the normal force is averaged before it is drawn."""

@@ -12,9 +12,9 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
-from skylimb.analysis import style
-from skylimb.analysis.signals import HappenedEvent, common_events, events_of
-from skylimb.recording import Run
+from skylimb.analysis.figures import style
+from skylimb.analysis.recording import Run
+from skylimb.analysis.scores.signals import HappenedEvent, common_events, events_of
 
 LOOKS = {
     "push": ((0, (4, 2)), "#1F4E9E"),

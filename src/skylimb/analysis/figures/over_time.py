@@ -13,10 +13,11 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
-from skylimb.analysis import style
-from skylimb.analysis.axis_names import common_names
+from skylimb.analysis.figures import style
 from skylimb.analysis.figures.marks import event_signs, mark_events
-from skylimb.analysis.signals import (
+from skylimb.analysis.recording import Run
+from skylimb.analysis.scores.axis_names import common_names
+from skylimb.analysis.scores.signals import (
     Direction,
     adapting,
     centred_mean,
@@ -27,7 +28,6 @@ from skylimb.analysis.signals import (
     sliding_axes,
     spans,
 )
-from skylimb.recording import Run
 
 BRIDGE = 0.25
 """Seconds: shading is not interrupted by a shorter pause."""

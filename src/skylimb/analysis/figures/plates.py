@@ -8,7 +8,7 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from skylimb.analysis import style
+from skylimb.analysis.figures import style
 from skylimb.analysis.figures.boxes import WHISKERS, contact_distributions, sliding_errors
 from skylimb.analysis.figures.drawing import SMOOTHING as FORCE_SMOOTHING
 from skylimb.analysis.figures.drawing import drawn_line
@@ -16,10 +16,10 @@ from skylimb.analysis.figures.over_time import SMOOTHING, cog_tracking, contact_
 from skylimb.analysis.figures.pose_strip import poses
 from skylimb.analysis.figures.progress import common_tool, task_progress
 from skylimb.analysis.figures.traces import pen_traces
-from skylimb.analysis.own import OwnFigure
-from skylimb.analysis.pen_line import DRAWN_WITHIN
-from skylimb.analysis.signals import ADAPTATION_THRESHOLD, in_contact
-from skylimb.recording import Run
+from skylimb.analysis.recording import Run
+from skylimb.analysis.scores.own import OwnFigure
+from skylimb.analysis.scores.pen_line import DRAWN_WITHIN
+from skylimb.analysis.scores.signals import ADAPTATION_THRESHOLD, in_contact
 
 
 @dataclass(frozen=True)

@@ -6,11 +6,11 @@ from collections.abc import Mapping
 
 from matplotlib.figure import Figure
 
-from skylimb.analysis import style
+from skylimb.analysis.figures import style
 from skylimb.analysis.figures.marks import event_signs, mark_events
 from skylimb.analysis.figures.plates import PLATES
-from skylimb.errors import unknown_name
-from skylimb.recording import Run
+from skylimb.analysis.recording import Run
+from skylimb.base.errors import unknown_name
 
 USUAL = "cog_tracking"
 """What is drawn where no name is given."""

@@ -10,11 +10,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from skylimb.analysis import style
-from skylimb.analysis.axis_names import axis_names
-from skylimb.analysis.board import board_of
-from skylimb.analysis.signals import contact_axis, in_phase
-from skylimb.recording import Run
+from skylimb.analysis.figures import style
+from skylimb.analysis.recording import Run
+from skylimb.analysis.scores.axis_names import axis_names
+from skylimb.analysis.scores.board import board_of
+from skylimb.analysis.scores.signals import contact_axis, in_phase
 
 FRACTIONS = (0.0, 0.25, 0.5, 0.75, 1.0)
 """The parts of the sliding period at which a pose is drawn."""

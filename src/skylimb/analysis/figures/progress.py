@@ -9,11 +9,11 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from skylimb.analysis import style
+from skylimb.analysis.figures import style
 from skylimb.analysis.figures.marks import event_signs, mark_events
-from skylimb.analysis.signals import in_contact, spans
-from skylimb.analysis.task import TOOLS, Tool
-from skylimb.recording import Run
+from skylimb.analysis.recording import Run
+from skylimb.analysis.scores.signals import in_contact, spans
+from skylimb.analysis.scores.task import TOOLS, Tool
 
 DASHED = (0, (4, 2.5))
 

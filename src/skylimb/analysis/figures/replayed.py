@@ -10,9 +10,9 @@ import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from skylimb.analysis import style
+from skylimb.analysis.figures import style
 from skylimb.analysis.figures.marks import event_signs, mark_events
-from skylimb.recording import Run
+from skylimb.analysis.recording import Run
 
 FIGURES = {
     "estimates": (

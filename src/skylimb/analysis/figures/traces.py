@@ -10,9 +10,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from skylimb.analysis import style
-from skylimb.analysis.board import board_of, nominal_path, on_board, strokes
-from skylimb.recording import Run
+from skylimb.analysis.figures import style
+from skylimb.analysis.recording import Run
+from skylimb.analysis.scores.board import board_of, nominal_path, on_board, strokes
 
 DASHED = (0, (4, 2.5))
 

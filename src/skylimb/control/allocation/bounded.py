@@ -29,16 +29,16 @@ from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
 
+from skylimb.base.errors import ConfigError
+from skylimb.base.keys import Key, configuration
 from skylimb.control.allocation import pseudoinverse
 from skylimb.control.box_least_squares import nearest_in_box
+from skylimb.control.estimation.records import BodyState, Signals, Start, Wrench
 from skylimb.control.leak import TorqueLeak, follow_leak, side_force, without_leak
 from skylimb.control.needs import Needs
 from skylimb.control.records import Allocated, Command, Demand, LawInput
 from skylimb.control.rotor_lag import RotorLag, lead_thrusts
 from skylimb.control.thrusts import Limits, Thrusts, rotor_wrench, thrust_limits, unlimited
-from skylimb.errors import ConfigError
-from skylimb.estimation.records import BodyState, Signals, Start, Wrench
-from skylimb.keys import Key, configuration
 from skylimb.robots.model import Robot
 from skylimb.symbolic import Array, clip, diagonal, is_symbolic, solve_positive, stack, vector
 

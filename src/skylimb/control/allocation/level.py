@@ -17,18 +17,18 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
+from skylimb.base.errors import ConfigError
+from skylimb.base.keys import Key, configuration
+from skylimb.base.rotations import rot_z, rpy_from_rotation
 from skylimb.control.allocation import pseudoinverse
 from skylimb.control.allocation.bounded import Weights, nearest_thrusts, reachable
+from skylimb.control.estimation.records import Signals, Start, Wrench
 from skylimb.control.level_moves import LevelMoves, level_move, nominal_rotation
 from skylimb.control.needs import Needs
 from skylimb.control.records import Allocated, Command, Demand, LawInput
 from skylimb.control.rotor_lag import RotorLag, lead_thrusts
 from skylimb.control.thrusts import rotor_wrench, thrust_limits, unlimited
-from skylimb.errors import ConfigError
-from skylimb.estimation.records import Signals, Start, Wrench
-from skylimb.keys import Key, configuration
 from skylimb.robots.model import Robot
-from skylimb.spatial import rot_z, rpy_from_rotation
 from skylimb.symbolic import Array, low_pass, vector
 
 PROVIDES = ("residual",)

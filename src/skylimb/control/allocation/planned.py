@@ -12,14 +12,14 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+from skylimb.base.errors import ConfigError
+from skylimb.base.keys import configuration
 from skylimb.control.allocation import bounded
+from skylimb.control.estimation.records import Signals, Start, Wrench
 from skylimb.control.needs import Needs
+from skylimb.control.planning.vectoring import ONLINE
+from skylimb.control.planning.vectoring_step import RATE, STEP, first_vectoring, plan_when
 from skylimb.control.records import Allocated, Demand, LawInput
-from skylimb.errors import ConfigError
-from skylimb.estimation.records import Signals, Start, Wrench
-from skylimb.keys import configuration
-from skylimb.planning.vectoring import ONLINE
-from skylimb.planning.vectoring_step import RATE, STEP, first_vectoring, plan_when
 from skylimb.robots.model import Robot
 from skylimb.symbolic import Array, where
 

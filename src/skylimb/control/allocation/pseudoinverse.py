@@ -11,13 +11,13 @@ from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
 
+from skylimb.base.keys import Key, configuration
+from skylimb.control.estimation.records import Signals, Start
 from skylimb.control.leak import TorqueLeak, follow_leak, side_force, without_leak
 from skylimb.control.needs import Needs
 from skylimb.control.records import Allocated, Command, Demand, LawInput
 from skylimb.control.rotor_lag import RotorLag, lead_thrusts
 from skylimb.control.thrusts import allocate, rotor_wrench, thrust_limits
-from skylimb.estimation.records import Signals, Start
-from skylimb.keys import Key, configuration
 from skylimb.symbolic import Array
 
 PROVIDES = ()

@@ -11,15 +11,15 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
+from skylimb.base.keys import Key, configuration
 from skylimb.control.allocation import pseudoinverse
+from skylimb.control.estimation.records import Signals, Start
 from skylimb.control.lateral import Moves, lateral_move
 from skylimb.control.leak import Leak, follow_leak, without_leak
 from skylimb.control.needs import Needs
 from skylimb.control.records import Allocated, Command, Demand, LawInput
 from skylimb.control.rotor_lag import RotorLag, lead_thrusts
 from skylimb.control.thrusts import allocate, rotor_wrench, thrust_limits
-from skylimb.estimation.records import Signals, Start
-from skylimb.keys import Key, configuration
 from skylimb.symbolic import Array
 
 PROVIDES = ()

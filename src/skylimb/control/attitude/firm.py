@@ -13,12 +13,12 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
+from skylimb.base.keys import Key, configuration
+from skylimb.base.rotations import cross, rotation_error
 from skylimb.control.attitude import impedance
 from skylimb.control.attitude.impedance import Vector3
+from skylimb.control.estimation.records import Signals, Start
 from skylimb.control.records import LawInput
-from skylimb.estimation.records import Signals, Start
-from skylimb.keys import Key, configuration
-from skylimb.spatial import cross, rotation_error
 from skylimb.symbolic import Array, clip, vector
 
 REQUIRES = (

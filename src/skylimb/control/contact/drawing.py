@@ -17,11 +17,11 @@ from __future__ import annotations
 from dataclasses import field, replace
 from typing import Annotated, Any, NamedTuple
 
+from skylimb.base.keys import Key, configuration
+from skylimb.base.rotations import cross, dot
 from skylimb.control.contact import following
 from skylimb.control.contact_machine import RETREAT, MachineState, is_in
-from skylimb.control.needs import Needs
-from skylimb.control.records import ContactView, LawInput
-from skylimb.estimation.friction import (
+from skylimb.control.estimation.friction import (
     FrictionGains,
     FrictionState,
     direction,
@@ -29,9 +29,9 @@ from skylimb.estimation.friction import (
     follow_friction,
     initial_friction_state,
 )
-from skylimb.estimation.records import Signals, Start
-from skylimb.keys import Key, configuration
-from skylimb.spatial import cross, dot
+from skylimb.control.estimation.records import Signals, Start
+from skylimb.control.needs import Needs
+from skylimb.control.records import ContactView, LawInput
 from skylimb.symbolic import clip, vector, where
 
 PROVIDES = (*following.PROVIDES, "contact.across", "contact.landing", "contact.own_speed")

@@ -16,6 +16,8 @@ from __future__ import annotations
 from dataclasses import field
 from typing import Annotated, Any, NamedTuple
 
+from skylimb.base.keys import Key, configuration, refused
+from skylimb.base.rotations import cross, dot
 from skylimb.control.contact_machine import (
     APPROACH,
     FREE,
@@ -31,13 +33,16 @@ from skylimb.control.contact_machine import (
     initial_machine_state,
     is_in,
 )
+from skylimb.control.estimation.records import Signals, Start, Wrench
+from skylimb.control.estimation.surface import (
+    SurfaceGains,
+    SurfaceState,
+    follow_surface,
+    initial_surface_state,
+)
+from skylimb.control.missions.reference import Reference
 from skylimb.control.needs import Needs
 from skylimb.control.records import ContactView, LawInput
-from skylimb.estimation.records import Signals, Start, Wrench
-from skylimb.estimation.surface import SurfaceGains, SurfaceState, follow_surface, initial_surface_state
-from skylimb.keys import Key, configuration, refused
-from skylimb.missions.reference import Reference
-from skylimb.spatial import cross, dot
 from skylimb.symbolic import Array, clip, vector, where
 
 PROVIDES = (

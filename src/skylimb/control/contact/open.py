@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from skylimb.base.keys import configuration
+from skylimb.control.estimation.records import Signals, Start
 from skylimb.control.records import ContactView, LawInput
-from skylimb.estimation.records import Signals, Start
-from skylimb.keys import configuration
 
 PROVIDES = REQUIRES = ()
 

@@ -21,13 +21,13 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
+from skylimb.base.keys import Key, configuration
+from skylimb.base.rotations import cross
+from skylimb.control.estimation.records import Signals, Start
 from skylimb.control.needs import Needs
 from skylimb.control.records import NOTHING, ContactView, LawInput, TipMove
 from skylimb.control.task_frame import Vector3, task_axes, tip_wrench
 from skylimb.control.windup import unless_short
-from skylimb.estimation.records import Signals, Start
-from skylimb.keys import Key, configuration
-from skylimb.spatial import cross
 from skylimb.symbolic import Array, clip, low_pass, where
 
 PROVIDES = ("contact.engaged", "contact.normal_force", "contact.tip")

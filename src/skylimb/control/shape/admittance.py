@@ -10,9 +10,9 @@ from __future__ import annotations
 
 from typing import Annotated, Any, NamedTuple
 
+from skylimb.base.keys import Key, configuration
+from skylimb.control.estimation.records import Signals, Start
 from skylimb.control.records import ArmTarget, LawInput
-from skylimb.estimation.records import Signals, Start
-from skylimb.keys import Key, configuration
 from skylimb.symbolic import Array, clip, where
 
 PROVIDES = ("arm.reach", "arm.rate")

@@ -10,10 +10,10 @@ from __future__ import annotations
 
 from typing import Annotated, Any, NamedTuple
 
+from skylimb.base.keys import Key, configuration
+from skylimb.base.rotations import dot
+from skylimb.control.estimation.records import Signals, Start
 from skylimb.control.records import ArmTarget, LawInput
-from skylimb.estimation.records import Signals, Start
-from skylimb.keys import Key, configuration
-from skylimb.spatial import dot
 from skylimb.symbolic import clip, where
 
 PROVIDES = ("arm.reach", "arm.rate")

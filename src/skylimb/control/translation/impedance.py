@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
+from skylimb.base.keys import Key, configuration
+from skylimb.control.estimation.records import Signals, Start
 from skylimb.control.records import LawInput
-from skylimb.estimation.records import Signals, Start
-from skylimb.keys import Key, configuration
 from skylimb.symbolic import Array
 
 REQUIRES = ("estimate.body", "estimate.wrench")

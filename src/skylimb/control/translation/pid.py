@@ -6,10 +6,10 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
+from skylimb.base.keys import Key, configuration
+from skylimb.control.estimation.records import Signals, Start
 from skylimb.control.records import NOTHING, LawInput
 from skylimb.control.windup import unless_short
-from skylimb.estimation.records import Signals, Start
-from skylimb.keys import Key, configuration
 from skylimb.symbolic import Array, clip
 
 REQUIRES = ("estimate.body",)

@@ -12,11 +12,11 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
+from skylimb.base.keys import Key, configuration
+from skylimb.base.rotations import cross
+from skylimb.control.estimation.records import Signals, Start
 from skylimb.control.records import LawInput
 from skylimb.control.task_frame import COUPLING, Vector3, require_definite, symmetric, task_axes
-from skylimb.estimation.records import Signals, Start
-from skylimb.keys import Key, configuration
-from skylimb.spatial import cross
 from skylimb.symbolic import Array, right_inverse
 
 REQUIRES = ("estimate.body", "estimate.arm", "estimate.wrench", "contact.tip")

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from skylimb.config import from_mapping
-from skylimb.errors import ConfigError, unknown_name
-from skylimb.keys.key import shown
+from skylimb.base.config import from_mapping
+from skylimb.base.errors import ConfigError, unknown_name
+from skylimb.base.keys.key import shown
 from skylimb.simulation.surfaces.ball import Sphere
 from skylimb.simulation.surfaces.board import Board
 from skylimb.simulation.surfaces.checks import require_clear, require_fits, require_path

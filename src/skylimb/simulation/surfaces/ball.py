@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from skylimb.keys import Key, configuration
+from skylimb.base.keys import Key, configuration
 from skylimb.simulation.surfaces.curved import CurvedSurface
 from skylimb.simulation.surfaces.geom import GEOM, Geom
 from skylimb.simulation.surfaces.round import Round

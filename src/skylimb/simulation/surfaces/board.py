@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from skylimb.keys import configuration
+from skylimb.base.keys import configuration
 from skylimb.simulation.surfaces.geom import GEOM, Geom
 from skylimb.simulation.surfaces.surface import Surface
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from skylimb.errors import ConfigError
+from skylimb.base.errors import ConfigError
 from skylimb.simulation.surfaces.surface import Surface
 
 

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from skylimb.errors import CompileError
+from skylimb.base.errors import CompileError
 from skylimb.simulation.compiling import built_library, has_engine, load_library
 
 _HEAD = """@ENGINE@

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from skylimb.keys import configuration
+from skylimb.base.keys import configuration
 from skylimb.simulation.surfaces.geom import GEOM, Geom, Shaped, Sheet
 from skylimb.simulation.surfaces.shape import NativeShape, Shape
 from skylimb.simulation.surfaces.surface import Surface

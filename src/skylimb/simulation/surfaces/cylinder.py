@@ -7,8 +7,8 @@ from typing import Annotated, Literal
 
 import numpy as np
 
-from skylimb.errors import ConfigError
-from skylimb.keys import Key, configuration
+from skylimb.base.errors import ConfigError
+from skylimb.base.keys import Key, configuration
 from skylimb.simulation.surfaces.curved import FAR, CurvedSurface
 from skylimb.simulation.surfaces.geom import GEOM, Geom
 from skylimb.simulation.surfaces.profile import Profile, arc, corner_arc, straight

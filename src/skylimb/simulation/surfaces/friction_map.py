@@ -13,11 +13,11 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from skylimb.errors import ConfigError
-from skylimb.keys import Key, configuration
+from skylimb.base.errors import ConfigError
+from skylimb.base.keys import Key, configuration
+from skylimb.base.sources import Source
 from skylimb.simulation.contact_keys import Adhesion, Friction
 from skylimb.simulation.surfaces.tables import checked_rows, on_grid, read_table, values_in
-from skylimb.sources import Source
 from skylimb.symbolic import exp
 
 

@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
-from skylimb.packing import Layout
+from skylimb.base.packing import Layout
 from skylimb.simulation.surfaces.collision import native_text
 from skylimb.simulation.surfaces.shape import NativeShape, c_of_heights
 
@@ -56,7 +56,7 @@ class Formula(Graph):
     Args:
         height: h(u, v, keys), m, or a tuple of h, h_u, h_v, h_uu, h_uv, h_vv; the surface is shifted along w
             so that the origin lies on it.
-        keys: a record of the numbers in it, whatever `skylimb.packing` takes.
+        keys: a record of the numbers in it, whatever `skylimb.base.packing` takes.
         half_extent: half of what is looked at along u and v, m; the surface itself has no end.
     """
 

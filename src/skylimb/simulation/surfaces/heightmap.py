@@ -7,12 +7,12 @@ from typing import Annotated, Literal
 
 import numpy as np
 
-from skylimb.errors import ConfigError
-from skylimb.keys import Key, configuration, refused
+from skylimb.base.errors import ConfigError
+from skylimb.base.keys import Key, configuration, refused
+from skylimb.base.sources import Source
 from skylimb.simulation.surfaces.curved import CurvedSurface
 from skylimb.simulation.surfaces.spline import Spline
 from skylimb.simulation.surfaces.tables import checked_rows, on_grid, read_table, values_in
-from skylimb.sources import Source
 
 _MOST_NODES = 400_000
 

@@ -8,12 +8,12 @@ from typing import Annotated, Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from skylimb.errors import ConfigError
-from skylimb.keys import Key, configuration
+from skylimb.base.errors import ConfigError
+from skylimb.base.keys import Key, configuration
+from skylimb.base.rotations import quaternion_from_rotation
 from skylimb.simulation.surfaces.box import closest_on_box
 from skylimb.simulation.surfaces.geom import Geom, name_of
 from skylimb.simulation.surfaces.surface import Surface
-from skylimb.spatial import quaternion_from_rotation
 
 WALLS = 8
 """Flat walls around the hole."""

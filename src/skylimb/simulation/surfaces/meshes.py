@@ -8,12 +8,12 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 
-from skylimb.errors import ConfigError
-from skylimb.keys import Key, configuration
+from skylimb.base.errors import ConfigError
+from skylimb.base.keys import Key, configuration
+from skylimb.base.rotations import rotation_from_rpy
+from skylimb.base.sources import Source, read_source
 from skylimb.simulation.surfaces.curved import CurvedSurface
 from skylimb.simulation.surfaces.spline import Spline
-from skylimb.sources import Source, read_source
-from skylimb.spatial import rotation_from_rpy
 
 _LARGEST = 50.0  # m: a wall beyond this was given in millimetres
 

@@ -25,20 +25,20 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
-from skylimb.config import from_mapping, to_mapping
+from skylimb.base.config import from_mapping, to_mapping
+from skylimb.base.errors import UserCodeError
+from skylimb.base.keys import Key, configuration
+from skylimb.base.keys.fields import fields_of
+from skylimb.base.packing import Layout
+from skylimb.base.sources import Source, read_source
+from skylimb.base.user_code import UserCode
+from skylimb.base.user_modules import load_module, sources_of_module
 from skylimb.control.own_code import traceable
-from skylimb.errors import UserCodeError
-from skylimb.keys import Key, configuration
-from skylimb.keys.fields import fields_of
-from skylimb.packing import Layout
 from skylimb.simulation.surfaces.curved import CurvedSurface
 from skylimb.simulation.surfaces.graph import Formula, tightest_hollow
 from skylimb.simulation.surfaces.own_checks import require_closest, require_smooth
 from skylimb.simulation.surfaces.shape import NativeShape, c_of_touch, meeting
-from skylimb.sources import Source, read_source
 from skylimb.symbolic import is_symbolic
-from skylimb.user_code import UserCode
-from skylimb.user_modules import load_module, sources_of_module
 
 _ANY = Key("", "a key of this surface", low=-math.inf, high=math.inf)
 _SAMPLES = 2001  # of an arc length

@@ -5,7 +5,7 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 
-from skylimb.errors import UserCodeError
+from skylimb.base.errors import UserCodeError
 
 _SIDE = 41  # samples along u and v; odd, so that the origin is one
 _FINER = 64  # parts into which a step is divided to see whether there is a jump in it

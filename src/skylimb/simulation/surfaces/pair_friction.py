@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import casadi as ca
 import numpy as np
 
+from skylimb.base.rotations import dot
 from skylimb.simulation.contact_keys import PAIR_NAME
 from skylimb.simulation.surfaces.friction_map import static_excess
 from skylimb.simulation.surfaces.surface import Surface
-from skylimb.spatial import dot
 from skylimb.symbolic import clip, floor
 
 if TYPE_CHECKING:

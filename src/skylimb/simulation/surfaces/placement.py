@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from skylimb.keys import refused
-from skylimb.spatial import rot_x, rot_y, rot_z, rotation_from_x_to
+from skylimb.base.keys import refused
+from skylimb.base.rotations import rot_x, rot_y, rot_z, rotation_from_x_to
 
 
 def check_unit_vector(config: Any, key: str) -> None:

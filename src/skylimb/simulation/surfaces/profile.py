@@ -16,7 +16,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
-from skylimb.errors import ConfigError
+from skylimb.base.errors import ConfigError
 from skylimb.simulation.surfaces.shape import NativeShape, c_of_touch
 from skylimb.symbolic import where
 

@@ -15,7 +15,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
-from skylimb.c_code import c_source
+from skylimb.base.c_code import c_source
 from skylimb.simulation.surfaces.collision import Kind, kind_of
 
 

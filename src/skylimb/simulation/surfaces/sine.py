@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
 
-from skylimb.keys import Key, configuration
+from skylimb.base.keys import Key, configuration
 from skylimb.simulation.surfaces.curved import CurvedSurface
 from skylimb.simulation.surfaces.graph import Formula
 from skylimb.symbolic import cos, sin

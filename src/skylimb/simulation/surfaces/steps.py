@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 
 import numpy as np
 
-from skylimb.keys import Key, configuration, refused
+from skylimb.base.keys import Key, configuration, refused
 from skylimb.simulation.surfaces.curved import FAR, CurvedSurface
 from skylimb.simulation.surfaces.profile import Profile, polyline
 

@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from skylimb.config import to_mapping
-from skylimb.errors import ConfigError
-from skylimb.keys import configuration
+from skylimb.base.config import to_mapping
+from skylimb.base.errors import ConfigError
+from skylimb.base.keys import configuration
 from skylimb.simulation.contact_keys import ContactParameters
 from skylimb.simulation.surfaces import motion as moving
 from skylimb.simulation.surfaces.friction_map import static_excess

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from skylimb.keys import Key, configuration
+from skylimb.base.keys import Key, configuration
 from skylimb.simulation.contact_keys import Adhesion, Damping, DampingRatio, Friction, Stiffness
 from skylimb.simulation.surfaces.friction_map import FrictionMap
 from skylimb.simulation.surfaces.placement import check_unit_vector

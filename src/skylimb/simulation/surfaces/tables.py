@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from skylimb.errors import ConfigError
-from skylimb.sources import Source, read_source
+from skylimb.base.errors import ConfigError
+from skylimb.base.sources import Source, read_source
 
 _IMAGES = {".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp"}
 _NUMBERS = {".npy", ".csv", ".txt"}

@@ -8,12 +8,12 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from skylimb.errors import ConfigError
-from skylimb.keys import Key, configuration
+from skylimb.base.errors import ConfigError
+from skylimb.base.keys import Key, configuration
+from skylimb.base.rotations import rot_x
 from skylimb.simulation.surfaces.box import closest_on_box
 from skylimb.simulation.surfaces.geom import GEOM, Geom, Hinge
 from skylimb.simulation.surfaces.surface import Surface
-from skylimb.spatial import rot_x
 
 _HALF_DEPTH = 0.06  # m, of the lever along w: a tip that is some centimetres off still meets it
 _HUB = 0.04  # m, radius

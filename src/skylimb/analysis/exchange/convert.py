@@ -1,0 +1,99 @@
+"""`skylimb convert`: a log in one format out of another."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from skylimb.analysis.exchange.frames import lab_link
+from skylimb.analysis.exchange.from_run import messages_of
+from skylimb.analysis.exchange.lab_topics import NAMESPACE, TOPICS, topics_of
+from skylimb.analysis.exchange.message_types import message_types
+from skylimb.analysis.exchange.own_topics import row_names
+from skylimb.analysis.exchange.stream import ENDINGS, container_of
+from skylimb.analysis.exchange.to_run import Read, run_from
+from skylimb.analysis.recording.run import Run
+from skylimb.base.errors import choice_error
+from skylimb.base.files import require_new
+from skylimb.robots.loader import load_robot
+
+ROBOT = "hydrus_xi_quad"
+
+
+def read_log(path: str | Path, robot: str = "", link: str = "") -> Read:
+    """A run from a folder, a NetCDF file, a bag or an MCAP file, and what has to be said of it.
+
+    Args:
+        path: of the log.
+        robot: that flew, where the log does not say; hydrus_xi_quad by default.
+        link: whose pose the lab's topics show; the flight controller's by default.
+
+    Raises:
+        OutputError: when it cannot be read, or there is no flight in it.
+        MissingExtraError: for a bag or an MCAP file without the extra `logs`.
+    """
+    path = Path(path)
+    if path.suffix not in (".bag", ".mcap"):
+        return Read(Run.load(path), ())
+    with container_of(path).read(path) as messages:
+        return run_from(
+            messages, lambda: load_robot(robot or ROBOT), path.stem, lambda model: lab_link(model, link)
+        )
+
+
+def write_log(
+    run: Run, path: str | Path, robot: str = "", link: str = "", namespace: str = NAMESPACE
+) -> tuple[str, ...]:
+    """Write a run as the file that its ending names.
+
+    Args:
+        run: what flew.
+        path: a new .nc, .bag or .mcap.
+        robot: that flew, by default the one that the run names.
+        link: whose pose is on the lab's topics; the flight controller's by default.
+        namespace: of the lab's topics.
+
+    Returns:
+        What the format cannot hold, one line each.
+
+    Raises:
+        OutputError: if the file exists or cannot be written.
+        ConfigError: for another ending.
+    """
+    path = require_new(path)
+    if path.suffix not in ENDINGS:
+        raise choice_error("ending of a log", path.suffix or str(path), ENDINGS)
+    if path.suffix == ".nc":
+        run.save(path)
+        return ()
+    container, types = container_of(path), message_types()
+    model = load_robot(robot or str(run.log.attrs.get("robot", ROBOT)))
+    shown = lab_link(model, link)
+    container.write(path, messages_of(run, model, types, shown, namespace))
+    return _not_held(run, shown)
+
+
+def convert(
+    source: str | Path, target: str | Path, robot: str = "", link: str = "", namespace: str = NAMESPACE
+) -> tuple[str, ...]:
+    """Write a log in another format; arguments are those of `read_log` and `write_log`.
+
+    Returns:
+        What one of the formats cannot hold, one line each.
+    """
+    if Path(target).suffix not in ENDINGS:
+        raise choice_error("ending of a log", Path(target).suffix or str(target), ENDINGS)
+    require_new(target)
+    read = read_log(source, robot, link)
+    return (*read.notes, *write_log(read.run, target, robot, link, namespace))
+
+
+def _not_held(run: Run, link: str) -> tuple[str, ...]:
+    log, names = run.log, set(row_names(run.log))
+    lost = [str(name) for name in log.data_vars if "time" in log[name].dims and name not in names]
+    missing = [topic.name for topic in TOPICS if topic not in topics_of(log)]
+    return (
+        f"poses on the lab's topics are those of {link}",
+        *([f"no messages on {', '.join(missing)}: the log lacks their signals"] if missing else []),
+        *([f"no place for words over time: {json.dumps(lost)}"] if lost else []),
+    )

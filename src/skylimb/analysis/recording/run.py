@@ -1,0 +1,271 @@
+"""One flight's record: every signal under its own name, with units and frames, and what produced it."""
+
+from __future__ import annotations
+
+import dataclasses
+import importlib
+import io
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from skylimb.analysis.recording.netcdf import netcdf_bytes
+from skylimb.analysis.recording.origin import moved, read_sources
+from skylimb.base.errors import OutputError, unknown_name
+from skylimb.base.files import new_file
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FORMAT = "skylimb run"
+FORMAT_VERSION = 1
+"""Raised when a file that this version writes could no longer be read by the one before."""
+
+LOG_FILE = "log.nc"
+"""The name of the record inside a run's folder."""
+
+_OWN_ATTRIBUTES = ("format", "name", "metrics")
+
+
+@dataclass(frozen=True)
+class Run:
+    """A recorded flight, simulated or real.
+
+    Attributes:
+        name: what the run is called among others; by default its controller.
+        controller: the name of the controller that flew.
+        log: signals over `time` (s), with named axes; each variable's attributes hold `units` (SI), `frame`,
+            `long_name` and `kind` (truth, estimate, reference, command or measurement). The dataset's
+            attributes hold `status`, `cause`, `seed`, `config` (the resolved configuration as TOML),
+            `config_units` (JSON), `versions` (JSON) and `scene` (what a replay needs).
+        metrics: the figures of merit, see `skylimb.analysis.scores.metrics`; empty before the flight is
+            scored.
+        sources: copies of the files that produced it, by the name that `config` has for each; they are
+            written beside the record (`write_run`), not into it.
+    """
+
+    name: str
+    controller: str
+    log: xr.Dataset
+    metrics: Mapping[str, Any] = field(default_factory=dict)
+    sources: Mapping[str, bytes] = field(default_factory=dict, repr=False)
+
+    @property
+    def status(self) -> str:
+        """OK, or FAILED for a flight that ended before its time."""
+        return str(self.log.attrs.get("status", "OK"))
+
+    @property
+    def cause(self) -> str:
+        """Why a failed flight failed, in one line; empty for one that did not."""
+        return str(self.log.attrs.get("cause", ""))
+
+    @property
+    def failed(self) -> bool:
+        """Whether the status is anything but OK."""
+        return self.status != "OK"
+
+    @property
+    def done(self) -> bool | None:
+        """Whether the flight did what was commanded, within its experiment's tolerances.
+
+        None where nothing was commanded that could be judged, or the flight is not scored.
+        """
+        return self.metrics.get("done")
+
+    @property
+    def missed(self) -> list[str]:
+        """What the flight did not do as commanded, and by how much; empty where it missed nothing."""
+        return list(self.metrics.get("missed", []))
+
+    @property
+    def config(self) -> str:
+        """The resolved configuration as TOML text."""
+        return str(self.log.attrs.get("config", ""))
+
+    @property
+    def config_units(self) -> dict[str, str]:
+        """Unit of every value of the configuration that has one, by dotted key."""
+        return dict(json.loads(self.log.attrs.get("config_units", "") or "{}"))
+
+    @property
+    def versions(self) -> dict[str, str]:
+        """What produced the run, by package."""
+        return dict(json.loads(self.log.attrs.get("versions", "") or "{}"))
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What whoever wants to repeat the run has to know, one line each.
+
+        What had changed since the run that it repeats, and why it cannot be repeated itself.
+        """
+        return tuple(json.loads(self.log.attrs.get("notes", "") or "[]"))
+
+    def signal(self, name: str) -> xr.DataArray:
+        """The signal called `name`.
+
+        Raises:
+            UnknownNameError: with the nearest name, if nothing of that name was recorded.
+        """
+        if name not in self.log.variables:
+            raise unknown_name("signal", name, [str(known) for known in self.log.data_vars])
+        return self.log[name]
+
+    def _repr_html_(self) -> str:
+        """Verdict, scores and a small plot, for a notebook."""
+        from skylimb.analysis.recording.notebook import run_html
+
+        return run_html(self)
+
+    def plot(self, what: str = "") -> Any:
+        """A matplotlib figure of the run: one of the report's figures by name, or a signal over time.
+
+        Args:
+            what: "cog_tracking" (the usual one), "pen_traces", ..., or a signal's name.
+
+        Raises:
+            UnknownNameError: when it is neither.
+        """
+        return plotted({self.name: self}, what)
+
+    def show(self) -> Any:
+        """The flight to watch in a notebook, in three dimensions, with plots that follow the time."""
+        return shown({self.name: self})
+
+    def save(self, path: str | Path) -> Path:
+        """Write the run as one compressed NetCDF-4 file; numbers keep every bit.
+
+        Args:
+            path: a file that doesn't exist yet. It appears under this name only when it is complete.
+
+        Returns:
+            The path written.
+
+        Raises:
+            OutputError: if the file exists or cannot be written, or a signal is neither number nor word.
+        """
+        try:
+            content = self.content()
+        except TypeError as error:
+            raise OutputError(f"cannot write run file '{path}': {error}") from error
+        with new_file(path) as aside:
+            aside.write_bytes(content)
+        return Path(path)
+
+    def content(self) -> bytes:
+        """The bytes of the file that `save` writes.
+
+        Raises:
+            TypeError: when a signal is neither number nor word.
+        """
+        return netcdf_bytes(
+            self.log.assign_attrs(
+                format=FORMAT,
+                format_version=FORMAT_VERSION,
+                name=self.name,
+                controller=self.controller,
+                metrics=json.dumps(dict(self.metrics), allow_nan=False),
+            )
+        )
+
+    @classmethod
+    def load(cls, path: str | Path) -> Run:
+        """Read a run back, from its file or from the folder that holds its log.nc.
+
+        Raises:
+            OutputError: if there is no such file, or it is not a run of this format.
+        """
+        path = Path(path)
+        file = path / LOG_FILE if path.is_dir() else path
+        run = cls._of(_read(file))
+        return dataclasses.replace(run, sources=read_sources(run.config, file.parent))
+
+    @classmethod
+    def of_content(cls, content: bytes, called: str) -> Run:
+        """The run whose `content` this is, without copies of its files.
+
+        Args:
+            content: of a run's file.
+            called: what messages call it.
+
+        Raises:
+            OutputError: if it is not a run of this format.
+        """
+        return cls._of(_dataset(io.BytesIO(content), called))
+
+    @classmethod
+    def _of(cls, log: xr.Dataset) -> Run:
+        own = {name: log.attrs.pop(name, None) for name in _OWN_ATTRIBUTES}
+        controller = str(log.attrs.get("controller", ""))
+        return cls(
+            name=str(own["name"] or controller),
+            controller=controller,
+            log=log,
+            metrics=json.loads(own["metrics"] or "{}"),
+        )
+
+    def with_sources_at(self, prefix: str) -> Run:
+        """The same run for a folder in which `prefix`, such as "../", leads to the copies of its files."""
+        log = self.log.assign_attrs(config=moved(self.config, prefix))
+        files = {f"{prefix}{name}": content for name, content in self.sources.items()}
+        return dataclasses.replace(self, log=log, sources=files)
+
+
+def plotted(runs: Mapping[str, Run], what: str) -> Any:
+    """The figure of some runs that `analysis` draws; it is looked up by name, as the record stands alone."""
+    plotting = importlib.import_module("skylimb.analysis.figures.plotting")
+    return plotting.plotted(runs, *filter(None, [what]))
+
+
+def shown(runs: Mapping[str, Run]) -> Any:
+    """What a notebook shows of the flights of some runs; `analysis` makes it, as the record stands alone."""
+    return importlib.import_module("skylimb.analysis.replay_page.page").Replay(runs)
+
+
+def _read(path: Path) -> xr.Dataset:
+    try:
+        with path.open("rb") as file:
+            file.read(1)
+    except FileNotFoundError:
+        raise OutputError(f"run file '{path}' does not exist") from None
+    except OSError as error:
+        raise OutputError(f"cannot read run file '{path}': {error.strerror or error}") from error
+    return _dataset(path, str(path))
+
+
+def _dataset(source: Any, path: str) -> xr.Dataset:
+    """The dataset of a run's file, or of its bytes; `path` is what messages call it."""
+    import xarray
+
+    try:
+        log = xarray.load_dataset(source, engine="h5netcdf")
+    except Exception as error:  # a damaged file fails in whatever layer meets the damage first
+        raise OutputError(f"'{path}' is not a readable NetCDF-4 file: {_first_line(error)}") from error
+    if log.attrs.get("format") != FORMAT:
+        raise OutputError(f"'{path}' is a NetCDF file but not a {FORMAT} (no attribute format = '{FORMAT}')")
+    version = int(log.attrs.get("format_version", 0))
+    if version > FORMAT_VERSION:
+        raise OutputError(
+            f"'{path}' has format version {version}, skylimb here reads up to {FORMAT_VERSION}: update it"
+        )
+    log.attrs = {name: _plain(value) for name, value in log.attrs.items()}
+    for variable in log.variables.values():
+        variable.attrs = {name: _plain(value) for name, value in variable.attrs.items()}
+        variable.encoding = {}
+    log.encoding = {}
+    return log
+
+
+def _plain(value: Any) -> Any:
+    """An attribute as Python has it: NetCDF hands numbers back as NumPy scalars and lists as arrays."""
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def _first_line(error: Exception) -> str:
+    return (str(error).splitlines() or [type(error).__name__])[0]

@@ -1,0 +1,187 @@
+"""Writes what a run or a comparison leaves: records, scores, figures and the report; see `videos` for videos.
+
+A run's folder holds log.nc, metrics.json, config.toml, figures/ and report.html. A comparison's folder holds
+a subfolder with the first three for each run, and metrics.csv, figures/ and report.html for all of them.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from skylimb.analysis.figures import own_plates, write_figures
+from skylimb.analysis.recording import LOG_FILE, Run, write_sources
+from skylimb.analysis.report.report import render_report
+from skylimb.analysis.scores.carried import scores_of
+from skylimb.analysis.scores.own import OwnFigure, scored_again
+from skylimb.analysis.scores.shipped import NUMERIC_KEYS, SCORES
+from skylimb.base.errors import OutputError
+from skylimb.base.files import new_folder, replace_text, writing
+
+CONFIG_FILE = "config.toml"
+METRICS_FILE = "metrics.json"
+TABLE_FILE = "metrics.csv"
+REPORT_FILE = "report.html"
+FIGURES_FOLDER = "figures"
+
+
+def write_run(
+    run: Run, folder: str | Path, videos_follow: bool = False, figures: Sequence[OwnFigure] = ()
+) -> Path:
+    """Write a run into a new folder, which appears under its name when it is complete.
+
+    Args:
+        run: what flew.
+        folder: must not exist.
+        videos_follow: whether the report leaves room for a video that is drawn next.
+        figures: of the user's own, besides those that ship.
+
+    Raises:
+        OutputError: if the folder exists or cannot be written; nothing is left behind then.
+    """
+    with new_folder(folder) as aside:
+        write_sources(run.sources, aside)
+        _record(run, aside)
+        _draw({run.name: run}, aside, videos_follow, figures)
+    return Path(folder)
+
+
+def write_comparison(
+    runs: Mapping[str, Run],
+    folder: str | Path,
+    videos_follow: bool = False,
+    figures: Sequence[OwnFigure] = (),
+) -> Path:
+    """Write a comparison into a new folder, which appears under its name when it is complete.
+
+    Args:
+        runs: by name, which becomes a folder's name.
+        folder: must not exist.
+        videos_follow: whether the report leaves room for videos that are drawn next.
+        figures: of the user's own, drawn of every run, besides those that ship.
+
+    Raises:
+        OutputError: if the folder exists or cannot be written, or a name cannot be a folder's name; nothing
+            is left behind then.
+    """
+    if not runs:
+        raise OutputError("a comparison needs at least one run, got none")
+    for name in runs:
+        _require_folder_name(name)
+    with new_folder(folder) as aside:
+        for name, run in runs.items():
+            (aside / name).mkdir()
+            write_sources(run.sources, aside)
+            _record(run.with_sources_at("../"), aside / name)
+        replace_text(aside / TABLE_FILE, metrics_table(runs))
+        _draw(runs, aside, videos_follow, figures)
+    return Path(folder)
+
+
+def write_records(
+    runs: Mapping[str, Run], folder: str | Path, beside: Mapping[str, Mapping[str, str]] | None = None
+) -> Path:
+    """Write one run or several into a new folder without figures and report, which `write_report` adds.
+
+    Args:
+        runs: by name; with several, each gets a subfolder of its name.
+        folder: must not exist.
+        beside: of a run, texts that lie beside its record, by the file's name.
+
+    Raises:
+        OutputError: if the folder exists or cannot be written, or a name cannot be a folder's name; nothing
+            is left behind then.
+    """
+    with new_folder(folder) as aside:
+        for name, run in runs.items():
+            _require_folder_name(name)
+            place = aside if len(runs) == 1 else aside / name
+            place.mkdir(exist_ok=True)
+            write_sources(run.sources, aside)
+            _record(run if place == aside else run.with_sources_at("../"), place)
+            for file, text in (beside or {}).get(name, {}).items():
+                replace_text(place / file, text)
+        if len(runs) > 1:
+            replace_text(aside / TABLE_FILE, metrics_table(runs))
+    return Path(folder)
+
+
+def write_report(runs: Mapping[str, Run], folder: str | Path) -> Path:
+    """Score and draw again what lies in `folder`, and write its report.
+
+    Records and videos are left as they are.
+
+    Args:
+        runs: as `skylimb.analysis.recording.load_runs` gives them for this folder.
+        folder: of a run or of a comparison; each file is replaced in one step.
+
+    Returns:
+        The report's path.
+
+    Raises:
+        OutputError: if the folder doesn't exist or cannot be written.
+    """
+    folder = Path(folder)
+    if not folder.is_dir():
+        raise OutputError(f"run folder '{folder}' does not exist")
+    fresh = {name: replace(scored_again(run), name=name) for name, run in runs.items()}
+    with writing(folder):
+        for name, run in fresh.items():
+            replace_text(home(folder, name) / METRICS_FILE, _metrics_json(run))
+        if not (folder / LOG_FILE).is_file():
+            replace_text(folder / TABLE_FILE, metrics_table(fresh))
+        _draw(fresh, folder, False, ())
+    return folder / REPORT_FILE
+
+
+def home(folder: Path, name: str) -> Path:
+    """Where a run's own files are: the folder itself, or its subfolder in that of a comparison."""
+    return folder if (folder / LOG_FILE).is_file() else folder / name
+
+
+def metrics_table(runs: Mapping[str, Run]) -> str:
+    """The scores of several runs as CSV, one line a run.
+
+    A field is empty where there is no number; a verdict is 1 or 0.
+    """
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator="\n")
+    keys = [*NUMERIC_KEYS, *(key for key in scores_of(runs.values()) if key not in SCORES)]
+    table.writerow(["run", "controller", "status", "cause", *keys])
+    for name, run in runs.items():
+        numbers = [_field(run.metrics.get(key)) for key in keys]
+        table.writerow([name, run.controller, run.status, run.cause, *numbers])
+    return text.getvalue()
+
+
+def _field(value: float | None) -> str:
+    """A number with all its digits; a verdict as 1 or 0."""
+    return "" if value is None else repr(int(value) if isinstance(value, bool) else value)
+
+
+def _record(run: Run, folder: Path) -> None:
+    """Write one run's record, scores and configuration."""
+    run.save(folder / LOG_FILE)
+    (folder / METRICS_FILE).write_text(_metrics_json(run), encoding="utf-8")
+    (folder / CONFIG_FILE).write_text(run.config, encoding="utf-8")
+
+
+def _draw(runs: Mapping[str, Run], folder: Path, videos_follow: bool, figures: Sequence[OwnFigure]) -> None:
+    """Draw the figures of all runs together, and put the report around them."""
+    own = own_plates(runs, figures)
+    write_figures(runs, folder / FIGURES_FOLDER, own)
+    replace_text(folder / REPORT_FILE, render_report(runs, folder, videos_follow, own))
+
+
+def _metrics_json(run: Run) -> str:
+    return json.dumps(dict(run.metrics), indent=2, allow_nan=False) + "\n"
+
+
+def _require_folder_name(name: str) -> None:
+    bad = name in {"", FIGURES_FOLDER} or name.startswith(".") or any(mark in name for mark in '/\\:*?"<>|\n')
+    if bad:
+        raise OutputError(f"run name '{name}' cannot be the name of a folder; rename the run")

@@ -1,0 +1,226 @@
+"""A report that one can read, send and keep: one HTML file with its pictures and videos inside."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from skylimb.analysis.figures import PLATES, palette
+from skylimb.analysis.figures.plates import Plate
+from skylimb.analysis.pages.pages import inlined, render_page
+from skylimb.analysis.paper.claims import check_claims
+from skylimb.analysis.paper.paper_configuration import EXPERIMENT, not_the_papers
+from skylimb.analysis.paper.paper_numbers import SOURCE, published_beside
+from skylimb.analysis.recording import LOG_FILE, Run
+from skylimb.analysis.replay_page.page import replay_html
+from skylimb.analysis.scores.axis_names import AxisNames, common_names
+from skylimb.analysis.scores.carried import shown_scores
+from skylimb.analysis.scores.score import Score
+from skylimb.analysis.scores.signals import HappenedEvent, common_events, contact_transitions, events_of
+
+TEMPLATE = Path(__file__).with_name("report_template.html")
+
+EMBED_BYTES = 12_000_000
+"""Videos are put into the page up to this size together; larger ones are linked."""
+
+VIDEO_FILE = "video.mp4"
+
+FACTS = (
+    ("trajectory.shape", "Path", ""),
+    ("trajectory.file", "Drawing", ""),
+    ("trajectory.text", "Words", ""),
+    ("trajectory.radius", "Radius", "m"),
+    ("trajectory.length", "Length", "m"),
+    ("trajectory.period", "Period", "s"),
+    ("trajectory.direction", "Direction", ""),
+    ("surface.kind", "Surface", ""),
+    ("surface.slope", "Slope", "rad"),
+    ("surface.friction", "Friction", ""),
+    ("approach.depth", "Press depth", "m"),
+    ("sensors.latency", "Sensor latency", "s"),
+    ("controller_rate", "Controller rate", "Hz"),
+)
+"""Keys of the configuration that a reader wants to know first, what to call them, and their units."""
+
+
+_SHAPES = {
+    "trajectory.radius": ("circle", "lemniscate"),
+    "trajectory.length": ("line", "lawnmower"),
+    "trajectory.period": ("circle", "lemniscate"),
+    "trajectory.direction": ("circle", "lemniscate", "line", "lawnmower", "waypoints"),
+}
+"""Shapes of a path that have these keys; other shapes leave them unused."""
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A number of ours, and the paper's where it prints one."""
+
+    ours: str
+    paper: str = ""
+
+
+@dataclass(frozen=True)
+class Film:
+    """A video: what it shows, and where its bytes are (in the page, or a file beside it)."""
+
+    name: str
+    source: str
+
+
+def render_report(
+    runs: Mapping[str, Run], folder: Path, videos_follow: bool = False, own: Iterable[Plate] = ()
+) -> str:
+    """Put the report together from runs and from the figures and videos that already lie in `folder`.
+
+    Args:
+        runs: by name.
+        folder: holds figures/NAME.png for each figure, and video.mp4 or one in a subfolder for each run.
+        videos_follow: whether videos are drawn after this; the page points to where they will be.
+        own: figures besides those that ship.
+
+    Returns:
+        HTML.
+    """
+    first = next(iter(runs.values()))
+    config = _config(first)
+    axes = common_names(run.log for run in runs.values())
+    claims, groups = check_claims(runs), _groups(runs, axes)
+    return render_page(
+        TEMPLATE,
+        title=_title(runs),
+        description=str(config.get("description", "")),
+        robot=str(first.log.attrs.get("robot", "")),
+        experiment=str(first.log.attrs.get("experiment", "")),
+        seed=first.log.attrs.get("seed"),
+        axes=axes,
+        facts=_facts(config),
+        columns=[
+            (palette.label(name), palette.colours(runs)[name], run.failed) for name, run in runs.items()
+        ],
+        groups=groups,
+        failures=[
+            (palette.label(name), run.cause or "no cause was recorded")
+            for name, run in runs.items()
+            if run.failed
+        ],
+        missed=[
+            (palette.label(name), run.missed) for name, run in runs.items() if run.missed and not run.failed
+        ],
+        finished=sum(not run.failed for run in runs.values()),
+        total=len(runs),
+        transitions=[
+            (palette.label(name), contact_transitions(run.log))
+            for name, run in runs.items()
+            if contact_transitions(run.log)
+        ],
+        happened=_happened(runs),
+        compared=any(cell.paper for _, rows in groups for _, _, cells in rows for cell in cells),
+        otherwise=not_the_papers({palette.label(name): run for name, run in runs.items()}),
+        claims=claims,
+        held=sum(claim.holds for claim in claims),
+        source=SOURCE,
+        plates=[
+            (plate, inlined(folder / "figures" / f"{plate.name}.png", "image/png"))
+            for plate in (*PLATES, *own)
+            if (folder / "figures" / f"{plate.name}.png").is_file()
+        ],
+        replay=replay_html(runs),
+        films=_films(runs, folder, videos_follow),
+        videos_follow=videos_follow,
+        command=_command(runs),
+        configs=[(palette.label(name), run.config) for name, run in runs.items()],
+        versions=first.versions,
+    )
+
+
+def _title(runs: Mapping[str, Run]) -> str:
+    first = next(iter(runs.values()))
+    experiment = str(first.log.attrs.get("experiment", "")) or "flight"
+    who = palette.label(first.name) if len(runs) == 1 else f"{len(runs)} controllers compared"
+    return f"{experiment[:1].upper()}{experiment[1:]}: {who}"
+
+
+def _happened(runs: Mapping[str, Run]) -> list[tuple[str, list[HappenedEvent]]]:
+    """Events of each run by its name; of runs that share them, once and without a name."""
+    common = common_events(run.log for run in runs.values())
+    known = ((palette.label(name), events_of(run.log)) for name, run in runs.items())
+    each = known if common is None else [("", common)]
+    return [(name, events) for name, events in each if events]
+
+
+Line = tuple[str, str, list[Cell]]
+
+
+def _groups(runs: Mapping[str, Run], axes: AxisNames) -> list[tuple[str, list[Line]]]:
+    """The table: the title of each group, and its lines with what, its unit, and a cell for each run."""
+    return [
+        (title, [_line(runs, score, axes) for score in part])
+        for title, part in shown_scores(runs.values()).items()
+    ]
+
+
+def _line(runs: Mapping[str, Run], score: Score, axes: AxisNames) -> Line:
+    cells = []
+    for run in runs.values():
+        number = score.printed(published_beside(run, score.name))
+        cells.append(Cell(score.printed(run.metrics.get(score.name)) or "–", number))
+    return score.line(axes), score.unit, cells
+
+
+def _config(run: Run) -> dict[str, Any]:
+    try:
+        return tomllib.loads(run.config)
+    except tomllib.TOMLDecodeError:  # a foreign log may describe itself in other words
+        return {}
+
+
+def _is_drawing(config: Mapping[str, Any]) -> bool:
+    path = config.get("trajectory")
+    return isinstance(path, Mapping) and path.get("shape") == "drawing"
+
+
+def _facts(config: Mapping[str, Any]) -> list[tuple[str, str]]:
+    facts = []
+    path = config.get("trajectory")
+    shape = path.get("shape") if isinstance(path, Mapping) else None
+    for key, text, unit in FACTS:
+        value: Any = config
+        for part in key.split("."):
+            value = value.get(part) if isinstance(value, Mapping) else None
+        if value is not None and value != "" and shape in _SHAPES.get(key, (shape,)):
+            signed = "+" if key.endswith("direction") else ""
+            shown = f"{value:{signed}.4g}" if isinstance(value, int | float) else str(value)
+            shown = Path(shown).name if key == "trajectory.file" else shown
+            degrees = f" ({math.degrees(value):.3g}°)" if unit == "rad" and value else ""
+            facts.append((text, f"{shown} {unit}".strip() + degrees))
+    return facts
+
+
+def _command(runs: Mapping[str, Run]) -> str:
+    first = next(iter(runs.values()))
+    experiment, seed = first.log.attrs.get("experiment", EXPERIMENT), first.log.attrs.get("seed", 0)
+    controllers = " ".join(run.controller for run in runs.values())
+    if _is_drawing(_config(first)):  # its experiment ships under no name
+        experiment = "config.toml"
+    if len(runs) == 1:
+        return f"skylimb run {experiment} --controller {controllers} --seed {seed}"
+    return f"skylimb compare {experiment} --controllers {controllers} --seed {seed}"
+
+
+def _films(runs: Mapping[str, Run], folder: Path, follow: bool) -> list[Film]:
+    places = {name: folder / name / VIDEO_FILE for name in runs}
+    if (folder / LOG_FILE).is_file():
+        places = dict.fromkeys(runs, folder / VIDEO_FILE)
+    there = {name: path for name, path in places.items() if follow or path.is_file()}
+    embed = not follow and sum(path.stat().st_size for path in there.values()) <= EMBED_BYTES
+    return [
+        Film(
+            palette.label(name), inlined(path, "video/mp4") if embed else path.relative_to(folder).as_posix()
+        )
+        for name, path in there.items()
+    ]

@@ -1,0 +1,60 @@
+"""The scores of a flight, with its verdict.
+
+A flight that failed is not scored: its numbers would be those of a shorter, easier task.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from skylimb.analysis.recording.run import Run
+from skylimb.analysis.scores.drawn_strokes import Fidelity, strokes_of
+from skylimb.analysis.scores.force import force_limits
+from skylimb.analysis.scores.score import Number, Score
+from skylimb.analysis.scores.shipped import METRICS, NUMERIC_KEYS, numbers_of
+from skylimb.analysis.scores.verdict import verdict
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_FOR_THE_VERDICT = [
+    each for each in METRICS if each.on_demand and any(score.tolerance for score in each.scores)
+]
+"""What is judged and is no score of every flight."""
+
+
+def metrics(log: xr.Dataset) -> dict[str, Any]:
+    """The scores of a flight over the sliding period (phase "slide"), in SI.
+
+    Args:
+        log: a run's log; the contact direction and the sliding directions come from its attributes
+            `contact_axis` and `sliding_axes` (x, and y and z, where it doesn't say).
+
+    Returns:
+        `status` and the `NUMERIC_KEYS`; `skylimb.analysis.scores.shipped.SCORES` says what each is. A number
+        is None where the log lacks its signal or has no sliding period. A failed flight has `status`, `cause`
+        and no numbers.
+
+        Besides: `missed`, what was not done as commanded, in words; `checks`, value and tolerance of each
+        thing that was judged; `force_limits`, what limited a commanded force
+        (`skylimb.analysis.scores.force`); and of a drawing `strokes`, each by itself
+        (`skylimb.analysis.scores.drawn_strokes`).
+    """
+    run = Run("", "", log)
+    numbers = numbers_of(run, [each for each in METRICS if not each.on_demand])
+    found: dict[str, Any] = {
+        "status": run.status,
+        **({"cause": run.cause} if run.failed else {}),
+        **{key: numbers.get(key) for key in NUMERIC_KEYS},
+        "missed": [],
+        "checks": {},
+        "force_limits": {} if run.failed else force_limits(log),
+        "strokes": [] if run.failed else [_told(stroke) for stroke in strokes_of(log)],
+    }
+    held = {} if log.attrs.get("tolerances", "{}") == "{}" else numbers_of(run, _FOR_THE_VERDICT)
+    scores = [score for each in METRICS for score in each.scores]
+    return {**found, **verdict(Run("", "", log, {**found, **held}), scores)}
+
+
+def _told(stroke: Fidelity) -> dict[str, Number]:
+    return {name: Score().number(value) for name, value in stroke._asdict().items()}

@@ -1,0 +1,175 @@
+"""Metrics and figures in a user's own file, usable by name in run, compare, campaign, sweep and tune.
+
+    @skylimb.metric(unit="m", smaller_is_better=True)
+    def overshoot(run):
+        '''How far the pen went beyond its path.'''
+        return float(...)
+
+    @skylimb.figure
+    def spring(run):
+        '''The pull of the spring over time.'''
+        return matplotlib_figure
+
+What a metric is stands in `skylimb.analysis.scores.score`. A figure is a function of a run that returns a
+matplotlib figure. Neither sees a run that failed.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+from skylimb.analysis.recording.run import Run
+from skylimb.analysis.scores.carried import carried, carrying
+from skylimb.analysis.scores.metrics import metrics
+from skylimb.analysis.scores.score import Metric, Number
+from skylimb.analysis.scores.shipped import SCORES, TOLERANCES
+from skylimb.analysis.scores.verdict import verdict
+from skylimb.base.errors import ConfigError, UserCodeError, unknown_name
+from skylimb.base.user_code import UserCode
+from skylimb.base.user_modules import load_module
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Drawing
+
+_TAKEN = frozenset({*SCORES, "status", "cause", "missed", "checks", "force_limits", "strokes", "success"})
+"""What a metric cannot be called."""
+
+
+@dataclass(frozen=True)
+class OwnFigure:
+    """A figure that a user draws of a run.
+
+    Attributes:
+        name: of its file; the function's name.
+        function: of a run, to a matplotlib figure.
+        caption: the function's docstring.
+    """
+
+    name: str
+    function: Callable[[Run], Any]
+    caption: str = ""
+
+    def __call__(self, run: Run) -> Drawing:
+        """The figure.
+
+        Raises:
+            UserCodeError: when the function fails, or returns something else.
+        """
+        what = f"figure '{self.name}'"
+        with UserCode(what):
+            drawn = self.function(run)
+        if not hasattr(drawn, "savefig"):
+            raise UserCodeError(
+                f"{what} should return a matplotlib figure, it returned {type(drawn).__name__}"
+            )
+        return drawn
+
+
+Own = Metric | OwnFigure
+
+
+def figure(function: Callable[[Run], Any]) -> OwnFigure:
+    """Make a function of a run an `OwnFigure`; see the module."""
+    return OwnFigure(function.__name__, function, " ".join((inspect.getdoc(function) or "").split()))
+
+
+def load_own(use: Iterable[str | Path | ModuleType | Own]) -> list[Own]:
+    """Every metric and figure of some files, modules and functions.
+
+    Args:
+        use: Python files by path, modules, and what `metric` and `figure` have made.
+
+    Raises:
+        ConfigError: when a file cannot be used, has neither, or has a metric that cannot be one.
+    """
+    found: list[Own] = []
+    for item in use:
+        if isinstance(item, Metric | OwnFigure):
+            found.append(item)
+            continue
+        module = item if isinstance(item, ModuleType) else load_module(Path(item), ())
+        here = [value for value in vars(module).values() if isinstance(value, Metric | OwnFigure)]
+        if not here:
+            raise ConfigError(
+                f"'{item}' has no metric and no figure; put @skylimb.metric or @skylimb.figure above one"
+            )
+        found += here
+    for each in metrics_of(found):
+        _check(each)
+    return found
+
+
+def _check(metric: Metric) -> None:
+    """Refuse a name that is taken, and a tolerance that no experiment has."""
+    for score in metric.scores:
+        if score.name in _TAKEN:
+            raise ConfigError(f"metric '{score.name}' has the name of one that ships; choose another")
+        bound = score.tolerance.bound if score.tolerance else None
+        if isinstance(bound, str) and bound not in TOLERANCES:
+            raise unknown_name(f"tolerance of metric '{score.name}'", bound, TOLERANCES)
+
+
+def metrics_of(own: Iterable[Own]) -> list[Metric]:
+    """The metrics among them."""
+    return [one for one in own if isinstance(one, Metric)]
+
+
+def figures_of(own: Iterable[Own]) -> list[OwnFigure]:
+    """The figures among them."""
+    return [one for one in own if isinstance(one, OwnFigure)]
+
+
+def own_scores(run: Run, metric: Metric) -> dict[str, Number]:
+    """The scores of a user's metric by name; None for a run that failed.
+
+    Raises:
+        UserCodeError: when its function fails, or returns something else than it should.
+    """
+    if run.failed:
+        return dict.fromkeys(metric.columns)
+    with UserCode(f"metric '{metric.name}'"):
+        return metric.of(run)
+
+
+def with_own_scores(
+    run: Run,
+    own: Iterable[Own],
+    sets: Iterable[str] = (),
+    told: Callable[[UserCodeError], None] | None = None,
+) -> Run:
+    """The run with the scores of a user's metrics among its own, judged by them as well.
+
+    Args:
+        run: a flight.
+        own: metrics and figures.
+        sets: those with a set (`on_demand`) are computed where it is among these.
+        told: called with what goes wrong in a metric, whose scores are None then; None raises it.
+    """
+    asked = {"", *sets}
+    used = [each for each in metrics_of(own) if each.on_demand in asked]
+    numbers: dict[str, Number] = {}
+    for each in used:
+        try:
+            numbers |= own_scores(run, each)
+        except UserCodeError as error:
+            if told is None:
+                raise
+            told(error)
+            numbers |= dict.fromkeys(each.columns)
+    scores = [score for each in used for score in each.scores]
+    if not scores:
+        return run
+    scored = replace(run, metrics={**run.metrics, **numbers})
+    return carrying(replace(scored, metrics={**scored.metrics, **verdict(scored, scores)}), scores)
+
+
+def scored_again(run: Run) -> Run:
+    """A record scored anew; the numbers of a user's metrics stay as they are, and are judged again."""
+    own = carried(run.log)
+    fresh = replace(run, metrics={**metrics(run.log), **{name: run.metrics.get(name) for name in own}})
+    return replace(fresh, metrics={**fresh.metrics, **verdict(fresh, own.values())}) if own else fresh

@@ -1,0 +1,180 @@
+"""How well the pen drew its reference line, seen along the contact axis.
+
+Everything here lives in the sliding plane: (u, v) along the log's sliding axes about its `path_center`, m. So
+a line on a curved surface is judged as one sees it from the robot.
+"""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from skylimb.analysis.recording.run import Run
+from skylimb.analysis.scores.board import nominal_path
+from skylimb.analysis.scores.score import PEN, Score, Tolerance, metric
+from skylimb.analysis.scores.signals import contact_axis, in_contact, in_phase, phase_names, sliding_axes
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+DRAWN_WITHIN = 0.010
+"""A place of the reference line counts as drawn where the pen touched within this distance of it, m."""
+PITCH = 0.0005
+"""Spacing at which a line is looked up, m."""
+
+
+@metric(
+    keys={
+        "rms": Score(
+            "Distance of the pen from its reference line, root mean square",
+            "m",
+            smaller_is_better=True,
+            group=PEN,
+            row="root mean square",
+            ranked=False,
+            tolerance=Tolerance(
+                "pen_line", "the pen is {value} off its line (root mean square), {bound} allowed"
+            ),
+        ),
+        "max": Score(
+            "Largest distance of the pen from its reference line",
+            "m",
+            smaller_is_better=True,
+            group=PEN,
+            row="largest",
+            ranked=False,
+        ),
+    }
+)
+def pen_line(run: Run) -> dict[str, float]:
+    """Distance of the drawn line from the reference line, over the samples in touch of the sliding period.
+
+    A lift between two strokes belongs to it: a pen that does not leave the surface draws there. No number
+    where the pen touched nothing, or the log does not say where the tip or its reference was.
+    """
+    away = pen_deviation(run.log)
+    if not len(away):
+        return {"rms": np.nan, "max": np.nan}
+    return {"rms": float(np.sqrt(np.mean(away**2))), "max": float(away.max())}
+
+
+def _missed_path(run: Run) -> str:
+    return f"{{value}} of the line is drawn within {1e3 * _within(run):g} mm, {{bound}} commanded"
+
+
+@metric(
+    smaller_is_better=False,
+    group=PEN,
+    row="drawn within its tolerance",
+    ranked=False,
+    tolerance=Tolerance("path", _missed_path),
+    on_demand="path",
+)
+def path_drawn(run: Run) -> float:
+    """Share of the reference line that is drawn, no farther from it than the tolerance of the pen."""
+    return drawn_fraction(run.log, _within(run))
+
+
+def _within(run: Run) -> float:
+    return json.loads(run.log.attrs.get("tolerances", "{}")).get("pen_line", DRAWN_WITHIN)
+
+
+def drawn_fraction(log: xr.Dataset, within: float = DRAWN_WITHIN) -> float:
+    """The part of the reference line's length that the pen touched no farther than `within` (m) from it.
+
+    NaN where the log has no reference.
+    """
+    lines = [dense(line) for line in reference_line(log)]
+    if not lines:
+        return float("nan")
+    _, drawn = drawn_samples(log)
+    if not len(drawn):
+        return 0.0
+    tree = KDTree(drawn)
+    pieces = [np.linalg.norm(np.diff(line, axis=0), axis=1) for line in lines]
+    near = [tree.query(0.5 * (line[1:] + line[:-1]))[0] <= within for line in lines]
+    return float(np.concatenate(pieces)[np.concatenate(near)].sum() / np.concatenate(pieces).sum())
+
+
+def pen_deviation(log: xr.Dataset) -> np.ndarray:
+    """Distance of every drawn sample to the nearest point of the reference line, m, (n,); empty for none."""
+    lines = [dense(line) for line in reference_line(log)]
+    _, drawn = drawn_samples(log)
+    if not lines or not len(drawn):
+        return np.zeros(0)
+    begins = np.vstack([line[:-1] for line in lines])
+    ends = np.vstack([line[1:] for line in lines])
+    # The pieces are so short that the nearest one is among those with the nearest middles.
+    _, candidates = KDTree(0.5 * (begins + ends)).query(drawn, k=min(3, len(begins)))
+    candidates = np.reshape(candidates, (len(drawn), -1))
+    return _to_pieces(drawn[:, None, :], begins[candidates], ends[candidates]).min(axis=1)
+
+
+def drawn_samples(log: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
+    """The samples in touch of the sliding period, lifts included: numbers, and (u, v) of the tip (n, 2)."""
+    if "tip_position" not in log:
+        return np.zeros(0, dtype=int), np.zeros((0, 2))
+    drawing = in_phase(log, "slide")
+    if "lift" in phase_names(log):
+        drawing |= in_phase(log, "lift")
+    samples = np.flatnonzero(drawing & in_contact(log))
+    points = _in_plane(log, log.tip_position.values[samples])
+    finite = np.isfinite(points).all(axis=1)
+    return samples[finite], points[finite]
+
+
+def reference_line(log: xr.Dataset) -> list[np.ndarray]:
+    """The strokes that the pen is to draw, (n, 2) each, m; none where the log has no reference.
+
+    A drawing's are in the log as `reference_line`. For any other path it is the tip's own reference, or in a
+    log without one the line that a pen held still in the robot would draw if the centre of gravity kept to
+    its.
+    """
+    if "reference_line" in log:
+        points = log.reference_line.values
+        gaps = np.flatnonzero(np.isnan(points).any(axis=1))
+        parts = np.split(points, gaps)
+        return [part for part in (p[~np.isnan(p).any(axis=1)] for p in parts) if len(part) > 1]
+    if "tip_position_reference" in log:
+        path = _in_plane(log, log.tip_position_reference.values[in_phase(log, "slide")])
+    elif {"tip_position", "cog_position", "cog_position_reference"} <= set(log.variables):
+        path = _in_plane(log, nominal_path(log, None))
+    else:
+        return []
+    moved = np.concatenate([[True], np.linalg.norm(np.diff(path, axis=0), axis=1) > 0.0]) if len(path) else []
+    path = path[np.asarray(moved, dtype=bool)]
+    return [path] if len(path) > 1 else []
+
+
+def as_seen(log: xr.Dataset, points: np.ndarray) -> np.ndarray:
+    """Points of the sliding plane as one sees them from the robot: to the right and up, (n, 2), m."""
+    u, v = sliding_axes(log)
+    right = np.cross(contact_axis(log).vector, v.vector)
+    return points * [1.0 if u.vector @ right > 0.0 else -1.0, 1.0]
+
+
+def _in_plane(log: xr.Dataset, points: np.ndarray) -> np.ndarray:
+    middle = log.attrs.get("path_center")
+    offset = np.asarray(json.loads(middle) if middle else np.zeros(3), dtype=float)
+    return np.stack([axis.along(points - offset) for axis in sliding_axes(log)], axis=1)
+
+
+def dense(line: np.ndarray) -> np.ndarray:
+    """The same line with more points, `PITCH` apart at most."""
+    lengths = np.linalg.norm(np.diff(line, axis=0), axis=1)
+    counts = np.maximum(np.ceil(lengths / PITCH).astype(int), 1)
+    piece = np.repeat(np.arange(len(counts)), counts)
+    within = np.arange(len(piece)) - np.repeat(np.cumsum(counts) - counts, counts)
+    places = np.append(piece + within / counts[piece], len(line) - 1.0)
+    return np.stack([np.interp(places, np.arange(len(line)), axis) for axis in line.T], axis=1)
+
+
+def _to_pieces(points: np.ndarray, begins: np.ndarray, ends: np.ndarray) -> np.ndarray:
+    """Distances of points (..., 2) to straight pieces between `begins` and `ends`."""
+    sides = ends - begins
+    lengths = np.maximum(np.sum(sides**2, axis=-1), 1e-300)
+    along = np.clip(np.sum((points - begins) * sides, axis=-1) / lengths, 0.0, 1.0)
+    return np.linalg.norm(points - begins - along[..., None] * sides, axis=-1)

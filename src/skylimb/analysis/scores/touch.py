@@ -1,0 +1,46 @@
+"""Whether the tip touched over the sliding period, and how often it lost the surface."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from skylimb.analysis.recording.run import Run
+from skylimb.analysis.scores.score import CONTACT, Tolerance, metric
+from skylimb.analysis.scores.signals import in_contact, in_phase, spans, while_sliding
+
+LOSS_TIME = 0.050
+"""Seconds without touch that count as a loss; a pen that skips over a rough patch is not lost."""
+
+
+@metric(
+    smaller_is_better=False,
+    group=CONTACT,
+    row="fraction of the time in contact (truth)",
+    tolerance=Tolerance("contact", "the pen touches {value} of the time, {bound} commanded"),
+)
+def contact_fraction(run: Run) -> float:
+    """Fraction of the time in contact (truth)."""
+    # The duty counts physics steps and so does not depend on the control rate; the flag says "any touch in
+    # the tick".
+    signal = next((name for name in ("contact_duty", "contact") if name in run.log), "")
+    touch = while_sliding(run.log, signal)
+    return np.nan if touch is None else float(np.mean(touch.astype(float)))
+
+
+@metric(
+    smaller_is_better=True,
+    group=CONTACT,
+    row=f"losses of touch for longer than {1e3 * LOSS_TIME:g} ms",
+    kind="count",
+    ranked=False,
+    meaning=f"Times that the touch was lost for longer than {1e3 * LOSS_TIME:g} ms",
+)
+def contact_losses(run: Run) -> float:
+    """Gaps that lasted; what was never touched cannot be lost."""
+    log = run.log
+    if "contact_duty" not in log and "contact" not in log:
+        return np.nan
+    time, touching = log.time.values, in_contact(log)
+    touched = time[np.argmax(touching)] if touching.any() else np.inf
+    gaps = spans(time, ~touching & in_phase(log, "slide"), 0.0)
+    return float(sum(begin > touched and end - begin > LOSS_TIME for begin, end in gaps))

@@ -1,0 +1,97 @@
+"""Whether a flight did what it was commanded, within the tolerances that its experiment states.
+
+A flight that comes to its end has the status OK. That says nothing of what it did there. Its verdict does:
+every score that is declared with a tolerance is held to it, a user's own as well. The pen touches, keeps to
+its reference line, draws all of it, and presses with the commanded force where the controller commands one. A
+flight of which nothing can be judged, such as one that is to touch nothing, has no verdict. A lost flight did
+not do what was commanded, whatever it did before.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from skylimb.analysis.recording.run import Run
+from skylimb.analysis.scores.axis_names import axis_names
+from skylimb.analysis.scores.score import GROUPS, Score, Tolerance
+
+DONE = Score(
+    "Whether the flight did what was commanded, within its tolerances",
+    smaller_is_better=False,
+    group=GROUPS[0],
+    row="all of it, within the tolerances",
+    kind="yes or no",
+    ranked=False,
+    name="done",
+)
+"""The verdict as a score; what gives its value are all others."""
+
+
+def verdict(run: Run, scores: Iterable[Score]) -> dict[str, Any]:
+    """The verdict on a flight by some scores, on top of what has been judged of it.
+
+    Args:
+        run: with the values of the scores in its metrics; the attribute `tolerances` (JSON) of its log says
+            what is commanded, a flight without contact has none.
+        scores: those with a tolerance are judged, in this order.
+
+    Returns:
+        `done`: None where nothing could be judged. `missed`: what was missed and by how much, in words.
+        `checks`: by the tolerance's name, or the score's where another is held to the same: `value` (in the
+        tolerance's unit), `tolerance`, and whether it is `kept`.
+    """
+    known = json.loads(run.log.attrs.get("tolerances", "{}"))
+    missed, checks = list(run.metrics.get("missed", ())), dict(run.metrics.get("checks", {}))
+    held = list(_held(scores, known))
+    if run.failed:
+        lost = bool(held) or run.metrics.get("done") is False
+        return {"done": False if lost else None, "missed": ["the flight was lost"] * lost, "checks": checks}
+    for score, stated, bound in held:
+        value = run.metrics.get(score.name)
+        if value is None or (tolerance := stated.of(run)).per == 0.0:
+            continue
+        value = value if tolerance.per is None else value / tolerance.per
+        kept = value <= bound if score.smaller_is_better else value >= bound
+        name = tolerance.bound if tolerance.bound in known and tolerance.bound not in checks else score.name
+        checks[name] = {"value": value, "tolerance": bound, "kept": kept}
+        if not kept:
+            missed.append(_words(run, score, tolerance, value, bound))
+    return {"done": not missed if checks else None, "missed": missed, "checks": checks}
+
+
+def _held(scores: Iterable[Score], known: Mapping[str, float]) -> Iterator[tuple[Score, Tolerance, float]]:
+    """Each score that is held to a bound that the flight states, or that is the declaration's own."""
+    for score in scores:
+        if score.tolerance is not None:
+            bound = score.tolerance.bound
+            bound = known.get(bound) if isinstance(bound, str) else bound
+            if bound is not None:
+                yield score, score.tolerance, bound
+
+
+def _words(run: Run, score: Score, tolerance: Tolerance, value: float, bound: float) -> str:
+    """What was missed, and by how much."""
+    unit = "" if tolerance.per is not None else "count" if score.kind == "count" else score.unit
+    usual = f"{score.text(axis_names(run.log))}: {{value}}, {{bound}} " + (
+        "allowed" if score.smaller_is_better else "commanded"
+    )
+    words = str(tolerance.words or usual)
+    return words.replace("{value}", _quantity(value, unit)).replace("{bound}", _quantity(bound, unit, "g"))
+
+
+def _quantity(value: float, unit: str, places: str = ".1f") -> str:
+    """A value in the unit in which one thinks of it: mm, degrees, percent."""
+    if unit == "m":
+        return f"{1e3 * value:{places}} mm"
+    if unit == "rad":
+        return f"{np.degrees(value):.1f}\N{DEGREE SIGN}"
+    if unit == "count":
+        return f"{value:g}"
+    if unit:
+        return f"{value:.3g} {unit}"
+    # One place where rounding would hide that it is not all.
+    return f"{100.0 * value:.1f} %" if 0.99 <= value < 1.0 else f"{100.0 * value:.0f} %"

@@ -1,0 +1,118 @@
+"""Reads the arguments, runs the verb, and turns what happened into an exit code.
+
+0: done. 1: a flight was lost, or a check failed. 2: nothing was done, because the command cannot be carried
+out. 130: interrupted with Ctrl-C. A flight that came to its end without doing what was commanded is no error:
+its verdict says so.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+import sys
+import traceback
+import warnings
+from collections.abc import Sequence
+
+from skylimb.apps.cli.arguments import parse, verb_help
+from skylimb.apps.cli.campaigns import VERBS as CAMPAIGN_VERBS
+from skylimb.apps.cli.commands import VERBS as FLIGHT_VERBS
+from skylimb.apps.cli.examples import VERBS as EXAMPLE_VERBS
+from skylimb.apps.cli.keys import VERBS as KEY_VERBS
+from skylimb.apps.cli.planning import VERBS as PLANNING_VERBS
+from skylimb.apps.cli.reproducing import VERBS as REPRODUCTION_VERBS
+from skylimb.apps.cli.robots import VERBS as ROBOT_VERBS
+from skylimb.apps.cli.wrench import VERBS as WRENCH_VERBS
+from skylimb.base.errors import SkylimbError, unknown_name
+
+VERBS = {
+    **FLIGHT_VERBS,
+    **KEY_VERBS,
+    **EXAMPLE_VERBS,
+    **ROBOT_VERBS,
+    **PLANNING_VERBS,
+    **WRENCH_VERBS,
+    **CAMPAIGN_VERBS,
+    **REPRODUCTION_VERBS,
+}
+
+DEBUG = "--debug"
+"""Option of every verb: the whole traceback of an error, before its one line."""
+
+EXAMPLES = """\
+  skylimb compare                     the paper's experiment, four controllers, one report
+  skylimb run --controller pid        one flight, with its log, figures and a report that moves
+  skylimb run --set surface.friction=0.2 trajectory.direction=-1 --seed 3 --out out/slippery
+  skylimb list                        what ships
+  skylimb show paper                  everything that --set can change
+"""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line; on the arguments of the process when none are given.
+
+    Returns:
+        The exit code, see the module.
+    """
+    arguments = list(sys.argv[1:] if arguments is None else arguments)
+    debug = DEBUG in arguments
+    arguments = [argument for argument in arguments if argument != DEBUG]
+    # What a warning says is printed with the results, not in between.
+    logging.getLogger("skylimb").addHandler(logging.NullHandler())
+    try:
+        with warnings.catch_warnings():
+            warnings.showwarning = _warn
+            return _dispatch(arguments)
+    except SkylimbError as error:
+        if debug:
+            traceback.print_exception(error)
+        return _complain(str(error), 2)
+    except KeyboardInterrupt:
+        return _complain("interrupted; what was not finished is not kept", 130)
+    except BrokenPipeError:
+        # The reader (`skylimb list | head`) has seen enough; nothing may be left for Python to flush at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+
+
+def _dispatch(arguments: list[str]) -> int:
+    verb, *rest = arguments or ["--help"]
+    if verb in ("-h", "--help", "help"):
+        print(_overview())
+        return 0
+    if verb == "--version":
+        from skylimb import __version__
+
+        print(f"skylimb {__version__}")
+        return 0
+    if rest and f"{verb} {rest[0]}" in VERBS:
+        verb, rest = f"{verb} {rest[0]}", rest[1:]
+    if verb not in VERBS:
+        kind = "option" if verb.startswith("-") else "verb"
+        raise unknown_name(kind, verb, [*VERBS, "--help", "--version"])
+    if {"-h", "--help"} & set(rest):
+        print(verb_help(verb, VERBS[verb]))
+        return 0
+    return parse(verb, VERBS[verb], rest)()
+
+
+def _overview() -> str:
+    verbs = "\n".join(f"  {name:<16}{kind.__doc__.splitlines()[0]}" for name, kind in VERBS.items())
+    return (
+        "Simulate, control, measure and fly multi-link aerial robots in contact.\n\n"
+        "usage: skylimb VERB [OPTIONS]\n\n"
+        f"Verbs\n{verbs}\n\n"
+        f"Examples\n{EXAMPLES}\n"
+        "`skylimb VERB --help` says more of each; `skylimb --version` which one this is; --debug shows where "
+        "an error comes from."
+    )
+
+
+def _warn(message: Warning | str, *_: object) -> None:
+    """Show a warning as a line for who reads it, without the place in the code."""
+    print(f"skylimb: warning: {' '.join(str(message).split())}", file=sys.stderr)
+
+
+def _complain(message: str, code: int) -> int:
+    print(f"skylimb: error: {' '.join(message.split())}", file=sys.stderr)
+    return code

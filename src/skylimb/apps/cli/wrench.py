@@ -1,0 +1,166 @@
+"""The verb that says what a robot can do in a posture: `robot wrench`."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, ClassVar
+
+from skylimb.apps.cli import output
+from skylimb.apps.cli.arguments import Positional, arg
+from skylimb.base.errors import ConfigError
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from skylimb.control.planning.feasible_wrench import FeasibleWrench
+    from skylimb.robots.held_results import Held, NotHeld, Within
+    from skylimb.robots.model import Robot
+
+    Pushes = dict[str, tuple[np.ndarray, dict[str, Held | NotHeld]]]
+    """Name of a direction -> the direction, and what was found by column."""
+
+
+@dataclass(frozen=True)
+class RobotWrench:
+    """Say what a robot can do in a posture: forces, torques, and how hard its tip can push.
+
+    Thrusts and the torques of the servos are within their limits, the robot is at rest. Level is the measured
+    link, from which tilt counts. Pushes are in the level frame whose x axis is the tip link's; "none" is a
+    posture in which it cannot rest so at all.
+    """
+
+    examples: ClassVar[str] = """
+        skylimb robot wrench hydrus_xi_quad
+        skylimb robot wrench hydrus_xi_quad --direction 1 0.3 0 --out out/wrench
+        skylimb robot wrench hydrus_xi_quad --posture 1.2 0.7 -0.4 --tilt 0.2
+    """
+
+    robot: Annotated[Positional[str], arg(metavar="NAME", help="A robot's name, folder or file.")]
+    posture: Annotated[
+        tuple[str, ...], arg(metavar="RAD ...", help="Its joint angles; by default the nominal posture.")
+    ] = ()
+    vectoring: Annotated[
+        tuple[str, ...],
+        arg(metavar="RAD ...", help="Its vectoring angles; by default those with which a flight gets there."),
+    ] = ()
+    direction: Annotated[
+        tuple[str, ...], arg(metavar="X ...", help="Three numbers: a direction to push in, besides the axes.")
+    ] = ()
+    tilt: Annotated[float, arg(metavar="RAD", help="How far the measured link may lean into a push.")] = 0.35
+    out: Annotated[
+        str, arg(metavar="DIR", help="New folder for wrench.json (numbers, corners, faces) and wrench.png.")
+    ] = ""
+
+    def __call__(self) -> int:
+        """Work it out, print the table, write the folder."""
+        from skylimb.base.files import require_new
+
+        if not 0.0 <= self.tilt <= 1.5:
+            raise ConfigError(f"--tilt = {self.tilt:g} rad is outside 0 .. 1.5 rad")
+        if self.out:
+            require_new(self.out)
+        import skylimb
+        from skylimb.control.planning.feasible_wrench import feasible_wrench, unit_vector
+
+        robot = skylimb.load_robot(self.robot)
+        q = _numbers("--posture", self.posture, robot.n_joints)
+        psi = _numbers("--vectoring", self.vectoring, robot.n_vectoring)
+        direction = _numbers("--direction", self.direction, 3)
+        own = {} if direction is None else {"yours": unit_vector(direction)}
+        feasible = feasible_wrench(robot, q, psi)
+        asked = _asked(robot, self.tilt)
+        with output.working("working out the pushes"):
+            pushes = {
+                name: (axis, {column: feasible.push(axis, within) for column, within in asked.items()})
+                for name, axis in {**_axes(), **own}.items()
+            }
+        _show(feasible, pushes, tuple(asked))
+        if self.out:
+            _write(feasible, pushes, self.tilt, self.out)
+            print(f"\nWritten to {self.out}: wrench.json, wrench.png")
+        return 0
+
+
+def _asked(robot: Robot, tilt: float) -> dict[str, Within]:
+    """What is asked of every direction, by the name of its column."""
+    from skylimb.robots.held_results import Within
+
+    tilts = {"level": 0.0} | ({f"tilted up to {tilt:g} rad": tilt} if tilt > 0.0 else {})
+    if robot.n_vectoring == 0:
+        return {name: Within(one) for name, one in tilts.items()}
+    held = {f"{name}, angles held": Within(one) for name, one in list(tilts.items())[-1:]}
+    return held | {f"{name}, angles move": Within(one, math.inf) for name, one in tilts.items()}
+
+
+def _numbers(option: str, words: tuple[str, ...], count: int) -> np.ndarray | None:
+    """The numbers that an option gives, of which there have to be so many; None where it was not given."""
+    import numpy as np
+
+    if not words:
+        return None
+    try:
+        numbers = np.array([float(word) for text in words for word in text.split(",") if word])
+    except ValueError:
+        raise ConfigError(f"{option} = '{' '.join(words)}' must be {count} numbers") from None
+    if len(numbers) != count or not np.all(np.isfinite(numbers)):
+        raise ConfigError(f"{option} = '{' '.join(words)}' must be {count} finite numbers")
+    return numbers
+
+
+def _axes() -> dict[str, np.ndarray]:
+    import numpy as np
+
+    return {
+        f"{'+-'[side]}{'xyz'[axis]}": (1 - 2 * side) * np.eye(3)[axis] for axis in range(3) for side in (0, 1)
+    }
+
+
+def _show(feasible: FeasibleWrench, pushes: Pushes, columns: tuple[str, ...]) -> None:
+    from skylimb.studies.planning.wrench_tables import summary
+
+    console = output.console_for()
+    table = output.plain_table(feasible.robot.name)
+    table.add_column(no_wrap=True)
+    table.add_column()
+    for name, value in summary(feasible).items():
+        table.add_row(name, value)
+    console.print(table)
+    table = output.plain_table("Greatest push of the tip at rest, N", "Direction", *columns, "What ends it")
+    for name, (axis, found) in pushes.items():
+        shown = name if name != "yours" else f"({', '.join(f'{part:.2f}' for part in axis)})"
+        cells = [f"{one.force:.1f}" if one else "none" for one in found.values()]
+        last = found[columns[-1]]
+        table.add_row(shown, *cells, str(last.limit or "nothing") if last else str(last))
+    console.print(table)
+
+
+def _write(feasible: FeasibleWrench, pushes: Pushes, tilt: float, out: str) -> None:
+    import json
+
+    from skylimb.analysis.figures import style
+    from skylimb.base.files import new_folder
+    from skylimb.studies.planning.wrench_figure import wrench_figure
+    from skylimb.studies.planning.wrench_tables import as_tables, push_tables
+
+    tables = {
+        **as_tables(feasible),
+        "tilt": tilt,
+        "pushes": {name: push_tables(axis, found) for name, (axis, found) in pushes.items()},
+    }
+    # The robot is drawn with its angles held.
+    columns = list(next(iter(pushes.values()))[1])
+    drawn = next((name for name in columns if name.endswith("held")), columns[-1])
+    figure = wrench_figure(
+        feasible, {name: (axis, _force(found[drawn])) for name, (axis, found) in pushes.items()}
+    )
+    with new_folder(out) as folder:
+        (folder / "wrench.json").write_text(json.dumps(tables, indent=1) + "\n", encoding="utf-8")
+        (folder / "wrench.png").write_bytes(style.png(figure))
+
+
+def _force(one: Held | NotHeld) -> float:
+    return one.force if one else 0.0
+
+
+VERBS = {"robot wrench": RobotWrench}

@@ -1,0 +1,311 @@
+"""A robot description held against what can exist and fly; each doubt by name, with value and remedy."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from skylimb.apps.robot_import.doubts import Doubt, together, without_name
+from skylimb.apps.robot_import.mapping import read_mapping
+from skylimb.apps.robot_import.mechanics import Actuation, actuation
+from skylimb.apps.robot_import.meshes import settle_meshes
+from skylimb.apps.robot_import.posture_choice import choose_posture
+from skylimb.apps.robot_import.proposal import Sources, propose
+from skylimb.apps.robot_import.repairs import repair
+from skylimb.apps.robot_import.roles import recognise
+from skylimb.apps.robot_import.self_collision import SelfCollision, find_self_collisions
+from skylimb.apps.robot_import.tables import find_tables
+from skylimb.apps.robot_import.tree import UrdfTree
+from skylimb.apps.robot_import.urdf_text import read_urdf_text
+from skylimb.base.errors import SkylimbError
+from skylimb.base.sources import Source
+from skylimb.control.planning.posture import posture_family
+from skylimb.robots.description import Inertial, PostureFamily, RobotDescription
+from skylimb.robots.flight_check import (
+    check_few_rotors,
+    check_moving_bodies,
+    check_robot,
+    least_norm_hover,
+)
+from skylimb.robots.flight_file import FlightFile, PostureSection
+from skylimb.robots.loader import FLIGHT_FILE, describe, list_robots, read_description
+from skylimb.robots.model import Robot
+from skylimb.robots.validation import check_description, check_inertial
+
+_MASS = 1e-9
+"""Mass that an import may gain or lose, kg."""
+_STEADY = 0.1
+_LIFT = 1.5
+_CONDITION = 100.0
+_TILT = 0.3
+"""Where hover margin, thrust over weight, condition and hover tilt (rad) raise a doubt."""
+
+
+@dataclass(frozen=True, eq=False)
+class RobotReport:
+    """What a check found.
+
+    Attributes:
+        path: what was checked.
+        description: the robot; nothing of it has to be possible.
+        mass_in: sum of the masses that the file says, kg.
+        actuation: what its rotors can do, None where the model cannot be built.
+        collisions: what touches, None where the physics engine refuses the robot.
+        doubts: all findings.
+        flight: the flight file that was proposed, None for a robot that has one.
+        urdf: content of the URDF that goes with it.
+        meshes: contents of the meshes that go with it, by their path.
+    """
+
+    path: Path
+    description: RobotDescription
+    mass_in: float
+    actuation: Actuation | None
+    collisions: SelfCollision | None
+    doubts: tuple[Doubt, ...]
+    flight: FlightFile | None = None
+    urdf: bytes = b""
+    meshes: dict[str, bytes] = field(default_factory=dict)
+
+    @property
+    def can_hover(self) -> bool:
+        """Whether nothing forbids a flight: it can be read, built and held in the air."""
+        return not any(doubt.fatal for doubt in self.doubts)
+
+    @property
+    def can_touch(self) -> bool:
+        """Whether it can hover, and its tip comes first to a surface."""
+        return self.can_hover and self.actuation is not None and bool(self.actuation.touch)
+
+    @property
+    def reasons(self) -> tuple[Doubt, ...]:
+        """What forbids to hover."""
+        return tuple(doubt for doubt in self.doubts if doubt.fatal)
+
+    @property
+    def mass(self) -> float:
+        """Mass of the model, kg."""
+        return sum(link.inertial.mass for link in self.description.links)
+
+
+def check_robot_file(
+    path: str | Path,
+    packages: str | Path | None = None,
+    mapping: str | Path | None = None,
+    *,
+    mend: bool = False,
+    convert: bool = False,
+) -> RobotReport:
+    """Check a URDF or xacro file, a folder with one, or a robot of skylimb's own form.
+
+    Args:
+        path: .urdf or .xacro, a folder, a flight TOML, or the name of a robot that ships.
+        packages: folder of the packages that xacro and meshes name.
+        mapping: TOML file that says what names do not tell.
+        mend: whether impossible inertias are replaced by the nearest possible ones.
+        convert: whether meshes are copied, so that the robot can be written elsewhere.
+
+    Raises:
+        SkylimbError: the description cannot be read.
+    """
+    if _is_ours(path):
+        description = read_description(path)
+        return _report(Path(path), description, sum(link.inertial.mass for link in description.links), [])
+    text = read_urdf_text(path, packages)
+    said = read_mapping(mapping)
+    tree = UrdfTree(text.content, text.path.name)
+    mass_in = tree.total_mass()
+    roles = recognise(tree, said)
+    axles = [
+        {key: tree.limit(joint, key) for key in ("lower", "upper")} if joint is not None else {}
+        for joint in roles.spinning
+    ]
+    motors, servos = find_tables(text.path, text.packages)
+    # Before the repairs, which leave links and joints only.
+    drag = tree.root.find("m_f_rate")
+    doubts = [*roles.doubts, *repair(tree, roles, mend=mend)]
+    if drag is not None:
+        tree.root.append(drag)
+    flight, assumed = propose(tree, roles, axles, Sources(said, motors, servos))
+    tree.keep_robot_only()
+    meshes, lost = settle_meshes(tree, text.path.parent, text.packages, convert=convert)
+    urdf = Source(text.path, tree.text())
+    flight_source = Source(text.path.with_name(FLIGHT_FILE), b"")
+    description = describe(flight, flight_source, urdf)
+    doubts += [*assumed, *lost]
+    if flight.posture is not None and said.posture is None:
+        description, flight = _with_posture(description, flight, doubts)
+    report = _report(text.path, description, mass_in, doubts)
+    return replace(report, flight=flight, urdf=urdf.content, meshes=meshes)
+
+
+def _is_ours(path: str | Path) -> bool:
+    given = Path(path)
+    return (
+        given.suffix.lower() == ".toml"
+        or (given.is_dir() and (given / FLIGHT_FILE).is_file())
+        or (str(path) in list_robots() and not given.exists())
+    )
+
+
+def _with_posture(
+    description: RobotDescription, flight: FlightFile, doubts: list[Doubt]
+) -> tuple[RobotDescription, FlightFile]:
+    try:
+        family, _ = choose_posture(Robot(description))
+    except SkylimbError:
+        return description, flight  # what is wrong with it is told by the checks
+    nominal = np.round(family.offset + family.slope * family.theta_nominal, 3).tolist()
+    doubts.append(
+        Doubt(
+            "the postures",
+            f"are not said; joints of {nominal} rad are taken as nominal",
+            "say [posture] in a mapping file",
+        )
+    )
+    section = PostureSection(
+        tuple(map(float, family.offset)),
+        tuple(map(float, family.slope)),
+        float(family.theta_min),
+        float(family.theta_max),
+        float(family.theta_nominal),
+    )
+    posture = PostureFamily(
+        family.offset, family.slope, section.theta_min, section.theta_max, section.theta_nominal
+    )
+    return replace(description, posture=posture), replace(flight, posture=section)
+
+
+def _report(path: Path, description: RobotDescription, mass_in: float, doubts: list[Doubt]) -> RobotReport:
+    found = [*doubts, *_inertias(description)]
+    mass = sum(link.inertial.mass for link in description.links)
+    if abs(mass - mass_in) > _MASS:
+        found.append(
+            Doubt("mass", f"{mass_in:.6f} kg went in and {mass:.6f} kg came out", "report this", fatal=True)
+        )
+    if not any(doubt.fatal for doubt in found):
+        found += _faults(lambda: check_description(description), "the description")
+    acting: Actuation | None = None
+    collisions: SelfCollision | None = None
+    if not any(doubt.fatal for doubt in found):
+        robot = Robot(description)
+        found += _faults(lambda: check_moving_bodies(robot), "a moving body")
+        acting = actuation(robot)
+        found += _flight_doubts(robot, acting)
+        try:
+            collisions = find_self_collisions(description)
+        except SkylimbError as error:
+            found.append(Doubt("the simulation", str(error), "look at meshes and inertias", fatal=True))
+        else:
+            found += _collision_doubts(collisions, mass)
+    return RobotReport(path, description, mass_in, acting, collisions, together(found))
+
+
+def _inertias(description: RobotDescription) -> Iterator[Doubt]:
+    for link in description.links:
+        yield from _faults(
+            lambda inertial=link.inertial, name=link.name: check_inertial(name, inertial),
+            f"inertia of link '{link.name}'",
+            "take it from CAD again (axes, and signs of ixy, ixz, iyz), or --mend for the nearest possible",
+        )
+        gyration = _gyration(link.inertial)
+        if gyration is not None and not 1e-3 < gyration < 1.0 and link.inertial.mass > 1e-3:
+            yield Doubt(
+                f"inertia of link '{link.name}'",
+                f"puts its {link.inertial.mass:g} kg at {gyration:.2g} m from its centre",
+                "is a unit or a radius wrong?",
+            )
+
+
+def _gyration(inertial: Inertial) -> float | None:
+    if not inertial.mass > 0.0 or not np.isfinite(inertial.inertia).all():
+        return None
+    largest = float(np.linalg.eigvalsh(inertial.inertia)[-1])
+    return float(np.sqrt(largest / inertial.mass)) if largest > 0.0 else None
+
+
+def _faults(check: Callable[[], None], what: str, remedy: str = "correct it in the files") -> Iterator[Doubt]:
+    try:
+        check()
+    except SkylimbError as error:
+        text = without_name(error) if what.endswith("'") else str(error)
+        yield Doubt(what, text, remedy, fatal=True)
+
+
+def _flight_doubts(robot: Robot, acting: Actuation) -> Iterator[Doubt]:
+    yield from _faults(
+        lambda: check_few_rotors(robot), "the rotors", "a control law that moves them, or more rotors"
+    )
+    if robot.n_rotors >= 4:
+        yield from _faults(
+            lambda: check_robot(robot), "hover", "look at rotor frames, spins, masses and the nominal posture"
+        )
+        yield from _faults(lambda: _reach(robot), "the postures", "say [posture] in a mapping file")
+    if acting.thrust_to_weight < _LIFT:
+        yield Doubt(
+            "thrust over weight",
+            f"is {acting.thrust_to_weight:.2f}",
+            f"{_LIFT:g} or more; lighten it, or stronger rotors",
+        )
+    if acting.hover and acting.hover.room < _STEADY:
+        yield Doubt(
+            "hover margin",
+            f"a rotor is within {acting.hover.room:.0%} of its range of a limit",
+            f"another nominal posture, or stronger rotors; {_STEADY:.0%} is advised",
+        )
+    if acting.hover and acting.hover.tilt > _TILT:
+        yield Doubt(
+            "hover",
+            f"the root link tilts by {acting.hover.tilt:.2f} rad",
+            "a nominal posture that hovers level",
+        )
+    if acting.hover and robot.n_rotors > 4 and not least_norm_hover(robot, acting.hover):
+        yield Doubt(
+            "hover",
+            "needs other thrusts than the least-norm ones, of which control laws make their frame",
+            "a nominal posture with its centre of gravity nearer to the rotors' middle",
+        )
+    if not acting.touch:
+        yield Doubt("the tip", f"cannot touch: {acting.touch}", "a tip that is foremost in some direction")
+    if np.isfinite(acting.condition) and acting.condition > _CONDITION:
+        yield Doubt(
+            "condition of the allocation",
+            f"is {acting.condition:.0f}",
+            f"a posture with better levers; {_CONDITION:g} or less is advised",
+        )
+
+
+def _reach(robot: Robot) -> None:
+    posture_family(robot)
+
+
+def _collision_doubts(found: SelfCollision, mass: float) -> Iterator[Doubt]:
+    if abs(found.mass - mass) > 1e-6:
+        yield Doubt(
+            "mass in the physics",
+            f"is {found.mass:.6f} kg, not {mass:.6f} kg",
+            "give every moving link an <inertial>",
+            fatal=True,
+        )
+    for one, other, theta in found.family[:5]:
+        yield Doubt(
+            f"links '{one}' and '{other}'",
+            f"touch in the family of postures, first at theta = {theta:.3g} rad",
+            "narrow posture.theta_min .. theta_max, or correct the <collision> shapes",
+        )
+
+
+def flight_tables(flight: FlightFile) -> dict[str, object]:
+    """The flight file as tables for TOML, empty ones left out."""
+    from skylimb.base.config import to_mapping
+
+    tables = to_mapping(dataclasses.replace(flight))
+    for rotor in tables["rotors"]:
+        for key in ("xyz", "rpy"):
+            if not any(rotor[key]):
+                del rotor[key]
+    return tables

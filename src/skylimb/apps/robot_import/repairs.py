@@ -1,0 +1,184 @@
+"""What an import changes in a URDF so that physics takes it, each change told as a doubt."""
+
+from __future__ import annotations
+
+from xml.etree.ElementTree import Element
+
+import numpy as np
+
+from skylimb.apps.robot_import.doubts import Doubt, without_name
+from skylimb.apps.robot_import.roles import Roles
+from skylimb.apps.robot_import.tree import UrdfTree
+from skylimb.base.errors import DescriptionError
+from skylimb.robots.description import Inertial
+from skylimb.robots.validation import check_inertial
+
+DUST = 1e-3
+"""Links lighter than this stand for nothing real, kg."""
+
+_DUST_GYRATION = 0.01
+"""Radius of gyration that such a link is given where its own cannot be, m."""
+
+_POINT = 1e-3
+"""Radius of gyration below which a link is a point, m."""
+
+_LIMITS = {"effort": (3.0, "N m"), "velocity": (0.5, "rad/s")}
+"""Assumed where a joint's limit is missing or not positive."""
+
+_SPREAD = 1e-3
+"""Share of the second moment that a mended inertia has at least along each axis."""
+
+
+def repair(tree: UrdfTree, roles: Roles, *, mend: bool = False) -> list[Doubt]:
+    """Change the tree in place; what it still weighs is what it weighed.
+
+    Args:
+        tree: as it was read; links and joints only remain.
+        roles: of its joints. Rotors' axles and locked joints become fixed.
+        mend: whether inertias of real links that no body has are replaced by the nearest one that a body has.
+    """
+    doubts: list[Doubt] = []
+    welded = sum(tree.mass(name) for name in _welded(tree, tree.base()))
+    for joint in [*filter(None, roles.spinning), *roles.locked]:
+        tree.fix(joint)
+    for joint in [*roles.shape, *roles.vectoring]:
+        doubts += _mend_joint(tree, joint)
+    doubts += _plant_root(tree, welded)
+    for name in tree.links():
+        doubts += _mend_inertia(tree, name, mend)
+    tree.keep_robot_only()
+    return doubts
+
+
+def _mend_joint(tree: UrdfTree, joint: Element) -> list[Doubt]:
+    name, doubts = joint.get("name", ""), []
+    if tree.endless(joint):
+        joint.set("type", "continuous")
+    for key, (assumed, unit) in _LIMITS.items():
+        value = tree.limit(joint, key)
+        if not (np.isfinite(value) and value > 0.0):
+            tree.set_limit(joint, key, assumed)
+            given = "is missing" if np.isnan(value) else f"is {value:g} {unit}"
+            doubts.append(
+                Doubt(
+                    f"{key} limit of joint '{name}'",
+                    f"{given}; {assumed:g} {unit} is assumed",
+                    f"write {key}=... of the real servo into the URDF",
+                )
+            )
+    return doubts
+
+
+def _plant_root(tree: UrdfTree, welded: float) -> list[Doubt]:
+    """The first link that weighs something, or from which joints move, becomes the root.
+
+    `welded` is the mass (kg) that fixed joints hold to the old one in the file.
+    """
+    base, at = tree.base(), tree.base()
+    while tree.mass(at) < DUST:
+        below = tree.below(at)
+        fixed = [joint for joint in below if joint.get("type") == "fixed"]
+        floating = [joint for joint in below if joint.get("type") == "floating"]
+        if len(below) != 1 or not (fixed or floating):
+            break
+        child = tree.end(below[0], "child") or ""
+        if floating:
+            tree.fix(below[0])
+        at = child
+    if at == base:
+        return []
+    tree.plant_root(at)
+    share = welded / max(tree.total_mass(), 1e-12)
+    return [
+        Doubt(
+            f"root link '{base}'",
+            f"weighs {tree.mass(base):g} kg; '{at}' becomes the root and nothing is lost (an engine that "
+            f"welds the root to the world drops {welded:.3f} kg, {share:.0%}, from this file)",
+            "none is needed",
+        )
+    ]
+
+
+def _welded(tree: UrdfTree, root: str) -> set[str]:
+    """Links that fixed joints hold to the root."""
+    found, open_ = {root}, [root]
+    while open_:
+        for joint in tree.below(open_.pop()):
+            child = tree.end(joint, "child") or ""
+            if joint.get("type") == "fixed" and child not in found:
+                found.add(child)
+                open_.append(child)
+    return found
+
+
+def _mend_inertia(tree: UrdfTree, name: str, mend: bool) -> list[Doubt]:
+    inertial = _inertial(tree, name)
+    if inertial is None:
+        return []
+    try:
+        check_inertial(name, inertial)
+    except DescriptionError as error:
+        if not np.isfinite(inertial.mass) or inertial.mass < 0.0 or not np.isfinite(inertial.inertia).all():
+            return []  # told, and refused, when the tree is read
+        if inertial.mass < DUST:
+            inertia = inertial.mass * _DUST_GYRATION**2 * np.eye(3)
+            moments = _moments(inertial)
+            value = f"weighs {inertial.mass:g} kg, and its inertia is no such body's ({moments} kg m^2)"
+            _write_inertia(tree, name, inertia)
+            return [
+                Doubt(f"link '{name}'", f"{value}; that of a ball is taken", "none, if it stands for nothing")
+            ]
+        if mend:
+            mended = nearest_inertia(inertial.inertia)
+            if np.trace(mended) < inertial.mass * _POINT**2:  # a point mass, which the physics engine refuses
+                mended = inertial.mass * _DUST_GYRATION**2 * np.eye(3)
+            _write_inertia(tree, name, mended)
+            new = _moments(Inertial(inertial.mass, inertial.com, mended))
+            value = f"{without_name(error)}; mended to {new} kg m^2"
+            return [Doubt(f"inertia of link '{name}'", value, "measure it, or take it from CAD again")]
+    return []
+
+
+def _moments(inertial: Inertial) -> str:
+    return ", ".join(f"{moment:.3g}" for moment in np.linalg.eigvalsh(inertial.inertia))
+
+
+def nearest_inertia(inertia: np.ndarray) -> np.ndarray:
+    """The nearest inertia (3, 3) that a body can have, in the Frobenius norm of the second moments.
+
+    I = trace(S) E - S with the second moment S = integral of x x^T dm, which is positive semidefinite for
+    every body, and only then. So the negative eigenvalues of S are cut off, and a small share is left along
+    each axis.
+    """
+    S = 0.5 * np.trace(inertia) * np.eye(3) - inertia
+    values, vectors = np.linalg.eigh(0.5 * (S + S.T))
+    values = np.maximum(values, _SPREAD * max(float(values.max()), 1e-12))
+    S = vectors @ np.diag(values) @ vectors.T
+    return np.trace(S) * np.eye(3) - S
+
+
+def _inertial(tree: UrdfTree, name: str) -> Inertial | None:
+    link = tree.link(name)
+    element = None if link is None else link.find("inertial/inertia")
+    if element is None:
+        return None
+    try:
+        xx, yy, zz, xy, xz, yz = (
+            float(element.get(key, "0")) for key in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+        )
+    except ValueError:
+        return None
+    inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    return Inertial(tree.mass(name), np.zeros(3), inertia)
+
+
+def _write_inertia(tree: UrdfTree, name: str, inertia: np.ndarray) -> None:
+    link = tree.link(name)
+    element = None if link is None else link.find("inertial/inertia")
+    assert element is not None  # it was read from there
+    for key, (i, j) in zip(
+        ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"),
+        ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)),
+        strict=True,
+    ):
+        element.set(key, repr(float(inertia[i, j])))

@@ -1,0 +1,162 @@
+"""What each moving joint of a URDF is for, and where its rotors are."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from xml.etree.ElementTree import Element
+
+import numpy as np
+
+from skylimb.apps.robot_import.doubts import Doubt
+from skylimb.apps.robot_import.mapping import MappedRotor, Mapping, Role
+from skylimb.apps.robot_import.tree import UrdfTree
+from skylimb.base.errors import unknown_name
+
+_ROTOR = re.compile(r"(rotor|prop|propeller|motor|thrust)[a-z_-]*?_?(\d+)", re.IGNORECASE)
+_VECTORING = re.compile(r"gimbal_?(joint)?_?\d+(_(roll|pitch|yaw))?$", re.IGNORECASE)
+_SHAPE = re.compile(r"joint_?\d+(_(roll|pitch|yaw))?$", re.IGNORECASE)
+_TURNS = ("revolute", "continuous")
+
+
+@dataclass(frozen=True)
+class Roles:
+    """What was recognised.
+
+    Attributes:
+        rotors: the link of each rotor with what the URDF or the mapping says of it, in the order of thrusts.
+        spinning: for each rotor the joint it spins on, None where it has none.
+        shape: joints that bend the robot.
+        vectoring: joints that turn rotors.
+        locked: moving joints that are held at zero.
+        doubts: where a guess was made.
+    """
+
+    rotors: tuple[MappedRotor, ...]
+    spinning: tuple[Element | None, ...]
+    shape: tuple[Element, ...]
+    vectoring: tuple[Element, ...]
+    locked: tuple[Element, ...]
+    doubts: tuple[Doubt, ...]
+
+
+def recognise(tree: UrdfTree, mapping: Mapping) -> Roles:
+    """Roles by the mapping, else by the laboratory's names, else by the tree's structure.
+
+    Raises:
+        UnknownNameError: the mapping names a joint or link that is not there.
+    """
+    moving = {joint.get("name", ""): joint for joint in tree.moving()}
+    for entry in mapping.joints:
+        if entry.name not in moving:
+            raise unknown_name("moving joint in the mapping", entry.name, moving)
+    for rotor in mapping.rotors:
+        if rotor.link not in tree.links():
+            raise unknown_name("link of a rotor in the mapping", rotor.link, tree.links())
+    spinning = [joint for name, joint in moving.items() if _spins(tree, joint, mapping.role_of(name))]
+    rotors, joints = _rotors(tree, mapping, spinning)
+    doubts: list[Doubt] = []
+    found: dict[Role, list[Element]] = {"shape": [], "vectoring": [], "rotor": [], "locked": []}
+    for name, joint in moving.items():
+        if any(joint is other for other in spinning):
+            continue
+        role = mapping.role_of(name) or _role(tree, joint, [rotor.link for rotor in rotors], doubts)
+        if role in ("shape", "vectoring") and joint.get("type") not in _TURNS:
+            doubts.append(
+                Doubt(
+                    f"joint '{name}'",
+                    f"is {joint.get('type')}; only joints that turn are simulated, so it is locked at zero",
+                    "nothing, if the robot may fly with it held; else replace it by a turning joint",
+                )
+            )
+            role = "locked"
+        found[role].append(joint)
+    return Roles(
+        rotors,
+        joints,
+        tuple(found["shape"]),
+        tuple(found["vectoring"]),
+        tuple(found["locked"] + found["rotor"]),
+        tuple(doubts),
+    )
+
+
+def _spins(tree: UrdfTree, joint: Element, role: Role | None) -> bool:
+    """Whether a joint is the axle of a rotor: so said, or so called and with nothing that moves below it."""
+    if role is not None:
+        return role == "rotor"
+    name, child = joint.get("name", ""), tree.end(joint, "child") or ""
+    called = _ROTOR.match(name) or (_ROTOR.match(child) and not _VECTORING.match(name))
+    leaf = not any(tree.end(below, "child") in tree.subtree(child) for below in _moving_below(tree, child))
+    return bool(called) and leaf and joint.get("type") in _TURNS and not _SHAPE.match(name)
+
+
+def _moving_below(tree: UrdfTree, link: str) -> list[Element]:
+    inside = tree.subtree(link)
+    return [joint for joint in tree.moving() if tree.end(joint, "parent") in inside]
+
+
+def _number_in(name: str) -> tuple[int, str]:
+    digits = re.findall(r"\d+", name)
+    return (int(digits[-1]) if digits else 0, name)
+
+
+def _rotors(
+    tree: UrdfTree, mapping: Mapping, spinning: list[Element]
+) -> tuple[tuple[MappedRotor, ...], tuple[Element | None, ...]]:
+    by_link = {tree.end(joint, "child") or "": joint for joint in spinning}
+    if mapping.rotors:
+        return mapping.rotors, tuple(by_link.get(rotor.link) for rotor in mapping.rotors)
+    if spinning:
+        ordered = sorted(spinning, key=lambda joint: _number_in(joint.get("name", "")))
+        rotors = tuple(_spinning_rotor(tree, joint) for joint in ordered)
+        return rotors, tuple(ordered)
+    # Rotors on fixed joints, known by their links' names alone.
+    links = [name for name in tree.links() if _ROTOR.fullmatch(name) and not tree.below(name)]
+    return tuple(MappedRotor(link) for link in sorted(links, key=_number_in)), (None,) * len(links)
+
+
+def _spinning_rotor(tree: UrdfTree, joint: Element) -> MappedRotor:
+    """Thrust along z of the link; where the axle is not along z, along the axle."""
+    axis = tree.axis(joint)
+    size = float(np.linalg.norm(axis))
+    link = tree.end(joint, "child") or ""
+    if not np.isfinite(size) or size < 1e-9:
+        return MappedRotor(link)
+    axis = axis / size
+    if abs(axis[2]) > 0.9:
+        return MappedRotor(link, spin=1 if axis[2] > 0.0 else -1)
+    # Rx(roll) Ry(pitch) of URDF's order turns z onto the axle.
+    roll = float(np.arcsin(np.clip(-axis[1], -1.0, 1.0)))
+    pitch = float(np.arctan2(axis[0], axis[2]))
+    return MappedRotor(link, spin=1, rpy=(roll, pitch, 0.0))
+
+
+def _role(tree: UrdfTree, joint: Element, rotors: list[str], doubts: list[Doubt]) -> Role:
+    name = joint.get("name", "")
+    if joint.find("mimic") is not None:
+        remedy = "nothing, if the robot may fly with it held"
+        doubts.append(Doubt(f"joint '{name}'", "mimics another; it is locked at zero", remedy))
+        return "locked"
+    if _VECTORING.match(name):
+        return "vectoring"
+    if _SHAPE.match(name):
+        return "shape"
+    inside = tree.subtree(tree.end(joint, "child") or "")
+    carried = [link for link in rotors if link in inside]
+    others = _moving_below(tree, tree.end(joint, "child") or "")
+    leads_on = any(_SHAPE.match(below.get("name", "")) for below in others)
+    guess: Role = "locked" if not carried else "vectoring" if len(carried) == 1 and not leads_on else "shape"
+    why = {
+        "locked": "it carries no rotor",
+        "vectoring": f"it carries one rotor, '{carried[0]}'" if carried else "",
+        "shape": f"it carries {len(carried)} rotors",
+    }[guess]
+    doubts.append(
+        Doubt(
+            f"joint '{name}'",
+            f"has no name that is known; taken as {guess}, as {why}",
+            f'if that is wrong, say {{ name = "{name}", role = "..." }} in a mapping file (--mapping)',
+        )
+    )
+    return guess

@@ -1,0 +1,122 @@
+"""Motor and servo tables of the laboratory's packages, found by the names of folders."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from skylimb.base.errors import DescriptionError
+from skylimb.base.sources import read_source
+
+_STEP = 1e-3
+"""Time step that `rotor_damping_rate` counts in, s."""
+_REFERENCE = re.compile(r"ref\d+")
+
+
+@dataclass(frozen=True)
+class MotorTable:
+    """What a motor table says; None where it does not.
+
+    Attributes:
+        path: of the file.
+        thrust_max: N, at a middle voltage.
+        voltage: that one, V.
+        drag_torque_coefficient: m, without sign.
+        thrust_min: N.
+        lag: s.
+    """
+
+    path: Path
+    thrust_max: float | None
+    voltage: float | None
+    drag_torque_coefficient: float | None
+    thrust_min: float | None
+    lag: float | None
+
+
+@dataclass(frozen=True)
+class ServoTable:
+    """Stiffness (N m/rad) and damping (N m s/rad) of the simulated servos of one group of joints."""
+
+    path: Path
+    stiffness: float
+    damping: float
+
+
+def find_tables(urdf: Path, packages: Mapping[str, Path]) -> tuple[MotorTable | None, dict[str, ServoTable]]:
+    """The tables of a description: motors, and servos by group ("joints", "gimbals").
+
+    A table belongs to it where the folder is called like the description or its folder:
+    `robots/quad/NAME/robot.urdf.xacro` and `config/quad/NAME/MotorInfo.yaml`.
+
+    Raises:
+        DescriptionError: a table that is no YAML.
+    """
+    names = [urdf.name.partition(".")[0], urdf.parent.name]
+    package = next((folder for folder in packages.values() if urdf.is_relative_to(folder)), None)
+    if package is None:
+        return None, {}
+    motors = _first(package, names, "MotorInfo.yaml")
+    servos = _first(package, names, "Servo.yaml")
+    return (_motor_table(motors) if motors else None), (_servo_tables(servos) if servos else {})
+
+
+def _first(package: Path, names: list[str], file: str) -> Path | None:
+    found = sorted(package.glob(f"config/**/{file}"))
+    return next((path for name in names for path in found if path.parent.name == name), None)
+
+
+def _motor_table(path: Path) -> MotorTable:
+    table = _read(path, "motor_info")
+    entries = [
+        entry
+        for name, entry in table.items()
+        if _REFERENCE.fullmatch(str(name)) and isinstance(entry, dict) and _number(entry.get("max_thrust"))
+    ]
+    entries.sort(key=lambda entry: _number(entry.get("voltage")) or 0.0)
+    middle = entries[(len(entries) - 1) // 2] if entries else {}
+    thrust, rate, kappa = (
+        _number(middle.get("max_thrust")),
+        _number(table.get("rotor_damping_rate")),
+        _number(table.get("m_f_rate")),
+    )
+    # Two fans share a thrust link where the table has the noise of two; it counts one fan.
+    fans = 2.0 if "dual_rotor_moment_noise" in table else 1.0
+    least = _number(table.get("min_thrust"))
+    return MotorTable(
+        path,
+        None if thrust is None else fans * thrust,
+        _number(middle.get("voltage")),
+        None if kappa is None else abs(kappa),
+        None if least is None else max(0.0, fans * least),
+        _STEP / rate - _STEP if rate is not None and 0.0 < rate < 1.0 else None,
+    )
+
+
+def _servo_tables(path: Path) -> dict[str, ServoTable]:
+    found = {}
+    for group, entry in _read(path, "servo_controller").items():
+        simulation = entry.get("simulation") if isinstance(entry, dict) else None
+        gains = simulation.get("pid") if isinstance(simulation, dict) else None
+        p, d = (_number(gains.get(key)) if isinstance(gains, dict) else None for key in ("p", "d"))
+        if p is not None and p > 0.0:
+            found[str(group)] = ServoTable(path, p, max(0.0, d or 0.0))
+    return found
+
+
+def _read(path: Path, key: str) -> dict[str, Any]:
+    import yaml
+
+    try:
+        content = yaml.safe_load(read_source(path).content)
+    except yaml.YAMLError as error:
+        raise DescriptionError(f"'{path}' is no YAML: {' '.join(str(error).split())[:200]}") from None
+    table = content.get(key) if isinstance(content, dict) else None
+    return table if isinstance(table, dict) else {}
+
+
+def _number(value: Any) -> float | None:
+    return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else None

@@ -1,0 +1,98 @@
+"""The text of a URDF: from a .urdf file, an expanded .xacro file, or the one such file of a folder."""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from skylimb.base.errors import DescriptionError, UnknownNameError
+from skylimb.base.sources import read_source
+from skylimb.robots.packages import find_packages
+
+_SECONDS = 20.0
+_LONGEST = 20_000_000
+_FORBIDDEN = (b"<!DOCTYPE", b"<!ENTITY")
+
+
+@dataclass(frozen=True)
+class UrdfText:
+    """A URDF as text.
+
+    Attributes:
+        path: the file that the user named.
+        content: the URDF, xacro expanded.
+        packages: where packages lie, by name.
+    """
+
+    path: Path
+    content: bytes
+    packages: Mapping[str, Path]
+
+
+def read_urdf_text(path: str | Path, packages: str | Path | None = None) -> UrdfText:
+    """The URDF that a user named.
+
+    Args:
+        path: a .urdf or .xacro file, or a folder with one of them.
+        packages: a folder with the packages that `$(find NAME)` and `package://NAME` mean; those around the
+            file are found anyway.
+
+    Raises:
+        DescriptionError: not one such file, no XML, or a xacro that cannot be expanded.
+        UnreadableError: no such file.
+    """
+    path = _the_file(Path(path))
+    source = read_source(path)
+    if packages is not None and not Path(packages).is_dir():
+        raise DescriptionError(f"--packages: '{packages}' is no folder")
+    known = find_packages(*([Path(packages)] if packages is not None else []), source.path.parent)
+    content = source.content
+    if len(content) > _LONGEST:
+        raise DescriptionError(f"'{path}' has {len(content) / 1e6:.0f} MB; a description has a few at most")
+    if any(word in content for word in _FORBIDDEN):
+        raise DescriptionError(f"'{path}' declares a document type or entities; a URDF has none")
+    if path.suffix.lower() == ".xacro" or b"xmlns:xacro" in content[:4000]:
+        content = _expanded(source.path, known)
+    return UrdfText(source.path, content, known)
+
+
+def _the_file(path: Path) -> Path:
+    if not path.is_dir():
+        return path
+    found = sorted([*path.rglob("*.urdf"), *path.rglob("*.urdf.xacro")])
+    if len(found) == 1:
+        return found[0]
+    if not found:
+        raise DescriptionError(f"the folder '{path}' has neither a .urdf nor a .urdf.xacro file")
+    names = ", ".join(str(file.relative_to(path)) for file in found[:8])
+    more = f" and {len(found) - 8} more" if len(found) > 8 else ""
+    raise DescriptionError(f"the folder '{path}' has {len(found)} descriptions; name one: {names}{more}")
+
+
+def _expanded(path: Path, packages: Mapping[str, Path]) -> bytes:
+    """The file expanded in a process of its own: a xacro is a program, and may not end."""
+    names = json.dumps({name: str(folder) for name, folder in packages.items()})
+    try:
+        done = subprocess.run(
+            [sys.executable, str(Path(__file__).parent / "xacro_process.py"), str(path), names],
+            capture_output=True,
+            timeout=_SECONDS,
+            check=False,
+        )
+    except subprocess.TimeoutExpired:
+        raise DescriptionError(f"expanding '{path}' takes longer than {_SECONDS:g} s") from None
+    if done.returncode == 0:
+        return done.stdout
+    lines = done.stderr.decode(errors="replace").strip().splitlines() or ["it ended without a word"]
+    missing = re.search(r"Package not found: (\S+?)['\"]?$", lines[-1])
+    if missing:
+        raise UnknownNameError(
+            f"'{path.name}' needs package '{missing[1]}', which is not found; say where packages lie: "
+            f"--packages DIR (known: {', '.join(sorted(packages)) or 'none'})"
+        )
+    raise DescriptionError(f"'{path}' cannot be expanded: {lines[-1][:400]}")

@@ -1,0 +1,57 @@
+"""Where the centre of gravity and the lab's link are in the measured link."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import casadi as ca
+import numpy as np
+
+from skylimb.base.rotations import rpy_from_rotation
+from skylimb.robots.model import Robot
+
+
+class Seat(NamedTuple):
+    """A posture, seen from the measured link.
+
+    Attributes:
+        cog: centre of gravity, m, (3,).
+        R_root_C: axes of C, (3, 3).
+        tip_heading: of the tip link in C, rad.
+        link: origin of the lab's link, m, (3,).
+        R_root_link: its axes, (3, 3).
+    """
+
+    cog: np.ndarray
+    R_root_C: np.ndarray
+    tip_heading: float
+    link: np.ndarray
+    R_root_link: np.ndarray
+
+    @property
+    def yaw_in_C(self) -> float:
+        """Yaw of the lab's link in C, rad."""
+        return float(rpy_from_rotation(self.R_root_C.T @ self.R_root_link)[2])
+
+
+def seat_function(robot: Robot, link: str) -> ca.Function:
+    """(q, psi) -> the entries of a seat, in numbers or symbols.
+
+    Args:
+        robot: whose.
+        link: whose pose is on the lab's topics.
+    """
+    q, psi = ca.SX.sym("q", robot.n_joints), ca.SX.sym("psi", robot.n_vectoring)
+    model: Any = robot.model(q, psi)
+    there: Any = robot.link_pose_function(link)(q, psi)
+    base: Any = robot.link_pose_function(robot.description.measured_link)(q, psi)
+    turn = base[:, 1:].T
+    link_pose = (turn @ (there[:, 0] - base[:, 0]), turn @ there[:, 1:])
+    outputs = [ca.densify(part) for part in (model.cog_root, model.R_root_C, model.tip_heading, *link_pose)]
+    return ca.Function("seat", [q, psi], outputs, {"cse": True})
+
+
+def seat_at(function: ca.Function, joint_angles: np.ndarray, vectoring_angles: np.ndarray) -> Seat:
+    """The seat of a posture, of a `seat_function`."""
+    cog, R_root_C, heading, link, R = [part.full() for part in function(joint_angles, vectoring_angles)]
+    return Seat(cog[:, 0], R_root_C, float(heading[0, 0]), link[:, 0], R)

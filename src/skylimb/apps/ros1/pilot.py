@@ -1,0 +1,206 @@
+"""The lab's flight states around a guarded controller: orders, wishes and measurements in, commands out."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from skylimb.apps.ros1.airborne import Airborne
+from skylimb.apps.ros1.body import Bodies, Body
+from skylimb.apps.ros1.craft import Craft
+from skylimb.apps.ros1.limits import FlightLimits
+from skylimb.apps.ros1.messages import Joints
+from skylimb.apps.ros1.references import References
+from skylimb.apps.ros1.script import require_from_hover
+from skylimb.apps.ros1.states import FlightState, Flying, Seen, advance
+from skylimb.apps.ros1.targets import Target
+from skylimb.apps.ros1.tick import Inputs, Tick
+from skylimb.apps.ros1.wishes import Refused, Wishes
+from skylimb.base.errors import unknown_name
+from skylimb.control.controller import Controller
+from skylimb.control.estimation.records import Measurement
+from skylimb.control.missions.mission import Mission
+from skylimb.control.missions.reference import Reference
+from skylimb.control.missions.table import window_of
+from skylimb.control.needs import needs_of
+from skylimb.control.records import Command
+from skylimb.flight.realtime.pacer import Pacer
+from skylimb.flight.realtime.watchdog import Limits, Watchdog
+from skylimb.robots.model import Robot
+
+
+class Pilot:
+    """Flies a robot as its user orders.
+
+    Args:
+        robot: what flies.
+        controller: makes the controller of a flight.
+        missions: that can be flown from hover, by name; the first one gives contact axis and reach.
+        link: whose pose is on the lab's topics.
+        pacer: of the ticks.
+        period: of the ticks, s.
+        limits: of the flight states.
+        guard_limits: when to hold and when to retreat.
+
+    Attributes:
+        craft: what is flown with.
+        flying: the flight's state.
+        flight: what is in the air; None on the ground.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        controller: Controller,
+        missions: Mapping[str, Mission],
+        link: str,
+        pacer: Pacer,
+        period: float,
+        limits: FlightLimits | None = None,
+        guard_limits: Limits | None = None,
+    ) -> None:
+        for name, mission in missions.items():
+            require_from_hover(name, mission)
+        needs, first = needs_of(controller), next(iter(missions.values())).first
+        self.robot, self.missions, self.period = robot, missions, period
+        self.references = References(robot, link, first, needs.vectoring)
+        self.craft = Craft(
+            robot,
+            controller,
+            self.references,
+            limits or FlightLimits(),
+            guard_limits or Limits(),
+            pacer,
+            period,
+            window_of(needs.preview, False, period).preview,
+            needs.paced,
+        )
+        self._bodies, self._wishes = Bodies(robot, link), Wishes(robot, self.craft.limits)
+        self.flying = Flying()
+        self.flight: Airborne | None = None
+        self._counts: Counter[str] = Counter()
+        self._theta = self.references.place_of(first).theta
+        # On the ground nothing is flown, but what is measured is judged as in flight.
+        self._watch = Watchdog(robot, self.craft.guard_limits)
+
+    def tick(self, inputs: Inputs) -> Tick:
+        """One tick."""
+        said = list[str]()
+        body = self._body(inputs)
+        self._advance(inputs, body, said)
+        if self.flight is not None and self.flying.state == FlightState.HOVER and self.flight.steerable:
+            self._fulfil(self.flight, inputs, said)
+        elif self.flying.state == FlightState.ARM_OFF:
+            self._pose_on_ground(inputs, said)
+        elif inputs.wishes or inputs.mission:
+            said.append(f"in {self.flying.state.name} the robot is not steered")
+            self._counts["wish refused"] += len(inputs.wishes) + bool(inputs.mission)
+        if self.flight is not None:
+            return self.flight.fly(self.flying, inputs, body, said)
+        q, psi, _, _ = self.references.posture(self._theta)
+        command = Command(np.zeros(self.robot.n_rotors), q, psi)
+        return Tick(self.flying, command, False, None, {}, None, body, tuple(said))
+
+    def rehearsed(self) -> tuple[Mapping[str, Any], Reference]:
+        """The controller's signals and the reference at a first tick that is not flown."""
+        here = self.references.place_of(next(iter(self.missions.values())).first)
+        still = np.zeros(3)
+        given = self.craft.held(Target(here, still, still))
+        guard = self.craft.guard()
+        level = np.array([1.0, 0.0, 0.0, 0.0])
+        posture = given.joint_angles, given.vectoring_angles
+        measured = Measurement(here.position, level, still, still, *posture)
+        _, _, own = guard.step(guard.gains(), guard.initial_state(), measured, given, self.period)
+        return own, given
+
+    @property
+    def faults(self) -> Counter[str]:
+        """How often each fault was met, by name."""
+        found = self._counts + self._watch.counts
+        return found if self.flight is None else found + self.flight.faults
+
+    def _body(self, inputs: Inputs) -> Body | None:
+        """Where the robot is, if that is known and fresh."""
+        if inputs.measurement is None and self._watch.good is None:
+            return None  # nobody has measured anything yet
+        self._watch.judge(inputs.measurement, inputs.taken, inputs.now)
+        good = self._watch.good
+        if good is None or inputs.now - inputs.taken > self.craft.guard_limits.hold_after:
+            return None
+        return self._bodies.of(good)
+
+    def _advance(self, inputs: Inputs, body: Body | None, said: list[str]) -> None:
+        """The flight states, and what begins and ends with them."""
+        before = self.flying
+        self.flying, words = advance(before, self._seen(inputs, body), self.craft.limits)
+        said.extend(words)
+        state = self.flying.state
+        if state == before.state and self.flying.force_landing == before.force_landing:
+            return
+        said.append(f"{before.state.name} -> {state.name}")
+        if state == FlightState.TAKEOFF and body is not None:
+            self.flight = Airborne(self.craft, inputs.now, body, self._theta)
+        elif self.flight is None:
+            return
+        elif state == FlightState.LAND and before.state != FlightState.LAND:
+            self.flight.land(inputs.now)
+        elif not self.flying.in_air:
+            self._counts += self.flight.faults
+            self._theta, self.flight = self.flight.theta, None
+
+    def _seen(self, inputs: Inputs, body: Body | None) -> Seen:
+        """What the flight states judge by."""
+        flight, target = self.flight, None
+        if flight is not None and self.flying.state == FlightState.TAKEOFF:
+            target = flight.end_of_targets
+        elif flight is not None and flight.reference is not None:
+            target = np.asarray(flight.reference.position)
+        return Seen(
+            inputs.now,
+            None if body is None else body.cog,
+            0.0 if body is None else -float(body.velocity[2]),
+            target,
+            inputs.orders,
+            inputs.acknowledged,
+            inputs.battery,
+            "" if flight is None else flight.broken(body),
+        )
+
+    def _fulfil(self, flight: Airborne, inputs: Inputs, said: list[str]) -> None:
+        """What a user wishes of a robot that hovers."""
+        for wish, offset in inputs.wishes:
+            self._refuse(
+                type(wish).__name__.lower(), flight.fulfil(self._wishes, wish, inputs.now, offset), said
+            )
+        name = inputs.mission
+        if not name:
+            return
+        if name not in self.missions:
+            said.append(str(unknown_name("mission", name, self.missions)))
+            self._counts["wish refused"] += 1
+        elif refused := flight.begin_mission(name, self.missions[name], inputs.now):
+            self._refuse(f"mission '{name}'", refused, said)
+        else:
+            said.append(f"mission '{name}': on the way to its beginning")
+
+    def _pose_on_ground(self, inputs: Inputs, said: list[str]) -> None:
+        """Joints may be moved where nothing flies; they go at their servos' own speed."""
+        for wish, _ in inputs.wishes:
+            theta: float | Refused = Refused("nothing flies")
+            if isinstance(wish, Joints):
+                theta = self._wishes.shape_angle(wish, self._theta)
+            if isinstance(theta, Refused):
+                self._refuse(type(wish).__name__.lower(), theta, said)
+            else:
+                self._theta = theta
+        if inputs.mission:
+            self._refuse(f"mission '{inputs.mission}'", Refused("nothing flies"), said)
+
+    def _refuse(self, what: str, refused: Refused | None, said: list[str]) -> None:
+        """Say and count that something is refused, if it is."""
+        if refused is not None:
+            said.append(f"{what} refused: {refused.why}")
+            self._counts["wish refused"] += 1

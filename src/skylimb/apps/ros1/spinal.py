@@ -1,0 +1,183 @@
+"""The attitude loop of the lab's flight controller, as it runs on board: thrusts of base thrusts and gains.
+
+    thrust_i = base_i + roll and pitch terms_i + gyro term_i + yaw term_i
+
+Failsafe and forced landing are its own. Numbers of messages are thousandths, as they travel.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from skylimb.apps.ros1.messages import FourAxes, Gains, MotorInfo, PMatrix, UavInfo
+from skylimb.apps.ros1.states import Arming
+from skylimb.base.rotations import rotation_from_rpy, rpy_from_rotation
+
+SILENCE = 0.5
+"""Seconds without a command after which it lands by force."""
+
+TILT = 1.0
+"""Roll or pitch, measured or commanded, beyond which it does, rad."""
+
+FALLING, LEAST = 2.5, 7.0
+"""Of a forced landing: what the mean base thrust loses, N/s, and what it ends at where nobody says, N."""
+
+_MILLI = 1e-3
+_INTEGRATE = {160: True, 161: False}
+
+
+@dataclass(frozen=True)
+class Spinal:
+    """All that it remembers.
+
+    Attributes:
+        rotors: how many.
+        uav: what the computer said of it; None before it did.
+        motors: likewise of its motors.
+        armed: whether the motors turn.
+        force_landing: whether it lands by force.
+        integrates: whether errors are integrated.
+        heard: when the last command came, s; None before the first one.
+        base: thrusts, N, (n,); nothing before the first command.
+        angles: roll and pitch that are wanted, rad, and the yaw term, N, (3,).
+        gains: of each rotor: p, i, d by roll, pitch, yaw, (3, n, 3).
+        p_matrix: pseudo-inverse for the gyro term, (n, 3).
+        inertia: (3, 3).
+        offset: from the board's axes to those that are controlled, (3, 3).
+        integral: of the errors, rad s, (3,).
+    """
+
+    rotors: int
+    uav: UavInfo | None = None
+    motors: MotorInfo | None = None
+    armed: bool = False
+    force_landing: bool = False
+    integrates: bool = False
+    heard: float | None = None
+    base: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    angles: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    gains: np.ndarray | None = None
+    p_matrix: np.ndarray | None = None
+    inertia: np.ndarray | None = None
+    offset: np.ndarray | None = None
+    integral: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    @property
+    def ready(self) -> bool:
+        """Whether it may be armed: it knows how many motors it has, and their range of duty."""
+        motors = self.motors
+        return self.uav is not None and motors is not None and motors.max_pwm > motors.min_pwm
+
+    @property
+    def least(self) -> float:
+        """Mean thrust that a forced landing ends at, N."""
+        return LEAST if self.motors is None else self.motors.force_landing_thrust
+
+    def told(self, message: UavInfo | MotorInfo) -> Spinal:
+        """After a `uav_info` or a `motor_info`; its number of motors is taken once."""
+        if isinstance(message, MotorInfo):
+            return replace(self, motors=message)
+        return replace(self, uav=message) if message.motors > 0 and self.uav is None else self
+
+    def configured(self, command: int) -> Spinal:
+        """After a `flight_config_cmd`; it is not armed before it is ready."""
+        if command == Arming.ON and not self.ready:
+            return self
+        if command in (Arming.ON, Arming.OFF):
+            known = Spinal(self.rotors, self.uav, self.motors, p_matrix=self.p_matrix, inertia=self.inertia)
+            return replace(known, armed=command == Arming.ON)
+        if command == Arming.FORCE_LANDING:
+            return replace(self, force_landing=True)
+        return replace(self, integrates=_INTEGRATE.get(command, self.integrates))
+
+    def commanded(self, message: FourAxes, now: float) -> Spinal:
+        """After a `four_axes/command`; one of another number of rotors is none."""
+        thrusts = np.array(message.base_thrust, dtype=float)
+        numbers = np.array([*message.angles, *thrusts])
+        if not self.armed or thrusts.shape != (self.rotors,) or not np.isfinite(numbers).all():
+            return self
+        tilted = max(abs(message.angles[0]), abs(message.angles[1])) > TILT
+        if (self.force_landing or tilted) and float(thrusts.mean()) < self.least:
+            return replace(self, force_landing=True)
+        landing = self.force_landing or tilted
+        return replace(self, base=thrusts, angles=message.angles, heard=now, force_landing=landing)
+
+    def gained(self, message: Gains) -> Spinal:
+        """After an `rpy/gain` with an entry for each rotor."""
+        if len(message.motors) != self.rotors:
+            return self
+        rows = _MILLI * np.array(message.motors, dtype=float)
+        zero = np.zeros(self.rotors)
+        p = np.stack([rows[:, 0], rows[:, 3], zero], axis=1)
+        i = np.stack([rows[:, 1], rows[:, 4], zero], axis=1)
+        d = np.stack([rows[:, 2], rows[:, 5], rows[:, 6]], axis=1)
+        return replace(self, gains=np.stack([p, i, d]))
+
+    def with_p_matrix(self, message: PMatrix) -> Spinal:
+        """After a `p_matrix_pseudo_inverse_inertia`."""
+        if len(message.rows) != self.rotors:
+            return self
+        xx, yy, zz, xy, yz, xz = (_MILLI * value for value in message.inertia)
+        inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        return replace(self, p_matrix=_MILLI * np.array(message.rows, dtype=float), inertia=inertia)
+
+    def desired(self, roll: float, pitch: float, yaw: float) -> Spinal:
+        """After a `desire_coordinate`."""
+        return replace(self, offset=np.asarray(rotation_from_rpy(roll, pitch, yaw)))
+
+
+def attitude_loop(
+    spinal: Spinal,
+    R: np.ndarray,
+    rates: np.ndarray,
+    now: float,
+    dt: float,
+    limits: tuple[np.ndarray, np.ndarray],
+) -> tuple[Spinal, np.ndarray]:
+    """One pass.
+
+    Args:
+        spinal: as it was.
+        R: axes of the board in W, (3, 3).
+        rates: in them, rad/s, (3,).
+        now: s.
+        dt: since the last pass, s.
+        limits: of the thrusts, N, (n,) each.
+
+    Returns:
+        It, and the thrusts, N, (n,): zero where the motors are off.
+    """
+    if not spinal.armed or spinal.heard is None:
+        return spinal, np.zeros(spinal.rotors)
+    offset = np.eye(3) if spinal.offset is None else spinal.offset
+    R, rates = R @ offset.T, offset @ rates
+    attitude = np.asarray(rpy_from_rotation(R), dtype=float)
+    if now - spinal.heard > SILENCE or np.abs(attitude[:2]).max() > TILT:
+        spinal = replace(spinal, force_landing=True)
+    base = spinal.base
+    wanted = np.zeros(3) if spinal.force_landing else np.array([*spinal.angles[:2], 0.0])
+    if spinal.force_landing and float(base.mean()) > spinal.least:
+        base = base * (1.0 - FALLING * dt / float(base.mean()))
+        spinal = replace(spinal, base=base)
+    error = np.array([*(wanted - attitude)[:2], 0.0])
+    integral = np.array(spinal.integral) + (error * dt if spinal.integrates else 0.0)
+    spinal = replace(spinal, integral=(float(integral[0]), float(integral[1]), 0.0))
+    thrusts = base + _terms(spinal, error, integral, rates)
+    return spinal, np.clip(thrusts, *limits)
+
+
+def _terms(spinal: Spinal, error: np.ndarray, integral: np.ndarray, rates: np.ndarray) -> np.ndarray:
+    """What gains and gyro add to the base thrusts, N, (n,)."""
+    terms = np.zeros(spinal.rotors)
+    if spinal.gains is not None:
+        p, i, d = spinal.gains
+        terms = terms + p @ error + i @ integral - d @ rates
+        strongest = int(np.argmax(np.abs(d[:, 2])))
+        if d[strongest, 2] != 0.0 and not spinal.force_landing:
+            # The computer's yaw term is that of the rotor with the largest gain; others go in proportion.
+            terms = terms + spinal.angles[2] * d[:, 2] / d[strongest, 2]
+    if spinal.p_matrix is not None and spinal.inertia is not None:
+        terms = terms + spinal.p_matrix @ np.cross(rates, spinal.inertia @ rates)
+    return terms

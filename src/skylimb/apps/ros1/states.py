@@ -1,0 +1,289 @@
+"""The lab's flight states as one pure function: what a robot is doing, and what it does next.
+
+    ARM_OFF -start-> START -acknowledged-> ARM_ON -takeoff-> TAKEOFF -settled-> HOVER -land-> LAND -stands->
+    STOP -acknowledged-> ARM_OFF
+    any -halt-> STOP
+
+Numbers are those of the lab's navigator. Two of its transitions are refused here, as they drop a robot that
+flies: `takeoff` in the air, which stops the motors there, and `start` in the air, which resets the
+controller.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from enum import IntEnum, StrEnum
+
+import numpy as np
+
+from skylimb.apps.ros1.limits import FlightLimits
+
+
+class FlightState(IntEnum):
+    """As on the topic `flight_state`."""
+
+    ARM_OFF = 0
+    START = 1
+    ARM_ON = 2
+    TAKEOFF = 3
+    LAND = 4
+    HOVER = 5
+    STOP = 6
+
+
+LOW_BATTERY, FORCE_LANDING = 0x10, 0x11
+"""Take the place of the state on that topic."""
+
+FLYING = (FlightState.TAKEOFF, FlightState.HOVER, FlightState.LAND)
+
+
+class Order(StrEnum):
+    """What a user orders, by the last word of its topic."""
+
+    START = "start"
+    TAKEOFF = "takeoff"
+    LAND = "land"
+    HALT = "halt"
+    FORCE_LANDING = "force_landing"
+
+
+class Arming(IntEnum):
+    """What the flight controller is commanded, and acknowledges."""
+
+    ON = 0
+    OFF = 1
+    FORCE_LANDING = 2
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What the flight states look at in a tick.
+
+    Attributes:
+        now: s.
+        position: of the centre of gravity in W, m, (3,); None while nothing fresh is measured.
+        sinking: its speed down, m/s.
+        target: of that position, m, (3,).
+        orders: that came since the last tick, in their order.
+        acknowledged: the last command that the flight controller acknowledged since then; None without one.
+        battery: charge, per cent; None where nobody tells.
+        broken: why the flight has to be broken off; empty while it has not.
+    """
+
+    now: float
+    position: np.ndarray | None
+    sinking: float = 0.0
+    target: np.ndarray | None = None
+    orders: tuple[Order, ...] = ()
+    acknowledged: int | None = None
+    battery: float | None = None
+    broken: str = ""
+
+
+@dataclass(frozen=True)
+class Flying:
+    """The state, and what its transitions remember.
+
+    Attributes:
+        state: of the flight.
+        since: when it began, s.
+        origin: position at `start`, m, (3,).
+        settled: since when a take-off has been near its target, s.
+        looked: when a landing was last looked at, s.
+        height: where it was then, m.
+        force_landing: whether the landing is a forced one.
+        low_battery: whether the battery is nearly empty.
+    """
+
+    state: FlightState = FlightState.ARM_OFF
+    since: float = 0.0
+    origin: np.ndarray | None = None
+    settled: float = math.inf
+    looked: float = 0.0
+    height: float = math.inf
+    force_landing: bool = False
+    low_battery: bool = False
+
+    @property
+    def shown(self) -> int:
+        """The byte on the topic `flight_state`."""
+        if self.force_landing:
+            return FORCE_LANDING
+        return LOW_BATTERY if self.low_battery else int(self.state)
+
+    @property
+    def in_air(self) -> bool:
+        """Whether a controller flies the robot."""
+        return self.state in FLYING
+
+    @property
+    def arming(self) -> Arming | None:
+        """What the flight controller is commanded at this tick."""
+        if self.force_landing and self.in_air:
+            return Arming.FORCE_LANDING
+        return {FlightState.START: Arming.ON, FlightState.STOP: Arming.OFF}.get(self.state)
+
+
+def advance(flying: Flying, seen: Seen, limits: FlightLimits) -> tuple[Flying, tuple[str, ...]]:
+    """One tick of the flight states.
+
+    Args:
+        flying: of the tick before.
+        seen: what came and what was measured.
+        limits: thresholds and time-outs.
+
+    Returns:
+        The new state, and what has to be said to people, one line each.
+    """
+    said: list[str] = []
+    if seen.battery is not None:
+        flying = _with_battery(flying, seen, limits, said)
+    for order in seen.orders:
+        flying = _obey(flying, order, seen, limits, said)
+    if seen.acknowledged == Arming.FORCE_LANDING and flying.in_air and not flying.force_landing:
+        said.append("force landing: by the flight controller")
+        flying = replace(_enter(flying, FlightState.LAND, seen), force_landing=True)
+    if seen.broken and flying.in_air and not flying.force_landing:
+        said.append(f"force landing: {seen.broken}")
+        flying = replace(_enter(flying, FlightState.LAND, seen), force_landing=True)
+    step = _STEPS.get(flying.state)
+    return (flying if step is None else step(flying, seen, limits, said)), tuple(said)
+
+
+def _enter(flying: Flying, state: FlightState, seen: Seen) -> Flying:
+    height = math.inf if seen.position is None else float(seen.position[2])
+    settled = seen.now if state == FlightState.TAKEOFF else flying.settled
+    return replace(flying, state=state, since=seen.now, settled=settled, looked=seen.now, height=height)
+
+
+def _with_battery(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str]) -> Flying:
+    low = (seen.battery or 0.0) < limits.low_battery
+    if low and not flying.low_battery:
+        said.append(f"low battery: {seen.battery:.0f} per cent")
+    return replace(flying, low_battery=low)
+
+
+def _obey(flying: Flying, order: Order, seen: Seen, limits: FlightLimits, said: list[str]) -> Flying:
+    return _ORDERS[order](flying, seen, limits, said)
+
+
+def _halt(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str]) -> Flying:
+    if flying.state == FlightState.ARM_OFF:
+        return flying
+    return replace(_enter(flying, FlightState.STOP, seen), force_landing=False)
+
+
+def _force_landing(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str]) -> Flying:
+    if not flying.in_air:
+        said.append(f"force_landing is ignored in {flying.state.name}: nothing flies")
+        return flying
+    return replace(_enter(flying, FlightState.LAND, seen), force_landing=True)
+
+
+def _land(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str]) -> Flying:
+    if flying.state in (FlightState.LAND, FlightState.ARM_OFF, FlightState.STOP):
+        return flying
+    # On the ground the way down is no way.
+    return _enter(flying, FlightState.LAND if flying.in_air else FlightState.STOP, seen)
+
+
+def _start(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str]) -> Flying:
+    if flying.state != FlightState.ARM_OFF:
+        said.append(f"start is refused in {flying.state.name}: it would reset the controller of this flight")
+    elif flying.low_battery:
+        said.append("start is refused: low battery")
+    elif seen.position is None:
+        said.append("start is refused: the robot's position is not known")
+    else:
+        begun = replace(flying, origin=np.array(seen.position), force_landing=False)
+        return _enter(begun, FlightState.START, seen)
+    return flying
+
+
+def _take_off(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str]) -> Flying:
+    if flying.state == FlightState.TAKEOFF:
+        return flying
+    if flying.in_air:
+        said.append(f"takeoff is refused in {flying.state.name}: the robot flies already")
+        return flying
+    if flying.state != FlightState.ARM_ON:
+        said.append(f"takeoff is refused in {flying.state.name}: start comes first")
+        return flying
+    if seen.position is None or flying.origin is None:
+        said.append("takeoff is refused: the robot's position is not known")
+        return flying
+    way = seen.position - flying.origin
+    if float(np.hypot(way[0], way[1])) > limits.takeoff_drift or abs(way[2]) > limits.takeoff_drift:
+        said.append(f"takeoff stops: the robot was moved by more than {limits.takeoff_drift:g} m since start")
+        return _enter(flying, FlightState.STOP, seen)
+    return _enter(flying, FlightState.TAKEOFF, seen)
+
+
+def _in_start(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str]) -> Flying:
+    if flying.low_battery:
+        said.append("start is broken off: low battery")
+        return _enter(flying, FlightState.ARM_OFF, seen)
+    if seen.acknowledged == Arming.ON:
+        return _enter(flying, FlightState.ARM_ON, seen)
+    if seen.now - flying.since > limits.acknowledged:
+        said.append(f"start is broken off: arming was not acknowledged within {limits.acknowledged:g} s")
+        return _enter(flying, FlightState.STOP, seen)
+    return flying
+
+
+def _in_takeoff(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str]) -> Flying:
+    if flying.low_battery:
+        said.append("landing: low battery")
+        return _enter(flying, FlightState.LAND, seen)
+    if seen.position is None or seen.target is None:
+        return replace(flying, settled=seen.now)
+    away = np.abs(seen.target - seen.position)
+    if away[:2].max() > limits.settled_xy or away[2] > limits.settled_z:
+        return replace(flying, settled=seen.now)
+    if seen.now - flying.settled > limits.settled_time:
+        return _enter(flying, FlightState.HOVER, seen)
+    return flying
+
+
+def _in_hover(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str]) -> Flying:
+    if flying.low_battery:
+        said.append("landing: low battery")
+        return _enter(flying, FlightState.LAND, seen)
+    return flying
+
+
+def _in_land(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str]) -> Flying:
+    if seen.now - flying.looked <= limits.landed_time:
+        return flying
+    if seen.position is None:  # blind: only a user's halt ends it
+        return replace(flying, looked=seen.now, height=math.inf)
+    height = float(seen.position[2])
+    leads = seen.target is not None and height - float(seen.target[2]) > limits.landed_lead
+    still = abs(height - flying.height) < limits.landed_way and seen.sinking < limits.landed_speed
+    if leads and still:
+        return _enter(flying, FlightState.STOP, seen)
+    return replace(flying, looked=seen.now, height=height)
+
+
+def _in_stop(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str]) -> Flying:
+    if seen.acknowledged == Arming.OFF:
+        return replace(_enter(flying, FlightState.ARM_OFF, seen), force_landing=False)
+    return flying
+
+
+_ORDERS = {
+    Order.HALT: _halt,
+    Order.FORCE_LANDING: _force_landing,
+    Order.LAND: _land,
+    Order.START: _start,
+    Order.TAKEOFF: _take_off,
+}
+
+_STEPS = {
+    FlightState.START: _in_start,
+    FlightState.TAKEOFF: _in_takeoff,
+    FlightState.HOVER: _in_hover,
+    FlightState.LAND: _in_land,
+    FlightState.STOP: _in_stop,
+}

@@ -1,0 +1,114 @@
+"""Every gain and every key of an experiment as a control of a page, made from what is declared of it."""
+
+from __future__ import annotations
+
+import math
+import typing
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from skylimb.apps.studio.live_flight import LiveFlight
+from skylimb.apps.studio.surface_edits import surface_keys_in_flight
+from skylimb.base.keys import KeyInfo, rows_of, tables_of
+from skylimb.base.keys.fields import has_numbers, members_of
+from skylimb.base.packing import Layout
+from skylimb.control.controller import is_configurable, is_traceable
+from skylimb.robots.loader import list_robots
+
+IN_FLIGHT, RESTART = "in flight", "restart"
+"""When a control acts: at once, or by a new take-off."""
+
+PREFIX = "controller."
+"""What the keys of gains begin with."""
+
+_LEFT_OUT = ("events", "recorded", "controller")
+_NOT_TO_TURN = ("name", "description", "stop_at")
+
+
+def controls_of(flights: Sequence[LiveFlight], settled: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """The controls of some flights of one experiment: its keys, then the gains of their controllers.
+
+    Args:
+        flights: of one experiment.
+        settled: of each flight, the gains that were changed in flight and what they are now.
+
+    Returns:
+        For each: `key`, `unit`, `meaning`, `low` and `high` (None without an end), `value`, `kind` (number,
+        switch, choice, vector or text), `choices`, `acts` (`IN_FLIGHT` or `RESTART`). Gains, whose keys begin
+        with "controller.", also have `flights`, the numbers of those that have it, and `values`, one for each
+        of them.
+    """
+    return [*_of_experiment(flights[0]), *_of_controllers(flights, settled)]
+
+
+def _of_experiment(flight: LiveFlight) -> Iterator[dict[str, Any]]:
+    now = surface_keys_in_flight(flight.experiment)
+    for key, value, info in rows_of(tables_of(flight.experiment)):
+        if key.partition(".")[0] in _LEFT_OUT or key in _NOT_TO_TURN:
+            continue
+        if info.key.file and key != "robot":  # no file is read because a page says so
+            continue
+        choices = tuple(list_robots()) if key == "robot" else info.choices
+        yield _control(key, now.get(key, value), info, IN_FLIGHT if key in now else RESTART, choices)
+
+
+def _of_controllers(
+    flights: Sequence[LiveFlight], settled: Sequence[Mapping[str, Any]]
+) -> Iterator[dict[str, Any]]:
+    found: dict[str, dict[str, Any]] = {}
+    for number, (flight, gains) in enumerate(zip(flights, settled, strict=True)):
+        controller = flight.takeoff.controller
+        if not is_configurable(controller):
+            continue
+        changing = Layout(controller.gains()).slices if is_traceable(controller) else {}
+        for key, given, info in rows_of(controller.key_tables()):
+            if key in _NOT_TO_TURN or info.key.file:
+                continue
+            value = gains.get(key, given)
+            acts = IN_FLIGHT if key in changing else RESTART
+            if key not in found:
+                found[key] = {**_control(f"{PREFIX}{key}", value, info, acts), "flights": [], "values": []}
+            found[key]["flights"].append(number)
+            found[key]["values"].append(_plain(value))
+            if acts == RESTART:
+                found[key]["acts"] = RESTART
+    yield from found.values()
+
+
+def _control(
+    key: str, value: Any, info: KeyInfo, acts: str, choices: tuple[Any, ...] | None = None
+) -> dict[str, Any]:
+    choices = info.choices if choices is None else choices
+    numbers = info.key if has_numbers(info.type) else None
+    return {
+        "key": key,
+        "unit": info.unit,
+        "meaning": info.meaning,
+        "low": _end(numbers.low if numbers.low is not None else numbers.above) if numbers else None,
+        "high": _end(numbers.high if numbers.high is not None else numbers.below) if numbers else None,
+        "value": _plain(value),
+        "kind": _kind(info, value, choices),
+        "choices": list(choices),
+        "acts": acts,
+    }
+
+
+def _kind(info: KeyInfo, value: Any, choices: tuple[Any, ...]) -> str:
+    kinds = [typing.get_origin(kind) or kind for kind in members_of(info.type)]
+    if choices:
+        return "choice"
+    if bool in kinds:
+        return "switch"
+    if isinstance(value, tuple | list) or (tuple in kinds and not {float, int} & set(kinds)):
+        return "vector"
+    return "number" if {float, int} & set(kinds) else "text"
+
+
+def _end(end: float | None) -> float | None:
+    return None if end is None or math.isinf(end) else float(end)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, tuple | list):
+        return [_plain(one) for one in value]
+    return value if value is None or isinstance(value, bool | int | float | str) else str(value)

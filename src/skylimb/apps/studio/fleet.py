@@ -1,0 +1,161 @@
+"""Live flights beside each other, in lockstep, and everything that a page shows of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+from skylimb.analysis.figures.palette import colours_of, label
+from skylimb.apps.studio.controls import controls_of
+from skylimb.apps.studio.frames import FlightView
+from skylimb.apps.studio.gains import gain_keys, settled_gains
+from skylimb.apps.studio.lineup import Lineup
+from skylimb.apps.studio.live_flight import LiveFlight
+from skylimb.base.errors import ConfigError
+from skylimb.flight.experiments.experiment import Experiment
+
+RUNNING, PAUSED, OVER = 0, 1, 2
+"""State of a session in a frame."""
+
+_HEAD = 3  # numbers of a frame before those of the flights: time, speed, state
+
+
+class Fleet:
+    """The flights of a line-up, from take-off.
+
+    Args:
+        lineup: what is flown.
+
+    Raises:
+        SkylimbError: when a flight of it cannot be flown.
+    """
+
+    def __init__(self, lineup: Lineup) -> None:
+        self.lineup = lineup
+        self.flights = tuple(LiveFlight(takeoff) for takeoff in lineup.takeoffs())
+        self._first = [flight.experiment for flight in self.flights]
+        self._keys = {flight: gain_keys(flight.takeoff.controller) for flight in self.flights}
+        controllers = [flight.takeoff.controller.name for flight in self.flights]
+        self.names = numbered(controllers, "-")
+        self._views = [
+            FlightView(flight, name, colour)
+            for flight, name, colour in zip(
+                self.flights, numbered(map(label, controllers), " "), colours_of(controllers), strict=True
+            )
+        ]
+
+    @property
+    def period(self) -> float:
+        """Of a tick, s."""
+        return self.flights[0].takeoff.period
+
+    @property
+    def time(self) -> float:
+        """Time since take-off of the flight that came farthest, s."""
+        return max(flight.time for flight in self.flights)
+
+    @property
+    def end(self) -> float:
+        """Time at which the flights end at the latest, s."""
+        return max(flight.end for flight in self.flights)
+
+    @property
+    def over(self) -> bool:
+        """Whether no flight goes on."""
+        return all(flight.over for flight in self.flights)
+
+    @property
+    def verdict(self) -> list[str]:
+        """Of each flight, in words: that it flies, that it is over, or why it was lost."""
+        return [_verdict(flight) for flight in self.flights]
+
+    def flight(self, number: int) -> LiveFlight:
+        """The flight with this number, from 0.
+
+        Raises:
+            ConfigError: when there is none.
+        """
+        if not 0 <= number < len(self.flights):
+            raise ConfigError(f"flight {number}: there are {len(self.flights)}, numbered from 0")
+        return self.flights[number]
+
+    def gains_to_set(self, flight: LiveFlight) -> frozenset[str]:
+        """Keys of the gains of a flight's controller that may be set; none names a file."""
+        return self._keys[flight].settable
+
+    def changes_in_flight(self, flight: LiveFlight, key: str) -> bool:
+        """Whether a gain can change without a new take-off."""
+        return key in self._keys[flight].in_flight and flight.time < flight.end
+
+    def branch(self, experiments: Mapping[LiveFlight, Experiment]) -> None:
+        """Let flights go on with other experiments; all or none.
+
+        Raises:
+            SkylimbError: when one of them cannot; nothing has changed then.
+        """
+        ready = {flight: flight.takeoff.changed(experiment) for flight, experiment in experiments.items()}
+        for flight, takeoff in ready.items():
+            flight.go_on(takeoff)
+
+    def gains(self) -> list[dict[str, Any]]:
+        """The gains of each flight that the line-up has changed, with what has changed in flight."""
+        given = self.lineup.gains or ({},) * len(self.flights)
+        return [
+            {**own, **settled_gains(flight.experiment, first)}
+            for own, flight, first in zip(given, self.flights, self._first, strict=True)
+        ]
+
+    def controls(self) -> list[dict[str, Any]]:
+        """Every gain and key as a control; see `controls.controls_of`."""
+        return controls_of(self.flights, [settled_gains(flight.experiment) for flight in self.flights])
+
+    def scores(self) -> dict[str, Any]:
+        """The scores so far of every flight; see `scores.score_table`."""
+        from skylimb.apps.studio.scores import score_table  # slow to import
+
+        return score_table(
+            {view.name: flight for view, flight in zip(self._views, self.flights, strict=True)}
+        )
+
+    def scene(self) -> dict[str, Any]:
+        """What a page needs once, ready for JSON: each flight's scene, and where a frame's numbers are."""
+        layout: list[dict[str, list[int]]] = []
+        at = _HEAD
+        for view in self._views:
+            places = {}
+            for name, size in view.layout.items():
+                places[name] = [at, at + size]
+                at += size
+            layout.append(places)
+        return {
+            "experiment": self.flights[0].experiment.name,
+            "period": self.period,
+            "end": self.end,
+            "layout": {"time": 0, "speed": 1, "state": 2, "flights": layout, "size": at},
+            "flights": [view.scene() for view in self._views],
+        }
+
+    def frame(self, speed: float, paused: bool) -> np.ndarray:
+        """What a page needs now: time, speed, state, then each flight's numbers (`scene()["layout"]`)."""
+        state = OVER if self.over else PAUSED if paused else RUNNING
+        head = np.array([self.time, speed, state])
+        return np.concatenate([head, *(view.values() for view in self._views)]).astype(np.float32)
+
+
+def numbered(names: Iterable[str], between: str) -> list[str]:
+    """The names, with a number where two are alike: "pid", "pid-2"."""
+    found: list[str] = []
+    for name in names:
+        called, number = name, 2
+        while called in found:
+            called, number = f"{name}{between}{number}", number + 1
+        found.append(called)
+    return found
+
+
+def _verdict(flight: LiveFlight) -> str:
+    if not flight.over:
+        return "flying"
+    return flight.cause or flight.flight().cause or "came to its end"

@@ -1,0 +1,167 @@
+"""What a page needs to show live flights: the scene once, and at every moment one flat row of numbers."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from skylimb.analysis.figures.scene import LIFT, SPACING, eye_and_target, load_model, place_camera
+from skylimb.analysis.replay_page.packing import packed
+from skylimb.analysis.replay_page.shapes import OUT_OF_SIGHT, meshes, shapes_with_surface, thrust_sites
+from skylimb.analysis.scores.signals import direction
+from skylimb.apps.studio.curves import Moment, panels_of
+from skylimb.apps.studio.live_flight import LiveFlight
+from skylimb.base.rotations import quaternion_from_rotation
+from skylimb.control.contact_machine import STATES
+from skylimb.control.thrusts import thrust_limits
+from skylimb.simulation.robot_bodies import TIP_SITE
+from skylimb.simulation.surface_state import state_of
+from skylimb.simulation.surfaces.geom import BODY
+from skylimb.simulation.surfaces.placement import surface_rotation
+
+SMOOTHING = 0.1
+"""Forces are averaged over this time, s: single ticks are noise to the eye."""
+
+FLYING, ENDED, LOST = 0, 1, 2
+"""State of a flight in a frame: it flies, came to its mission's end, or is lost."""
+
+_PICTURE = (640, 360)
+
+
+class FlightView:
+    """One flight as a page sees it.
+
+    Args:
+        flight: that is shown.
+        name: what it is called.
+        colour: of its lines.
+    """
+
+    def __init__(self, flight: LiveFlight, name: str, colour: str) -> None:
+        self.name = name
+        self._flight, self._colour = flight, colour
+        takeoff = flight.takeoff
+        self._model = load_model(takeoff.plant.scene, _PICTURE)
+        self._data = mujoco.MjData(self._model)
+        self._tip = self._model.site(TIP_SITE).id
+        self._root = self._model.body(takeoff.robot.description.root).id
+        self._smoothed = max(1, round(SMOOTHING / takeoff.period))
+        frame = takeoff.mission.frame
+        named = ((frame.sliding_u, "u"), (frame.sliding_v, "v"), (frame.contact, "n"))
+        self._panels = panels_of(flight, [direction(axis, name) for axis, name in named])
+        body = mujoco.mj_name2id(self._model, mujoco.mjtObj.mjOBJ_BODY, BODY)
+        self._surface = [self._model.nbody] if body < 0 else [body, self._model.nbody]
+        self._turned = np.zeros((self._model.nbody + 1, 4))
+
+    @property
+    def layout(self) -> dict[str, int]:
+        """How many numbers of each kind `values` has, in their order."""
+        return {
+            "state": 1,
+            "poses": 7 * (self._model.nbody + 1),
+            "thrusts": self._flight.takeoff.robot.n_rotors,
+            "tip": 3,
+            "force": 3,
+            "surface": 7,
+            "present": 1,
+            "curves": sum(len(panel.curves) for panel in self._panels),
+        }
+
+    def scene(self) -> dict[str, Any]:
+        """Everything that does not change from moment to moment; lengths in m, forces in N, vectors in W."""
+        surface, robot = self._flight.takeoff.plant.surface, self._flight.takeoff.robot
+        mission, described = self._flight.takeoff.mission, surface.describe()
+        camera = place_camera(mission.reference.position, mission.tip_path, np.array(described["normal"]))
+        low, high = thrust_limits(robot)
+        columns = np.cumsum([0, *(len(panel.curves) for panel in self._panels)])
+        return {
+            "name": self.name,
+            "colour": self._colour,
+            "controller": self._flight.takeoff.controller.name,
+            "shapes": shapes_with_surface(
+                self._model, np.asarray(surface.position, dtype=float), quaternion_from_rotation(surface.R_WS)
+            ),
+            "meshes": meshes(self._model),
+            "bodies": self._model.nbody + 1,
+            "body_names": [self._model.body(i).name for i in range(self._model.nbody)] + ["surface"],
+            "rotors": thrust_sites(self._model),
+            "thrust_limits": [list(map(float, low)), list(map(float, high))],
+            "nominal": self._nominal(),
+            "surface": {
+                key: described[key] for key in ("kind", "origin", "axis_u", "axis_v", "normal", "size")
+            },
+            "camera": eye_and_target(camera),
+            "panels": [panel.described(int(k)) for panel, k in zip(self._panels, columns, strict=False)],
+            "contact_states": list(STATES),
+        }
+
+    def _surface_pose(self) -> tuple[np.ndarray, bool]:
+        """Where the surface is now: place and quaternion of its axes in W, (7,); and whether it is there."""
+        flight, surface = self._flight, self._flight.takeoff.plant.surface
+        tick = flight.ticks - 1
+        state = state_of(flight.surface[tick])
+        R = surface_rotation(surface.contact_axis, state.slope, state.pitch, state.roll)
+        slid = surface.motion(tick * flight.takeoff.period)[0] * surface.motion_axis
+        return np.concatenate([state.position + slid, quaternion_from_rotation(R)]), state.present > 0.0
+
+    def values(self) -> np.ndarray:
+        """The numbers of this moment, in the order of `layout`."""
+        flight = self._flight
+        rows, slices = flight.recent, flight.slices
+        signals = {name: rows[-1, part] for name, part in slices.items()}
+        data = self._data
+        data.qpos[:] = signals["configuration"]
+        mujoco.mj_kinematics(self._model, data)
+        mujoco.mj_comPos(self._model, data)
+        recent = rows[-self._smoothed :]
+        force = recent[:, slices["contact_force"]].mean(axis=0)
+        estimate = np.full(3, np.nan)
+        if "external_force_estimate" in slices:
+            estimate = recent[:, slices["external_force_estimate"]].mean(axis=0)
+        mission = flight.takeoff.mission
+        moment = Moment(
+            signals,
+            force,
+            estimate,
+            data.subtree_com[self._root],
+            mission.reference.position[flight.mission_tick],
+        )
+        pose, present = self._surface_pose()
+        lost = flight.over and (bool(flight.cause) or bool(flight.flight().cause))
+        state = FLYING if not flight.over else LOST if lost else ENDED
+        poses = np.vstack([np.hstack([data.xpos, data.xquat]), pose])
+        if not present:
+            poses[self._surface, 2] -= OUT_OF_SIGHT
+        # A quaternion keeps its sign from moment to moment, so that one may interpolate.
+        poses[:, 3:] *= np.where(np.sum(poses[:, 3:] * self._turned, axis=1) < 0.0, -1.0, 1.0)[:, None]
+        self._turned = poses[:, 3:]
+        return np.concatenate(
+            [
+                [float(state)],
+                poses.ravel(),
+                signals["thrusts"],
+                data.site_xpos[self._tip],
+                force,
+                pose,
+                [float(present)],
+                [curve.value(moment) for panel in self._panels for curve in panel.curves],
+            ]
+        )
+
+    def _nominal(self) -> dict[str, Any]:
+        """The path that is asked for, on the surface, in dashes; as a replay has it."""
+        takeoff = self._flight.takeoff
+        mission, surface = takeoff.mission, takeoff.plant.surface
+        points = mission.tip_path[mission.in_phase("slide")]
+        ends = np.zeros((0, 2, 3))
+        if len(points):
+            travelled = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+            points = points[np.unique(np.searchsorted(travelled, np.arange(0.0, travelled[-1], SPACING)))]
+            axis = mission.frame.contact
+            points = points + surface.distance_along(points, axis)[:, None] * axis
+            points = points + LIFT * surface.normal(points)
+            ends = np.stack([points[:-1], points[1:]], axis=1)
+            ends = ends[(np.arange(len(ends)) % 6 < 3) & np.isfinite(ends).all(axis=(1, 2))]
+        return {"since": packed(np.zeros(len(ends))), "ends": packed(ends.reshape(len(ends), 6))}

@@ -1,0 +1,109 @@
+"""Keep live flights: the runs so far in a folder, each with the experiment that repeats it to the bit."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import subprocess
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from skylimb.analysis.recording import Run
+from skylimb.analysis.report.output import CONFIG_FILE, home, write_records
+from skylimb.analysis.scores.own import with_own_scores
+from skylimb.apps.studio.gains import settled_gains
+from skylimb.apps.studio.live_flight import LiveFlight
+from skylimb.base.config import write_toml
+from skylimb.base.errors import ConfigError
+from skylimb.control.controller import is_configurable
+from skylimb.flight.record import recorded
+
+PRESET_FILE = "preset.toml"
+"""The controller with its gains as they were in the end, to be named with --controller."""
+
+_NAME = re.compile(r"[\w][\w .+-]{0,79}")
+
+
+@dataclass(frozen=True)
+class Kept:
+    """What was kept.
+
+    Attributes:
+        folder: that holds it.
+        command: that repeats the flight, or the first of several.
+        report: draws figures and report into the folder; it works beside this process.
+    """
+
+    folder: Path
+    command: str
+    report: subprocess.Popen[bytes]
+
+    @property
+    def drawn(self) -> bool:
+        """Whether the report's process has ended."""
+        return self.report.poll() is not None
+
+    def mistake(self) -> str:
+        """Why the report could not be drawn, in a line; empty where it was. Waits for its process."""
+        _, said = self.report.communicate()
+        # 1 is a flight that was lost: its report is drawn all the same.
+        return said.decode(errors="replace").strip().rpartition("\n")[2] if self.report.returncode > 1 else ""
+
+
+def keep(flights: Sequence[LiveFlight], names: Sequence[str], out: Path, name: str = "") -> Kept:
+    """Write the flights so far into a new folder.
+
+    A flight that is not over is kept as stopped here, and so is repeated: its experiment has `stop_at`.
+
+    Args:
+        flights: in the order of their names.
+        names: of their subfolders, where there are several.
+        out: folder of the new one; it is made where it is not there.
+        name: of the new folder; a free number when empty.
+
+    Raises:
+        ConfigError: when the name is no plain name.
+        OutputError: when the folder exists or cannot be written.
+    """
+    if name and not _NAME.fullmatch(name):
+        raise ConfigError(f"name = {name!r}: letters, digits, spaces and . + - _ are allowed, at most 80")
+    folder = out / (name or _free_name(out))
+    runs = {
+        called: replace(so_far(flight), name=called) for called, flight in zip(names, flights, strict=True)
+    }
+    presets = [{PRESET_FILE: preset} if (preset := preset_now(flight)) else {} for flight in flights]
+    write_records(runs, folder, dict(zip(names, presets, strict=True)))
+    config = home(folder, names[0]) / CONFIG_FILE
+    # Figures take seconds and cores: another process draws them while the flights go on.
+    report = subprocess.Popen(
+        [sys.executable, "-m", "skylimb", "report", str(folder)],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+    )
+    return Kept(folder, f"skylimb run {shlex.quote(str(config))}", report)
+
+
+def so_far(flight: LiveFlight) -> Run:
+    """The run of what a flight has flown."""
+    takeoff, flown = flight.takeoff, flight.flight()
+    if not flight.ended:
+        takeoff = takeoff.changed(replace(flight.experiment, stop_at=flight.time))
+    return with_own_scores(recorded(takeoff, flown), takeoff.plan.own)
+
+
+def preset_now(flight: LiveFlight) -> str:
+    """The flight's controller as a file, its gains as they have become; empty where it has no such keys."""
+    controller = flight.takeoff.controller
+    if not is_configurable(controller):
+        return ""
+    tables = controller.with_gains(settled_gains(flight.experiment)).tables()
+    return "" if "file" in tables else write_toml(tables)
+
+
+def _free_name(out: Path) -> str:
+    number = 1
+    while (out / f"kept-{number}").exists():
+        number += 1
+    return f"kept-{number}"

@@ -1,0 +1,66 @@
+"""What flies beside each other: which experiment, which controllers, which values were changed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from skylimb.apps.studio.controls import PREFIX
+from skylimb.base.errors import ConfigError
+from skylimb.control.controller import Controller
+from skylimb.flight.experiments.experiment import Experiment
+from skylimb.flight.takeoff import Takeoff, take_off
+
+MOST_FLIGHTS = 4
+"""Flights beside each other at most."""
+
+
+@dataclass(frozen=True)
+class Lineup:
+    """Everything that a take-off of all flights needs.
+
+    Attributes:
+        experiment: a name, a TOML file, or an experiment at hand.
+        controllers: one for each flight; None for the experiment's own, or "hybrid" when it has none.
+        seed: of the sensors' noise; the experiment's own when None.
+        keys: dotted keys of the experiment, and of gains that all flights have, with their new values.
+        gains: of each flight, keys of gains and their new values; empty where nobody has changed any.
+    """
+
+    experiment: str | Experiment
+    controllers: tuple[str | Controller | None, ...]
+    seed: int | None = None
+    keys: Mapping[str, Any] = field(default_factory=dict)
+    gains: tuple[Mapping[str, Any], ...] = ()
+
+    def __post_init__(self) -> None:
+        if len(self.controllers) > MOST_FLIGHTS:
+            raise ConfigError(
+                f"{len(self.controllers)} controllers are too many beside each other: at most {MOST_FLIGHTS}"
+            )
+
+    def of(self, controllers: Sequence[str | Controller | None]) -> Lineup:
+        """The same with other controllers, with their own gains."""
+        return replace(self, controllers=tuple(controllers), gains=())
+
+    def with_keys(self, keys: Mapping[str, Any]) -> Lineup:
+        """The same with some keys of the experiment changed."""
+        return replace(self, keys={**self.keys, **keys})
+
+    def with_gains(self, gains: Sequence[Mapping[str, Any]]) -> Lineup:
+        """The same with these gains of each flight."""
+        return replace(self, gains=tuple(gains))
+
+    def takeoffs(self) -> list[Takeoff]:
+        """One take-off for each controller.
+
+        Raises:
+            SkylimbError: when one cannot be flown.
+        """
+        gains = self.gains or ({},) * len(self.controllers)
+        found = []
+        for controller, own in zip(self.controllers, gains, strict=True):
+            settings = {**self.keys, **{f"{PREFIX}{key}": value for key, value in own.items()}}
+            found += take_off(self.experiment, (controller,), self.seed, settings)
+        return found

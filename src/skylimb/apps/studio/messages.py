@@ -1,0 +1,162 @@
+"""What a page may say: each command's fields, types and ranges, checked before anything happens."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import msgspec
+from msgspec import Meta
+
+from skylimb.base.errors import ConfigError
+
+LONGEST = 600_000
+"""Bytes of the longest message, a drawing."""
+
+_MOST_POINTS = 20_000
+"""Of all strokes of a drawing together."""
+
+Metres = Annotated[float, Meta(ge=-100.0, le=100.0)]
+Newtons = Annotated[float, Meta(ge=-50.0, le=50.0)]
+Tilt = Annotated[float, Meta(ge=-1.4, le=1.4)]
+KeyName = Annotated[str, Meta(min_length=1, max_length=120, pattern=r"^[A-Za-z0-9_.\-]+$")]
+PlainName = Annotated[str, Meta(max_length=60, pattern=r"^([A-Za-z0-9][A-Za-z0-9 _\-]*)?$")]
+ControllerName = Annotated[str, Meta(min_length=1, max_length=200)]
+FlightNumber = Annotated[int, Meta(ge=0, le=1)]
+Number = Annotated[float, Meta(ge=-1e12, le=1e12)]
+Whole = Annotated[int, Meta(ge=-(2**63), le=2**63 - 1)]
+Words = Annotated[str, Meta(max_length=400)]
+Row = Annotated[list[Number], Meta(max_length=64)]
+Value = bool | Whole | Number | Words | None | Annotated[list[Number | Row], Meta(max_length=200)]
+"""Of a key: a switch, a number, a text, a vector, a list of points, or none."""
+
+
+class Command(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_field="do"):
+    """What one page wants done."""
+
+
+class Pause(Command, tag="pause", frozen=True):
+    """Hold the flight, or let it go on."""
+
+    paused: bool
+
+
+class Speed(Command, tag="speed", frozen=True):
+    """Times the real speed."""
+
+    times: Annotated[float, Meta(ge=0.1, le=20.0)]
+
+
+class Restart(Command, tag="restart", frozen=True):
+    """Take off again."""
+
+
+class Rewind(Command, tag="rewind", frozen=True):
+    """Go back and fly on from there, s."""
+
+    seconds: Annotated[float, Meta(ge=0.0, le=30.0)]
+
+
+class Gain(Command, tag="gain", frozen=True):
+    """Change a gain in flight; of one flight, or of all that have it."""
+
+    key: KeyName
+    value: Value
+    flight: FlightNumber | None = None
+
+
+class SetKey(Command, tag="key", frozen=True):
+    """Change a key of the experiment."""
+
+    key: KeyName
+    value: Value
+
+
+class Poke(Command, tag="poke", frozen=True):
+    """Push a link: at a point (m, the link's axes) with a force (N, W), until it changes or is released."""
+
+    link: Annotated[str, Meta(min_length=1, max_length=80)]
+    point: tuple[Metres, Metres, Metres]
+    force: tuple[Newtons, Newtons, Newtons]
+
+
+class Release(Command, tag="release", frozen=True):
+    """Push no more."""
+
+
+class Surface(Command, tag="surface", frozen=True):
+    """Change the surface: where it is and how it's tilted, from take-off (m, W; rad); what it's made of."""
+
+    position: tuple[Metres, Metres, Metres] | None = None
+    tilt: tuple[Tilt, Tilt] | None = None
+    friction: Annotated[float, Meta(ge=0.0, le=5.0)] | None = None
+    stiffness: Annotated[float, Meta(ge=50.0, le=1e6)] | None = None
+    present: bool | None = None
+
+
+class Controllers(Command, tag="controllers", frozen=True):
+    """Fly one controller, or two beside each other."""
+
+    names: Annotated[
+        list[Annotated[str, Meta(min_length=1, max_length=200)]], Meta(min_length=1, max_length=2)
+    ]
+
+
+class Keep(Command, tag="keep", frozen=True):
+    """Write what was flown so far."""
+
+    name: PlainName = ""
+
+
+class Draw(Command, tag="draw", frozen=True):
+    """Draw strokes, (u, v) in m on the surface, or an SVG's text; the flight takes off again with it."""
+
+    strokes: Annotated[list[list[tuple[Metres, Metres]]], Meta(max_length=400)] | None = None
+    svg: Annotated[str, Meta(max_length=LONGEST)] | None = None
+
+
+class Scores(Command, tag="scores", frozen=True):
+    """Score the flight so far."""
+
+
+class TakeOver(Command, tag="take over", frozen=True):
+    """Drive; the page that drove watches."""
+
+
+class Got(Command, tag="got", frozen=True):
+    """The page has shown a frame, and may be sent the next."""
+
+    frame: Annotated[int, Meta(ge=0, le=2**32 - 1)]
+
+
+Commands = (
+    Pause | Speed | Restart | Rewind | Gain | SetKey | Poke | Release | Surface | Controllers | Keep | Draw
+    | Scores | TakeOver | Got
+)  # fmt: skip
+
+_DECODER = msgspec.json.Decoder(Commands)
+
+
+def read_command(message: str | bytes) -> Any:
+    """The command in a message.
+
+    Raises:
+        ConfigError: when it is none, or one of its values has a wrong type or is out of range.
+    """
+    if not isinstance(message, str):
+        raise ConfigError("a page's message must be text")
+    try:
+        command = _DECODER.decode(message)
+    except (msgspec.DecodeError, RecursionError, UnicodeError) as error:
+        raise ConfigError(f"a page's message is refused: {str(error)[:200]}") from None
+    if isinstance(command, Draw):
+        _check_drawing(command)
+    return command
+
+
+def _check_drawing(command: Draw) -> None:
+    if (command.strokes is None) == (command.svg is None):
+        raise ConfigError("a drawing is either strokes or an SVG")
+    if command.strokes is not None and sum(map(len, command.strokes)) > _MOST_POINTS:
+        raise ConfigError(f"a drawing has at most {_MOST_POINTS} points")
+    if command.svg is not None and "<!ENTITY" in command.svg:
+        raise ConfigError("an SVG that declares an ENTITY is refused: it may grow without end")

@@ -1,0 +1,294 @@
+"""The studio's server: pages on one side, the flight's thread on the other.
+
+The flight's thread puts events into the server's loop, the server puts commands into the flight's queue.
+Nothing else is shared.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import http
+import logging
+import threading
+import time
+import traceback
+from collections.abc import Callable
+from typing import Any
+from urllib.parse import parse_qs, urlsplit
+
+import msgspec
+import numpy as np
+from websockets.asyncio.server import Server, ServerConnection, serve
+from websockets.datastructures import Headers
+from websockets.exceptions import ConnectionClosed
+from websockets.http11 import Request, Response
+
+from skylimb.apps.studio import messages
+from skylimb.apps.studio.server_access import HEADERS, PUBLIC, Access, file_of
+from skylimb.apps.studio.server_pages import FRAME, HISTORY, History, Page, Seats, header
+from skylimb.base.errors import ConfigError, OutputError
+
+SOCKET = "/socket"
+"""Path of the WebSocket."""
+
+MOST_PAGES = 16
+"""Pages that may be connected at once."""
+
+_LOOK = 1.0
+"""Seconds between two looks at who has left."""
+
+Obey = Callable[[Any], bool]
+"""Takes a checked command; false where too many wait."""
+
+
+class StudioServer:
+    """Serves pages in a thread of its own.
+
+    Args:
+        host: an address or name of this machine.
+        port: 0 for a free one.
+        token: empty where none is needed.
+        obey: hands commands to the flight.
+    """
+
+    def __init__(self, host: str, port: int, token: str, obey: Obey) -> None:
+        self._wanted = (host, port, token)
+        self._obey = obey
+        self._seats, self._history = Seats(), History()
+        self._hello: dict[str, Any] | None = None
+        self._state: dict[str, Any] = {}
+        self._trouble: dict[str, Any] | None = None
+        self._scene = self._number = 0
+        self._frame = b""
+        self._loop = asyncio.new_event_loop()
+        self._done = asyncio.Event()
+        self._ready = threading.Event()
+        self._problem: OSError | None = None
+        self._thread = threading.Thread(target=self._serve, name="studio server", daemon=True)
+        self.access = Access(host, port, token)
+
+    def start(self) -> str:
+        """Begin to listen; the address of the page.
+
+        Raises:
+            OutputError: when the port cannot be had.
+        """
+        self._thread.start()
+        self._ready.wait()
+        if self._problem is not None:
+            host, port, _ = self._wanted
+            raise OutputError(f"--port = {port} on {host} cannot be listened on: {self._problem.strerror}")
+        return self.access.url
+
+    def stop(self) -> None:
+        """Close every page and stop."""
+        self._loop.call_soon_threadsafe(self._done.set)
+        self._thread.join(timeout=5.0)
+
+    def say(self, event: str, content: Any) -> None:
+        """Tell the pages of an event; from any thread."""
+        if not self._loop.is_closed():
+            self._loop.call_soon_threadsafe(self._take, event, content)
+
+    # What follows runs in the server's own thread.
+
+    def _serve(self) -> None:
+        asyncio.set_event_loop(self._loop)
+        try:
+            self._loop.run_until_complete(self._live())
+        except OSError as error:
+            self._problem = error
+            self._ready.set()
+        finally:
+            self._loop.close()
+
+    async def _live(self) -> None:
+        host, port, token = self._wanted
+        logger = logging.getLogger("skylimb.apps.studio")
+        logger.addHandler(logging.NullHandler())
+        logger.propagate = False  # a scanner's broken handshake is no news for the terminal
+        async with serve(
+            self._talk,
+            host,
+            port,
+            process_request=self._answer,
+            max_size=messages.LONGEST + 100_000,
+            max_queue=64,
+            compression=None,
+            ping_interval=5.0,
+            ping_timeout=10.0,
+            close_timeout=1.0,
+            server_header=None,
+            logger=logger,
+        ) as server:
+            self.access = Access(host, _port_of(server), token)
+            self._ready.set()
+            seats = asyncio.create_task(self._mind_the_seat())
+            await self._done.wait()
+            seats.cancel()
+
+    def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
+        """The page's files, and who is let in; None lets the WebSocket begin."""
+        refused = self._refusal(request)
+        if refused is not None:
+            return _response(*refused)
+        if urlsplit(request.path).path == SOCKET:
+            return None
+        found = file_of(request.path)
+        if found is None:
+            return _response(http.HTTPStatus.NOT_FOUND, b"There is no such page.\n")
+        return _response(http.HTTPStatus.OK, *found)
+
+    def _refusal(self, request: Request) -> tuple[http.HTTPStatus, bytes] | None:
+        """Why a request isn't answered; None where it is."""
+        host, path = request.headers.get("Host"), urlsplit(request.path).path
+        if not self.access.knows_host(host):
+            return http.HTTPStatus.FORBIDDEN, b"This is not the studio's address.\n"
+        if path not in PUBLIC and not self.access.has_token(request.path):
+            return http.HTTPStatus.FORBIDDEN, b"The address needs the studio's token.\n"
+        if path != SOCKET:
+            return None
+        if not self.access.knows_origin(request.headers.get("Origin"), host):
+            return http.HTTPStatus.FORBIDDEN, b"Another site may not talk to the studio.\n"
+        if len(self._seats.pages) >= MOST_PAGES:
+            return http.HTTPStatus.SERVICE_UNAVAILABLE, b"Too many pages are open.\n"
+        return None
+
+    async def _talk(self, connection: ServerConnection) -> None:
+        """One page, from its connection to its end."""
+        path = connection.request.path if connection.request else ""
+        page = Page(parse_qs(urlsplit(path).query).get("page", [""])[0][:64] or f"page {id(connection)}")
+        self._seats.enter(page)
+        self._greet(page)
+        self._tell_who_drives()
+        writer = asyncio.create_task(self._write(connection, page))
+        writer.add_done_callback(_complain)
+        try:
+            async for message in connection:
+                self._read(page, message)
+        except ConnectionClosed:
+            pass
+        finally:
+            writer.cancel()
+            if self._seats.leave(page):
+                self._obey(messages.Release())  # nobody holds the poke any more
+            self._tell_who_drives()
+
+    def _read(self, page: Page, message: str | bytes) -> None:
+        """Obey one message, or say why not."""
+        try:
+            command = messages.read_command(message)
+        except ConfigError as error:
+            page.bucket.take()
+            if page.may_complain():
+                self._tell(page, "refused", {"text": str(error)})
+            return
+        if isinstance(command, messages.Got):
+            page.got = max(page.got, min(command.frame, page.sent))
+            page.news.set()
+        elif not page.bucket.take():
+            if page.may_complain():
+                self._tell(page, "refused", {"text": "too many messages; some are not obeyed"})
+        elif isinstance(command, messages.TakeOver):
+            self._seats.take(page)
+            self._obey(messages.Release())
+            self._tell_who_drives()
+        elif self._hello is None:
+            self._tell(page, "refused", {"text": "the flight is still being put together"})
+        elif not self._seats.drives(page):
+            self._tell(page, "refused", {"text": "this page watches; take over to drive"})
+        elif not self._obey(command):
+            self._tell(page, "refused", {"text": "too much waits to be done; this is not"})
+
+    def _take(self, event: str, content: Any) -> None:
+        """One event from the flight."""
+        if event == "frame":
+            self._number += 1
+            frame = np.ascontiguousarray(content, dtype="<f4")
+            self._history.add(self._number, frame)
+            self._frame = frame.tobytes()
+            for page in self._seats.pages:
+                page.news.set()
+        elif event == "scene":
+            self._scene += 1
+            self._history.clear()
+            self._frame, self._trouble = b"", None
+            self._hello = {**content, "number": self._scene}
+            for page in self._seats.pages:
+                self._greet(page)
+        else:
+            if event == "state":
+                self._state = content
+            elif event == "error":
+                self._trouble = content
+            for page in self._seats.pages:
+                self._tell(page, event, content)
+
+    def _greet(self, page: Page) -> None:
+        """All that a page needs to begin; nothing while the flight is still being put together."""
+        if self._hello is not None:
+            self._tell(page, "hello", {**self._hello, "drives": self._seats.drives(page)})
+            if self._state:  # it comes right behind the first scene
+                self._tell(page, "state", self._state)
+            if self._trouble is not None:
+                self._tell(page, "error", self._trouble)
+            page.history_due = True
+
+    def _tell_who_drives(self) -> None:
+        watchers = len(self._seats.pages) - 1
+        for page in self._seats.pages:
+            self._tell(page, "seats", {"drives": self._seats.drives(page), "others": watchers})
+
+    def _tell(self, page: Page, event: str, content: dict[str, Any]) -> None:
+        page.texts.append(_json({"event": event, **content}))
+        page.news.set()
+
+    async def _write(self, connection: ServerConnection, page: Page) -> None:
+        """Send what a page has yet to get: all events, the newest frame, and missed ones thinned."""
+        while True:
+            await page.news.wait()
+            page.news.clear()
+            while page.texts:
+                await connection.send(page.texts.popleft())
+            if page.history_due and self._frame:
+                page.history_due = False
+                await connection.send(self._numbers(HISTORY, self._history.after(0)))
+            number = self._number
+            if self._frame and page.may_be_sent(number):
+                missed = self._history.after(page.sent) if page.sent else b""
+                page.sent, page.sent_at = number, time.monotonic()
+                await connection.send(self._numbers(FRAME, missed + self._frame))
+
+    def _numbers(self, kind: int, frames: bytes) -> bytes:
+        """One message with some frames, the newest last."""
+        return header(kind, self._number, self._scene, len(self._frame) // 4) + frames
+
+    async def _mind_the_seat(self) -> None:
+        while True:
+            await asyncio.sleep(_LOOK)
+            if self._seats.give_free_seat():
+                self._tell_who_drives()
+
+
+def _complain(task: asyncio.Task[None]) -> None:
+    """Show a mistake of this program; that a page has gone is none."""
+    error = None if task.cancelled() else task.exception()
+    if error is not None and not isinstance(error, ConnectionClosed):
+        traceback.print_exception(error)
+
+
+def _json(content: dict[str, Any]) -> str:
+    """JSON; a number that is none becomes null."""
+    return msgspec.json.encode(content, enc_hook=lambda value: value.item()).decode()
+
+
+def _response(status: http.HTTPStatus, body: bytes, kind: str = "text/plain; charset=utf-8") -> Response:
+    headers = Headers(**HEADERS)
+    headers["Content-Type"] = kind
+    headers["Content-Length"] = str(len(body))
+    headers["Connection"] = "close"
+    return Response(status.value, status.phrase, headers, body)
+
+
+def _port_of(server: Server) -> int:
+    return int(next(iter(server.sockets)).getsockname()[1])

@@ -1,0 +1,218 @@
+"""The thread that flies: it alone calls the session. It obeys commands and says what a page has to show."""
+
+from __future__ import annotations
+
+import gc
+import queue
+import time
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from skylimb.apps.studio import messages
+from skylimb.apps.studio.controls import IN_FLIGHT, RESTART
+from skylimb.apps.studio.pacing import Pacing
+from skylimb.apps.studio.session import Session
+from skylimb.base.errors import ConfigError, SkylimbError, choice_error, unknown_name
+from skylimb.base.keys.key import is_number, shown
+
+FRAME_PERIOD = 0.02
+"""Seconds between two frames that are made; a page gets as many of them as it can show."""
+
+POLL_PERIOD = 0.4
+"""Seconds between two looks at the user's files, and two reports of how many ticks were late."""
+
+IDLE = 0.01
+"""Longest sleep, s: no command is left waiting for more."""
+
+_MOST_WAITING = 1000
+"""Commands that wait; what a page says beyond them is refused."""
+
+Say = Callable[[str, Any], None]
+"""Takes the name of an event and what belongs to it; called in the flight's thread."""
+
+
+class FlightThread:
+    """Flies a session on the wall clock, and has it do what pages want.
+
+    Args:
+        session: what is flown; nobody else may call it.
+        say: takes `frame`, `scene`, `state`, `gain`, `refused`, `scores`, and the session's own events.
+        controllers: the names that a page may choose.
+    """
+
+    def __init__(self, session: Session, say: Say, controllers: Sequence[str]) -> None:
+        self._session, self._say, self._controllers = session, say, list(controllers)
+        self.pace = Pacing(session.fleet.period)
+        self._keys: dict[str, Any] = {}
+        self._commands: queue.Queue[Any] = queue.Queue(_MOST_WAITING)
+        self._stopped = False
+        self._state: dict[str, Any] = {}
+        self._acts: dict[type, Callable[[Any], object]] = {
+            messages.Pause: lambda c: self._pause(c.paused),
+            messages.Speed: lambda c: setattr(self.pace, "speed", c.times),
+            messages.Restart: lambda _: session.restart(),
+            messages.Rewind: lambda c: self._rewind(c.seconds),
+            messages.Gain: lambda c: self._set_gain(c.flight, c.key, c.value),
+            messages.SetKey: lambda c: self._set_key(c.key, c.value),
+            messages.Poke: lambda c: session.poke(c.link, c.point, c.force),
+            messages.Release: lambda _: session.release(),
+            messages.Surface: lambda c: session.surface(
+                c.position, c.tilt, c.friction, c.stiffness, c.present
+            ),
+            messages.Keep: lambda c: session.keep(c.name),
+            messages.Draw: lambda c: session.draw(c.strokes if c.svg is None else c.svg),
+            messages.Controllers: lambda c: self._set_controllers(c.names),
+            messages.Scores: lambda _: say("scores", session.fleet.scores()),
+        }
+
+    def command(self, command: Any) -> bool:
+        """Have a checked command obeyed soon; from any thread. False where too many wait already."""
+        try:
+            self._commands.put_nowait(command)
+        except queue.Full:
+            return False
+        return True
+
+    def stop(self) -> None:
+        """End `run` soon; from any thread."""
+        self._stopped = True
+
+    def run(self) -> None:
+        """Fly until stopped."""
+        self._show_scene()
+        gc.collect()
+        gc.freeze()  # what has been loaded stays; looking through it again would hold ticks up
+        next_frame = next_poll = time.perf_counter()
+        while not self._stopped:
+            self._obey_all()
+            resting = self._session.paused or self._session.over
+            if not resting:
+                self.pace.fly(self._session.advance)
+            now = time.perf_counter()
+            if now >= next_frame:
+                self._show()
+                next_frame = max(next_frame + FRAME_PERIOD, now)
+            if now >= next_poll:
+                self._session.poll()
+                self._say("pace", {"late": self.pace.late, "flown": self.pace.flown})
+                next_poll = now + POLL_PERIOD
+            wait = next_frame - time.perf_counter()
+            time.sleep(max(0.0, min(IDLE, wait if resting else min(wait, self.pace.wait))))
+
+    def _show(self) -> None:
+        session = self._session
+        for event in session.events():
+            name = event["event"]
+            if name == "scene":
+                self._show_scene()
+            else:
+                self._say(name, {key: value for key, value in event.items() if key != "event"})
+        self._say("frame", session.frame(self.pace.reached))
+        state = {"paused": session.paused, "over": session.over, "speed": self.pace.speed}
+        if session.over:
+            state["verdict"] = session.fleet.verdict
+        if state != self._state:
+            self._state = state
+            self._say("state", state)
+
+    def _show_scene(self) -> None:
+        session = self._session
+        gc.collect()  # the flights before are rings of objects, large ones, that would stay for long
+        controls = session.fleet.controls()
+        self._keys = {control["key"]: control for control in controls}
+        for control in controls:
+            control["whole"] = isinstance(control["value"], int) and control["kind"] == "number"
+        before = self.pace
+        self.pace = Pacing(session.fleet.period)  # the period is among what may have changed
+        self.pace.speed, self.pace.late, self.pace.flown = before.speed, before.late, before.flown
+        self._say(
+            "scene", {"scene": session.fleet.scene(), "controls": controls, "controllers": self._controllers}
+        )
+
+    def _obey_all(self) -> None:
+        """Obey all that waits; of several pokes in a row only the last, as each of them is a branch."""
+        waiting = []
+        while not self._commands.empty():
+            waiting.append(self._commands.get_nowait())
+        for k, command in enumerate(waiting):
+            following = waiting[k + 1 : k + 2]
+            if following and isinstance(command, messages.Poke) and isinstance(following[0], messages.Poke):
+                continue
+            try:
+                self._acts[type(command)](command)
+            except SkylimbError as error:
+                self._say("refused", {"text": " ".join(str(error).split())})
+                self._tell_again(command)
+
+    def _pause(self, paused: bool) -> None:
+        self._session.paused = paused
+        self.pace.restart()
+
+    def _rewind(self, seconds: float) -> None:
+        self._session.rewind(seconds)
+        self.pace.restart()
+
+    def _set_gain(self, flight: int | None, key: str, value: Any) -> None:
+        self._session.set_gain(flight, key, self._allowed(key, value))
+        self._say("gain", {"key": key, "value": value, "flight": flight})
+
+    def _set_key(self, key: str, value: Any) -> None:
+        self._session.set_key(key, self._allowed(key, value))
+        self._say("gain", {"key": key, "value": value, "flight": None})
+
+    def _set_controllers(self, names: list[str]) -> None:
+        for name in names:
+            if name not in self._controllers:
+                raise choice_error("controller", name, self._controllers)
+        self._session.set_controllers(names)
+
+    def _allowed(self, key: str, value: Any) -> Any:
+        """The value of a key that stands on the page and names no file: a page reads none.
+
+        Raises:
+            ConfigError: for any other.
+        """
+        control = self._keys.get(key)
+        if control is None:
+            raise unknown_name("key", key, self._keys)
+        if isinstance(value, str) and value not in control["choices"] and _names_a_file(value):
+            raise ConfigError(f"{key} = '{value[:60]}' names a file; name it on the command line with --set")
+        if not _is_of_kind(control, value):
+            raise ConfigError(
+                f"{key} = {shown(value)} is no {control['kind']}; it is {shown(control['value'])}"
+            )
+        return value
+
+    def _tell_again(self, command: Any) -> None:
+        """What a key is, after a change of it was refused."""
+        if isinstance(command, messages.Gain | messages.SetKey) and command.key in self._keys:
+            now = {control["key"]: control["value"] for control in self._session.fleet.controls()}
+            self._say("gain", {"key": command.key, "value": now.get(command.key), "flight": None})
+
+
+def _is_of_kind(control: dict[str, Any], value: Any) -> bool:
+    """Whether a value is of a control's kind; its range is the configuration's to check."""
+    now = control["value"]
+    if value is None:
+        return now is None or control["acts"] == RESTART
+    match control["kind"]:
+        case "choice":
+            return value in control["choices"]
+        case "switch":
+            return isinstance(value, bool)
+        case "number":
+            return is_number(value)
+        case "vector":
+            of_numbers = isinstance(value, list) and all(map(is_number, value))
+            return (
+                of_numbers and len(value) == len(now)
+                if control["acts"] == IN_FLIGHT
+                else isinstance(value, list)
+            )
+    return isinstance(value, str)
+
+
+def _names_a_file(text: str) -> bool:
+    """Whether a text reads like a path or a file's name, with or without a function behind it."""
+    stem, dot, ending = text.partition(":")[0].rpartition(".")
+    return "/" in text or "\\" in text or bool(stem and dot and ending.isalnum() and not ending.isdigit())

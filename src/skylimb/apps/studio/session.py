@@ -1,0 +1,293 @@
+"""A studio's session: live flights of one experiment, and everything that people may do to them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from skylimb.apps.studio.changes import with_gain
+from skylimb.apps.studio.controls import IN_FLIGHT, PREFIX
+from skylimb.apps.studio.drawings import keep_drawing, strokes_as_svg
+from skylimb.apps.studio.events import Events
+from skylimb.apps.studio.fleet import Fleet
+from skylimb.apps.studio.hand import Hand
+from skylimb.apps.studio.lineup import Lineup
+from skylimb.apps.studio.live_flight import LiveFlight
+from skylimb.apps.studio.surface_edits import DURATION, surface_change, surface_keys_in_flight, with_surface
+from skylimb.apps.studio.watching import Watcher, files_of_controller
+from skylimb.base.errors import ConfigError, SkylimbError, unknown_name
+from skylimb.control.controller import Controller
+from skylimb.flight.events import SurfaceChange
+from skylimb.flight.experiments.experiment import Experiment
+from skylimb.flight.loading import DEFAULT_CONTROLLER
+
+if TYPE_CHECKING:
+    from skylimb.apps.studio.keeping import Kept
+
+RESTARTED = "restarted"
+"""What a change did that no flight can take in flight."""
+
+
+class Session:
+    """One or more live flights of one experiment, in lockstep; one thread calls it.
+
+    A method that is handed a value that cannot be raises a `SkylimbError`, and nothing has changed then.
+
+    Args:
+        experiment: a name, a TOML file, or an experiment at hand.
+        controllers: presets, TOML files, Python files or controllers at hand; the experiment's own or
+            "hybrid" when there is none.
+        set: dotted keys and new values, as of `skylimb.run`.
+        seed: of the sensors' noise; the experiment's own when None.
+        out: folder for all that is kept; it is made when something is.
+
+    Attributes:
+        fleet: the flights, and what a page shows of them.
+        paused: whether `advance` does nothing.
+    """
+
+    def __init__(
+        self,
+        experiment: str | Experiment = "paper",
+        controllers: Sequence[str | Controller] = (),
+        set: Mapping[str, Any] | None = None,
+        seed: int | None = None,
+        out: str | Path = "studio",
+    ) -> None:
+        self.out = Path(out)
+        self.paused = False
+        self._events = Events()
+        self._reports: list[Kept] = []
+        self._begin(Lineup(experiment, tuple(controllers) or (None,), seed, dict(set or {})))
+
+    def _begin(self, lineup: Lineup) -> None:
+        """Take off anew; what cannot be flown raises, and leaves everything as it was."""
+        self.fleet = fleet = Fleet(lineup)
+        self._hand = Hand()
+        self._was_over = False
+        self._watcher = Watcher(
+            path
+            for given, flight in zip(lineup.controllers, fleet.flights, strict=True)
+            for path in files_of_controller(given, flight.takeoff.controller)
+        )
+
+    def _begin_again(self, lineup: Lineup, why: str) -> None:
+        self._begin(lineup)
+        self._tell(RESTARTED, why=why)
+        self._tell("scene")
+
+    # What is known of it; more of it is the fleet's.
+
+    @property
+    def flights(self) -> tuple[LiveFlight, ...]:
+        """The flights, in the order of their controllers."""
+        return self.fleet.flights
+
+    @property
+    def time(self) -> float:
+        """Time since take-off of the flight that came farthest, s."""
+        return self.fleet.time
+
+    @property
+    def over(self) -> bool:
+        """Whether no flight goes on."""
+        return self.fleet.over
+
+    def frame(self, speed: float = 0.0) -> np.ndarray:
+        """What a page needs now; see `Fleet.frame`. `speed` is what the flights reach, over real time."""
+        return self.fleet.frame(speed, self.paused)
+
+    def events(self) -> list[dict[str, Any]]:
+        """What has happened since the last call: `event`, `time` and what belongs to it."""
+        return self._events.take()
+
+    # What people do.
+
+    def advance(self, ticks: int) -> int:
+        """Fly some ticks of every flight that goes on; returns how many, 0 when paused or over."""
+        if self.paused:
+            return 0
+        flown = 0
+        while flown < ticks and not self.over:
+            for number, flight in enumerate(self.flights):
+                self._try(number, flight.tick)
+            flown += 1
+        if self.over and not self._was_over:
+            self._tell("over", verdict=self.fleet.verdict)
+        self._was_over = self.over
+        return flown
+
+    def set_gain(self, flight: int | None, key: str, value: Any) -> str:
+        """Change a gain of one flight, or of all that have it (None), in flight where that can be.
+
+        Returns:
+            "in flight" or "restarted".
+        """
+        key, value = key.removeprefix(PREFIX), _value(value)
+        fleet = self.fleet
+        chosen = fleet.flights if flight is None else [fleet.flight(flight)]
+        having = [one for one in chosen if key in fleet.gains_to_set(one)]
+        if not having:
+            raise unknown_name("gain", key, {name for one in chosen for name in fleet.gains_to_set(one)})
+        if isinstance(value, str) and value.endswith(".py"):
+            raise ConfigError(f"{key} = '{value}': a file of your own is named where the studio is started")
+        if all(fleet.changes_in_flight(one, key) for one in having):
+            fleet.branch({one: with_gain(one.experiment, one.time, key, value) for one in having})
+            return IN_FLIGHT
+        gains = fleet.gains()
+        for one in having:
+            number = self.flights.index(one)
+            gains[number] = {**_without_law(gains[number], key), key: value}
+        self._begin_again(fleet.lineup.with_gains(gains), f"{key} = {value}")
+        return RESTARTED
+
+    def set_key(self, key: str, value: Any) -> str:
+        """Change a key of the experiment, or a gain of all flights; a key restarts the flights.
+
+        Returns:
+            "in flight" or "restarted".
+        """
+        if key.startswith(PREFIX):
+            return self.set_gain(None, key, value)
+        known = [control["key"] for control in self.fleet.controls()]
+        if key not in known:
+            raise unknown_name("key that can be set here", key, known)
+        value = _value(value)
+        lineup = self.fleet.lineup.with_keys({key: value})
+        if key in surface_keys_in_flight(self.flights[0].experiment) and not self.over:
+            name = key.removeprefix("surface.")
+            self._change_surface(SurfaceChange(self.time, duration=DURATION, **{name: value}))
+            self.fleet.lineup = lineup
+            return IN_FLIGHT
+        self._begin_again(lineup.with_gains(self.fleet.gains()), f"{key} = {value}")
+        return RESTARTED
+
+    def poke(self, link: str, point: Sequence[float], force: Sequence[float]) -> None:
+        """Push with a force (N, W) at a point (m) of a link, in its axes, until it is changed or released."""
+        self._hand.push(self.fleet, link, point, force)
+
+    def release(self) -> None:
+        """Take the pushing force off."""
+        self._hand.release(self.fleet)
+
+    def surface(
+        self,
+        position: Sequence[float] | None = None,
+        tilt: Sequence[float] | None = None,
+        friction: float | None = None,
+        stiffness: float | None = None,
+        present: bool | None = None,
+    ) -> None:
+        """Move, tilt or change the surface of all flights, or take it away.
+
+        Args:
+            position: how far its origin is to be from where it was at take-off, W, m, (3,).
+            tilt: slope and pitch on top of those that it had then, rad; and roll where there is a third.
+            friction: Coulomb coefficient.
+            stiffness: N/m.
+            present: false takes the surface away, true brings it back.
+        """
+        first = self.flights[0].experiment.surface
+        self._change_surface(surface_change(self.time, first, position, tilt, friction, stiffness, present))
+
+    def _change_surface(self, change: SurfaceChange) -> None:
+        self.fleet.branch({one: with_surface(one.experiment, change) for one in self.flights if not one.over})
+
+    def restart(self) -> None:
+        """Fly again from take-off; gains keep what they were changed to, pushes and moves are left out."""
+        self._begin_again(self._lineup_now(), "")
+
+    def set_controllers(self, controllers: Sequence[str | Controller]) -> None:
+        """Fly these controllers beside each other, from take-off, with their own gains."""
+        self._begin_again(self.fleet.lineup.of(tuple(controllers) or (DEFAULT_CONTROLLER,)), "")
+
+    def rewind(self, seconds: float) -> None:
+        """Go back by some seconds; what comes then is flown anew, without what people did after that time."""
+        if not (math.isfinite(seconds) and seconds >= 0.0):
+            raise ConfigError(f"seconds = {seconds:g} to rewind should be 0 or more")
+        tick = max(1, round((self.time - seconds) / self.fleet.period))
+        for number, flight in enumerate(self.flights):
+            self._try(number, lambda flight=flight: flight.rewind(tick))
+        self._was_over = self.over
+        self._hand.rewound(self.fleet)
+        self._tell("rewound")
+
+    def keep(self, name: str = "") -> Kept:
+        """Keep the flights so far in a folder below `out`; see `keeping.keep`. They go on."""
+        from skylimb.apps.studio.keeping import keep  # figures are slow to load
+
+        kept = keep(self.flights, self.fleet.names, self.out, name)
+        self._reports.append(kept)
+        self._tell("kept", folder=str(kept.folder), command=kept.command)
+        return kept
+
+    def draw(self, drawing: str | Sequence[Sequence[Sequence[float]]]) -> Path:
+        """Draw on the surface, from take-off.
+
+        Args:
+            drawing: the text of an SVG file, in the size and at the place that the experiment's path has; or
+                strokes of points (u, v) in the surface's axes, m, drawn where they are.
+
+        Returns:
+            The SVG file that was kept.
+        """
+        takeoff, keys = self.flights[0].takeoff, dict[str, Any]()
+        if isinstance(drawing, str):
+            svg = drawing
+        else:
+            svg, keys = strokes_as_svg(drawing, takeoff.experiment.surface, takeoff.mission.frame)
+        path = keep_drawing(svg, self.out)
+        keys |= {"trajectory.shape": "drawing", "trajectory.file": str(path.resolve()), "trajectory.text": ""}
+        try:
+            self._begin_again(self._lineup_now().with_keys(keys), "a new drawing")
+        except SkylimbError:
+            path.unlink()
+            raise
+        return path
+
+    def poll(self) -> None:
+        """Look after what goes on beside the flights: edited files of controllers, reports that are drawn.
+
+        A file that was edited restarts the flights with it; one that has a mistake leaves them as they are.
+        """
+        for kept in [kept for kept in self._reports if kept.drawn]:
+            self._reports.remove(kept)
+            if mistake := kept.mistake():
+                self._tell("error", text=f"the report of {kept.folder} could not be drawn: {mistake}")
+            else:
+                self._tell("report", folder=str(kept.folder))
+        edited = [path.name for path in self._watcher.changed()]
+        if edited:
+            self._try(None, lambda: self._begin_again(self._lineup_now(), f"{', '.join(edited)} was edited"))
+
+    # How it is done.
+
+    def _lineup_now(self) -> Lineup:
+        """What is flown, with the gains as they have become."""
+        return self.fleet.lineup.with_gains(self.fleet.gains())
+
+    def _try(self, flight: int | None, act: Callable[[], object]) -> None:
+        """Do something that runs the user's code; what goes wrong there is an event, and ends nothing."""
+        try:
+            act()
+        except SkylimbError as error:
+            number = {} if flight is None else {"flight": flight}
+            self._events.fail(error, self.time, **number)
+
+    def _tell(self, event: str, **what: Any) -> None:
+        self._events.add(event, self.time, **what)
+
+
+def _value(value: Any) -> Any:
+    """A value from a page as a configuration has it."""
+    return tuple(map(_value, value)) if isinstance(value, list | tuple) else value
+
+
+def _without_law(gains: Mapping[str, Any], key: str) -> dict[str, Any]:
+    """The gains without those of a slot whose law `key` changes: another law has other gains."""
+    slot, _, name = key.partition(".")
+    return {old: value for old, value in gains.items() if name != "law" or old.partition(".")[0] != slot}

@@ -1,0 +1,254 @@
+"""TOML tables into frozen dataclasses and back, strictly.
+
+Every configuration of this package is a frozen dataclass whose fields carry a `skylimb.base.keys.Key`. This
+module carries values between those dataclasses and TOML: an unknown key, a wrong type or a value out of range
+raises a `ConfigError` that names the dotted key, the value it had, what was allowed, and the nearest right
+name. What one field's type allows is decided by `msgspec`: integers serve as floats, nothing else is
+converted.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+import tomllib
+import typing
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, TypeVar
+
+import msgspec
+import numpy as np
+import tomli_w
+
+from skylimb.base.errors import ConfigError, UnknownNameError, nearest
+from skylimb.base.keys.checks import TYPES_IN_WORDS, RefusedError, choice_problem
+from skylimb.base.keys.fields import fields_of, members_of, section_of
+from skylimb.base.keys.key import Key, shown
+from skylimb.base.sources import Source, read_source
+
+T = TypeVar("T")
+
+
+def read_toml(path: str | Path) -> dict[str, Any]:
+    """The table in a TOML file; a `ConfigError` where it is missing, unreadable or not valid TOML."""
+    return parse_toml(read_source(path), path)
+
+
+def parse_toml(source: Source, path: str | Path = "") -> dict[str, Any]:
+    """The table in a TOML file that was read; `path` is what it is called in messages."""
+    path = path or source.path
+    try:
+        return tomllib.loads(source.content.decode("utf-8").replace("\r\n", "\n"))
+    except UnicodeDecodeError as error:
+        raise ConfigError(f"cannot read '{path}': it is not UTF-8 text") from error
+    except tomllib.TOMLDecodeError as error:
+        raise ConfigError(f"'{path}' is not valid TOML: {error}") from error
+
+
+def write_toml(config: Any) -> str:
+    """The TOML text of a dataclass or mapping, which `from_mapping` reads back to an equal one."""
+    return tomli_w.dumps(to_mapping(config))
+
+
+def from_mapping(cls: type[T], mapping: Mapping[str, Any], where: str, at: str = "") -> T:
+    """Build the dataclass `cls` from nested tables; keys left out take their defaults.
+
+    Args:
+        cls: a dataclass whose fields are scalars, Literals, tuples, dataclasses or dict[str, dataclass],
+            any of them optional.
+        mapping: tables as TOML gives them; NumPy scalars, arrays and tuples are welcome too.
+        where: the source for error messages, such as a file name.
+        at: dotted key of `mapping` itself, where it is a part of a larger table.
+
+    Raises:
+        ConfigError: a value of the wrong type or out of range, or a required key that is missing.
+        UnknownNameError: a key that `cls` does not have.
+    """
+    try:
+        return _build(cls, to_mapping(mapping, keep_none=True), tuple(filter(None, at.split("."))))
+    except ConfigError as error:
+        kind = ConfigError if isinstance(error, RefusedError) else type(error)
+        raise kind(f"{where}: {error}") from None
+
+
+def to_mapping(config: Any, *, keep_none: bool = False) -> Any:
+    """Nested tables, lists and Python scalars of a configuration, as TOML can hold them; None is left out."""
+    if dataclasses.is_dataclass(config) and not isinstance(config, type):
+        config = {field.name: getattr(config, field.name) for field in dataclasses.fields(config)}
+    if isinstance(config, Mapping):
+        return {
+            str(key): to_mapping(value, keep_none=keep_none)
+            for key, value in config.items()
+            if keep_none or value is not None
+        }
+    if isinstance(config, (list, tuple)):
+        return [to_mapping(value, keep_none=keep_none) for value in config]
+    if isinstance(config, (np.ndarray, np.generic)):
+        return config.tolist()
+    if isinstance(config, Path):
+        return str(config)
+    return config
+
+
+def flatten(config: Any) -> dict[str, Any]:
+    """Every value of a configuration under its dotted key, for example `{"trajectory.radius": 0.3, ...}`."""
+    return {".".join(path): value for path, value in _leaves(to_mapping(config), ())}
+
+
+def with_overrides(config: T, overrides: Mapping[str, Any], where: str = "override", at: str = "") -> T:
+    """A copy of `config` with the values under some dotted keys replaced, checked like a file's.
+
+    Args:
+        config: a dataclass.
+        overrides: dotted key to value; a table as value overrides only the keys it has, None empties an
+            optional key.
+        where: the source of the values, for error messages.
+        at: dotted key of `config` itself, where it is a part of a larger table; for error messages.
+    """
+    tables = to_mapping(config)
+    for key, value in overrides.items():
+        for path, leaf in _leaves(to_mapping({key: value}, keep_none=True), ()):
+            put(tables, ".".join(path), leaf)
+    return from_mapping(type(config), tables, where, at)
+
+
+def parse_assignment(text: str) -> tuple[str, Any]:
+    """Split `a.b=0.3` into the dotted key and its TOML value; a bare word is a string."""
+    key, equals, value = (part.strip() for part in text.partition("="))
+    if not equals or not key or not value or not all(key.split(".")):
+        raise ConfigError(
+            f"cannot read the setting '{text}': expected KEY=VALUE, for example trajectory.radius=0.25"
+        )
+    try:
+        table = tomllib.loads(f"value = {value}")
+    except tomllib.TOMLDecodeError:
+        if value[0] in "[{\"'" or "\n" in value:
+            raise ConfigError(f"cannot read the value of '{text}': '{value}' is not a TOML value") from None
+        return key, value
+    if len(table) != 1:
+        raise ConfigError(f"cannot read the setting '{text}': one KEY=VALUE at a time")
+    return key, table["value"]
+
+
+def _build(cls: type[T], table: Any, path: tuple[str, ...]) -> T:
+    if not isinstance(table, dict):
+        raise ConfigError(f"{'.'.join(path) or 'this'} = {shown(table)} should be a table of keys")
+    known = fields_of(cls)
+    for key in table:
+        if key not in known:
+            raise _unknown_key((*path, key), cls)
+    for key, value in table.items():
+        _refuse_unit(known[key][1], value, (*path, key))
+    values = {key: _convert(known[key][0], value, (*path, key)) for key, value in table.items()}
+    for field in dataclasses.fields(cls):  # type: ignore[arg-type]
+        required = field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING
+        if field.init and required and field.name not in values:
+            raise ConfigError(f"the key '{'.'.join((*path, field.name))}' is missing")
+    try:
+        return cls(**values)
+    except RefusedError as error:
+        raise error.under(".".join(path)) from None
+
+
+def _refuse_unit(key: Key | None, value: Any, path: tuple[str, ...]) -> None:
+    """Refuse a number with a unit, as in "20deg", with the number that it would be."""
+    reading = key.reading_of(value) if key is not None and isinstance(value, str) else ""
+    if reading:
+        number = reading.partition(" = ")[2].partition(" ")[0]
+        raise ConfigError(
+            f"{'.'.join(path)} = {shown(value)} is a text, it takes a number: {reading}, so write {number}"
+        )
+
+
+def _convert(kind: Any, value: Any, path: tuple[str, ...]) -> Any:
+    """`value` as the type `kind`; dataclasses anywhere inside are built by `_build`, the rest by msgspec."""
+    members = members_of(kind)
+    if value is None and type(None) in members:
+        return None
+    section = section_of(kind)
+    if section is not None:
+        return _build(section, value, path)
+    origin, arguments = typing.get_origin(kind), typing.get_args(kind)
+    if origin is dict and isinstance(value, dict) and section_of(arguments[1]):
+        return {key: _convert(arguments[1], entry, (*path, key)) for key, entry in value.items()}
+    if origin is tuple and isinstance(value, list) and arguments[1:] == (...,) and section_of(arguments[0]):
+        return tuple(_convert(arguments[0], entry, (*path, str(i))) for i, entry in enumerate(value))
+    if origin is typing.Literal:
+        problem = choice_problem(value, arguments)
+        if problem is not None:
+            raise ConfigError(f"{'.'.join(path)} = {shown(value)} {problem}")
+    try:
+        return msgspec.convert(value, kind)
+    except msgspec.ValidationError as error:
+        detail = str(error).replace("`", "").replace(" - at $", " at ")
+        detail = re.sub(r"\b\w+\b", lambda word: TYPES_IN_WORDS.get(word[0], word[0]), detail)
+        reason = detail[0].lower() + detail[1:]
+        raise ConfigError(f"{'.'.join(path)} = {shown(value)} has the wrong type: {reason}") from None
+
+
+def _unknown_key(path: tuple[str, ...], cls: type) -> UnknownNameError:
+    """Names the key of this name in a table below, else the nearest beside it, else the nearest below."""
+    known, below = sorted(fields_of(cls)), _all_keys(cls)
+    same_name = [key for key in below if key.rpartition(".")[2] == path[-1]]
+    guess = same_name[0] if same_name else nearest(path[-1], known) or nearest(path[-1], below)
+    hint = f"; did you mean '{'.'.join((*path[:-1], guess))}'?" if guess else ""
+    return UnknownNameError(f"unknown key '{'.'.join(path)}'{hint} (known here: {', '.join(known)})")
+
+
+def _all_keys(cls: type) -> list[str]:
+    """The dotted key of every value in `cls` and in the tables inside it."""
+    keys: list[str] = []
+    for name, (kind, _) in fields_of(cls).items():
+        section = section_of(kind)
+        keys += [f"{name}.{key}" for key in _all_keys(section)] if section else [name]
+    return keys
+
+
+def _leaves(table: Any, path: tuple[str, ...]) -> list[tuple[tuple[str, ...], Any]]:
+    if not isinstance(table, dict):
+        return [(path, table)]
+    return [leaf for key, value in table.items() for leaf in _leaves(value, (*path, key))]
+
+
+def value_of(tables: Any, key: str) -> Any:
+    """The value under a dotted key of nested tables and lists; None where there is none."""
+    found: Any = tables
+    for name in key.split("."):
+        if isinstance(found, list | tuple) and name.isdecimal() and int(name) < len(found):
+            found = found[int(name)]
+        else:
+            found = found.get(name) if isinstance(found, Mapping) else None
+    return found
+
+
+def put(tables: dict[str, Any], key: str, value: Any) -> None:
+    """Write one value into nested tables; whether the dotted key is known is checked when they are read.
+
+    A number in the key is the place of an entry of a list, from 0.
+    """
+    path = key.split(".")
+    here: Any = tables
+    for depth, name in enumerate(path):
+        parent, last = ".".join(path[:depth]), depth + 1 == len(path)
+        place: Any = name
+        if isinstance(here, list):
+            place = _entry(here, name, key, parent)
+        elif not isinstance(here, dict):
+            raise ConfigError(f"override: '{parent}' is a single value, it has no key '{name}'")
+        if last:
+            here[place] = value
+        else:
+            here = here.setdefault(name, {}) if isinstance(here, dict) else here[place]
+
+
+def _entry(values: list[Any], name: str, key: str, here: str) -> int:
+    """The place of a list's entry that a key names."""
+    if not name.isdecimal() or int(name) >= len(values):
+        known = (
+            f"0 .. {len(values) - 1}"
+            if values
+            else "none, it is empty: set the whole list, or vary it with size = N"
+        )
+        raise ConfigError(f"key '{key}': '{here}' is a list without an entry '{name}' (entries: {known})")
+    return int(name)

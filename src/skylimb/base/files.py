@@ -1,0 +1,158 @@
+"""Writing aside, then renaming: what a reader finds under its final name is always whole.
+
+`new_file` and `new_folder` overwrite nothing. A path that exists already is refused, at the start
+(`require_new`, to be called before long work) and once more just before the renaming. `replacing` is for a
+file that may be there already: a reader sees the old one or the new one.
+"""
+
+from __future__ import annotations
+
+import os
+import secrets
+import shutil
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from skylimb.base.errors import OutputError
+
+
+def require_new(path: str | Path) -> Path:
+    """Check that `path` can be created, and leave nothing behind.
+
+    Args:
+        path: a file or folder that is going to be written; missing parents are fine, they are made later.
+
+    Returns:
+        The same path as a `Path`.
+
+    Raises:
+        OutputError: if something stands there already, a parent is not a folder, or the place cannot be
+            written.
+    """
+    path = Path(path)
+    try:
+        if path.exists() or path.is_symlink():
+            kind = "folder" if path.is_dir() else "file"
+            raise OutputError(
+                f"output {kind} '{path}' exists already; nothing is overwritten, choose another name"
+            )
+        parent = _nearest_existing(path.absolute().parent)
+    except OSError as error:
+        raise OutputError(f"cannot look at output '{path}': {error.strerror or error}") from error
+    if not parent.is_dir():
+        raise OutputError(f"cannot create '{path}': '{parent}' is a file, not a folder")
+    # A folder that is made and removed again is the only sure sign: permissions say little of a read-only
+    # file system.
+    try:
+        os.rmdir(tempfile.mkdtemp(prefix=".skylimb.", dir=parent))
+    except OSError as error:
+        raise OutputError(f"cannot create '{path}' in '{parent}': {error.strerror or error}") from error
+    return path
+
+
+@contextmanager
+def new_file(path: str | Path) -> Iterator[Path]:
+    """Yield a hidden sibling path to write to; it takes the name `path` when the block ends without an error.
+
+    Raises:
+        OutputError: if `path` exists or cannot be written; nothing is left behind then, on a full disk too.
+    """
+    path = require_new(path)
+    with writing(path), _aside(path) as staging:
+        inside = staging / path.name
+        yield inside
+        _rename(inside, path)
+
+
+@contextmanager
+def new_folder(path: str | Path) -> Iterator[Path]:
+    """Yield an empty hidden sibling folder; it takes the name `path` when the block ends without an error.
+
+    On an error the staging folder and any parent made for it are removed, so that nothing is left behind.
+
+    Raises:
+        OutputError: if `path` exists or cannot be written.
+    """
+    path = require_new(path)
+    with writing(path), _aside(path) as staging:
+        inside = staging / path.name
+        inside.mkdir()
+        yield inside
+        _rename(inside, path)
+
+
+@contextmanager
+def replacing(path: str | Path, durable: bool = True) -> Iterator[Path]:
+    """Yield a hidden sibling path; when the block ends without an error it takes the place of `path`.
+
+    Args:
+        path: a file that may be there.
+        durable: whether the content has to be on the disk before the name changes, so that a power cut leaves
+            no half file either. What can be made again does not need that.
+
+    Raises:
+        OSError: if it cannot be written; what stood there before stands there still.
+    """
+    path = Path(path)
+    # A name of its own: two processes may write the same file at once.
+    aside = path.with_name(f".{path.name}.{os.getpid()}-{secrets.token_hex(4)}.partial")
+    try:
+        yield aside
+        if durable:
+            with aside.open("rb+") as file:
+                os.fsync(file.fileno())
+        os.replace(aside, path)
+    finally:
+        aside.unlink(missing_ok=True)
+
+
+def replace_text(path: str | Path, text: str) -> None:
+    """Write a text file, in the place of one that may be there.
+
+    Raises:
+        OSError: if it cannot be written; what stood there before stands there still.
+    """
+    with replacing(path) as aside:
+        aside.write_text(text, encoding="utf-8")
+
+
+@contextmanager
+def writing(path: str | Path) -> Iterator[None]:
+    """Turn the system's complaint into one line that names the path.
+
+    Raises:
+        OutputError: for every OSError within.
+    """
+    try:
+        yield
+    except OSError as error:
+        raise OutputError(f"cannot write '{path}': {error.strerror or error}") from error
+
+
+@contextmanager
+def _aside(path: Path) -> Iterator[Path]:
+    """A staging folder beside `path`, on the same file system so that the renaming is one atomic step."""
+    parent = path.absolute().parent
+    made = [folder for folder in (parent, *parent.parents) if not folder.exists()]
+    parent.mkdir(parents=True, exist_ok=True)
+    staging = Path(tempfile.mkdtemp(prefix=f".{path.name}.", suffix=".partial", dir=parent))
+    try:
+        yield staging
+    finally:
+        shutil.rmtree(staging, ignore_errors=True)
+        for folder in made:
+            with suppress(OSError):  # not empty: the result is in it
+                folder.rmdir()
+
+
+def _rename(source: Path, target: Path) -> None:
+    require_new(target)
+    source.rename(target)
+
+
+def _nearest_existing(folder: Path) -> Path:
+    while not folder.exists():
+        folder = folder.parent
+    return folder

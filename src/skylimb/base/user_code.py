@@ -1,0 +1,160 @@
+"""Calls into a user's own Python: what goes wrong there is told in one line, with the file and the line.
+
+Every call of a user's function goes through `UserCode` or `guarded`. The error that comes out names the
+deepest line of the traceback that stands in a user's own file, and the remedy where it is known. The whole
+traceback hangs on it as its cause: `skylimb --debug` prints it.
+"""
+
+from __future__ import annotations
+
+import functools
+import linecache
+import re
+import sysconfig
+import traceback
+from collections.abc import Callable
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Literal, NamedTuple, TypeVar
+
+from skylimb.base.errors import SkylimbError, UserCodeError
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+_NOT_THE_USERS = (
+    str(Path(__file__).parents[1]),
+    *(sysconfig.get_path(name) for name in ("stdlib", "platstdlib", "purelib", "platlib")),
+)
+_PACKAGES = ("site-packages", "dist-packages")
+
+_REMEDIES = (
+    (
+        "truth value of a CasADi",
+        "this is known only in flight: in place of if, and, or, not, min and max use "
+        "skylimb.symbolic.where(condition, if_true, if_false)",
+    ),
+    (
+        "to_int not defined|cannot be interpreted as an integer|must be integers or slices, not (SX|MX)",
+        "an index or a count is needed before the flight; skylimb.symbolic.where chooses between values",
+    ),
+    (
+        "Implicit conversion of symbolic",
+        "NumPy arrays take no symbols: put entries together with vector, matrix, stack of skylimb.symbolic",
+    ),
+    ("not iterable by design", "take the entries by their index, as in x[0], x[1], x[2]"),
+    (
+        "incompatible dimensions|Dimension mismatch",
+        "vectors are columns here: A @ v multiplies a matrix by one, "
+        "skylimb.base.rotations has dot and cross",
+    ),
+    ("does not support numpy|has no attribute", "skylimb.symbolic has the operations that can be compiled"),
+)
+"""What a message of CasADi's says, and what to do about it."""
+
+
+_SPEAK_FOR_THEMSELVES = ("truth value of a CasADi", "Implicit conversion of symbolic")
+"""Messages in whose place the remedy alone is shown."""
+
+
+class Place(NamedTuple):
+    """A line of a user's file."""
+
+    file: str
+    line: int
+
+    @property
+    def source(self) -> str:
+        """The line's text; empty where the file cannot be read."""
+        return linecache.getline(self.file, self.line).strip()
+
+    def __str__(self) -> str:
+        text = f", `{self.source}`" if self.source else ""
+        return f"{_short(self.file)}, line {self.line}{text}"
+
+
+class UserCode:
+    """Tells what goes wrong inside of the block, which calls a user's code.
+
+    An error that skylimb's own checks raise, or that the user raises as a `SkylimbError`, passes as it is.
+
+    Args:
+        what: that is called, for example "translation law 'spring.py'".
+    """
+
+    def __init__(self, what: str) -> None:
+        self.what = what
+
+    def __enter__(self) -> UserCode:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> Literal[False]:
+        if isinstance(error, Exception):
+            told = told_error(self.what, error)
+            if told is not error:
+                raise told from error
+        return False
+
+
+def guarded(function: F, what: str) -> F:
+    """A user's function whose errors are told; see `UserCode`."""
+
+    @functools.wraps(function)
+    def call(*given: Any, **named: Any) -> Any:
+        with UserCode(what):
+            return function(*given, **named)
+
+    return call  # type: ignore[return-value]  # the same signature
+
+
+def told_error(what: str, error: Exception) -> Exception:
+    """An error in a user's code in one line; the error itself where it says all already."""
+    frames = _frames(error)
+    place = next((place for place in reversed(frames) if is_users(place.file)), None)
+    if isinstance(error, UserCodeError):
+        return error
+    if isinstance(error, SkylimbError) and (place is None or place == frames[-1]):
+        return error
+    where = f" in {place}" if place else ""
+    return UserCodeError(f"{what} fails{where}: {described(error)}")
+
+
+def place_of(error: BaseException) -> Place | None:
+    """The deepest line of a user's own file in which an error, or what caused it, was raised."""
+    deepest = error.__cause__ or error
+    frames = _frames(deepest) if isinstance(deepest, Exception) else []
+    return next((place for place in reversed(frames) if is_users(place.file)), None)
+
+
+def described(error: Exception) -> str:
+    """What went wrong, in one line, with the remedy where it is known."""
+    text = " ".join(str(error).split())
+    if isinstance(error, SyntaxError):
+        text = error.msg
+    text = re.sub(r"^(Error in \S+ at )?\S*/casadi/\S+:\d+:\s*", "", text)
+    symbols = "casadi" in str(error).lower() or re.search(r"\b(SX|MX|SXElem)\b", text)
+    for pattern, remedy in _REMEDIES if symbols else ():
+        if re.search(pattern, text):
+            return remedy if pattern in _SPEAK_FOR_THEMSELVES else f"{text}; {remedy}"
+    return text if isinstance(error, SkylimbError) else f"{type(error).__name__}: {text}".removesuffix(": ")
+
+
+def is_users(file: str) -> bool:
+    """Whether a file is a user's own: none of skylimb's, of Python's or of an installed package."""
+    if file.startswith("<") and not file.startswith("<ipython"):
+        return False
+    return not file.startswith(_NOT_THE_USERS) and not any(name in Path(file).parts for name in _PACKAGES)
+
+
+def _frames(error: Exception) -> list[Place]:
+    places = [Place(frame.filename, frame.lineno or 0) for frame in traceback.extract_tb(error.__traceback__)]
+    if isinstance(error, SyntaxError) and error.filename:
+        places.append(Place(error.filename, error.lineno or 0))
+    return places
+
+
+def _short(file: str) -> str:
+    """The path from the working directory where the file lies in it."""
+    path = Path(file)
+    return str(path.relative_to(Path.cwd())) if path.is_relative_to(Path.cwd()) else file

@@ -1,0 +1,169 @@
+"""A user's Python file as a module, and every file beside it that it imports, each read by `read_source`.
+
+What is executed is the content that was read, never a compiled copy of it: a file that is edited twice within
+a second is read twice. Imports of the file are sought in its own folder first, as Python does for a script.
+"""
+
+from __future__ import annotations
+
+import importlib.abc
+import importlib.util
+import sys
+import sysconfig
+import zlib
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from importlib.machinery import ModuleSpec
+from pathlib import Path
+from types import ModuleType
+
+from skylimb.base.errors import ConfigError, UnreadableError
+from skylimb.base.sources import Source, read_source
+from skylimb.base.user_code import UserCode
+
+_INSTALLED = tuple(Path(sysconfig.get_path(name)) for name in ("purelib", "platlib", "stdlib"))
+
+
+class _Loader(importlib.abc.SourceLoader):
+    """Loads one file; `read` is the list of all files that were read for the user's module."""
+
+    def __init__(self, path: Path, read: list[Source]) -> None:
+        self._path, self._source = path, None
+        self.read = read
+
+    def get_filename(self, fullname: str) -> str:
+        return str(self._path)
+
+    def get_data(self, path: str) -> bytes:  # type: ignore[override]
+        if self._source is None:
+            self._source = read_source(self._path)
+            self.read.append(self._source)
+        return self._source.content
+
+
+class _Beside(importlib.abc.MetaPathFinder):
+    """Finds the modules in one folder."""
+
+    def __init__(self, folder: Path, read: list[Source]) -> None:
+        self._folder, self._read = folder, read
+
+    def find_spec(
+        self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        if _foreign(fullname):
+            return None
+        place = self._folder.joinpath(*fullname.split("."))
+        package = place / "__init__.py"
+        if package.is_file():
+            loader = _Loader(package, self._read)
+            return importlib.util.spec_from_file_location(
+                fullname, package, loader=loader, submodule_search_locations=[str(place)]
+            )
+        file = place.with_name(f"{place.name}.py")
+        if file.is_file():
+            return importlib.util.spec_from_file_location(fullname, file, loader=_Loader(file, self._read))
+        return None
+
+
+def load_module(path: Path, needed: tuple[str, ...]) -> ModuleType:
+    """A user's Python file as a module, checked to define every name in `needed`.
+
+    It is the same module as long as no file that was read for it has changed.
+
+    Raises:
+        ConfigError: when the file is missing, fails to import, or lacks a name.
+    """
+    named, path = path, path.resolve()
+    name = _module_name(path)
+    module = sys.modules.get(name)
+    if module is None or not _unchanged(module):
+        module = _executed(path, name)
+    missing = [name for name in needed if not hasattr(module, name)]
+    if missing:
+        raise ConfigError(
+            f"file '{named}' does not define {', '.join(missing)} (needed: {', '.join(needed)}); "
+            "`skylimb examples` copies files to begin with"
+        )
+    return module
+
+
+def _unchanged(module: ModuleType) -> bool:
+    """Whether every file that was read for a module still has the content that was read."""
+    try:
+        return all(read_source(source.path).content == source.content for source in sources_of_module(module))
+    except UnreadableError:
+        return False
+
+
+def _executed(path: Path, name: str) -> ModuleType:
+    if path.suffix != ".py":
+        raise ConfigError(f"file '{path}' is not a Python module")
+    if not path.is_file():
+        raise ConfigError(f"file '{path}' does not exist")
+    read: list[Source] = []
+    loader = _Loader(path, read)
+    module = importlib.util.module_from_spec(ModuleSpec(name, loader, origin=str(path)))
+    module.__file__ = str(path)
+    sys.modules[name] = module
+    try:
+        with UserCode(f"import of '{path.name}'"), _importing_beside(path.parent, read):
+            loader.exec_module(module)
+    except BaseException:
+        del sys.modules[name]
+        raise
+    return module
+
+
+def sources_of_module(module: object) -> tuple[Source, ...]:
+    """Every file that was read for a user's module, its own first; none for other modules and objects."""
+    loader = getattr(module, "__loader__", None)
+    return tuple(loader.read) if isinstance(loader, _Loader) else ()
+
+
+def sources_of_file(path: str | Path) -> tuple[Source, ...]:
+    """Every file that was read for the Python file at `path` when it was last loaded, its own first."""
+    return sources_of_module(sys.modules.get(_module_name(Path(path).resolve())))
+
+
+def _module_name(path: Path) -> str:
+    """A name of its own among the loaded modules, where dataclasses look up what annotations mean."""
+    return f"skylimb_user_{path.stem}_{zlib.crc32(str(path).encode()):08x}"
+
+
+def _foreign(name: str) -> bool:
+    """Whether a module is Python's or this package's, whatever lies in the user's folder."""
+    top = name.partition(".")[0]
+    return top in sys.stdlib_module_names or top == "skylimb"
+
+
+@contextmanager
+def _importing_beside(folder: Path, read: list[Source]) -> Iterator[None]:
+    """Let imports find the files in `folder` first, and read them anew.
+
+    A module of the same name that is loaded already may come from another folder, or be older than its file.
+    It is put aside, and comes back afterwards unless it was loaded for a user's module as well.
+    """
+    names = {file.stem for file in folder.glob("*.py")} | {
+        p.parent.name for p in folder.glob("*/__init__.py")
+    }
+    aside = {
+        name: module
+        for name, module in sys.modules.items()
+        if name.partition(".")[0] in names and not _foreign(name) and not _installed(module)
+    }
+    for name in aside:
+        del sys.modules[name]
+    finder = _Beside(folder, read)
+    sys.meta_path.insert(0, finder)
+    try:
+        yield
+    finally:
+        sys.meta_path.remove(finder)
+        for name, module in aside.items():
+            if name not in sys.modules or not isinstance(getattr(module, "__loader__", None), _Loader):
+                sys.modules[name] = module
+
+
+def _installed(module: ModuleType) -> bool:
+    file = getattr(module, "__file__", None)
+    return file is None or any(Path(file).is_relative_to(folder) for folder in _INSTALLED)

@@ -1,0 +1,93 @@
+"""What a surface does to a pen across the contact axis, learnt while it slides.
+
+While the pen is pressed with a share e of the wanted force, the contact pushes across the axis with
+
+    f = e (l - F d),
+
+where d is the direction in which the path goes, F the friction, and l what does not turn with the path, a
+slope above all. The observer shows that force late, and so comes whatever is made of it. But where the path
+goes is known, so the force is known before it acts. With the direction d' behind the same lag as the
+observer's,
+
+    r = f / e - (l - F d'),        l <- l + k r dt,        F <- F - k (r . d') dt,
+
+both only while the path goes on.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+
+from skylimb.base.keys import Key, configuration
+from skylimb.symbolic import Array, clip, low_pass, vector, where
+
+MOST = 1.5
+"""Bound of l along each axis, and of F, N: a wrong estimate may not push harder than a surface can."""
+_LEAST_SHARE = 0.3
+"""Below that share of the wanted force nothing is learnt."""
+
+
+@configuration
+class FrictionGains:
+    """How friction is learnt."""
+
+    rate: Annotated[float, Key("1/s", "k, rate at which it is learnt", low=0.0, high=100.0)] = 0.3
+    first: Annotated[float, Key("N", "F before the first slide", low=0.0, high=MOST)] = 0.3
+    lag: Annotated[
+        float, Key("1/s", "bandwidth of the force that is seen; about the observer's", above=0.0, high=1e3)
+    ] = 8.0
+    speed: Annotated[
+        float, Key("m/s", "speed of the path from which friction counts in full", above=0.0, high=1.0)
+    ] = 0.01
+
+
+class FrictionState(NamedTuple):
+    """What is learnt: l (2,), N, and F, N; the direction behind the lag, d' (2,)."""
+
+    lean: Array
+    friction: Any
+    going: Array
+
+
+def initial_friction_state(gains: FrictionGains) -> FrictionState:
+    """No slope, the friction that is assumed, at rest."""
+    return FrictionState(np.zeros(2), gains.first, np.zeros(2))
+
+
+def direction(gains: Any, path: Array) -> Array:
+    """d, (2,): unit vector of the path's velocity, shorter below `speed`; zero at rest."""
+    speed = (path[0] ** 2 + path[1] ** 2) ** 0.5
+    share = clip(speed / gains.speed, 0.0, 1.0) / (speed + 1e-9)
+    return vector(path[0] * share, path[1] * share)
+
+
+def expected_across(state: FrictionState, share: Any, d: Array) -> Array:
+    """The force f = e (l - F d), N, (2,), for a share e of the wanted force."""
+    return vector(*(share * (state.lean[i] - state.friction * d[i]) for i in (0, 1)))
+
+
+def follow_friction(
+    gains: Any, state: FrictionState, seen: Array, share: Any, path: Array, dt: float
+) -> FrictionState:
+    """One tick of learning.
+
+    Args:
+        gains: `FrictionGains`.
+        state: of the last tick.
+        seen: estimated force in the sliding plane, N, (2,).
+        share: e, of the wanted force with which the pen is pressed; 0 without touch.
+        path: velocity of the path in the sliding plane, m/s, (2,).
+        dt: control period, s.
+    """
+    d, touching = direction(gains, path), where(share > 0.0, 1.0, 0.0)
+    going = vector(*(low_pass(state.going[i], d[i] * touching, gains.lag, dt) for i in (0, 1)))
+    length = (going[0] ** 2 + going[1] ** 2) ** 0.5
+    # A path that begins or turns shows the pen stick rather than slip.
+    rate = gains.rate * dt * clip(2.0 * length - 1.0, 0.0, 1.0) * where(share > _LEAST_SHARE, 1.0, 0.0)
+    whole = clip(share, _LEAST_SHARE, 1.0)
+    error = [seen[i] / whole - state.lean[i] + state.friction * going[i] for i in (0, 1)]
+    lean = vector(*(clip(state.lean[i] + rate * error[i], -MOST, MOST) for i in (0, 1)))
+    along = error[0] * going[0] + error[1] * going[1]
+    return FrictionState(lean, clip(state.friction - rate * along, 0.0, MOST), going)

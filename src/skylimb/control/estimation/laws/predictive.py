@@ -1,0 +1,83 @@
+"""The paper's estimation, with its delay predicted and its constant errors corrected.
+
+    measurement -> `momentum` -> prediction over the latency -> calibration
+
+The observer gets the wrench that acted when the measured motion was made. What it finds while the robot
+hovers freely shows errors of the model; the calibration corrects them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import field
+from typing import Any, NamedTuple
+
+from skylimb.base.keys import configuration
+from skylimb.base.rotations import rpy_from_rotation
+from skylimb.control.estimation.calibration import (
+    Calibration,
+    Correction,
+    calibrated,
+    fed_bias,
+    follow_bias,
+    initial_correction,
+)
+from skylimb.control.estimation.delay import (
+    Delay,
+    DelayState,
+    delayed_wrench,
+    initial_delay_state,
+    predict,
+    remember,
+    require_history,
+)
+from skylimb.control.estimation.laws import momentum
+from skylimb.control.estimation.momentum_observer import known_wrench
+from skylimb.control.estimation.records import Estimate, Sensed, Signals, Start, Wrench
+
+PROVIDES = (*momentum.PROVIDES, "estimate.bias")
+
+
+@configuration
+class Gains(momentum.Gains):
+    """Gains of the parts."""
+
+    delay: Delay = field(default_factory=Delay)
+    calibration: Calibration = field(default_factory=Calibration)
+
+
+class State(NamedTuple):
+    """States of the parts."""
+
+    momentum: momentum.State
+    delay: DelayState
+    correction: Correction
+
+
+def initial_state(gains: Gains, start: Start) -> State:
+    """A robot that has been hovering, and nothing to correct."""
+    return State(momentum.initial_state(gains, start), initial_delay_state(), initial_correction())
+
+
+def require(gains: Gains, dt: float) -> None:
+    """Raise a `ConfigError` unless the history reaches back to the latency at a control period of `dt` s."""
+    require_history(gains.delay, dt)
+
+
+def step(gains: Any, state: State, sensed: Sensed) -> tuple[State, Estimate, Signals]:
+    """The estimate of this tick."""
+    dt = sensed.dt
+    basic, then, signals = momentum.step(gains, state.momentum, sensed)
+    yaw = rpy_from_rotation(then.body.R_WC)[2]
+    body = predict(gains.delay, state.delay, then.body, then.raw, dt)
+    bias = fed_bias(gains.calibration, state.correction, yaw)
+    body, arm = calibrated(gains.calibration, state.correction, body)
+    correction = follow_bias(gains.calibration, state.correction, basic.push.tare, sensed.reference.tare, dt)
+    return State(basic, state.delay, correction), then._replace(body=body, arm=arm, bias=bias), signals
+
+
+def commanded(gains: Any, state: State, estimate: Estimate, rotors: Wrench, dt: float) -> State:
+    """The state that knows which wrench the rotors make until the next tick."""
+    delay = remember(state.delay, known_wrench(estimate.body, rotors))
+    known = delayed_wrench(gains.delay, delay, dt)
+    observer = state.momentum.observer._replace(known_force=known.force, known_torque=known.torque)
+    return state._replace(momentum=state.momentum._replace(observer=observer), delay=delay)

@@ -1,0 +1,117 @@
+"""The records that measurements and estimates travel in.
+
+Leaves are NumPy arrays in a test and CasADi symbols in the compiled tick. W is the world frame, C the
+hovering frame at the centre of gravity, B the measured body's own frame.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from skylimb.control.missions.reference import Reference
+from skylimb.robots.model import Robot, RobotState
+from skylimb.symbolic import Array
+
+Signals = dict[str, Any]
+"""What a law records at a tick, by its public name."""
+
+
+ABSENT: Any = None
+"""In the place of a field of a record that a law does not fill in."""
+
+
+class Measurement(NamedTuple):
+    """What the sensors measure at a control tick.
+
+    Attributes:
+        position: origin of the measured body in W, m, (3,).
+        quaternion: attitude of the measured body, (w, x, y, z).
+        velocity: of that origin in W, m/s, (3,).
+        angular_velocity: of the body, in B, rad/s, (3,).
+        joint_angles: shape joints q, rad.
+        vectoring_angles: vectoring joints psi, rad.
+    """
+
+    position: Array
+    quaternion: Array
+    velocity: Array
+    angular_velocity: Array
+    joint_angles: Array
+    vectoring_angles: Array
+
+
+class BodyState(NamedTuple):
+    """The rigid-body state of the whole robot, seen at {C}.
+
+    Attributes:
+        position: centre of gravity in W, m, (3,).
+        velocity: of the centre of gravity in W, m/s, (3,).
+        R_WC: rotation of C seen from W, (3, 3).
+        angular_velocity: of C in C, rad/s, (3,).
+        model: mass, inertia, allocation and tip at the measured joint and vectoring angles.
+    """
+
+    position: Array
+    velocity: Array
+    R_WC: Array
+    angular_velocity: Array
+    model: RobotState
+
+
+class Wrench(NamedTuple):
+    """A wrench on the robot at its centre of gravity: force in W (N), torque in C (N m)."""
+
+    force: Array
+    torque: Array
+
+
+class Sensed(NamedTuple):
+    """What an estimation law works on.
+
+    Attributes:
+        robot: the controller's model of the robot.
+        measurement: of this tick.
+        reference: of this tick; it names the contact axis and the ticks of the tare.
+        dt: control period, s.
+    """
+
+    robot: Robot
+    measurement: Measurement
+    reference: Reference
+    dt: float
+
+
+class Estimate(NamedTuple):
+    """What an estimation law knows at a tick; what it does not know is absent, except for the body.
+
+    Attributes:
+        body: state of {C} and the model at the measured angles.
+        wrench: external wrench, its bias in free flight taken off.
+        raw: external wrench with that bias.
+        contact_force: filtered force along the contact axis, N, negative when the robot is pushed back.
+        arm: from the centre of gravity to the tip in W, m, (3,).
+        bias: wrench that the rotors have to make up in free flight.
+    """
+
+    body: BodyState
+    wrench: Wrench = ABSENT
+    raw: Wrench = ABSENT
+    contact_force: Any = ABSENT
+    arm: Array = ABSENT
+    bias: Wrench = ABSENT
+
+
+class Start(NamedTuple):
+    """What every law knows before the first tick.
+
+    Attributes:
+        robot: the controller's model of the robot.
+        reach: of the nominal posture, m.
+        hover_thrusts: of the nominal posture, N, (n,).
+    """
+
+    robot: Robot
+    reach: float
+    hover_thrusts: np.ndarray

@@ -1,0 +1,122 @@
+"""Height and slope of the surface under the pen, estimated from where the pen has been.
+
+In the frame of the task (contact axis a, sliding axes u and v) the surface near the tip is the plane
+w = w_0 + s_u du + s_v dv, with w along a. A Kalman filter on (w, s_u, s_v) moves along with the tip,
+
+    w <- w + s_u du + s_v dv,      P <- A P A^T + |d| diag(0, q, q),      measured: w of the tip,
+
+so that the slope drifts with the distance travelled, never with time: a pen at rest learns nothing. The other
+direction than that of the path is seen by the force: friction acts against the slip, so what the contact
+pushes across the path (tangent b) can only be the slope's, f . b = s_b f . a.
+
+The outward normal of the surface, which points to the robot, is n = -(a - s_u u - s_v v) / |...|.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+
+from skylimb.base.keys import Key, configuration
+from skylimb.symbolic import Array, clip, exp, matrix, vector
+
+
+@configuration
+class SurfaceGains:
+    """What is assumed about pen and surface."""
+
+    drift: Annotated[
+        float, Key("1/m", "growth of the slope's variance for a metre of path", above=0.0, high=1e6)
+    ] = 0.5
+    height_noise: Annotated[
+        float,
+        Key(
+            "m", "standard deviation of the tip's measured place along the contact axis", above=0.0, high=1.0
+        ),
+    ] = 0.003
+    cross_noise: Annotated[
+        float,
+        Key(
+            "",
+            "standard deviation of the slope across the path that one tick's force shows",
+            above=0.0,
+            high=1e9,
+        ),
+    ] = 3.0
+
+
+class SurfaceState(NamedTuple):
+    """Estimate (w in m, s_u, s_v), its covariance (3, 3), and the tip's last place (u, v) in m."""
+
+    estimate: Array
+    covariance: Array
+    place: Array
+
+
+SMOOTHING = 0.1
+"""Time constant of the low pass on the tip's place in the sliding plane, s."""
+
+REST_SPEED = 0.03
+"""Speed of the tip's place behind that low pass that may be noise alone, m/s."""
+
+STEEPEST = 2.0
+"""No slope is believed to be steeper, 1."""
+
+_START = np.diag([0.05**2, 0.3**2, 0.3**2])
+"""Before the first touch: 5 cm, and a slope of 17 degrees."""
+
+
+def initial_surface_state() -> SurfaceState:
+    """A surface across the contact axis, somewhere."""
+    return SurfaceState(np.zeros(3), _START.copy(), np.zeros(2))
+
+
+def follow_surface(
+    gains: Any, state: SurfaceState, place: Array, touching: Any, fresh: Any, across: Array, dt: float
+) -> SurfaceState:
+    """One step of the filter.
+
+    Args:
+        gains: a `SurfaceGains`.
+        state: of the last tick.
+        place: of the tip in the task's frame (w, u, v), m, (3,).
+        touching: 1 while the tip touches for sure, else 0: nothing is learnt in the air.
+        fresh: 1 at the first tick of a touch, where the place is taken as it is.
+        across: (3,): direction b across the path, (u, v), and the slope that the force shows along it;
+            zeros where it shows none.
+        dt: control period, s.
+    """
+    # The place of a tip at rest wanders by its noise; as much is taken off every way.
+    calm = state.place + (1.0 - exp(-dt / SMOOTHING)) * (place[1:3] - state.place)
+    calm = calm + fresh * (place[1:3] - calm)
+    du, dv = (calm[0] - state.place[0]) * (1.0 - fresh), (calm[1] - state.place[1]) * (1.0 - fresh)
+    travelled = (du**2 + dv**2 + 1e-16) ** 0.5
+    way = touching * clip(travelled - REST_SPEED * dt, 0.0, 1.0)
+    du, dv = du * touching, dv * touching
+    A = matrix([[1.0, du, dv], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+    x = A @ state.estimate
+    P = A @ state.covariance @ A.T + way * gains.drift * np.diag([0.0, 1.0, 1.0])
+    x = vector(x[0] + fresh * (place[0] - x[0]), x[1], x[2])
+    # A measurement counts as much as the way that it stands for.
+    moved = way / (way + REST_SPEED * dt)
+    height = vector(1.0, 0.0, 0.0)
+    x, P = _update(
+        x, P, height, place[0] - x[0], gains.height_noise**2, touching * (fresh + (1.0 - fresh) * moved)
+    )
+    slope = vector(0.0, across[0], across[1])
+    known = (across[0] ** 2 + across[1] ** 2) * touching * moved
+    x, P = _update(x, P, slope, across[2] - (slope[1] * x[1] + slope[2] * x[2]), gains.cross_noise**2, known)
+    x = vector(x[0], clip(x[1], -STEEPEST, STEEPEST), clip(x[2], -STEEPEST, STEEPEST))
+    return SurfaceState(x, P, calm)
+
+
+def _update(x: Array, P: Array, h: Array, innovation: Any, noise: Any, weight: Any) -> tuple[Array, Array]:
+    """A scalar measurement h . x of some noise variance; a weight of 0 to 1 lets it count for less."""
+    Ph = P @ h
+    gain = weight * Ph / (h[0] * Ph[0] + h[1] * Ph[1] + h[2] * Ph[2] + noise)
+    return x + gain * innovation, P - _outer(gain, Ph)
+
+
+def _outer(a: Array, b: Array) -> Array:
+    return matrix([[a[i] * b[j] for j in range(3)] for i in range(3)])

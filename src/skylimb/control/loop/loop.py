@@ -1,0 +1,166 @@
+"""The loop: one flight, tick by tick, from take-off to its end or its loss."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Protocol
+
+import numpy as np
+
+from skylimb.base.packing import Layout
+from skylimb.control.loop.flight import Flight, stopped_cause, unfinished
+from skylimb.control.loop.terminations import Terminations, find_loss
+from skylimb.control.missions.mission import Mission
+
+CHECK_INTERVAL = 100
+"""Ticks between two looks at the flight's health: a lost flight ends within that many ticks of the loss."""
+
+Progress = Callable[[int, int], None]
+"""Called now and then with (ticks of the mission flown, ticks in all)."""
+
+
+class Driver(Protocol):
+    """Flies one flight tick by tick: senses, controls, records, actuates."""
+
+    @property
+    def layout(self) -> Layout[dict[str, Any]]:
+        """Where each signal stands in a row of the log; known after the first tick at the latest."""
+        ...
+
+    @property
+    def log(self) -> np.ndarray:
+        """One row of signals a tick; NaN where nothing has been flown yet."""
+        ...
+
+    @property
+    def tick(self) -> Callable[[int], int]:
+        """Flies tick `k` and returns the whole tick of the mission that comes next."""
+        ...
+
+    def fault(self) -> str:
+        """Why the vehicle's state can no longer be trusted; empty while it can."""
+        ...
+
+
+class Loop:
+    """A flight that is stepped from outside.
+
+        loop = skylimb.begin("paper", controller="hybrid")
+        while loop.tick():
+            ...                     # look at loop.signal("contact_force"), change a gain, wait for a clock
+        run = loop.finish()
+
+    Args:
+        driver: flies the ticks.
+        mission: what is flown.
+        limits: beyond which the flight is lost.
+        count: ticks that the flight may have.
+        check_interval: ticks between two looks at its health.
+        start: ticks that the driver has flown already; above 0 for a flight that goes on from its middle.
+    """
+
+    def __init__(
+        self,
+        driver: Driver,
+        mission: Mission,
+        limits: Terminations,
+        count: int,
+        check_interval: int = CHECK_INTERVAL,
+        start: int = 0,
+    ) -> None:
+        self._driver, self._mission, self._limits = driver, mission, limits
+        self._count, self._interval = count, check_interval
+        self._last = len(mission.times) - 1
+        self._next_check = min(start - start % check_interval + check_interval, count)
+        self._ticks = self._at = self._checked = start
+        self._flight: Flight | None = None
+        self._fly = driver.tick
+
+    @property
+    def driver(self) -> Driver:
+        """What flies the ticks."""
+        return self._driver
+
+    @property
+    def mission(self) -> Mission:
+        """What is flown, on its own clock."""
+        return self._mission
+
+    @property
+    def ticks(self) -> int:
+        """Ticks flown so far."""
+        return self._ticks
+
+    @property
+    def time(self) -> float:
+        """Time since take-off, s."""
+        return self._ticks * self._mission.period
+
+    @property
+    def over(self) -> bool:
+        """Whether the flight has ended or is lost."""
+        return self._flight is not None
+
+    def signal(self, name: str) -> np.ndarray:
+        """The values of one signal so far, (ticks,) or (ticks, width)."""
+        return self._so_far().signal(name)
+
+    def tick(self) -> bool:
+        """Fly one tick; false once the flight is over."""
+        if self._flight is not None:
+            return False
+        self._at = at = self._fly(self._ticks)
+        self._ticks += 1
+        if at > self._last or self._ticks == self._next_check:
+            self._check()
+        return self._flight is None
+
+    def fly(self, progress: Progress | None = None) -> Flight:
+        """Fly to the end."""
+        while self._flight is None:
+            for _ in range(self._next_check - self._ticks):
+                if not self.tick():
+                    break
+            if progress is not None:
+                progress(min(self._at, self._last + 1), self._last + 1)
+        return self._flight
+
+    def finish(self) -> Flight:
+        """The flight; one that is stopped before its end has that as its cause."""
+        if self._flight is None:
+            self._flight = self.stopped()
+        return self._flight
+
+    def stopped(self) -> Flight:
+        """The flight as it would be if it were stopped here; it can go on afterwards."""
+        if self._flight is not None:
+            return self._flight
+        lost = self._loss()
+        return self._lost(lost) if lost else self._so_far(stopped_cause(self._ticks, self._mission))
+
+    def _so_far(self, cause: str = "") -> Flight:
+        return Flight(self._driver.log, self._driver.layout, self._ticks, cause)
+
+    def _loss(self) -> tuple[int, str] | None:
+        lost = find_loss(self._so_far(), self._mission, self._limits, self._checked)
+        fault = "" if lost else self._driver.fault()
+        return (self._ticks - 1, fault_cause(fault, self._ticks, self._mission)) if fault else lost
+
+    def _lost(self, lost: tuple[int, str]) -> Flight:
+        return Flight(self._driver.log, self._driver.layout, lost[0] + 1, lost[1])
+
+    def _check(self) -> None:
+        lost = self._loss()
+        if lost is not None:
+            self._flight = self._lost(lost)
+        elif self._at > self._last:
+            self._flight = self._so_far()
+        elif self._ticks == self._count:
+            self._flight = unfinished(self._mission, self._so_far())
+        self._checked = self._ticks
+        self._next_check = min(self._ticks + self._interval, self._count)
+
+
+def fault_cause(fault: str, ticks: int, mission: Mission) -> str:
+    """The cause of a flight whose vehicle reports a fault after `ticks` ticks."""
+    return f"diverged: {fault} before t = {(ticks - 1) * mission.period:.3f} s"

@@ -1,0 +1,127 @@
+"""A path of a user's own: a Python function of time, sampled, checked and made smooth.
+
+    # heart.py
+    def heart(t):
+        '''(u, v) in m at the times t in s, an array.'''
+        return 0.1 * np.sin(t), 0.1 * np.cos(t)
+
+`trajectory.shape = "heart.py:heart"` names it; so does a function at hand in Python. It is the same as
+`shape = "own"`, `file = "heart.py"` and `function = "heart"`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from skylimb.base.errors import ConfigError, UserCodeError
+from skylimb.base.user_code import UserCode
+from skylimb.base.user_modules import load_module
+
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicSpline
+
+OWN = "own"
+"""The shape's name in a configuration."""
+
+_STEP = 0.005
+"""Between two samples, s, but at most `_MOST` and at least `_FEWEST` of them."""
+
+_FEWEST, _MOST = 400, 200_000
+
+_FINER = 64
+"""Parts into which the longest step is divided to see whether the path jumps there."""
+
+
+def spelled_out(tables: Mapping[str, Any]) -> dict[str, Any]:
+    """A path's tables with `shape = "file.py:function"`, or a function, as its three keys.
+
+    Raises:
+        ConfigError: when a function at hand stands in no file.
+    """
+    shape = tables.get("shape")
+    if callable(shape):
+        code = getattr(shape, "__code__", None)
+        file, name = getattr(code, "co_filename", ""), getattr(shape, "__name__", "")
+        if not Path(file).is_file() or not name.isidentifier():
+            raise ConfigError(
+                f"trajectory.shape = {name or shape!r}: a path of your own is a function in a file, so "
+                "that the run can be flown again"
+            )
+    elif isinstance(shape, str) and ".py:" in shape:
+        file, _, name = shape.rpartition(":")
+    else:
+        return dict(tables)
+    return {**tables, "shape": OWN, "file": file, "function": name}
+
+
+def own_path(
+    file: str, function: str, duration: float, direction: int, speed: float, acceleration: float
+) -> CubicSpline:
+    """The path (u, v) in m over time in s, twice continuously differentiable.
+
+    Args:
+        file: Python file.
+        function: its name in there; it takes times (k,) and returns u and v, (k,) each, or (k, 2).
+        duration: how long the path takes, s.
+        direction: -1 goes it the other way round.
+        speed: the largest allowed, m/s.
+        acceleration: the largest allowed, m/s^2.
+
+    Raises:
+        ConfigError: when the function fails, returns something else, is not finite, jumps, or is faster than
+            allowed.
+    """
+    from scipy.interpolate import CubicSpline  # slow to import, and few paths are functions
+
+    what = f"path '{function}' of '{Path(file).name}'"
+    called = getattr(load_module(Path(file), (function,)), function)
+    count = int(np.clip(np.ceil(duration / _STEP), _FEWEST, _MOST)) + 1
+    times = np.linspace(0.0, duration, count)
+    points = _points(called, times, what)
+    _require_continuous(called, times, points, what)
+    spline = CubicSpline(times, points[::direction])
+    for order, most, unit, key in ((1, speed, "m/s", "speed"), (2, acceleration, "m/s^2", "acceleration")):
+        size = np.linalg.norm(spline(times, order), axis=1)
+        worst = int(np.argmax(size))
+        if size[worst] > most * (1.0 + 1e-6):
+            raise ConfigError(
+                f"{what} needs {size[worst]:.3g} {unit} at t = {times[worst]:.3f} s; trajectory.{key} = "
+                f"{most:g} {unit} is the most that is allowed: set it, or make the path slower"
+            )
+    return spline
+
+
+def _points(function: Callable[..., Any], times: np.ndarray, what: str) -> np.ndarray:
+    """The path at some times, (k, 2)."""
+    with UserCode(what):
+        found = function(times.copy())
+        points = np.asarray(found, dtype=float)
+    if points.shape == (2, len(times)) and isinstance(found, tuple | list):
+        points = points.T
+    if points.shape != (len(times), 2):
+        raise UserCodeError(
+            f"{what} should return u and v for every time: two arrays ({len(times)},), or one "
+            f"({len(times)}, 2); it returned {points.shape}"
+        )
+    bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
+    if len(bad):
+        raise UserCodeError(
+            f"{what} is {points[bad[0]].tolist()} at t = {times[bad[0]]:.3f} s, no finite place"
+        )
+    return points
+
+
+def _require_continuous(
+    function: Callable[..., Any], times: np.ndarray, points: np.ndarray, what: str
+) -> None:
+    """Refuse a path whose longest step stays as long when it is looked at more finely."""
+    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    at = int(np.argmax(steps))
+    finer = np.linspace(times[at], times[at + 1], _FINER + 1)
+    jump = np.linalg.norm(np.diff(_points(function, finer, what), axis=0), axis=1).max()
+    if jump > 0.5 * steps[at] > 1e-9:
+        raise UserCodeError(f"{what} jumps by {jump:.3g} m at t = {times[at]:.3f} s; it has to be continuous")

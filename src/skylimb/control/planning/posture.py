@@ -1,0 +1,245 @@
+"""The one-parameter family of postures: reach <-> shape angle theta -> joint angles (eq:joint angles).
+
+Reach r is the distance from the centre of gravity to the tip along the tip link's heading. The vectoring
+units shift the centre of gravity by up to 1.5 mm as they turn; r takes their average over a turn, so that it
+depends on theta only. A robot without bending joints has one posture, at its nominal theta, and one reach.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from numpy.polynomial import chebyshev
+
+from skylimb.base.errors import DescriptionError, UnreachableError
+from skylimb.control.planning.series import evaluate_chebyshev, fit_chebyshev, fit_circle
+from skylimb.robots import Robot
+from skylimb.symbolic import is_symbolic
+
+_NEWTON_STEPS = 2
+_SLACK = 1e-9
+"""A rounding error beyond the end of a range is inside of it."""
+
+
+@functools.lru_cache(maxsize=16)
+def posture_family(robot: Robot) -> ReachFamily:
+    """The robot's family of postures, with its reach; found once for each robot object.
+
+    Raises:
+        DescriptionError: no posture of the family is within the joint limits, or reach does not change one
+            way with theta.
+    """
+    return ReachFamily(robot)
+
+
+class ReachFamily:
+    """Postures q = offset + slope theta, and the reach each gives.
+
+    Every method takes floats, arrays and CasADi symbols. Floats out of range raise `UnreachableError`;
+    symbols cannot raise and are held inside the range instead.
+
+    Attributes:
+        theta_min: least shape angle within the joint limits and the description's range, rad.
+        theta_max: greatest one, rad.
+        theta_nominal: the description's nominal shape angle, rad.
+        reach_min: least reach between theta_min and theta_max, m.
+        reach_max: greatest one, m.
+        reach_nominal: reach at the nominal shape angle, m.
+        described: the description's own range of theta, rad, which the joint limits may cut short.
+        coefficients: (A, B, C) of r = A + B cos(theta) + C sin(theta) where that is exact, else None.
+    """
+
+    def __init__(self, robot: Robot) -> None:
+        posture = robot.description.posture
+        self._robot_name = robot.name
+        self._offset, self._slope = posture.offset, posture.slope
+        self.described = (posture.theta_min, posture.theta_max)
+        self.theta_nominal = posture.theta_nominal
+        self.theta_min, self.theta_max, self._limits = _within_joint_limits(robot)
+        geometry = _averaged_reach(robot)
+        self._rigid = robot.n_joints == 0
+        if self._rigid:  # one posture, one reach
+            self.coefficients = (geometry(self.theta_nominal), 0.0, 0.0)
+            self.reach_min = self.reach_max = self.reach_nominal = self.coefficients[0]
+            self._forward = self._inverse = None
+            self._falling = False
+            return
+        self.coefficients = fit_circle(geometry, *self.described)
+        self._forward = fit_chebyshev(geometry, *self.described) if self.coefficients is None else None
+        grid = np.linspace(self.theta_min, self.theta_max, 201)
+        reach = np.array([self.reach(theta) for theta in grid])
+        steps = np.diff(reach)
+        if not (np.all(steps > 0.0) or np.all(steps < 0.0)):
+            turning = grid[np.argmax(reach) if steps[0] > 0.0 else np.argmin(reach)]
+            raise DescriptionError(
+                f"reach of '{robot.name}' turns back at theta = {turning:.3f} rad, so a reach does not name "
+                "one posture; "
+                f"narrow posture.theta_min .. theta_max ({self.theta_min:.4g} .. {self.theta_max:.4g} rad)"
+            )
+        self._falling = bool(steps[0] < 0.0)
+        self.reach_min, self.reach_max = float(reach.min()), float(reach.max())
+        self.reach_nominal = self.reach(self.theta_nominal)
+        self._inverse = None if self.coefficients is not None else self._fit_inverse(geometry)
+
+    def joint_angles(self, theta: Any) -> Any:
+        """Joint angles q = offset + slope theta: (nq,) rad, (..., nq) for an array, nq x 1 in CasADi."""
+        if is_symbolic(theta):
+            return ca.DM(self._offset) + ca.DM(self._slope) * _hold(theta, self.theta_min, self.theta_max)
+        theta = self._checked(theta, self.theta_min, self.theta_max, self._limits)
+        return self._offset + self._slope * np.asarray(theta)[..., None]
+
+    def reach(self, theta: Any) -> Any:
+        """Reach r in m at the shape angle theta, over the description's range whatever the joint limits."""
+        low, high = self.described
+        symbolic = is_symbolic(theta)
+        angle = (
+            _hold(theta, low, high)
+            if symbolic
+            else self._checked(theta, low, high, "posture.theta_min, theta_max")
+        )
+        if self.coefficients is None:
+            assert self._forward is not None
+            return _number(evaluate_chebyshev(self._forward, low, high, angle))
+        A, B, C = self.coefficients
+        cos, sin = (ca.cos, ca.sin) if symbolic else (np.cos, np.sin)
+        return _number(A + B * cos(angle) + C * sin(angle))
+
+    def shape_angle(self, reach: Any) -> Any:
+        """The shape angle theta in rad that gives a reach in m.
+
+        Raises:
+            UnreachableError: the reach is outside of reach_min .. reach_max.
+        """
+        symbolic = is_symbolic(reach)
+        value = _hold(reach, self.reach_min, self.reach_max) if symbolic else self._checked_reach(reach)
+        if self._rigid:
+            return ca.SX(self.theta_nominal) if symbolic else _number(0.0 * value + self.theta_nominal)
+        if self.coefficients is None:
+            return self._invert_series(value)
+        # r = A + D cos(theta - phi): theta is on the falling half of the cosine, or on the rising one.
+        A, B, C = self.coefficients
+        D, phi = math.hypot(B, C), math.atan2(C, B)
+        cosine = (value - A) / D
+        turn = ca.acos(_hold(cosine, -1.0, 1.0)) if symbolic else np.arccos(np.clip(cosine, -1.0, 1.0))
+        return _number(phi + turn if self._falling else phi - turn)
+
+    def slope(self, theta: Any) -> Any:
+        """dr/dtheta in m/rad."""
+        low, high = self.described
+        symbolic = is_symbolic(theta)
+        angle = (
+            _hold(theta, low, high)
+            if symbolic
+            else self._checked(theta, low, high, "posture.theta_min, theta_max")
+        )
+        if self.coefficients is None:
+            assert self._forward is not None
+            derivative = chebyshev.chebder(self._forward) * 2.0 / (high - low)
+            return _number(evaluate_chebyshev(derivative, low, high, angle))
+        _, B, C = self.coefficients
+        cos, sin = (ca.cos, ca.sin) if symbolic else (np.cos, np.sin)
+        return _number(C * cos(angle) - B * sin(angle))
+
+    def _invert_series(self, reach: Any) -> Any:
+        """The inverse polynomial, made exact by Newton steps on the forward one."""
+        assert self._forward is not None
+        assert self._inverse is not None
+        low, high = self.described
+        derivative = chebyshev.chebder(self._forward) * 2.0 / (high - low)
+        theta = evaluate_chebyshev(self._inverse, self.reach_min, self.reach_max, reach)
+        for _ in range(_NEWTON_STEPS):
+            error = evaluate_chebyshev(self._forward, low, high, theta) - reach
+            theta = theta - error / evaluate_chebyshev(derivative, low, high, theta)
+        return _number(theta)
+
+    def _fit_inverse(self, geometry: Callable[[float], float]) -> np.ndarray:
+        from scipy.optimize import root_scalar
+
+        low, high = self.theta_min, self.theta_max
+
+        def invert(reach: float) -> float:
+            if reach <= self.reach_min or reach >= self.reach_max:
+                return high if (reach <= self.reach_min) == self._falling else low
+            solution = root_scalar(lambda theta: geometry(theta) - reach, bracket=(low, high), xtol=1e-14)
+            return float(solution.root)
+
+        return fit_chebyshev(invert, self.reach_min, self.reach_max)
+
+    def _checked(self, theta: Any, low: float, high: float, limits: str) -> Any:
+        value = np.asarray(theta, dtype=float)
+        if not np.all((value >= low - _SLACK) & (value <= high + _SLACK)):
+            odd = float(np.ravel(value[~((value >= low - _SLACK) & (value <= high + _SLACK))])[0])
+            raise UnreachableError(
+                f"shape angle {odd:.4g} rad of '{self._robot_name}' is outside of {low:.4g} .. {high:.4g} "
+                f"rad ({limits})"
+            )
+        return value if value.ndim else float(value)
+
+    def _checked_reach(self, reach: Any) -> Any:
+        value = np.asarray(reach, dtype=float)
+        inside = (value >= self.reach_min - _SLACK) & (value <= self.reach_max + _SLACK)
+        if not np.all(inside):
+            raise UnreachableError(
+                f"reach {float(np.ravel(value[~inside])[0]):.4g} m of '{self._robot_name}' is outside of "
+                f"{self.reach_min:.4g} .. {self.reach_max:.4g} m (shape angle {self.theta_min:.4g} .. "
+                f"{self.theta_max:.4g} rad)"
+            )
+        return value if value.ndim else float(value)
+
+
+def _hold(value: Any, low: float, high: float) -> Any:
+    return ca.fmin(ca.fmax(value, low), high)
+
+
+def _number(value: Any) -> Any:
+    return float(value) if not is_symbolic(value) and np.ndim(value) == 0 else value
+
+
+def _within_joint_limits(robot: Robot) -> tuple[float, float, str]:
+    """The part of the described range of theta within the joint limits, and what bounds it, in words."""
+    posture = robot.description.posture
+    low, high = posture.theta_min, posture.theta_max
+    bounds = ["posture.theta_min", "posture.theta_max"]
+    for name, offset, slope, *limits in zip(
+        robot.description.shape_joints, posture.offset, posture.slope, *robot.joint_limits(), strict=True
+    ):
+        if slope == 0.0:
+            continue
+        ends = sorted((limit - offset) / slope for limit in limits)
+        if ends[0] > low:
+            low, bounds[0] = ends[0], f"limits of {name}"
+        if ends[1] < high:
+            high, bounds[1] = ends[1], f"limits of {name}"
+    if not low <= posture.theta_nominal <= high:
+        raise DescriptionError(
+            f"the joint limits of '{robot.name}' leave the shape angles {low:.4g} .. {high:.4g} rad, without "
+            f"posture.theta_nominal = {posture.theta_nominal:.4g} rad"
+        )
+    return float(low), float(high), f"{bounds[0]}, {bounds[1]}"
+
+
+def _averaged_reach(robot: Robot) -> Callable[[float], float]:
+    """Reach as a function of theta, averaged over the vectoring angles.
+
+    The centre of gravity is linear in the sine and cosine of each vectoring angle, so two opposite angles
+    average a turn.
+    """
+    posture = robot.description.posture
+    q, psi = ca.SX.sym("q", robot.n_joints), ca.SX.sym("psi", robot.n_vectoring)
+    state = robot.model(q, psi)
+    d = state.tip_root - state.cog_root
+    along = ca.Function(
+        "along", [q, psi], [d[0] * ca.cos(state.tip_heading) + d[1] * ca.sin(state.tip_heading)]
+    )
+
+    def reach(theta: float) -> float:
+        angles = posture.offset + posture.slope * theta
+        opposite = [float(along(angles, np.full(robot.n_vectoring, turn))) for turn in (0.0, math.pi)]
+        return 0.5 * sum(opposite)
+
+    return reach

@@ -1,0 +1,203 @@
+"""Joint angles that put the tip where it is wanted: inverse kinematics of any tree of joints that turn.
+
+The robot flies, so its own place and yaw are free. What the joints decide is where the tip is from the centre
+of gravity, seen with the tip link's heading along x, and how far that link rises. The angles are found by a
+nonlinear program with exact derivatives from CasADi: nearest to a wanted posture, within the joint limits,
+with links apart from each other. What is left over moves in the null space, towards that posture.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from skylimb.base.errors import ConfigError, UnreachableError
+from skylimb.robots.model import Robot
+from skylimb.robots.starts import golden_steps
+
+_STARTS = 8
+_NEAR = 1e-6
+_HAND = 0.1
+"""Origins of joints that are closer than this are one place, m."""
+
+_SHARES = (0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0)
+"""Where the points lie on a link whose distances to other links' points are kept."""
+
+
+@dataclass(frozen=True, eq=False)
+class TipTarget:
+    """Where the tip shall be.
+
+    Attributes:
+        position: (3,) from the centre of gravity, m: along the tip link's heading, to its left, up.
+        elevation: wanted angle of the tip link's x axis above the horizontal plane, rad; None leaves it free.
+        clearance: least distance between points of links that are not joined to each other, m.
+    """
+
+    position: np.ndarray
+    elevation: float | None = None
+    clearance: float = 0.0
+
+
+def tip_position(robot: Robot, joint_angles: np.ndarray, vectoring_angles: np.ndarray) -> np.ndarray:
+    """Where the tip is, as `TipTarget.position` counts: (3,), m."""
+    return _geometry(robot)(joint_angles, vectoring_angles)[0].full().ravel()
+
+
+def tip_jacobian(robot: Robot, joint_angles: np.ndarray, vectoring_angles: np.ndarray) -> np.ndarray:
+    """Derivative of `tip_position` by the joint angles: (3, nq), m/rad."""
+    return _geometry(robot)(joint_angles, vectoring_angles)[3].full()
+
+
+def null_space(robot: Robot, joint_angles: np.ndarray, vectoring_angles: np.ndarray) -> np.ndarray:
+    """Orthonormal moves of the joints that keep the tip's position: (nq, k)."""
+    _, values, rows = np.linalg.svd(tip_jacobian(robot, joint_angles, vectoring_angles))
+    return rows[int(np.count_nonzero(values > 1e-9 * max(values.max(initial=0.0), 1e-12))) :].T
+
+
+def find_posture(
+    robot: Robot,
+    target: TipTarget,
+    near: np.ndarray | None = None,
+    vectoring_angles: np.ndarray | None = None,
+) -> np.ndarray:
+    """Joint angles (nq,) in rad that reach the target, the nearest ones to a posture that is liked.
+
+    Args:
+        robot: any robot with bending joints.
+        target: where the tip shall be.
+        near: (nq,) the posture to stay near, rad; the nominal one by default.
+        vectoring_angles: (nv,) held meanwhile, rad; where their search begins by default.
+
+    Raises:
+        ConfigError: the robot does not bend, or a number of angles is wrong.
+        UnreachableError: no posture within the joint limits reaches it; the message names the nearest tip.
+    """
+    if robot.n_joints == 0:
+        raise ConfigError(f"'{robot.name}' has no bending joints: its tip stays where it is")
+    near = robot.nominal_posture() if near is None else np.asarray(near, dtype=float)
+    psi = robot.description.vectoring_start if vectoring_angles is None else np.asarray(vectoring_angles)
+    if near.shape != (robot.n_joints,):
+        raise ConfigError(f"near has {near.size} angles; '{robot.name}' has {robot.n_joints} bending joints")
+    lower, upper = (np.clip(limit, -math.pi, math.pi) for limit in robot.joint_limits())
+    position = np.asarray(target.position, dtype=float)
+    parameters = [*position, math.sin(target.elevation or 0.0), *near, *psi]
+    solver, pairs = _solver(robot, target.elevation is not None, target.clearance > 0.0)
+    held = [0.0] * (4 if target.elevation is not None else 3)
+    low = [*held, *[target.clearance**2] * pairs]
+    high = [*held, *[np.inf] * pairs]
+    steps = np.outer(np.arange(1, _STARTS), golden_steps(robot.n_joints)) % 1.0
+    best: tuple[float, np.ndarray] | None = None
+    for start in [np.clip(near, lower, upper), *(lower + (upper - lower) * steps)]:
+        found = solver(x0=start, p=parameters, lbx=lower, ubx=upper, lbg=low, ubg=high)
+        if solver.stats()["success"] and (best is None or float(found["f"]) < best[0] - _NEAR):
+            best = float(found["f"]), found["x"].full().ravel()
+            if best[0] < _NEAR:
+                break
+    if best is None:
+        raise UnreachableError(_nearest(robot, target, psi, lower, upper))
+    return best[1]
+
+
+def _nearest(robot: Robot, target: TipTarget, psi: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> str:
+    q, p = ca.SX.sym("q", robot.n_joints), ca.SX.sym("p", 3)
+    miss = ca.sumsqr(_geometry(robot)(q, ca.DM(psi))[0] - p)
+    solver = ca.nlpsol("nearest", "ipopt", {"x": q, "p": p, "f": miss}, _QUIET)
+    starts = [np.clip(robot.nominal_posture(), lower, upper), 0.5 * (lower + upper)]
+    solutions = [solver(x0=start, p=target.position, lbx=lower, ubx=upper) for start in starts]
+    best = min(solutions, key=lambda solution: float(solution["f"]))
+    tip = tip_position(robot, best["x"].full().ravel(), psi)
+    away = math.sqrt(max(float(best["f"]), 0.0))
+    asked = np.round(np.asarray(target.position, dtype=float), 4).tolist()
+    more = "; its elevation or the clearance forbids it" if away < 1e-3 else ""
+    return (
+        f"no posture of '{robot.name}' within its joint limits puts the tip at {asked} m from the centre of "
+        f"gravity; the nearest tip is {np.round(tip, 4).tolist()} m, {away:.3g} m away{more}"
+    )
+
+
+_QUIET = {"ipopt.print_level": 0, "print_time": False, "ipopt.sb": "yes", "ipopt.max_iter": 200}
+
+
+@functools.lru_cache(maxsize=16)
+def _geometry(robot: Robot) -> ca.Function:
+    """(q, psi) -> tip (3,), sine of its link's elevation, points on the links (3, k), Jacobian of the tip."""
+    q, psi = ca.SX.sym("q", robot.n_joints), ca.SX.sym("psi", robot.n_vectoring)
+    state = robot.model(q, psi)
+    d, yaw = state.tip_root - state.cog_root, state.tip_heading
+    c, s = ca.cos(yaw), ca.sin(yaw)
+    tip = ca.vertcat(c * d[0] + s * d[1], c * d[1] - s * d[0], d[2])
+    pose = robot.link_pose_function(robot.description.tip.link)(q, psi)
+    points = [
+        (1.0 - share) * robot.link_pose_function(one)(q, psi)[:, 0]
+        + share * (robot.link_pose_function(other)(q, psi)[:, 0] if other else state.tip_root)
+        for one, other in _segments(robot)
+        for share in _SHARES
+    ]
+    return ca.Function("geometry", [q, psi], [tip, pose[2, 1], ca.horzcat(*points), ca.jacobian(tip, q)])
+
+
+def _segments(robot: Robot) -> list[tuple[str, str]]:
+    """Pairs of links between whose origins something rigid lies; the tip's has no second one.
+
+    Joints that follow each other within `_HAND` are one: a link between them is no segment.
+    """
+    description = robot.description
+    bending = {description.joint(name).child for name in description.shape_joints}
+    above = {joint.child: joint.parent for joint in description.joints}
+    poses = robot.link_poses(robot.nominal_posture(), robot.description.vectoring_start)
+
+    def anchor(link: str) -> str:
+        while link not in bending and link in above:
+            link = above[link]
+        return link
+
+    def first(link: str) -> str:
+        """The first of the joints that a link's own follows at once."""
+        before = anchor(above[link]) if link in above else link
+        near = link in bending and np.linalg.norm(poses[before][0] - poses[link][0]) < _HAND
+        return first(before) if near and before != link else link
+
+    found = [(first(anchor(above[link])), link) for link in sorted(bending) if first(link) == link]
+    return [*found, (first(anchor(description.tip.link)), "")]
+
+
+@functools.lru_cache(maxsize=32)
+def _solver(robot: Robot, elevation: bool, apart: bool) -> tuple[ca.Function, int]:
+    """The program, and how many distances it keeps. Parameters: tip, sine of elevation, near, psi."""
+    nq, nv = robot.n_joints, robot.n_vectoring
+    q, p = ca.SX.sym("q", nq), ca.SX.sym("p", 4 + nq + nv)
+    tip, rise, points, _ = _geometry(robot)(q, p[4 + nq :])
+    rows: list[Any] = [tip - p[:3]]
+    if elevation:
+        rows.append(rise - p[3])
+    pairs = _pairs(_segments(robot)) if apart else []
+    rows += [ca.sumsqr(points[:, i] - points[:, j]) for i, j in pairs]
+    problem = {"x": q, "p": p, "f": ca.sumsqr(q - p[4 : 4 + nq]), "g": ca.vertcat(*rows)}
+    return ca.nlpsol("posture", "ipopt", problem, _QUIET), len(pairs)
+
+
+def link_distances(robot: Robot, joint_angles: Any) -> Any:
+    """Distances between points of links that are not joined, m, (k, 1), of CasADi's joint angles (nq,)."""
+    psi = ca.DM(robot.description.vectoring_start)
+    points = _geometry(robot)(joint_angles, psi)[2]
+    rows = [ca.norm_2(points[:, i] - points[:, j]) for i, j in _pairs(_segments(robot))]
+    return ca.vertcat(*rows)
+
+
+def _pairs(segments: list[tuple[str, str]]) -> list[tuple[int, int]]:
+    """Indices of points on links that have no end in common."""
+    n = len(_SHARES)
+    return [
+        (n * a + i, n * b + j)
+        for a in range(len(segments))
+        for b in range(a + 1, len(segments))
+        if not set(segments[a]) & set(segments[b])
+        for i in range(n)
+        for j in range(n)
+    ]

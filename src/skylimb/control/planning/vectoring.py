@@ -1,0 +1,172 @@
+"""Vectoring angles psi(theta) along the posture family, as smooth polynomials that never flip.
+
+They are cheap enough for every tick. The search takes seconds, so its result is kept: in a file beside a
+robot that comes with the package, else in the user's cache folder (`planning.vectoring_files`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from skylimb.base.errors import ConfigError, UnreachableError
+from skylimb.base.keys import choice_problem
+from skylimb.control.planning import vectoring_files
+from skylimb.control.planning.control_torque import guaranteed_control_torque
+from skylimb.control.planning.vectoring_criteria import CONTACT, TORQUE, VectoringCriteria
+from skylimb.control.planning.vectoring_digest import robot_digest
+from skylimb.control.planning.vectoring_search import evaluate
+from skylimb.control.planning.vectoring_step import first_vectoring
+from skylimb.robots import Robot
+from skylimb.symbolic import is_symbolic
+
+__all__ = ["VectoringTable", "guaranteed_control_torque", "robot_digest", "vectoring_file", "vectoring_table"]
+
+PURPOSES = {criteria.purpose: criteria for criteria in (TORQUE, CONTACT)}
+ONLINE = "online"
+"""Purpose of angles that a controller plans in flight: the table has those of the nominal posture only."""
+
+_SLACK = 1e-9
+
+
+class VectoringTable:
+    """psi(theta) for one robot.
+
+    Attributes:
+        coefficients: (n_vectoring, degree + 1) Chebyshev coefficients over theta_min .. theta_max, rad.
+        theta_min: start of the range of theta, rad.
+        theta_max: end of it, rad.
+        digest: of what the table was found for.
+    """
+
+    def __init__(
+        self, robot: Robot, coefficients: np.ndarray, digest: str, span: tuple[float, float] | None = None
+    ) -> None:
+        self._robot = robot
+        posture = robot.description.posture
+        self.coefficients = coefficients
+        self.theta_min, self.theta_max = span or (posture.theta_min, posture.theta_max)
+        self.digest = digest
+
+    def angles(self, theta: Any) -> Any:
+        """Vectoring angles psi: (nv,) rad, or (..., nv) for an array of theta; nv x 1 in CasADi.
+
+        Symbols are held inside theta_min .. theta_max; numbers outside of it raise `UnreachableError`.
+        """
+        return self._series(theta, 0)
+
+    def slope(self, theta: Any) -> Any:
+        """dpsi/dtheta in rad/rad, shaped as `angles`."""
+        return self._series(theta, 1)
+
+    def guaranteed_torque(self, theta: Any) -> Any:
+        """FCTmin in N m at each theta (float or array), with each rotor's greatest thrust."""
+        limits = [rotor.thrust_max for rotor in self._robot.description.rotors]
+        return self._along(theta, lambda state: guaranteed_control_torque(state.allocation_C, limits))
+
+    def hover_tilt(self, theta: Any) -> Any:
+        """Angle in rad between z of {C} and z of the root frame at each theta (float or array)."""
+        return self._along(theta, lambda state: float(np.arccos(np.clip(state.R_root_C[2, 2], -1.0, 1.0))))
+
+    def _series(self, theta: Any, order: int) -> Any:
+        low, high = self.theta_min, self.theta_max
+        if not is_symbolic(theta):
+            return evaluate(self.coefficients, low, high, self._checked(theta), order)
+        # Powers of x by Horner's rule cost half of Clenshaw's recurrence; at this degree they are as exact.
+        x = (2.0 * ca.fmin(ca.fmax(theta, low), high) - (low + high)) / (high - low)
+        rows = []
+        for series in np.polynomial.chebyshev.chebder(self.coefficients, order, axis=1):
+            powers = np.polynomial.chebyshev.cheb2poly(series) * (2.0 / (high - low)) ** order
+            value = powers[-1]
+            for power in powers[-2::-1]:
+                value = value * x + power
+            rows.append(value)
+        return ca.vertcat(*rows) if rows else ca.SX(0, 1)
+
+    def _checked(self, theta: Any) -> np.ndarray:
+        value = np.asarray(theta, dtype=float)
+        inside = (value >= self.theta_min - _SLACK) & (value <= self.theta_max + _SLACK)
+        if not np.all(inside):
+            raise UnreachableError(
+                f"vectoring angles of '{self._robot.name}' are known for shape angles {self.theta_min:.4g} "
+                ".. "
+                f"{self.theta_max:.4g} rad, not for {float(np.ravel(value[~inside])[0]):.4g} rad"
+            )
+        return value
+
+    def _along(self, theta: Any, measure: Any) -> Any:
+        posture = self._robot.description.posture
+        value = self._checked(theta)
+        angles = self.angles(value).reshape(value.size, self._robot.n_vectoring)
+        found = [
+            measure(self._robot.at(posture.offset + posture.slope * at, psi))
+            for at, psi in zip(np.ravel(value), angles, strict=True)
+        ]
+        return np.array(found).reshape(value.shape) if value.ndim else found[0]
+
+
+def vectoring_table(robot: Robot, purpose: str = "torque", *, cache: bool = True) -> VectoringTable:
+    """The robot's table: the one that comes with it, a cached one, or a newly found one.
+
+    "torque" has the most guaranteed control torque, without hover tilt, over all described postures.
+    "contact" keeps a push across the surface out of the pressing force (`vectoring_criteria.CONTACT`), for up
+    to 0.1 rad of hover tilt and some torque, over the postures within the joint limits. A tip that points up
+    presses along z, where nothing leaks whatever the angles. Its table is that of a tip at the foot of its
+    stem: with the angles for torque the thrusts that tilt hydrus_xi_quad push the other way first. That is a
+    zero of the side force in the right half plane at 12 rad/s, as fast as the attitude loop of `following`,
+    which then loses the robot in free flight. With the angles for contact the zero is at 17 rad/s, about the
+    axis where the loop is slower.
+
+    "online" is for a controller that plans its angles in flight (`planning.vectoring_step`): the same angles,
+    the best of the nominal posture, at every theta. Nothing is searched but these.
+
+    Args:
+        robot: any robot.
+        purpose: "torque", "contact" or "online".
+        cache: False searches anew and neither reads nor writes a file.
+
+    Raises:
+        ConfigError: another purpose.
+        AllocationError: no continuous path of vectoring angles keeps the purpose's criteria over its range,
+            or none let it hover in its nominal posture.
+    """
+    if purpose == ONLINE:
+        return VectoringTable(robot, first_vectoring(robot).angles[:, None], ONLINE)
+    criteria = _criteria(purpose)
+    level = _level(robot, criteria)
+    coefficients, digest = vectoring_files.find_coefficients(level, criteria, cache=cache)
+    return VectoringTable(robot, coefficients, digest, criteria.span(robot))
+
+
+def vectoring_file(robot: Robot, purpose: str = "torque") -> tuple[str, str] | None:
+    """Name and text of the file that brings a robot's table along, to lie beside its flight TOML.
+
+    None for angles that are planned in flight.
+    """
+    if purpose == ONLINE:
+        return None
+    criteria = _criteria(purpose)
+    coefficients, digest = vectoring_files.find_coefficients(_level(robot, criteria), criteria)
+    text = vectoring_files.table_text(coefficients, digest, robot, criteria)
+    return vectoring_files.table_file(criteria), text
+
+
+def _criteria(purpose: str) -> VectoringCriteria:
+    problem = choice_problem(purpose, (*PURPOSES, ONLINE))
+    if problem is not None:
+        raise ConfigError(f"purpose = {purpose!r} {problem}")
+    return PURPOSES[purpose]
+
+
+def _level(robot: Robot, criteria: VectoringCriteria) -> Robot:
+    """The robot to search angles for: where the tip counts and points up, it is at the foot of its stem."""
+    tip = robot.description.tip
+    if not criteria.about_contact or tip.stem is None:
+        return robot
+    along = tip.position - tip.stem
+    if abs(along[2]) <= np.hypot(along[0], along[1]):
+        return robot
+    return Robot(replace(robot.description, tip=replace(tip, position=tip.stem)))

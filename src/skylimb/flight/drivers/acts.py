@@ -1,0 +1,141 @@
+"""What acts on a simulated plant before a tick's physics: events, a moving surface, varying friction."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+from collections.abc import Callable, Sequence
+
+import mujoco
+import numpy as np
+
+from skylimb.flight.events import ModelRows, Timeline, Wrench
+from skylimb.simulation.plant import Plant
+from skylimb.simulation.robot_bodies import TIP_SITE
+from skylimb.simulation.surfaces import PairFriction
+
+Act = Callable[[int], None]
+"""Acts on the plant before the physics of a tick."""
+
+
+def with_own_model(plant: Plant) -> Plant:
+    """The plant with a model that no other flight has, for what is written into it."""
+    return dataclasses.replace(plant, model=copy.copy(plant.model))
+
+
+def written_plant(plant: Plant, events: Timeline) -> Plant:
+    """The plant itself, or one with a model of its own where a flight writes into the model."""
+    writes = events.model is not None or plant.surface.friction_varies
+    return with_own_model(plant) if writes else plant
+
+
+def acts(plant: Plant, data: mujoco.MjData, times: np.ndarray, events: Timeline) -> tuple[Act, ...]:
+    """All that acts on a flight's plant, in the order in which it acts.
+
+    Args:
+        plant: what flies (`written_plant`).
+        data: its state.
+        times: of every tick that the flight may have, s.
+        events: what happens at each.
+    """
+    return (*writing(plant, events), *standing(plant, data, times), *pushing(plant, data, events))
+
+
+def writing(plant: Plant, events: Timeline) -> list[Act]:
+    """What events write into the plant's model."""
+    return [] if events.model is None else [_model_writer(plant.model, events.model)]
+
+
+def standing(plant: Plant, data: mujoco.MjData, times: np.ndarray) -> list[Act]:
+    """What the surface does by itself: it moves, and its friction varies."""
+    found: list[Act] = []
+    if plant.wall_joint is not None:
+        position, velocity = plant.surface.motion(times)
+        at, dof = plant.wall_joint
+
+        def move_wall(k: int) -> None:
+            data.qpos[at], data.qvel[dof] = position[k], velocity[k]
+
+        found.append(move_wall)
+    if plant.surface.friction_varies:
+        found.append(friction_writer(plant, data, times))
+    return found
+
+
+def pushing(plant: Plant, data: mujoco.MjData, events: Timeline) -> list[Act]:
+    """What pushes the robot."""
+    return [_pusher(events.wrenches, plant.model, data)] if events.wrenches else []
+
+
+def bound_places(model: mujoco.MjModel, rows: ModelRows) -> list[tuple[np.ndarray, slice]]:
+    """The engine's memory of every place that is written, and its columns in a row."""
+    found = []
+    for place in rows.places:
+        if place.field in ("geom_pos", "geom_quat"):
+            # The engine takes a short cut for a geom that stands as its body does.
+            model.geom_sameframe[place.row] = 0
+        numbers = getattr(model, place.field)[place.row : place.row + 1].reshape(-1)[: place.entries]
+        found.append((numbers, slice(place.column, place.column + place.entries)))
+    return found
+
+
+def _model_writer(model: mujoco.MjModel, rows: ModelRows) -> Act:
+    """Writes a row into the model where it is not what the row before was."""
+    places, values = bound_places(model, rows), rows.values
+    new = np.concatenate([[True], np.any(values[1:] != values[:-1], axis=1)])
+    begun = False
+
+    def write(k: int) -> None:
+        nonlocal begun
+        if new[k] or not begun:
+            for numbers, columns in places:
+                numbers[:] = values[k, columns]
+            begun = True
+
+    return write
+
+
+def friction_writer(plant: Plant, data: mujoco.MjData, times: np.ndarray) -> Act:
+    """Writes into the plant's model the friction of the place and the slip speed that the tip has."""
+    model = plant.model
+    friction = PairFriction(model, plant.surface)
+    site = model.site(TIP_SITE).id
+    position, velocity = data.site_xpos[site], np.zeros(6)
+    displacement, wall_speed = plant.surface.motion(times)
+
+    def write(k: int) -> None:
+        mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_SITE, site, velocity, 0)
+        friction.update(position, velocity[3:], float(displacement[k]), float(wall_speed[k]))
+
+    return write
+
+
+def _pusher(wrenches: Sequence[Wrench], model: mujoco.MjModel, data: mujoco.MjData) -> Act:
+    """Sets all wrenches before the steps of a tick."""
+    numbers = [(w.begin, w.end, w.body, bool(w.local), *map(np.array, (w.force, w.torque))) for w in wrenches]
+    points = [tuple(wrench.point) for wrench in wrenches]
+
+    def push(k: int) -> None:
+        data.qfrc_applied[:] = 0.0
+        moved = False
+        for (begin, end, body, local, force, torque), point in zip(numbers, points, strict=True):
+            if not begin <= k < end:
+                continue
+            if not moved:
+                # Positions of the step before last are at hand; the wrench must act where the robot is now.
+                mujoco.mj_kinematics(model, data)
+                mujoco.mj_comPos(model, data)
+                moved = True
+            at = data.subtree_com[body]
+            if local:
+                x, R = data.xpos[body], data.xmat[body]
+                # Term by term, as in C: a matrix product may round otherwise.
+                at = np.array(
+                    [
+                        x[i] + (R[3 * i] * point[0] + R[3 * i + 1] * point[1] + R[3 * i + 2] * point[2])
+                        for i in range(3)
+                    ]
+                )
+            mujoco.mj_applyFT(model, data, force, torque, at, body, data.qfrc_applied)
+
+    return push

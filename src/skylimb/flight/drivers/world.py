@@ -1,0 +1,42 @@
+"""The plant of one flight with everything that acts on it: what every simulated flight begins from."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+
+from skylimb.flight.drivers.acts import Act, acts, written_plant
+from skylimb.flight.events import Timeline
+from skylimb.flight.takeoff import Takeoff
+from skylimb.simulation.plant import Plant
+
+
+class World(NamedTuple):
+    """The plant of one flight, and all that acts on it.
+
+    Attributes:
+        plant: with a model of its own where something is written into it.
+        data: its state; it is advanced.
+        acts: what acts on it before a tick's physics.
+        events: what happens at every tick.
+    """
+
+    plant: Plant
+    data: mujoco.MjData
+    acts: tuple[Act, ...]
+    events: Timeline
+
+
+def world(takeoff: Takeoff, times: np.ndarray | None = None) -> World:
+    """The plant of a flight at its first tick, with its events bound to it.
+
+    Args:
+        takeoff: what is flown.
+        times: of every tick that it may have, s; by default those of its mission.
+    """
+    times = takeoff.times if times is None else times
+    events = takeoff.timeline_until(times)
+    plant, data = written_plant(takeoff.plant, events), takeoff.data()
+    return World(plant, data, acts(plant, data, times, events), events)

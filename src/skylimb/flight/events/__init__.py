@@ -1,0 +1,50 @@
+"""Events: what happens to a flight besides what its mission asks: a push, a gain that changes, ...
+
+A kind of event is one file here: a configuration that says when, what and for how long, what it needs to be
+there, and what it does at every tick, in one of three ways that every driver of simulated flights has:
+
+- numbers of the controller that are written before a tick (`GainRows`),
+- numbers of the engine's model that are written before a tick's physics (`ModelRows`),
+- wrenches on a body (`Wrench`).
+
+So a new kind is a new file, a line in `EVENTS`, and its test. Start reading at `event.py`; `timeline.py` has
+what all events of a flight do, and the checks that hold for all kinds.
+"""
+
+from skylimb.flight.events.event import Event, GainRows, ModelRows, Place, Stage
+from skylimb.flight.events.gain import GainChange
+from skylimb.flight.events.push import Push, Wrench
+from skylimb.flight.events.surface import SurfaceChange
+from skylimb.flight.events.tables import event_tables, events_from_mapping
+from skylimb.flight.events.timeline import (
+    ALL_KINDS,
+    CONTROLLER_KINDS,
+    EVENTS,
+    PLANT_KINDS,
+    Timeline,
+    require_applied,
+    require_events,
+    timeline,
+)
+
+__all__ = [
+    "ALL_KINDS",
+    "CONTROLLER_KINDS",
+    "EVENTS",
+    "PLANT_KINDS",
+    "Event",
+    "GainChange",
+    "GainRows",
+    "ModelRows",
+    "Place",
+    "Push",
+    "Stage",
+    "SurfaceChange",
+    "Timeline",
+    "Wrench",
+    "event_tables",
+    "events_from_mapping",
+    "require_applied",
+    "require_events",
+    "timeline",
+]

@@ -1,0 +1,129 @@
+"""What every event is, and what its kinds may do to a flight."""
+
+from __future__ import annotations
+
+import abc
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple
+
+import numpy as np
+
+from skylimb.base.keys import Key, configuration
+from skylimb.control.controller import Controller
+from skylimb.robots.model import Robot
+from skylimb.simulation.surfaces import Surface
+
+if TYPE_CHECKING:
+    from skylimb.simulation.plant import Plant
+
+
+class Stage(NamedTuple):
+    """What an event may name: who flies, and what is touched.
+
+    Attributes:
+        robot: as it is described.
+        controller: what flies it.
+        surface: as it is before take-off.
+        touches: "ball", "foot" or "peg": what the robot touches it with.
+        plant: the simulated robot and surface; None where no engine simulates them.
+    """
+
+    robot: Robot
+    controller: Controller
+    surface: Surface
+    touches: str = "ball"
+    plant: Plant | None = None
+
+
+@configuration
+class Event(abc.ABC):
+    """Something that happens to a flight besides what its mission asks: when, what, for how long."""
+
+    kind: Annotated[str, Key("", "what happens; skylimb show event.KIND has the other keys")] = field(
+        kw_only=True
+    )
+    time: Annotated[float, Key("s", "time since take-off at which it begins", low=0.0, high=1e5)]
+    duration: Annotated[float, Key("s", "how long it takes or lasts", low=0.0, high=1e5)] = field(
+        default=0.0, kw_only=True
+    )
+
+    on: ClassVar[Literal["controller", "plant"]]
+    """What it changes: numbers of the controller, which every driver has, or the simulated plant."""
+
+    @property
+    @abc.abstractmethod
+    def words(self) -> str:
+        """What happens, in a few words, for lists and plots."""
+
+    @abc.abstractmethod
+    def require(self, stage: Stage) -> None:
+        """Raise a `ConfigError` unless what it names is there and may be changed like this."""
+
+    def contradicts(self, other: Any) -> str:
+        """What an event of the same kind and time says otherwise; empty where both can be.
+
+        Args:
+            other: an event of this kind that begins at the same time.
+        """
+        return ""
+
+    @classmethod
+    @abc.abstractmethod
+    def acts(cls, events: Sequence[Any], stage: Stage, times: np.ndarray) -> Act:
+        """What all events of this kind do to a flight, tick by tick.
+
+        Args:
+            events: of this kind, in any order; at least one.
+            stage: what they act on; with a plant for kinds that act on it.
+            times: of every tick that the flight may have, s.
+        """
+
+    def __str__(self) -> str:
+        return f"{self.kind} at {self.time:g} s"
+
+
+@dataclass(frozen=True)
+class GainRows:
+    """The controller's gains that change, at every tick.
+
+    Attributes:
+        columns: where they stand in the flat gains, (m,).
+        values: what they are, one row for every tick that the flight may have, (k, m).
+    """
+
+    columns: np.ndarray
+    values: np.ndarray
+
+
+class Place(NamedTuple):
+    """Some numbers of the engine's model.
+
+    Attributes:
+        field: array of `mujoco.MjModel`.
+        row: of that array.
+        entries: how many numbers of the row, from its first one on.
+        column: of the first one among the numbers that are written (`ModelRows.values`).
+    """
+
+    field: str
+    row: int
+    entries: int
+    column: int
+
+
+@dataclass(frozen=True)
+class ModelRows:
+    """Numbers of the engine's model at every tick.
+
+    Attributes:
+        places: where they are written to.
+        values: what they are, one row for every tick that the flight may have, (k, m).
+    """
+
+    places: tuple[Place, ...]
+    values: np.ndarray
+
+
+Act = Any
+"""What a kind of event does: `GainRows`, `ModelRows`, or a tuple of `Wrench` (push.py)."""

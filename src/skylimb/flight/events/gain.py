@@ -1,0 +1,107 @@
+"""Gains that change in flight, spread over a moment so that no command jumps.
+
+Gains are inputs of the compiled tick, so a change rebuilds nothing: a driver writes the few numbers that
+change into the flight's own copy of the gains before each tick.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import field
+from typing import Annotated, Any, ClassVar, Literal
+
+import numpy as np
+
+from skylimb.base.errors import ConfigError, unknown_name
+from skylimb.base.keys import Key, configuration
+from skylimb.base.packing import Layout
+from skylimb.control.controller import is_traceable
+from skylimb.flight.events.event import Event, GainRows, Stage
+
+
+@configuration
+class GainChange(Event):
+    """A gain of the controller goes along a straight line to a new value."""
+
+    kind: Literal["gain"] = field(default="gain", kw_only=True)
+    key: Annotated[
+        str,
+        Key("", "the gain's key in the preset, for example translation.force or contact.machine.touch_force"),
+    ]
+    value: Annotated[
+        float | tuple[float, ...],
+        Key(
+            "",
+            "the new value, as many numbers as the gain has; in its unit, within its range",
+            low=-math.inf,
+            high=math.inf,
+        ),
+    ]
+    duration: Annotated[float, Key("s", "how long the change takes; 0: a jump", low=0.0, high=1e4)] = field(
+        default=0.5, kw_only=True
+    )
+
+    on: ClassVar[Literal["controller", "plant"]] = "controller"
+
+    @property
+    def words(self) -> str:
+        """The gain and its new value."""
+        value = np.ravel(self.value)
+        return f"{self.key} to {value[0]:g}" if len(value) == 1 else f"{self.key} to {value.tolist()}"
+
+    def require(self, stage: Stage) -> None:
+        """The controller is compiled, and has such a gain, which may have such a value."""
+        controller = stage.controller
+        if not is_traceable(controller):
+            raise ConfigError(
+                f"{self}: controller '{controller.name}' flies in Python; only the gains of one that is "
+                "compiled can be changed in flight"
+            )
+        known = Layout(controller.gains()).slices
+        if self.key not in known:
+            raise unknown_name(f"gain of controller {controller.name} in an event", self.key, known)
+        controller.check_gain(self.key, self.value, f"{self}, controller {controller.name}")
+
+    def contradicts(self, other: GainChange) -> str:
+        """Another value for the same gain."""
+        same = self.key != other.key or np.array_equal(np.ravel(self.value), np.ravel(other.value))
+        return "" if same else f"{self.key} to {self.value} and to {other.value}"
+
+    @classmethod
+    def acts(cls, events: Sequence[GainChange], stage: Stage, times: np.ndarray) -> GainRows:
+        """The gains that change, at every tick."""
+        gains: Any = stage.controller.gains()
+        layout = Layout(gains)
+        return gain_rows(events, layout.pack(gains), layout, times)
+
+
+def gain_rows(
+    changes: Sequence[GainChange], gains: np.ndarray, layout: Layout[Any], times: np.ndarray
+) -> GainRows:
+    """The gains that change, at every tick.
+
+    Args:
+        changes: in any order; where two of one gain overlap, the later one begins at what the gain then is.
+        gains: before take-off, flat.
+        layout: where each stands.
+        times: of every tick that the flight may have, s.
+    """
+    columns = np.unique(np.concatenate([np.r_[layout.slices[change.key]] for change in changes]))
+    values = np.tile(gains[columns], (len(times), 1))
+    ordered = sorted(changes, key=lambda change: change.time)
+    firsts = [int(np.searchsorted(times, change.time - 1e-9)) for change in ordered]
+    until = dict.fromkeys((change.key for change in changes), len(times))
+    ends = []
+    for change, first in zip(reversed(ordered), reversed(firsts), strict=True):
+        # Up to the next change of the same gain, which reads there where it begins.
+        ends.append(min(until[change.key] + 1, len(times)))
+        until[change.key] = first
+    for change, first, end in zip(ordered, firsts, reversed(ends), strict=True):
+        where = np.searchsorted(columns, np.r_[layout.slices[change.key]])
+        since = times[first:end] - change.time
+        part = np.clip(since / change.duration, 0.0, 1.0) if change.duration > 0.0 else np.ones(len(since))
+        before, after = values[first, where].copy(), np.ravel(change.value)
+        # Written so that it is the new value to the bit in the end.
+        values[first:end, where] = (1.0 - part[:, None]) * before + part[:, None] * after
+    return GainRows(columns, values)

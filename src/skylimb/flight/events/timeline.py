@@ -1,0 +1,109 @@
+"""What all events of a flight do, tick by tick; and what must hold of them before anything flies."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from skylimb.base.errors import ConfigError
+from skylimb.flight.events.event import Event, GainRows, ModelRows, Stage
+from skylimb.flight.events.gain import GainChange
+from skylimb.flight.events.push import Push, Wrench
+from skylimb.flight.events.surface import SurfaceChange
+
+EVENTS: dict[str, type[Event]] = {cls.kind: cls for cls in (GainChange, Push, SurfaceChange)}
+"""Every kind of event by its name in `[[events]]`."""
+
+ALL_KINDS = frozenset(EVENTS)
+"""What a driver can apply that has controller and simulated plant at hand."""
+
+CONTROLLER_KINDS = frozenset(kind for kind, cls in EVENTS.items() if cls.on == "controller")
+"""What a driver can apply that has the controller alone."""
+
+PLANT_KINDS = ALL_KINDS - CONTROLLER_KINDS
+"""What a simulated robot can apply, whoever flies it."""
+
+
+@dataclass(frozen=True)
+class Timeline:
+    """What the events of a flight do at every tick that it may have.
+
+    Attributes:
+        gains: numbers of the controller that change; None where none do.
+        model: numbers of the engine's model that change; None where none do.
+        wrenches: on the robot.
+    """
+
+    gains: GainRows | None = None
+    model: ModelRows | None = None
+    wrenches: tuple[Wrench, ...] = ()
+
+
+def timeline(events: Sequence[Event], stage: Stage, times: np.ndarray) -> Timeline:
+    """What events do to a flight.
+
+    Args:
+        events: in the order of the experiment.
+        stage: what they act on; those on a plant are left out where it has none.
+        times: of every tick that the flight may have, s.
+    """
+    found = Timeline()
+    for kind, cls in EVENTS.items():
+        own = [event for event in events if event.kind == kind]
+        if not own or (cls.on == "plant" and stage.plant is None):
+            continue
+        act = cls.acts(own, stage, times)
+        found = Timeline(
+            act if isinstance(act, GainRows) else found.gains,
+            _beside(found.model, act) if isinstance(act, ModelRows) else found.model,
+            (*found.wrenches, *act) if isinstance(act, tuple) else found.wrenches,
+        )
+    return found
+
+
+def _beside(first: ModelRows | None, second: ModelRows) -> ModelRows:
+    """Numbers of two kinds of events in one table."""
+    if first is None:
+        return second
+    width = first.values.shape[1]
+    moved = (place._replace(column=place.column + width) for place in second.places)
+    return ModelRows((*first.places, *moved), np.hstack([first.values, second.values]))
+
+
+def require_events(events: Sequence[Event], stage: Stage, end: float) -> None:
+    """Raise a `ConfigError` for an event of a thing or a time that is not there, or two that contradict.
+
+    Args:
+        events: of the experiment.
+        stage: what they act on.
+        end: of the longest that the flight may take, s since take-off.
+    """
+    for number, event in enumerate(events):
+        if event.time > end:
+            raise ConfigError(
+                f"events.{number}: {event}, {event.words}, comes after the flight's end at {end:g} s"
+            )
+        event.require(stage)
+    alike: dict[tuple[str, float], list[Event]] = {}
+    for event in events:
+        before = alike.setdefault((event.kind, event.time), [])
+        odd = next(filter(None, (event.contradicts(other) for other in before)), "")
+        if odd:
+            raise ConfigError(f"events: two of {event} contradict each other: {odd}")
+        before.append(event)
+
+
+def require_applied(events: Sequence[Event], kinds: Collection[str], who: str) -> None:
+    """Raise a `ConfigError` for an event of a kind that nobody can apply there.
+
+    Args:
+        events: of the experiment.
+        kinds: that can be applied.
+        who: flies, and cannot apply the others.
+    """
+    for number, event in enumerate(events):
+        if event.kind not in kinds:
+            able = f"applies events of kind {', '.join(sorted(kinds))}" if kinds else "applies none"
+            raise ConfigError(f"events.{number}: {who} cannot apply '{event.kind}' ({event}); it {able}")

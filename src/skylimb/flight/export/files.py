@@ -1,0 +1,180 @@
+"""The files of an exported controller."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from skylimb.base.c_code import c_source
+from skylimb.base.errors import ConfigError
+from skylimb.base.files import new_folder
+from skylimb.base.keys import rows_of
+from skylimb.base.packing import Layout
+from skylimb.control.controller import Controller, TraceableController, is_traceable
+from skylimb.flight.export.step import (
+    NAME,
+    ControllerStep,
+    Vector,
+    controller_step,
+    example_vector,
+)
+
+_TEMPLATES = Path(__file__).parent
+_QUIET = """\
+#if defined(__GNUC__) /* every function has the same arguments, used or not */
+#pragma GCC diagnostic ignored "-Wunused-parameter"
+#endif
+"""
+TOLERANCE = 1e-12
+"""Greatest difference, relative to the number's own size where that is above 1, that the example accepts."""
+
+
+def export_c(
+    controller: Controller,
+    folder: str | Path,
+    control_period: float = 0.005,
+    beside: Mapping[str, bytes] = MappingProxyType({}),
+) -> list[Path]:
+    """Write a controller as C99 that allocates nothing and needs only libm.
+
+    Left in the folder: `controller_function.c` (CasADi's own text of the cascade), `controller.c` and
+    `controller.h` (its gains, first state, the place of every named number, and one function to call),
+    `test_vector.h` (inputs of some ticks and what they must give), `main.c`, an example that holds the code
+    against the vector, and `host.c`, which reads measurements and writes commands.
+
+    Args:
+        controller: a cascade; a user's own Python class cannot be exported.
+        folder: new.
+        control_period: s, that the code is called with.
+        beside: more files for the folder, by name.
+
+    Returns:
+        The files.
+
+    Raises:
+        ConfigError: when the controller cannot be traced, or the period is not positive.
+        OutputError: when the folder exists or cannot be written.
+    """
+    if not is_traceable(controller):
+        raise ConfigError(
+            f"controller '{controller.name}' is a Python class of its own; only presets can be written as C"
+        )
+    if not 0.0 < control_period < math.inf:
+        raise ConfigError(f"control period = {control_period:g} s must be positive")
+    step = controller_step(controller, control_period)
+    texts = {
+        "controller_function.c": f"{_QUIET}{c_source(step.function)}",
+        "controller.h": _header(controller, step, control_period),
+        "controller.c": _source(step),
+        "test_vector.h": _vector(example_vector(controller, step)),
+        "main.c": (_TEMPLATES / "example_main.c").read_text("utf-8"),
+        "host.c": (_TEMPLATES / "host.c").read_text("utf-8"),
+    }
+    with new_folder(folder) as staging:
+        for name, text in texts.items():
+            (staging / name).write_text(text, encoding="utf-8")
+        for name, content in beside.items():
+            (staging / name).write_bytes(content)
+    return [Path(folder) / name for name in (*texts, *beside)]
+
+
+_ABOUT = {
+    "measurement.position": "origin of the measured link, W, m",
+    "measurement.quaternion": "its attitude, w x y z",
+    "measurement.velocity": "of that origin, W, m/s",
+    "measurement.angular_velocity": "of the link, in its own axes, rad/s",
+    "measurement.joint_angles": "shape joints, rad",
+    "measurement.vectoring_angles": "vectoring joints, rad",
+    "reference.position": "centre of gravity, W, m",
+    "reference.velocity": "m/s; zero when positions alone are sent",
+    "reference.acceleration": "m/s^2; likewise",
+    "reference.heading": "of the tip link in the nominal posture, rad",
+    "reference.reach": "nominal, m",
+    "reference.joint_angles": "nominal posture, rad",
+    "reference.vectoring_angles": "of that posture, rad",
+    "reference.contact_axis": "unit vector into the surface, W",
+    "reference.tare": "1 while the bias of the force estimate is averaged",
+    "reference.align": "1 to keep the tip link's heading though the joints give way",
+    "reference.adapt": "1 while the arm may answer to force",
+    "reference.tip_position": "of the tip over the nominal surface, W, m",
+    "reference.tip_velocity": "m/s, always sent",
+    "reference.tip_acceleration": "m/s^2, always sent",
+    "reference.touch": "1 while the tip is to touch",
+    "reference.wait": "1 while the mission should not go on without touch",
+    "reference.sliding_axis": "unit vector u of the sliding plane, W",
+    "signals.pace": "speed that the mission's clock is to have; 1 is its own",
+    "command.thrusts": "N",
+    "command.joint_angles": "rad",
+    "command.vectoring_angles": "rad",
+}
+
+
+def _header(controller: TraceableController, step: ControllerStep, dt: float) -> str:
+    parts: list[tuple[str, Layout[Any]]] = [
+        ("measurement", step.measurements),
+        ("reference", step.references),
+        ("gains", step.gains_layout),
+        ("command", step.commands),
+        ("signals", step.signals),
+    ]
+    about = {**_ABOUT, **_about_gains(controller)}
+    lines = [f"#define SKYLIMB_STATE_SIZE {len(step.state)}"]
+    for part, layout in parts:
+        lines += ["", f"#define SKYLIMB_{part.upper()}_SIZE {layout.size}"]
+        for name, where in layout.slices.items():
+            width = where.stop - where.start
+            words = [f"{width} {'number' if width == 1 else 'numbers'}", about.get(f"{part}.{name}", "")]
+            comment = ": ".join(filter(None, words))
+            lines.append(f"#define SKYLIMB_{part.upper()}_{_upper(name)} {where.start} /* {comment} */")
+    template = (_TEMPLATES / "controller_template.h").read_text("utf-8")
+    return (
+        template.replace("@CONTROLLER@", controller.name)
+        .replace("@ROBOT@", controller.robot.name)
+        .replace("@PERIOD@", repr(float(dt)))
+        .replace("@SIZES@", "\n".join(lines))
+    )
+
+
+def _about_gains(controller: TraceableController) -> dict[str, str]:
+    """Meaning, unit and range of every gain, in words that end no comment of C."""
+    rows = rows_of(controller.key_tables())
+    words = {f"gains.{name}": (info.meaning, info.unit, info.range) for name, _, info in rows}
+    return {name: "; ".join(filter(None, about)).replace("*/", "* /") for name, about in words.items()}
+
+
+def _upper(name: str) -> str:
+    return "".join(letter if letter.isalnum() else "_" for letter in name).upper()
+
+
+def _source(step: ControllerStep) -> str:
+    template, function = (_TEMPLATES / "controller_template.c").read_text("utf-8"), step.function
+    return (
+        template.replace("@FUNCTION@", NAME)
+        .replace("@WORK@", str(max(1, function.sz_w())))
+        .replace("@ARGUMENTS@", str(function.sz_arg()))
+        .replace("@RESULTS@", str(function.sz_res()))
+        .replace("@STATE@", _numbers(step.state))
+        .replace("@GAINS@", _numbers(step.gains))
+    )
+
+
+def _vector(vector: Vector) -> str:
+    lines = [
+        "/* What the exported code is held against: inputs of a few ticks, and what they must give. */",
+        f"#define TEST_TICKS {len(vector.command)}",
+        f"#define TEST_TOLERANCE {TOLERANCE!r}",
+    ]
+    for name, table in vector._asdict().items():
+        rows = ",\n".join(f"  {{{_numbers(row)}}}" for row in table)
+        lines.append(f"static const double test_{name}[{table.shape[0]}][{table.shape[1]}] = {{\n{rows}\n}};")
+    return "\n".join(lines) + "\n"
+
+
+def _numbers(values: np.ndarray) -> str:
+    """Numbers in C, each with as many digits as it needs to come back the same."""
+    return ", ".join(repr(float(value)) for value in values)

@@ -1,0 +1,69 @@
+"""A recorded flight as the input of `host.c`: what a flight computer would have been given at every tick."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from skylimb.analysis.recording.run import Run
+from skylimb.base.errors import ConfigError
+from skylimb.base.packing import Layout, pack_rows
+from skylimb.control.controller import Controller, is_traceable
+from skylimb.control.missions.reference import zero_reference
+from skylimb.control.needs import needs_of
+from skylimb.flight.experiments.experiment import Experiment, robot_of
+from skylimb.flight.export.files import export_c
+from skylimb.flight.loading import chosen_controller
+from skylimb.flight.plan import mission_of
+from skylimb.flight.replay.recorded import recorded, sampled
+from skylimb.flight.replay.replay import experiment_of
+
+FLIGHT = "flight.bin"
+"""The input's name beside the code."""
+
+
+def export_with_flight(run: Run, folder: str | Path, controller: str = "") -> list[Path]:
+    """Write a controller as C, and beside it what a recorded flight would have given it.
+
+    Args:
+        run: a recorded flight with its configuration.
+        folder: new.
+        controller: by default the one that flew.
+
+    Returns:
+        The files.
+    """
+    with tempfile.TemporaryDirectory(prefix="skylimb-") as home:
+        experiment, _ = experiment_of(run, Path(home), {})
+        chosen = chosen_controller(controller or None, experiment, robot_of(experiment), {})
+        content = host_input(run, experiment, chosen).tobytes()
+        return export_c(chosen, folder, experiment.control_period, {FLIGHT: content})
+
+
+def host_input(run: Run, experiment: Experiment, controller: Controller) -> np.ndarray:
+    """Measurement and reference of every tick of a run, (ticks, width), in the order of `controller.h`.
+
+    Args:
+        run: a recorded flight.
+        experiment: that was flown.
+        controller: that was exported.
+
+    Raises:
+        ConfigError: when the controller cannot be exported, or the log holds no pose.
+    """
+    if not is_traceable(controller):
+        raise ConfigError(f"controller '{controller.name}' is a Python class of its own; it has no C")
+    robot, period, needs = controller.robot, experiment.control_period, needs_of(controller)
+    log, _ = sampled(run.log, period)
+    held = recorded(log, robot, period, needs.vectoring)
+    mission = mission_of(experiment, robot, needs.vectoring).along(held.clock)
+    first = type(held.measurement)(*(entry[0] for entry in held.measurement))
+    references = Layout(zero_reference(robot.n_joints, robot.n_vectoring))
+    return np.hstack(
+        [
+            pack_rows(Layout(first), held.measurement, len(held)),
+            pack_rows(references, mission.reference, len(held)),
+        ]
+    )

@@ -1,0 +1,55 @@
+"""What must hold between robot, surface and path before anything flies."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from skylimb.base.rotations import rot_z
+from skylimb.control.missions.mission import Mission
+from skylimb.control.missions.reference import Reference
+from skylimb.robots.model import Robot
+from skylimb.simulation.surfaces import Surface, require_clear, require_fits, require_path
+
+
+def require_flyable(surface: Surface, robot: Robot, mission: Mission) -> None:
+    """Raise a `ConfigError` unless the tip fits the surface, the robot starts clear and the path stays on.
+
+    Args:
+        surface: what is to be touched.
+        robot: as it is described.
+        mission: the references of the flight.
+    """
+    tip = robot.description.tip
+    require_fits(surface, tip.radius)
+    require_clear(surface, points_of(robot, mission.first), tip.radius, robot.name)
+    if mission.contact:
+        require_path(surface, mission.tip_path[mission.in_phase("slide", "lift")])
+
+
+def points_of(robot: Robot, first: Reference) -> np.ndarray:
+    """Origins of all bodies and the tip of a robot that hovers as a reference asks, W, m, (k, 3)."""
+    state = robot.at(first.joint_angles, first.vectoring_angles)
+    links = robot.link_poses(first.joint_angles, first.vectoring_angles)
+    points = np.array([*(links[body.name][0] for body in robot.bodies), state.tip_root])
+    R_WB = rot_z(first.heading - state.tip_heading) @ state.R_root_C.T
+    return np.asarray(first.position) + (points - state.cog_root) @ R_WB.T
+
+
+def standing_out(surface: Surface, mission: Mission) -> float:
+    """How far the surface stands out toward the robot, at most, under the ways on which the pen is lifted.
+
+    A mission lays its path on the nominal surface, a plane through the middle of the path. A pen that goes
+    from stroke to stroke must pass over what stands out of that plane, so whoever plans the flight must know
+    this one number; no controller knows more.
+
+    Returns:
+        m, from the plane along the contact axis; 0 where nothing stands out or nothing is lifted.
+    """
+    lifted = mission.in_phase("lift")
+    if not lifted.any():
+        return 0.0
+    axis = mission.frame.contact
+    gaps = surface.distance_along(mission.tip_path[lifted], axis)
+    moved = surface.motion(mission.times)[0] * float(surface.motion_axis @ axis)
+    nearest = float(np.nanmin(gaps, initial=0.0)) + min(float(moved.min()), 0.0)
+    return max(0.0, -nearest)

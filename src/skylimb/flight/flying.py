@@ -1,0 +1,101 @@
+"""Fly a take-off: choose the driver that suits it, and run the loop."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import logging
+from collections.abc import Callable
+from contextlib import suppress
+
+import numpy as np
+
+from skylimb.base.errors import CompileError
+from skylimb.control.loop.flight import Flight
+from skylimb.control.loop.loop import Loop
+from skylimb.control.own_controller import OwnController
+from skylimb.flight.drivers.compiled import CompiledDriver
+from skylimb.flight.drivers.free import FreeDriver
+from skylimb.flight.drivers.machine_code import fastest, worth_building
+from skylimb.flight.drivers.native import fly_native, native_available
+from skylimb.flight.drivers.world import World, world
+from skylimb.flight.takeoff import Takeoff
+from skylimb.simulation.engine_timer import without_timer
+from skylimb.simulation.tick import CompiledTick
+from skylimb.simulation.vehicle import SimulatedVehicle
+
+_log = logging.getLogger(__name__)
+
+Progress = Callable[[int, int], None]
+"""Called now and then with (ticks flown, ticks in all)."""
+
+
+def fly(takeoff: Takeoff, progress: Progress | None = None) -> Flight:
+    """Fly to the end with the driver that takes the least time here; every driver gives the same flight."""
+    if takeoff.traceable and worth_building(takeoff.tick.function) and native_available():
+        with suppress(CompileError):  # nowhere to build it: another driver flies
+            return fly_native([takeoff], progress=progress)[0]
+    return fly_here(takeoff, progress)
+
+
+def flew_in_python(takeoff: Takeoff, driver: FreeDriver) -> str:
+    """That a controller was not compiled, what a tick of it costs, and why."""
+    controller = takeoff.controller
+    said = f"controller '{controller.name}' flies in Python, {1e6 * driver.step_time:.0f} us a tick"
+    return f"{said}: {controller.untraceable}" if isinstance(controller, OwnController) else said
+
+
+def fly_here(takeoff: Takeoff, progress: Progress | None = None) -> Flight:
+    """Fly to the end in this process, with the compiled driver or the free one."""
+    with without_timer():
+        loop = begin_loop(takeoff)
+        flight = loop.fly(progress)
+    if isinstance(loop.driver, FreeDriver):
+        _log.warning("%s", flew_in_python(takeoff, loop.driver))
+    return flight
+
+
+def begin_loop(takeoff: Takeoff) -> Loop:
+    """The loop of a simulated flight before its first tick, to be stepped from outside."""
+    limits = takeoff.experiment.terminations
+    return Loop(simulated_driver(takeoff, world(takeoff)), takeoff.mission, limits, takeoff.count)
+
+
+def fastest_tick(takeoff: Takeoff, build: bool = True) -> CompiledTick:
+    """The compiled tick as machine code where that pays, else on CasADi's virtual machine; same bits."""
+    return dataclasses.replace(takeoff.tick, function=fastest(takeoff.tick.function, build))
+
+
+def simulated_driver(
+    takeoff: Takeoff, world: World, whole: bool = False, build: bool = True
+) -> CompiledDriver | FreeDriver:
+    """`compiled` for a controller that can be traced, else `free` on the simulated vehicle.
+
+    Args:
+        takeoff: what is flown.
+        world: the flight's plant and what acts on it.
+        whole: whether it has room for the whole mission, whenever the flight is to be stopped.
+        build: whether there is time for a compiler; see `fastest`.
+    """
+    rows = takeoff.fixed_rows if whole else takeoff.rows
+    if takeoff.traceable:
+        tick = fastest_tick(takeoff, build)
+        return CompiledDriver(tick, world.plant, world.data, rows, world.acts, world.events.gains)
+    vehicle = simulated_vehicle(takeoff, world, rows.ticks, build)
+    return FreeDriver(takeoff.controller, vehicle, world.plant.robot, takeoff.mission, len(rows))
+
+
+def simulated_vehicle(
+    takeoff: Takeoff, world: World, rows: np.ndarray, build: bool = True
+) -> SimulatedVehicle:
+    """The flight's plant behind its sensors and actuators, for any controller; it applies plant events.
+
+    Args:
+        takeoff: gives sensors and period.
+        world: the flight's plant and what acts on it.
+        rows: noise and ages of the measurements, one row a tick.
+        build: whether there is time for a compiler; see `fastest`.
+    """
+    faster = functools.partial(fastest, build=build)
+    sensors = takeoff.experiment.sensors
+    return SimulatedVehicle(world.plant, world.data, rows, sensors, takeoff.period, world.acts, faster)

@@ -1,0 +1,70 @@
+"""What a flight on a clock needs, of a simulated plant and a real robot alike: the guarded controller."""
+
+from __future__ import annotations
+
+import gc
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+from skylimb.analysis.recording.run import Run
+from skylimb.control.controller import is_traceable
+from skylimb.control.loop.flight import Flight
+from skylimb.flight.drivers.machine_code import fastest
+from skylimb.flight.plan import FlightPlan
+from skylimb.flight.realtime.compiled_controller import CompiledController
+from skylimb.flight.realtime.guard import GuardedController
+from skylimb.flight.realtime.pacer import Pacer
+from skylimb.flight.realtime.timing import Timing
+from skylimb.flight.realtime.watchdog import Limits
+
+Progress = Callable[[int, int], None]
+"""Called once a second with (ticks of the mission flown, ticks in all)."""
+
+
+@dataclass(frozen=True)
+class ClockedFlight:
+    """A flight on the wall clock.
+
+    Attributes:
+        run: as of any flight, with `tick_late`, `tick_latency`, `tick_held` and `retreating` in its log.
+        timing: how it kept to the clock.
+        faults: how often each fault was met, by name.
+    """
+
+    run: Run
+    timing: Timing
+    faults: Mapping[str, int]
+
+
+def compiled(plan: FlightPlan) -> Any:
+    """The controller of a plan, compiled where it can be."""
+    controller = plan.controller
+    return CompiledController(controller, plan.period, fastest) if is_traceable(controller) else controller
+
+
+def guarded(plan: FlightPlan, clock: Pacer | None, limits: Limits | None = None) -> GuardedController:
+    """The controller of a plan under its guard."""
+    return GuardedController(compiled(plan), plan.robot, clock, limits)
+
+
+def timing_of(flight: Flight, period: float) -> Timing:
+    """How a guarded flight kept to the clock."""
+    late, latency, held = (flight.signal(name) for name in ("tick_late", "tick_latency", "tick_held"))
+    return Timing(period, late, latency, held > 0.0)
+
+
+@contextmanager
+def without_garbage() -> Iterator[None]:
+    """No pause for collecting garbage; what is there already is not looked at again."""
+    enabled = gc.isenabled()
+    gc.collect()
+    gc.freeze()
+    gc.disable()
+    try:
+        yield
+    finally:
+        gc.unfreeze()
+        if enabled:
+            gc.enable()

@@ -1,0 +1,253 @@
+"""Can the robot hover, can it touch, can it do this task? Where it cannot, no flight begins.
+
+- **Hover**: every nominal posture of the flight is held (`robots.held`) with `posture.margin` left.
+- **Touch**: the tip is foremost along the contact axis.
+- **This task**: the nominal posture holds the force that the controller commands, along the contact axis.
+
+A force along the surface's own normal, with the drag of its friction to every side, has to leave something
+over for the flight: of flights that wanted more than 60 % of what the model holds, half were lost and most of
+the others did not keep their force (docs/scores.md has the count).
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import warnings
+from typing import NamedTuple
+
+import numpy as np
+
+from skylimb.base.errors import ConfigError
+from skylimb.base.rotations import rot_z
+from skylimb.control.cascade import Cascade
+from skylimb.control.controller import Controller
+from skylimb.control.missions.frame import contact_frame
+from skylimb.control.missions.posture import posture_plan
+from skylimb.control.needs import Needs, needs_of
+from skylimb.control.planning.hover_margins import hover_margins_function
+from skylimb.control.planning.posture import posture_family
+from skylimb.control.planning.posture_limits import nearest_posture
+from skylimb.control.planning.posture_path import PostureConfig
+from skylimb.control.planning.posture_rehearsal import rehearse
+from skylimb.control.planning.vectoring import ONLINE, vectoring_table
+from skylimb.control.planning.vectoring_step import RATE
+from skylimb.flight.events import GainChange
+from skylimb.flight.experiments.experiment import Experiment
+from skylimb.robots.held import can_hold, greatest_push
+from skylimb.robots.held_results import Held, Limit, NotHeld, Within
+from skylimb.robots.hover import cannot_hover
+from skylimb.robots.model import Robot
+from skylimb.robots.touch import can_touch
+
+CALM_SHARE = 0.5
+"""Of what can be held against slope and drag: up to here the force leaves enough over."""
+
+MOST_SHARE = 0.6
+"""Of the same: beyond this flights are lost."""
+
+Direction = tuple[float, ...]
+"""In the level frame whose x axis is the tip link's, (3,)."""
+
+_ROUNDING = 1e-9
+"""Share of a force that is none."""
+
+_SAME = 1e-3
+"""Postures closer than this in every joint are one, rad."""
+
+
+def require_held(experiment: Experiment, robot: Robot, controller: Controller) -> None:
+    """Raise a `ConfigError` for what the robot cannot hold: its postures, and the controller's force.
+
+    The vectoring angles are those that the flight begins with, or goes through; a controller that plans them
+    in flight is rehearsed. A force counts with what events make of it. One that leaves too little over is
+    refused as well: above `MOST_SHARE` of what can be held against slope and drag, unless `approach.doubtful`
+    is "fly". Above `CALM_SHARE` a warning says so.
+
+    Args:
+        experiment: to fly.
+        robot: as it is described.
+        controller: of the flight.
+    """
+    posture, tilt = experiment.posture, experiment.terminations.tilt
+    # A configuration made in Python may hold lists.
+    fixed = dataclasses.replace(posture, waypoints=tuple(tuple(way) for way in posture.waypoints))
+    _require_hover(fixed, robot, needs_of(controller).vectoring, tilt)
+    needs = _hardest(experiment, controller)
+    if not experiment.approach.contact:
+        return
+    (along,) = _seen_from_the_tip(experiment, contact_frame(experiment.contact_axis).contact)
+    _require_touch(robot, needs.vectoring, along)
+    if needs.force > 0.0:
+        _require_force(robot, controller.name, needs, along, tilt)
+        _require_reserve(experiment, robot, needs)
+
+
+@functools.lru_cache(maxsize=64)
+def _require_hover(posture: PostureConfig, robot: Robot, purpose: str, tilt: float) -> None:
+    """Once for all flights that differ in nothing else."""
+    plan = posture_plan(posture, robot, purpose)
+    times = np.arange(0.0, plan.duration + 1.0 / RATE, 1.0 / RATE)
+    q, psi = plan.joint_angles(times), plan.vectoring_angles(times)
+    if purpose == ONLINE:
+        psi = rehearse(robot, q, psi[0]).vectoring_angles
+    margins, across, shares = (
+        part.full() for part in hover_margins_function(robot).map(len(times))(q.T, psi.T)
+    )
+    least = np.nan_to_num(margins.min(axis=0), nan=-np.inf)
+    plain = (least >= posture.margin) & (np.hypot(*across) <= np.sin(min(tilt, 0.5 * np.pi)))
+    plain &= np.all(np.abs(shares) <= 1.0, axis=0)
+    within = Within(tilt, margin=posture.margin)
+    # What least-norm thrusts do not hold is asked properly, the worst first.
+    for row in sorted(np.flatnonzero(~plain).tolist(), key=lambda row: least[row]):
+        found = can_hold(robot, q[row], psi[row], None, within)
+        if isinstance(found, NotHeld):
+            when = f", {times[row]:.1f} s after posture.waypoints begin" if plan.duration > 0.0 else ""
+            raise ConfigError(_refused_hover(robot, (q[row], psi[row]), found, posture.margin, when))
+    if np.any(least < 0.0):
+        warnings.warn(
+            f"'{robot.name}' hovers, but not with least-norm thrusts, of which control laws make a frame; "
+            f"at q = {np.round(q[int(np.argmin(least))], 3).tolist()} rad these are beyond their limits",
+            UserWarning,
+            stacklevel=2,
+        )
+
+
+def _refused_hover(
+    robot: Robot, where: tuple[np.ndarray, np.ndarray], found: NotHeld, least: float, when: str = ""
+) -> str:
+    q, psi = where
+    nearest = nearest_posture(robot, q, psi, least)
+    if nearest is None:
+        instead = "no posture near it leaves more"
+    elif np.allclose(nearest, q, atol=_SAME):
+        instead = "other vectoring angles leave it there, so come to it another way"
+    else:
+        instead = f"the nearest posture that leaves it is {np.round(nearest, 3).tolist()} rad"
+    asked = f", of {least:g} N m (posture.margin)" if least > 0.0 else ""
+    return f"{cannot_hover(robot, q, found)}{asked}{when}; {instead}"
+
+
+@functools.lru_cache(maxsize=64)
+def _require_touch(robot: Robot, purpose: str, along: Direction) -> None:
+    found = can_touch(robot, *_posture(robot, purpose), np.array(along))
+    if not found:
+        raise ConfigError(
+            f"'{robot.name}' cannot touch a surface across its contact axis in its nominal posture: {found}"
+        )
+
+
+def _require_force(robot: Robot, controller: str, needs: Needs, along: Direction, tilt: float) -> None:
+    found = _most(robot, needs, along, tilt)
+    if found and found.force >= (1.0 - _ROUNDING) * needs.force:
+        return
+    most = f"{robot.name} can hold about {found.force:.4g} N" if found else f"{robot.name} holds nothing"
+    raise ConfigError(
+        f"controller '{controller}' commands a force of {needs.force:g} N; in its nominal posture "
+        f"{most} along the contact axis: {found.limit or found} is in the way"
+    )
+
+
+def _require_reserve(experiment: Experiment, robot: Robot, needs: Needs) -> None:
+    friction = float(getattr(experiment.surface, "friction", 0.0))
+    if friction <= 0.0:
+        return
+    enough = needs.force / CALM_SHARE
+    held = held_against_drag(experiment, robot, needs, enough)
+    if held.force >= enough:
+        return
+    refused = needs.force > MOST_SHARE * held.force
+    slope = float(getattr(experiment.surface, "slope", 0.0))
+    leaning = f" and a slope of {np.degrees(slope):.3g} degrees" if slope else ""
+    above = "60 % of that, flights are lost or do not keep it"
+    if not refused:
+        above = "half of that, not every preset keeps its force"
+    words = (
+        f"a force of {needs.force:g} N is {'too much' if refused else 'doubtful'}: at a friction of "
+        f"{friction:g}{leaning} {robot.name} can hold about {held.force:.1f} N at rest while the pen is "
+        f"dragged to every side ({held.limit} ends it). Above {above}; "
+        f"{(MOST_SHARE if refused else CALM_SHARE) * held.force:.1f} N and less"
+    )
+    if not refused or experiment.approach.doubtful == "fly":
+        warnings.warn(f"{words} are safer", UserWarning, stacklevel=2)
+        return
+    raise ConfigError(f'{words} take off; approach.doubtful = "fly" flies {needs.force:g} N all the same')
+
+
+class Pressed(NamedTuple):
+    """The greatest force along the normal that is held while the pen is dragged, N, and what ends it."""
+
+    force: float
+    limit: Limit | None
+
+
+def held_against_drag(experiment: Experiment, robot: Robot, needs: Needs, most: float) -> Pressed:
+    """The greatest force up to `most` that can be held at rest with slope and drag to every side.
+
+    Raises:
+        ConfigError: the robot cannot rest there with any force.
+    """
+    friction = float(getattr(experiment.surface, "friction", 0.0))
+    into, *across = _seen_from_the_tip(experiment, *experiment.surface.R_WS.T)
+    sides = tuple(tuple(sign * friction * one for one in way) for way in across for sign in (1.0, -1.0))
+    needs = dataclasses.replace(needs, force=most)
+    return _most_dragged(robot, needs, into, sides, experiment.terminations.tilt)
+
+
+def _seen_from_the_tip(experiment: Experiment, *ways: np.ndarray) -> list[Direction]:
+    """Directions of W in the level frame whose x axis is the tip link's, as it is in the nominal posture."""
+    heading = contact_frame(experiment.contact_axis).heading + experiment.approach.heading
+    return [tuple((rot_z(-heading) @ way).tolist()) for way in ways]
+
+
+def _hardest(experiment: Experiment, controller: Controller) -> Needs:
+    """What the controller needs, with the greatest force that it commands, also once gains have changed."""
+    needs = needs_of(controller)
+    if not isinstance(controller, Cascade):
+        return needs
+    changes = (event for event in experiment.events if isinstance(event, GainChange))
+    changed = (controller.force_with(change.key, change.value) for change in changes)
+    return dataclasses.replace(needs, force=max((needs.force, *changed)))
+
+
+@functools.lru_cache(maxsize=64)
+def _most(robot: Robot, needs: Needs, along: Direction, tilt: float) -> Held | NotHeld:
+    """The greatest force up to the commanded one that the robot can hold."""
+    posture = _posture(robot, needs.vectoring)
+    return greatest_push(robot, *posture, np.array(along), Within(tilt, needs.moves), needs.force)
+
+
+@functools.lru_cache(maxsize=64)
+def _most_dragged(
+    robot: Robot, needs: Needs, into: Direction, sides: tuple[Direction, ...], tilt: float
+) -> Pressed:
+    """The greatest force up to the commanded one that can be held with the drag of friction to each side, N.
+
+    Args:
+        robot: that pushes.
+        needs: of its controller, with the force.
+        into: the surface, along its normal.
+        sides: drags for 1 N of force.
+        tilt: the greatest, rad.
+    """
+    most, within = Pressed(needs.force, None), Within(tilt, needs.moves)
+    posture = _posture(robot, needs.vectoring)
+    for side in sides:
+        push = np.add(into, side)
+        # `greatest_push` wants a unit direction; its answer is the whole push, of which a part presses.
+        size = float(np.linalg.norm(push))
+        found = greatest_push(robot, *posture, push / size, within, most.force * size)
+        if isinstance(found, NotHeld):
+            raise ConfigError(f"'{robot.name}' cannot do this task: pressing and dragged aside, {found}")
+        if found.force < (1.0 - _ROUNDING) * most.force * size:
+            most = Pressed(found.force / size, found.limit)
+    return most
+
+
+@functools.lru_cache(maxsize=16)
+def _posture(robot: Robot, purpose: str) -> tuple[np.ndarray, np.ndarray]:
+    """Joint and vectoring angles of the nominal posture, rad."""
+    family = posture_family(robot)
+    q = np.asarray(family.joint_angles(family.theta_nominal), dtype=float)
+    psi = np.asarray(vectoring_table(robot, purpose).angles(family.theta_nominal), dtype=float)
+    return q, psi

@@ -1,0 +1,144 @@
+"""From names to plans: experiment, robot and controllers loaded and checked before anything flies."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from types import ModuleType
+from typing import Any, NamedTuple
+
+from skylimb.analysis.scores.own import Own, load_own
+from skylimb.base.config import flatten
+from skylimb.base.errors import ConfigError, unknown_name
+from skylimb.base.keys.key import shown
+from skylimb.control.cascade import calibrated
+from skylimb.control.controller import (
+    Controller,
+    controller_from_tables,
+    controller_of,
+    load_controller,
+)
+from skylimb.control.corrections import Calibrated, corrections_of
+from skylimb.control.preset import preset_names
+from skylimb.control.slots import SLOTS
+from skylimb.flight.experiments.experiment import Experiment, experiment_with, load_experiment, robot_of
+from skylimb.flight.plan import FlightPlan, plan_flight
+from skylimb.flight.sources import originals
+from skylimb.robots.model import Robot
+
+Use = str | Path | ModuleType | Own
+"""A Python file or module with metrics and figures, or one of them."""
+
+DEFAULT_CONTROLLER = "hybrid"
+
+
+def plan_flights(
+    experiment: str | Experiment,
+    controllers: Sequence[str | Controller | None],
+    seed: int | None = None,
+    set: Mapping[str, Any] | None = None,
+    use: Sequence[Use] = (),
+    calibration: Calibrated | None = None,
+) -> list[FlightPlan]:
+    """Load and check everything before anything flies: one plan for each controller.
+
+    Arguments are those of `skylimb.run` and `skylimb.compare`. A run's own config.toml brings its metrics
+    along.
+    """
+    given_own = load_own(use)
+    loaded = [load_flight(experiment, item, seed, set, calibration) for item in controllers]
+    return [
+        plan_flight(
+            one.experiment,
+            one.robot,
+            one.controller,
+            originals(experiment, item),
+            (*load_own(one.experiment.recorded.get("use", ())), *given_own),
+        )
+        for item, one in zip(controllers, loaded, strict=True)
+    ]
+
+
+class Loaded(NamedTuple):
+    """An experiment with its robot and a controller, not checked against each other yet."""
+
+    experiment: Experiment
+    robot: Robot
+    controller: Controller
+
+
+def load_flight(
+    experiment: str | Experiment,
+    controller: str | Controller | None = None,
+    seed: int | None = None,
+    set: Mapping[str, Any] | None = None,
+    calibration: Calibrated | None = None,
+) -> Loaded:
+    """Experiment, robot and controller by the names that users give; arguments are those of `skylimb.run`."""
+    given, gains = parted(set or {})
+    if seed is not None:
+        given["seed"] = seed
+    if isinstance(experiment, Experiment):
+        ready = experiment_with(experiment, given)
+    else:
+        ready = load_experiment(experiment, given)
+    robot = robot_of(ready)
+    chosen = chosen_controller(controller, ready, robot, gains)
+    if calibration is not None:
+        chosen = calibrated(chosen, robot, corrections_of(calibration), gains)
+    return Loaded(ready, robot, chosen)
+
+
+PRESET = "preset"
+"""Key of an experiment's controller: the preset whose gains it changes."""
+
+
+def parted(settings: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Settings by dotted key: the experiment's, and the controller's without "controller."."""
+    gains = {key: value for key, value in settings.items() if key.startswith("controller.")}
+    rest = {key: value for key, value in settings.items() if key not in gains}
+    return rest, {key.removeprefix("controller."): value for key, value in gains.items()}
+
+
+def chosen_controller(
+    given: str | Controller | None, experiment: Experiment, robot: Robot, gains: Mapping[str, Any]
+) -> Controller:
+    """The controller that was named or handed over; else the one that the experiment brings, else "hybrid".
+
+    Args:
+        given: a name, a file, a controller at hand, or None.
+        experiment: may hold the tables of a controller.
+        robot: the model that the controller believes in.
+        gains: dotted keys and new values.
+    """
+    if given is None and PRESET in experiment.controller:
+        return _adapted_preset(dict(experiment.controller), experiment.name, robot, gains)
+    if given is None and experiment.controller:
+        return _recorded_controller(dict(experiment.controller), experiment.name, robot, gains)
+    if given is None or isinstance(given, str):
+        return load_controller(given or DEFAULT_CONTROLLER, robot, gains)
+    return controller_of(given, robot, gains)
+
+
+def _adapted_preset(
+    tables: dict[str, Any], experiment: str, robot: Robot, gains: Mapping[str, Any]
+) -> Controller:
+    """The preset that an experiment names, with what it changes of it, and other values of some gains."""
+    name = tables.pop(PRESET)
+    if not isinstance(name, str):
+        raise ConfigError(f"experiment {experiment}: controller.{PRESET} = {shown(name)} should be a name")
+    if name not in preset_names():
+        raise unknown_name(f"controller.{PRESET} of experiment {experiment}", name, preset_names())
+    return load_controller(name, robot, {**flatten(tables), **gains})
+
+
+def _recorded_controller(
+    tables: dict[str, Any], experiment: str, robot: Robot, gains: Mapping[str, Any]
+) -> Controller:
+    """The controller of a run's config.toml, with other values of some gains."""
+    if "file" not in tables and not set(SLOTS) & set(tables):
+        raise ConfigError(
+            f"experiment {experiment} was flown by '{tables.get('name')}', a Python controller at hand "
+            "that its file does not hold; name another with --controller"
+        )
+    return controller_from_tables(tables, Path("config.toml"), robot, gains)

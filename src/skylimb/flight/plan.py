@@ -1,0 +1,254 @@
+"""The plan of a flight: all that is known and checked before take-off, without an engine.
+
+A simulated flight is a plan with a plant (`flights.takeoff`), the flight of a real robot a plan with a link
+(`flights.linked`). Every door takes one, and none checks by itself what `require_plan` checks.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Hashable
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from skylimb.analysis.scores.own import Own
+from skylimb.control.controller import Controller, is_traceable
+from skylimb.control.missions.configuration import MissionConfig
+from skylimb.control.missions.frame import contact_frame
+from skylimb.control.missions.mission import Mission
+from skylimb.control.missions.plan import plan_mission
+from skylimb.control.missions.posture import posture_plan
+from skylimb.control.missions.table import Window, window_of
+from skylimb.control.needs import Needs, needs_of
+from skylimb.control.planning.posture_path import PostureConfig
+from skylimb.flight.derived import Derived
+from skylimb.flight.events import Event, Stage, Timeline, require_events, timeline
+from skylimb.flight.experiments.experiment import Experiment
+from skylimb.flight.flyable import require_flyable, standing_out
+from skylimb.flight.held import require_held
+from skylimb.flight.sources import Bundle
+from skylimb.robots.model import Robot
+from skylimb.simulation.plant_config import require_plant
+from skylimb.simulation.surfaces import Surface
+
+
+@dataclass(frozen=True)
+class FlightPlan:
+    """A flight before it has a vehicle.
+
+    Attributes:
+        experiment: what is flown.
+        robot: as it is described.
+        controller: what flies it; it may believe in another robot.
+        originals: files that its user named, kept for people to read; see `flights.sources`.
+        own: metrics and figures of the user's own.
+        derived: what was computed from all of that.
+    """
+
+    experiment: Experiment
+    robot: Robot
+    controller: Controller
+    originals: tuple[Bundle, ...] = ()
+    own: tuple[Own, ...] = ()
+    derived: Derived = field(default_factory=Derived, repr=False, compare=False)
+
+    @property
+    def period(self) -> float:
+        """Control period, s."""
+        return self.experiment.control_period
+
+    @property
+    def needs(self) -> Needs:
+        """What the controller needs of the loop."""
+        return needs_of(self.controller)
+
+    @property
+    def traceable(self) -> bool:
+        """Whether the controller can be compiled."""
+        return is_traceable(self.controller)
+
+    @property
+    def mission(self) -> Mission:
+        """The references of the flight."""
+        experiment = self.experiment
+        return self.derived.of(
+            _mission,
+            self.derived.of(MissionConfig, *_asked(experiment)),
+            experiment.contact_axis,
+            experiment.path_center,
+            experiment.posture,
+            experiment.surface,
+            self.robot,
+            self.needs.vectoring,
+            self.period,
+        )
+
+    @property
+    def window(self) -> Window:
+        """Which rows of the mission a tick reads."""
+        needs = self.needs
+        return self.derived.of(window_of, needs.preview, needs.paced, self.period)
+
+    @property
+    def times(self) -> np.ndarray:
+        """Times since take-off of every tick that the flight may have, s."""
+        return self.derived.of(_flight_times, self.mission, self.window.paced)
+
+    @property
+    def count(self) -> int:
+        """Ticks that the flight may have."""
+        times, stop_at = self.times, self.experiment.stop_at
+        return len(times) if stop_at is None else max(1, int(np.searchsorted(times, stop_at - 1e-9)))
+
+    @property
+    def stage(self) -> Stage:
+        """What events act on, without a plant."""
+        plant = self.experiment.plant
+        touches = "foot" if plant.foot is not None else "peg" if plant.peg is not None else "ball"
+        return Stage(self.robot, self.controller, self.experiment.surface, touches)
+
+    def timeline(self, stage: Stage, times: np.ndarray) -> Timeline:
+        """What the events do at every tick; computed once for one stage and one time grid."""
+        return self.derived.of(_timeline, self.experiment.events, stage, times)
+
+    def changed(self, experiment: Experiment) -> FlightPlan:
+        """The same flight of another experiment; what its changes do not touch is not computed again.
+
+        Raises:
+            ConfigError: when it cannot be flown.
+        """
+        other = replace(self, experiment=experiment)
+        require_plan(other)
+        return other
+
+
+def plan_flight(
+    experiment: Experiment,
+    robot: Robot,
+    controller: Controller,
+    originals: tuple[Bundle, ...] = (),
+    own: tuple[Own, ...] = (),
+) -> FlightPlan:
+    """A plan that was checked.
+
+    Args:
+        experiment: what to fly.
+        robot: the description that plant and nominal posture are made from.
+        controller: what flies it.
+        originals: files that its user named, for people to read.
+        own: metrics and figures of the user's own.
+
+    Raises:
+        ConfigError: when it cannot be flown; see `require_plan`.
+    """
+    plan = FlightPlan(experiment, robot, controller, originals, own)
+    require_plan(plan)
+    return plan
+
+
+def require_plan(plan: FlightPlan) -> None:
+    """Every check that can be made before take-off.
+
+    Raises:
+        ConfigError: the controller cannot work at this rate; a posture, a push or the commanded force cannot
+            be held; the robot would start inside of the surface, its tip does not fit, or the path leaves the
+            surface; the flight may take too long; or an event names what is not there.
+    """
+    experiment, robot, controller = plan.experiment, plan.robot, plan.controller
+    if is_traceable(controller):
+        controller.require(plan.period)
+    require_plant(robot.description, experiment.surface, experiment.plant, plan.period)
+    require_events(experiment.events, plan.stage, np.inf)
+    require_held(experiment, robot, controller)
+    require_flyable(experiment.surface, robot, plan.mission)
+    require_events(experiment.events, plan.stage, float(plan.times[-1]))
+
+
+def mission_of(experiment: Experiment, robot: Robot, vectoring: str = "torque") -> Mission:
+    """The mission of an experiment, whoever flies it.
+
+    Args:
+        experiment: what to fly.
+        robot: the description that the nominal posture is made from.
+        vectoring: which vectoring angles the nominal posture has (`Needs.vectoring`).
+    """
+    return _mission(
+        MissionConfig(*_asked(experiment)),
+        experiment.contact_axis,
+        experiment.path_center,
+        experiment.posture,
+        experiment.surface,
+        robot,
+        vectoring,
+        experiment.control_period,
+    )
+
+
+def _asked(experiment: Experiment) -> tuple[Any, ...]:
+    """What a `MissionConfig` is made of."""
+    return (
+        experiment.phases,
+        experiment.approach,
+        experiment.trajectory,
+        experiment.excitation,
+        experiment.wrap,
+    )
+
+
+def _mission(
+    config: MissionConfig,
+    contact_axis: tuple[float, float, float],
+    center: tuple[float, float, float],
+    posture: PostureConfig,
+    surface: Surface,
+    robot: Robot,
+    vectoring: str,
+    dt: float,
+) -> Mission:
+    plan = config, contact_axis, center, posture, robot, vectoring, dt
+    # A path that is read from a file may change from one flight to the next.
+    shared = config.trajectory.shape not in ("drawing", "own") and _is_hashable(plan)
+    planned = _planned if shared else _planned.__wrapped__
+    mission = planned(*plan)
+    clearance = standing_out(surface, mission)
+    return planned(*plan, clearance) if clearance > 0.0 else mission
+
+
+@functools.lru_cache(maxsize=8)
+def _planned(
+    config: MissionConfig,
+    contact_axis: tuple[float, float, float],
+    center: tuple[float, float, float],
+    posture: PostureConfig,
+    robot: Robot,
+    vectoring: str,
+    dt: float,
+    clearance: float = 0.0,
+) -> Mission:
+    """The mission of a configuration; flights that differ in noise, plant or surface share one."""
+    return plan_mission(
+        config,
+        contact_frame(contact_axis),
+        np.asarray(center, dtype=float),
+        posture_plan(posture, robot, vectoring),
+        dt,
+        clearance,
+    )
+
+
+def _flight_times(mission: Mission, paced: bool) -> np.ndarray:
+    return mission.flight_times(paced)
+
+
+def _timeline(events: tuple[Event, ...], stage: Stage, times: np.ndarray) -> Timeline:
+    return timeline(events, stage, times)
+
+
+def _is_hashable(value: Hashable) -> bool:
+    try:
+        hash(value)
+    except TypeError:  # a configuration made in Python may hold lists
+        return False
+    return True

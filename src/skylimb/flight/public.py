@@ -1,0 +1,110 @@
+"""The calls that users make: fly one controller, compare several, or step a flight by hand."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from skylimb.analysis.recording.run import Run
+from skylimb.analysis.recording.runs import Runs
+from skylimb.analysis.scores.own import with_own_scores
+from skylimb.base.errors import ConfigError
+from skylimb.control.controller import Controller
+from skylimb.control.corrections import Calibrated
+from skylimb.flight.experiments.experiment import Experiment
+from skylimb.flight.flying import begin_loop, fly
+from skylimb.flight.loading import Use
+from skylimb.flight.record import recorded
+from skylimb.flight.stepped import SteppedFlight
+from skylimb.flight.takeoff import Takeoff, take_off
+
+Progress = Callable[[str, int, int], None]
+"""Called now and then with (controller, ticks flown, ticks in all)."""
+
+PAPER_CONTROLLERS = ("pid", "impedance", "admittance", "hybrid")
+
+
+def run(
+    experiment: str | Experiment = "paper",
+    controller: str | Controller | None = None,
+    seed: int | None = None,
+    set: Mapping[str, Any] | None = None,
+    progress: Progress | None = None,
+    use: Sequence[Use] = (),
+    calibration: Calibrated | None = None,
+) -> Run:
+    """Fly one controller through one experiment.
+
+    Args:
+        experiment: a name, a TOML file, or an experiment at hand.
+        controller: a preset's name, a preset's TOML file, a Python file, or a controller at hand; when
+            None, the one that the experiment's file brings along (as a run's config.toml does), else
+            "hybrid".
+        seed: of the sensors' noise; the experiment's own when None.
+        set: dotted keys of the experiment and new values; keys that begin with "controller." go to the
+            preset.
+        progress: called with how far the flight is.
+        use: metrics of your own besides those that ship: functions with `@skylimb.metric`, or Python files.
+        calibration: what the controller knows of robot and sensors besides their description: a
+            calibration.toml, or what `skylimb.calibrate` returned.
+
+    Returns:
+        The run; a flight that is lost has status FAILED and its cause, and no scores.
+
+    Raises:
+        SkylimbError: when a flight cannot be flown; nothing has flown then.
+    """
+    (takeoff,) = take_off(experiment, (controller,), seed, set, use, calibration)
+    return _flown(takeoff, progress)
+
+
+def begin(
+    experiment: str | Experiment = "paper",
+    controller: str | Controller | None = None,
+    seed: int | None = None,
+    set: Mapping[str, Any] | None = None,
+    calibration: Calibrated | None = None,
+) -> SteppedFlight:
+    """A flight before its first tick, to be stepped from outside.
+
+    Arguments are those of `run`.
+
+    Returns:
+        A flight with `tick`, `signal` and `finish`; driven to its end it is the flight of `run`.
+    """
+    (takeoff,) = take_off(experiment, (controller,), seed, set, calibration=calibration)
+    return SteppedFlight(takeoff, begin_loop(takeoff))
+
+
+def compare(
+    experiment: str | Experiment = "paper",
+    controllers: Sequence[str | Controller] = PAPER_CONTROLLERS,
+    seed: int | None = None,
+    set: Mapping[str, Any] | None = None,
+    progress: Progress | None = None,
+    use: Sequence[Use] = (),
+    calibration: Calibrated | None = None,
+) -> Runs:
+    """Fly several controllers through the same experiment with the same seed.
+
+    Arguments are those of `run`.
+
+    Returns:
+        Runs by the controllers' names, in the order given, as a dict with a method `plot`.
+    """
+    ready = take_off(experiment, controllers, seed, set, use, calibration)
+    names = [takeoff.controller.name for takeoff in ready]
+    alike = sorted({name for name in names if names.count(name) > 1})
+    if alike:
+        raise ConfigError(f"two controllers are called '{alike[0]}'; a comparison needs a name for each")
+    return Runs((one.controller.name, _flown(one, progress)) for one in ready)
+
+
+def _flown(takeoff: Takeoff, progress: Progress | None) -> Run:
+    """Fly a take-off to its end."""
+
+    def report(done: int, total: int) -> None:
+        if progress is not None:
+            progress(takeoff.controller.name, done, total)
+
+    return with_own_scores(recorded(takeoff, fly(takeoff, report)), takeoff.plan.own)

@@ -1,0 +1,158 @@
+"""A robot behind a link as a vehicle: messages in, messages out, and nothing that a link does surprises."""
+
+from __future__ import annotations
+
+import logging
+from collections import Counter
+from collections.abc import Callable, Hashable, Iterable
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+
+from skylimb.base.packing import Layout
+from skylimb.control.estimation.records import Measurement
+from skylimb.control.loop.vehicle import measured_layout
+from skylimb.control.records import Command
+from skylimb.flight.realtime.messages import (
+    Names,
+    RefusedMessageError,
+    StateMessage,
+    decode_state,
+    encode,
+)
+from skylimb.robots.model import Robot
+
+_log = logging.getLogger(__name__)
+
+MOST = 32
+"""Datagrams that are read at a tick; of a flood the rest is thrown away unread."""
+
+LEAP = 10_000
+"""Messages that may be lost between two."""
+
+AHEAD = 0.1
+"""Seconds that a stamp may lie ahead of the clock that it was set by."""
+
+
+class Datagram(NamedTuple):
+    """What came over a link, and from whom."""
+
+    data: bytes
+    sender: Hashable
+
+
+class Link(Protocol):
+    """Carries datagrams; one file a middleware."""
+
+    def receive(self, most: int) -> tuple[Iterable[Datagram], int]:
+        """Up to `most` datagrams that have come, and how many more were thrown away; never waits."""
+        ...
+
+    def send(self, data: bytes) -> None:
+        """Send one; a link that is down loses it."""
+        ...
+
+
+class LinkedVehicle:
+    """A vehicle behind a link.
+
+    Only the first sender that was understood is listened to. A measurement that has not come stands for the
+    one before; how old it is goes to whoever guards the flight.
+
+    Args:
+        robot: what flies.
+        link: carries the messages.
+        now: a clock that never goes back, s.
+        taken: is told when the measurement of a tick was taken, s on that clock.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        link: Link,
+        now: Callable[[], float],
+        taken: Callable[[float], None] = lambda time: None,
+    ) -> None:
+        self._names, self._link, self._now, self._taken = Names(robot), link, now, taken
+        self._sender: Hashable | None = None
+        self._link.receive(MOST)  # what lies there from before
+        self._offset = np.inf  # least (time of arrival - stamp): the two clocks, without the link's delay
+        self._stamp, self._seq, self._sent = -np.inf, -1, 0
+        self.counts: Counter[str] = Counter()
+        unknown = np.full(3, np.nan)
+        self._measured = Measurement(
+            unknown,
+            np.full(4, np.nan),
+            unknown,
+            unknown,
+            np.full(robot.n_joints, np.nan),
+            np.full(robot.n_vectoring, np.nan),
+        )
+        self._layout = measured_layout(robot)
+
+    @property
+    def layout(self) -> Layout[dict[str, Any]]:
+        """Measurement and command: nobody knows more of a robot."""
+        return self._layout
+
+    @property
+    def heard(self) -> bool:
+        """Whether a message was understood."""
+        return self._sender is not None
+
+    def greet(self) -> None:
+        """Tell a robot that waits where we are; an empty map commands nothing."""
+        self._link.send(b"\x80")
+
+    def measure(self) -> Measurement:
+        """The newest measurement that has come."""
+        datagrams, dropped = self._link.receive(MOST)
+        if dropped:
+            self._note("flood", dropped)
+        for datagram in datagrams:
+            try:
+                self._take(datagram)
+            except RefusedMessageError as refused:
+                self._note(str(refused))
+        self._taken(self._stamp + self._offset if self.heard else -np.inf)
+        return self._measured
+
+    def _take(self, datagram: Datagram) -> None:
+        message = decode_state(datagram.data)
+        measurement = self._names.measurement(message)
+        if self._sender is None:
+            self._sender = datagram.sender
+        elif datagram.sender != self._sender:
+            raise RefusedMessageError("second sender")
+        self._keep(message, measurement)
+
+    def _keep(self, message: StateMessage, measurement: Measurement) -> None:
+        if message.stamp <= self._stamp or message.seq <= self._seq:
+            raise RefusedMessageError("repeated or out of order")
+        # Believed, they would make every message after them one that is out of order.
+        if self.heard and self._seq >= 0 and message.seq > self._seq + LEAP:
+            raise RefusedMessageError("number leaps")
+        now = self._now()
+        if message.stamp + self._offset > now + AHEAD and np.isfinite(self._offset):
+            raise RefusedMessageError("stamp from the future")
+        self._offset = min(self._offset, now - message.stamp)
+        self._stamp, self._seq, self._measured = message.stamp, message.seq, measurement
+
+    def record(self, measurement: Measurement, command: Command) -> np.ndarray:
+        """Measurement and command, flat."""
+        return np.concatenate([*measurement, *command])
+
+    def apply(self, command: Command) -> None:
+        """Send the command; the clock says when the next tick is due."""
+        stamp = float(self._stamp) if self.heard else 0.0
+        self._link.send(encode(self._names.command_message(self._sent, stamp, command)))
+        self._sent += 1
+
+    def fault(self) -> str:
+        """None: the guard knows what to do with whatever comes."""
+        return ""
+
+    def _note(self, what: str, times: int = 1) -> None:
+        self.counts[what] += times
+        if self.counts[what] == times:
+            _log.warning("link: %s", what)

@@ -1,0 +1,158 @@
+"""What passes between a controller and a robot, whatever carries it: two plain messages.
+
+A middleware is one file that turns its own messages into these and back. Over a socket they travel as
+msgpack maps.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TypeVar
+
+import msgspec
+import numpy as np
+
+from skylimb.control.estimation.records import Measurement
+from skylimb.control.records import Command
+from skylimb.robots.model import Robot
+
+T = TypeVar("T")
+
+LONGEST = 4096
+"""Bytes of a message at most; a longer one is none of ours."""
+
+
+@dataclass(frozen=True)
+class StateMessage:
+    """What a robot measures. SI units; quaternion w x y z.
+
+    Attributes:
+        seq: rises with every message.
+        stamp: when it was measured, s on the robot's own clock.
+        position: of the measured link in W.
+        quaternion: its attitude.
+        velocity: of its origin in W.
+        angular_velocity: in its own axes.
+        names: of joints and vectoring joints, in any order.
+        angles: of each.
+    """
+
+    seq: int
+    stamp: float
+    position: tuple[float, float, float]
+    quaternion: tuple[float, float, float, float]
+    velocity: tuple[float, float, float]
+    angular_velocity: tuple[float, float, float]
+    names: tuple[str, ...]
+    angles: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class CommandMessage:
+    """What a robot is to do.
+
+    Attributes:
+        seq: rises with every message.
+        stamp: of the measurement that it answers, s on the robot's clock.
+        thrusts: N, in the order of the rotors.
+        names: of joints and vectoring joints.
+        angles: of each, rad.
+    """
+
+    seq: int
+    stamp: float
+    thrusts: tuple[float, ...]
+    names: tuple[str, ...]
+    angles: tuple[float, ...]
+
+
+class RefusedMessageError(ValueError):
+    """A message that is none: its text is the fault's name."""
+
+
+_state, _command = msgspec.msgpack.Decoder(StateMessage), msgspec.msgpack.Decoder(CommandMessage)
+_encoder = msgspec.msgpack.Encoder()
+
+
+def encode(message: StateMessage | CommandMessage) -> bytes:
+    """The message as a msgpack map."""
+    return _encoder.encode(message)
+
+
+def decode_state(data: bytes) -> StateMessage:
+    """The state in a datagram.
+
+    Raises:
+        RefusedMessageError: when there is none.
+    """
+    return _decoded(_state, data)
+
+
+def decode_command(data: bytes) -> CommandMessage:
+    """The command in a datagram.
+
+    Raises:
+        RefusedMessageError: when there is none.
+    """
+    return _decoded(_command, data)
+
+
+def _decoded(decoder: msgspec.msgpack.Decoder[T], data: bytes) -> T:
+    if len(data) > LONGEST:
+        raise RefusedMessageError("message too long")
+    try:
+        return decoder.decode(data)
+    # Strings that are no UTF-8 and numbers that no double holds have errors of their own.
+    except (msgspec.MsgspecError, ValueError, OverflowError, RecursionError):
+        raise RefusedMessageError("no message of ours") from None
+
+
+class Names:
+    """Which joints a robot has, and how its messages are read and written.
+
+    Args:
+        robot: whose.
+    """
+
+    def __init__(self, robot: Robot) -> None:
+        description = robot.description
+        self.joints, self.vectoring = description.shape_joints, description.vectoring_joints
+        self._all = (*self.joints, *self.vectoring)
+
+    def measurement(self, message: StateMessage) -> Measurement:
+        """The measurement in a state, its joints put in the robot's order by name.
+
+        Raises:
+            RefusedMessageError: when names are missing, doubled or unknown.
+        """
+        angles = self._in_order(message.names, message.angles)
+        if not math.isfinite(message.stamp):
+            raise RefusedMessageError("stamp is no number")
+        count = len(self.joints)
+        parts = (message.position, message.quaternion, message.velocity, message.angular_velocity)
+        body = [np.array(part, dtype=float) for part in parts]
+        return Measurement(*body, joint_angles=angles[:count], vectoring_angles=angles[count:])
+
+    def command(self, message: CommandMessage) -> Command:
+        """The command in a message; see `measurement`."""
+        angles, count = self._in_order(message.names, message.angles), len(self.joints)
+        return Command(np.array(message.thrusts, dtype=float), angles[:count], angles[count:])
+
+    def _in_order(self, names: tuple[str, ...], angles: tuple[float, ...]) -> np.ndarray:
+        if len(names) != len(angles):
+            raise RefusedMessageError("wrong size")
+        known = dict(zip(names, angles, strict=True))
+        if len(known) != len(names) or known.keys() != set(self._all):
+            raise RefusedMessageError("wrong joint names")
+        return np.array([known[name] for name in self._all], dtype=float)
+
+    def state_message(self, seq: int, stamp: float, measurement: Measurement) -> StateMessage:
+        """A measurement as a message."""
+        p, q, v, w, joints, vectoring = (tuple(map(float, part)) for part in measurement)
+        return StateMessage(seq, stamp, p, q, v, w, self._all, (*joints, *vectoring))  # type: ignore[arg-type]
+
+    def command_message(self, seq: int, stamp: float, command: Command) -> CommandMessage:
+        """A command as a message."""
+        thrusts, joints, vectoring = (tuple(map(float, part)) for part in command)
+        return CommandMessage(seq, stamp, thrusts, self._all, (*joints, *vectoring))

@@ -1,0 +1,66 @@
+"""The run of a simulated flight: its log with the truth, its scores, and everything that produced it."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+
+from skylimb.analysis.recording.run import Run
+from skylimb.analysis.scores.metrics import metrics
+from skylimb.base.config import to_mapping
+from skylimb.base.signals import require_recorded
+from skylimb.control.controller import controller_signals
+from skylimb.control.loop.flight import Flight, flown_mission
+from skylimb.control.missions.mission import Mission
+from skylimb.flight.events import SurfaceChange
+from skylimb.flight.flight_run import documented, flight_run
+from skylimb.flight.reference_line import with_reference_line
+from skylimb.flight.takeoff import Takeoff
+from skylimb.simulation.compiling import compiler_version
+from skylimb.simulation.flight_truth import flight_truth
+
+
+def recorded(takeoff: Takeoff, flight: Flight, mission: Mission | None = None) -> Run:
+    """The run of a simulated flight: log, scores, configuration, versions and scene; see `scored`."""
+    return with_origin(scored(takeoff, flight, mission), takeoff)
+
+
+def with_origin(run: Run, takeoff: Takeoff) -> Run:
+    """A scored run with all that produced it."""
+    made_with = {"compiler": compiler_version()}
+    return documented(run, takeoff.plan, _moved(takeoff), made_with, takeoff.plant.scene)
+
+
+def scored(takeoff: Takeoff, flight: Flight, mission: Mission | None = None) -> Run:
+    """The run of a simulated flight with its scores; `with_origin` adds what a record that is kept needs.
+
+    Args:
+        takeoff: what was flown.
+        flight: its raw record.
+        mission: what was asked, where its user chose another than the plan's.
+    """
+    plan, plant = takeoff.plan, takeoff.plant
+    mission = flown_mission(mission or plan.mission, flight)
+    truth = flight_truth(plant, flight, mission, takeoff.surface_table)
+    attributes = {
+        "contact_gaps": json.dumps(truth.gaps),
+        "surface": json.dumps(plant.surface.describe()),
+        "tolerances": json.dumps(to_mapping(plan.experiment.tolerances) if mission.contact else {}),
+    }
+    require_recorded(controller_signals(plan.controller), flight.layout.slices, "the controller")
+    times = mission.times[: flight.ticks]
+    run = flight_run(plan, truth.signals, times, flight.cause, attributes, frame=mission.frame)
+    log = with_reference_line(run.log, plan.experiment.trajectory)
+    return dataclasses.replace(run, log=log, metrics=metrics(log))
+
+
+def _moved(takeoff: Takeoff) -> list[str]:
+    """That the surface was elsewhere than figures draw it, and from when on."""
+    changes = [one for one in takeoff.experiment.events if isinstance(one, SurfaceChange)]
+    times = [one.time for one in changes if one.moves]
+    if not times:
+        return []
+    return [
+        f"the surface was moved or taken away in flight, from t = {min(times):g} s on: gap, trace and forces "
+        "are those of where it was, figures and videos draw it where it was at take-off"
+    ]

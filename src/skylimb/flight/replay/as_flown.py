@@ -1,0 +1,77 @@
+"""A cascade whose estimator is told the thrusts that were flown, not those that the cascade commands."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+
+from skylimb.control.cascade import Cascade
+from skylimb.control.controller import TraceableController
+from skylimb.control.corrections import Corrections, for_rotors
+from skylimb.control.estimation.records import Signals, Wrench
+from skylimb.control.records import Allocated, Demand, LawInput
+from skylimb.control.rotor_lag import lagging_thrusts
+from skylimb.control.slots import Slot
+from skylimb.control.thrusts import rotor_wrench
+from skylimb.symbolic import Array, where
+
+_ALLOCATION = "allocation"
+
+
+class AllocationAsFlown:
+    """An allocation law on a robot that got other thrusts than the law commands.
+
+    The law commands as ever. The wrench that it reports, and the thrusts that it remembers, are those of the
+    thrusts that were flown; where these are its own, nothing changes to the bit.
+
+    Args:
+        law: of the allocation slot.
+        flown: thrusts that were commanded in flight, N, (n,), NaN where they are not known.
+        corrections: of a calibrated controller, which commands other thrusts than its law wants.
+    """
+
+    def __init__(self, law: Any, flown: Array, corrections: Corrections | None = None) -> None:
+        self._law, self._flown, self._corrections = law, flown, corrections
+
+    def __getattr__(self, name: str) -> Any:
+        """What else the law has: `aim`, what it declares."""
+        return getattr(self._law, name)
+
+    def step(
+        self, gains: Any, state: Any, inputs: LawInput, demand: Demand
+    ) -> tuple[Any, Allocated, Signals]:
+        """The law's own step, then the thrusts that were flown in the place of its own."""
+        new, given, signals = self._law.step(gains, state, inputs, demand)
+        flown, command = self._flown, given.command.thrusts
+        if self._corrections is not None:
+            # What the rotors are believed to have made of the flown command.
+            command = for_rotors(self._corrections, given.command).thrusts
+            flown = flown * np.asarray(self._corrections.rotor_scale or (1.0,) * inputs.robot.n_rotors)
+        lag, known = getattr(gains, "rotor_lag", None), hasattr(new, "thrusts")
+        mean = end = flown
+        if lag is not None and known:
+            led = lagging_thrusts(lag, state.thrusts, flown, inputs.dt)
+            mean, end = led.mean, led.end
+        others = rotor_wrench(inputs.estimate.body, mean)
+        # Also false for thrusts that are no numbers.
+        other: Any = 0.0
+        for i in range(inputs.robot.n_rotors):
+            other = other + (abs(self._flown[i] - command[i]) > 0.0)
+        other = other > 0.0
+        wrench = Wrench(
+            where(other, others.force, given.wrench.force), where(other, others.torque, given.wrench.torque)
+        )
+        if known:
+            new = new._replace(thrusts=where(other, end, new.thrusts))
+        return new, given._replace(wrench=wrench), signals
+
+
+def as_flown(controller: TraceableController, flown: Array) -> TraceableController:
+    """The controller with its estimator told these thrusts; one without slots as it is."""
+    if not isinstance(controller, Cascade):
+        return controller
+    slot = controller.preset.slots.allocation
+    told = Slot(slot.name, AllocationAsFlown(slot.law, flown, controller.corrections), slot.gains)
+    return dataclasses.replace(controller, preset=controller.preset.with_slot(_ALLOCATION, told))

@@ -1,0 +1,201 @@
+"""What a log holds for a replay: measurements, commands and the mission's clock; and what it lacks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from skylimb.base.errors import ConfigError
+from skylimb.control.estimation.records import Measurement
+from skylimb.control.loop.flight import MISSION_TIME
+from skylimb.control.missions.clock import Clock, limited_pace
+from skylimb.control.needs import PACE
+from skylimb.control.planning.posture import posture_family
+from skylimb.control.planning.vectoring import vectoring_table
+from skylimb.control.records import Command
+from skylimb.flight.replay.rates import angular_velocities, velocities
+from skylimb.robots.model import Robot
+
+MEASURED = (
+    "root_position_measured",
+    "root_quaternion_measured",
+    "root_velocity_measured",
+    "root_angular_velocity_measured",
+    "joint_angles_measured",
+    "vectoring_angles_measured",
+)
+"""Signals of a log that make a measurement, in the order of its entries."""
+
+HELD = "tick_held"
+"""Signal of a flight on the wall clock: 1 where the command of the tick before was held."""
+
+_WHOLE = 1e-6
+"""Seconds by which a tick's stamp may be off its place before the log is sampled anew."""
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """What was measured and commanded at every tick.
+
+    Attributes:
+        times: since the log's beginning, s, (k,).
+        measurement: every entry with the ticks as first dimension.
+        command: likewise; thrusts are NaN where the log has none.
+        clock: where the flight was on its mission's clock, each (k,).
+        paced: whether the controller that flew set the pace of that clock.
+        held: whether the controller was not asked and its command of the tick before held, (k,).
+        missing: what the log lacks and what stands in its place, one line each.
+    """
+
+    times: np.ndarray
+    measurement: Measurement
+    command: Command
+    clock: Clock
+    paced: bool
+    held: np.ndarray
+    missing: tuple[str, ...]
+
+    def __len__(self) -> int:
+        return len(self.times)
+
+
+def sampled(log: xr.Dataset, period: float) -> tuple[xr.Dataset, tuple[str, ...]]:
+    """The log at every control tick: at each the last row before it, so that nothing looks into the future.
+
+    Args:
+        log: of signals over `time`, s.
+        period: control period, s.
+
+    Returns:
+        The log itself where its rows are the ticks; and what was done, in a line.
+
+    Raises:
+        ConfigError: when the log has less than two rows, or its time does not rise.
+    """
+    times = np.asarray(log.time.values, dtype=float)
+    if len(times) < 2 or not np.all(np.diff(times) > 0.0):
+        raise ConfigError(f"a log with {len(times)} rows whose time does not rise cannot be replayed")
+    first = times[0]
+    if np.all(abs(times - first - np.arange(len(times)) * period) < _WHOLE):
+        return log, ()
+    ticks = np.arange(int((times[-1] - first) / period + 1e-9) + 1) * period
+    rows = np.searchsorted(times, first + ticks + 1e-9, side="right") - 1
+    said = f"rows at {1.0 / np.median(np.diff(times)):.4g} Hz: at each {1.0 / period:g} Hz tick the last one"
+    return log.isel(time=rows).assign_coords(time=("time", ticks, log.time.attrs)), (said,)
+
+
+def recorded(log: xr.Dataset, robot: Robot, period: float, vectoring: str) -> Recorded:
+    """Measurements, commands and clock of a log whose rows are ticks; see `sampled`.
+
+    Args:
+        log: of a flight of this robot.
+        robot: gives the sizes, and the angles that stand in where none were recorded.
+        period: control period, s.
+        vectoring: purpose of those vectoring angles.
+
+    Raises:
+        ConfigError: when the log holds no pose, or a signal has the wrong size.
+    """
+    times = np.asarray(log.time.values, dtype=float)
+    said: list[str] = []
+    position = _held(log, MEASURED[0], 3, said)
+    quaternion = _held(log, MEASURED[1], 4, said)
+    for name, values in zip(MEASURED[:2], (position, quaternion), strict=True):
+        if values is None:
+            raise ConfigError(f"the log has no '{name}': without a measured pose nothing can be replayed")
+    assert position is not None
+    assert quaternion is not None
+    velocity = _held(log, MEASURED[2], 3, said)
+    if velocity is None:
+        velocity = velocities(times, position)
+        said.append(f"no {MEASURED[2]}: differences of the positions, low pass 20 Hz")
+    angular_velocity = _held(log, MEASURED[3], 3, said)
+    if angular_velocity is None:
+        angular_velocity = angular_velocities(times, quaternion)
+        said.append(f"no {MEASURED[3]}: differences of the attitudes, low pass 20 Hz")
+    joints = _angles(log, "joint_angles", robot.n_joints, _nominal(robot, vectoring)[0], said)
+    vectored = _angles(log, "vectoring_angles", robot.n_vectoring, _nominal(robot, vectoring)[1], said)
+    thrusts = _held(log, "thrusts_command", robot.n_rotors, said)
+    if thrusts is None:
+        thrusts = np.full((len(times), robot.n_rotors), np.nan)
+        said.append(
+            "no thrusts_command: the estimator is told what the replayed controller commands, so its "
+            "external wrench is that controller's own error"
+        )
+    clock, paced = _clock(log, period, said)
+    return Recorded(
+        times,
+        Measurement(position, quaternion, velocity, angular_velocity, joints[0], vectored[0]),
+        Command(thrusts, joints[1], vectored[1]),
+        clock,
+        paced,
+        _flags(log, HELD) > 0.0,
+        tuple(said),
+    )
+
+
+def _held(log: xr.Dataset, name: str, width: int, said: list[str]) -> np.ndarray | None:
+    """A signal, (k, width), its rows that are no numbers replaced by the last that was; None without one."""
+    if name not in log.variables:
+        return None
+    values = np.asarray(log[name].values, dtype=float)
+    if values.shape != (len(log.time), width):
+        raise ConfigError(f"signal '{name}' of the log has the shape {values.shape[1:]}, wanted ({width},)")
+    bad = np.logical_not(np.isfinite(values).all(axis=1))
+    if not bad.any():
+        return values
+    if bad.all():
+        return None
+    said.append(f"{name}: {int(bad.sum())} of {len(bad)} rows are no numbers; the last good row is held")
+    rows = np.maximum.accumulate(np.where(bad, 0, np.arange(len(bad))))
+    rows[: int(np.argmin(bad))] = int(np.argmin(bad))
+    return values[rows]
+
+
+def _flags(log: xr.Dataset, name: str) -> np.ndarray:
+    """A number at every tick, (k,); 0 where the log has none."""
+    if name not in log.variables:
+        return np.zeros(len(log.time))
+    return np.nan_to_num(np.asarray(log[name].values, dtype=float))
+
+
+def _angles(
+    log: xr.Dataset, name: str, width: int, nominal: np.ndarray, said: list[str]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Measured and commanded angles of some joints, each (k, width)."""
+    measured = _held(log, f"{name}_measured", width, said)
+    command = _held(log, f"{name}_command", width, said)
+    usual = np.tile(nominal, (len(log.time), 1))
+    if measured is None:
+        instead = "the commanded ones" if command is not None else "those of the nominal posture"
+        said.append(f"no {name}_measured: {instead}")
+        measured = command if command is not None else usual
+    return measured, command if command is not None else measured
+
+
+def _nominal(robot: Robot, vectoring: str) -> Sequence[np.ndarray]:
+    family = posture_family(robot)
+    theta = family.theta_nominal
+    angles = family.joint_angles(theta), vectoring_table(robot, vectoring).angles(theta)
+    return [np.asarray(part, dtype=float) for part in angles]
+
+
+def _clock(log: xr.Dataset, period: float, said: list[str]) -> tuple[Clock, bool]:
+    """Where the flight was on its mission's clock."""
+    count = len(log.time)
+    if MISSION_TIME not in log.variables:
+        return Clock(np.arange(float(count)), np.ones(count)), False
+    shown = np.nan_to_num(np.asarray(log[MISSION_TIME].values, dtype=float)) / period
+    if PACE in log.variables:
+        # A tick's pace is that of the next one, and the clock is the sum of the paces: so it is the same to
+        # the bit, where time in seconds was rounded.
+        pace = np.nan_to_num(np.asarray(log[PACE].values, dtype=float)[:-1])
+        pace = np.concatenate([np.ones(1), limited_pace(pace)])
+        ticks = np.concatenate([np.zeros(1), np.cumsum(pace[1:])])
+        if np.all(abs(ticks - shown) < 1e-3):
+            return Clock(ticks, pace), True
+    said.append("the mission's clock is read from mission_time: no pace that fits it was recorded")
+    return Clock(shown, np.gradient(shown)), True

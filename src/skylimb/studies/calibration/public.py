@@ -1,0 +1,92 @@
+"""The call that users make: from a manoeuvre or a log to what the robot does not know of itself."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from skylimb.analysis.recording.run import LOG_FILE, Run
+from skylimb.base.errors import ConfigError
+from skylimb.flight.experiments.experiment import Experiment
+from skylimb.flight.public import Progress, run
+from skylimb.robots.description import GRAVITY
+from skylimb.robots.loader import load_robot
+from skylimb.robots.model import Robot
+from skylimb.studies.calibration.estimate import estimate
+from skylimb.studies.calibration.excited import require_excited
+from skylimb.studies.calibration.record import record_of
+from skylimb.studies.calibration.result import Calibration, calibration_of
+
+USUAL = "calibration"
+"""The experiment that ships for it."""
+
+
+def calibrate(
+    what: str | Path | Experiment | Run = USUAL,
+    seed: int | None = None,
+    set: Mapping[str, Any] | None = None,
+    progress: Progress | None = None,
+) -> Calibration:
+    """Find out what a robot and its sensors differ in from their description.
+
+    Args:
+        what: an experiment (a name, a TOML file, or one at hand), which is flown with the controller that it
+            brings along; or a flight that was flown: a `Run`, its log.nc, or the folder that holds it.
+        seed: of the sensors' noise; the experiment's own when None.
+        set: dotted keys of the experiment and new values.
+        progress: called with how far the flight is.
+
+    Returns:
+        Values with their 95 % intervals, residuals, and the truth beside them where it is known.
+
+    Raises:
+        SkylimbError: when the flight cannot be flown, was lost, touched something, or says nothing; nothing
+            is written.
+    """
+    flown = flight_of(what, seed, set, progress)
+    return calibration_from(flown, robot_of(flown))
+
+
+def flight_of(
+    what: str | Path | Experiment | Run,
+    seed: int | None = None,
+    set: Mapping[str, Any] | None = None,
+    progress: Progress | None = None,
+) -> Run:
+    """The flight that a calibration is made of; arguments are those of `calibrate`."""
+    if isinstance(what, Run) or is_log(what):
+        if seed is not None or set:
+            raise ConfigError("a flight that was flown has its seed and its settings already")
+        return what if isinstance(what, Run) else Run.load(str(what))
+    return run(what if isinstance(what, Experiment) else str(what), seed=seed, set=set, progress=progress)
+
+
+def is_log(what: Any) -> bool:
+    """Whether this names a log or a folder with one, and no experiment."""
+    if isinstance(what, Experiment):
+        return False
+    path = Path(what)
+    return path.suffix == ".nc" or (path / LOG_FILE).is_file()
+
+
+def robot_of(flown: Run) -> Robot:
+    """The robot of a flight, as it is described.
+
+    Raises:
+        SkylimbError: when the log does not say, or there is no such robot.
+    """
+    config = tomllib.loads(flown.config) if flown.config else {}
+    name = str(config.get("robot") or flown.log.attrs.get("robot", ""))
+    if not name:
+        raise ConfigError(f"the log of '{flown.name}' does not say of which robot it is")
+    # Flights of before gravity was a key were planned with the standard one.
+    return load_robot(name, float(config.get("gravity", GRAVITY)))
+
+
+def calibration_from(flown: Run, robot: Robot) -> Calibration:
+    """The calibration of one flight; `calibrate` says more."""
+    record = record_of(flown, robot)
+    require_excited(record)
+    return calibration_of(flown, robot, estimate(record), record.duration)

@@ -1,0 +1,195 @@
+"""A flight as an estimator wants it: frames, angles and thrusts, in pieces in which nothing touches."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from scipy.signal import lfilter, savgol_filter
+from scipy.spatial.transform import Rotation
+
+from skylimb.analysis.recording.run import Run
+from skylimb.robots.model import Robot
+from skylimb.studies.calibration.log import measured
+from skylimb.studies.calibration.mechanics import mechanics, packed
+from skylimb.studies.calibration.steps import Steps
+
+_LONGEST_STEP = 0.0101
+"""Longest step over which the robot's motion is integrated at once, s."""
+
+_MOST_REGULAR = 0.95
+"""Part of the frames that must keep step with the ticks; the others are not used then."""
+
+_SMOOTHED = 0.12
+"""Time over which encoders are smoothed, s."""
+
+
+@dataclass(frozen=True)
+class Record:
+    """A flight without contact, or its parts without.
+
+    Attributes:
+        robot: as it is described.
+        dt: control period, s.
+        stride: ticks from one frame of the motion capture to the next, which are one step.
+        pieces: first and last tick (not included) of every part.
+        position: measured root, W, m, (k, 3).
+        attitude: measured root, (k, 3, 3).
+        fresh: whether the measurement is a new frame, (k,).
+        angles: measured joint and vectoring angles, smoothed, rad, (k, nq + nv).
+        rates: of them, rad/s.
+        command: commanded thrusts, N, (k, n).
+        flat: mechanics at every tick, packed.
+    """
+
+    robot: Robot
+    dt: float
+    stride: int
+    pieces: tuple[tuple[int, int], ...]
+    position: np.ndarray
+    attitude: np.ndarray
+    fresh: np.ndarray
+    angles: np.ndarray
+    rates: np.ndarray
+    command: np.ndarray
+    flat: np.ndarray
+
+    @property
+    def step(self) -> float:
+        """Time of a step, s."""
+        return self.stride * self.dt
+
+    @property
+    def duration(self) -> float:
+        """Time that is used, s."""
+        return float(sum(end - begin for begin, end in self.pieces)) * self.dt
+
+    def thrusts(self, lag: float) -> tuple[np.ndarray, np.ndarray]:
+        """Thrusts behind a lag at every tick, N, (k, n), and their derivative by it, N/s."""
+        a = float(np.exp(-self.dt / lag))
+        first = self.command[:1]
+        beside = self.command - first
+        # lambda_{k+1} = a lambda_k + (1 - a) command_k, from rest at the first command.
+        moved = np.asarray(lfilter([0.0, 1.0 - a], [1.0, -a], beside, axis=0))
+        by_a = np.asarray(lfilter([0.0, 1.0], [1.0, -a], moved - beside, axis=0))
+        return first + moved, by_a * a * self.dt / lag**2
+
+    def steps(self, piece: tuple[int, int], lag: float, latency: float) -> Steps:
+        """What is known of every step of a piece, for these values of lag and latency (s)."""
+        ticks = np.arange(piece[0], piece[1], self.stride)
+        at, step = ticks * self.dt - latency, self.step
+        middle, middle_slope = self._between(at + 0.5 * step)
+        start, start_slope = self._between(at)
+        low, high = self._integrals(at, lag), self._integrals(at + step, lag)
+        mean = (high.once - low.once) / step
+        early = (high.twice - low.twice - step * low.once) / (0.5 * step**2)
+        return Steps(
+            middle=middle,
+            middle_rate=-middle_slope,
+            cog=start[:, 0:3],
+            cog_rate=-start_slope[:, 0:3],
+            thrusts=mean[0],
+            thrusts_by=np.concatenate([mean[1], -mean[2]], axis=1),
+            early=early[0],
+            early_by=np.concatenate([early[1], -early[2]], axis=1),
+            position=self.position[ticks],
+            attitude=self.attitude[ticks].reshape(-1, 9),
+            fresh=self.fresh[ticks, None].astype(float),
+        )
+
+    def _between(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Mechanics at any times, between two ticks in a straight line, and their slope."""
+        where = np.clip(times / self.dt, 0.0, len(self.flat) - 1.001)
+        here = np.floor(where).astype(int)
+        part = (where - here)[:, None]
+        step = self.flat[here + 1] - self.flat[here]
+        return self.flat[here] + part * step, step / self.dt
+
+    def _integrals(self, times: np.ndarray, lag: float) -> _Integrals:
+        """The thrusts' first and second integral up to any times, and their derivatives by lag and time."""
+        thrusts, thrusts_lag = self.thrusts(lag)
+        where = np.clip(times / self.dt, 0.0, len(thrusts) - 1e-9)
+        here = np.floor(where).astype(int)
+        away, away_lag = thrusts - self.command, thrusts_lag
+        whole = _within(np.full((len(thrusts), 1), self.dt), lag, self.command, away, away_lag)
+        # At the beginning of every tick: what all ticks before it have brought.
+        once = _before(whole.once[:2])
+        twice = _before(whole.twice[:2] + self.dt * once)
+        s = ((where - here) * self.dt)[:, None]
+        part = _within(s, lag, self.command[here], away[here], away_lag[here])
+        once, twice = once[:, here], twice[:, here]
+        first = np.concatenate([once + part.once[:2], part.once[2:]])
+        second = np.concatenate([twice + once * s + part.twice[:2], first[:1]])
+        return _Integrals(first, second)
+
+
+class _Integrals(NamedTuple):
+    """Integrals of the thrusts, each with its derivatives by lag and time: (3, k, n)."""
+
+    once: np.ndarray
+    twice: np.ndarray
+
+
+def _within(
+    s: np.ndarray, lag: float, command: np.ndarray, away: np.ndarray, away_lag: np.ndarray
+) -> _Integrals:
+    """Integrals over the first s seconds of a tick, in which the thrusts are command + away e^(-s / lag)."""
+    decay = np.exp(-s / lag)
+    once = lag * (1.0 - decay)
+    once_lag = (1.0 - decay) - (s / lag) * decay
+    twice, twice_lag = lag * (s - once), (s - once) - lag * once_lag
+    first = [command * s + away * once, away_lag * once + away * once_lag, command + away * decay]
+    second = [0.5 * command * s**2 + away * twice, away_lag * twice + away * twice_lag, first[0]]
+    return _Integrals(np.stack(first), np.stack(second))
+
+
+def _before(parts: np.ndarray) -> np.ndarray:
+    """Sum of all rows before each row, along the second axis."""
+    return np.cumsum(parts, axis=1) - parts
+
+
+def record_of(run: Run, robot: Robot) -> Record:
+    """The parts of a run's log in which the robot flew freely.
+
+    Raises:
+        ConfigError: naming what the log lacks, or what is wrong with the flight; see `log.measured`.
+    """
+    seen = measured(run, robot)
+    width = max(5, 2 * round(0.5 * _SMOOTHED / seen.dt) + 1)
+    angles = np.asarray(savgol_filter(seen.angles, width, 3, axis=0))
+    rates = np.asarray(savgol_filter(seen.angles, width, 3, deriv=1, delta=seen.dt, axis=0))
+    stride, fresh = _in_step(seen.fresh, seen.dt)
+    return Record(
+        robot,
+        seen.dt,
+        stride,
+        _on_frames(seen.pieces, fresh, stride),
+        seen.position,
+        Rotation.from_quat(seen.quaternion, scalar_first=True).as_matrix(),
+        fresh,
+        angles,
+        rates,
+        seen.command,
+        packed(mechanics(robot, angles, rates)),
+    )
+
+
+def _in_step(fresh: np.ndarray, dt: float) -> tuple[int, np.ndarray]:
+    """Ticks from frame to frame, and the frames that keep step with them; 1 and all where they do not."""
+    frames = np.flatnonzero(fresh)
+    spacing = int(np.median(np.diff(frames)))
+    first = np.bincount(frames % spacing).argmax()
+    regular = frames[frames % spacing == first]
+    if len(regular) < _MOST_REGULAR * len(frames) or spacing * dt > _LONGEST_STEP:
+        return 1, fresh
+    kept = np.zeros_like(fresh)
+    kept[regular] = True
+    return spacing, kept
+
+
+def _on_frames(
+    pieces: tuple[tuple[int, int], ...], fresh: np.ndarray, stride: int
+) -> tuple[tuple[int, int], ...]:
+    """The pieces, each from its first frame on."""
+    return tuple((begin + int(np.argmax(fresh[begin:end])), end - stride) for begin, end in pieces)

@@ -1,0 +1,172 @@
+"""A calibration as data: `calibration.toml`, with a table for every parameter."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from typing import Any
+
+import numpy as np
+import tomli_w
+
+from skylimb.analysis.recording.run import Run
+from skylimb.analysis.recording.versions import versions
+from skylimb.base.config import from_mapping
+from skylimb.control.corrections import FORMAT, Corrections
+from skylimb.robots.model import Robot
+from skylimb.studies.calibration.estimate import Estimate
+from skylimb.studies.calibration.parameters import Parameter
+
+FILE = "calibration.toml"
+
+SIGMAS = 1.959964
+"""Half of a 95 % interval, in standard deviations."""
+
+MASS_SPREAD = 0.02
+"""What is believed of the mass, as a part of it: a flight does not show it."""
+
+_TIGHT, _LOOSE = 0.9, 1.25
+"""Residuals, over what the noise explains, between which the model is good."""
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """What a flight says of robot and sensors.
+
+    Attributes:
+        robot: the robot's name.
+        digest: of its description.
+        estimate: values, covariance, residuals.
+        flight: what was flown: experiment, controller, seed, seconds, frames.
+        truth: where the flight was simulated, the true value of every entry, (p,); else None.
+        versions: what computed it.
+    """
+
+    robot: str
+    digest: str
+    estimate: Estimate
+    flight: Mapping[str, Any]
+    truth: np.ndarray | None = None
+    versions: Mapping[str, str] = field(default_factory=versions)
+
+    def interval(self, index: int) -> tuple[float, float, float]:
+        """Value and 95 % interval of an entry of the flat vector."""
+        value, deviation = float(self.estimate.value[index]), float(self.estimate.deviation[index])
+        return value, value - SIGMAS * deviation, value + SIGMAS * deviation
+
+    @property
+    def tables(self) -> dict[str, Any]:
+        """Everything as plain tables, as the file has it."""
+        estimate, at = self.estimate, 0
+        found: dict[str, Any] = {
+            "format": FORMAT,
+            "robot": self.robot,
+            "robot_digest": self.digest,
+            "verdict": self.verdict,
+            "flight": dict(self.flight),
+        }
+        for one in estimate.parameters:
+            indices = range(at, at + len(one.center))
+            at += len(one.center)
+            found[one.name] = self._table(one, indices)
+        found["mass_scale"] = {
+            "value": 1.0,
+            "low": 1.0 - SIGMAS * MASS_SPREAD,
+            "high": 1.0 + SIGMAS * MASS_SPREAD,
+            "unit": "",
+            "shown": False,
+            "meaning": "true over described mass; no flight tells it from a common thrust scale",
+        }
+        found["versions"] = dict(self.versions)
+        return found
+
+    def _table(self, one: Parameter, indices: range) -> dict[str, Any]:
+        rows = [self.interval(index) for index in indices]
+        shown = [bool(self.estimate.shown[index]) for index in indices]
+        value, low, high = ([row[k] for row in rows] for k in range(3))
+        single = one.entries == ("",)
+        return {
+            "value": value[0] if single else value,
+            "low": low[0] if single else low,
+            "high": high[0] if single else high,
+            "unit": one.unit,
+            "shown": shown[0] if single else shown,
+            "meaning": one.meaning,
+        }
+
+    @property
+    def corrections(self) -> Corrections:
+        """What a controller uses of it, for `skylimb.run(..., calibration=)`."""
+        tables = self.tables
+        found = {one.name: tables[one.name] for one in fields(Corrections)}
+        values = {name: one["value"] if isinstance(one, dict) else one for name, one in found.items()}
+        return from_mapping(Corrections, values, f"the calibration of '{self.robot}'")
+
+    @property
+    def text(self) -> str:
+        """The file's content."""
+        return tomli_w.dumps(self.tables)
+
+    @property
+    def left(self) -> float:
+        """Size of the residuals over what the noise explains; 1 for a model that explains everything."""
+        return float(np.sqrt(np.mean(np.clip(self.estimate.after, -5.0, 5.0) ** 2)))
+
+    @property
+    def verdict(self) -> str:
+        """What the flight shows and what it does not, in a sentence or two."""
+        estimate = self.estimate
+        hidden = [label for label, shown in zip(estimate.labels, estimate.shown, strict=True) if not shown]
+        if not hidden:
+            first = f"The flight shows all {len(estimate.labels)} numbers."
+        else:
+            first = (
+                f"The flight shows {len(estimate.labels) - len(hidden)} of {len(estimate.labels)} numbers; "
+                f"it does not show {', '.join(hidden)}, whose intervals stay near what was believed before."
+            )
+        if _TIGHT < self.left < _LOOSE:
+            return f"{first} What is left is the sensors' noise."
+        return (
+            f"{first} What is left is {self.left:.2g} times the noise: the model does not explain all of the "
+            "flight, and the intervals may be too narrow."
+        )
+
+    def __repr__(self) -> str:
+        return f"Calibration({self.robot!r}: {self.verdict})"
+
+
+def calibration_of(run: Run, robot: Robot, estimate: Estimate, duration: float) -> Calibration:
+    """The calibration that a run's estimate makes; the truth beside it where the run was simulated."""
+    attrs = run.log.attrs
+    flight = {
+        "experiment": str(attrs.get("experiment", "")),
+        "controller": run.controller,
+        "seed": int(attrs.get("seed", 0)),
+        "seconds": round(float(duration), 3),
+        "frames": estimate.frames,
+        "frames_left_out": estimate.left_out,
+    }
+    return Calibration(robot.name, robot.description.digest, estimate, flight, true_values(run, robot))
+
+
+def true_values(run: Run, robot: Robot) -> np.ndarray | None:
+    """What a simulated flight was flown with, in the order of the flat vector; None for a real one."""
+    config = tomllib.loads(run.config) if run.config else {}
+    plant, sensors = config.get("plant"), config.get("sensors")
+    if plant is None or sensors is None:
+        return None
+    # Runs of before gravity was a key were flown with the engine's own.
+    gravity = float(config.get("gravity", 9.81))
+    lag = float(plant.get("rotor_lag", -1.0))
+    described = float(np.mean([rotor.lag for rotor in robot.description.rotors]))
+    scale = np.asarray(plant.get("rotor_scale") or np.ones(robot.n_rotors), dtype=float)
+    scale = scale * float(plant.get("thrust_scale", 1.0)) / float(plant.get("mass_scale", 1.0))
+    return np.concatenate(
+        [
+            np.asarray(sensors.get("attitude_misalignment", np.zeros(3)), dtype=float),
+            np.asarray(plant.get("cog_offset", np.zeros(3)), dtype=float),
+            scale,
+            [described if lag < 0.0 else lag, float(sensors.get("latency", 0.0)), 0.0, 0.0, gravity],
+        ]
+    )

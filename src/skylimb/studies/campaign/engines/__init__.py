@@ -1,0 +1,105 @@
+"""Where flights are flown: in this process, in processes of this machine, or on a cluster.
+
+An engine takes batches of jobs and hands out futures of what came of them. It keeps no results and flies
+nothing twice: what to do about a worker that died is decided by the queue.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Future
+from typing import Any, Protocol
+
+from skylimb.base.errors import ConfigError, SkylimbError
+from skylimb.studies.campaign.bench import Flown, Job
+
+MOST_WORKERS = 1024
+
+DEATHS = 3
+"""Workers that may die over a flight before it is quarantined."""
+
+
+class WorkerError(SkylimbError):
+    """Workers cannot be started or reached."""
+
+
+class Engine(Protocol):
+    """What the queue asks of an engine."""
+
+    @property
+    def slots(self) -> int:
+        """How many batches it can have in hand."""
+        ...
+
+    def submit(self, jobs: Sequence[Job]) -> Future[list[Flown]]:
+        """Fly a batch; at most `slots` batches may be on their way at a time."""
+        ...
+
+    def deaths(self, error: BaseException) -> int | None:
+        """How many workers have died over a batch whose future holds `error`.
+
+        0: its worker died before it began. None: the error is no worker's death.
+        """
+        ...
+
+    def check(self) -> None:
+        """Look whether anything can still come back; called while nothing does.
+
+        Raises:
+            WorkerError: nothing will.
+        """
+        ...
+
+    def close(self) -> None:
+        """Let the workers go, also those that are flying."""
+        ...
+
+
+def make_engine(
+    tables: Mapping[str, Any], workers: int | None = None, scheduler: str = "", slurm: str = ""
+) -> Engine:
+    """The engine that a user asks for.
+
+    Args:
+        tables: the campaign, as `Campaign.to_mapping` gives it.
+        workers: processes on this machine, one a core by default, 0 for none; or jobs on SLURM, 4 by default.
+        scheduler: address of a Dask scheduler.
+        slurm: a SLURM queue.
+
+    Raises:
+        WorkerError: nobody answers there.
+        MissingExtraError: the extra `cluster` is wanted and not installed.
+    """
+    if scheduler:
+        from skylimb.studies.campaign.engines.cluster import connect
+
+        return connect(tables, scheduler)
+    if slurm:
+        from skylimb.studies.campaign.engines.slurm import on_slurm
+
+        return on_slurm(tables, slurm, workers or 4)
+    if workers == 0:
+        from skylimb.studies.campaign.engines.inline import InlineEngine
+
+        return InlineEngine(tables)
+    from skylimb.studies.campaign.engines.local import LocalEngine, cores
+
+    return LocalEngine(tables, workers or cores())
+
+
+def check_workers(workers: int | None, scheduler: str = "", slurm: str = "") -> None:
+    """Find out before anything is written whether `make_engine` can do something with these.
+
+    Raises:
+        ConfigError: values that it cannot take.
+        MissingExtraError: the extra `cluster` is wanted and not installed.
+    """
+    if scheduler and slurm:
+        raise ConfigError("scheduler and slurm exclude each other: choose one")
+    if workers is not None and not 0 <= workers <= MOST_WORKERS:
+        raise ConfigError(f"workers = {workers} must be 0 .. {MOST_WORKERS}")
+    if scheduler or slurm:
+        from skylimb.studies.campaign.engines.cluster import imported
+
+        for package in ("distributed", "dask_jobqueue") if slurm else ("distributed",):
+            imported(package)

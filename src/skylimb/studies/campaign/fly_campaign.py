@@ -1,0 +1,202 @@
+"""The public calls: fly a campaign, and write its report anew."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from skylimb.base.errors import OutputError
+from skylimb.base.files import replace_text
+from skylimb.flight.experiments.experiment import robot_of
+from skylimb.flight.flyable import require_flyable
+from skylimb.flight.plan import mission_of
+from skylimb.simulation.plant import build_plant
+from skylimb.studies.campaign.bench import Job
+from skylimb.studies.campaign.engines import Engine, check_workers, make_engine
+from skylimb.studies.campaign.flight_queue import (
+    FlightQueue,
+    Interrupted,
+    Progress,
+    Report,
+    watching_interrupts,
+)
+from skylimb.studies.campaign.folder import (
+    LOGS,
+    REPORT_FILE,
+    SUMMARY_FILE,
+    complaints,
+    load_campaign,
+    logged,
+)
+from skylimb.studies.campaign.frozen import Campaign, freeze
+from skylimb.studies.campaign.logs import log_flag, wanted_logs
+from skylimb.studies.campaign.reading import load_spec
+from skylimb.studies.campaign.rows import Row
+from skylimb.studies.campaign.spec import CampaignSpec
+from skylimb.studies.campaign.stopping import enough, looks
+from skylimb.studies.campaign.store import load_rows, open_store
+from skylimb.studies.campaign.summary import Summary, summarize, summary_json
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a campaign came to.
+
+    Attributes:
+        folder: where everything lies.
+        campaign: what was flown.
+        rows: by flight.
+        summary: None when it was stopped before its end.
+        damaged: rows of an earlier table that could not be read, and were flown again.
+    """
+
+    folder: Path
+    campaign: Campaign
+    rows: dict[int, Row]
+    summary: Summary | None
+    damaged: int
+
+    @property
+    def complete(self) -> bool:
+        """Whether all has flown that the spec asks for."""
+        return self.summary is not None
+
+
+def run_campaign(
+    spec: str | Path | CampaignSpec,
+    out: str | Path,
+    *,
+    workers: int | None = None,
+    resume: bool = False,
+    scheduler: str = "",
+    slurm: str = "",
+    progress: Report | None = None,
+) -> Outcome:
+    """Fly a campaign into a folder, or go on with one.
+
+    Args:
+        spec: a TOML file, or a spec at hand.
+        out: folder for the results: spec.toml, flights.parquet, summary.json, report.html and logs/.
+        workers: processes on this machine, or jobs on SLURM; all cores by default, 0 flies in this process.
+            The table does not depend on it, and a resumed campaign may have another number.
+        resume: whether `out` may be there already; flights in it are not flown again.
+        scheduler: address of a Dask scheduler, such as tcp://HOST:8786, to fly there.
+        slurm: a SLURM queue, to fly there.
+        progress: called with the progress, twice a second or more often.
+
+    Returns:
+        The outcome; not complete when Ctrl-C stopped it.
+
+    Raises:
+        ConfigError: when the spec cannot be flown; nothing has been written then.
+        OutputError: when the folder cannot be used; nothing in it has been touched then. Or when the disk
+            is full; what was flown before is kept.
+    """
+    check_workers(workers, scheduler, slurm)
+    campaign, folder = freeze(spec if isinstance(spec, CampaignSpec) else load_spec(spec)), Path(out)
+    if not folder.exists():
+        first = campaign.experiment_of(campaign.draw(0))
+        robot = robot_of(first)
+        build_plant(robot, first.surface, first.plant, first.control_period)
+        require_flyable(first.surface, robot, mission_of(first, robot))
+    total = campaign.flight(campaign.spec.draws, 0)
+
+    def engine() -> Engine:
+        return make_engine(campaign.to_mapping(), workers, scheduler, slurm)
+
+    with opened_queue(campaign, folder, resume, engine, progress, total) as queue:
+        store = queue.store
+        try:
+            draws = fly_draws(campaign, queue)
+            rows = {f: row for f, row in store.by_flight.items() if f < campaign.flight(draws, 0)}
+            fly_logs(campaign, queue, rows)
+        except Interrupted:
+            return Outcome(folder, campaign, store.by_flight, None, store.damaged)
+        summary = summarize(campaign, rows)
+        with complaints(folder):
+            (folder / LOGS).mkdir(exist_ok=True)
+        store.finish((Job(flight).key for flight in rows), _texts(campaign, rows, summary, folder))
+        return Outcome(folder, campaign, rows, summary, store.damaged)
+
+
+def report_campaign(folder: str | Path) -> Outcome:
+    """Work out a folder's summary and report anew from its flights; also of a campaign that is not through.
+
+    Raises:
+        OutputError: when there is no campaign there, or nothing has flown.
+    """
+    folder = Path(folder)
+    campaign = load_campaign(folder)
+    rows, damaged = load_rows(folder, campaign)
+    if not rows:
+        raise OutputError(f"campaign folder '{folder}' holds no flight yet")
+    summary = summarize(campaign, rows)
+    with complaints(folder):
+        for name, text in _texts(campaign, rows, summary, folder).items():
+            replace_text(folder / name, text)
+    return Outcome(folder, campaign, rows, summary, damaged)
+
+
+@contextmanager
+def opened_queue(
+    campaign: Campaign,
+    folder: Path,
+    resume: bool,
+    engine: Callable[[], Engine],
+    report: Report | None,
+    total: int,
+) -> Iterator[FlightQueue]:
+    """A queue that flies into a folder; campaigns and searches share it.
+
+    Args:
+        campaign: what is flown.
+        folder: where it is kept.
+        resume: whether the folder may be there already.
+        engine: makes what flies, once the folder is open.
+        report: called with the progress.
+        total: flights that it takes at most.
+    """
+    with watching_interrupts() as stop, open_store(folder, campaign, resume) as store:
+        made = engine()
+        try:
+            yield FlightQueue(store, made, stop, report or _silent, total)
+        finally:
+            made.close()
+
+
+def fly_draws(campaign: Campaign, queue: FlightQueue) -> int:
+    """Fly every flight that is missing, until the draws or the stopping rule are through.
+
+    Returns:
+        The number of draws that the campaign has. The store may hold more, flown before a kill; they do not
+        stand in the way of a look.
+    """
+    for draws in looks(campaign):
+        jobs = [Job(flight, log=log_flag(campaign)) for flight in range(campaign.flight(draws, 0))]
+        queue.fly([job for job in jobs if job.key not in queue.store.rows])
+        if enough(campaign, queue.store.by_flight, draws):
+            return draws
+    return campaign.spec.draws
+
+
+def fly_logs(campaign: Campaign, queue: FlightQueue, rows: Mapping[int, Row]) -> None:
+    """Fly again those flights whose log is wanted and not there: the worst are known only at the end."""
+    wanted = wanted_logs(campaign, rows)
+    missing = set(wanted) - logged(queue.store.folder, (rows[flight] for flight in wanted))
+    queue.fly([Job(flight, log="always") for flight in sorted(missing)])
+
+
+def _texts(campaign: Campaign, rows: Mapping[int, Row], summary: Summary, folder: Path) -> dict[str, str]:
+    from skylimb.studies.campaign.report import render_report  # draws, which the flights need not wait for
+
+    kept = logged(folder, rows.values())
+    return {
+        SUMMARY_FILE: summary_json(campaign, rows, summary),
+        REPORT_FILE: render_report(campaign, rows, summary, kept, folder),
+    }
+
+
+def _silent(progress: Progress) -> None:
+    """Report to nobody."""

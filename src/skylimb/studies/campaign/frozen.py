@@ -1,0 +1,253 @@
+"""A campaign with all that its flights depend on resolved: what goes to workers and stays in the folder.
+
+Files are read once, when a campaign begins. What they said stays in the folder's spec.toml, so that a resumed
+campaign can tell whether an experiment, a preset, a user's code or a version has changed in the meantime.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+from skylimb.analysis.recording.versions import versions
+from skylimb.base.config import flatten, value_of
+from skylimb.base.errors import ConfigError
+from skylimb.base.keys import files_of
+from skylimb.base.user_modules import load_module, sources_of_module
+from skylimb.control.controller import Controller, controller_from_tables, is_traceable, load_controller
+from skylimb.control.corrections import read_corrections, with_corrections
+from skylimb.control.preset import preset_mapping
+from skylimb.flight.experiments.experiment import Experiment, experiment_from_mapping, experiment_tables
+from skylimb.flight.export.step import controller_step
+from skylimb.robots.loader import load_robot
+from skylimb.robots.model import Robot
+from skylimb.studies.campaign.draws import Draw, changed, draw
+from skylimb.studies.campaign.reading import FROZEN, spec_from_mapping
+from skylimb.studies.campaign.spec import CampaignSpec
+
+FORMAT_VERSION = 4
+"""Of a campaign's folder."""
+
+CHECKED_DRAWS = 20_000
+"""Draws that are checked before take-off; later ones are checked when they are flown."""
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """A campaign ready to fly.
+
+    Attributes:
+        spec: as its user wrote it.
+        experiment: tables of the experiment, with the spec's `set` in them.
+        controllers: by name, the file it came from and its preset's tables, or the digest of the user's code.
+        robots: name of each robot that a draw may fly -> digest of its files.
+        versions: of everything that computes. The driver is not among them: all drivers give the same bits.
+        purpose: "campaign", or "search" where the flights are those of `skylimb tune`.
+        use: files with metrics of the user's -> digest.
+        files: keys of the experiment that name a file (a drawing, a height map, a mesh) -> digest of what the
+            draws may read.
+    """
+
+    spec: CampaignSpec
+    experiment: dict[str, Any]
+    controllers: dict[str, dict[str, Any]]
+    robots: dict[str, str]
+    versions: dict[str, str]
+    purpose: str = "campaign"
+    use: dict[str, str] = field(default_factory=dict)
+    files: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The controllers' names, in the spec's order."""
+        return tuple(self.controllers)
+
+    def flight(self, draw: int, controller: int) -> int:
+        """Index of a flight: draw by draw, controller by controller."""
+        return draw * len(self.controllers) + controller
+
+    def split(self, flight: int) -> tuple[int, str]:
+        """Draw and controller of a flight."""
+        number, controller = divmod(flight, len(self.controllers))
+        return number, self.names[controller]
+
+    def draw(self, index: int) -> Draw:
+        """A draw; see `skylimb.studies.campaign.draws`."""
+        return draw(self.spec, index)
+
+    def experiment_of(self, drawn: Draw) -> Experiment:
+        """The experiment of a draw, checked.
+
+        Raises:
+            ConfigError: naming the draw and what is wrong with it.
+        """
+        changes = {key: value for key, value in drawn.values.items() if not key.startswith("controller.")}
+        return self._experiment({**changes, "seed": drawn.seed}, f"draw {drawn.index}")
+
+    def _experiment(self, changes: Mapping[str, Any], where: str) -> Experiment:
+        return experiment_from_mapping(changed(self.experiment, changes), where)
+
+    def gains_of(self, drawn: Draw, name: str) -> dict[str, Any]:
+        """The drawn gains that a controller has."""
+        only = self.spec.only
+        return {
+            key: value for key, value in drawn.gains.items() if name in only.get(f"controller.{key}", (name,))
+        }
+
+    def load(self, name: str, robot: Robot, gains: Mapping[str, Any] | None = None) -> Controller:
+        """A controller of the campaign, some of its gains replaced."""
+        entry = self.controllers[name]
+        path = Path(entry["path"])
+        if "preset" not in entry:
+            return load_controller(str(path), robot, gains)
+        if "file" in entry["preset"]:
+            return controller_from_tables(entry["preset"], path, robot, gains)
+        return controller_from_tables(changed(entry["preset"], gains or {}), path, robot)
+
+    def to_mapping(self) -> dict[str, Any]:
+        """What the folder's spec.toml holds: the spec, and a table with all that was resolved."""
+        frozen = {
+            "format": FORMAT_VERSION,
+            "purpose": self.purpose,
+            "robots": self.robots,
+            "versions": self.versions,
+            "experiment": self.experiment,
+            "controllers": self.controllers,
+            **({"use": self.use} if self.use else {}),
+            **({"files": self.files} if self.files else {}),
+        }
+        return {**self.spec.to_mapping(), FROZEN: frozen}
+
+
+def freeze(spec: CampaignSpec, purpose: str = "campaign") -> Campaign:
+    """Resolve a spec and check it: every key, every range, every draw and every controller.
+
+    Args:
+        spec: what to fly.
+        purpose: see `Campaign`.
+
+    Raises:
+        SkylimbError: naming what cannot be flown; nothing has been written then.
+    """
+    tables = experiment_tables(spec.experiment)
+    resolved = experiment_from_mapping(tables, f"experiment {tables['name']}").to_mapping()
+    for key in (*spec.set, *spec.vary):
+        if key in spec.set and key.startswith("controller."):
+            raise ConfigError(
+                f"set.'{key}': gains are fixed in a preset's own file; "
+                f"vary.'{key}' = {{ choice = [...] }} varies them"
+            )
+        tables = _fill_list(tables, resolved, key)
+    tables = changed(tables, spec.set)
+    own = experiment_from_mapping(tables, "set").robot
+    chosen = spec.vary["robot"].extremes() if "robot" in spec.vary else [own]
+    robots = {str(name): load_robot(str(name)) for name in chosen}
+    controllers = {Path(name).stem: _controller(name, spec.calibration) for name in spec.controllers}
+    if len(controllers) < len(spec.controllers):
+        raise ConfigError(f"controllers = {list(spec.controllers)!r}: two of them have the same name")
+    digests = {name: robot.description.digest for name, robot in robots.items()}
+    use = {file: _code_digest(Path(file)) for file in spec.use}
+    campaign = Campaign(spec, tables, controllers, digests, versions(), purpose, use)
+    possible = [campaign._experiment({}, "set")]
+    for key, entry in spec.vary.items():
+        if not key.startswith("controller."):
+            for value in entry.extremes():  # each end by itself, so that the message names the key
+                possible.append(campaign._experiment({key: value}, f"vary.'{key}'"))
+    campaign = dataclasses.replace(campaign, files=_file_digests(possible))
+    for index in range(min(spec.draws, CHECKED_DRAWS)):
+        campaign.experiment_of(campaign.draw(index))
+    varied = any(key.startswith("controller.") for key in spec.vary)
+    for index in range(min(spec.draws, 64) if varied else 1):
+        for name, robot in product(campaign.names, robots.values()):
+            campaign.load(name, robot, campaign.gains_of(campaign.draw(index), name))
+    for name, robot in product(campaign.names, robots.values()):
+        controller = campaign.load(name, robot)
+        if "code" in controllers[name] and is_traceable(controller):
+            # A user's law that cannot be compiled is told now, before a folder is begun.
+            controller_step(controller, campaign.experiment_of(campaign.draw(0)).control_period)
+    return campaign
+
+
+def campaign_from_mapping(mapping: Mapping[str, Any], where: str) -> Campaign:
+    """A campaign from what `Campaign.to_mapping` wrote; nothing is looked up again."""
+    frozen = mapping.get(FROZEN)
+    if not isinstance(frozen, dict) or "format" not in frozen:
+        raise ConfigError(f"{where} was not written by a campaign (it has no table [{FROZEN}])")
+    if frozen["format"] != FORMAT_VERSION:
+        raise ConfigError(
+            f"{where} has folder format {frozen['format']}, this skylimb has {FORMAT_VERSION}: fly anew, "
+            "into another folder"
+        )
+    names = ("experiment", "controllers", "robots", "versions", "purpose")
+    resolved = {name: frozen[name] for name in names}
+    optional = {name: frozen.get(name, {}) for name in ("use", "files")}
+    return Campaign(spec_from_mapping(mapping, where), **resolved, **optional)
+
+
+def differences(begun: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
+    """What differs between two campaigns' tables, a line each: `draws: 100 -> 200`."""
+    before, after = flatten(begun), flatten(now)
+    keys = [*before, *(key for key in after if key not in before)]
+    return [
+        f"{key}: {_shown(before.get(key))} -> {_shown(after.get(key))}"
+        for key in keys
+        if before.get(key) != after.get(key)
+    ]
+
+
+def _shown(value: Any) -> str:
+    text = "nothing" if value is None else repr(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."
+
+
+def _fill_list(tables: dict[str, Any], resolved: Mapping[str, Any], key: str) -> dict[str, Any]:
+    """The tables with a list that only the defaults have, where a key picks one of its entries."""
+    whole, _, last = key.rpartition(".")
+    defaults = value_of(resolved, whole)
+    if not last.isdigit() or not isinstance(defaults, list) or value_of(tables, whole) is not None:
+        return tables
+    return changed(tables, {whole: defaults})
+
+
+def _controller(name: str, calibration: str = "") -> dict[str, Any]:
+    if name.endswith(".py"):
+        if calibration:
+            raise ConfigError(f"controller '{name}' is Python of its own; only presets fly calibrated")
+        return {"path": name, "code": _code_digest(Path(name))}
+    mapping, path = preset_mapping(name)
+    if calibration:
+        mapping = with_corrections(mapping, path, read_corrections(calibration))
+    laws = {
+        slot: _code_digest(path.parent / str(table["law"]))
+        for slot, table in mapping.items()
+        if isinstance(table, dict) and str(table.get("law", "")).endswith(".py")
+    }
+    entry: dict[str, Any] = {
+        "path": path.as_posix() if name.endswith(".toml") else f"{name}.toml",
+        "preset": mapping,
+    }
+    return {**entry, "code": laws} if laws else entry
+
+
+def _file_digests(experiments: Sequence[Experiment]) -> dict[str, str]:
+    """Digest of what lies under each key that names a file; a robot has its own."""
+    read: dict[str, set[str]] = {}
+    for experiment in experiments:
+        for key, owner in files_of(experiment):
+            if key != "robot":
+                read.setdefault(key, set()).update(source.digest for source in owner.sources)
+    return {key: _one_digest(sorted(digests)) for key, digests in read.items()}
+
+
+def _code_digest(path: Path) -> str:
+    """Digest of a user's Python file, and of the modules that it imports from its own folder."""
+    return _one_digest([source.digest for source in sources_of_module(load_module(path, ()))])
+
+
+def _one_digest(digests: Sequence[str]) -> str:
+    return digests[0] if len(digests) == 1 else hashlib.sha256("".join(digests).encode()).hexdigest()

@@ -1,0 +1,249 @@
+"""A campaign's report: one HTML page with its pictures inside, made from the table alone."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from skylimb.analysis.figures import style
+from skylimb.analysis.pages.pages import render_page
+from skylimb.analysis.recording import LOG_FILE, Run
+from skylimb.analysis.replay_page.page import replay_html
+from skylimb.analysis.scores.axis_names import AxisNames
+from skylimb.analysis.scores.score import Score, grouped
+from skylimb.base.config import to_mapping, value_of, write_toml
+from skylimb.studies.campaign.draws import changed
+from skylimb.studies.campaign.figures import plates
+from skylimb.studies.campaign.folder import log_name
+from skylimb.studies.campaign.frozen import Campaign
+from skylimb.studies.campaign.maps import colours_of
+from skylimb.studies.campaign.points import FEW
+from skylimb.studies.campaign.rows import QUARANTINED, Row
+from skylimb.studies.campaign.statistics import Paired, Rate, fewest_draws
+from skylimb.studies.campaign.statistics.telling import POWER
+from skylimb.studies.campaign.summary import Summary
+from skylimb.studies.campaign.who_wins import shown_ranks, to_tell, verdicts, within
+
+TEMPLATE = Path(__file__).with_name("report_template.html")
+
+_MOST_LISTED = 20
+_MOST_WATCHED = 4
+"""Flights that are shown again; each makes the page half a megabyte larger."""
+
+
+class Cell(NamedTuple):
+    """A number with its small print and its rank."""
+
+    value: str
+    interval: str = ""
+    rank: int = 0
+
+
+def render_report(
+    campaign: Campaign, rows: Mapping[int, Row], summary: Summary, kept: set[int], folder: Path
+) -> str:
+    """The page.
+
+    Args:
+        campaign: what was flown.
+        rows: by flight.
+        summary: of these rows.
+        kept: flights whose log lies in the folder.
+        folder: the campaign's.
+    """
+    scores, names = summary.scores, summary.scores.controllers
+    score, axes, declared = campaign.spec.score, summary.axes, scores.declared
+    return render_page(
+        TEMPLATE,
+        title=_title(campaign, len(scores.draws)),
+        description=str(campaign.experiment.get("description", "")).rstrip("."),
+        flights=len(rows),
+        draws=len(scores.draws),
+        expected=campaign.flight(campaign.spec.draws, 0),
+        stopped_early=campaign.spec.stop is not None,
+        lost=len(summary.lost),
+        quarantined=[row for row in summary.lost if row["status"] == QUARANTINED],
+        refused=list(scores.refused.items())[:_MOST_LISTED],
+        refused_count=len(scores.refused),
+        controllers=[(style.label(name), colour) for name, colour in colours_of(scores).items()],
+        rates=_rates(summary),
+        rate_called=campaign.spec.called,
+        groups=[
+            (title, [_row(score, summary) for score in part])
+            for title, part in grouped(declared[key] for key in summary.medians).items()
+        ],
+        verdicts=verdicts(summary),
+        to_tell=to_tell(summary, score),
+        power=f"{POWER:.0%}",
+        range_only=len(scores.draws) < fewest_draws(),
+        flown=_flown(summary, score) if len(scores.draws) < FEW else [],
+        pairs=_pairs(summary),
+        regions=[
+            (style.label(name), _region(summary, name, "failure" if campaign.spec.success else "loss"))
+            for name in names
+        ],
+        plates=plates(scores, score, axes),
+        axes=axes,
+        score=within(declared[score].text(axes)),
+        worst=[
+            (
+                row,
+                _cause(row, declared[score], axes),
+                command(campaign, row),
+                log_name(row) * (row["flight"] in kept),
+            )
+            for row in summary.worst
+        ],
+        replay=replay_html(_watched(folder, [row for row in summary.worst if row["flight"] in kept])),
+        success=[
+            (within(declared[key].text(axes)), bound) for key, bound in campaign.spec.success.items()
+        ],
+        varied=[(key, json.dumps(to_mapping(entry))) for key, entry in campaign.spec.vary.items()],
+        spec=write_toml(campaign.spec.to_mapping()),
+        versions=campaign.versions,
+    )  # fmt: skip
+
+
+def _watched(folder: Path, rows: Sequence[Row]) -> dict[str, Run]:
+    """The first few of the flights, by what they are called on the page."""
+    return {
+        f"{style.label(row['controller'])}, flight {row['flight']}": Run.load(
+            folder / log_name(row) / LOG_FILE
+        )
+        for row in rows[:_MOST_WATCHED]
+    }
+
+
+def command(campaign: Campaign, row: Row) -> str:
+    """The command that flies a row's flight again, bit for bit."""
+    drawn = campaign.draw(row["draw"])
+    gains = campaign.gains_of(drawn, row["controller"])
+    preset = changed(campaign.controllers[row["controller"]].get("preset", {}), gains)
+    tables = {**campaign.experiment_of(drawn).to_mapping(), "controller": preset}
+    changes: dict[str, Any] = {}
+    others = {f"controller.{key}" for key in drawn.gains} - {f"controller.{key}" for key in gains}
+    for key in (*campaign.spec.set, *drawn.values):
+        if key in others:
+            continue
+        # An entry of a list is set through its whole list.
+        whole = key.rpartition(".")[0] if key.rpartition(".")[2].isdigit() else key
+        changes[whole] = value_of(tables, whole)
+    controller = next(name for name in campaign.spec.controllers if Path(name).stem == row["controller"])
+    words = [
+        "skylimb",
+        "run",
+        campaign.spec.experiment,
+        "--controller",
+        controller,
+        "--seed",
+        str(row["seed"]),
+    ]
+    if changes:
+        words += ["--set", *(f"{key}={json.dumps(value)}" for key, value in changes.items())]
+    return shlex.join(words)
+
+
+def _title(campaign: Campaign, draws: int) -> str:
+    count = len(campaign.names)
+    return f"{campaign.experiment['name']}: {count} controller{'s' * (count > 1)}, {draws} draws"
+
+
+def _rates(summary: Summary) -> list[Cell]:
+    ranks = shown_ranks(summary.ranks.get("success", [0] * len(summary.rates)))
+    return [_rate(rate, place) for rate, place in zip(summary.rates.values(), ranks, strict=True)]
+
+
+def _rate(rate: Rate, rank: int) -> Cell:
+    if rate.draws == 0:
+        return Cell("–")
+    return Cell(f"{100.0 * rate.rate:.1f} %", f"{100.0 * rate.low:.1f} .. {100.0 * rate.high:.1f}", rank)
+
+
+def _row(score: Score, summary: Summary) -> tuple[str, str, list[Cell]]:
+    key = score.name
+    ranks = shown_ranks(summary.ranks.get(key, [0] * len(summary.medians[key])))
+    cells = [
+        Cell(
+            _number(score, middle),
+            "" if np.isnan(middle) else f"{_number(score, low)} .. {_number(score, high)}",
+            place,
+        )
+        for (middle, low, high), place in zip(summary.medians[key], ranks, strict=True)
+    ]
+    return score.line(summary.axes), score.unit, cells
+
+
+def _number(score: Score, value: float) -> str:
+    """The number; a dash for one that the controller does not have."""
+    if np.isnan(value):
+        return "–"
+    return score.printed(value) if np.isfinite(value) else "lost"
+
+
+def _flown(summary: Summary, score: str) -> list[tuple[int, list[str], list[str]]]:
+    """Every draw: its number, what was drawn, and each controller's score."""
+    scores = summary.scores
+    values = scores.metrics.get(score)
+    lines = []
+    for place, draw in enumerate(scores.draws):
+        drawn = [_value(column[place]) for column in scores.parameters.values()]
+        cells = [
+            "lost"
+            if not finished
+            else "–"
+            if values is None
+            else _number(scores.declared[score], values[place, index])
+            for index, finished in enumerate(scores.finished[place])
+        ]
+        lines.append((int(draw), drawn, cells))
+    return lines
+
+
+def _value(value: Any) -> str:
+    return f"{value:.4g}" if isinstance(value, float | np.floating) else str(value)
+
+
+def _pairs(summary: Summary) -> list[tuple[str, str, str, Paired, str, str]]:
+    lines = []
+    for key, pairs in summary.paired.items():
+        score = summary.scores.declared.get(key)
+        label, goal = (score.text(summary.axes), score.sign) if score else ("Failures", 1.0)
+        for (first, second), pair in pairs.items():
+            low, high = (pair.low, pair.high) if goal > 0.0 else (-pair.high, -pair.low)
+            middle, low, high = (_signed(value, goal) for value in (goal * pair.median, low, high))
+            difference = f"{middle} ({low} .. {high})"
+            winner = style.label(first if pair.better > 0 else second) if pair.better else ""
+            lines.append((label, style.label(first), style.label(second), pair, difference, winner))
+    return lines
+
+
+def _signed(value: float, goal: float) -> str:
+    """A difference; an infinite one is that of a lost flight, whichever way the metric is good."""
+    if np.isfinite(value):
+        return f"{value:+.4f}".replace("-", "\N{MINUS SIGN}")
+    return "first lost" if value * goal > 0.0 else "second lost"
+
+
+def _region(summary: Summary, name: str, failure: str) -> str:
+    rate, region = summary.rates[name], summary.regions[name]
+    if rate.successes == rate.draws:
+        return f"no {failure}"
+    if region is None:
+        return f"{rate.draws - rate.successes} of {rate.draws} fail; no parameter tells where"
+    conditions = " and ".join(str(condition) for condition in region.conditions)
+    return (
+        f"{region.failed} of {region.draws} fail where {conditions}; elsewhere {region.failed_outside} of "
+        f"{region.draws_outside}"
+    )
+
+
+def _cause(row: Row, score: Score, axes: AxisNames) -> str:
+    if row["cause"]:
+        return row["cause"]
+    value = row[score.name]
+    return "" if value is None else f"{within(score.text(axes))} {value:.3f} {score.unit}".strip()

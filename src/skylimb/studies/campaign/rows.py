@@ -1,0 +1,80 @@
+"""A flight's row in the table."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from skylimb.studies.campaign.draws import Draw
+from skylimb.studies.campaign.frozen import Campaign
+
+Row = dict[str, Any]
+
+OK = "OK"
+FAILED = "FAILED"
+"""The flight was lost, or the controller's own code failed."""
+REFUSED = "REFUSED"
+"""The draw cannot be flown by anybody: the robot would start inside the surface, or the path leaves it."""
+QUARANTINED = "QUARANTINED"
+"""The flight killed its worker three times."""
+
+LOST = (FAILED, QUARANTINED)
+
+_SIMPLE = {int, float, bool, str}
+
+
+def parameters(campaign: Campaign, drawn: Draw) -> Row:
+    """Columns of what was drawn: one a number, `key.0`, `key.1` for the entries of a list.
+
+    A column holds one kind of value in every row: whole numbers only where all that can be drawn are whole,
+    and JSON text where the values are of several kinds.
+    """
+    columns: Row = {}
+    for key, value in drawn.values.items():
+        columns |= _columns(key, value, campaign.spec.vary[key].extremes())
+    return columns
+
+
+def parameter_names(campaign: Campaign) -> list[str]:
+    """The columns of what is drawn, in order."""
+    return list(parameters(campaign, campaign.draw(0)))
+
+
+def _columns(key: str, value: Any, ends: Sequence[Any]) -> Row:
+    kinds = {type(end) for end in ends}
+    if kinds <= {list} and len({len(end) for end in ends}) == 1 and value:
+        columns: Row = {}
+        for index, entry in enumerate(value):
+            columns |= _columns(f"{key}.{index}", entry, [end[index] for end in ends])
+        return columns
+    if kinds == {int, float}:
+        return {key: float(value)}
+    return {key: value if len(kinds) == 1 and kinds <= _SIMPLE else json.dumps(value)}
+
+
+def make_row(campaign: Campaign, flight: int, status: str, cause: str, scores: Mapping[str, Any]) -> Row:
+    """The row of a flight."""
+    index, controller = campaign.split(flight)
+    drawn = campaign.draw(index)
+    return {
+        "flight": flight,
+        "draw": index,
+        "controller": controller,
+        "seed": drawn.seed,
+        **parameters(campaign, drawn),
+        "status": status,
+        "cause": cause,
+        **{key: _finite(scores.get(key)) for key in campaign.spec.keys},
+        "versions": versions_text(campaign.versions),
+    }
+
+
+def versions_text(versions: Mapping[str, str]) -> str:
+    """What computed a row, on one line."""
+    return ", ".join(f"{name} {version}" for name, version in versions.items())
+
+
+def _finite(value: Any) -> float | None:
+    return float(value) if value is not None and math.isfinite(value) else None

@@ -1,0 +1,76 @@
+"""Two controllers over the same draws."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from skylimb.studies.campaign.statistics.intervals import LEVEL, bootstrap_interval, median
+from skylimb.studies.campaign.statistics.telling import better, draws_to_tell
+
+
+def dominance_interval(
+    first: np.ndarray, second: np.ndarray, seed: int, level: float = LEVEL
+) -> tuple[float, float]:
+    """The bootstrap interval of the share of draws that the first wins less the share that it loses."""
+    return bootstrap_interval(np.mean, np.less(first, second) - 1.0 * np.greater(first, second), seed, level)
+
+
+class Paired(NamedTuple):
+    """The first controller against the second, draw by draw.
+
+    Attributes:
+        median: of the differences first less second; infinite where losses decide it.
+        low: end of its bootstrap interval.
+        high: end of its bootstrap interval.
+        wins: draws in which the first is better.
+        ties: draws in which they are equal; both lost is equal.
+        defeats: draws in which the second is better.
+        dominance: (wins - defeats) / draws, from -1 to 1: an effect size that losses enter as they are.
+        dominance_low: end of its bootstrap interval.
+        dominance_high: end of its bootstrap interval.
+        standardized: mean over standard deviation of the differences, over the draws that both finished; NaN
+            where there are fewer than two or they are all equal.
+        both_finished: how many draws that is.
+        better: 1 where the first is better beyond chance, -1 where the second is, 0 where nobody can tell.
+        draws_to_tell: about how many draws would tell them apart; infinite where they show no difference.
+    """
+
+    median: float
+    low: float
+    high: float
+    wins: int
+    ties: int
+    defeats: int
+    dominance: float
+    dominance_low: float
+    dominance_high: float
+    standardized: float
+    both_finished: int
+    better: int
+    draws_to_tell: float
+
+
+def compare_paired(first: np.ndarray, second: np.ndarray, seed: int) -> Paired:
+    """Compare two controllers' badness (smaller is better, a loss is infinite) over paired draws.
+
+    Args:
+        first: (n,).
+        second: (n,).
+        seed: of the intervals.
+    """
+    difference = np.zeros(len(first))
+    np.subtract(first, second, out=difference, where=first != second)
+    sign = -np.sign(difference)
+    low, high = bootstrap_interval(np.median, difference, seed)
+    dominance_low, dominance_high = dominance_interval(first, second, seed)
+    both = difference[np.isfinite(first) & np.isfinite(second)]
+    spread = float(np.std(both, ddof=1)) if len(both) > 1 else 0.0
+    return Paired(
+        median(difference), low, high,
+        int(np.sum(sign > 0)), int(np.sum(sign == 0)), int(np.sum(sign < 0)),
+        float(np.mean(sign)), dominance_low, dominance_high,
+        float(np.mean(both)) / spread if spread > 0.0 else float("nan"), len(both),
+        better(first, second), draws_to_tell(first, second),
+    )  # fmt: skip

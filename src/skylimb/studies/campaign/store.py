@@ -1,0 +1,199 @@
+"""The flights of a campaign: an SQLite file while it flies, a Parquet table when it is through.
+
+A flight is written in one transaction, and is on the disk before the next one is handed out: SQLite keeps it
+whole through a kill, a power cut and a full disk. Deaths of workers are kept too: they count on when the
+campaign is resumed.
+"""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import ExitStack, closing, contextmanager
+from pathlib import Path
+from typing import Any
+
+from skylimb.analysis.recording import LOG_FILE, write_sources
+from skylimb.base.files import replace_text, replacing
+from skylimb.studies.campaign.bench import Flown, Job
+from skylimb.studies.campaign.folder import (
+    STORE_FILE,
+    TABLE_FILE,
+    begin_folder,
+    complaints,
+    locked,
+    log_name,
+)
+from skylimb.studies.campaign.frozen import Campaign
+from skylimb.studies.campaign.rows import QUARANTINED, Row
+from skylimb.studies.campaign.table import read_table, write_table
+
+_SCHEMA = """
+CREATE TABLE IF NOT EXISTS flights (
+    flight INTEGER NOT NULL,            -- index in the campaign
+    gains TEXT NOT NULL,                -- changes of a search to the controller, as JSON
+    deaths INTEGER NOT NULL DEFAULT 0,  -- workers that died over it
+    status TEXT,                        -- of the row
+    row TEXT,                           -- of the table, as JSON; NULL until it has flown
+    PRIMARY KEY (flight, gains)
+) WITHOUT ROWID
+"""
+
+_PATIENCE = 60.0
+"""Seconds to wait for another process that reads or writes."""
+
+_GAINS = "gains"
+"""The column that the table of a search has more than that of a campaign."""
+
+_NO_GAINS = Job(0).key[1]
+
+Key = tuple[int, str]
+"""What a row is of: flight, and the gains of a search as JSON."""
+
+
+class Store:
+    """An open folder.
+
+    Attributes:
+        folder: where.
+        campaign: what it is of.
+        rows: of all that has flown; see `Job.key`.
+        deaths: workers that died over a flight.
+        damaged: rows of an earlier table that cannot be read any more.
+    """
+
+    def __init__(self, folder: Path, campaign: Campaign, database: sqlite3.Connection) -> None:
+        self.folder, self.campaign, self._database = folder, campaign, database
+        for half_written in folder.rglob(".*.partial"):  # by a process that was killed
+            half_written.unlink(missing_ok=True)
+        rows, self.damaged = read_table(folder / TABLE_FILE, campaign)
+        with self._writing():
+            database.execute(_SCHEMA)
+            database.executemany("INSERT OR IGNORE INTO flights VALUES (?, ?, 0, ?, ?)", map(_record, rows))
+            # Whatever kept a flight from coming back may be over: it gets its tries again.
+            database.execute("DELETE FROM flights WHERE status = ?", (QUARANTINED,))
+        self.rows = _rows(database)
+        deaths = database.execute("SELECT flight, gains, deaths FROM flights WHERE deaths > 0")
+        self.deaths = Counter({(flight, gains): count for flight, gains, count in deaths})
+
+    @property
+    def by_flight(self) -> dict[int, Row]:
+        """The rows of a campaign, in order; a search has several rows of a flight."""
+        return {flight: self.rows[flight, gains] for flight, gains in sorted(self.rows)}
+
+    def add(self, flown: Iterable[tuple[Job, Flown]]) -> None:
+        """Keep what came back: logs first, then the rows, so that a row never lacks the log it promises.
+
+        Raises:
+            OutputError: when the disk is full, for one; all that was kept before stays.
+        """
+        rows = {}
+        for job, item in flown:
+            if item.log is not None:
+                self.keep_log(item.row, item.log, item.files)
+            rows[job.key] = item.row
+        with self._writing() as database:
+            database.executemany(
+                "INSERT INTO flights VALUES (?, ?, 0, ?, ?) "
+                "ON CONFLICT (flight, gains) DO UPDATE SET status = excluded.status, row = excluded.row",
+                [(*key, row["status"], json.dumps(row, allow_nan=False)) for key, row in rows.items()],
+            )
+        self.rows |= rows
+
+    def add_deaths(self, job: Job, count: int) -> int:
+        """Note workers that died over a flight; returns how many have in all."""
+        with self._writing() as database:
+            database.execute(
+                "INSERT INTO flights (flight, gains, deaths) VALUES (?, ?, ?) "
+                "ON CONFLICT (flight, gains) DO UPDATE SET deaths = deaths + excluded.deaths",
+                (*job.key, count),
+            )
+        self.deaths[job.key] += count
+        return self.deaths[job.key]
+
+    def keep_log(self, row: Row, log: bytes, files: Mapping[str, bytes]) -> None:
+        """Write a flight's log under its name, and the files that belong to it, where they are missing."""
+        place = self.folder / log_name(row) / LOG_FILE
+        if not place.exists():
+            with complaints(self.folder):
+                place.parent.mkdir(parents=True, exist_ok=True)
+                write_sources(files, self.folder)
+                with replacing(place) as aside:
+                    aside.write_bytes(log)
+
+    def finish(self, keys: Iterable[Key], texts: Mapping[str, str]) -> None:
+        """Leave the folder at rest: the table of some rows, and texts under their names, in place of SQLite.
+
+        Args:
+            keys: rows of the table.
+            texts: file name -> content.
+        """
+        with complaints(self.folder):
+            with replacing(self.folder / TABLE_FILE) as aside:
+                write_table(aside, (_with_gains(key, self.rows[key]) for key in sorted(keys)), self.campaign)
+            for name, text in texts.items():
+                replace_text(self.folder / name, text)
+            self._database.close()
+            (self.folder / STORE_FILE).unlink()
+
+    @contextmanager
+    def _writing(self) -> Iterator[sqlite3.Connection]:
+        """A transaction: all of it is on the disk at the end of the block, or nothing."""
+        with complaints(self.folder), self._database as database:
+            database.execute("BEGIN IMMEDIATE")
+            yield database
+
+
+@contextmanager
+def open_store(folder: Path, campaign: Campaign, resume: bool) -> Iterator[Store]:
+    """Begin a campaign's folder, or go on with it.
+
+    Args:
+        folder: where.
+        campaign: what to fly.
+        resume: whether the folder may be there already.
+
+    Raises:
+        OutputError: when the folder cannot be used; see `begin_folder` and `locked`.
+    """
+    begin_folder(folder, campaign, resume)
+    with ExitStack() as stack:
+        stack.enter_context(locked(folder))
+        with complaints(folder):
+            database = stack.enter_context(closing(_connect(folder / STORE_FILE, "rwc")))
+            store = Store(folder, campaign, database)
+        yield store
+
+
+def load_rows(folder: Path, campaign: Campaign) -> tuple[dict[int, Row], int]:
+    """The rows of a campaign's folder, through or not, and how many cannot be read; changes nothing."""
+    rows, damaged = read_table(folder / TABLE_FILE, campaign)
+    found = {(row["flight"], row.pop(_GAINS, _NO_GAINS)): row for row in rows}
+    if (folder / STORE_FILE).is_file():
+        with complaints(folder), closing(_connect(folder / STORE_FILE, "rw")) as database:
+            has_begun = database.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
+            found |= _rows(database) if has_begun else {}
+    return {flight: found[flight, gains] for flight, gains in sorted(found) if gains == _NO_GAINS}, damaged
+
+
+def _connect(path: Path, mode: str) -> sqlite3.Connection:
+    address = f"{path.absolute().as_uri()}?mode={mode}"
+    return sqlite3.connect(address, _PATIENCE, isolation_level=None, uri=True)
+
+
+def _rows(database: sqlite3.Connection) -> dict[Key, Row]:
+    found = database.execute("SELECT flight, gains, row FROM flights WHERE row IS NOT NULL")
+    return {(flight, gains): json.loads(row) for flight, gains, row in found}
+
+
+def _record(row: Row) -> tuple[Any, ...]:
+    """A row of the table as SQLite keeps it."""
+    gains = row.pop(_GAINS, _NO_GAINS)
+    return row["flight"], gains, row["status"], json.dumps(row, allow_nan=False)
+
+
+def _with_gains(key: Key, row: Row) -> Row:
+    """A row as the table has it: that of a search says its gains."""
+    return {**row, _GAINS: key[1]} if key[1] != _NO_GAINS else row

@@ -1,0 +1,232 @@
+"""A sweep: every combination of some values flown, and the scores as one dataset over the swept keys.
+
+    scores = skylimb.sweep("paper", over={"surface.friction": [0.1, 0.3, 0.5]}, seeds=4)
+    scores.contact_fraction.mean("seed").plot()
+
+It flies as a campaign does: the same queue, workers and compiled ticks, in a folder that is not kept.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from skylimb.analysis.recording import LOG_FILE, Run
+from skylimb.analysis.scores.own import Own, load_own, metrics_of
+from skylimb.analysis.scores.score import Score
+from skylimb.base.config import to_mapping
+from skylimb.base.errors import ConfigError, unknown_name
+from skylimb.base.keys import tables_of, units_of
+from skylimb.flight.experiments.experiment import Experiment, robot_of
+from skylimb.studies.campaign.bench import Job
+from skylimb.studies.campaign.distributions import Distribution
+from skylimb.studies.campaign.engines import check_workers, make_engine
+from skylimb.studies.campaign.flight_queue import Interrupted, Report
+from skylimb.studies.campaign.fly_campaign import opened_queue
+from skylimb.studies.campaign.folder import log_name
+from skylimb.studies.campaign.frozen import Campaign, freeze
+from skylimb.studies.campaign.rows import Row
+from skylimb.studies.campaign.spec import CampaignSpec
+
+FEW = 8
+"""Flights below which starting workers takes longer than flying."""
+
+
+def sweep(
+    experiment: str = "paper",
+    controller: str | Sequence[str] = "hybrid",
+    over: Mapping[str, Sequence[Any] | np.ndarray] | None = None,
+    *,
+    seeds: int | Sequence[int] = 1,
+    set: Mapping[str, Any] | None = None,
+    use: Sequence[str | Path | ModuleType | Own] = (),
+    logs: Sequence[str] = (),
+    workers: int | None = None,
+    progress: Report | None = None,
+) -> xr.Dataset:
+    """Fly every combination of some values.
+
+    Args:
+        experiment: a name or a TOML file.
+        controller: a name, a TOML file or a Python file, or several.
+        over: dotted keys of the experiment, or of the controller with "controller." in front, and the values
+            of each.
+        seeds: of the sensors' noise: how many, from 0 on, or which.
+        set: dotted keys and values of all flights.
+        use: Python files with metrics of your own.
+        logs: names of signals that are kept as well.
+        workers: processes; by default one a core, and none for few flights. 0 flies in this process.
+        progress: called with the progress, twice a second or more often.
+
+    Returns:
+        Every score over the swept keys, over `seed`, and over `controller` where there are several. Each has
+        its unit and what it is. `status` and `cause` say what became of a flight; a lost one has no scores.
+        Signals have the dimension `time` besides; shorter flights end with NaN.
+
+    Raises:
+        SkylimbError: naming what cannot be flown; nothing has flown then.
+        KeyboardInterrupt: Ctrl-C.
+    """
+    check_workers(workers)
+    names = [controller] if isinstance(controller, str) else list(controller)
+    grids = _grids(over or {}, seeds)
+    fixed = {key: [value] for key, value in (set or {}).items() if key.startswith("controller.")}
+    vary = {**grids, **fixed}
+    spec = CampaignSpec(
+        experiment=experiment,
+        controllers=tuple(map(str, names)),
+        draws=int(np.prod([len(values) for values in vary.values()])),
+        logs="all" if logs else "none",
+        set={key: value for key, value in (set or {}).items() if key not in fixed},
+        use=_files(use),
+        vary={key: Distribution(grid=tuple(values)) for key, values in vary.items()},
+    )
+    campaign = freeze(spec)
+    total = campaign.flight(spec.draws, 0)
+    if workers is None and total <= FEW:
+        workers = 0
+    with tempfile.TemporaryDirectory(prefix="skylimb-sweep-") as folder:
+        home = Path(folder) / "sweep"
+        rows = _flown(campaign, home, total, workers, bool(logs), progress)
+        shape = [len(values) for values in grids.values()]
+        several = len(names) > 1
+        dims = [*grids, "controller"] if several else list(grids)
+        scores = xr.Dataset(
+            {
+                key: _scores(key, rows, campaign, shape, dims, several)
+                for key in (*spec.keys, "status", "cause")
+            },
+            coords={
+                **_coordinates(grids, campaign),
+                **({"controller": list(campaign.names)} if several else {}),
+            },
+            attrs={"experiment": campaign.experiment["name"], "controller": ", ".join(campaign.names)},
+        )
+        return _signals(home, rows, logs, scores) if logs else scores
+
+
+def _grids(
+    over: Mapping[str, Sequence[Any] | np.ndarray], seeds: int | Sequence[int]
+) -> dict[str, list[Any]]:
+    """The values of every swept key, and the seeds behind them."""
+    grids = {}
+    for key, values in over.items():
+        if isinstance(values, str | bytes) or not hasattr(values, "__len__"):
+            raise ConfigError(f"over['{key}'] = {values!r} should be a list of values")
+        grids[key] = to_mapping(np.asarray(values) if isinstance(values, np.ndarray) else list(values))
+        if not grids[key]:
+            raise ConfigError(f"over['{key}'] is empty")
+    return {**grids, "seed": list(range(seeds)) if isinstance(seeds, int) else [int(seed) for seed in seeds]}
+
+
+def _files(use: Sequence[str | Path | ModuleType | Own]) -> tuple[str, ...]:
+    """The files of the user's metrics, which workers load."""
+    files = []
+    for item in use:
+        if isinstance(item, str | Path):
+            files.append(str(item))
+            continue
+        (first, *_) = metrics_of(load_own([item])) or (None,)
+        file = (
+            item.__file__ if isinstance(item, ModuleType) else first and first.function.__code__.co_filename
+        )
+        if not file or not os.path.isfile(file):
+            raise ConfigError(f"use = {item!r}: a sweep needs the Python file that the metric stands in")
+        files.append(str(file))
+    return tuple(dict.fromkeys(files))
+
+
+def _flown(
+    campaign: Campaign, home: Path, total: int, workers: int | None, logs: bool, progress: Report | None
+) -> list[Row]:
+    """The row of every flight, in order."""
+    jobs = [Job(flight, log="always" if logs else "never") for flight in range(total)]
+    with opened_queue(
+        campaign, home, False, lambda: make_engine(campaign.to_mapping(), workers), progress, total
+    ) as queue:
+        try:
+            queue.fly(jobs)
+        except Interrupted:
+            raise KeyboardInterrupt from None
+        return list(queue.store.by_flight.values())
+
+
+def _scores(
+    key: str,
+    rows: Sequence[Row],
+    campaign: Campaign,
+    shape: Sequence[int],
+    dims: Sequence[str],
+    several: bool,
+) -> xr.Variable:
+    """One column of the rows as an array over the swept keys; the first key turns fastest in the draws."""
+    count = len(campaign.names)
+    words = key in ("status", "cause")
+    values = np.array([row[key] for row in rows], dtype=object if words else float)
+    draws = values.reshape(-1, count)
+    table = np.stack([draws[:, index].reshape(shape, order="F") for index in range(count)], axis=-1)
+    score = Score() if words else campaign.spec.scores[key]
+    attributes = {} if words else {"units": score.unit, "long_name": score.text()}
+    return xr.Variable(
+        dims, (table if several else table[..., 0]).astype(str if words else float), attributes
+    )
+
+
+def _coordinates(grids: Mapping[str, Sequence[Any]], campaign: Campaign) -> dict[str, Any]:
+    """The swept values, with their units; a list as its JSON text."""
+    first = campaign.experiment_of(campaign.draw(0))
+    units = _units(first, campaign)
+    found = {}
+    for key, values in grids.items():
+        plain = [json.dumps(value) if isinstance(value, list | dict) else value for value in values]
+        found[key] = (key, plain, {"units": units[key]} if key in units else {})
+    return found
+
+
+def _units(experiment: Experiment, campaign: Campaign) -> dict[str, str]:
+    from skylimb.control.controller import controller_units
+
+    robot = robot_of(experiment)
+    units = units_of(tables_of(experiment))
+    for name in campaign.names:
+        gains = controller_units(campaign.load(name, robot))
+        units |= {f"controller.{key}": unit for key, unit in gains.items()}
+    return {**units, **{f"{key}.{i}": unit for key, unit in units.items() for i in range(8)}}
+
+
+def _signals(home: Path, rows: Sequence[Row], names: Sequence[str], scores: xr.Dataset) -> xr.Dataset:
+    """The scores with some signals of every flight, over time and the swept keys."""
+    paths = {row["flight"]: home / log_name(row) / LOG_FILE for row in rows}
+    logs = {flight: Run.load(path).log for flight, path in paths.items() if path.is_file()}
+    if not logs:  # every draw was refused
+        return scores
+    longest = max(logs.values(), key=lambda log: log.sizes["time"])
+    for name in names:
+        if name not in longest:
+            raise unknown_name("signal", name, [str(known) for known in longest.data_vars])
+    dims, flown = scores["status"].dims, len(rows) // scores.sizes.get("controller", 1)
+    kept = {}
+    for name in names:
+        signal = longest[name]
+        values = np.full((len(rows), *signal.shape), np.nan)
+        for flight, log in logs.items():
+            values[flight, : log.sizes["time"]] = log[name].values
+        # By draw and controller; in the draws the first key turns fastest.
+        values = values.reshape(flown, -1, *signal.shape)
+        swept = [scores.sizes[dim] for dim in dims if dim != "controller"]
+        values = values.reshape(*reversed(swept), *values.shape[1:])
+        order = [*reversed(range(len(swept))), *range(len(swept), values.ndim)]
+        values = values.transpose(order)
+        if "controller" not in dims:
+            values = values.squeeze(len(swept))
+        kept[name] = xr.Variable((*dims, *signal.dims), values, signal.attrs)
+    coordinates = {dim: longest[dim] for name in names for dim in longest[name].dims if dim in longest.coords}
+    return scores.assign(kept).assign_coords(coordinates)

@@ -1,0 +1,235 @@
+"""The posture for an experiment: the pushes of its path, and the experiment written with that posture."""
+
+from __future__ import annotations
+
+import math
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import tomli_w
+
+from skylimb.base.config import parse_toml, write_toml
+from skylimb.base.errors import ConfigError, UnreachableError
+from skylimb.base.files import new_folder
+from skylimb.base.rotations import rot_z
+from skylimb.base.sources import read_source
+from skylimb.control.controller import Controller
+from skylimb.control.needs import TORQUE, needs_of
+from skylimb.control.planning.task_family import settled_in
+from skylimb.control.planning.task_posture import (
+    Task,
+    TaskPosture,
+    best_postures,
+    judged_posture,
+)
+from skylimb.control.planning.vectoring import PURPOSES, vectoring_table
+from skylimb.control.planning.vectoring_digest import robot_digest
+from skylimb.control.planning.vectoring_files import table_file, write_table
+from skylimb.flight.experiments.experiment import Experiment
+from skylimb.flight.flying import fly_here
+from skylimb.flight.plan import mission_of
+from skylimb.flight.takeoff import take_off
+from skylimb.robots.held_results import NotHeld, Within
+from skylimb.robots.loader import FLIGHT_FILE, load_robot
+from skylimb.robots.model import Robot
+
+_POINTS = 8
+"""Points of the path at which the push is looked at."""
+
+FORCE = 3.0
+"""Normal force where neither the user nor the controller says one, N."""
+
+EXPERIMENT = "experiment.toml"
+
+
+@dataclass(frozen=True, eq=False)
+class TaskPlan:
+    """A posture for an experiment beside the robot's own.
+
+    Attributes:
+        robot: as the experiment has it.
+        task: the pushes along the path.
+        points: of the path, W, m, (k, 3).
+        force: normal force, N.
+        own: the nominal posture, or what is in the way of the pushes there.
+        planned: the posture that was found.
+        purpose: of the vectoring angles that the controller flies with.
+        there: the robot standing in it.
+        coefficients: of its vectoring angles over its family, Chebyshev, (nv, degree + 1).
+    """
+
+    robot: Robot
+    task: Task
+    points: np.ndarray
+    force: float
+    own: TaskPosture | NotHeld
+    planned: TaskPosture
+    purpose: str
+    there: Robot
+    coefficients: np.ndarray
+
+
+def plan_posture(
+    experiment: Experiment, robot: Robot, controller: Controller, force: float | None = None
+) -> TaskPlan:
+    """The posture with the greatest worst margin along an experiment's path, of those that fly it.
+
+    At `_POINTS` points of the slide the tip presses along the surface's normal and drags with its friction.
+
+    Args:
+        experiment: with a surface and a path.
+        robot: the experiment's.
+        controller: what is to fly it; it says which force it commands, and what its vectoring angles keep.
+        force: normal force, N; by default the controller's, else `FORCE`.
+
+    Raises:
+        ConfigError: the experiment touches nothing, or its path stands still.
+        UnreachableError: no posture can do it, or none of those that can be held is flown without a loss.
+    """
+    if not experiment.approach.contact:
+        raise ConfigError(
+            f"experiment {experiment.name} touches nothing (approach.contact); there is nothing to plan"
+        )
+    needs = needs_of(controller)
+    wanted = force if force is not None else needs.force or FORCE
+    if not 0.0 < wanted < 1e3:
+        raise ConfigError(f"force = {wanted:g} N is outside of 0 .. 1000 N")
+    task, points = _task(experiment, robot, needs.vectoring, wanted)
+    table = vectoring_table(robot, needs.vectoring)
+    psi = np.asarray(table.angles(robot.description.posture.theta_nominal), dtype=float)
+    own = judged_posture(
+        robot, task, robot.nominal_posture(), psi, within=Within(experiment.terminations.tilt)
+    )
+    nothing = np.zeros((len(points), robot.n_rotors))
+    start = TaskPosture(robot.nominal_posture(), psi, 0.0, nothing, nothing[:, 0])
+    why = "none leaves the tip a way to and fro on which the vectoring angles suit the task"
+    missed: list[NotHeld] = []
+    for posture in _as_flown(robot, task, best_postures(robot, task, start), missed):
+        plan = TaskPlan(robot, task, points, wanted, own, posture[0], needs.vectoring, *posture[1:])
+        lost = _lost(plan, experiment, controller)
+        if not lost:
+            return plan
+        why = lost
+    nearest = max(missed, key=lambda one: one.greatest or 0.0, default=None)
+    if nearest is not None:
+        why = f"{nearest}, with the vectoring angles that suit the whole of its family"
+        why += f"; what can be held is {nearest.greatest:.1f} N" if nearest.greatest else ""
+    raise UnreachableError(
+        f"'{robot.name}' cannot do this task: no posture that holds {wanted:g} N flies {experiment.name}: "
+        f"{why}"
+    )
+
+
+def _as_flown(
+    robot: Robot, task: Task, postures: list[TaskPosture], missed: list[NotHeld]
+) -> Iterator[tuple[TaskPosture, Robot, np.ndarray]]:
+    """Postures with the vectoring angles that suit their whole family, the greatest margin first.
+
+    `missed` gets what is in the way of those that these angles do not hold.
+    """
+    settled: list[tuple[TaskPosture, Robot, np.ndarray]] = []
+    for posture in postures:
+        # What suits a whole family leaves no more than what suits one posture of it.
+        yield from _taken(settled, posture.margin)
+        found = settled_in(robot, task, posture)
+        if isinstance(found, NotHeld):
+            missed.append(found)
+        elif found is not None:
+            settled.append(found)
+    yield from _taken(settled, -math.inf)
+
+
+def _taken(
+    settled: list[tuple[TaskPosture, Robot, np.ndarray]], least: float
+) -> Iterator[tuple[TaskPosture, Robot, np.ndarray]]:
+    settled.sort(key=lambda one: one[0].margin)
+    while settled and settled[-1][0].margin >= least:
+        yield settled.pop()
+
+
+def _lost(plan: TaskPlan, experiment: Experiment, controller: Controller) -> str:
+    """Why the experiment is lost in the planned posture, flown once; empty where it is not.
+
+    A margin at rest does not say that a controller holds the robot there: thrusts that tilt it may push it
+    the other way first, faster than the controller looks on. A robot made in Python has no files to fly from,
+    and is taken as planned.
+    """
+    if not plan.robot.description.sources:
+        return ""
+    with tempfile.TemporaryDirectory() as folder:
+        write_planned(plan, experiment, Path(folder) / "planned")
+        (takeoff,) = take_off(str(Path(folder) / "planned" / EXPERIMENT), (controller,))
+        return fly_here(takeoff).cause
+
+
+def _task(experiment: Experiment, robot: Robot, purpose: str, force: float) -> tuple[Task, np.ndarray]:
+    mission, surface = mission_of(experiment, robot, purpose), experiment.surface
+    slide = np.flatnonzero(mission.in_phase("slide"))
+    chosen = slide[np.linspace(0, max(len(slide) - 2, 0), _POINTS).astype(int)]
+    on_path, motion = mission.tip_path[chosen], mission.tip_path[chosen + 1] - mission.tip_path[chosen]
+    speed = np.linalg.norm(motion, axis=1, keepdims=True)
+    if not np.all(np.isfinite(on_path)) or not np.any(speed > 0.0):
+        raise ConfigError(f"experiment {experiment.name}: the tip stands still; there is no path to plan for")
+    feet = surface.project(on_path)
+    normals = surface.normal(feet)
+    along = motion / np.where(speed > 0.0, speed, 1.0)
+    along -= np.sum(along * normals, axis=1, keepdims=True) * normals
+    friction = float(getattr(surface, "friction", 0.0))
+    turn = rot_z(-mission.frame.heading).T
+    pushes = force * (-normals + friction * along)
+    criteria = PURPOSES.get(purpose, PURPOSES[TORQUE])
+    return Task(pushes @ turn, normals @ turn, criteria=criteria), feet
+
+
+def write_planned(plan: TaskPlan, experiment: Experiment, out: str | Path) -> None:
+    """A new folder with the experiment and its robot standing in the planned posture.
+
+    `experiment.toml` flies it: `skylimb run DIR/experiment.toml`. Of the robot, only the family of postures
+    and the vectoring angles are others.
+
+    Raises:
+        OutputError: the folder cannot be made.
+        UnreachableError: the robot was not read from files, so there are none to write.
+    """
+    description = plan.robot.description
+    if not description.sources:
+        raise UnreachableError(f"'{plan.robot.name}' was made in Python; only robots of files can be written")
+    family = plan.there.description.posture
+    flight = parse_toml(description.sources[0])
+    flight["posture"] = {
+        "offset": family.offset.tolist(),
+        "slope": family.slope.tolist(),
+        **{key: float(getattr(family, key)) for key in ("theta_min", "theta_max", "theta_nominal")},
+    }
+    if plan.robot.n_vectoring:
+        flight["vectoring"]["start"] = plan.planned.vectoring_angles.tolist()
+    with new_folder(out) as folder:
+        (folder / "robot").mkdir()
+        for source in description.sources[1:]:
+            _beside(folder / "robot", source.path, description.folder).write_bytes(source.content)
+        for link in description.links:
+            for visual in link.visuals:
+                if visual.mesh is not None:
+                    mesh = read_source(visual.mesh).content
+                    _beside(folder / "robot", visual.mesh, description.folder).write_bytes(mesh)
+        (folder / "robot" / FLIGHT_FILE).write_text(tomli_w.dumps(flight), encoding="utf-8")
+        robot = load_robot(str(folder / "robot"))
+        criteria = PURPOSES.get(plan.purpose, PURPOSES[TORQUE])
+        if plan.robot.n_vectoring:
+            found = np.round(plan.coefficients, 10)
+            write_table(
+                folder / "robot" / table_file(criteria), found, robot_digest(robot, criteria), robot, criteria
+            )
+        approach = replace(experiment.approach, heading=experiment.approach.heading + plan.planned.heading)
+        flown = replace(experiment, robot="robot", approach=approach)
+        (folder / EXPERIMENT).write_text(write_toml(flown.to_mapping()), encoding="utf-8")
+
+
+def _beside(folder: Path, path: Path, home: Path) -> Path:
+    """Where a file of the robot's folder goes in the new one."""
+    there = folder / (path.relative_to(home) if path.is_relative_to(home) else path.name)
+    there.parent.mkdir(parents=True, exist_ok=True)
+    return there

@@ -1,0 +1,122 @@
+"""The result as reproduction.json."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import Any
+
+import numpy as np
+
+from skylimb.analysis.scores.shipped import SCORES
+from skylimb.base.config import to_mapping
+from skylimb.studies.campaign.frozen import Campaign
+from skylimb.studies.campaign.statistics import LEVEL
+from skylimb.studies.reproduction.prior import Prior
+from skylimb.studies.reproduction.result import HIGH, LOW, Judged, Number, Result, Spread
+
+FORMAT_VERSION = 1
+DIGITS = 6
+"""Significant digits of the file's numbers: enough to compare, and the file stays small."""
+
+
+def command(draws: int) -> str:
+    """The command that makes the result."""
+    return f"skylimb reproduce --draws {draws} --out DIR"
+
+
+def result_json(prior: Prior, campaign: Campaign, result: Result) -> str:
+    """The file's text; numbers that are not there are null."""
+    content = {
+        "format": FORMAT_VERSION,
+        "command": command(result.draws),
+        "draws": result.draws,
+        "flights": result.flights,
+        "interval": [LOW, HIGH],
+        "confidence": LEVEL,
+        "inside": {
+            "count": result.inside,
+            "of": sum(math.isfinite(number.paper) for number in result.numbers),
+        },
+        "numbers": [_number(number) for number in result.numbers],
+        "ratios": [
+            {
+                "metric": ratio.key,
+                "first": ratio.first,
+                "second": ratio.second,
+                "paper": ratio.paper,
+                **_spread(ratio.ours),
+                "percentile": ratio.percentile,
+                "inside": ratio.inside,
+            }
+            for ratio in result.ratios
+        ],
+        "claims": [_claim(judged) for judged in result.claims],
+        "failures": {
+            name: {"count": sum(causes.values()), "causes": causes}
+            for name, causes in result.failures.items()
+        },
+        "refused": {str(index): cause for index, cause in result.refused.items()},
+        "sensitivity": {
+            f"{name}.{key}": correlations for (name, key), correlations in result.sensitivity.items()
+        },
+        "nearest": [near._asdict() for near in result.nearest],
+        "prior": {
+            "sha256": prior.digest,
+            "unknowns": [
+                {
+                    "key": unknown.key,
+                    **to_mapping(unknown.distribution),
+                    "controllers": list(unknown.controllers),
+                    "reason": unknown.reason,
+                }
+                for unknown in prior.unknowns
+            ],
+            "kept": [vars(entry) for entry in prior.kept],
+        },
+        "versions": campaign.versions,
+    }
+    return json.dumps(_plain(content), indent=1, allow_nan=False) + "\n"
+
+
+def _number(number: Number) -> dict[str, Any]:
+    return {
+        "controller": number.controller,
+        "metric": number.key,
+        "unit": SCORES[number.key].unit,
+        "paper": number.paper,
+        **_spread(number.ours),
+        "percentile": number.percentile,
+        "inside": number.inside if math.isfinite(number.paper) else None,
+        "by_reading": {value: _spread(spread) for value, spread in number.split.items()},
+    }
+
+
+def _spread(spread: Spread) -> dict[str, Any]:
+    return {"flights": spread.flights, "median": spread.median, "low": spread.low, "high": spread.high}
+
+
+def _claim(judged: Judged) -> dict[str, Any]:
+    claim = judged.claim
+    return {
+        "name": claim.name,
+        "section": claim.section,
+        "text": claim.text,
+        "formula": claim.formula,
+        "all_draws": judged.rate._asdict(),
+        "draws_without_loss": judged.finished._asdict(),
+        "true_of_the_printed_numbers": judged.paper,
+        "by_reading": {value: rate._asdict() for value, rate in judged.split.items()},
+    }
+
+
+def _plain(node: Any) -> Any:
+    if isinstance(node, dict):
+        return {key: _plain(value) for key, value in node.items()}
+    if isinstance(node, list | tuple):
+        return [_plain(value) for value in node]
+    if isinstance(node, np.generic):
+        node = node.item()
+    if isinstance(node, float):
+        return float(f"{node:.{DIGITS}g}") if math.isfinite(node) else None
+    return node

@@ -1,0 +1,56 @@
+"""Which unknown moves which number: rank correlations over the draws."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from scipy.stats import rankdata
+
+from skylimb.studies.campaign.frozen import Campaign
+from skylimb.studies.campaign.rows import parameters
+
+
+def unknown_columns(campaign: Campaign, draws: int) -> dict[str, np.ndarray]:
+    """Every unknown as a column of numbers, (draws,).
+
+    Entries of a list stand apart, unless one factor scales them all. A choice of two is 0 or 1. An angle on
+    the circle enters as the place where the lap starts, across and up. What scatters about a middle enters a
+    second time as its distance from there: a number that any error makes worse has no correlation with its
+    sign.
+    """
+    table = [parameters(campaign, campaign.draw(index)) for index in range(draws)]
+    columns: dict[str, np.ndarray] = {}
+    for name in table[0]:
+        values = [row[name] for row in table]
+        key, _, entry = name.rpartition(".")
+        times = campaign.spec.vary[key].times if entry.isdigit() else None
+        if times:
+            if entry == "0":
+                columns[key] = np.array(values) / times[0]
+            continue
+        if name.endswith("start_angle"):
+            angles = np.array(values)
+            columns[f"{name}, across"] = np.round(np.cos(angles), 9)
+            columns[f"{name}, up"] = np.round(np.sin(angles), 9)
+        elif isinstance(values[0], str):
+            known = sorted(set(values))
+            columns[name] = np.array([float(known.index(value)) for value in values])
+        else:
+            columns[name] = np.array([float(value) for value in values])
+            spread = campaign.spec.vary.get(name, campaign.spec.vary.get(key))
+            if spread is not None and spread.normal:
+                columns[f"|{name}|"] = np.abs(columns[name] - spread.normal[0])
+    return columns
+
+
+def correlations(columns: Mapping[str, np.ndarray], values: np.ndarray) -> dict[str, float]:
+    """Spearman's rank correlation of a number with every unknown, over the flights that finished."""
+    there = np.isfinite(values)
+    return {name: _rank_correlation(column[there], values[there]) for name, column in columns.items()}
+
+
+def _rank_correlation(first: np.ndarray, second: np.ndarray) -> float:
+    if len(first) < 3 or np.ptp(first) == 0.0 or np.ptp(second) == 0.0:
+        return float("nan")
+    return float(np.corrcoef(rankdata(first), rankdata(second))[0, 1])

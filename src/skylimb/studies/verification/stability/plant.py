@@ -1,0 +1,134 @@
+"""The plant over one control period, linearised by differences of the engine's own steps."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+
+import mujoco
+import numpy as np
+
+from skylimb.base.errors import ConfigError
+from skylimb.simulation.contact import tune_contact_pair
+from skylimb.simulation.robot_bodies import TIP_SITE
+from skylimb.simulation.surfaces.geom import GEOM
+from skylimb.studies.verification.stability.point import OperatingPoint
+
+STEP = 1e-8
+"""Of the finite differences. Small, because the engine keeps a friction coefficient of 1e-5 where none is
+asked for: in larger steps a pen at rest would feel it change sides."""
+
+_PUSH = 1e-3
+"""N, of the same."""
+
+
+def plant_transition(point: OperatingPoint, controls: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A and B of d x[k+1] = A d x[k] + B d u[k], with x the tangent (position, velocity, activation).
+
+    The engine's own `mjd_transitionFD` declines models whose sensors keep a history, as ours does, so its
+    steps are differenced here, the same way.
+
+    Args:
+        point: the state.
+        controls: of the tick, held over it.
+
+    Returns:
+        A, (n, n) with n = 2 nv + na, and B, (n, nu).
+    """
+    model, start = point.plant.model, point.data()
+    start.ctrl[:] = controls
+    warm = start.qacc_warmstart.copy()
+    data = mujoco.MjData(model)
+    nv, size = model.nv, 2 * model.nv + model.na
+    columns = []
+    for i in range(size + model.nu):
+        ends = []
+        for sign in (STEP, -STEP):
+            for name in ("qpos", "qvel", "act", "ctrl"):
+                getattr(data, name)[:] = getattr(start, name)
+            data.qacc_warmstart[:] = warm
+            moved = np.zeros(size + model.nu)
+            moved[i] = sign
+            mujoco.mj_integratePos(model, data.qpos, moved[:nv], 1.0)
+            data.qvel[:] += moved[nv : 2 * nv]
+            data.act[:] += moved[2 * nv : size]
+            data.ctrl[:] += moved[size:]
+            data.xfrc_applied[:] = start.xfrc_applied
+            mujoco.mj_step(model, data, point.plant.substeps)
+            ends.append((data.qpos.copy(), data.qvel.copy(), data.act.copy()))
+        (q_plus, v_plus, a_plus), (q_minus, v_minus, a_minus) = ends
+        turned = np.zeros(nv)
+        mujoco.mj_differentiatePos(model, turned, 1.0, q_minus, q_plus)
+        columns.append(np.concatenate([turned, v_plus - v_minus, a_plus - a_minus]) / (2.0 * STEP))
+    both = np.stack(columns, axis=1)
+    return both[:, :size], both[:, size:]
+
+
+def push_response(point: OperatingPoint, controls: np.ndarray, axes: np.ndarray) -> np.ndarray:
+    """Derivative of the tangent state over one control period by a force on the tip, held over it, (n, k).
+
+    Args:
+        point: the state.
+        controls: of the tick, held over it.
+        axes: directions of the force, W, (k, 3).
+    """
+    model, columns = point.plant.model, []
+    site = model.site(TIP_SITE).id
+    body, nv = int(model.site_bodyid[site]), model.nv
+    for axis in axes:
+        ends = []
+        for sign in (_PUSH, -_PUSH):
+            data = point.data()
+            data.ctrl[:] = controls
+            force = sign * np.asarray(axis)
+            lever = data.site_xpos[site] - data.xipos[body]
+            data.xfrc_applied[body] += np.concatenate([force, np.cross(lever, force)])
+            mujoco.mj_step(model, data, point.plant.substeps)
+            ends.append((data.qpos.copy(), data.qvel.copy(), data.act.copy()))
+        (q_plus, v_plus, a_plus), (q_minus, v_minus, a_minus) = ends
+        turned = np.zeros(nv)
+        mujoco.mj_differentiatePos(model, turned, 1.0, q_minus, q_plus)
+        columns.append(np.concatenate([turned, v_plus - v_minus, a_plus - a_minus]) / (2.0 * _PUSH))
+    return np.stack(columns, axis=1)
+
+
+def tangent_map(model: mujoco.MjModel, qpos: np.ndarray) -> np.ndarray:
+    """Derivative of qpos by the tangent of the position, (nq, nv): what a small turn does to a quaternion."""
+    columns = []
+    for i in range(model.nv):
+        both = []
+        for sign in (1.0, -1.0):
+            moved, direction = qpos.copy(), np.zeros(model.nv)
+            direction[i] = sign
+            mujoco.mj_integratePos(model, moved, direction, STEP)
+            both.append(moved)
+        columns.append((both[0] - both[1]) / (2.0 * STEP))
+    return np.stack(columns, axis=1)
+
+
+def with_stiffness(point: OperatingPoint, stiffness: float) -> OperatingPoint:
+    """The same state on a surface of another stiffness, N/m, which pushes as hard.
+
+    The surface is moved along its normal by the difference of the two indentations, so that the robot and all
+    that the controller remembers stay as they are.
+
+    Raises:
+        ConfigError: when the pen does not touch, or the physics step cannot carry the stiffness.
+    """
+    plant = point.plant
+    data = point.data()
+    if data.ncon == 0 or data.contact[0].dist >= 0.0:
+        raise ConfigError("the pen does not touch at this point, so a stiffness has no meaning")
+    contact = data.contact[0]
+    model = copy.copy(plant.model)
+    parameters = plant.surface.contact
+    tune_contact_pair(model, dataclasses.replace(parameters, stiffness=stiffness))
+    ratio = _pair_stiffness(plant.model) / _pair_stiffness(model)
+    away = np.asarray(contact.frame[0:3])  # from the surface to the pen
+    # A surface that does not move is part of the world, so its place is in W.
+    model.geom_pos[model.geom(GEOM).id] += away * (-contact.dist) * (ratio - 1.0)
+    return dataclasses.replace(point, plant=dataclasses.replace(plant, model=model))
+
+
+def _pair_stiffness(model: mujoco.MjModel) -> float:
+    return -float(model.pair_solref[0, 0])

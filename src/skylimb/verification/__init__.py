@@ -1,6 +1,0 @@
-"""The contact, proven against theory before any controller is judged on it."""
-
-from skylimb.verification.row import Row
-from skylimb.verification.suite import verify_contact
-
-__all__ = ["Row", "verify_contact"]

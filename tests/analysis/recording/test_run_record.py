@@ -1,0 +1,182 @@
+"""A run comes back from its file bit for bit, and whatever is not a run is refused clearly."""
+
+import json
+import sys
+
+import h5py
+import numpy as np
+import pytest
+import xarray as xr
+
+from skylimb.analysis.recording import FORMAT_VERSION, Run
+from skylimb.base.errors import OutputError, UnknownNameError
+
+
+@pytest.fixture
+def run():
+    rng = np.random.default_rng(1)
+    time = 0.005 * np.arange(400)
+    log = xr.Dataset(
+        {
+            "cog_position": (
+                ("time", "axis"),
+                rng.standard_normal((400, 3)),
+                {"units": "m", "frame": "W", "long_name": "position of the CoG", "kind": "truth"},
+            ),
+            "contact": (("time",), rng.integers(0, 2, 400).astype(np.int8), {"units": "1", "kind": "truth"}),
+            "phase": (
+                ("time",),
+                np.zeros(400, np.int8),
+                {"flag_values": [0, 1], "flag_meanings": "hover slide"},
+            ),
+            "odd": (("time",), np.where(time < 1, np.nan, np.inf), {"units": ""}),
+        },
+        coords={"time": ("time", time, {"units": "s"}), "axis": ["x", "y", "z"]},
+        attrs={
+            "controller": "hybrid",
+            "status": "OK",
+            "cause": "",
+            "seed": 7,
+            "config": "seed = 7\n",
+            "versions": json.dumps({"python": "3.11"}),
+            "scene": "<mujoco><!-- ° --></mujoco>\n" * 20_000,  # far beyond what a small attribute holds
+            "format_version": FORMAT_VERSION,
+        },
+    )
+    return Run("hybrid", "hybrid", log, {"status": "OK", "error_u_median": 0.1 + 0.2, "tilt_max": None})
+
+
+def test_round_trip_is_exact(run, tmp_path):
+    path = run.save(tmp_path / "log.nc")
+    back = Run.load(path)
+    xr.testing.assert_identical(back.log, run.log)
+    for name, variable in run.log.variables.items():
+        assert back.log[name].dtype == variable.dtype or variable.dtype.kind == "U"
+    assert (back.name, back.controller, back.metrics) == (run.name, run.controller, dict(run.metrics))
+    assert back.log.attrs["seed"] == 7
+    assert isinstance(back.log.attrs["seed"], int)
+
+
+def test_a_loaded_run_can_be_saved_again(run, tmp_path):
+    again = Run.load(Run.load(run.save(tmp_path / "a.nc")).save(tmp_path / "b.nc"))
+    xr.testing.assert_identical(again.log, run.log)
+
+
+def test_the_file_is_compressed_netcdf4(run, tmp_path):
+    log = run.log.assign(still=(("time", "axis"), np.zeros((400, 3))))
+    small = Run("a", "a", run.log, {}).save(tmp_path / "a.nc").stat().st_size
+    with_zeros = Run("b", "b", log, {}).save(tmp_path / "b.nc").stat().st_size
+    assert with_zeros - small < 400 * 3 * 8  # less than the numbers that were added
+    assert (tmp_path / "a.nc").read_bytes()[:8] == b"\x89HDF\r\n\x1a\n"
+
+
+def test_every_kind_of_signal_comes_back(run, tmp_path):
+    log = run.log.assign(
+        touching=(("time",), run.log.contact.values > 0, {"units": ""}),
+        word=(("axis",), np.array(["a", "b°", ""])),
+        count=(("time",), np.arange(400)),
+        single=((), 2.5),
+        nothing=(("none", "axis"), np.zeros((0, 3))),
+        beside=(("plain", "axis"), np.arange(6.0).reshape(2, 3)),
+    ).assign_coords(place=("axis", [1.0, 2.0, 3.0]), middle=0.5)
+    log.attrs |= {"contact_axis": [1.0, 0.0, 0.0], "sliding_axes": ["y", "z"], "tared": 1}
+    back = Run.load(Run("a", "hybrid", log, {}).save(tmp_path / "log.nc"))
+    xr.testing.assert_identical(back.log, log)
+    assert back.log.touching.dtype == bool
+    assert back.log["count"].dtype == np.int64
+
+
+def test_what_no_record_can_hold_is_named(run, tmp_path):
+    log = run.log.assign(turn=(("time",), np.full(400, 1j)))
+    with pytest.raises(OutputError, match="variable 'turn' holds complex128; a record has numbers"):
+        Run("a", "a", log, {}).save(tmp_path / "log.nc")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no limit on the size of a file")
+def test_a_full_disk_is_one_line_and_leaves_nothing(run, tmp_path):
+    import resource
+
+    old = resource.getrlimit(resource.RLIMIT_FSIZE)
+    try:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (5_000, old[1]))
+        with pytest.raises(OutputError, match=r"^cannot write '.*log.nc': File too large$"):
+            run.save(tmp_path / "log.nc")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, old)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_dimensions_are_those_of_netcdf(run, tmp_path):
+    path = run.save(tmp_path / "log.nc")
+    with h5py.File(path) as file:
+        found = {name: item for name, item in file.items() if isinstance(item, h5py.Dataset)}
+        assert found["time"].is_scale
+        assert [found["cog_position"].dims[axis][0].name for axis in (0, 1)] == ["/time", "/axis"]
+        assert found["phase"].dims[0][0] == found["time"]
+        assert [found[name].attrs["_Netcdf4Dimid"] for name in ("time", "axis")] == [0, 1]
+
+
+def test_a_folder_stands_for_its_log(run, tmp_path):
+    run.save(tmp_path / "log.nc")
+    assert Run.load(tmp_path).name == "hybrid"
+
+
+def test_properties(run):
+    assert (run.status, run.cause, run.failed) == ("OK", "", False)
+    assert run.config == "seed = 7\n"
+    assert run.versions == {"python": "3.11"}
+    lost = Run("x", "x", run.log.assign_attrs(status="FAILED", cause="tilt"), {})
+    assert (lost.status, lost.cause, lost.failed) == ("FAILED", "tilt", True)
+
+
+def test_signal_by_name_and_the_nearest_for_a_slip(run):
+    assert run.signal("cog_position").attrs["units"] == "m"
+    with pytest.raises(
+        UnknownNameError, match=r"unknown signal 'cog_positon'; did you mean 'cog_position'\?"
+    ):
+        run.signal("cog_positon")
+
+
+def test_saving_does_not_overwrite(run, tmp_path):
+    (tmp_path / "log.nc").write_text("mine")
+    with pytest.raises(OutputError, match="exists already"):
+        run.save(tmp_path / "log.nc")
+    assert (tmp_path / "log.nc").read_text() == "mine"
+
+
+def test_metrics_that_are_not_numbers_are_refused(run, tmp_path):
+    with pytest.raises(ValueError, match="JSON"):
+        Run("a", "a", run.log, {"tilt_max": float("nan")}).save(tmp_path / "log.nc")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_missing_file(tmp_path):
+    with pytest.raises(OutputError, match=r"nothing\.nc' does not exist"):
+        Run.load(tmp_path / "nothing.nc")
+
+
+def test_foreign_and_damaged_files(run, tmp_path):
+    text = tmp_path / "text.nc"
+    text.write_text("not a record")
+    with pytest.raises(OutputError, match="is not a readable NetCDF-4 file"):
+        Run.load(text)
+    foreign = tmp_path / "foreign.nc"
+    xr.Dataset({"a": ("time", np.zeros(3))}).to_netcdf(foreign, engine="h5netcdf")
+    with pytest.raises(OutputError, match="not a skylimb run"):
+        Run.load(foreign)
+    whole = run.save(tmp_path / "whole.nc").read_bytes()
+    cut = tmp_path / "cut.nc"
+    cut.write_bytes(whole[: len(whole) // 2])
+    with pytest.raises(OutputError, match="is not a readable NetCDF-4 file"):
+        Run.load(cut)
+
+
+def test_a_newer_format_is_refused(run, tmp_path):
+    path = run.save(tmp_path / "log.nc")
+    with xr.load_dataset(path, engine="h5netcdf") as log:
+        log.attrs["format_version"] = FORMAT_VERSION + 1
+    newer = tmp_path / "newer.nc"
+    log.to_netcdf(newer, engine="h5netcdf")
+    with pytest.raises(OutputError, match=f"has format version {FORMAT_VERSION + 1}"):
+        Run.load(newer)

@@ -1,0 +1,360 @@
+import json
+import logging
+import re
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import skylimb
+from skylimb import __version__
+from skylimb.analysis.recording import Run
+from skylimb.apps.cli import main, output
+from skylimb.apps.cli.commands import VERBS
+
+SHORT = [
+    "phases.hover=0.5",
+    "phases.tare=1.0",
+    "phases.settle=1.0",
+    "phases.hover_end=0.5",
+    "approach.speed=0.2",
+    "approach.retreat_speed=0.4",
+    "trajectory.period=4.0",
+    "trajectory.radius=0.1",
+]
+
+
+def call(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> tuple[int, str, str]:
+    code = main(arguments)
+    out, err = capsys.readouterr()
+    return code, out, err
+
+
+@pytest.fixture(scope="module")
+def flown(tmp_path_factory: pytest.TempPathFactory) -> tuple[int, Path]:
+    folder = tmp_path_factory.mktemp("run") / "flight"
+    code = main(["run", "--set", *SHORT, "--seed", "5", "--no-video", "--out", str(folder)])
+    return code, folder
+
+
+@pytest.fixture(scope="module")
+def compared(tmp_path_factory: pytest.TempPathFactory) -> tuple[int, Path]:
+    folder = tmp_path_factory.mktemp("compare") / "both"
+    words = ["--controllers", "pid", "hybrid", "--set", *SHORT, "--no-video", "--out", str(folder)]
+    return main(["compare", "paper", *words]), folder
+
+
+def test_run_leaves_what_it_promises(flown: tuple[int, Path]) -> None:
+    code, folder = flown
+    assert code == 0
+    assert {path.name for path in folder.iterdir()} >= {"log.nc", "metrics.json", "config.toml", "figures"}
+    assert any((folder / "figures").iterdir())
+    metrics = json.loads((folder / "metrics.json").read_text())
+    assert metrics["status"] == "OK"
+    config = (folder / "config.toml").read_text()
+    assert "seed = 5" in config
+    assert "period = 4.0" in config
+
+
+def test_compare_leaves_what_it_promises(compared: tuple[int, Path]) -> None:
+    code, folder = compared
+    assert code == 0
+    assert {path.name for path in folder.iterdir()} >= {"pid", "hybrid", "metrics.csv", "report.html"}
+    for name in ("pid", "hybrid"):
+        assert (folder / name / "log.nc").is_file()
+    page = (folder / "report.html").read_text()
+    assert not re.findall(
+        r"""(?:src|href)=["']?https?:|url\(["']?https?:|fetch\(["']http""", page
+    )  # self-contained
+
+
+def test_the_summary_shows_both_controllers_and_no_number_of_a_paper_that_flew_longer(
+    compared: tuple[int, Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    code, out, _ = call(["report", str(compared[1])], capsys)
+    assert code == 0
+    assert "hybrid" in out
+    assert "paper's numbers stand only beside flights of its configuration" in out
+    assert "pid, hybrid: " in out
+    assert "trajectory.period = 4 (paper: 14)" in out
+    assert "(0.083)" not in out
+    assert "report.html" in out
+    page = (compared[1] / "report.html").read_text()
+    assert "trajectory.period = 4 (paper: 14)" in page
+    assert "0.083" not in page
+
+
+def test_the_papers_numbers_stand_beside_the_papers_flight(capsys: pytest.CaptureFixture[str]) -> None:
+    output.scores({"pid": skylimb.run("paper", "pid", seed=3)})
+    out = capsys.readouterr().out
+    assert "in brackets the paper's numbers" in out
+    assert "(0.134)" in out
+    assert "Flown otherwise" not in out
+
+
+def test_view_without_a_display_writes_a_page_to_open(
+    compared: tuple[int, Path], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "platform", "linux")
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    code, out, _ = call(["view", str(compared[1]), "--speed", "2"], capsys)
+    assert code == 0
+    assert "No display" in out
+    page = compared[1] / "replay.html"
+    assert str(page) in out
+    assert '"speed":2.0' in page.read_text(encoding="utf-8")
+
+
+class FakeWindow:
+    """Stands in for the viewer's window: counts the pictures, and is closed after some of them."""
+
+    def __init__(self, data: Any) -> None:
+        self.data, self.seen = data, []
+
+    def __enter__(self) -> "FakeWindow":
+        return self
+
+    def __exit__(self, *reason: object) -> None:
+        pass
+
+    def is_running(self) -> bool:
+        return len(self.seen) < 5
+
+    def sync(self) -> None:
+        self.seen.append(self.data.qpos.copy())
+
+
+def test_view_with_a_display_plays_the_recorded_configurations(
+    flown: tuple[int, Path], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import mujoco.viewer
+
+    windows: list[FakeWindow] = []
+
+    def launch(model: Any, data: Any, **options: Any) -> FakeWindow:
+        windows.append(FakeWindow(data))
+        return windows[-1]
+
+    monkeypatch.setattr(mujoco.viewer, "launch_passive", launch)
+    monkeypatch.setattr(sys, "platform", "linux")
+    monkeypatch.setenv("DISPLAY", ":0")
+    code, out, _ = call(["view", str(flown[1]), "--speed", "20"], capsys)
+    assert code == 0
+    assert "20 times the real speed" in out
+    recorded = Run.load(flown[1]).log["configuration"].values
+    (window,) = windows
+    rows = [int(np.flatnonzero((recorded == seen).all(axis=1))[0]) for seen in window.seen]
+    assert len(rows) == 5
+    assert rows == sorted(rows)
+    assert rows[-1] > 0
+
+
+def test_a_lost_flight_is_kept_and_exits_with_1(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = tmp_path / "lost"
+    falling = ["plant.thrust_scale=0.5", "approach.contact=false"]
+    code, out, err = call(["run", "--set", *SHORT, *falling, "--no-video", "--out", str(folder)], capsys)
+    assert code == 1
+    assert "FAILED" in out
+    assert "error" not in err
+    metrics = json.loads((folder / "metrics.json").read_text())
+    assert metrics["status"] == "FAILED"
+    assert metrics["cause"]
+    assert metrics["error_u_median"] is None
+
+
+def test_a_warning_is_a_line_without_a_place_in_the_code(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    doubtful = ["controller.translation.force=2", "surface.friction=0.8", "plant.thrust_scale=0.5"]
+    words = ["run", "--controller", "following", "--set", *SHORT, *doubtful, "--no-video"]
+    code, _, err = call([*words, "--out", str(tmp_path / "doubtful")], capsys)
+    assert code == 1
+    assert "skylimb: warning: a force of 2 N is doubtful: at a friction of 0.8" in err
+    assert "UserWarning" not in err
+    assert ".py" not in err
+
+
+def test_an_interrupted_flight_leaves_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    stopping = tmp_path / "stopping.py"
+    stopping.write_text(
+        "class Stopping:\n"
+        "    name = 'stopping'\n"
+        "    def gains(self): return None\n"
+        "    def initial_state(self): return None\n"
+        "    def step(self, *arguments): raise KeyboardInterrupt\n"
+        "def controller(robot): return Stopping()\n"
+    )
+    code, _, err = call(["run", "--controller", str(stopping), "--out", str(tmp_path / "out")], capsys)
+    assert code == 130
+    assert err.startswith("skylimb: error: interrupted")
+    assert [
+        path.name for path in tmp_path.iterdir() if path.suffix != ".py" and path.name != "__pycache__"
+    ] == []
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        (["rum"], "unknown verb 'rum'; did you mean 'run'?"),
+        (["--versoin"], "did you mean '--version'?"),
+        (["run", "papr"], "did you mean 'paper'?"),
+        (["run", "nowhere.toml"], "no such file: 'nowhere.toml'"),
+        (["run", "--controller", "hybird"], "did you mean 'hybrid'?"),
+        (["run", "--controller", "nowhere.py"], "nowhere.py"),
+        (["run", "--sed", "3"], "did you mean '--seed'?"),
+        (["run", "--seed"], "--seed"),
+        (["run", "--seed", "three"], "--seed = 'three' is not a whole number"),
+        (["run", "--seed", "-1"], "seed = -1"),
+        (["run", "--set", "surface.frction=1"], "friction'?"),
+        (["run", "--set", "surface.friction"], "expected KEY=VALUE"),
+        (["run", "--set", "surface.friction=wet"], "friction = 'wet'"),
+        (["run", "--set", "surface.slope=20"], "degrees"),
+        (["run", "--set", "trajectory.radius=300"], "300 mm = 0.3 m"),
+        (["run", "--set", "seed=1", "seed=2"], "twice"),
+        (["run", "--set", "friction=0.2"], "did you mean 'surface.friction'"),
+        (["run", "--set", "leak.cutoff=3"], "did you mean 'controller.allocation.leak.cutoff'?"),
+        (["run", "--set", "frictoin=0.2"], "did you mean 'surface.friction'"),
+        (["run", "--video", "no"], "--video takes no value ('no'): write --video, or --no-video"),
+        (["run", "--video=no"], "--video takes no value ('no')"),
+        (["compare", "--no-video", "true"], "--video takes no value ('true')"),
+        (["run", "--set", "surface.slope=20deg"], "20 deg = 0.349066 rad, so write 0.349066"),
+        (["run", "--set", "trajectory.radius=30 cm"], "30 cm = 0.3 m"),
+        (["run", "--set", "controller.translation.stifness=1"], "controller"),
+        (["run", "paper", "free_flight"], "one argument too many"),
+        (["compare", "--controllers"], "names no controller"),
+        (["compare", "--controllers", "pid", "mine/pid.toml"], "called alike: pid, pid"),
+        (["compare", "--controllers", "pid", "pod"], "did you mean 'pid'?"),
+        (["show", "papr"], "did you mean 'paper'?"),
+        (["report", "nowhere"], "'nowhere' does not exist"),
+        (["view", "nowhere"], "'nowhere' does not exist"),
+        (["view", "nowhere", "--speed", "0"], "--speed = 0 must be positive"),
+        (["view", "nowhere", "--speed", "fast"], "--speed = 'fast' is not a number"),
+        (["view"], "DIR is missing; see skylimb view --help"),
+        (["run", "--out"], "--out needs a value; see skylimb run --help"),
+        (["run", "--conroller", "pid"], "did you mean '--controller'?"),
+        (
+            ["draw", "a.svg", "--order", "nearst"],
+            "--order = 'nearst' is not one of given, nearest",
+        ),
+        (["completion", "csh"], "SHELL = 'csh' is not one of bash, zsh, fish"),
+    ],
+)
+def test_a_mistake_is_one_line_and_writes_nothing(
+    words: list[str],
+    expected: str,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    code, out, err = call(words, capsys)
+    assert code == 2
+    assert out == ""
+    assert err.startswith("skylimb: error: ")
+    assert err.count("\n") == 1
+    assert expected in err
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("verb", ["run", "compare", "verify-contact"])
+def test_nothing_is_overwritten(verb: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    mine = tmp_path / "mine.txt"
+    mine.write_text("mine")
+    for there in (tmp_path, mine, mine / "below"):
+        code, _, err = call([verb, "--out", str(there)], capsys)
+        assert code == 2
+        assert str(there) in err
+    assert mine.read_text() == "mine"
+    assert list(tmp_path.iterdir()) == [mine]
+
+
+def test_list_names_everything_with_a_line(capsys: pytest.CaptureFixture[str]) -> None:
+    code, out, _ = call(["list"], capsys)
+    assert code == 0
+    for name in ("paper", "pid", "impedance", "admittance", "hybrid", "hydrus_xi_quad"):
+        (line,) = [line for line in out.splitlines() if line.split()[:1] == [name]]
+        assert len(line.split()) > 3
+
+
+def test_show_prints_an_experiment_that_can_be_flown(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from skylimb import load_experiment
+
+    code, out, _ = call(["show", "paper"], capsys)
+    assert code == 0
+    (tmp_path / "mine.toml").write_text(out)
+    mine, paper = load_experiment(str(tmp_path / "mine.toml")), load_experiment("paper")
+    assert mine == paper
+
+
+@pytest.mark.parametrize(("name", "words"), [("hybrid", "stiffness = 16.0"), ("hydrus_xi_quad", "4.12")])
+def test_show_prints_controllers_and_robots(
+    name: str, words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    code, out, _ = call(["show", name], capsys)
+    assert code == 0
+    assert words in out
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_every_verb_explains_itself(verb: str, capsys: pytest.CaptureFixture[str]) -> None:
+    code, out, _ = call([verb, "--help"], capsys)
+    assert code == 0
+    assert out.startswith(f"usage: skylimb {verb}")
+    assert f"Examples\n  skylimb {verb}" in out
+
+
+@pytest.mark.parametrize("words", [[], ["-h"], ["--help"], ["help"]])
+def test_the_overview_names_every_verb(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    code, out, _ = call(words, capsys)
+    assert code == 0
+    for verb in VERBS:
+        assert f"  {verb} " in out
+
+
+def test_the_version(capsys: pytest.CaptureFixture[str]) -> None:
+    assert call(["--version"], capsys) == (0, f"skylimb {__version__}\n", "")
+
+
+def test_it_runs_as_a_module() -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "skylimb", "--version"], capture_output=True, text=True, check=True
+    )
+    assert done.stdout == f"skylimb {__version__}\n"
+
+
+def test_the_contact_is_verified_and_a_failed_claim_exits_with_1(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from skylimb.studies.verification import statics, suite
+    from skylimb.studies.verification.row import Evidence, Row
+
+    monkeypatch.setattr(suite, "ROWS", (statics.adhesion,))
+    code, out, _ = call(["verify-contact", "--out", str(tmp_path / "contact")], capsys)
+    assert code == 0
+    assert "1 of 1 claims hold" in out
+    assert (tmp_path / "contact" / "contact.html").is_file()
+
+    def wrong() -> Evidence:
+        return Evidence(Row("wrong", "Two is one.", 2.0, 1.0, 0.5, "-"), lambda axes: None)
+
+    monkeypatch.setattr(suite, "ROWS", (statics.adhesion, wrong))
+    code, out, _ = call(["verify-contact"], capsys)
+    assert code == 1
+    assert "1 of 2 claims hold" in out
+    assert "FAILS" in out
+
+
+def test_what_planning_has_to_say_is_said_at_once_and_what_flights_have_at_their_end(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    with output.flights():
+        logging.getLogger("skylimb.flight.any").warning("a servo was slow")
+        logging.getLogger("skylimb.control.planning.vectoring_files").warning("searching")
+        assert capsys.readouterr().err == "searching\n"
+    assert capsys.readouterr().err == "a servo was slow\n"

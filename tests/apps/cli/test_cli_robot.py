@@ -1,0 +1,47 @@
+"""`skylimb robot check` and `robot import` as they are typed."""
+
+import pytest
+
+from lab_style import lab_urdf
+from skylimb.apps.cli.main import main
+
+
+@pytest.fixture
+def quad(tmp_path):
+    path = tmp_path / "quad.urdf"
+    path.write_text(lab_urdf(gimbal="fixed"))
+    return path
+
+
+def test_exit_codes(quad, capsys):
+    assert main(["robot", "check", str(quad)]) == 0
+    assert "lab quad can hover and can touch." in capsys.readouterr().out
+    quad.write_text(quad.read_text().replace("rotor4", "spare").replace("thrust4", "spare_end"))
+    assert main(["robot", "check", str(quad)]) == 1
+    assert "loads and cannot hover: the rotors" in capsys.readouterr().out
+    quad.write_text("<robot")
+    assert main(["robot", "check", str(quad)]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_a_broken_robot_is_drawn(quad, tmp_path, capsys):
+    quad.write_text(quad.read_text().replace('ixx="0.010000000000000002"', 'ixx="-0.01"'))
+    picture = tmp_path / "quad.png"
+    assert main(["robot", "check", str(quad), "--picture", str(picture)]) == 1
+    assert "FAULT     inertia of link 'main'" in capsys.readouterr().out
+    assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+def test_import_tells_how_to_fly(quad, tmp_path, capsys):
+    assert main(["robot", "import", str(quad)]) == 2
+    assert "--out is missing" in capsys.readouterr().err
+    assert main(["robot", "import", str(quad), "--out", str(tmp_path / "mine")]) == 0
+    assert f"skylimb run free_flight --set robot={tmp_path / 'mine'}" in capsys.readouterr().out
+    assert main(["robot", "import", str(quad), "--out", str(tmp_path / "mine")]) == 2
+    assert "exists already" in capsys.readouterr().err
+    assert main(["robot", "check", str(tmp_path / "mine")]) == 0
+
+
+def test_a_name_that_is_nothing(capsys):
+    assert main(["robot", "check", "nothing.urdf"]) == 2
+    assert "no such file" in capsys.readouterr().err

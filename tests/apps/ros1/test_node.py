@@ -1,0 +1,96 @@
+"""The loop around a profile: what comes is handed on, Ctrl-C lands first, faults are said once."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from collections import Counter
+from typing import Any
+
+from skylimb.analysis.exchange.frames import lab_link
+from skylimb.apps.ros1.both import Both
+from skylimb.apps.ros1.desk import Arrived
+from skylimb.apps.ros1.node import Node
+from skylimb.apps.ros1.outputs import Outgoing
+from skylimb.apps.ros1.topics import DIAGNOSTICS, RECORD, ROW, STATE
+from skylimb.flight.realtime.pacer import Pacer
+from steered import ready
+
+
+class Carrier:
+    """Hands over what is due at a tick, and keeps what is published."""
+
+    def __init__(self, script: dict[int, Any], ends: int) -> None:
+        self.script, self.ends, self.k = script, ends, 0
+        self.published: list[Outgoing] = []
+        self.met: Counter[str] = Counter()
+
+    @property
+    def closed(self) -> bool:
+        return self.k >= self.ends
+
+    def take(self) -> list[Arrived]:
+        self.k += 1
+        todo = self.script.get(self.k)
+        if callable(todo):
+            todo()
+            return []
+        return [Arrived(topic, None, "/client", time.monotonic()) for topic in todo or ()]
+
+    def carry(self, messages: list[Outgoing]) -> None:
+        self.published += messages
+
+    def faults(self) -> Counter[str]:
+        return self.met
+
+    def of(self, topic: Any) -> list[Any]:
+        return [value for name, value in self.published if name == topic]
+
+
+class Clock:
+    def __init__(self) -> None:
+        self.time = 0
+
+    def pacer(self, period: float) -> Pacer:
+        return Pacer(period, lambda: self.time, self.sleep, spin=0.0)
+
+    def sleep(self, seconds: float) -> None:
+        self.time += round(seconds * 1e9)
+
+
+def node(carrier: Carrier) -> tuple[Node, Both, list[str]]:
+    takeoff, controller = ready("hybrid")
+    pacer, said = Clock().pacer(takeoff.period), list[str]()
+    both = Both(takeoff, controller, {"paper": takeoff.mission}, lab_link(takeoff.robot), pacer)
+    return Node(both, carrier, pacer, said.append), both, said
+
+
+def test_ctrl_c_lands_before_it_ends() -> None:
+    def interrupt() -> None:
+        os.kill(os.getpid(), signal.SIGINT)
+
+    carrier = Carrier({2: ["teleop_command/start"], 20: ["teleop_command/takeoff"], 900: interrupt}, 6000)
+    flying, both, said = node(carrier)
+    flying.spin()
+    assert said[:4] == ["ARM_OFF -> START", "START -> ARM_ON", "ARM_ON -> TAKEOFF", "TAKEOFF -> HOVER"]
+    assert said[-2:] == ["HOVER -> LAND", "LAND -> STOP"]
+    assert carrier.k < 6000
+    assert both.plant.stands
+    assert carrier.of(STATE)[-1] in (4, 6)
+    assert len(carrier.of(RECORD)) == 1
+    assert len(carrier.of(ROW)) > 500
+    assert [kept.name for kept in both.kept] == ["flight"]
+    assert both.kept[0].run().log.sizes["time"] == len(carrier.of(ROW))
+
+
+def test_it_ends_when_the_middleware_is_gone_and_says_each_fault_once() -> None:
+    carrier = Carrier({300: lambda: carrier.met.update({"master is gone": 1})}, 900)
+    flying, _, said = node(carrier)
+    flying.spin()
+    assert said == ["fault: master is gone", "the middleware's process is gone"]
+    shown = carrier.of(DIAGNOSTICS)
+    assert [one.level for one in shown] == [0, 1, 0, 0]
+    assert shown[1].words == "master is gone (1)"
+    assert shown[-1].values["master is gone"] == "1"
+    assert len(flying.timing.late) == 900

@@ -1,0 +1,249 @@
+"""The flight controller's inner loop, and our controller over its sensors, wired without ROS."""
+
+from __future__ import annotations
+
+from collections import Counter, deque
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from short_flights import CIRCLE
+from skylimb.analysis.exchange.frames import lab_link
+from skylimb.apps.ros1 import topics
+from skylimb.apps.ros1.controlled import Controlled
+from skylimb.apps.ros1.desk import Arrived
+from skylimb.apps.ros1.grounded import STAND
+from skylimb.apps.ros1.lab_config import read_lab_config
+from skylimb.apps.ros1.messages import FourAxes, Gains, Motor, MotorInfo, PMatrix, UavInfo
+from skylimb.apps.ros1.outputs import Outgoing
+from skylimb.apps.ros1.simulated import Simulated
+from skylimb.apps.ros1.spinal import Spinal, attitude_loop
+from skylimb.apps.ros1.states import FlightState
+from skylimb.base.rotations import rotation_from_rpy
+from skylimb.flight.realtime.pacer import Pacer
+from skylimb.flight.takeoff import take_off
+from steered import ready
+
+LIMITS = (np.full(4, 1.0), np.full(4, 30.0))
+STILL, LEVEL = np.zeros(3), np.eye(3)
+LAB = Path(__file__).parent / "lab"
+MOTORS = MotorInfo(0.58, 0.92, 1.0, 7.0, 0, (Motor(25.2, 33.0, (0.0, -5.0, 0.1, 0.0, 0.0)),))
+KNOWN = Spinal(4).told(UavInfo(4, 17)).told(MOTORS)
+BASE = FourAxes((0.0, 0.0, 0.0), (9.0, 10.0, 11.0, 12.0))
+
+
+def armed(message: FourAxes = BASE) -> Spinal:
+    return KNOWN.configured(0).commanded(message, 0.0)
+
+
+def loop(
+    spinal: Spinal, R: Any = LEVEL, rates: np.ndarray = STILL, now: float = 0.1
+) -> tuple[Spinal, np.ndarray]:
+    return attitude_loop(spinal, np.asarray(R), rates, now, 0.001, LIMITS)
+
+
+def test_zero_gains_pass_the_base_thrusts_on() -> None:
+    R = rotation_from_rpy(0.3, -0.2, 1.0)
+    np.testing.assert_array_equal(loop(armed(), R, np.array([1.0, 2.0, 3.0]))[1], BASE.base_thrust)
+    np.testing.assert_array_equal(loop(Spinal(4).commanded(BASE, 0.0))[1], np.zeros(4))
+
+
+def test_terms_are_those_of_the_board() -> None:
+    gains = Gains(((1000, 0, 200, 500, 0, 100, 300), (0,) * 7, (0,) * 7, (0, 0, 0, 0, 0, 0, -600)))
+    spinal = armed(FourAxes((0.1, -0.1, 0.6), BASE.base_thrust)).gained(gains)
+    rates = np.array([0.5, -0.5, 1.0])
+    thrusts = loop(spinal, rotation_from_rpy(0.05, 0.02, 2.0), rates)[1]
+    first = 1.0 * 0.05 + 0.5 * -0.12 - 0.2 * 0.5 - 0.1 * -0.5 - 0.3 * 1.0 + 0.6 * 0.3 / -0.6
+    last = 0.6 * 1.0 + 0.6
+    np.testing.assert_allclose(thrusts - BASE.base_thrust, [first, 0.0, 0.0, last], atol=1e-12)
+    gyro = armed().with_p_matrix(PMatrix(((1000, 0, 0),) * 4, (1000, 2000, 3000, 0, 0, 0)))
+    np.testing.assert_allclose(loop(gyro, rates=rates)[1] - BASE.base_thrust, np.full(4, -0.5), atol=1e-12)
+
+
+def test_errors_are_integrated_on_command_only() -> None:
+    gains = Gains(((0, 1000, 0, 0, 0, 0, 0),) * 4)
+    spinal = armed().gained(gains)
+    thrusts = STILL
+    for command, grown in ((161, 0.0), (160, -0.1 * 1.0)):
+        out = spinal.configured(command)
+        for _ in range(1000):
+            out, thrusts = loop(out, rotation_from_rpy(0.1, 0.0, 0.0))
+        np.testing.assert_allclose(thrusts - BASE.base_thrust, np.full(4, grown), atol=1e-9)
+
+
+@pytest.mark.parametrize("why", ["silence", "tilt", "commanded tilt", "command"])
+def test_a_forced_landing_lowers_the_thrusts(why: str) -> None:
+    spinal, R, now, thrusts = armed(), np.eye(3), 0.1, STILL
+    if why == "silence":
+        now = 0.6
+    elif why == "tilt":
+        R = rotation_from_rpy(1.1, 0.0, 0.0)
+    elif why == "commanded tilt":
+        spinal = armed(FourAxes((0.0, 1.1, 0.0), BASE.base_thrust))
+    else:
+        spinal = spinal.configured(2)
+    for _ in range(1000):
+        spinal, thrusts = attitude_loop(spinal, R, STILL, now, 0.001, LIMITS)
+    assert spinal.force_landing
+    assert thrusts.mean() == pytest.approx(8.0, abs=0.01)
+    for _ in range(2000):
+        spinal, thrusts = attitude_loop(spinal, R, STILL, now, 0.001, LIMITS)
+    assert thrusts.mean() == pytest.approx(7.0, abs=0.01)
+    weak = spinal.commanded(FourAxes(BASE.angles, (1.0,) * 4), 1.0)
+    np.testing.assert_array_equal(weak.base, spinal.base)
+    assert not spinal.configured(1).armed
+
+
+def test_messages_of_another_robot_are_none() -> None:
+    spinal = armed()
+    assert spinal.commanded(FourAxes(BASE.angles, (1.0,) * 6), 1.0) is spinal
+    assert spinal.commanded(FourAxes(BASE.angles, (float("nan"),) * 4), 1.0) is spinal
+    assert spinal.gained(Gains(((0,) * 7,) * 6)) is spinal
+    assert spinal.with_p_matrix(PMatrix(((0, 0, 0),), (0,) * 6)) is spinal
+
+
+class Wire:
+    """Controller and simulator in step; what one says the other hears at the next tick."""
+
+    def __init__(self, files: tuple[str, ...] = ("motor_info.yaml",)) -> None:
+        takeoff, controller = ready("hybrid")
+        config = read_lab_config([LAB / name for name in files], takeoff.robot)
+        (inner,) = take_off("paper", ("hybrid",), set={**CIRCLE, "controller_rate": 1000.0})
+        self.time, link = 0, lab_link(takeoff.robot)
+        pacer = Pacer(takeoff.period, lambda: self.time, self._sleep, spin=0.0)
+        self.pacer = pacer
+        self.robot = Simulated(inner, link, pacer, servos=config.servos)
+        missions = {"paper": takeoff.mission}
+        self.pilot = Controlled(takeoff.plan, controller, missions, link, pacer, config=config)
+        self.up, self.down = deque[Outgoing](), deque[Outgoing]()
+        self.k, self.silent, self.said = 0, False, list[str]()
+        self.names = Counter[str]()
+        pacer.start()
+
+    def _sleep(self, seconds: float) -> None:
+        self.time += round(seconds * 1e9)
+
+    def tick(self, *orders: str) -> None:
+        self.pacer.wait(self.k)
+        now = self.pacer.time()
+
+        def heard(messages: deque[Outgoing], sender: str) -> list[Arrived]:
+            found = [Arrived(topic.name, value, sender, now) for topic, value in messages]
+            messages.clear()
+            return found
+
+        up = [] if self.silent else heard(self.up, "/spinal")
+        came = [*up, *(Arrived(order, None, "/client", now) for order in orders)]
+        self.down += [one for one in self.pilot.tick(came, now) if one.topic in topics.ACTUATORS]
+        self.names.update(one.topic.name for one in self.down)
+        self.up += self.robot.tick(heard(self.down, "/skylimb"), now)
+        self.names.update(one.topic.name for one in self.up)
+        self.k += 1
+        assert self.pilot.last is not None
+        self.said += self.pilot.last.said
+
+    def until(self, state: FlightState, seconds: float) -> None:
+        for _ in range(round(seconds / 0.005)):
+            if self.pilot.pilot.flying.state == state:
+                return
+            self.tick()
+        raise AssertionError(f"no {state.name}: {self.said} {self.pilot.faults}")
+
+
+def test_it_is_not_armed_before_it_knows_its_motors() -> None:
+    for known in (Spinal(4), Spinal(4).told(MOTORS), Spinal(4).told(UavInfo(4, 17))):
+        assert not known.configured(0).armed
+    assert not KNOWN.told(replace(MOTORS, max_pwm=0.58)).configured(0).armed
+    assert KNOWN.configured(0).armed
+    # The number of motors is not taken twice; what it knows outlasts the flight.
+    assert KNOWN.told(UavInfo(6, 17)).uav == UavInfo(4, 17)
+    assert KNOWN.configured(0).configured(1).configured(0).armed
+
+
+def test_a_forced_landing_ends_at_the_thrust_of_the_motor_table() -> None:
+    spinal = KNOWN.told(replace(MOTORS, force_landing_thrust=9.0)).configured(0).commanded(BASE, 0.0)
+    spinal = spinal.configured(2)
+    thrusts = STILL
+    for _ in range(2000):
+        spinal, thrusts = attitude_loop(spinal, LEVEL, STILL, 0.1, 0.001, LIMITS)
+    assert thrusts.mean() == pytest.approx(9.0, abs=0.01)
+
+
+def test_without_motor_info_nothing_is_acknowledged() -> None:
+    wire = Wire(())
+    for _ in range(30):
+        wire.tick()
+    wire.tick("teleop_command/start")
+    for _ in range(40):
+        wire.tick()
+    assert wire.pilot.pilot.flying.state == FlightState.START
+    assert wire.robot.faults["armed without motor_info and uav_info: not acknowledged"] > 0
+
+
+def test_a_forced_landing_of_the_flight_controller_is_the_pilots_too() -> None:
+    wire = Wire()
+    for _ in range(30):
+        wire.tick()
+    wire.tick("teleop_command/start")
+    wire.until(FlightState.ARM_ON, 1.0)
+    wire.tick("teleop_command/takeoff")
+    for _ in range(300):
+        wire.tick()
+    assert wire.pilot.pilot.flying.in_air
+    wire.down.append(Outgoing(topics.FOUR_AXES, FourAxes((0.0, 1.1, 0.0), (9.0,) * 4)))
+    wire.tick()
+    wire.tick()
+    assert wire.pilot.pilot.flying.force_landing
+    assert "force landing: by the flight controller" in wire.said
+
+
+@pytest.mark.parametrize("files", [("motor_info.yaml",), ("motor_info.yaml", "servo.yaml")])
+def test_controller_and_simulator_fly_over_the_labs_topics(files: tuple[str, ...]) -> None:
+    wire = Wire(files)
+    for _ in range(30):
+        wire.tick()
+    wire.tick("teleop_command/start")
+    wire.until(FlightState.ARM_ON, 1.0)
+    wire.tick("teleop_command/takeoff")
+    wire.until(FlightState.HOVER, 15.0)
+    for _ in range(400):
+        wire.tick()
+    assert wire.pilot.last is not None
+    assert wire.pilot.last.body is not None
+    assert wire.pilot.last.body.cog[2] == pytest.approx(0.6, abs=0.1)
+    by_name, by_count = (
+        ("joints_ctrl", "gimbals_ctrl", "joint_states"),
+        ("servo/states", "servo/target_states"),
+    )
+    spoken, silent = (by_count, by_name) if len(files) == 2 else (by_name, by_count)
+    assert all(wire.names[name] > 100 for name in spoken)
+    assert not any(wire.names[name] for name in silent)
+    assert wire.names["desire_coordinate"] > 10
+    # Motors and servos are told before arming only.
+    assert 0 < wire.names["motor_info"] < 20
+    wire.silent = True
+    for _ in range(140):
+        wire.tick()
+    assert wire.pilot.last.flying.force_landing
+    wire.silent = False
+    wire.until(FlightState.ARM_OFF, 30.0)
+    # Servos that still move may lift it by less than anybody sees.
+    assert wire.robot.plant.truth().position[2] == pytest.approx(STAND, abs=1e-3)
+    assert [kept.name for kept in wire.pilot.kept] == ["flight"]
+
+
+def test_the_labs_axes_at_the_centre_of_gravity_have_the_yaw_of_its_link() -> None:
+    wire = Wire()
+    for _ in range(20):
+        wire.tick()
+    odometry = {topic.name: value for topic, value in wire.pilot.tick([], 0.0) if "odom" in topic.name}
+    # Both are published on even ticks only.
+    odometry |= {topic.name: value for topic, value in wire.pilot.tick([], 0.0) if "odom" in topic.name}
+    yaws = []
+    for name in ("uav/cog/odom", "uav/baselink/odom"):
+        w, x, y, z = odometry[name].quaternion
+        yaws.append(np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))
+    assert yaws[0] == pytest.approx(yaws[1], abs=0.01)

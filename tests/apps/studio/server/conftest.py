@@ -1,0 +1,128 @@
+"""A studio that runs in a thread of the test, and a client that talks to it as a page does."""
+
+from __future__ import annotations
+
+import json
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from websockets.sync.client import ClientConnection, connect
+
+from skylimb.apps.studio.messages import Speed
+from skylimb.apps.studio.server_run import Studio
+from skylimb.apps.studio.session import Session
+
+PATIENCE = 60.0
+"""Seconds for which a test waits for anything, on a machine that has much else to do."""
+
+
+class Client:
+    """A page without a browser."""
+
+    def __init__(self, connection: ClientConnection) -> None:
+        self.connection = connection
+        self.frames: list[np.ndarray] = []
+        self.history = b""
+
+    def say(self, what: str, **content: Any) -> None:
+        self.connection.send(json.dumps({"do": what, **content}))
+
+    def event(self, name: str) -> dict[str, Any]:
+        """The next event of a name; frames that come before it are confirmed and kept."""
+        until = time.monotonic() + PATIENCE
+        while time.monotonic() < until:
+            message = self.connection.recv(timeout=PATIENCE)
+            if isinstance(message, str):
+                content = json.loads(message)
+                if content["event"] == name:
+                    return content
+            else:
+                self._take(message)
+                if name == "frame" and self.frames:
+                    return {}
+        raise TimeoutError(name)
+
+    def frame(self) -> np.ndarray:
+        """The next frame."""
+        self.event("frame")
+        return self.frames[-1]
+
+    def frame_where(self, true: Callable[[np.ndarray], bool]) -> np.ndarray:
+        until = time.monotonic() + PATIENCE
+        while time.monotonic() < until:
+            frame = self.frame()
+            if true(frame):
+                return frame
+        raise TimeoutError("no such frame")
+
+    def _take(self, message: bytes) -> None:
+        kind, number, _, width = np.frombuffer(message[:16], dtype="<u4")
+        if kind == 1:
+            self.say("got", frame=int(number))
+            self.frames.extend(np.frombuffer(message[16:], dtype="<f4").reshape(-1, int(width)))
+        else:
+            self.history = message
+
+
+class Running:
+    """A studio in a thread of its own."""
+
+    def __init__(self, studio: Studio, session: Session, controllers: Sequence[str]) -> None:
+        self.studio, self.session, self.url = studio, session, studio.url
+        self.flight = studio.take(session, controllers)
+        self._thread = threading.Thread(target=self.flight.run, daemon=True)
+
+    def start(self) -> None:
+        self._thread.start()
+
+    def stop(self) -> None:
+        self.flight.stop()
+        self._thread.join(PATIENCE)
+        assert not self._thread.is_alive()
+
+    def speed(self, times: float) -> None:
+        self.flight.command(Speed(times=times))
+
+    @property
+    def port(self) -> int:
+        return self.studio.server.access.port
+
+    @contextmanager
+    def page(self, name: str = "first", token: str = "", **headers: Any) -> Iterator[Client]:
+        origin = headers.pop("origin", f"http://127.0.0.1:{self.port}")
+        address = f"ws://127.0.0.1:{self.port}/socket?page={name}&token={token}"
+        with connect(address, origin=origin, max_size=2**24, **headers) as connection:
+            page = Client(connection)
+            if name == "first":  # a driver whose page is closed keeps the seat for a while
+                page.say("take over")
+            yield page
+
+
+@contextmanager
+def running(out: Path, *controllers: str, token: str = "") -> Iterator[Running]:
+    """A studio on a free flight, until the end of the block."""
+    session = Session("free_flight", controllers, out=out)
+    with Studio("127.0.0.1", 0, token) as open_studio:
+        found = Running(open_studio, session, controllers)
+        found.start()
+        yield found
+        found.stop()
+
+
+@pytest.fixture(scope="session")
+def run_studio() -> Callable[..., Any]:
+    """`running`, for tests that want a studio of their own."""
+    return running
+
+
+@pytest.fixture(scope="module")
+def studio(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
+    """One for each file of tests: what one file changes stays changed."""
+    with running(tmp_path_factory.mktemp("studio")) as found:
+        yield found

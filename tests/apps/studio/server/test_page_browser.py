@@ -1,0 +1,275 @@
+"""The studio in a real browser: it moves, a slider turns a gain, a poke is felt, and a reload comes back."""
+
+from __future__ import annotations
+
+import shlex
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from playwright import sync_api
+
+import skylimb
+from chromium import PAINTED, chromium, needs_chromium, silent_page
+from failing_controller import save_failing_controller
+from of_kind import of_kind
+from skylimb.analysis.recording import Run
+from skylimb.flight.events import GainChange, Push, SurfaceChange
+
+PATIENCE = 60_000
+
+pytestmark = needs_chromium
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[sync_api.Browser]:
+    with chromium() as found:
+        yield found
+
+
+@pytest.fixture(scope="module")
+def open_page(studio: Any, browser: sync_api.Browser) -> Iterator[sync_api.Page]:
+    """The one page of all tests."""
+    with silent_page(browser) as page:
+        page.set_default_timeout(PATIENCE)
+        page.goto(studio.url)
+        page.wait_for_selector("body[data-ready]")
+        yield page
+
+
+@pytest.fixture
+def page(open_page: sync_api.Page, studio: Any) -> sync_api.Page:
+    """The page with a flight that has just taken off, and flies."""
+    before, number = studio.session.flights[0], open_page.evaluate("skylimbStudio.number")
+    studio.speed(1)
+    open_page.evaluate("() => { skylimbStudio.say('restart'); skylimbStudio.say('pause', {paused: false}); }")
+    wait_for(lambda: studio.session.flights[0] is not before)
+    until(open_page, f"!skylimbStudio.state.paused && skylimbStudio.number > {number}")
+    return open_page
+
+
+def wait_for(true: Callable[[], bool]) -> None:
+    until = time.monotonic() + PATIENCE / 1000
+    while not true():
+        assert time.monotonic() < until, "it did not come true"
+        time.sleep(0.02)
+
+
+def until(page: sync_api.Page, expression: str) -> None:
+    """Wait in the test, as the page's policy forbids it to evaluate texts."""
+    wait_for(lambda: page.evaluate(expression))
+
+
+def shown_time(page: sync_api.Page) -> float:
+    return page.evaluate("skylimbStudio.past.end")
+
+
+def test_the_picture_moves(page: sync_api.Page) -> None:
+    before = shown_time(page)
+    until(page, f"skylimbStudio.past.end > {before} + 0.3")
+    assert page.locator("#charts .uplot").count() >= 4
+    drawn = page.evaluate("() => { const t = skylimbStudio.theatre; t.render(); " + PAINTED + " }")
+    assert drawn > 20  # a picture, not one colour
+
+
+def test_a_slider_turns_a_gain_in_the_flight(page: sync_api.Page, studio: Any) -> None:
+    page.get_by_label("Search gains and keys").fill("translation normalized stiffness")
+    slider = page.get_by_label("controller.translation.normalized_stiffness, entry 1, slider")
+    slider.focus()
+    before = float(slider.input_value())
+    for _ in range(3):
+        page.keyboard.press("ArrowRight")
+    value = float(slider.input_value())
+    assert before < value < 1.1 * before
+
+    def changes() -> Any:
+        return of_kind(studio.session.flights[0].experiment, GainChange)
+
+    wait_for(lambda: bool(changes()))
+    wait_for(lambda: changes()[-1].value[0] == pytest.approx(value))
+    page.get_by_label("Search gains and keys").fill("")
+
+
+def test_search_finds_a_key_and_says_that_it_restarts(page: sync_api.Page, studio: Any) -> None:
+    page.get_by_label("Search gains and keys").fill("seed noise")
+    field = page.locator("#key-seed")
+    row = page.locator(".key", has=field)
+    assert "restarts" in row.inner_text()
+    field.fill("7")
+    field.press("Enter")
+    wait_for(lambda: studio.session.flights[0].experiment.seed == 7)
+    page.get_by_text("Took off again").first.wait_for()
+    page.get_by_label("Search gains and keys").fill("")
+
+
+def test_a_poke_of_2_newtons_is_felt(page: sync_api.Page, studio: Any) -> None:
+    studio.speed(6)
+    wait_for(lambda: studio.session.time > 8.0)  # the bias of the estimate is known by then
+    studio.speed(1)
+    page.get_by_role("tab", name="Poke").click()
+    page.locator("#poke-force").fill("2")
+    page.get_by_label("Direction of the poke").select_option("left")
+    hold = page.get_by_role("button", name="Hold to poke")
+    hold.focus()
+    page.keyboard.down("Space")
+    wait_for(lambda: bool(of_kind(studio.session.flights[0].experiment, Push)))
+    begun = of_kind(studio.session.flights[0].experiment, Push)[0].time
+    wait_for(lambda: studio.session.time > begun + 1.5)
+    assert "2.0 N" in page.locator("#force").inner_text()
+    page.keyboard.up("Space")
+    wait_for(lambda: of_kind(studio.session.flights[0].experiment, Push)[-1].duration < 20)
+    flight = studio.session.flights[0]
+    first = round((begun + 1.0) / studio.session.fleet.period)
+    estimate = flight.recent[first : first + 80, flight.slices["external_force_estimate"]]
+    np.testing.assert_allclose(estimate.mean(axis=0), [0.0, 2.0, 0.0], atol=0.3)
+
+
+def test_a_drag_on_a_link_pokes(page: sync_api.Page, studio: Any) -> None:
+    page.get_by_role("radio", name="Poke").click()
+    until(page, "skylimbStudio.past.end > 0.3")
+    place = page.evaluate(
+        "() => { const s = skylimbStudio, b = s.theatre.canvas.getBoundingClientRect();"
+        " for (let y = b.top + 40; y < b.bottom - 60; y += 4) for (let x = b.left; x < b.right; x += 4)"
+        "  if ([[0, 0], [5, 0], [-5, 0], [0, 5], [0, -5]].every(([dx, dy]) =>"
+        "   s.poke.linkAt({ clientX: x + dx, clientY: y + dy }))) return [x, y]; }"
+    )
+    page.mouse.move(*place)
+    page.mouse.down()
+    page.mouse.move(place[0], place[1] - 60, steps=4)
+    wait_for(lambda: any(push.force[2] > 0.3 for push in of_kind(studio.session.flights[0].experiment, Push)))
+    page.mouse.up()
+    page.get_by_role("radio", name="Look").click()
+
+
+def test_the_surface_is_moved_and_made_slippery(page: sync_api.Page, studio: Any) -> None:
+    page.get_by_role("radio", name="Surface").click()
+    forward = page.locator("#surface-x")
+    forward.fill("0.1")
+    forward.press("Enter")
+    friction = page.get_by_label("Friction, slider", exact=True)
+    friction.focus()
+    page.keyboard.press("ArrowLeft")
+
+    def changes() -> Any:
+        return of_kind(studio.session.flights[0].experiment, SurfaceChange)
+
+    wait_for(lambda: any(one.friction is not None for one in changes()))
+    place = studio.session.flights[0].experiment.surface.position
+    (moved,) = (one.position for one in changes() if one.position)
+    assert moved == pytest.approx((place[0] + 0.1, place[1], place[2]))
+    page.get_by_role("radio", name="Look").click()
+
+
+def test_what_is_kept_is_flown_again_to_the_bit(page: sync_api.Page, studio: Any) -> None:
+    page.get_by_role("tab", name="Poke").click()
+    page.get_by_role("button", name="Hold to poke").focus()
+    page.keyboard.down("Space")
+    wait_for(lambda: bool(of_kind(studio.session.flights[0].experiment, Push)))
+    begun = studio.session.time
+    wait_for(lambda: studio.session.time > begun + 0.3)
+    page.keyboard.up("Space")
+    page.get_by_role("tab", name="Keep").click()
+    page.locator("#keep-name").fill("felt")
+    page.get_by_role("button", name="Keep", exact=True).click()
+    page.locator(".kept code").wait_for()
+    command = shlex.split(page.locator(".kept code").inner_text())
+    assert command[:2] == ["skylimb", "run"]
+    kept = Run.load(studio.session.out / "felt")
+    again = skylimb.run(command[2])
+    assert len(kept.log.time) > 50
+    for name in ("configuration", "thrusts", "contact_force", "external_force_estimate"):
+        np.testing.assert_array_equal(again.log[name].values, kept.log[name].values)
+
+
+@pytest.mark.slow
+def test_a_controllers_exception_is_shown_with_its_line_until_the_file_is_mended(
+    browser: sync_api.Browser, run_studio: Callable[..., Any], tmp_path: Path
+) -> None:
+    file = tmp_path / "still.py"
+    save_failing_controller(file, 100)
+    line = file.read_text().splitlines().index('            raise ZeroDivisionError("too late")') + 1
+    with run_studio(tmp_path / "out", str(file)) as studio, browser.new_context() as context:
+        page = context.new_page()
+        page.set_default_timeout(PATIENCE)
+        page.goto(studio.url)
+        alert = page.get_by_role("alert").filter(has_text="too late")
+        alert.filter(has_text=f"still.py, line {line}").wait_for()
+        save_failing_controller(file, 10**9)
+        page.get_by_role("alert").wait_for(state="hidden")
+        until(page, "skylimbStudio.past.end > 0.6")
+
+
+def test_the_past_can_be_looked_at_and_gone_on_from(page: sync_api.Page, studio: Any) -> None:
+    until(page, "skylimbStudio.past.end > 1.5")
+    page.get_by_label("Look back, seconds").evaluate(
+        "(slider) => { slider.value = -1; slider.dispatchEvent(new Event('input')); }"
+    )
+    wait_for(lambda: studio.session.paused)
+    seen = page.evaluate("skylimbStudio.looking")
+    page.get_by_role("button", name="Go on from here").click()
+    wait_for(lambda: not studio.session.paused)
+    until(page, f"skylimbStudio.looking === null && skylimbStudio.past.end < {seen} + 1.0")
+
+
+def test_a_reload_comes_back_to_the_same_flight(page: sync_api.Page, studio: Any) -> None:
+    flight = studio.session.flights[0]
+    until(page, "skylimbStudio.past.end > 0.5")
+    page.reload()
+    page.wait_for_selector("body[data-ready]")
+    until(page, "skylimbStudio.past.frames.length > 5 && skylimbStudio.past.frames[0][0] < 0.6")
+    assert studio.session.flights[0] is flight
+    assert page.evaluate("skylimbStudio.shell.seats.drives")
+
+
+def test_a_lost_connection_is_said_and_comes_back_with_the_past(page: sync_api.Page) -> None:
+    until(page, "skylimbStudio.past.end > 1.5")
+    page.evaluate("skylimbStudio.line.socket.close()")
+    until(page, "!skylimbStudio.line.open")
+    until(page, "skylimbStudio.line.open && skylimbStudio.shell.online")
+    until(page, "skylimbStudio.past.frames.length && skylimbStudio.past.frames[0][0] < 0.6")
+    before = shown_time(page)
+    until(page, f"skylimbStudio.past.end !== {before}")
+
+
+def test_everything_is_named_and_can_be_reached_by_keyboard(page: sync_api.Page) -> None:
+    nameless = page.evaluate(
+        "() => [...document.querySelectorAll('button, input, select, canvas[tabindex]')]"
+        ".filter((one) => one.checkVisibility())"
+        ".filter((one) => !(one.getAttribute('aria-label') || one.textContent.trim() || one.labels?.length))"
+        ".map((one) => one.outerHTML)"
+    )
+    assert nameless == []
+    page.locator("#picture canvas").focus()
+    page.keyboard.press("2")
+    assert page.get_by_role("radio", name="Poke").get_attribute("aria-checked") == "true"
+    page.keyboard.press("1")
+
+
+@pytest.mark.parametrize("width", [360, 768, 1600])
+def test_nothing_is_wider_than_the_page(page: sync_api.Page, width: int) -> None:
+    page.set_viewport_size({"width": width, "height": 800})
+    until(page, f"document.documentElement.scrollWidth <= {width}")
+
+
+def test_an_svg_file_is_drawn(page: sync_api.Page, studio: Any) -> None:
+    page.get_by_role("tab", name="Draw").click()
+    svg = b'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 9 9"><path d="M 1,1 L 8,8"/></svg>'
+    page.locator("#svg-file").set_input_files(
+        {"name": "line.svg", "mimeType": "image/svg+xml", "buffer": svg}
+    )
+    wait_for(lambda: studio.session.flights[0].experiment.trajectory.shape == "drawing")
+    assert (studio.session.out / "drawings" / "drawing-1.svg").read_bytes() == svg
+
+
+def test_a_page_of_another_site_is_refused(studio: Any, browser: sync_api.Browser) -> None:
+    page = browser.new_page()
+    page.goto("data:text/html,<p>another site</p>")
+    closed = page.evaluate(
+        f"() => new Promise((done) => {{ const s = new WebSocket('ws://127.0.0.1:{studio.port}/socket');"
+        " s.onopen = () => done('open'); s.onclose = () => done('refused'); })"
+    )
+    assert closed == "refused"
+    page.close()

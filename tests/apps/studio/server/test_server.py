@@ -1,0 +1,232 @@
+"""Pages and the flight: who is let in, who drives, what arrives, and what ten thousand wrong messages do."""
+
+from __future__ import annotations
+
+import json
+import random
+import string
+import time
+import urllib.error
+import urllib.request
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from websockets.exceptions import InvalidStatus
+
+from of_kind import of_kind
+from skylimb.flight.events import GainChange, Push
+
+
+def get(studio: Any, path: str = "/", **headers: str) -> tuple[int, str, dict[str, str]]:
+    request = urllib.request.Request(f"http://127.0.0.1:{studio.port}{path}", headers=headers)
+    try:
+        with urllib.request.urlopen(request, timeout=10) as answer:
+            return answer.status, answer.read().decode(), dict(answer.headers)
+    except urllib.error.HTTPError as error:
+        return error.code, error.read().decode(), dict(error.headers)
+
+
+def test_the_page_may_load_nothing_from_elsewhere(studio: Any) -> None:
+    for path in ("/", "/studio.js", "/studio.css"):
+        status, _, headers = get(studio, path)
+        assert status == 200
+        assert "default-src 'none'" in headers["Content-Security-Policy"]
+        assert "http" not in headers["Content-Security-Policy"]
+
+
+@pytest.mark.parametrize("path", ["/../server.py", "/%2e%2e/server.py", "/index.html", "/etc/passwd", "//"])
+def test_no_other_file_is_served(studio: Any, path: str) -> None:
+    assert get(studio, path)[0] == 404
+
+
+@pytest.mark.parametrize(
+    "host", ["evil.example", "evil.example:{port}", "127.0.0.1:1", "127.0.0.1.evil:{port}"]
+)
+def test_a_name_that_is_not_ours_is_refused(studio: Any, host: str) -> None:
+    assert get(studio, Host=host.format(port=studio.port))[0] == 403
+
+
+@pytest.mark.parametrize(
+    "origin", ["http://evil.example", "null", None, "https://127.0.0.1:{port}", "http://127.0.0.1:1"]
+)
+def test_a_page_from_elsewhere_is_refused(studio: Any, origin: str | None) -> None:
+    given = origin and origin.format(port=studio.port)
+    with pytest.raises(InvalidStatus, match="403"), studio.page(origin=given):
+        pass
+
+
+def test_the_token_opens(run_studio: Callable[..., Any], tmp_path: Path) -> None:
+    with run_studio(tmp_path, token="sesame-sesame") as studio:
+        assert "token=sesame-sesame" in studio.url
+        assert get(studio, "/")[0] == 403
+        assert get(studio, "/?token=wrong")[0] == 403
+        assert get(studio, "/?token=sesame-sesame")[0] == 200
+        for token in ("", "sesame", "sesame-sesame2"):
+            with pytest.raises(InvalidStatus, match="403"), studio.page(token=token):
+                pass
+        with studio.page(token="sesame-sesame") as page:
+            assert page.event("hello")["scene"]["experiment"] == "free_flight"
+
+
+def test_frames_come_and_the_time_goes_on(studio: Any) -> None:
+    with studio.page() as page:
+        hello = page.event("hello")
+        frame = page.frame()
+        assert len(frame) == hello["scene"]["layout"]["size"]
+        assert page.frame_where(lambda later: later[0] != frame[0]) is not None
+
+
+def test_a_page_that_confirms_nothing_is_sent_little(studio: Any) -> None:
+    with studio.page() as page:
+        page.event("hello")
+        page.say = lambda *_, **__: None  # type: ignore[method-assign]
+        page.frame()
+        begun, count = time.monotonic(), len(page.frames)
+        while time.monotonic() - begun < 0.8:
+            try:
+                page.connection.recv(timeout=0.2)
+                count += 1
+            except TimeoutError:
+                pass
+        assert count < 12
+
+
+def test_a_gain_is_changed_and_told_to_all(studio: Any) -> None:
+    key, value = "controller.translation.normalized_stiffness", [3.0, 3.0, 2.0]
+    with studio.page("first") as page, studio.page("second") as other:
+        other.event("hello")
+        page.event("hello")
+        page.say("gain", key=key, value=value)
+        assert other.event("gain") == {"event": "gain", "key": key, "value": value, "flight": None}
+    change = of_kind(studio.session.flights[0].experiment, GainChange)[-1]
+    assert (f"controller.{change.key}", change.value) == (key, tuple(value))
+
+
+@pytest.mark.parametrize(
+    ("message", "said"),
+    [
+        ({"do": "speed", "times": 50}, "20"),
+        ({"do": "speed", "times": "fast"}, "float"),
+        ({"do": "sped", "times": 1}, "sped"),
+        ({"do": "pause", "paused": True, "also": 1}, "also"),
+        ({"do": "poke", "link": "link9", "point": [0, 0, 0], "force": [1, 0, 0]}, "link9"),
+        ({"do": "poke", "link": "link1", "point": [0, 0, 0], "force": [1e3, 0, 0]}, "50"),
+        ({"do": "gain", "key": "controller.translation.stiff", "value": 1.0}, "stiff"),
+        ({"do": "gain", "key": "controller.translation.normalized_stiffness", "value": "stiff"}, "no vector"),
+        ({"do": "gain", "key": "controller.translation.normalized_stiffness", "value": [1.0]}, "no vector"),
+        (
+            {"do": "gain", "key": "controller.translation.normalized_stiffness", "value": [-1, 1, 1]},
+            "stiffness",
+        ),
+        ({"do": "key", "key": "approach.contact", "value": 1}, "no switch"),
+        ({"do": "key", "key": "sensors.latency", "value": 99.0}, "latency"),
+        ({"do": "key", "key": "trajectory.function", "value": "evil.py:run"}, "names a file"),
+        ({"do": "key", "key": "trajectory.file", "value": "/etc/passwd"}, "trajectory.file"),
+        ({"do": "key", "key": "controller.translation.law", "value": "../evil.py"}, "names a file"),
+        ({"do": "key", "key": "robot", "value": "../robot"}, "names a file"),
+        ({"do": "controllers", "names": ["../evil.py"]}, "evil.py"),
+        ({"do": "keep", "name": "../../etc"}, "regex"),
+        ({"do": "surface", "friction": -1}, "0.0"),
+        ({"do": "draw"}, "either strokes or an SVG"),
+        ({"do": "draw", "svg": "<!DOCTYPE x [<!ENTITY a 'b'>]><svg/>"}, "ENTITY"),
+        ({"do": "draw", "svg": "no drawing"}, "draw"),
+    ],
+)
+def test_what_cannot_be_is_refused_with_a_line(studio: Any, message: dict[str, Any], said: str) -> None:
+    with studio.page() as page:
+        page.event("hello")
+        page.connection.send(json.dumps(message))
+        assert said in page.event("refused")["text"]
+
+
+def test_one_drives_and_the_others_watch(studio: Any) -> None:
+    with studio.page("first") as first:
+        while not first.event("seats")["drives"]:
+            pass
+        with studio.page("second") as second:
+            assert not second.event("seats")["drives"]
+            second.say("restart")
+            assert "watches" in second.event("refused")["text"]
+            second.say("take over")
+            while not second.event("seats")["drives"]:
+                pass
+            while first.event("seats")["drives"]:
+                pass
+
+
+def test_a_page_that_comes_back_finds_its_seat_and_the_past(studio: Any) -> None:
+    with studio.page("driver") as page:
+        page.say("take over")
+        page.frame()
+    with studio.page("other") as other, studio.page("driver") as again:
+        assert not other.event("seats")["drives"]
+        assert again.event("hello")["drives"]
+        again.frame()
+        assert len(again.history) > 16
+
+
+def test_a_poke_is_released_when_its_page_leaves(studio: Any) -> None:
+    with studio.page("poker") as page:
+        page.say("take over")
+        page.say("restart")
+        page.event("restarted")
+        page.say("poke", link="link1", point=[0, 0, 0], force=[0, 1.0, 0])
+        begun = page.frame()[0]
+        page.frame_where(lambda frame: frame[0] > begun + 0.2)
+    until = time.monotonic() + 10
+    while of_kind(studio.session.flights[0].experiment, Push)[-1].duration > 20 and time.monotonic() < until:
+        time.sleep(0.02)
+    assert of_kind(studio.session.flights[0].experiment, Push)[-1].duration < 20
+
+
+def nonsense(random_: random.Random) -> str | bytes:
+    """A message that is wrong, nearly right, or right."""
+    words = (
+        "pause",
+        "speed",
+        "restart",
+        "rewind",
+        "gain",
+        "key",
+        "poke",
+        "release",
+        "surface",
+        "got",
+        "draw",
+    )
+    fields = ("paused", "times", "seconds", "key", "value", "link", "point", "force", "frame", "strokes")
+    values: list[Any] = [
+        None, True, 0, -1, 1e300, "", "link1", "x" * 300, [], [0, 0, 0], [1, "a"], {"a": 1}, [[[0, 0]]],
+        "controller.translation.normalized_stiffness", [2, 2, 2], 2**70, "\u0000", "../../x",
+    ]  # fmt: skip
+    match random_.randrange(5):
+        case 0:
+            return random_.randbytes(random_.randrange(60))
+        case 1:
+            return "".join(random_.choices(string.printable, k=random_.randrange(80)))
+        case 2:
+            return "[" * random_.randrange(3000)
+        case _:
+            chosen = random_.sample(fields, random_.randrange(4))
+            given = {name: random_.choice(values) for name in chosen}
+            return json.dumps({"do": random_.choice(words), **given})
+
+
+def test_ten_thousand_wrong_messages_end_nothing(run_studio: Callable[..., Any], tmp_path: Path) -> None:
+    random_ = random.Random(13)
+    with run_studio(tmp_path) as studio:
+        with studio.page() as page:
+            page.event("hello")
+            for _ in range(10_000):
+                page.connection.send(nonsense(random_))
+        with studio.page() as page:
+            hello = page.event("hello")
+            assert hello["drives"]
+            page.say("restart")
+            page.say("pause", paused=False)
+            page.event("restarted")
+            first = page.frame()[0]
+            page.frame_where(lambda frame: frame[0] != first)
+        assert {path.name for path in tmp_path.iterdir()} <= {"drawings"}  # nothing was kept

@@ -1,0 +1,49 @@
+"""What people draw on the surface is flown where they drew it."""
+
+import numpy as np
+import pytest
+
+from skylimb.apps.studio.session import Session
+from skylimb.base.errors import ConfigError
+from skylimb.control.planning.trajectories import drawing_strokes
+
+STROKES = [[[0.05, 0.02], [0.15, 0.02], [0.15, 0.12]], [[-0.02, 0.0], [0.0, 0.1]]]
+
+
+@pytest.fixture
+def session(short, tmp_path):
+    path = {key: value for key, value in short.items() if not key.startswith("trajectory.")}
+    return Session("paper", ("following",), set=path, out=tmp_path / "out")
+
+
+def test_strokes_are_drawn_where_they_were_made(session):
+    path = session.draw(STROKES)
+    assert path.parent == session.out / "drawings"
+    assert [event["event"] for event in session.events()] == ["restarted", "scene"]
+    takeoff = session.flights[0].takeoff
+    surface, frame = takeoff.experiment.surface, takeoff.mission.frame
+    found = drawing_strokes(takeoff.experiment.trajectory).lines
+    for line, stroke in zip(found, STROKES, strict=True):
+        points = np.array(stroke) @ surface.R_WS[:, 1:].T
+        seen = np.stack([points @ frame.sliding_u, points @ frame.sliding_v], axis=1)
+        assert line[[0, -1]] == pytest.approx(seen[[0, -1]], abs=2e-4)
+    slide = takeoff.mission.tip_path[takeoff.mission.in_phase("slide")] - np.array(surface.position)
+    assert slide[0] @ frame.sliding_u == pytest.approx(found[0][0, 0], abs=1e-3)
+    assert session.advance(5) == 5
+
+
+def test_an_svg_is_drawn_in_the_size_of_the_path(session):
+    session.draw('<svg xmlns="http://www.w3.org/2000/svg"><path d="M 0 0 L 30 10" stroke="black"/></svg>')
+    (line,) = drawing_strokes(session.flights[0].experiment.trajectory).lines
+    assert np.ptp(line[:, 0]) == pytest.approx(session.flights[0].experiment.trajectory.width)
+
+
+@pytest.mark.parametrize(
+    "drawing", ["no svg", [], [[[0.0, 0.0]]], [[[0.0, "a"]]], [[[0.0, 0.0], [9.0, 0.0]]], "<svg/>" * 400_000]
+)
+def test_what_cannot_be_drawn_changes_nothing(session, drawing):
+    flights = session.flights
+    with pytest.raises(ConfigError):
+        session.draw(drawing)
+    assert session.flights == flights
+    assert not list(session.out.glob("drawings/*"))

@@ -1,0 +1,116 @@
+"""What is kept is what was flown: from its config.toml any driver gives the same bits again."""
+
+import tomllib
+
+import numpy as np
+import pytest
+
+import skylimb
+from of_kind import of_kind
+from skylimb.analysis.recording import load_runs
+from skylimb.apps.studio.session import Session
+from skylimb.base.errors import ConfigError, OutputError
+from skylimb.flight.drivers.native import fly_native
+from skylimb.flight.events import GainChange, Push, SurfaceChange
+from skylimb.flight.flying import fly_here
+from skylimb.flight.record import recorded
+from skylimb.flight.takeoff import take_off
+
+SIGNALS = (
+    "configuration",
+    "contact_force",
+    "thrusts_command",
+    "surface_gap",
+    "surface_position",
+    "contact_trace",
+)
+
+
+@pytest.fixture(scope="module")
+def session(short, tmp_path_factory):
+    """Gains, pokes, changes of the surface, a rewind into all of that and a branch from there."""
+    session = Session(
+        "paper", ("hybrid", "following"), set=short, seed=4, out=tmp_path_factory.mktemp("kept")
+    )
+    session.advance(150)
+    session.set_gain(None, "attitude.damping_ratio", [0.9, 0.9, 0.9])
+    session.advance(20)
+    session.poke("link4", [0.1, 0.0, 0.0], [0.0, 0.0, -1.0])
+    session.advance(200)
+    session.surface(position=[-0.005, 0.0, 0.0], tilt=[0.05, 0.02])
+    session.release()
+    session.advance(60)
+    session.surface(friction=0.1, stiffness=2500.0)
+    session.poke("link1", [0.0, 0.0, 0.0], [1.0, 0.0, 0.0])
+    session.advance(50)
+    session.surface(present=False)
+    session.advance(30)
+    session.rewind(0.6)
+    session.set_gain(1, "attitude.damping_ratio", [1.1, 1.0, 1.0])
+    session.advance(7)
+    session.surface(friction=0.3, tilt=[0.03, 0.0])
+    session.advance(40)
+    session.poke("link2", [0.0, 0.1, 0.0], [0.0, 0.7, 0.0])
+    session.advance(33)
+    return session
+
+
+@pytest.fixture(scope="module")
+def kept(session):
+    kept = session.keep("first")
+    kept.report.wait(timeout=120)
+    return kept
+
+
+@pytest.mark.parametrize("name", ["hybrid", "following"])
+def test_a_kept_flight_is_repeated_to_the_bit_by_any_driver(session, kept, name):
+    run = load_runs(kept.folder)[name]
+    assert run.log.sizes["time"] == session.flights[0].ticks
+    (takeoff,) = take_off(str(kept.folder / name / "config.toml"), (None,))
+    experiment = takeoff.experiment
+    assert len(of_kind(experiment, SurfaceChange)) == 2
+    assert len(of_kind(experiment, Push)) == 2
+    assert len(of_kind(experiment, GainChange)) == (2 if name == "following" else 1)
+    for flight in (fly_here(takeoff), fly_native([takeoff])[0]):
+        again = recorded(takeoff, flight)
+        assert again.cause == run.cause
+        for signal in SIGNALS:
+            assert np.array_equal(again.log[signal].values, run.log[signal].values, equal_nan=True), signal
+    live = session.flights[["hybrid", "following"].index(name)]
+    assert np.array_equal(run.log.configuration.values, live.recent[:, live.slices["configuration"]])
+
+
+def test_a_kept_folder_has_the_preset_as_it_became_and_a_report(session, kept):
+    preset = tomllib.loads((kept.folder / "following" / "preset.toml").read_text())
+    assert preset["attitude"]["damping_ratio"] == [1.1, 1.0, 1.0]
+    skylimb.load_runs(kept.folder)
+    assert (kept.folder / "report.html").is_file()
+    session.poll()
+    events = session.events()
+    assert [event["event"] for event in events if event["event"] in ("kept", "report")] == ["kept", "report"]
+    assert kept.command == f"skylimb run {kept.folder / 'hybrid' / 'config.toml'}"
+
+
+def test_the_flights_go_on_after_they_were_kept(session, kept):
+    before = session.flights[0].ticks
+    assert session.advance(3) == 3
+    assert session.flights[0].ticks == before + 3
+    assert session.flights[0].experiment.stop_at is None
+
+
+def test_a_kept_flight_says_that_it_was_stopped(kept):
+    run = load_runs(kept.folder)["hybrid"]
+    assert run.failed
+    assert run.done is False or run.done is None
+    assert "stopped from outside at t = " in run.cause
+
+
+@pytest.mark.parametrize("name", ["../out", "/etc/out", ".hidden", "a/b", "a" * 81])
+def test_a_name_that_leads_out_of_the_folder_is_refused(session, name):
+    with pytest.raises(ConfigError, match="letters, digits"):
+        session.keep(name)
+
+
+def test_nothing_that_was_kept_is_overwritten(session, kept):
+    with pytest.raises(OutputError, match="exists"):
+        session.keep("first")

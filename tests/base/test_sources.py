@@ -1,0 +1,158 @@
+"""Files of a user's: read once, by one function, with everything that a Python file imports beside it."""
+
+import ast
+import hashlib
+import sys
+from pathlib import Path
+
+import pytest
+
+from skylimb.base.errors import UnreadableError, UserCodeError
+from skylimb.base.keys.fields import fields_of
+from skylimb.base.keys.listing import keys_of
+from skylimb.base.sources import read_source
+from skylimb.base.user_modules import load_module, sources_of_file, sources_of_module
+from skylimb.control.planning.trajectory_config import TrajectoryConfig
+from skylimb.simulation.surfaces import SURFACES, FrictionMap
+
+SRC = Path(__file__).parents[2] / "src" / "skylimb"
+
+
+def write(path: Path, text: str) -> Path:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_a_source_is_content_and_digest_as_they_were_read(tmp_path: Path) -> None:
+    file = write(tmp_path / "a.toml", "x = 1\n")
+    (tmp_path / "link.toml").symlink_to(file)
+    source = read_source(tmp_path / "link.toml")
+    file.write_text("x = 2\n")
+    assert source.content == b"x = 1\n"
+    assert source.digest == hashlib.sha256(b"x = 1\n").hexdigest()
+    assert source.path == file.resolve()
+    assert not source.shipped
+    assert read_source(SRC / "errors.py").shipped
+
+
+def test_a_file_that_is_not_there_names_the_nearest_of_its_kind(tmp_path: Path) -> None:
+    write(tmp_path / "relief.png", "")
+    write(tmp_path / "relieve.txt", "")
+    with pytest.raises(UnreadableError, match=r"relieff\.png'; did you mean '.*relief\.png'"):
+        read_source(tmp_path / "relieff.png")
+    with pytest.raises(UnreadableError, match=r"cannot read '.*': Is a directory"):
+        read_source(tmp_path)
+
+
+def test_a_module_finds_what_lies_beside_it_and_says_which_files_were_read(tmp_path: Path) -> None:
+    write(tmp_path / "gear" / "__init__.py", "from gear.teeth import COUNT\n")
+    write(tmp_path / "gear" / "teeth.py", "COUNT = 3\n")
+    write(tmp_path / "unused.py", "")
+    helper = write(tmp_path / "helper_of_mine.py", "import gear\nVALUE = gear.COUNT\n")
+    main = write(tmp_path / "law.py", "import helper_of_mine\nVALUE = helper_of_mine.VALUE\n")
+    module = load_module(main, ("VALUE",))
+    assert module.VALUE == 3
+    read = sources_of_module(module)
+    assert [source.path.relative_to(tmp_path.resolve()).as_posix() for source in read] == [
+        "law.py", "helper_of_mine.py", "gear/__init__.py", "gear/teeth.py",
+    ]  # fmt: skip
+    assert sources_of_file(main) == read
+    # Edited within the same second, to the same length: no compiled copy may come in its place.
+    helper.write_text("import gear\nVALUE = gear.COUNT+1"[:36] + "\n", encoding="utf-8")
+    assert load_module(main, ()).VALUE == 4
+    assert not list(tmp_path.rglob("__pycache__"))
+
+
+def test_two_folders_may_have_helpers_of_the_same_name(tmp_path: Path) -> None:
+    for name in ("one", "two"):
+        write(tmp_path / name / "common_name.py", f"NAME = '{name}'\n")
+        write(tmp_path / name / "law.py", "import common_name\nNAME = common_name.NAME\n")
+    first, second = (load_module(tmp_path / name / "law.py", ()) for name in ("one", "two"))
+    assert (first.NAME, second.NAME) == ("one", "two")
+
+
+def test_a_script_keeps_its_own_copy_of_a_helper(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    write(tmp_path / "helper_of_script.py", "VALUE = 1\n")
+    main = write(tmp_path / "law.py", "import helper_of_script\nVALUE = helper_of_script.VALUE\n")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    __import__("helper_of_script")
+    mine = sys.modules["helper_of_script"]
+    write(tmp_path / "helper_of_script.py", "VALUE = 22\n")
+    module = load_module(main, ())
+    assert module.VALUE == 22
+    assert [source.path.name for source in sources_of_module(module)] == ["law.py", "helper_of_script.py"]
+    assert sys.modules.pop("helper_of_script") is mine
+
+
+def test_a_folder_cannot_replace_pythons_own_modules(tmp_path: Path) -> None:
+    write(tmp_path / "math.py", "raise RuntimeError('not this one')\n")
+    write(tmp_path / "numpy" / "__init__.py", "")
+    main = write(tmp_path / "law.py", "import math, numpy\nVALUE = math.pi\n")
+    assert load_module(main, ()).VALUE > 3.0
+    assert sys.modules["numpy"].array([1.0])[0] == 1.0
+
+
+def test_what_is_no_users_module_has_no_sources() -> None:
+    assert sources_of_module(sys) == ()
+    assert sources_of_module(object()) == ()
+    assert sources_of_file("nowhere.py") == ()
+
+
+def test_a_module_that_fails_leaves_the_imports_as_they_were(tmp_path: Path) -> None:
+    before = list(sys.meta_path)
+    with pytest.raises(UserCodeError, match="ZeroDivisionError"):
+        load_module(write(tmp_path / "law.py", "1 / 0\n"), ())
+    assert sys.meta_path == before
+
+
+CONFIGURATIONS = [TrajectoryConfig, FrictionMap, *SURFACES.values()]
+
+
+@pytest.mark.parametrize("cls", CONFIGURATIONS)
+def test_a_configuration_that_names_a_file_says_what_was_read(cls: type) -> None:
+    names_a_file = any(key is not None and key.file for _, key in fields_of(cls).values())
+    assert names_a_file == hasattr(cls, "sources")
+    for name, info in keys_of(cls).items():
+        assert info.key.file == (name.rpartition(".")[2] == "file")
+
+
+_READERS = {
+    "open", "read_text", "read_bytes", "load", "loadtxt", "load_mesh", "imread", "spec_from_file_location",
+}  # fmt: skip
+_READ_OTHER_THINGS = {
+    # Files of this package, records, caches, pages and other results; none is a file that a user names.
+    "analysis", "campaign", "exchange", "recording", "reproduction", "studio", "verification",
+}  # fmt: skip
+_ALLOWED = {
+    "sources.py": {"read_bytes"},
+    "studies/calibration/public.py": {"load"},
+    "apps/robot_import/meshes.py": {"load"},
+    "apps/robot_import/picture.py": {"load"},
+    "robots/kept_urdf.py": {"read_bytes", "read_text"},
+    "robots/packages.py": {"read_text"},
+    "flight/experiments/listing.py": {"read_text"},
+    "control/planning/vectoring_files.py": {"read_text"},
+    "simulation/compiling.py": {"open"},
+    "simulation/surfaces/collision.py": {"read_text"},
+    "simulation/surfaces/meshes.py": {"load_mesh"},
+    "simulation/surfaces/tables.py": {"load", "loadtxt", "open"},
+    "flight/export/files.py": {"read_text"},
+    "flight/drivers/native/library.py": {"read_text"},
+    "robots/urdf.py": {"load"},
+    "user_modules.py": {"spec_from_file_location"},
+}
+"""Those that read their own files, or bytes that `read_source` has read."""
+
+
+def test_no_file_of_a_users_is_read_in_another_way() -> None:
+    for path in SRC.rglob("*.py"):
+        name = path.relative_to(SRC).as_posix()
+        if name.partition("/")[0] in {*_READ_OTHER_THINGS, "cli"}:
+            continue
+        calls = {
+            node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
+            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+            if isinstance(node, ast.Call)
+        }
+        assert calls & _READERS <= _ALLOWED.get(name, set()), name

@@ -1,0 +1,157 @@
+"""Calibration in flight: what a hover tells of a turned sensor and a shifted centre of gravity."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import skylimb
+from skylimb.analysis.scores.signals import in_phase
+from skylimb.base.errors import ConfigError
+from skylimb.base.rotations import rot_z, rotation_from_rpy
+from skylimb.control.estimation.calibration import (
+    Calibration,
+    Correction,
+    calibrated,
+    fed_bias,
+    follow_bias,
+    initial_correction,
+)
+from skylimb.control.estimation.records import BodyState
+from skylimb.control.estimation.tare import TareState
+from skylimb.control.planning.vectoring import vectoring_table
+from skylimb.robots.description import GRAVITY
+from skylimb.robots.model import RobotState
+
+MISALIGNED = (0.0, np.radians(1.0), 0.0)
+SHIFTED = (0.010, 0.0, 0.0)
+HOVER = {
+    "phases.hover": 2.0,
+    "phases.tare": 3.0,
+    "phases.hover_end": 0.2,
+    "approach.contact": False,
+    "trajectory.shape": "hold",
+    "trajectory.duration": 6.0,
+}
+
+
+@pytest.fixture(scope="module")
+def model() -> RobotState:
+    robot = skylimb.load_robot("hydrus_xi_quad")
+    return robot.at([np.pi / 3, np.pi / 3, -np.pi / 6], vectoring_table(robot).angles(np.pi / 6))
+
+
+def hovering(model: RobotState, yaw: float = 0.0) -> BodyState:
+    return BodyState(np.array([0.0, 0.0, 1.2]), np.zeros(3), rot_z(yaw), np.zeros(3), model)
+
+
+def test_a_turned_sensor_is_turned_back(model: RobotState) -> None:
+    """The tip and the centre of gravity of a body that is measured with an error of 1 degree."""
+    e, yaw = np.radians([0.6, -0.8, 0.0]), 0.7
+    force = -np.cross(e, [0.0, 0.0, model.mass * GRAVITY])
+    state = Correction(force, np.zeros(3))
+    root = np.array([0.0, 0.0, 1.2])
+    to_cog, to_tip = model.R_root_C.T @ model.cog_root, model.R_root_C.T @ model.tip_root
+    true_R = rot_z(yaw)
+    turned_R = true_R @ (np.eye(3) + np.array([[0, -e[2], e[1]], [e[2], 0, -e[0]], [-e[1], e[0], 0]]))
+    measured = hovering(model, yaw)._replace(position=root + turned_R @ to_cog, R_WC=turned_R)
+    body, arm = calibrated(Calibration(attitude=True), state, measured)
+    np.testing.assert_allclose(body.position, root + true_R @ to_cog, atol=4e-4)
+    np.testing.assert_allclose(body.position + arm, root + true_R @ to_tip, atol=7e-4)
+    before = measured.position + turned_R @ model.tip_C
+    assert np.linalg.norm(before - root - true_R @ to_tip) > 5e-3
+
+
+def test_a_shifted_centre_of_gravity_is_found(model: RobotState) -> None:
+    d = np.array([0.01, -0.004, 0.0])
+    torque = -np.cross(d, [0.0, 0.0, model.mass * GRAVITY])
+    measured = hovering(model)
+    body, arm = calibrated(Calibration(cog=True), Correction(np.zeros(3), torque), measured)
+    np.testing.assert_allclose(body.position - measured.position, d, atol=1e-12)
+    # The tip stays where it is measured.
+    np.testing.assert_allclose(body.position + arm, measured.position + model.tip_C, atol=1e-12)
+
+
+def test_nothing_is_done_that_is_not_switched_on(model: RobotState) -> None:
+    state, measured = Correction(np.ones(3), np.ones(3)), hovering(model)
+    body, arm = calibrated(Calibration(), state, measured)
+    np.testing.assert_array_equal(body.position, measured.position)
+    np.testing.assert_allclose(arm, model.tip_C, atol=1e-12)
+    assert not fed_bias(Calibration(), state, 0.3).force.any()
+    assert not fed_bias(Calibration(), state, 0.3).torque.any()
+    fed = fed_bias(Calibration(feed=True), state, 0.3)
+    np.testing.assert_allclose(fed.force, rot_z(0.3) @ np.ones(3))
+    np.testing.assert_allclose(fed.torque, np.ones(3))
+    with pytest.raises(ConfigError, match="rate = 0 1/s must be above 0"):
+        Calibration(rate=0.0)
+
+
+def test_the_bias_comes_in_after_the_tare_and_smoothly() -> None:
+    tare, state = TareState(np.array([0.6, 0.0, 0.0]), np.array([0.0, 0.1, 0.0]), 100.0), initial_correction()
+    state = follow_bias(Calibration(rate=2.0), state, tare, 1.0, 0.005)
+    assert not state.force.any()
+    for _ in range(100):
+        state = follow_bias(Calibration(rate=2.0), state, tare, 0.0, 0.005)
+    np.testing.assert_allclose(state.force, (1.0 - np.exp(-1.0)) * tare.force)
+    np.testing.assert_allclose(state.torque, (1.0 - np.exp(-1.0)) * tare.torque)
+
+
+def test_both_corrections_in_one_step_in_numbers(model: RobotState) -> None:
+    """To first order, in the measured axes: the body turned back by e, the centre of gravity moved by d."""
+    force, torque = np.array([0.5, -0.4, 0.2]), np.array([0.2, 0.3, -0.1])
+    weight = model.mass * GRAVITY
+    e, d = np.array([-0.4, -0.5, 0.0]) / weight, np.array([0.3, -0.2, 0.0]) / weight
+    R = rotation_from_rpy(0.1, -0.2, 0.7)
+    measured = BodyState(np.array([1.0, 2.0, 3.0]), np.ones(3), R, np.ones(3), model)
+    body, arm = calibrated(Calibration(attitude=True, cog=True), Correction(force, torque), measured)
+    to_cog = model.R_root_C.T @ model.cog_root + d
+    to_tip = model.tip_C - d
+    np.testing.assert_allclose(body.position - measured.position, R @ (d - np.cross(e, to_cog)), atol=1e-12)
+    np.testing.assert_allclose(arm, R @ (to_tip - np.cross(e, to_tip)), atol=1e-12)
+    np.testing.assert_array_equal(body.R_WC, R)
+    np.testing.assert_array_equal(body.velocity, measured.velocity)
+
+
+def test_nothing_is_corrected_before_the_first_tick() -> None:
+    state = initial_correction()
+    assert not state.force.any()
+    assert not state.torque.any()
+
+
+def hover(**changes: Any) -> Any:
+    on = {f"controller.estimation.calibration.{name}": True for name in ("feed", "attitude", "cog")}
+    run = skylimb.run("paper", controller="following", set={**HOVER, **on, **changes})
+    assert run.status == "OK", run.cause
+    log = run.log
+    return log.isel(time=np.flatnonzero(in_phase(log, "slide"))[-200:])
+
+
+@pytest.mark.parametrize("axis", [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])
+def test_in_flight_the_bias_tells_the_misalignment(axis: tuple[float, float, float]) -> None:
+    turned = [np.radians(1.0) * entry for entry in axis]
+    usual, log = hover(), hover(**{"sensors.attitude_misalignment": turned})
+    robot = skylimb.load_robot("hydrus_xi_quad")
+    state = robot.at(log.joint_angles.values[-1], log.vectoring_angles.values[-1])
+    weight = state.mass * GRAVITY
+    bias = (log.external_force_bias.values - usual.external_force_bias.values).mean(axis=0)
+    yaw = log.attitude.values[:, 2].mean()
+    f = rot_z(yaw).T @ bias
+    found = np.array([f[1], -f[0], 0.0]) / weight
+    wanted = state.R_root_C.T @ turned
+    np.testing.assert_allclose(found[:2], wanted[:2], atol=np.radians(0.1))
+
+
+def test_in_flight_corrections_bring_tip_and_robot_to_their_places() -> None:
+    wrong = {"sensors.attitude_misalignment": list(MISALIGNED), "plant.cog_offset": list(SHIFTED)}
+    log = hover(**wrong)
+    raw = hover(
+        **wrong, **{f"controller.estimation.calibration.{name}": False for name in ("attitude", "cog")}
+    )
+
+    def away(log: Any) -> float:
+        return float(np.linalg.norm((log.tip_position_estimate - log.tip_position).values.mean(axis=0)))
+
+    assert away(log) < 0.004
+    assert away(raw) > 2.0 * away(log)
+    off = (log.cog_position_estimate - log.cog_position).values.mean(axis=0)
+    assert np.linalg.norm(off[:2]) < 0.003

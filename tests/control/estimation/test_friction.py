@@ -1,0 +1,63 @@
+"""What is learnt of the force across the contact axis."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from skylimb.base.packing import numeric
+from skylimb.control.estimation.friction import (
+    MOST,
+    FrictionGains,
+    FrictionState,
+    direction,
+    expected_across,
+    follow_friction,
+    initial_friction_state,
+)
+from skylimb.symbolic import low_pass
+
+DT = 0.005
+GAINS: Any = numeric(FrictionGains(rate=0.5, first=0.2, lag=8.0, speed=0.01))
+LEAN, FRICTION = np.array([0.3, -0.1]), 0.45
+
+
+def slide(seconds: float, share: float = 1.0, speed: float = 0.05) -> FrictionState:
+    """A circle of 4 s, seen through an observer of the assumed bandwidth."""
+    state, seen = numeric(initial_friction_state(GAINS)), np.zeros(2)
+    for t in np.arange(0.0, seconds, DT):
+        path = speed * np.array([np.cos(1.57 * t), np.sin(1.57 * t)])
+        true = share * (LEAN - FRICTION * path / speed)
+        seen = np.array([low_pass(seen[i], true[i], 8.0, DT) for i in (0, 1)])
+        state = follow_friction(GAINS, state, seen, share, path, DT)
+    return state
+
+
+@pytest.mark.parametrize("share", [1.0, 0.6])
+def test_slope_and_friction_are_told_apart(share: float) -> None:
+    state = slide(20.0, share)
+    np.testing.assert_allclose(state.lean, LEAN, atol=0.01)
+    assert state.friction == pytest.approx(FRICTION, abs=0.01)
+
+
+def test_nothing_is_learnt_at_rest_or_without_a_press() -> None:
+    for state in (slide(5.0, speed=1e-6), slide(5.0, share=0.2)):
+        np.testing.assert_array_equal(state.lean, [0.0, 0.0])
+        assert state.friction == 0.2
+
+
+def test_what_is_expected() -> None:
+    state = FrictionState(LEAN, FRICTION, np.zeros(2))
+    np.testing.assert_allclose(expected_across(state, 0.5, np.zeros(2)), 0.5 * LEAN)
+    ahead = direction(GAINS, np.array([0.0, -0.03]))
+    np.testing.assert_allclose(ahead, [0.0, -1.0], atol=1e-6)
+    np.testing.assert_allclose(expected_across(state, 1.0, ahead), [0.3, -0.1 + FRICTION], atol=1e-6)
+    np.testing.assert_allclose(direction(GAINS, np.array([0.004, 0.0])), [0.4, 0.0], atol=1e-6)
+
+
+def test_a_wrong_force_teaches_no_more_than_a_surface_can_do() -> None:
+    state = numeric(initial_friction_state(GAINS))
+    for _ in range(20000):
+        state = follow_friction(GAINS, state, np.array([-9.0, 9.0]), 1.0, np.array([0.05, 0.0]), DT)
+    assert np.abs(state.lean).max() <= MOST
+    assert 0.0 <= state.friction <= MOST

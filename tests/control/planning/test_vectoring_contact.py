@@ -1,0 +1,159 @@
+"""The vectoring angles for contact: what they keep over all postures that can be flown."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from skylimb.base.errors import AllocationError, ConfigError, UnreachableError
+from skylimb.control.planning import vectoring_files
+from skylimb.control.planning.lateral_effort import lateral_effort
+from skylimb.control.planning.posture import posture_family
+from skylimb.control.planning.tip_force import tip_force_map
+from skylimb.control.planning.vectoring import robot_digest, vectoring_table
+from skylimb.control.planning.vectoring_criteria import CONTACT, TORQUE, VectoringCriteria
+from skylimb.robots import Robot, load_robot
+
+ROBOT = load_robot("hydrus_xi_quad")
+TABLE = vectoring_table(ROBOT, "contact")
+FAMILY = posture_family(ROBOT)
+THETAS = np.linspace(FAMILY.theta_min, FAMILY.theta_max, 101)
+
+
+@pytest.fixture(scope="module")
+def states():
+    return [ROBOT.at(FAMILY.joint_angles(theta), TABLE.angles(theta)) for theta in THETAS]
+
+
+@pytest.fixture(scope="module")
+def X(states):
+    return np.array([tip_force_map(state) for state in states])
+
+
+def test_a_push_across_the_surface_stays_out_of_the_pressing_force(X):
+    assert np.max(np.abs(X[:, 0, 1:])) <= 1.05 * CONTACT.leak
+    assert np.max(np.abs(X[:, 0, 0] - 1.0)) <= 0.01
+    before = vectoring_table(ROBOT)
+    torque = [tip_force_map(ROBOT.at(FAMILY.joint_angles(at), before.angles(at))) for at in THETAS[::10]]
+    assert np.min(np.abs(np.array(torque)[:, 0, 1])) > 1.1  # what the other table lets through
+
+
+def test_a_push_to_one_side_never_drives_the_robot_to_the_other(X):
+    assert np.min(X[:, 1, 1]) >= 0.05
+    assert np.max(np.abs(X[:, 1, 0])) <= 0.05
+    assert np.all((X[:, 1, 2] > 0.1) & (X[:, 1, 2] < 0.30))
+
+
+def test_torque_tilt_slope_and_thrusts(states):
+    assert np.min(TABLE.guaranteed_torque(THETAS)) >= 3.0
+    assert np.max(TABLE.hover_tilt(THETAS)) <= 1.01 * CONTACT.tilt
+    assert np.max(np.abs(TABLE.slope(THETAS))) <= 1.8 < CONTACT.slope
+    thrusts = np.array([state.hover_thrusts for state in states])
+    assert thrusts.min() > 8.5
+    assert thrusts.max() < 14.5
+
+
+def test_the_price_is_vectoring_that_hardly_pushes_sideways():
+    effort = [lateral_effort(ROBOT, FAMILY.joint_angles(at), TABLE.angles(at)) for at in THETAS[::5]]
+    assert np.all(np.array(effort) < [0.7, 1.65])
+
+
+def test_it_covers_the_postures_within_the_joint_limits():
+    assert (TABLE.theta_min, TABLE.theta_max) == (FAMILY.theta_min, FAMILY.theta_max)
+    with pytest.raises(UnreachableError, match=r"known for shape angles 0.2 .. 0.785 rad, not for 0.9"):
+        TABLE.angles(0.9)
+
+
+def test_the_table_for_torque_is_the_old_one():
+    table = vectoring_table(ROBOT, "torque")
+    assert table.digest == robot_digest(ROBOT) == robot_digest(ROBOT, TORQUE)
+    assert table.digest == "dbe82d477189d9a3bc458d01a9c2ec46dd2080da9b6520801415f37302e472fa"
+    np.testing.assert_array_equal(table.coefficients, vectoring_table(ROBOT).coefficients)
+    assert (table.theta_min, table.theta_max) == (0.2, 1.25)
+
+
+def test_the_digest_follows_the_criteria_and_the_tip():
+    d = ROBOT.description
+    moved = Robot(replace(d, tip=replace(d.tip, position=1.01 * d.tip.position)))
+    assert robot_digest(moved) == robot_digest(ROBOT)
+    changes = {"leak": 0.2, "sideways": -1.0, "effort": 2.0, "thrust_margin": 0.1, "reachable": False}
+    others = [replace(CONTACT, **{name: value}) for name, value in changes.items()]
+    digests = [robot_digest(moved, CONTACT), *(robot_digest(ROBOT, criteria) for criteria in others)]
+    assert len({*digests, TABLE.digest, robot_digest(ROBOT)}) == len(digests) + 2
+
+
+def test_a_pen_that_points_up_gets_the_table_of_a_level_one_at_its_foot():
+    mast = load_robot("hydrus_xi_quad_mast")
+    contact = vectoring_table(mast, "contact")
+    d = mast.description
+    level = Robot(replace(d, tip=replace(d.tip, position=d.tip.stem)))
+    assert contact.digest == robot_digest(level, CONTACT) != robot_digest(mast, CONTACT)
+    np.testing.assert_allclose(contact.angles(0.5), TABLE.angles(0.5), atol=0.05)
+    X = tip_force_map(mast.at(FAMILY.joint_angles(0.5), contact.angles(0.5)))
+    np.testing.assert_allclose(X[2], [0.0, 0.0, 1.0], atol=1e-12)  # nothing leaks along z anyway
+
+
+@pytest.mark.parametrize(("purpose", "slowest"), [("torque", 12.2), ("contact", 17.3)])
+def test_the_side_force_of_a_tilt_has_a_zero_in_the_right_half_plane(purpose, slowest):
+    """F = (m g + S J s^2 E) theta is zero at s^2 = -m g / eig(S J E). The attitude loop reaches 12 rad/s."""
+    mast = load_robot("hydrus_xi_quad_mast")
+    table = vectoring_table(mast, purpose)
+    theta = mast.description.posture.theta_nominal
+    state = mast.at(FAMILY.joint_angles(theta), table.angles(theta))
+    S = state.allocation_C[:2] @ np.linalg.pinv(state.allocation_C[2:])[:, 1:]
+    worst = np.linalg.eigvals(S @ state.inertia_C[:, :2] @ [[0.0, -1.0], [1.0, 0.0]]).real.min()
+    assert np.sqrt(9.81 * state.mass / -worst) == pytest.approx(slowest, rel=0.02)
+
+
+def test_a_table_is_written_and_read_again(tmp_path, monkeypatch):
+    monkeypatch.setattr("platformdirs.user_cache_path", lambda name: tmp_path / name)
+    monkeypatch.setattr(vectoring_files, "_known", {})
+    monkeypatch.setattr(vectoring_files, "SHIPPED", tmp_path / "no_robots")
+    monkeypatch.setattr(vectoring_files, "search_vectoring", lambda robot, criteria: TABLE.coefficients)
+    robot = Robot(replace(ROBOT.description, folder=tmp_path))
+    first = vectoring_table(robot, "contact")
+    monkeypatch.setattr(vectoring_files, "_known", {})
+    monkeypatch.setattr(vectoring_files, "search_vectoring", None)
+    again = vectoring_table(robot, "contact")
+    np.testing.assert_array_equal(first.coefficients, again.coefficients)
+    assert (again.theta_min, again.theta_max) == (TABLE.theta_min, TABLE.theta_max)
+
+
+def test_another_purpose_is_refused():
+    with pytest.raises(
+        ConfigError, match="'contakt' is not one of 'torque', 'contact', 'online'; did you mean 'contact'"
+    ):
+        vectoring_table(ROBOT, "contakt")
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"degree": 2},
+        {"tilt": 0.0},
+        {"thrust_margin": 0.5},
+        {"leak": 0.0},
+        {"effort": np.nan},
+        {"slope": -1.0},
+    ],
+)
+def test_criteria_that_make_no_sense(values):
+    with pytest.raises(ConfigError, match=rf"VectoringCriteria\.{next(iter(values))} = "):
+        VectoringCriteria("mine", **values)
+    with pytest.raises(ConfigError, match=r"sideways = inf must be below inf"):
+        VectoringCriteria("mine", sideways=np.inf)
+
+
+@pytest.mark.slow
+def test_the_shipped_table_is_what_the_search_finds():
+    searched = vectoring_table(ROBOT, "contact", cache=False)
+    assert searched.digest == TABLE.digest
+    np.testing.assert_allclose(TABLE.coefficients, searched.coefficients, atol=1e-4)
+
+
+@pytest.mark.slow
+def test_criteria_that_cannot_be_kept_are_said():
+    d = ROBOT.description
+    weak = tuple(replace(rotor, thrust_max=12.0) for rotor in d.rotors)
+    with pytest.raises(AllocationError, match=r"hover with at most 0.1 rad of tilt and keep the pushes"):
+        vectoring_table(Robot(replace(d, rotors=weak)), "contact", cache=False)

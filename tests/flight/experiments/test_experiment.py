@@ -1,0 +1,19 @@
+"""An experiment as its file and what was set otherwise."""
+
+from skylimb.flight.experiments.experiment import load_experiment
+
+
+def test_a_description_says_what_was_set_otherwise():
+    """The file speaks of a circle on a board; a report of a line on a cylinder must not."""
+    shipped = load_experiment("paper").description
+    assert "circle" in shipped
+    changes = {"surface.kind": "cylinder", "trajectory.shape": "line", "seed": 3}
+    changed = load_experiment("paper", changes).description
+    assert changed == f"{shipped}; set otherwise: surface.kind, trajectory.shape"
+    assert load_experiment("paper", {"seed": 3}).description == shipped
+    assert load_experiment("paper", {**changes, "description": "A line"}).description == "A line"
+    many = {f"plant.{key}": 1.01 for key in ("thrust_scale", "mass_scale", "servo_stiffness_scale")}
+    many |= {"phases.hover": 2.0, "phases.tare": 3.0, "approach.depth": 0.1}
+    assert load_experiment("paper", many).description.endswith(
+        "servo_stiffness_scale, phases.hover and 2 more"
+    )

@@ -1,0 +1,211 @@
+"""A controller that commands nothing on bad grounds, and never anything out of limits."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+import skylimb
+from skylimb.control.estimation.records import Measurement
+from skylimb.control.missions.reference import Reference, zero_reference
+from skylimb.control.records import Command
+from skylimb.control.thrusts import thrust_limits
+from skylimb.flight.realtime.compiled_controller import CompiledController
+from skylimb.flight.realtime.guard import BLIND, GuardedController
+from skylimb.flight.realtime.pacer import Pacer
+from skylimb.flight.realtime.retreat import BACK, BACK_SPEED, DESCENT, Retreat
+from skylimb.flight.realtime.watchdog import Limits
+from skylimb.robots.model import Robot
+
+Make = Callable[..., Measurement]
+DT = 0.005
+
+
+class Late(Pacer):
+    """A pacer whose ticks are missed where one says so."""
+
+    def __init__(self) -> None:
+        super().__init__(DT)
+        self.is_missed, self.moment = False, 0.0
+
+    def time(self) -> float:
+        return self.moment
+
+    @property
+    def missed(self) -> bool:
+        return self.is_missed
+
+
+class Counting:
+    """Commands a number that rises with every tick that it flies."""
+
+    name = "counting"
+
+    def __init__(self, robot: Robot) -> None:
+        self.robot, self.seen = robot, list[tuple[Measurement, Reference]]()
+        self.given: Callable[[Command], Any] = lambda command: command
+
+    def gains(self) -> None:
+        return None
+
+    def initial_state(self) -> int:
+        return 0
+
+    def step(
+        self, gains: None, state: int, measurement: Measurement, reference: Reference, dt: float
+    ) -> tuple[int, Any, dict[str, Any]]:
+        self.seen.append((measurement, reference))
+        command = Command(
+            np.full(4, 5.0 + 0.01 * (state + 1)), reference.joint_angles, reference.vectoring_angles
+        )
+        return state + 1, self.given(command), {"ticks": float(state + 1), "vector": np.ones(3)}
+
+
+class Flight:
+    """A guard, its controller, and what happened to them so far."""
+
+    def __init__(self, robot: Robot, **limits: Any) -> None:
+        self.inner, self.pacer = Counting(robot), Late()
+        self.guard = GuardedController(self.inner, robot, self.pacer, Limits(**limits))
+        self.state: Any = self.guard.initial_state()
+        self.reference = zero_reference(3, 4)._replace(
+            position=np.array([0.0, 0.0, 1.0]), contact_axis=np.array([1.0, 0.0, 0.0]), touch=1.0, adapt=1.0
+        )
+
+    def tick(self, measurement: Measurement, taken: float | None = None) -> tuple[Command, dict[str, Any]]:
+        if taken is not None:
+            self.guard.taken(taken)
+        self.state, command, own = self.guard.step(None, self.state, measurement, self.reference, DT)
+        self.pacer.moment += DT
+        return command, dict(own)
+
+
+@pytest.fixture
+def flight(robot: Robot) -> Flight:
+    return Flight(robot, overruns=10)
+
+
+def test_a_missed_tick_holds_the_command(flight: Flight, hovering: Make) -> None:
+    first, _ = flight.tick(hovering())
+    flight.pacer.is_missed = True
+    held, own = flight.tick(hovering())
+    np.testing.assert_array_equal(held.thrusts, first.thrusts)
+    assert (own["tick_held"], own["ticks"]) == (1.0, 1.0)
+    flight.pacer.is_missed = False
+    command, own = flight.tick(hovering())
+    assert command.thrusts[0] == pytest.approx(5.02)
+    assert own["tick_held"] == 0.0
+    assert flight.guard.counts["missed tick"] == 1
+
+
+def test_too_many_missed_ticks_in_a_row_retreat(flight: Flight, hovering: Make) -> None:
+    flight.tick(hovering())
+    for _ in range(3):  # not in a row
+        flight.pacer.is_missed = True
+        for _ in range(9):
+            flight.tick(hovering())
+        flight.pacer.is_missed = False
+        flight.tick(hovering())
+    assert not flight.guard.retreating
+    flight.pacer.is_missed = True
+    for _ in range(12):
+        flight.tick(hovering())
+    assert flight.guard.retreating
+    flight.pacer.is_missed = False
+    _, own = flight.tick(hovering())
+    assert own["retreating"] == 1.0
+    assert flight.inner.seen[-1][1].touch == 0.0
+
+
+def test_old_measurements_hold_then_descend_and_a_fresh_one_retreats(robot: Robot, hovering: Make) -> None:
+    flight = Flight(robot)
+    first, _ = flight.tick(hovering(), taken=0.0)
+    commands = [flight.tick(hovering(), taken=0.0) for _ in range(120)]
+    flown = [own["tick_held"] for _, own in commands]
+    assert flown[:19] == [0.0] * 19  # up to 0.1 s
+    np.testing.assert_array_equal(commands[50][0].thrusts, commands[20][0].thrusts)
+    blind = commands[-1][0]
+    hover = robot.at(hovering().joint_angles, hovering().vectoring_angles).hover_thrusts
+    np.testing.assert_allclose(blind.thrusts, BLIND * hover)
+    np.testing.assert_array_equal(blind.joint_angles, first.joint_angles)
+    assert flight.guard.retreating
+    seen = len(flight.inner.seen)
+    flight.tick(hovering(), taken=121 * DT)
+    assert len(flight.inner.seen) == seen + 1  # measured again, it flies back under control
+    assert flight.inner.seen[-1][1].position[0] < 0.0
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_a_command_that_is_no_number_is_held(flight: Flight, hovering: Make, bad: float) -> None:
+    first, _ = flight.tick(hovering())
+    flight.inner.given = lambda command: command._replace(joint_angles=np.array([0.0, bad, 0.0]))
+    command, own = flight.tick(hovering())
+    np.testing.assert_array_equal(command.thrusts, first.thrusts)
+    assert own["tick_held"] == 1.0
+    assert flight.state == 1  # what made it is not remembered
+    assert flight.guard.counts["command is no number"] == 1
+
+
+def test_a_command_beyond_the_limits_is_cut(flight: Flight, robot: Robot, hovering: Make) -> None:
+    low, high = thrust_limits(robot)
+    flight.inner.given = lambda command: command._replace(
+        thrusts=np.array([-3.0, 99.0, 5.0, 6.0]), joint_angles=np.array([0.0, 9.0, -9.0])
+    )
+    command, _ = flight.tick(hovering())
+    np.testing.assert_array_equal(command.thrusts, [low[0], high[1], 5.0, 6.0])
+    bottom, top = robot.joint_limits()
+    np.testing.assert_array_equal(command.joint_angles, [0.0, top[1], bottom[2]])
+    flight.inner.given = lambda command: command._replace(thrusts=np.ones(3))
+    assert flight.tick(hovering())[1]["tick_held"] == 1.0
+
+
+def test_a_first_measurement_that_is_bad_gives_the_least_command(
+    flight: Flight, robot: Robot, hovering: Make
+) -> None:
+    command, own = flight.tick(hovering(quaternion=np.zeros(4)))
+    np.testing.assert_array_equal(command.thrusts, thrust_limits(robot)[0])
+    assert np.isnan(own["ticks"])
+    assert np.shape(own["vector"]) == (3,)
+    assert flight.state == 0
+    _, own = flight.tick(hovering())
+    assert own["ticks"] == 1.0
+
+
+def test_a_retreat_goes_back_then_down_and_stays() -> None:
+    last = zero_reference(3, 4)._replace(
+        position=np.array([1.0, 2.0, 1.5]), contact_axis=np.array([0.0, 1.0, 0.0]), touch=1.0, wait=1.0
+    )
+    retreat, end = Retreat(last, floor=0.3), BACK / BACK_SPEED
+    assert retreat.at(0.0).position.tolist() == [1.0, 2.0, 1.5]
+    half = retreat.at(end / 2)
+    np.testing.assert_allclose(half.position, [1.0, 2.0 - BACK / 2, 1.5])
+    np.testing.assert_allclose(half.velocity, [0.0, -BACK_SPEED, 0.0])
+    down = retreat.at(end + 1.0)
+    np.testing.assert_allclose(down.position, [1.0, 2.0 - BACK, 1.5 - DESCENT])
+    np.testing.assert_allclose(down.velocity, [0.0, 0.0, -DESCENT])
+    landed = retreat.at(100.0)
+    assert landed.position[2] == pytest.approx(0.3)
+    assert not landed.velocity.any()
+    for reference in (half, down, landed):
+        assert (reference.touch, reference.wait, reference.adapt, reference.tare) == (0.0, 0.0, 0.0, 0.0)
+        np.testing.assert_allclose(reference.tip_position, reference.position - last.position)
+
+
+@pytest.mark.parametrize("name", ["hybrid", "following"])
+def test_a_compiled_controller_is_the_controller(robot: Robot, hovering: Make, name: str) -> None:
+    plain = skylimb.load_controller(name, robot)
+    compiled = CompiledController(plain, DT)  # pyright: ignore[reportArgumentType]
+    states, reference = [plain.initial_state(), compiled.initial_state()], zero_reference(3, 4)._replace(
+        position=np.array([0.3, 0.0, 1.0]), reach=1.0, contact_axis=np.array([1.0, 0.0, 0.0]),
+        sliding_axis=np.array([0.0, 1.0, 0.0]), joint_angles=hovering().joint_angles,
+        vectoring_angles=hovering().vectoring_angles,
+    )  # fmt: skip
+    for k in range(3):
+        seen = hovering(position=np.array([0.01 * k, 0.0, 1.0]))
+        states[0], one, signals = plain.step(plain.gains(), states[0], seen, reference, DT)
+        states[1], two, others = compiled.step(compiled.gains(), states[1], seen, reference, DT)
+        for a, b in zip(one, two, strict=True):
+            np.testing.assert_allclose(np.asarray(a, dtype=float).ravel(), b, atol=1e-9)
+        assert dict(signals).keys() == dict(others).keys()
+        assert np.shape(others["cog_position_estimate"]) == (3,)

@@ -1,0 +1,232 @@
+"""The message layer under bad messages: no exception gets out, no command leaves its limits."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+from collections import deque
+from collections.abc import Callable
+from typing import Any
+
+import msgspec
+import numpy as np
+import pytest
+
+import skylimb
+from skylimb.control.estimation.records import Measurement
+from skylimb.control.missions.reference import zero_reference
+from skylimb.control.thrusts import thrust_limits
+from skylimb.flight.realtime.compiled_controller import CompiledController
+from skylimb.flight.realtime.guard import GuardedController
+from skylimb.flight.realtime.link import MOST, Datagram, LinkedVehicle
+from skylimb.flight.realtime.messages import (
+    LONGEST,
+    Names,
+    RefusedMessageError,
+    StateMessage,
+    decode_command,
+    decode_state,
+    encode,
+)
+from skylimb.robots.model import Robot
+
+Make = Callable[..., Measurement]
+DT = 0.005
+
+
+class Wire:
+    """A link whose other end is in the test's hands."""
+
+    def __init__(self) -> None:
+        self.coming: deque[Datagram] = deque()
+        self.sent: list[bytes] = []
+
+    def receive(self, most: int) -> tuple[list[Datagram], int]:
+        dropped = max(0, len(self.coming) - most)
+        found = list(self.coming)[dropped:]
+        self.coming.clear()
+        return found, dropped
+
+    def send(self, data: bytes) -> None:
+        self.sent.append(data)
+
+    def put(self, data: bytes, sender: str = "robot") -> None:
+        self.coming.append(Datagram(data, sender))
+
+
+class Vehicle:
+    """A linked vehicle with its wire and its clock."""
+
+    def __init__(self, robot: Robot) -> None:
+        self.wire, self.time, self.told = Wire(), 0.0, list[float]()
+        self.names = Names(robot)
+        self.vehicle = LinkedVehicle(robot, self.wire, lambda: self.time, self.told.append)
+
+    def state(self, measurement: Measurement, seq: int, stamp: float | None = None) -> StateMessage:
+        return self.names.state_message(seq, seq * DT if stamp is None else stamp, measurement)
+
+
+@pytest.fixture
+def linked(robot: Robot) -> Vehicle:
+    return Vehicle(robot)
+
+
+def test_a_message_goes_there_and_back(robot: Robot, hovering: Make) -> None:
+    names, sent = Names(robot), hovering(velocity=np.array([1.0, 2.0, 1e-300]))
+    message = decode_state(encode(names.state_message(7, 0.1, sent)))
+    assert (message.seq, message.stamp) == (7, 0.1)
+    for one, two in zip(sent, names.measurement(message), strict=True):
+        np.testing.assert_array_equal(one, two)
+
+
+def test_joints_are_found_by_name(robot: Robot, hovering: Make) -> None:
+    names, sent = Names(robot), hovering(joint_angles=np.array([0.1, 0.2, 0.3]))
+    message = names.state_message(0, 0.0, sent)
+    shuffled = dataclasses.replace(message, names=message.names[::-1], angles=message.angles[::-1])
+    np.testing.assert_array_equal(names.measurement(shuffled).joint_angles, [0.1, 0.2, 0.3])
+
+
+@pytest.mark.parametrize(
+    ("change", "fault"),
+    [
+        ({"names": ("joint1",) * 7}, "wrong joint names"),
+        ({"names": ("a", "b", "c", "d", "e", "f", "g")}, "wrong joint names"),
+        ({"angles": (0.0,) * 6}, "wrong size"),
+        ({"stamp": float("nan")}, "stamp is no number"),
+        ({"position": (0.0, 0.0)}, "no message of ours"),
+        ({"position": "here"}, "no message of ours"),
+        ({"seq": 1.5}, "no message of ours"),
+        ({"angles": (0.0,) * 2000}, "message too long"),
+    ],
+)
+def test_what_is_wrong_with_a_message_is_counted(
+    linked: Vehicle, hovering: Make, change: dict[str, Any], fault: str
+) -> None:
+    fields = msgspec.to_builtins(linked.state(hovering(), 0))
+    linked.wire.put(msgspec.msgpack.encode({**fields, **change}))
+    measured = linked.vehicle.measure()
+    assert dict(linked.vehicle.counts) == {fault: 1}
+    assert not linked.vehicle.heard
+    assert np.isnan(measured.position).all()
+
+
+def test_the_newest_measurement_counts_and_its_age_is_told(linked: Vehicle, hovering: Make) -> None:
+    for seq in range(3):
+        linked.wire.put(encode(linked.state(hovering(position=np.full(3, float(seq))), seq, 50.0 + seq * DT)))
+    linked.time = 1.0
+    assert linked.vehicle.measure().position[0] == 2.0
+    assert linked.told[-1] == pytest.approx(1.0)
+    linked.time = 1.2
+    assert linked.vehicle.measure().position[0] == 2.0
+    assert linked.told[-1] == pytest.approx(1.0)  # it gets no younger
+
+
+def test_order_senders_and_floods(linked: Vehicle, hovering: Make) -> None:
+    linked.wire.put(encode(linked.state(hovering(), 5)))
+    linked.vehicle.measure()
+    for seq, sender in ((5, "robot"), (4, "robot"), (6, "other"), (5 + 20_000, "robot")):
+        linked.time += DT
+        linked.wire.put(encode(linked.state(hovering(position=np.ones(3)), seq)), sender)
+    linked.wire.put(encode(linked.state(hovering(position=np.ones(3)), 7, stamp=1e9)))
+    assert linked.vehicle.measure().position[2] == 1.0
+    assert dict(linked.vehicle.counts) == {
+        "repeated or out of order": 2, "second sender": 1, "number leaps": 1, "stamp from the future": 1,
+    }  # fmt: skip
+    linked.time += DT
+    for seq in range(8, 8 + 100):
+        linked.wire.put(encode(linked.state(hovering(), seq, 8 * DT + seq * 1e-6)))
+    linked.vehicle.measure()
+    assert linked.vehicle.counts["flood"] == 100 - MOST
+
+
+def test_a_command_names_its_joints(linked: Vehicle, robot: Robot, hovering: Make) -> None:
+    linked.wire.put(encode(linked.state(hovering(), 3, 0.25)))
+    linked.vehicle.measure()
+    command = skylimb.Command(np.arange(4.0), np.arange(3.0), np.arange(4.0))
+    linked.vehicle.apply(command)
+    message = decode_command(linked.wire.sent[0])
+    assert (message.seq, message.stamp) == (0, 0.25)
+    for one, two in zip(linked.names.command(message), command, strict=True):
+        np.testing.assert_array_equal(one, two)
+    assert linked.vehicle.record(hovering(), command).shape == (linked.vehicle.layout.size,)
+    assert linked.vehicle.fault() == ""
+    linked.vehicle.greet()
+    with pytest.raises(RefusedMessageError):
+        decode_command(linked.wire.sent[-1])
+
+
+ODD: tuple[Any, ...] = (
+    None, True, -1, 0, 2**63, 1e308, -1e308, float("nan"), float("inf"), 5e-324, "", "joint1", b"\x00\xff",
+    [], [[]], {}, [float("nan")] * 3, [0.0] * 4, [1e9] * 3, ["joint1"] * 7, list(range(50)), {"a": 1},
+)  # fmt: skip
+
+
+def spoiled(rng: np.random.Generator, fields: dict[str, Any]) -> bytes:
+    """A message with one to three random changes of its fields, or of its bytes."""
+    fields = {name: list(value) if isinstance(value, tuple) else value for name, value in fields.items()}
+    for _ in range(rng.integers(1, 4)):
+        key = list(fields)[rng.integers(len(fields))] if fields else "seq"
+        odd = copy.deepcopy(ODD[rng.integers(len(ODD))])
+        value, kind = fields.get(key), rng.integers(6)
+        if kind == 0:
+            fields.pop(key, None)
+        elif kind == 1:
+            fields[key] = odd
+        elif kind == 2 and isinstance(value, list) and value:
+            value[rng.integers(len(value))] = odd
+        elif kind == 3 and isinstance(value, list):
+            fields[key] = value[: rng.integers(len(value) + 1)] * int(rng.integers(1, 3))
+        elif kind == 4 and isinstance(value, list):
+            fields[key] = [
+                one + float(rng.normal(scale=10.0 ** rng.integers(-3, 3))) if isinstance(one, float) else one
+                for one in value
+            ]
+        elif isinstance(value, float | int):
+            fields[key] = value + float(rng.normal(scale=10.0 ** rng.integers(-4, 9)))
+    data = bytearray(msgspec.msgpack.encode(fields))
+    for _ in range(rng.integers(0, 3) if rng.random() < 0.3 else 0):
+        data[rng.integers(len(data))] = rng.integers(256)
+    return bytes(data[: rng.integers(len(data) + 1)] if rng.random() < 0.05 else data)
+
+
+def test_ten_thousand_spoiled_messages(robot: Robot, hovering: Make) -> None:
+    """The real controller flies on them: every command is finite and within limits, and nothing is raised."""
+    rng, linked, time = np.random.default_rng(3), Vehicle(robot), 0.0
+    controller: Any = skylimb.load_controller("following", robot)
+    guard = GuardedController(CompiledController(controller, DT), robot)
+    linked.vehicle = LinkedVehicle(robot, linked.wire, lambda: linked.time, guard.taken)
+    reference = zero_reference(3, 4)._replace(
+        position=np.array([0.0, 0.0, 1.0]), reach=1.0, contact_axis=np.array([1.0, 0.0, 0.0]),
+        sliding_axis=np.array([0.0, 1.0, 0.0]), joint_angles=hovering().joint_angles,
+        vectoring_angles=hovering().vectoring_angles, touch=1.0, adapt=1.0,
+    )  # fmt: skip
+    low, high = thrust_limits(robot)
+    bottom, top = robot.joint_limits()
+    state, flown = guard.initial_state(), 0
+    for k in range(10_000):
+        time = linked.time = k * DT
+        fields = msgspec.to_builtins(linked.state(hovering(), k))
+        linked.wire.put(spoiled(rng, fields), "robot" if rng.random() < 0.95 else "other")
+        if k % 20 == 0:
+            linked.wire.put(encode(linked.state(hovering(), k, time + 1e-4)))
+        measured = linked.vehicle.measure()
+        state, command, own = guard.step(guard.gains(), state, measured, reference, DT)
+        flown += own["tick_held"] == 0.0
+        assert np.all((command.thrusts >= low) & (command.thrusts <= high)), k
+        assert np.all((command.joint_angles >= bottom) & (command.joint_angles <= top)), k
+        assert np.isfinite(command.vectoring_angles).all(), k
+        linked.vehicle.apply(command)
+        decode_command(linked.wire.sent.pop())
+    assert np.isfinite(state).all()
+    assert flown > 100
+    assert len(linked.vehicle.counts) >= 5
+    assert set(guard.watchdog.counts) >= {"not finite", "no attitude"} or len(guard.watchdog.counts) >= 3
+
+
+def test_bytes_that_are_nothing_are_refused() -> None:
+    rng = np.random.default_rng(0)
+    for length in (0, 1, 3, 100, LONGEST, LONGEST + 1):
+        with pytest.raises(RefusedMessageError):
+            decode_state(rng.bytes(length))
+    with pytest.raises(RefusedMessageError):
+        decode_command(b"\xdf\xff\xff\xff\xff")

@@ -1,0 +1,159 @@
+"""Exported C is the controller: it passes its own test vector, and flies the same flight."""
+
+import ctypes
+import dataclasses
+import shutil
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import skylimb
+from skylimb.base.errors import ConfigError, OutputError
+from skylimb.control.cascade import Cascade
+from skylimb.control.estimation.records import Measurement
+from skylimb.control.missions.reference import Reference
+from skylimb.control.needs import Needs, needs_of
+from skylimb.control.records import Command
+from skylimb.flight.export import export_c
+from skylimb.flight.export.step import ControllerStep, controller_step
+from skylimb.flight.flying import fly_here
+from skylimb.flight.takeoff import Takeoff
+from skylimb.simulation.compiling import FLAGS, compile_c
+
+SOURCES = ("controller.c", "controller_function.c")
+PEDANTIC = ("-O1", "-std=c99", "-Wall", "-Werror", "-pedantic", "-ffp-contract=off")
+
+
+def cascade(name: str) -> Cascade:
+    controller = skylimb.load_controller(name, skylimb.load_robot("hydrus_xi_quad"))
+    assert isinstance(controller, Cascade)
+    return controller
+
+
+@pytest.mark.parametrize("name", ["pid", "impedance", "admittance", "hybrid", "following"])
+def test_the_example_passes_its_test_vector(name: str, tmp_path: Path) -> None:
+    folder = tmp_path / "export"
+    files = export_c(cascade(name), folder)
+    assert {path.name for path in files} == {path.name for path in folder.iterdir()}
+    compile_c([folder / source for source in ("main.c", *SOURCES)], tmp_path / "example", PEDANTIC)
+    done = subprocess.run([tmp_path / "example"], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout
+    assert "60 ticks" in done.stdout
+    assert len((folder / "main.c").read_text().splitlines()) <= 30
+
+
+def test_the_header_says_of_every_gain_what_it_is(tmp_path: Path) -> None:
+    folder = tmp_path / "export"
+    export_c(cascade("following"), folder)
+    lines = [line for line in (folder / "controller.h").read_text().splitlines() if "_GAINS_" in line]
+    (force,) = [line for line in lines if line.startswith("#define SKYLIMB_GAINS_TRANSLATION_FORCE ")]
+    assert force.endswith("/* 1 number: N_ref, the wanted force; N; 0 .. 20 */")
+    assert not [line for line in lines[1:] if line.startswith("#define") and ": " not in line]
+
+
+def test_the_example_notices_a_wrong_number(tmp_path: Path) -> None:
+    folder = tmp_path / "export"
+    export_c(cascade("hybrid"), folder)
+    text, first = (folder / "controller.c").read_text(), "preset_gains[SKYLIMB_GAINS_SIZE] = {"
+    assert first in text
+    (folder / "controller.c").write_text(text.replace(first, f"{first}1e-9 + "))
+    compile_c([folder / source for source in ("main.c", *SOURCES)], tmp_path / "example", PEDANTIC)
+    assert subprocess.run([tmp_path / "example"], capture_output=True, check=False).returncode == 1
+
+
+@pytest.mark.skipif(shutil.which("nm") is None, reason="nm is not on this machine")
+def test_it_needs_nothing_but_libm(tmp_path: Path) -> None:
+    folder = tmp_path / "export"
+    export_c(cascade("hybrid"), folder)
+    defined, wanted = set(), set()
+    for source in SOURCES:
+        made = tmp_path / f"{source}.o"
+        compile_c([folder / source], made, (*PEDANTIC, "-c"))
+        listing = subprocess.run(["nm", made], capture_output=True, text=True, check=True).stdout
+        symbols = [line.split()[-2:] for line in listing.splitlines()]
+        defined |= {name for kind, name in symbols if kind in "TRD"}
+        wanted |= {name for kind, name in symbols if kind == "U"}
+    libm = {
+        "acos",
+        "asin",
+        "atan",
+        "atan2",
+        "cos",
+        "exp",
+        "fabs",
+        "fmax",
+        "fmin",
+        "log",
+        "pow",
+        "sin",
+        "sqrt",
+    }
+    # A compiler is free to make a call of a loop that copies.
+    assert wanted - defined <= libm | {"tan", "tanh", "sincos", "memcpy"}
+
+
+class InC:
+    """The exported code in the place of a user's own controller."""
+
+    name = "exported"
+
+    def __init__(self, library: ctypes.CDLL, step: ControllerStep, needs: Needs) -> None:
+        self._library, self._step, self.needs = library, step, needs
+
+    def gains(self) -> Any:
+        return None
+
+    def initial_state(self) -> np.ndarray:
+        return np.array(
+            (ctypes.c_double * len(self._step.state)).in_dll(self._library, "skylimb_initial_state")
+        )
+
+    def step(
+        self, gains: Any, state: np.ndarray, measurement: Measurement, reference: Reference, dt: float
+    ) -> tuple[np.ndarray, Command, dict[str, Any]]:
+        s, new = self._step, state.copy()
+        given = [new, s.measurements.pack(measurement), s.references.pack(reference), s.gains]
+        command, signals = np.zeros(s.commands.size), np.zeros(s.signals.size)
+        arrays = [*given, command, signals]
+        self._library.skylimb_controller_step(*(ctypes.c_void_p(array.ctypes.data) for array in arrays))
+        return new, s.commands.unpack(command), s.signals.unpack(signals)
+
+
+@pytest.mark.parametrize("name", ["hybrid", "following"])
+def test_exported_c_flies_the_same_flight(
+    name: str, make_takeoff: Callable[..., Takeoff], tmp_path: Path
+) -> None:
+    folder, takeoff = tmp_path / "export", make_takeoff("paper", name)
+    controller = cascade(name)
+    export_c(controller, folder)
+    compile_c([folder / source for source in SOURCES], tmp_path / "controller.so", FLAGS)
+    flown = InC(
+        ctypes.CDLL(str(tmp_path / "controller.so")), controller_step(controller, 0.005), needs_of(controller)
+    )
+    wanted = fly_here(takeoff)
+    found = fly_here(Takeoff(dataclasses.replace(takeoff.plan, controller=flown)))
+    assert (found.ticks, found.cause) == (wanted.ticks, wanted.cause)
+    assert found.signal("contact_duty").max() > 0.0
+    for signal in wanted.layout.slices:
+        np.testing.assert_allclose(
+            found.signal(signal), wanted.signal(signal), rtol=0.0, atol=1e-9, err_msg=signal
+        )
+
+
+def test_what_cannot_be_exported_is_refused(tmp_path: Path) -> None:
+    class Own:
+        name = "own"
+
+    with pytest.raises(ConfigError, match="own"):
+        export_c(Own(), tmp_path / "a")  # type: ignore[arg-type]
+    with pytest.raises(ConfigError, match="-1"):
+        export_c(cascade("pid"), tmp_path / "a", -1.0)
+    (tmp_path / "b").mkdir()
+    with pytest.raises(OutputError, match="exists"):
+        export_c(cascade("pid"), tmp_path / "b")
+    assert not (tmp_path / "a").exists()
+    assert not any((tmp_path / "b").iterdir())

@@ -1,0 +1,73 @@
+"""The host program in C: recorded measurements in, the recorded commands out."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from skylimb.apps.cli.main import main
+from skylimb.base.errors import ConfigError
+from skylimb.flight.export.host import FLIGHT, export_with_flight, host_input
+from skylimb.flight.flying import fly
+from skylimb.flight.record import recorded
+from skylimb.flight.takeoff import Takeoff
+
+STRICT = ("-std=c99", "-O1", "-g", "-Wall", "-Wextra", "-Werror", "-ffp-contract=off")
+SANITIZERS = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all")
+SOURCES = ("host.c", "controller.c", "controller_function.c")
+COMPILER = shutil.which("gcc") or shutil.which("clang")
+
+needs_compiler = pytest.mark.skipif(COMPILER is None, reason="no gcc or clang on this machine")
+
+
+def built(folder: Path, flags: tuple[str, ...]) -> Path:
+    program = folder / "host"
+    command = [str(COMPILER), *flags, *(str(folder / name) for name in SOURCES), "-o", str(program), "-lm"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return program
+
+
+@needs_compiler
+@pytest.mark.parametrize(("name", "flags"), [("hybrid", STRICT + SANITIZERS), ("following", STRICT)])
+def test_it_commands_what_was_recorded(
+    make_takeoff: Callable[..., Takeoff], tmp_path: Path, name: str, flags: tuple[str, ...]
+) -> None:
+    takeoff = make_takeoff(controller=name)
+    run = recorded(takeoff, fly(takeoff))
+    export_with_flight(run, tmp_path / "c")
+    done = subprocess.run(
+        [built(tmp_path / "c", flags)],
+        input=(tmp_path / "c" / FLIGHT).read_bytes(),
+        capture_output=True,
+        check=False,
+    )
+    said = done.stderr.decode()
+    assert done.returncode == 0, said
+    log = run.log
+    found = np.frombuffer(done.stdout).reshape(log.sizes["time"], -1)
+    names = ("thrusts_command", "joint_angles_command", "vectoring_angles_command")
+    np.testing.assert_allclose(found, np.hstack([log[name].values for name in names]), atol=1e-9)
+    assert said.startswith(f"{log.sizes['time']} ticks, ")
+    assert "us at worst, of 5000 us" in said
+
+
+@needs_compiler
+def test_input_that_is_cut_is_told(
+    make_takeoff: Callable[..., Takeoff], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    takeoff = make_takeoff()
+    run = recorded(takeoff, fly(takeoff))
+    run.save(tmp_path / "log.nc")
+    assert main(["export-c", "--log", str(tmp_path / "log.nc"), str(tmp_path / "c")]) == 0
+    assert "./host < flight.bin > commands.bin" in capsys.readouterr().out
+    program, content = built(tmp_path / "c", STRICT), (tmp_path / "c" / FLIGHT).read_bytes()
+    for part in (b"", content[:-8]):
+        assert subprocess.run([program], input=part, capture_output=True, check=False).returncode == 1
+    with pytest.raises(ConfigError, match="it has no C"):
+        host_input(run, takeoff.experiment, type("Own", (), {"name": "own"})())  # type: ignore[arg-type]

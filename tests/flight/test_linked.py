@@ -1,0 +1,166 @@
+"""A robot behind a link: the plant's flight is that of `skylimb.run`, and it lands however it ends."""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from collections.abc import Callable, Iterable, Mapping
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+import pytest
+
+import skylimb
+from short_flights import HOLD
+from skylimb.analysis.report.replayed import differences
+from skylimb.apps.cli.main import main
+from skylimb.base.errors import ConfigError, OutputError
+from skylimb.flight.linked import fly_linked
+from skylimb.flight.on_clock import ClockedFlight
+from skylimb.flight.realtime.link import Datagram
+from skylimb.flight.realtime.pacer import Pacer
+from skylimb.flight.realtime.udp import UdpLink, address_of
+from skylimb.flight.simulated_robot import SimulatedRobot, serve_plant
+from skylimb.flight.takeoff import take_off
+
+
+class End:
+    """One end of a wire; what is sent at one end comes at the other."""
+
+    def __init__(self, coming: deque[bytes], leaving: deque[bytes], name: str) -> None:
+        self.coming, self.leaving, self.name = coming, leaving, name
+        self.cut = False
+
+    def receive(self, most: int) -> tuple[Iterable[Datagram], int]:
+        found = [Datagram(self.coming.popleft(), self.name) for _ in range(min(most, len(self.coming)))]
+        return found, 0
+
+    def send(self, data: bytes) -> None:
+        if not self.cut:
+            self.leaving.append(data)
+
+
+class InStep(Pacer):
+    """A clock of which a tick passes when the robot's has: both ends go in step."""
+
+    def __init__(self, robot: SimulatedRobot, period: float, before: Callable[[int], None]) -> None:
+        self.moment = 0
+        super().__init__(period, lambda: self.moment, lambda seconds: None)
+        self.robot, self.before = robot, before
+
+    def wait(self, k: int) -> float:
+        self.moment = self._start + round(k * self.period * 1e9)
+        if k:
+            self.robot.act()
+            self.robot.sense()
+        self.before(k)
+        return super().wait(k)
+
+
+def flown(
+    controller: str = "hybrid",
+    before: Callable[[int, SimulatedRobot, End], None] = lambda k, robot, end: None,
+    changes: Mapping[str, Any] = MappingProxyType({}),
+) -> tuple[ClockedFlight, SimulatedRobot]:
+    there, back = deque[bytes](), deque[bytes]()
+    near, far = End(there, back, "robot"), End(back, there, "us")
+    (takeoff,) = take_off("paper", (controller,), set={**HOLD, **changes})
+    robot = SimulatedRobot(takeoff, far)
+    clock = InStep(robot, takeoff.period, lambda k: before(k, robot, far))
+
+    class Greeting(End):
+        """The first state comes when somebody listens, as from a robot that waits."""
+
+        def receive(self, most: int) -> tuple[Iterable[Datagram], int]:
+            if not robot.flown and not self.coming and self.leaving is back:
+                robot.sense()
+            return super().receive(most)
+
+    link = Greeting(near.coming, near.leaving, "robot")
+    return fly_linked(link, "paper", controller, {**HOLD, **changes}, pacer=clock), robot
+
+
+@pytest.mark.parametrize("controller", ["hybrid", "following"])
+def test_over_a_link_it_is_the_flight_of_run(controller: str) -> None:
+    over, robot = flown(controller)
+    run = skylimb.run("paper", controller, set=HOLD)
+    log, was = over.run.log, run.log
+    assert over.run.status == "OK", over.run.cause
+    assert over.faults == {}
+    count = was.sizes["time"]
+    for name in ("root_position_measured", "thrusts_command", "external_force_estimate", "phase"):
+        np.testing.assert_allclose(log[name][:count], was[name], atol=1e-9, err_msg=name)
+    np.testing.assert_array_equal(log.retreating[:count], 0.0)
+    # Then it lands.
+    assert log.retreating.values[-1] == 1.0
+    assert robot.position()[2] < 0.3
+    assert np.isfinite(log.thrusts_command).all()
+    replayed = skylimb.replay(over.run)
+    found = {one.signal: one for one in differences(over.run, replayed)}
+    np.testing.assert_allclose(
+        replayed.log.external_force_estimate[:count], log.external_force_estimate[:count], atol=1e-9
+    )
+    assert len(found) > 10
+
+
+def test_a_link_that_is_cut_holds_then_breaks_off() -> None:
+    def cut(k: int, robot: SimulatedRobot, far: End) -> None:
+        far.cut = 80 <= k < 190
+
+    over, _ = flown(before=cut)
+    log = over.run.log
+    held, broken = log.tick_held.values > 0.0, log.retreating.values > 0.0
+    assert not held[:100].any()
+    assert held[105:175].all()
+    assert 180 < np.argmax(broken) < 190
+    assert over.run.cause == "broken off by the guard"
+    assert over.faults["too old"] > 50
+
+
+def test_a_robot_that_tilts_too_far_is_broken_off() -> None:
+    over, _ = flown(changes={"terminations.distance": 0.012})
+    assert "lost position: more than 0.012 m from the reference" in over.run.cause
+    assert over.run.failed
+    assert over.run.log.retreating.values[-1] == 1.0
+
+
+def test_over_udp_on_the_wall_clock() -> None:
+    robot = UdpLink(("127.0.0.1", 0))
+    near = UdpLink(("127.0.0.1", 0), robot.address)
+    robot._peer = near.address
+    short = {**HOLD, "approach.contact": False, "approach.depth": 0.05}
+    ticks: list[int] = []
+    served = threading.Thread(target=lambda: ticks.append(serve_plant(robot, "paper", short)))
+    served.start()
+    try:
+        over = fly_linked(near, "paper", "hybrid", short, patience=30.0)
+    finally:
+        served.join(timeout=60.0)
+        near.close()
+        robot.close()
+    assert not served.is_alive()
+    assert ticks[0] > 100
+    assert over.run.log.sizes["time"] > 100
+    assert np.isfinite(over.run.log.thrusts_command).all()
+
+
+def test_where_nobody_answers_nothing_flies() -> None:
+    link = UdpLink(("127.0.0.1", 0), ("127.0.0.1", 9))
+    with pytest.raises(OutputError, match=r"no measurement came within 0.05 s \(nothing was heard\)"):
+        fly_linked(link, "paper", "hybrid", patience=0.05)
+    link.close()
+
+
+def test_only_this_machine_commands_by_default(tmp_path: Any, capsys: pytest.CaptureFixture[str]) -> None:
+    assert address_of("127.0.0.1:9870") == ("127.0.0.1", 9870)
+    assert address_of("localhost:1") == ("127.0.0.1", 1)
+    assert address_of("192.168.1.2:80", anywhere=True) == ("192.168.1.2", 80)
+    for text in ("192.168.1.2:80", "0.0.0.0:80", "robot", "127.0.0.1:x", "127.0.0.1:70000"):
+        with pytest.raises(ConfigError, match=text.split(":")[0]):
+            address_of(text)
+    assert main(["fly", "paper", "--udp", "10.0.0.1:1", "--out", str(tmp_path / "out")]) == 2
+    assert (
+        "10.0.0.1 is not this machine, and whoever reaches the port commands the robot; --anywhere"
+        in capsys.readouterr().err
+    )

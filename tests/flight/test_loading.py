@@ -1,0 +1,51 @@
+"""Which controller flies an experiment: the one that was named, the experiment's, or the default."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import skylimb
+from skylimb.base.errors import ConfigError, UnknownNameError
+from skylimb.control.cascade import Cascade
+from skylimb.flight.takeoff import take_off
+
+
+def adapted(folder: Path, table: str) -> str:
+    """The shipped push, with a controller of its own."""
+    whole = (Path(skylimb.__file__).parent / "experiments" / "library" / "push.toml").read_text()
+    file = folder / "mine.toml"
+    file.write_text(f"{whole}\n[controller]\n{table}\n")
+    return str(file)
+
+
+def flown_by(experiment: str, given: str | None = None, settings: Mapping[str, Any] | None = None) -> Cascade:
+    (takeoff,) = take_off(experiment, (given,), None, settings or {})
+    assert isinstance(takeoff.controller, Cascade)
+    return takeoff.controller
+
+
+def test_an_experiment_adapts_a_preset_and_the_user_has_the_last_word(tmp_path: Path) -> None:
+    file = adapted(tmp_path, "preset = 'impedance'\ntranslation.damping_ratio = [0.9, 0.9, 0.9]")
+    own = flown_by(file)
+    assert own.name == "impedance"
+    assert list(own.gains().translation.damping_ratio) == [0.9, 0.9, 0.9]
+    last = flown_by(file, settings={"controller.translation.damping_ratio": [0.5, 0.5, 0.5]})
+    assert list(last.gains().translation.damping_ratio) == [0.5, 0.5, 0.5]
+    assert flown_by(file, "pid").name == "pid"
+
+
+@pytest.mark.parametrize(
+    ("table", "error", "message"),
+    [
+        ("preset = 'impedence'", UnknownNameError, "did you mean 'impedance'"),
+        ("preset = 3", ConfigError, "controller.preset = 3 should be a name"),
+        ("preset = 'impedance'\nshape.stifness = 3.0", ConfigError, "shape.stifness"),
+    ],
+)
+def test_a_wrong_preset_of_an_experiment_is_refused(
+    tmp_path: Path, table: str, error: type[Exception], message: str
+) -> None:
+    with pytest.raises(error, match=message):
+        flown_by(adapted(tmp_path, table))

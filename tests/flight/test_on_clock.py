@@ -1,0 +1,95 @@
+"""A flight on the wall clock is that of `skylimb.run`; where the machine is too slow it is broken off."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import skylimb
+from short_flights import HOLD
+from skylimb.analysis.report.replayed import differences
+from skylimb.apps.cli.main import main
+from skylimb.flight.on_clock import fly_on_clock
+from skylimb.flight.realtime.pacer import Pacer
+from skylimb.flight.realtime.watchdog import Limits
+
+
+class FakeTime:
+    """A clock that stands still but for sleeping, and for work where a tick is to be slow."""
+
+    def __init__(self, slow: tuple[int, int] = (0, 0), work: float = 0.0) -> None:
+        self.time, self.slow, self.work, self.ticks = 0, slow, round(work * 1e9), 0
+
+    def pacer(self, period: float) -> Pacer:
+        outer = self
+
+        class Worked(Pacer):
+            def wait(self, k: int) -> float:
+                if outer.slow[0] <= k < outer.slow[1]:
+                    outer.time += outer.work
+                return super().wait(k)
+
+        return Worked(period, lambda: self.time, self.sleep, spin=0.0)
+
+    def sleep(self, seconds: float) -> None:
+        self.time += round(seconds * 1e9)
+
+
+@pytest.mark.parametrize("controller", ["hybrid", "following"])
+def test_in_time_it_is_the_flight_of_run(controller: str) -> None:
+    flown = fly_on_clock("paper", controller, set=HOLD, pacer=FakeTime().pacer)
+    run = skylimb.run("paper", controller, set=HOLD)
+    assert flown.run.status == "OK", flown.run.cause
+    assert flown.run.log.sizes == {**run.log.sizes}
+    for name in run.log.data_vars:
+        np.testing.assert_allclose(flown.run.log[name], run.log[name], atol=1e-9, err_msg=str(name))
+    assert flown.timing.overruns == 0
+    assert flown.faults == {}
+    assert not flown.run.log.retreating.any()
+    assert flown.run.metrics.keys() == run.metrics.keys()
+
+
+def test_a_slow_stretch_is_held_and_made_good() -> None:
+    flown = fly_on_clock("paper", "hybrid", set=HOLD, pacer=FakeTime((60, 66), 0.009).pacer)
+    held = flown.run.log.tick_held.values
+    assert 4 <= held.sum() <= 12
+    assert held[:60].sum() == 0.0
+    where = np.flatnonzero(held)
+    np.testing.assert_array_equal(
+        flown.run.log.thrusts_command.values[where], flown.run.log.thrusts_command.values[where - 1]
+    )
+    assert flown.run.status == "OK", flown.run.cause
+    assert flown.timing.overruns >= held.sum()
+    assert flown.faults == {"missed tick": int(held.sum())}
+    replayed = skylimb.replay(flown.run)
+    found = [one for one in differences(flown.run, replayed) if not one.same]
+    assert found == []
+
+
+def test_a_machine_that_is_too_slow_breaks_the_flight_off() -> None:
+    flown = fly_on_clock(
+        "paper", "hybrid", set=HOLD, limits=Limits(overruns=20), pacer=FakeTime((100, 130), 0.006).pacer
+    )
+    log = flown.run.log
+    assert log.retreating.values[-1] == 1.0
+    first = int(np.argmax(log.retreating.values > 0.0))
+    assert 100 < first < 400
+    away = log.root_position.values[:, 0]
+    assert away[-1] < away[first] - 0.1
+    assert log.contact_force_normal.values[first + 200 :].max(initial=0.0) == 0.0
+
+
+def test_the_command_says_how_it_went(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = [f"{key}={value}" for key, value in HOLD.items()]
+    assert main(["fly", "paper", "--realtime", "--set", *words, "--out", str(tmp_path / "out")]) in (0, 1)
+    said = capsys.readouterr().out
+    assert "jitter of a bare timer" in said
+    assert "ticks overran their 5 ms" in said
+    told = json.loads((tmp_path / "out" / "timing.json").read_text(encoding="utf-8"))
+    assert set(told["seconds"]) == {"jitter", "latency"}
+    assert (tmp_path / "out" / "log.nc").is_file()
+    assert main(["fly", "paper"]) == 2
+    assert "fly needs one of --realtime" in capsys.readouterr().err

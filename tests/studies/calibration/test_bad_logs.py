@@ -1,0 +1,101 @@
+"""Logs that no calibration is made of: one line says why, and nothing is written."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import skylimb
+from skylimb.apps.cli.main import main
+from skylimb.base.errors import ConfigError
+from skylimb.robots.model import Robot
+from skylimb.studies.calibration.public import calibration_from
+
+
+def _nan(name: str) -> Callable[[xr.Dataset], xr.Dataset]:
+    def change(log: xr.Dataset) -> xr.Dataset:
+        values = log[name].values.copy()
+        values[700, 1] = np.nan
+        return log.assign({name: (log[name].dims, values, log[name].attrs)})
+
+    return change
+
+
+def _still(log: xr.Dataset) -> xr.Dataset:
+    rng = np.random.default_rng(0)
+    changed = {}
+    for name in ("root_position_measured", "joint_angles_measured", "vectoring_angles_measured"):
+        values = log[name].values
+        changed[name] = (
+            log[name].dims,
+            values[:1] + 1e-3 * rng.standard_normal(values.shape),
+            log[name].attrs,
+        )
+    q = np.tile(log["root_quaternion_measured"].values[:1], (len(log.time), 1))
+    changed["root_quaternion_measured"] = (log["root_quaternion_measured"].dims, q, {})
+    return log.assign(changed)
+
+
+def _blind(log: xr.Dataset) -> xr.Dataset:
+    values = log["root_position_measured"].values.copy()
+    values[600:900] = np.nan
+    return log.assign(root_position_measured=(log["root_position_measured"].dims, values, {"units": "m"}))
+
+
+def _scaled(name: str, factor: float) -> Callable[[xr.Dataset], xr.Dataset]:
+    return lambda log: log.assign({name: log[name] * factor})
+
+
+def _in(name: str, unit: str) -> Callable[[xr.Dataset], xr.Dataset]:
+    return lambda log: log.assign({name: log[name].assign_attrs(units=unit)})
+
+
+def _touching(log: xr.Dataset) -> xr.Dataset:
+    values = log["contact"].values.copy()
+    values[900] = 1.0
+    return log.assign(contact=(log["contact"].dims, values))
+
+
+BAD: dict[str, tuple[Callable[[xr.Dataset], xr.Dataset], str]] = {
+    "short": (lambda log: log.isel(time=slice(0, 500)), "lasts 2.5 s"),
+    "empty": (lambda log: log.isel(time=slice(0, 0)), "lasts 0 s"),
+    "no signal": (lambda log: log.drop_vars("thrusts_command"), "no signal 'thrusts_command'"),
+    "nan of a command": (_nan("thrusts_command"), "'thrusts_command' of the log is not finite at 3.500 s"),
+    "nan of an encoder": (_nan("joint_angles_measured"), "'joint_angles_measured'"),
+    "gap": (lambda log: log.isel(time=np.r_[0:900, 950:2000]), "gap: from 4.495 s to 4.750 s"),
+    "blind": (_blind, "without a frame"),
+    "still": (_still, "excites nothing"),
+    "unit": (_in("thrusts_command", "g"), "is in 'g'"),
+    "grams": (_scaled("thrusts_command", 101.97), "another unit"),
+    "quaternion": (_scaled("root_quaternion_measured", 2.0), "no unit quaternion"),
+    "other robot": (lambda log: log.assign_attrs(robot="dragon"), "of robot 'dragon'"),
+    "lost": (lambda log: log.assign_attrs(status="FAILED", cause="lost height"), "was lost (lost height)"),
+    "touching": (_touching, "touched something at 4.500 s"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_it_is_refused_in_one_line(flown: skylimb.Run, robot: Robot, name: str) -> None:
+    change, said = BAD[name]
+    with pytest.raises(ConfigError) as error:
+        calibration_from(dataclasses.replace(flown, log=change(flown.log)), robot)
+    assert said in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_nothing_is_written(flown: skylimb.Run, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    short = dataclasses.replace(flown, log=flown.log.isel(time=slice(0, 500)))
+    short.save(tmp_path / "short.nc")
+    assert main(["calibrate", str(tmp_path / "short.nc"), "--out", str(tmp_path / "made")]) == 2
+    assert "lasts 2.5 s" in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["short.nc"]
+
+
+def test_settings_belong_to_a_flight_that_is_flown(flown: skylimb.Run) -> None:
+    with pytest.raises(ConfigError, match="has its seed and its settings already"):
+        skylimb.calibrate(flown, seed=3)

@@ -1,0 +1,134 @@
+"""What is found of a robot, and how well it is known to be found."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+import pytest
+
+import skylimb
+from skylimb.robots.model import Robot
+from skylimb.studies.calibration.estimate import USUAL_NOISE, Fit, estimate
+from skylimb.studies.calibration.parameters import centers, slices, spreads
+from skylimb.studies.calibration.public import calibration_from
+from skylimb.studies.calibration.record import Record, record_of
+from skylimb.studies.calibration.result import Calibration, true_values
+
+
+def test_everything_is_found_within_its_interval(made: Calibration) -> None:
+    found = made.estimate
+    assert made.truth is not None
+    error = np.abs(found.value - made.truth)
+    assert np.all(error < 4.0 * found.deviation)
+    # As a physical size: 0.15 degrees, 1.5 mm, 0.5 %, 5 ms, 2 ms.
+    at = slices_of(found)
+    assert error[at["attitude_misalignment"]].max() < 0.0026
+    assert error[at["cog_offset"]].max() < 0.0015
+    assert error[at["rotor_scale"]].max() < 0.005
+    assert error[at["rotor_lag"]].max() < 0.005
+    assert error[at["latency"]].max() < 0.002
+    assert found.shown.all()
+
+
+def slices_of(found) -> dict[str, slice]:
+    """Where each parameter stands."""
+
+    return slices(found.parameters)
+
+
+def test_what_is_left_is_white_and_of_the_noises_size(made: Calibration) -> None:
+    left = made.estimate.after
+    assert np.sqrt(np.mean(left**2, axis=0)) == pytest.approx(np.ones(6), abs=0.1)
+    for lag in (1, 3, 10):
+        colour = np.mean(left[lag:] * left[:-lag], axis=0)
+        assert np.abs(colour).max() < 4.0 / np.sqrt(len(left))
+    assert np.sqrt(np.mean(made.estimate.before**2)) > 3.0
+
+
+def test_derivatives_are_exact(record: Record) -> None:
+    fit = Fit(
+        Record(**{**vars(record), "pieces": ((record.pieces[0][0] + 800, record.pieces[0][0] + 1200),)})
+    )
+    theta = centers(fit.parameters) + 0.1 * spreads(fit.parameters)
+    (steps,) = fit.steps(theta)
+    start = fit.predictor.start(steps, theta)
+    known = fit.predictor.filtered(steps, theta, USUAL_NOISE, start)
+    here = fit.predictor.predict(steps, theta, start, known)
+    assert np.allclose(here.residuals, known.residuals, atol=1e-9)
+    for index, size in enumerate(1e-4 * spreads(fit.parameters)):
+        residuals = []
+        for side in (1.0, -1.0):
+            beside = theta.copy()
+            beside[index] += side * size
+            residuals.append(fit.predictor.predict(fit.steps(beside)[0], beside, start, known).residuals)
+        numeric = (residuals[0] - residuals[1]) / (2.0 * size)
+        exact = here.by_parameters[:, :, index]
+        assert np.abs(exact - numeric).max() < 2e-3 * np.abs(exact).max()
+
+
+def test_frames_that_cannot_be_true_are_left_out(flown: skylimb.Run, made: Calibration, robot: Robot) -> None:
+    place = flown.log["root_position_measured"]
+    values = place.values.copy()
+    # A frame is held for two ticks; of every other wild one, the second tick shows the truth again.
+    values[400:600:20] += [0.3, -0.2, 0.5]
+    values[401:600:40] += [0.3, -0.2, 0.5]
+    values[1000:1060] = np.nan
+    log = flown.log.assign(root_position_measured=(place.dims, values, place.attrs))
+    found = estimate(record_of(dataclasses.replace(flown, log=log), robot))
+    assert made.estimate.frames - 50 <= found.frames <= made.estimate.frames - 40
+    assert np.all(np.abs(found.value - made.estimate.value) < 2.0 * made.estimate.deviation)
+
+
+def test_a_flight_that_never_turns_does_not_tell_wind_from_a_tilted_sensor(
+    short: dict[str, Any], otherwise: dict[str, Any], robot: Robot
+) -> None:
+    still = {**short, **otherwise, "posture.waypoints": [], "trajectory.duration": 8.0}
+    still |= {"excitation.x": [], "excitation.y": [], "excitation.heading": []}
+    still["excitation.z"] = [[0.03, 0.25, 0.0]]
+    flown = skylimb.run("calibration", set=still)
+    # The first seconds, in which the robot finds its place, show a little; so would a long flight.
+    settled = dataclasses.replace(flown, log=flown.log.isel(time=slice(1000, 2050)))
+    made = calibration_from(settled, robot)
+    at = slices_of(made.estimate)["lean"]
+    assert not made.estimate.shown[at].any()
+    assert np.all(made.estimate.deviation[at] < 0.01)
+    assert "it does not show lean x, lean y" in made.verdict
+    # Nor does it know the heading well: the joints rest.
+    assert made.estimate.deviation[slices_of(made.estimate)["attitude_misalignment"]][2] > 0.008
+    assert made.truth is not None
+    assert np.all(np.abs(made.estimate.value - made.truth) < 4.0 * made.estimate.deviation)
+
+
+KEYS = (
+    "plant.rotor_scale",
+    "plant.cog_offset",
+    "plant.mass_scale",
+    "plant.rotor_lag",
+    "sensors.attitude_misalignment",
+    "sensors.latency",
+)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("key", KEYS)
+def test_each_alone_is_found_and_nothing_else(
+    key: str, short: dict[str, Any], otherwise: dict[str, Any], robot: Robot
+) -> None:
+    flown = skylimb.run("calibration", seed=5, set={**short, key: otherwise[key]})
+    found, true = estimate(record_of(flown, robot)), true_values(flown, robot)
+    assert true is not None
+    assert np.all(np.abs(found.value - true) < 4.0 * found.deviation)
+
+
+@pytest.mark.slow
+def test_intervals_cover_the_truth(short: dict[str, Any], otherwise: dict[str, Any], robot: Robot) -> None:
+    scores = []
+    for seed in range(30):
+        flown = skylimb.run("calibration", seed=seed, set={**short, **otherwise})
+        found, true = estimate(record_of(flown, robot)), true_values(flown, robot)
+        scores.append((found.value - true) / found.deviation)
+    spread = np.sqrt(np.mean(np.square(scores), axis=0))
+    assert np.all(spread < 1.5)
+    assert np.mean(np.abs(scores) < 1.96) > 0.9

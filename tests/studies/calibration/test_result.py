@@ -1,0 +1,72 @@
+"""A calibration as data, and its folder."""
+
+from __future__ import annotations
+
+import tomllib
+from html import escape
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from skylimb.analysis.recording.run import Run
+from skylimb.base.errors import OutputError
+from skylimb.robots.model import Robot
+from skylimb.studies.calibration.information import scaled, worth
+from skylimb.studies.calibration.report import write_calibration
+from skylimb.studies.calibration.result import Calibration
+
+
+def test_the_file_has_a_table_for_every_parameter(
+    made: Calibration, robot: Robot, otherwise: dict[str, Any]
+) -> None:
+    tables = tomllib.loads(made.text)
+    assert tables["robot"] == robot.name
+    assert tables["robot_digest"] == robot.description.digest
+    for key in ("attitude_misalignment", "cog_offset", "rotor_scale", "rotor_lag", "latency", "lean"):
+        table = tables[key]
+        value, low, high = (np.asarray(table[name]) for name in ("value", "low", "high"))
+        assert np.all(low < value)
+        assert np.all(value < high)
+    assert tables["cog_offset"]["value"] == pytest.approx(otherwise["plant.cog_offset"], abs=1e-3)
+    assert tables["rotor_lag"]["value"] == pytest.approx(0.06, abs=3e-3)
+    assert tables["mass_scale"]["value"] == 1.0
+    assert tables["mass_scale"]["shown"] is False
+    assert tables["flight"]["experiment"] == "calibration"
+    assert "mujoco" in tables["versions"]
+
+
+def test_the_map_of_information(made: Calibration) -> None:
+    found = made.estimate
+    matrix = scaled(found.information, found.parameters)
+    values = np.linalg.eigvalsh(matrix)
+    assert worth(found.information, found.parameters) == pytest.approx(values[0])
+    assert values[0] > 1.0
+
+
+def test_a_folder_with_data_page_and_figures(made: Calibration, tmp_path: Path) -> None:
+    folder = write_calibration(made, tmp_path / "made", "Everything moved.")
+    names = sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*"))
+    figures = ["correlations", "information", "intervals", "residuals"]
+    assert names == [
+        "calibration.toml",
+        "figures",
+        *(f"figures/{name}.png" for name in figures),
+        "report.html",
+    ]
+    page = (folder / "report.html").read_text("utf-8")
+    assert escape(made.verdict, quote=False).replace("'", "&#39;") in page
+    assert "Everything moved." in page
+    assert page.count("data:image/png") == 4
+    assert "Watch it" not in page
+    with pytest.raises(OutputError, match="exists already"):
+        write_calibration(made, folder)
+
+
+def test_the_page_shows_the_flight_again(made: Calibration, flown: Run, tmp_path: Path) -> None:
+    folder = write_calibration(made, tmp_path / "flown", "Everything moved.", flown)
+    page = (folder / "report.html").read_text("utf-8")
+    assert "Watch it" in page
+    assert 'id="replay-data"' in page
+    assert (folder / "log.nc").is_file()

@@ -1,0 +1,150 @@
+import hashlib
+import os
+import resource
+import signal
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+import pytest
+
+from skylimb.studies.campaign.bench import Flown, Job
+from skylimb.studies.campaign.frozen import Campaign, campaign_from_mapping
+from skylimb.studies.campaign.rows import FAILED, OK, make_row
+
+SHORTEST = """
+"approach.contact" = false
+"phases.hover" = 0.1
+"phases.tare" = 0.2
+"phases.settle" = 0.0
+"phases.hover_end" = 0.1
+"trajectory.shape" = "hold"
+"trajectory.duration" = 0.4
+"""
+"""A free flight of 0.8 s."""
+
+SpecWriter = Callable[..., Path]
+
+
+def _write(
+    folder: Path,
+    draws: int = 4,
+    controllers: str = '["pid", "hybrid"]',
+    vary: str = '"plant.thrust_scale" = { uniform = [0.9, 1.1] }',
+    head: str = "",
+    more: str = "",
+    name: str = "spec.toml",
+) -> Path:
+    path = folder / name
+    path.write_text(
+        f'experiment = "paper"\ncontrollers = {controllers}\ndraws = {draws}\nseed = 7\n{head}\n'
+        f"[set]\n{SHORTEST}\n[vary]\n{vary}\n{more}\n"
+    )
+    return path
+
+
+@pytest.fixture(scope="session")
+def write_spec_to() -> SpecWriter:
+    """Writes a spec of tiny flights into a folder: its head, what varies, and more tables."""
+    return _write
+
+
+@pytest.fixture
+def write_spec(tmp_path: Path) -> SpecWriter:
+    """The same into this test's own folder."""
+    return partial(_write, tmp_path)
+
+
+def no_flight(tables: Mapping[str, Any], jobs: Sequence[Job]) -> list[Flown]:
+    """What `fly_jobs` hands back, made of the job's digest in place of a flight."""
+    campaign = campaign_from_mapping(tables, "the campaign")
+    flown = []
+    for job in jobs:
+        digest = hashlib.sha256(repr(job.key).encode()).digest()
+        scores = {key: digest[i % 32] / 7.0 for i, key in enumerate(campaign.spec.keys)}
+        lost = digest[0] < 64
+        row = make_row(campaign, job.flight, FAILED if lost else OK, "lost" * lost, {} if lost else scores)
+        wanted = job.log == "always" or (job.log == "failed" and lost)
+        flown.append(Flown(row, digest * 40 if wanted else None))
+    return flown
+
+
+@pytest.fixture
+def instant_flights(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Flights in this process take no time, nor does the report: it names the flights and the logs."""
+
+    def report(
+        campaign: Campaign, rows: Mapping[int, Any], summary: Any, kept: set[int], folder: Path
+    ) -> str:
+        return f"{len(rows)} flights, logs of {sorted(kept)}\n"
+
+    monkeypatch.setattr("skylimb.studies.campaign.engines.inline.fly_jobs", no_flight)
+    monkeypatch.setattr("skylimb.studies.campaign.report.render_report", report)
+    for check in ("build_plant", "mission_of", "require_flyable"):
+        monkeypatch.setattr(f"skylimb.studies.campaign.fly_campaign.{check}", lambda *arguments: None)
+
+
+class Calls:
+    """Counts calls and returns, of Python's functions and C's; kills the process at the one with a number."""
+
+    def __init__(self, last: int = 0) -> None:
+        self.count, self._last = 0, last
+
+    def __call__(self, frame: FrameType, event: str, argument: Any) -> None:
+        self.count += 1
+        if self.count == self._last:
+            os.kill(os.getpid(), signal.SIGKILL)
+
+    def __enter__(self) -> "Calls":
+        sys.setprofile(self)
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        sys.setprofile(None)
+
+
+@pytest.fixture
+def counted() -> Callable[..., Calls]:
+    """A block in which calls are counted."""
+    return Calls
+
+
+def _in_child(work: Callable[[], Any], calls: int = 0, seconds: float = 0.0, most_bytes: int = 0) -> int:
+    pid = os.fork()
+    if pid == 0:
+        code = 1
+        try:
+            signal.signal(signal.SIGALRM, signal.SIG_DFL)
+            if most_bytes:
+                resource.setrlimit(resource.RLIMIT_FSIZE, (most_bytes, most_bytes))
+            if seconds:
+                signal.setitimer(signal.ITIMER_REAL, seconds)
+            with Calls(calls):
+                work()
+            code = 0
+        finally:
+            os._exit(code)
+    return os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
+
+
+@pytest.fixture
+def in_child() -> Callable[..., int]:
+    """Runs a function in a copy of this process and gives its exit code, 1 where the function raised.
+
+    The copy dies at a number of calls, or after `seconds`, wherever it is: like SIGKILL, the alarm runs no
+    line of Python. It can write no file longer than `most_bytes`.
+    """
+    return _in_child
+
+
+def _contents(folder: Path) -> dict[str, bytes]:
+    return {str(p.relative_to(folder)): p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file()}
+
+
+@pytest.fixture
+def contents() -> Callable[[Path], dict[str, bytes]]:
+    """Every file below a folder."""
+    return _contents
