@@ -1,24 +1,24 @@
-"""What ships: experiments and controllers, each with its one line."""
+"""What ships: experiments and controllers, each with its one line. Read without the rest of the package."""
 
 from __future__ import annotations
 
 import tomllib
 from pathlib import Path
 
-_PACKAGE = Path(__file__).parents[2]
-_EXPERIMENTS = _PACKAGE / "experiments" / "library"
-_PRESETS = _PACKAGE / "control" / "presets"
-
-
-def _descriptions(files: dict[str, Path], key: str) -> dict[str, str]:
-    return {name: str(tomllib.loads(file.read_text()).get(key, "")) for name, file in sorted(files.items())}
+_EXPERIMENTS = Path(__file__).parent / "library"
+_PRESETS = Path(__file__).parents[2] / "control" / "presets"
 
 
 def list_experiments() -> dict[str, str]:
     """Experiments by name, with what they are."""
-    return _descriptions({file.stem: file for file in _EXPERIMENTS.glob("*.toml")}, "description")
+    return _descriptions(_EXPERIMENTS)
 
 
 def list_controllers() -> dict[str, str]:
     """Controller presets by name, with what they are."""
-    return _descriptions({file.stem: file for file in _PRESETS.glob("*.toml")}, "description")
+    return _descriptions(_PRESETS)
+
+
+def _descriptions(folder: Path) -> dict[str, str]:
+    files = sorted(folder.glob("*.toml"))
+    return {file.stem: str(tomllib.loads(file.read_text("utf-8")).get("description", "")) for file in files}
