@@ -13,10 +13,10 @@ import time
 from collections.abc import Sequence
 from typing import Any
 
+import loop
 import numpy as np
 import xarray as xr
 
-import loop
 import skylimb
 from skylimb.flight.flying import begin_loop
 from skylimb.flight.takeoff import take_off

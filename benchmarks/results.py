@@ -18,9 +18,9 @@ from typing import Any
 
 import numpy as np
 from following import beside_table, kept_numbers
+from reproduction import section
 
 import skylimb
-from reproduction import section
 from skylimb.analysis import write_comparison, write_videos
 from skylimb.analysis.paper.paper_numbers import published
 from skylimb.analysis.scores.axis_names import PAPER

@@ -16,9 +16,8 @@ from itertools import cycle
 from pathlib import Path
 from typing import NamedTuple
 
-import native  # beside this file, as `loop` is
-
 import loop
+import native  # beside this file, as `loop` is
 
 PAGE = Path(__file__).parents[1] / "docs" / "robots.md"
 EXPERIMENTS = (

@@ -17,12 +17,12 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
+import loop
 import mujoco
 import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-import loop
 import skylimb
 from skylimb.robots.description import RobotDescription
 from skylimb.simulation import plant

@@ -15,12 +15,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import campaign
 import compare
+import loop
 import native
 import own_python
 
-import campaign
-import loop
 from skylimb.analysis.recording.versions import versions
 
 HERE = Path(__file__).parent

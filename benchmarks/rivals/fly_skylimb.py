@@ -8,10 +8,10 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
+from loop import prepare as prepare_python
 from native import prepare as prepare_native
 from native import with_seed
 
-from loop import prepare as prepare_python
 from skylimb.flight.drivers.native import fly_native, unavailable
 from skylimb.flight.drivers.world import world
 
