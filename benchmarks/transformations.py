@@ -7,7 +7,7 @@ evenly within the joint limits. One counts as feasible where its links keep `CLE
 angles leave `LEAST` N m about every axis, and hover is level where the robot has vectoring joints. The
 complete graph of an even number 2 n of postures falls into n open tours through all of them (Walecki, 1883),
 so all tours have every pair once; each tour is flown in pieces. Where the straight way leaves too little, the
-way of `planning.posture_roadmap` is taken.
+way of `posture_roadmap` is taken.
 
 The free-flight experiment flies at `SPEED` with a second of hold, the sensors' noise seeded by the piece, by
 `pid` and what `FLOWN_WITH` changes in it for a robot. What was planned is kept tour by tour in
@@ -28,12 +28,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from posture_roadmap import Place, Roadmap, keeps_clear, rehearse, straight_way  # beside this file
 
 import skylimb
 from skylimb.control.controller import load_controller
 from skylimb.control.planning.posture_path import PostureConfig, posture_path
-from skylimb.control.planning.posture_rehearsal import rehearse, straight_way
-from skylimb.control.planning.posture_roadmap import Place, Roadmap, keeps_clear
 from skylimb.control.planning.vectoring_step import RATE, first_vectoring, plan_vectoring
 from skylimb.control.preset import PRESETS
 from skylimb.flight.drivers.native import fly_native

@@ -29,9 +29,8 @@ from skylimb.control.planning.hover_margins import hover_margins_function
 from skylimb.control.planning.posture import posture_family
 from skylimb.control.planning.posture_limits import nearest_posture
 from skylimb.control.planning.posture_path import PostureConfig
-from skylimb.control.planning.posture_rehearsal import rehearse
 from skylimb.control.planning.vectoring import ONLINE, vectoring_table
-from skylimb.control.planning.vectoring_step import RATE
+from skylimb.control.planning.vectoring_step import RATE, planned_along
 from skylimb.flight.events import GainChange
 from skylimb.flight.experiments.experiment import Experiment
 from skylimb.robots.held import can_hold, greatest_push
@@ -90,7 +89,7 @@ def _require_hover(posture: PostureConfig, robot: Robot, purpose: str, tilt: flo
     times = np.arange(0.0, plan.duration + 1.0 / RATE, 1.0 / RATE)
     q, psi = plan.joint_angles(times), plan.vectoring_angles(times)
     if purpose == ONLINE:
-        psi = rehearse(robot, q, psi[0]).vectoring_angles
+        psi = planned_along(robot, q, psi[0])
     margins, across, shares = (
         part.full() for part in hover_margins_function(robot).map(len(times))(q.T, psi.T)
     )

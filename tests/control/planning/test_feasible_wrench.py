@@ -88,7 +88,7 @@ def test_torques_in_hover_keep_the_lift(feasible: FeasibleWrench) -> None:
     found = []
     for way in directions(100):
         reach = most(feasible, Q, feasible.hover[2:], np.array([0.0, *way]))
-        assert torques.reach(way) == pytest.approx(reach, abs=1e-8)
+        assert torques.reach(np.zeros(3), way) == pytest.approx(reach, abs=1e-8)
         found.append(reach)
     assert 0.0 < least <= min(found)
     assert least == pytest.approx(min(found), rel=0.25)
@@ -101,12 +101,12 @@ def test_level_forces_and_pushes_are_those_of_linear_programmes(canted: Feasible
     assert forces is not None
     assert pushes is not None
     for way in directions(60):
-        assert forces.reach(way) == pytest.approx(
+        assert forces.reach(np.zeros(3), way) == pytest.approx(
             most(canted, Q, canted.hover, np.array([*way, 0, 0, 0])), abs=1e-8
         )
         p = rot_z(state.tip_heading) @ way
         pushed = most(canted, Q, canted.hover, np.array([*p, *np.cross(state.tip_C, p)]))
-        assert pushes.reach(way) == pytest.approx(pushed, abs=1e-8)
+        assert pushes.reach(np.zeros(3), way) == pytest.approx(pushed, abs=1e-8)
         level = canted.push(3.0 * way, Within(0.0))  # level is less than a thousandth of a radian
         assert level
         assert 0.0 <= level.force - pushed < 3.0 * LEVEL * canted.hover[2]
@@ -168,7 +168,7 @@ def test_bad_angles_and_directions_are_refused_in_a_line(quad: FeasibleWrench) -
 def test_numbers_in_words_and_as_tables(feasible: FeasibleWrench) -> None:
     lines, tables = summary(feasible), as_tables(feasible)
     assert lines["FCTmin, N m"].startswith(f"{feasible.fct_min:.2f} ")
-    rank = feasible.wrenches.rank
+    rank = feasible.wrenches.dimension
     assert tables["wrenches"]["dimension"] == rank
     assert ("all six" in lines["rotors give, angles held"]) == (rank == 6)
     corners = np.array(tables["wrenches"]["vertices"]) @ np.array(tables["wrenches"]["axes"])
@@ -182,7 +182,7 @@ def test_the_picture_shows_the_solid_sets(feasible: FeasibleWrench) -> None:
     figure = wrench_figure(feasible, {"+x": (push, 5.0)})
     left, bars, right = figure.axes
     assert len(right.collections) == 2  # the torques and the ball in them
-    solid = feasible.wrenches.rank == 6
+    solid = feasible.wrenches.dimension == 6
     assert sum("Poly3D" in type(one).__name__ for one in left.collections) == solid
     least = feasible.hover_torques.margin(np.zeros(3))  # type: ignore[union-attr]
     assert any(f"{max(least, 0.0):.2f} about every axis" in text.get_text() for text in figure.texts)

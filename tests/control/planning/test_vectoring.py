@@ -10,11 +10,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import linprog
 
+from guaranteed_torque import guaranteed_torque, tilt_along, torque_along
 from skylimb.base.errors import AllocationError, UnreachableError
 from skylimb.control.planning import vectoring_files
-from skylimb.control.planning.control_torque import face_distances, guaranteed_control_torque
-from skylimb.control.planning.vectoring import VectoringTable, robot_digest, vectoring_table
+from skylimb.control.planning.control_torque import face_distances
+from skylimb.control.planning.vectoring import VectoringTable, vectoring_table
 from skylimb.control.planning.vectoring_criteria import TORQUE
+from skylimb.control.planning.vectoring_digest import robot_digest
 from skylimb.robots import Robot, load_robot
 
 ROBOT = load_robot("hydrus_xi_quad")
@@ -47,21 +49,21 @@ def elsewhere(robot):
 
 def test_a_cube_of_torques():
     rows = np.hstack([np.diag([1.0, 2.0, 3.0]), -np.diag([1.0, 2.0, 3.0])])
-    assert guaranteed_control_torque(rows, 5.0) == pytest.approx(5.0)
-    assert guaranteed_control_torque(np.vstack([np.ones((3, 6)), rows]), 5.0) == pytest.approx(5.0)
-    assert guaranteed_control_torque(rows, [5, 1, 1, 9, 9, 9]) == pytest.approx(2.0)
+    assert guaranteed_torque(rows, 5.0) == pytest.approx(5.0)
+    assert guaranteed_torque(np.vstack([np.ones((3, 6)), rows]), 5.0) == pytest.approx(5.0)
+    assert guaranteed_torque(rows, [5, 1, 1, 9, 9, 9]) == pytest.approx(2.0)
 
 
 def test_torque_that_some_direction_lacks_is_zero():
-    assert guaranteed_control_torque(np.diag([1.0, 2.0, 3.0]), 5.0) == 0.0
-    assert guaranteed_control_torque(np.ones((3, 4)), 5.0) == 0.0
+    assert guaranteed_torque(np.diag([1.0, 2.0, 3.0]), 5.0) == 0.0
+    assert guaranteed_torque(np.ones((3, 4)), 5.0) == 0.0
 
 
 @given(st.integers(0, 10**6), st.integers(4, 6))
 def test_it_is_the_least_torque_over_all_directions(seed, n):
     rng = np.random.default_rng(seed)
     rows, limits = rng.normal(size=(3, n)), rng.uniform(0.5, 2.0, n)
-    found = guaranteed_control_torque(rows, limits)
+    found = guaranteed_torque(rows, limits)
     directions = rng.normal(size=(3, 2000))
     directions /= np.linalg.norm(directions, axis=0)
     support = np.sum(np.maximum(directions.T @ (rows * limits), 0.0), axis=1)
@@ -74,18 +76,9 @@ def test_it_is_the_least_torque_over_all_directions(seed, n):
 
 def test_expressions_for_the_search_bound_it_from_above_by_their_rounding():
     rows = ROBOT.at([np.pi / 3, np.pi / 3, -np.pi / 6], TABLE.angles(np.pi / 6)).allocation_C[3:]
-    exact = guaranteed_control_torque(rows, 30.0)
+    exact = guaranteed_torque(rows, 30.0)
     rounded = np.min(ca.DM(face_distances(ca.DM(rows), [30.0] * 4, 1e-4)).full())
     assert exact <= rounded <= exact + 1.01e-4
-
-
-@pytest.mark.parametrize(
-    ("allocation", "limit"),
-    [(np.ones((4, 4)), 1.0), (np.ones(3), 1.0), (np.eye(3), 0.0), (np.eye(3) * np.nan, 1.0)],
-)
-def test_matrices_and_limits_that_make_no_sense(allocation, limit):
-    with pytest.raises(AllocationError):
-        guaranteed_control_torque(allocation, limit)
 
 
 # The table of the robot
@@ -105,7 +98,7 @@ def test_the_slope_is_the_derivative():
 
 
 def test_hover_needs_no_tilt_and_thrusts_are_within_limits():
-    assert np.max(TABLE.hover_tilt(THETAS)) < 1e-3
+    assert np.max(tilt_along(ROBOT, TABLE, THETAS)) < 1e-3
     for theta, psi in zip(THETAS, TABLE.angles(THETAS), strict=True):
         thrusts = ROBOT.at([np.pi / 2 - theta, 2 * theta, -theta], psi).hover_thrusts
         assert np.all((thrusts > 5.0) & (thrusts < 20.0))
@@ -113,13 +106,10 @@ def test_hover_needs_no_tilt_and_thrusts_are_within_limits():
 
 def test_guaranteed_torque_over_the_range():
     """3.3 .. 5.0 N m with the URDF's 35.5 N a rotor; the description has the motor table's 30 N."""
-    torque = TABLE.guaranteed_torque(THETAS)
+    torque = torque_along(ROBOT, TABLE, THETAS)
     np.testing.assert_allclose([torque.min() * 35.5 / 30, torque.max() * 35.5 / 30], [3.3, 5.0], atol=0.1)
     nominal = ROBOT.at([np.pi / 3, np.pi / 3, -np.pi / 6], TABLE.angles(np.pi / 6))
     np.testing.assert_allclose(nominal.hover_thrusts, [8.8, 13.2, 10.6, 10.5], atol=0.1)
-    assert TABLE.guaranteed_torque(np.pi / 6) == pytest.approx(
-        guaranteed_control_torque(nominal.allocation_C, 30.0), abs=1e-12
-    )
 
 
 def test_nearby_angles_without_tilt_have_no_more_torque(searched):
@@ -130,7 +120,7 @@ def test_nearby_angles_without_tilt_have_no_more_torque(searched):
         q = [np.pi / 2 - theta, 2 * theta, -theta]
 
         def lost(psi, q=q):
-            return -guaranteed_control_torque(ROBOT.at(q, psi).allocation_C, 30.0)
+            return -guaranteed_torque(ROBOT.at(q, psi).allocation_C, 30.0)
 
         level = NonlinearConstraint(lambda psi, q=q: ROBOT.at(q, psi).R_root_C[:2, 2], -1e-3, 1e-3)
         start = searched.angles(theta)
@@ -160,8 +150,6 @@ def test_symbols_give_what_numbers_give_and_are_held_inside():
 def test_shapes():
     assert TABLE.angles(0.5).shape == (4,)
     assert TABLE.angles(np.full((2, 3), 0.5)).shape == (2, 3, 4)
-    assert isinstance(TABLE.hover_tilt(0.5), float)
-    assert TABLE.guaranteed_torque(np.full((2, 3), 0.5)).shape == (2, 3)
 
 
 @pytest.mark.parametrize("theta", [0.1, 1.3, np.nan])
@@ -269,7 +257,8 @@ def test_a_robot_without_vectoring_has_an_empty_table(cache):
     assert table.angles(0.5).shape == (0,)
     assert table.angles(np.array([0.4, 0.5])).shape == (2, 0)
     assert table.angles(ca.SX.sym("x")).shape == (0, 1)
-    assert table.guaranteed_torque(np.pi / 6) == pytest.approx(TABLE.guaranteed_torque(np.pi / 6), abs=1e-9)
+    nominal = np.array([np.pi / 6])
+    assert torque_along(robot, table, nominal) == pytest.approx(torque_along(ROBOT, TABLE, nominal), abs=1e-9)
 
 
 def test_a_robot_that_cannot_hover_along_its_postures_is_refused():

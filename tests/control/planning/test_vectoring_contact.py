@@ -5,13 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from guaranteed_torque import tilt_along, torque_along
 from skylimb.base.errors import AllocationError, ConfigError, UnreachableError
 from skylimb.control.planning import vectoring_files
 from skylimb.control.planning.lateral_effort import lateral_effort
 from skylimb.control.planning.posture import posture_family
 from skylimb.control.planning.tip_force import tip_force_map
-from skylimb.control.planning.vectoring import robot_digest, vectoring_table
+from skylimb.control.planning.vectoring import vectoring_table
 from skylimb.control.planning.vectoring_criteria import CONTACT, TORQUE, VectoringCriteria
+from skylimb.control.planning.vectoring_digest import robot_digest
 from skylimb.robots import Robot, load_robot
 
 ROBOT = load_robot("hydrus_xi_quad")
@@ -45,8 +47,8 @@ def test_a_push_to_one_side_never_drives_the_robot_to_the_other(X):
 
 
 def test_torque_tilt_slope_and_thrusts(states):
-    assert np.min(TABLE.guaranteed_torque(THETAS)) >= 3.0
-    assert np.max(TABLE.hover_tilt(THETAS)) <= 1.01 * CONTACT.tilt
+    assert np.min(torque_along(ROBOT, TABLE, THETAS)) >= 3.0
+    assert np.max(tilt_along(ROBOT, TABLE, THETAS)) <= 1.01 * CONTACT.tilt
     assert np.max(np.abs(TABLE.slope(THETAS))) <= 1.8 < CONTACT.slope
     thrusts = np.array([state.hover_thrusts for state in states])
     assert thrusts.min() > 8.5

@@ -6,10 +6,10 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from guaranteed_torque import guaranteed_torque
 from made_robots import chain, multirotor
 from skylimb.base.errors import AllocationError
 from skylimb.control.planning import vectoring_step
-from skylimb.control.planning.control_torque import guaranteed_control_torque
 from skylimb.control.planning.joint_torque import rest_function
 from skylimb.control.planning.vectoring import ONLINE, vectoring_table
 from skylimb.control.planning.vectoring_merit import lever, merit_function, uphill_function
@@ -51,7 +51,7 @@ def test_the_margin_is_the_guaranteed_torque_where_no_thrust_is_nearer(robot: Ro
     plan = first_vectoring(robot)
     rest = rest_function(robot)(robot.nominal_posture(), plan.angles).full().ravel()
     state = robot.at(rest, plan.angles)
-    torque = guaranteed_control_torque(state.allocation_C, 30.0)
+    torque = guaranteed_torque(state.allocation_C, 30.0)
     room = lever(robot) * min(np.min(state.hover_thrusts - 1.0), np.min(30.0 - state.hover_thrusts))
     assert plan.margin == pytest.approx(min(torque, room), abs=5e-3)
     assert plan.tilt == pytest.approx(np.arccos(state.R_root_C[2, 2]), abs=1e-3)

@@ -3,7 +3,7 @@
 The torques that thrusts 0 <= lambda_i <= lambda_max,i can give fill a zonotope, a solid bounded by
 parallelograms. Each face is spanned by the torque directions of two rotors; the rotors on its outer side push
 fully, the others not at all. The guaranteed control torque is the distance from zero torque to the nearest
-face.
+face (`feasible_wrench.fct_min`). Here the faces are expressions, for the searches for vectoring angles.
 """
 
 from __future__ import annotations
@@ -13,60 +13,8 @@ from collections.abc import Sequence
 from typing import Any
 
 import casadi as ca
-import numpy as np
-
-from skylimb.base.errors import AllocationError
 
 _PARALLEL = 1e-12
-
-
-def guaranteed_control_torque(
-    allocation: np.ndarray, thrust_max: float | Sequence[float] | np.ndarray
-) -> float:
-    """The greatest torque that can be given about every axis, in N m.
-
-    Args:
-        allocation: (6, n) allocation matrix, force rows first, or its (3, n) torque rows, m.
-        thrust_max: greatest thrust, of all rotors or of each (n,), N. The least thrust counts as zero.
-
-    Raises:
-        AllocationError: the matrix does not have 3 or 6 rows, or a limit is not positive.
-    """
-    matrix = np.asarray(allocation, dtype=float)
-    if matrix.ndim != 2 or matrix.shape[0] not in (3, 6):
-        raise AllocationError(
-            f"an allocation matrix of shape {matrix.shape} has no torque rows; it is (6, n) or (3, n)"
-        )
-    torques = matrix[-3:] * np.broadcast_to(np.asarray(thrust_max, dtype=float), matrix.shape[1:])
-    if not np.all(np.isfinite(torques)) or np.any(np.asarray(thrust_max) <= 0.0):
-        raise AllocationError(
-            f"thrust_max = {thrust_max} N must be positive and the allocation matrix finite"
-        )
-    return _nearest(torques)[0]
-
-
-def nearest_face(allocation: np.ndarray, thrust_max: float | Sequence[float] | np.ndarray) -> np.ndarray:
-    """The axis about which the guaranteed torque is least: unit normal of the nearest face, (3,).
-
-    Arguments are those of `guaranteed_control_torque`, and not checked again.
-    """
-    torques = np.asarray(allocation, dtype=float)[-3:] * thrust_max
-    return _nearest(torques)[1]
-
-
-def _nearest(torques: np.ndarray) -> tuple[float, np.ndarray]:
-    """Distance of the nearest face from no torque, and its unit normal; of torques (3, n), N m."""
-    nearest, axis = np.inf, np.zeros(3)
-    for i, j in itertools.combinations(range(torques.shape[1]), 2):
-        normal = np.cross(torques[:, i], torques[:, j])
-        size = np.linalg.norm(normal)
-        if size <= _PARALLEL * np.linalg.norm(torques[:, i]) * np.linalg.norm(torques[:, j]):
-            continue  # parallel torques span no face
-        heights = normal @ torques / size
-        distance = min(np.sum(heights[heights > 0.0]), -np.sum(heights[heights < 0.0]))
-        if distance < nearest:
-            nearest, axis = float(distance), normal / size
-    return (nearest, axis) if np.isfinite(nearest) else (0.0, axis)
 
 
 def face_distances(torque_rows: Any, thrust_max: Sequence[float], rounding: float) -> Any:

@@ -26,7 +26,6 @@ import numpy as np
 
 from skylimb.base.errors import ConfigError, UnreachableError
 from skylimb.base.rotations import hat, rot_z
-from skylimb.control.planning.control_torque import guaranteed_control_torque
 from skylimb.control.planning.posture import posture_family
 from skylimb.control.planning.posture_path import PostureConfig, posture_path
 from skylimb.control.planning.vectoring import vectoring_table
@@ -34,7 +33,7 @@ from skylimb.control.planning.vectoring_path import vectoring_path
 from skylimb.robots.held import greatest_push
 from skylimb.robots.held_results import TILT, USUAL, Held, NotHeld, Within
 from skylimb.robots.model import Robot, RobotState
-from skylimb.robots.zonotope import Slice, Zonotope
+from skylimb.robots.zonotope import Polytope, zonotope, zonotope_volume
 
 _KNOT = 0.1
 """Time between two knots on the way to a posture, s."""
@@ -83,39 +82,41 @@ class FeasibleWrench:
         return float(np.sqrt(np.mean(levers**2)))
 
     @cached_property
-    def wrenches(self) -> Zonotope:
+    def wrenches(self) -> Polytope:
         """All Q lambda, N: torques are divided by `length`."""
-        scale = np.array([1.0, 1.0, 1.0, *[1.0 / self.length] * 3])
-        return Zonotope(scale[:, None] * self.state.allocation_C, *self.thrust_limits)
+        return zonotope(self._scale[:, None] * self.state.allocation_C, *self.thrust_limits)
+
+    @property
+    def volume(self) -> float:
+        """Of `wrenches`, in as many dimensions as they have."""
+        return zonotope_volume(self._scale[:, None] * self.state.allocation_C, *self.thrust_limits)
 
     @cached_property
-    def hover_torques(self) -> Slice | None:
+    def hover_torques(self) -> Polytope | None:
         """Torques, N m, that it can give while the lift is the weight; the side force is what comes of it."""
-        lifting = Zonotope(self.state.allocation_C[2:], *self.thrust_limits)
+        lifting = zonotope(self.state.allocation_C[2:], *self.thrust_limits)
         return lifting.section(self.hover[2:], np.eye(4)[:, 1:])
 
     @cached_property
-    def level_forces(self) -> Slice | None:
+    def level_forces(self) -> Polytope | None:
         """Forces, N, beyond the weight that it can give without torque and without tilting."""
-        return self._slice(np.vstack([np.eye(3), np.zeros((3, 3))]))
+        return self._level(np.vstack([np.eye(3), np.zeros((3, 3))]))
 
     @cached_property
-    def level_pushes(self) -> Slice | None:
+    def level_pushes(self) -> Polytope | None:
         """Pushes of the tip, N, in the heading frame, that it can hold without tilting."""
         to_heading = rot_z(self.state.tip_heading)
-        return self._slice(np.vstack([to_heading, hat(self.state.tip_C) @ to_heading]))
+        return self._level(np.vstack([to_heading, hat(self.state.tip_C) @ to_heading]))
 
     @property
     def fct_min(self) -> float:
         """FCTmin: the torque that it can give about every axis, whatever the force, from thrust 0, N m."""
-        return guaranteed_control_torque(self.state.allocation_C, self.thrust_limits[1])
+        return self._from_zero(slice(3, 6))
 
     @property
     def fcf_min(self) -> float:
         """FCFmin: the force beside the weight that it can give in every direction, whatever the torque, N."""
-        upper = self.thrust_limits[1]
-        forces = Zonotope(self.state.allocation_C[:3], np.zeros_like(upper), upper)
-        return forces.margin(self.hover[:3]) if forces.rank == 3 else 0.0
+        return self._from_zero(slice(3))
 
     def margin(self, wrench: np.ndarray) -> float:
         """Distance of a wrench (6,), N and N m, beyond hover to what cannot be given, N; negative beyond it.
@@ -123,13 +124,11 @@ class FeasibleWrench:
         Torques count as the force that makes them at `length`. 0 or less for robots that cannot give wrenches
         in all six directions.
         """
-        if self.wrenches.rank < 6:
-            return min(0.0, self.wrenches.margin(self._scaled(self.hover + wrench)))
-        return self.wrenches.margin(self._scaled(self.hover + wrench))
+        return self.wrenches.margin(self._scale * (self.hover + wrench))
 
     def times(self, wrench: np.ndarray) -> float:
         """How many times a wrench (6,), N and N m, can be given beside hover; NaN where it cannot hover."""
-        return self.wrenches.reach(self._scaled(self.hover), self._scaled(np.asarray(wrench, dtype=float)))
+        return self.wrenches.reach(self._scale * self.hover, self._scale * np.asarray(wrench, dtype=float))
 
     def push(self, direction: np.ndarray, within: Within = USUAL) -> Held | NotHeld:
         """The greatest push of the tip along a direction (3,) of the heading frame, and what ends it.
@@ -142,12 +141,19 @@ class FeasibleWrench:
         way = unit_vector(direction)
         return greatest_push(self.robot, self.joint_angles, self.vectoring_angles, way, within)
 
-    def _slice(self, axes: np.ndarray) -> Slice | None:
-        scale = np.array([1.0, 1.0, 1.0, *[1.0 / self.length] * 3])
-        return self.wrenches.section(self._scaled(self.hover), scale[:, None] * axes)
+    @cached_property
+    def _scale(self) -> np.ndarray:
+        return np.array([1.0, 1.0, 1.0, *[1.0 / self.length] * 3])
 
-    def _scaled(self, wrench: np.ndarray) -> np.ndarray:
-        return wrench / np.array([1.0, 1.0, 1.0, *[self.length] * 3])
+    def _level(self, axes: np.ndarray) -> Polytope | None:
+        """The slice of `wrenches` through hover along some axes (6, 3)."""
+        return self.wrenches.section(self._scale * self.hover, self._scale[:, None] * axes)
+
+    def _from_zero(self, rows: slice) -> float:
+        """What is left every way beside hover of some rows of the wrench, with thrusts from zero."""
+        upper = self.thrust_limits[1]
+        given = zonotope(self.state.allocation_C[rows], np.zeros_like(upper), upper)
+        return max(given.margin(self.hover[rows]), 0.0)
 
 
 def feasible_wrench(

@@ -16,13 +16,9 @@ from __future__ import annotations
 import functools
 
 import casadi as ca
-import numpy as np
 
 from skylimb.robots.loads import thrust_lines
 from skylimb.robots.model import Robot
-
-HELD = 0.8
-"""Greatest share on a way that is planned; the rest bends the joints, and is for control."""
 
 _STEPS = 3
 
@@ -51,14 +47,3 @@ def rest_function(robot: Robot) -> ca.Function:
     for _ in range(_STEPS if robot.n_joints else 0):
         rest = q + joint_torque_function(robot)(rest, psi) / robot.description.shape_servo.stiffness
     return ca.Function("rest", [q, psi], [rest])
-
-
-def held_shares(robot: Robot, joint_angles: np.ndarray, vectoring_angles: np.ndarray) -> np.ndarray:
-    """Which share of its torque each servo of the shape joints gives in hover, (nq,); above 1 it lets go."""
-    torque = joint_torque_function(robot)(joint_angles, vectoring_angles).full().ravel()
-    return np.abs(torque) / robot.description.shape_servo.torque_limit
-
-
-def held_share(robot: Robot, joint_angles: np.ndarray, vectoring_angles: np.ndarray) -> float:
-    """The greatest of them; 0 for a robot that does not bend."""
-    return float(np.max(held_shares(robot, joint_angles, vectoring_angles), initial=0.0))

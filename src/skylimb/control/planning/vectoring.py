@@ -15,15 +15,11 @@ import numpy as np
 from skylimb.base.errors import ConfigError, UnreachableError
 from skylimb.base.keys import choice_problem
 from skylimb.control.planning import vectoring_files
-from skylimb.control.planning.control_torque import guaranteed_control_torque
 from skylimb.control.planning.vectoring_criteria import CONTACT, TORQUE, VectoringCriteria
-from skylimb.control.planning.vectoring_digest import robot_digest
 from skylimb.control.planning.vectoring_search import evaluate
 from skylimb.control.planning.vectoring_step import first_vectoring
 from skylimb.robots import Robot
 from skylimb.symbolic import is_symbolic
-
-__all__ = ["VectoringTable", "guaranteed_control_torque", "robot_digest", "vectoring_file", "vectoring_table"]
 
 PURPOSES = {criteria.purpose: criteria for criteria in (TORQUE, CONTACT)}
 ONLINE = "online"
@@ -62,15 +58,6 @@ class VectoringTable:
         """dpsi/dtheta in rad/rad, shaped as `angles`."""
         return self._series(theta, 1)
 
-    def guaranteed_torque(self, theta: Any) -> Any:
-        """FCTmin in N m at each theta (float or array), with each rotor's greatest thrust."""
-        limits = [rotor.thrust_max for rotor in self._robot.description.rotors]
-        return self._along(theta, lambda state: guaranteed_control_torque(state.allocation_C, limits))
-
-    def hover_tilt(self, theta: Any) -> Any:
-        """Angle in rad between z of {C} and z of the root frame at each theta (float or array)."""
-        return self._along(theta, lambda state: float(np.arccos(np.clip(state.R_root_C[2, 2], -1.0, 1.0))))
-
     def _series(self, theta: Any, order: int) -> Any:
         low, high = self.theta_min, self.theta_max
         if not is_symbolic(theta):
@@ -96,16 +83,6 @@ class VectoringTable:
                 f"{self.theta_max:.4g} rad, not for {float(np.ravel(value[~inside])[0]):.4g} rad"
             )
         return value
-
-    def _along(self, theta: Any, measure: Any) -> Any:
-        posture = self._robot.description.posture
-        value = self._checked(theta)
-        angles = self.angles(value).reshape(value.size, self._robot.n_vectoring)
-        found = [
-            measure(self._robot.at(posture.offset + posture.slope * at, psi))
-            for at, psi in zip(np.ravel(value), angles, strict=True)
-        ]
-        return np.array(found).reshape(value.shape) if value.ndim else found[0]
 
 
 def vectoring_table(robot: Robot, purpose: str = "torque", *, cache: bool = True) -> VectoringTable:

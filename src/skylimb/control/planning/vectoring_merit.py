@@ -72,14 +72,6 @@ def merit_function(robot: Robot) -> ca.Function:
 
 
 @functools.lru_cache(maxsize=16)
-def margins_function(robot: Robot) -> ca.Function:
-    """(q, psi) -> all margins of faces and thrusts, N m, (k,), and tilt (2,), rad: for constraints."""
-    q, psi = ca.SX.sym("q", robot.n_joints), ca.SX.sym("psi", robot.n_vectoring)
-    flown, _, tilt = _margins(robot, q, psi)
-    return ca.Function("margins", [q, psi], [flown, tilt], {"cse": True})
-
-
-@functools.lru_cache(maxsize=16)
 def uphill_function(robot: Robot) -> ca.Function:
     """(q, psi) -> M, its gradient (nv,) and its curvature (nv, nv), by the vectoring angles."""
     q, psi = ca.SX.sym("q", robot.n_joints), ca.SX.sym("psi", robot.n_vectoring)

@@ -104,6 +104,20 @@ def plan_vectoring(robot: Robot, joint_angles: Any, before: Any, step: float = S
     return Planned(angles.full().ravel(), float(margin), float(tilt))
 
 
+def planned_along(robot: Robot, postures: np.ndarray, before: np.ndarray) -> np.ndarray:
+    """Psi, rad, (k, nv), as a flight plans it, one plan after another; it depends on the commanded q alone.
+
+    Args:
+        robot: of four rotors or more.
+        postures: q as commanded from plan to plan, rad, (k, nq).
+        before: psi in the first of them, rad, (nv,).
+    """
+    found = [np.asarray(before, dtype=float)]
+    for q in postures:
+        found.append(plan_vectoring(robot, q, found[-1]).angles)
+    return np.array(found[1:])
+
+
 def plan_when(
     robot: Robot, due: Any, joint_angles: Array, before: Array, step: Any, margin: Any
 ) -> tuple[Array, Any]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from skylimb.control.planning.feasible_wrench import FeasibleWrench
 from skylimb.robots.held_results import Held, NotHeld
-from skylimb.robots.zonotope import Slice
+from skylimb.robots.zonotope import Polytope
 
 _MOST_CORNERS = 12
 """Rotors up to which the corners of all wrenches are worked out."""
@@ -18,7 +18,7 @@ def summary(feasible: FeasibleWrench) -> dict[str, str]:
     """What it can do, a line each: name and value with unit."""
     state, torques, level = feasible.state, feasible.hover_torques, feasible.level_forces
     low, high = feasible.thrust_limits
-    rank, thrusts = feasible.wrenches.rank, state.hover_thrusts
+    rank, thrusts = feasible.wrenches.dimension, state.hover_thrusts
     actuated = "all six directions" if rank == 6 else f"{rank} of six directions; it tilts for the others"
     lines = {
         "joint angles, rad": _listed(feasible.joint_angles, 3),
@@ -37,7 +37,7 @@ def summary(feasible: FeasibleWrench) -> dict[str, str]:
         lines["force in any direction while level, N"] = f"{least:.2f}"
         lines["volume of the forces while level"] = f"{level.volume:.4g} {_unit('N', level.dimension)}"
     lines["volume of the wrenches"] = (
-        f"{feasible.wrenches.volume:.4g} {_unit('N', rank)} (torques over {feasible.length:.3f} m)"
+        f"{feasible.volume:.4g} {_unit('N', rank)} (torques over {feasible.length:.3f} m)"
     )
     return lines
 
@@ -50,7 +50,7 @@ def as_tables(feasible: FeasibleWrench) -> dict[str, Any]:
         "level_pushes": feasible.level_pushes,
     }
     wrenches = feasible.wrenches
-    few = wrenches.matrix.shape[1] <= _MOST_CORNERS
+    few = feasible.robot.n_rotors <= _MOST_CORNERS
     return {
         "robot": feasible.robot.name,
         "joint_angles": feasible.joint_angles.tolist(),
@@ -61,11 +61,11 @@ def as_tables(feasible: FeasibleWrench) -> dict[str, Any]:
         "fcf_min": feasible.fcf_min,
         "length": feasible.length,
         "wrenches": {
-            "dimension": wrenches.rank,
-            "volume": wrenches.volume,
-            "axes": wrenches.basis.tolist(),
-            "normals": wrenches.inside.normals.tolist(),
-            "offsets": wrenches.inside.offsets.tolist(),
+            "dimension": wrenches.dimension,
+            "volume": feasible.volume,
+            "axes": wrenches.axes.tolist(),
+            "normals": wrenches.normals.tolist(),
+            "offsets": wrenches.offsets.tolist(),
             "vertices": wrenches.vertices.tolist() if few else [],
         },
         **{name: None if one is None else _slice_tables(one) for name, one in sets.items()},
@@ -87,14 +87,14 @@ def push_tables(direction: np.ndarray, found: dict[str, Held | NotHeld]) -> dict
     }
 
 
-def _slice_tables(one: Slice) -> dict[str, Any]:
+def _slice_tables(one: Polytope) -> dict[str, Any]:
     return {
         "dimension": one.dimension,
         "volume": one.volume,
         "origin": one.origin.tolist(),
         "axes": one.axes.tolist(),
-        "normals": one.inside.normals.tolist(),
-        "offsets": one.inside.offsets.tolist(),
+        "normals": one.normals.tolist(),
+        "offsets": one.offsets.tolist(),
         "vertices": one.vertices.tolist(),
     }
 

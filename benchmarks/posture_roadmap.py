@@ -2,7 +2,7 @@
 
 Vectoring angles depend on the way by which a posture was reached. So a place on the map is a posture together
 with the branch of its vectoring angles, and an edge is a straight way that was rehearsed from there
-(`planning.posture_rehearsal`). Edges are rehearsed when the search comes to them, and kept.
+(`rehearse`). Edges are rehearsed when the search comes to them, and kept.
 """
 
 from __future__ import annotations
@@ -16,10 +16,9 @@ import casadi as ca
 import numpy as np
 
 from skylimb.base.rotations import wrapped
-from skylimb.control.planning.joint_torque import HELD, held_share
-from skylimb.control.planning.posture_rehearsal import rehearse, straight_way
+from skylimb.control.planning.joint_torque import joint_torque_function
 from skylimb.control.planning.tip_pose import link_distances
-from skylimb.control.planning.vectoring_step import TILTED, first_vectoring, settled_vectoring
+from skylimb.control.planning.vectoring_step import TILTED, first_vectoring, plan_vectoring, settled_vectoring
 from skylimb.robots.model import Robot
 
 _SAME = 0.15
@@ -31,6 +30,70 @@ _NEIGHBOURS = 10
 
 _PLACES = 100
 """Places that a search looks on from before it gives up."""
+
+
+HELD = 0.8
+"""Greatest share of a servo's torque on a way; the rest bends the joints, and is for control."""
+
+_APART = 0.02
+"""Greatest change of a joint angle between two plans on a straight way, rad."""
+
+
+class Rehearsal(NamedTuple):
+    """What a flight through some postures would plan, one row a posture.
+
+    Attributes:
+        joint_angles: q, rad, (k, nq).
+        vectoring_angles: psi, rad, (k, nv).
+        margins: torque that is left, N m, (k,); see `Planned.margin`.
+        tilts: of the hover, rad, (k,).
+        servos: greatest share of their torque that the shape joints' servos give (`joint_torque`), (k,).
+    """
+
+    joint_angles: np.ndarray
+    vectoring_angles: np.ndarray
+    margins: np.ndarray
+    tilts: np.ndarray
+    servos: np.ndarray
+
+    def leaves(self, least: float) -> bool:
+        """Whether every row leaves a margin (N m), and the servos of the joints enough to bend them."""
+        return bool(np.all(self.margins >= least) and np.all(self.servos <= HELD))
+
+
+def rehearse(robot: Robot, postures: np.ndarray, before: np.ndarray) -> Rehearsal:
+    """The plans for postures (k, nq), one after another from the angles `before` (nv,), rad.
+
+    Args:
+        robot: of four rotors or more.
+        postures: q, as they are commanded from plan to plan, rad.
+        before: psi in the first of them, rad.
+    """
+    plans, angles = [], np.asarray(before, dtype=float)
+    for q in postures:
+        plans.append(plan_vectoring(robot, q, angles))
+        angles = plans[-1].angles
+    return Rehearsal(
+        np.asarray(postures, dtype=float),
+        np.array([plan.angles for plan in plans]).reshape(len(plans), robot.n_vectoring),
+        np.array([plan.margin for plan in plans]),
+        np.array([plan.tilt for plan in plans]),
+        np.array([held_share(robot, q, plan.angles) for q, plan in zip(postures, plans, strict=True)]),
+    )
+
+
+def straight_way(begin: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """Postures (k, nq) from one to another, all joints together, as densely as a flight plans, rad."""
+    begin, end = np.asarray(begin, dtype=float), np.asarray(end, dtype=float)
+    count = 1 + int(np.ceil(np.max(np.abs(end - begin), initial=0.0) / _APART))
+    share = np.linspace(0.0, 1.0, count + 1)[1:, None]
+    return (1.0 - share) * begin + share * end
+
+
+def held_share(robot: Robot, joint_angles: np.ndarray, vectoring_angles: np.ndarray) -> float:
+    """The greatest share of its torque that a servo of the shape joints gives in hover."""
+    torque = joint_torque_function(robot)(joint_angles, vectoring_angles).full().ravel()
+    return float(np.max(np.abs(torque), initial=0.0) / robot.description.shape_servo.torque_limit)
 
 
 class Place(NamedTuple):
@@ -112,7 +175,7 @@ class Roadmap:
         if not keeps_clear(self.robot, way, self.clearance):
             return None
         flown = rehearse(self.robot, way, self.vectoring_angles(begin))
-        settled = settled_vectoring(self.robot, self.postures[end], flown.last.angles)
+        settled = settled_vectoring(self.robot, self.postures[end], flown.vectoring_angles[-1])
         tilted = self.robot.n_vectoring > 0 and flown.tilts.max() > TILTED
         held = held_share(self.robot, self.postures[end], settled.angles) <= HELD
         enough = flown.leaves(self.least) and settled.margin >= self.least and held
