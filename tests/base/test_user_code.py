@@ -11,8 +11,8 @@ import pytest
 from skylimb.apps.cli.main import main
 from skylimb.base.errors import ConfigError, SkylimbError, UnknownNameError, UserCodeError
 from skylimb.base.user_code import UserCode, guarded, is_users
-from skylimb.control.own_code import lost_symbols, traceable
 from skylimb.control.slots import find_law, load_module
+from skylimb.control.user_functions import lost_symbols, traceable
 from skylimb.robots.loader import load_robot
 
 SYMBOL = ca.SX.sym("x", 3)

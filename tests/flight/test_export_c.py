@@ -18,8 +18,9 @@ from skylimb.control.estimation.records import Measurement
 from skylimb.control.missions.reference import Reference
 from skylimb.control.needs import Needs, needs_of
 from skylimb.control.records import Command
+from skylimb.control.traced_step import TracedStep
 from skylimb.flight.export import export_c
-from skylimb.flight.export.step import ControllerStep, controller_step
+from skylimb.flight.export.step import controller_step
 from skylimb.flight.flying import fly_here
 from skylimb.flight.takeoff import Takeoff
 from skylimb.simulation.compiling import FLAGS, compile_c
@@ -101,7 +102,7 @@ class InC:
 
     name = "exported"
 
-    def __init__(self, library: ctypes.CDLL, step: ControllerStep, needs: Needs) -> None:
+    def __init__(self, library: ctypes.CDLL, step: TracedStep, needs: Needs) -> None:
         self._library, self._step, self.needs = library, step, needs
 
     def gains(self) -> Any:
@@ -116,7 +117,7 @@ class InC:
         self, gains: Any, state: np.ndarray, measurement: Measurement, reference: Reference, dt: float
     ) -> tuple[np.ndarray, Command, dict[str, Any]]:
         s, new = self._step, state.copy()
-        given = [new, s.measurements.pack(measurement), s.references.pack(reference), s.gains]
+        given = [new, s.inputs.measurement.pack(measurement), s.inputs.reference.pack(reference), s.gains]
         command, signals = np.zeros(s.commands.size), np.zeros(s.signals.size)
         arrays = [*given, command, signals]
         self._library.skylimb_controller_step(*(ctypes.c_void_p(array.ctypes.data) for array in arrays))

@@ -35,7 +35,6 @@ from skylimb.control.fields import require_fit
 from skylimb.control.links import Links, as_traced
 from skylimb.control.missions.reference import Reference
 from skylimb.control.needs import Needs, merged
-from skylimb.control.own_code import OwnLaw
 from skylimb.control.planning.posture import ReachFamily, posture_family
 from skylimb.control.planning.vectoring import VectoringTable, vectoring_table
 from skylimb.control.posture import heading_of, posture_of
@@ -43,6 +42,7 @@ from skylimb.control.preset import Preset
 from skylimb.control.preset_keys import preset_tables
 from skylimb.control.records import NOTHING, Command, Demand, LawInput
 from skylimb.control.slots import SLOTS, Slots, traced_functions
+from skylimb.control.user_functions import UserLaw
 from skylimb.robots.model import Robot
 
 
@@ -299,7 +299,7 @@ def build_cascade(robot: Robot, preset: Preset) -> Cascade:
     """
     purpose = merged(slot.needs for slot in preset.slots).vectoring
     cascade = Cascade(robot, preset, posture_family(robot), vectoring_table(robot, purpose))
-    if not any(isinstance(slot.law, OwnLaw) for slot in preset.slots):
+    if not any(isinstance(slot.law, UserLaw) for slot in preset.slots):
         return cascade
     preset = replace(preset, slots=as_traced(cascade))
     require_fit(preset.slots, f"controller {preset.name}")

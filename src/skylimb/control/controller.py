@@ -16,10 +16,10 @@ from skylimb.control.corrections import CALIBRATION, Corrections
 from skylimb.control.estimation.records import Measurement
 from skylimb.control.missions.reference import Reference
 from skylimb.control.needs import Needs
-from skylimb.control.own_controller import Origin, OwnController, own_controller
 from skylimb.control.preset import ROBOTS, of_robot, preset_from_mapping, preset_mapping
 from skylimb.control.records import Command
 from skylimb.control.slots import find_law, keys_of_law
+from skylimb.control.user_controller import Origin, UserController, user_controller
 from skylimb.robots.model import Robot
 
 
@@ -136,7 +136,7 @@ def load_controller(
 
 def controller_from_tables(
     tables: Mapping[str, Any], path: Path, robot: Robot, overrides: Mapping[str, Any] | None = None
-) -> Cascade | OwnController:
+) -> Cascade | UserController:
     """A controller from the tables of a preset, or of a user's controller: its `file`, and its gains.
 
     Arguments are those of `cascade_from_tables`.
@@ -201,10 +201,10 @@ def _common(table: Mapping[str, Any], known: Iterable[str]) -> dict[str, Any]:
     return found
 
 
-def _users_controller(file: str, robot: Robot) -> OwnController:
+def _users_controller(file: str, robot: Robot) -> UserController:
     module = load_module(Path(file), ("controller",))
     origin = Origin(Path(file).as_posix(), module.controller, sources_of_module(module))
-    return own_controller(origin.made(robot), robot, origin)
+    return user_controller(origin.made(robot), robot, origin)
 
 
 def controller_of(given: Controller, robot: Robot, overrides: Mapping[str, Any] | None = None) -> Controller:
@@ -218,7 +218,7 @@ def controller_of(given: Controller, robot: Robot, overrides: Mapping[str, Any] 
     Raises:
         ConfigError: when the object lacks something, or has no such gains.
     """
-    ready = given if is_configurable(given) else own_controller(given, robot)
+    ready = given if is_configurable(given) else user_controller(given, robot)
     return ready.with_gains(overrides or {})
 
 

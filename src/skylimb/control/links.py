@@ -16,9 +16,12 @@ from skylimb.base.errors import ConfigError
 from skylimb.control.estimation.records import Signals
 from skylimb.control.fields import FIELDS, RECORDS, called, misfit, optional, provided, required
 from skylimb.control.needs import PACE
-from skylimb.control.own_trace import PERIOD, symbolic_records
 from skylimb.control.records import LawInput
 from skylimb.control.slots import SLOTS, Slots
+from skylimb.control.traced_step import step_inputs, symbolic_inputs
+
+PERIOD = 0.005
+"""Control period of the tick that is traced, s; what is read and given depends on no number."""
 
 
 class Links:
@@ -118,8 +121,8 @@ def _traced(of: _Cascade) -> dict[str, frozenset[str]]:
     """What each law gives, by its slot."""
     cascade = of.cascade
     links = Links(cascade.preset.slots)
-    _, records = symbolic_records(cascade.gains(), cascade.initial_state(), cascade.robot, cascade.needs)
-    cascade.step(*records, PERIOD, links)
+    _, (state, *given, gains) = symbolic_inputs(step_inputs(cascade, len(cascade.needs.preview)))
+    cascade.step(gains, state, *given, PERIOD, links)
     return links.gives
 
 

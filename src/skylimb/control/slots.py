@@ -14,7 +14,7 @@ from skylimb.base.errors import unknown_name
 from skylimb.base.keys import keys_of
 from skylimb.base.user_modules import load_module
 from skylimb.control.needs import Needs
-from skylimb.control.own_code import OwnLaw
+from skylimb.control.user_functions import UserLaw
 
 
 class Slots(NamedTuple):
@@ -127,9 +127,9 @@ def right_key(key: str) -> str | None:
 
 
 @functools.lru_cache(maxsize=64)
-def _own_law(slot: str, module: ModuleType, name: str) -> OwnLaw:
+def _own_law(slot: str, module: ModuleType, name: str) -> UserLaw:
     """A user's law; the same object as long as its files are the same, so that it is traced once."""
-    return OwnLaw(module, f"{slot} law '{name}'", traced_functions(slot))
+    return UserLaw(module, f"{slot} law '{name}'", traced_functions(slot))
 
 
 def _folder(slot: str) -> str:

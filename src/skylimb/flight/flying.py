@@ -13,7 +13,7 @@ import numpy as np
 from skylimb.base.errors import CompileError
 from skylimb.control.loop.flight import Flight
 from skylimb.control.loop.loop import Loop
-from skylimb.control.own_controller import OwnController
+from skylimb.control.user_controller import UserController
 from skylimb.flight.drivers.compiled import CompiledDriver
 from skylimb.flight.drivers.free import FreeDriver
 from skylimb.flight.drivers.machine_code import fastest, worth_building
@@ -42,7 +42,7 @@ def flew_in_python(takeoff: Takeoff, driver: FreeDriver) -> str:
     """That a controller was not compiled, what a tick of it costs, and why."""
     controller = takeoff.controller
     said = f"controller '{controller.name}' flies in Python, {1e6 * driver.step_time:.0f} us a tick"
-    return f"{said}: {controller.untraceable}" if isinstance(controller, OwnController) else said
+    return f"{said}: {controller.untraceable}" if isinstance(controller, UserController) else said
 
 
 def fly_here(takeoff: Takeoff, progress: Progress | None = None) -> Flight:

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import casadi as ca
 import numpy as np
 
+from skylimb.base.bound_function import BoundFunction
 from skylimb.base.c_code import c_source
 from skylimb.base.errors import CompileError
 from skylimb.base.packing import Layout
@@ -104,16 +105,16 @@ def _over_ticks(block: ca.Function, *columns: np.ndarray) -> np.ndarray:
     count = len(columns[0])
     padded = -(-count // _BLOCK) * _BLOCK
     # CasADi stores by columns, so that a row for each tick is its column for each tick.
-    arguments: list[Any] = [np.zeros((padded, column.shape[1])) for column in columns]
+    arguments = [np.zeros((padded, column.shape[1])) for column in columns]
     for argument, column in zip(arguments, columns, strict=True):
         argument[:count] = column
-    table: Any = np.empty((padded, block.size1_out(0)))
-    buffer, evaluate = block.buffer()
+    table = np.empty((padded, block.size1_out(0)))
+    bound = BoundFunction(block, (), ())
     for start in range(0, padded, _BLOCK):
-        for index, argument in enumerate(arguments):
-            buffer.set_arg(index, memoryview(argument[start : start + _BLOCK]))  # pyright: ignore[reportCallIssue]
-        buffer.set_res(0, memoryview(table[start : start + _BLOCK]))  # pyright: ignore[reportCallIssue]
-        evaluate()
+        bound.bind(
+            [argument[start : start + _BLOCK] for argument in arguments], [table[start : start + _BLOCK]]
+        )
+        bound.evaluate()
     return table[:count]
 
 

@@ -9,6 +9,7 @@ import casadi as ca
 import mujoco
 import numpy as np
 
+from skylimb.base.bound_function import BoundFunction
 from skylimb.base.packing import Layout
 from skylimb.control.estimation.records import Measurement
 from skylimb.control.records import Command
@@ -57,12 +58,15 @@ class SimulatedVehicle:
         sense, state = _sensors(plant, sensors, data, dt)
         sense, states = faster(sense), (state, state.copy())
         self._sense = [
-            _bound(sense, (states[i], *outputs, self._row), (states[1 - i], self._measured)) for i in (0, 1)
+            BoundFunction(sense, (states[i], *outputs, self._row), (states[1 - i], self._measured))
+            for i in (0, 1)
         ]
         record, self._layout = _recorder(plant, layout)
         self._signals = np.zeros(self._layout.size)
-        self._record = _bound(faster(record), (*outputs, self._measured, *self._command), (self._signals,))
-        self._actuate = _bound(faster(_actuator(plant, dt)), (data.act, *self._command), (data.ctrl,))
+        self._record = BoundFunction(
+            faster(record), (*outputs, self._measured, *self._command), (self._signals,)
+        )
+        self._actuate = BoundFunction(faster(_actuator(plant, dt)), (data.act, *self._command), (data.ctrl,))
 
     @property
     def layout(self) -> Layout[dict[str, Any]]:
@@ -72,7 +76,7 @@ class SimulatedVehicle:
     def measure(self) -> Measurement:
         """What the sensors say at this tick."""
         self._row[:] = self._rows[self._tick]
-        self._sense[self._tick & 1]()
+        self._sense[self._tick & 1].evaluate()
         # A copy, as a controller may keep what it has seen.
         flat = self._measured.copy()
         return Measurement(*[flat[part] for part in self._slices])
@@ -80,13 +84,13 @@ class SimulatedVehicle:
     def record(self, measurement: Measurement, command: Command) -> np.ndarray:
         """Truth, measurement and command of this tick, flat; overwritten at the next one."""
         self._take(command)
-        self._record()
+        self._record.evaluate()
         return self._signals
 
     def apply(self, command: Command) -> None:
         """Command the actuators and advance the physics by a control period."""
         self._take(command)
-        self._actuate()
+        self._actuate.evaluate()
         for act in self._acts:
             act(self._tick)
         mujoco.mj_step(self._plant.model, self._data, self._plant.substeps)
@@ -102,23 +106,6 @@ class SimulatedVehicle:
     def fault(self) -> str:
         """What the physics engine has warned of; empty while it has not."""
         return raised_warnings(self._data.warning.number.tolist())
-
-
-def _bound(
-    function: ca.Function, given: Sequence[np.ndarray], results: Sequence[np.ndarray]
-) -> Callable[[], None]:
-    """The evaluation of a function straight on these arrays' own memory."""
-    buffer, evaluate = function.buffer()
-    array: Any  # the stubs know no buffers
-    for index, array in enumerate(given):
-        buffer.set_arg(index, memoryview(array))  # pyright: ignore[reportCallIssue]
-    for index, array in enumerate(results):
-        buffer.set_res(index, memoryview(array))  # pyright: ignore[reportCallIssue]
-
-    def call(keep_alive: Any = (buffer, given, results)) -> None:
-        evaluate()
-
-    return call
 
 
 def _command_sizes(plant: Plant) -> tuple[int, int, int]:

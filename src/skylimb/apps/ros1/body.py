@@ -8,6 +8,7 @@ import casadi as ca
 import numpy as np
 
 from skylimb.apps.ros1.kinematics import seat_function
+from skylimb.base.bound_function import BoundFunction
 from skylimb.base.rotations import cross, rotation_from_quaternion
 from skylimb.control.estimation.records import Measurement
 from skylimb.robots.model import Robot
@@ -86,16 +87,12 @@ class Bodies:
         flat = [ca.reshape(part.T, -1, 1) for part in parts]
         function = ca.Function("body", [ca.vertcat(*given)], [ca.densify(ca.vertcat(*flat))], {"cse": True})
         self._given, self._made = np.zeros(sum(sizes)), np.zeros(48)
-        self._buffer, self._evaluate = function.buffer()
-        array: Any = self._given  # the stubs know no buffers
-        self._buffer.set_arg(0, memoryview(array))  # pyright: ignore[reportCallIssue]
-        array = self._made
-        self._buffer.set_res(0, memoryview(array))  # pyright: ignore[reportCallIssue]
+        self._bound = BoundFunction(function, [self._given], [self._made])
 
     def of(self, measured: Measurement) -> Body:
         """The body of a measurement that is believed."""
         np.concatenate(measured, out=self._given)
-        self._evaluate()
+        self._bound.evaluate()
         made = self._made.copy()
         return Body(
             made[0:3],

@@ -42,6 +42,12 @@ class Measurement(NamedTuple):
     vectoring_angles: Array
 
 
+def zero_measurement(n_joints: int, n_vectoring: int) -> Measurement:
+    """A measurement of zeros, which shows the sizes of all entries."""
+    z3 = np.zeros(3)
+    return Measurement(z3, np.zeros(4), z3, z3, np.zeros(n_joints), np.zeros(n_vectoring))
+
+
 class BodyState(NamedTuple):
     """The rigid-body state of the whole robot, seen at {C}.
 

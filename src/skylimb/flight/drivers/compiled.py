@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import mujoco
 import numpy as np
 
+from skylimb.base.bound_function import BoundFunction
 from skylimb.base.packing import Layout
 from skylimb.flight.drivers.acts import Act
 from skylimb.flight.events import GainRows
@@ -133,11 +134,19 @@ def _bound_tick(
     window = tick.window.rows
     reference = np.zeros((window, rows.references.shape[1]))
     # One evaluation for even ticks and one for odd ones.
-    bound = [_bind(tick, data, states[i], states[1 - i], row, reference, gains, signals) for i in (0, 1)]
-    evaluations, buffers = [evaluate for _, evaluate in bound], [buffer for buffer, _ in bound]
+    plant_now = data.qpos, data.qvel, data.act, data.history
+    bound = [
+        BoundFunction(
+            tick.function,
+            (states[i], *plant_now, row, reference, gains),
+            (states[1 - i], data.ctrl, signals),
+        )
+        for i in (0, 1)
+    ]
+    evaluations = [one.evaluate for one in bound]
     known, references, clock = rows.ticks, rows.references, tick.clock
 
-    def fly(k: int, keep_alive: Any = buffers) -> int:
+    def fly(k: int, keep_alive: Any = bound) -> int:
         at = int(here[0])
         row[:] = known[k]
         reference[:] = references[at : at + window]
@@ -154,24 +163,3 @@ def _bound_tick(
         return at + start
 
     return fly
-
-
-def _bind(
-    tick: CompiledTick,
-    data: mujoco.MjData,
-    state: np.ndarray,
-    next_state: np.ndarray,
-    row: np.ndarray,
-    reference: np.ndarray,
-    gains: np.ndarray,
-    signals: np.ndarray,
-) -> tuple[Any, Callable[[], None]]:
-    """An evaluation on these arrays' own memory, and its buffer, which must be kept alive."""
-    buffer, evaluate = tick.function.buffer()
-    given: tuple[Any, ...] = (state, data.qpos, data.qvel, data.act, data.history, row, reference, gains)
-    results: tuple[Any, ...] = (next_state, data.ctrl, signals)
-    for index, array in enumerate(given):
-        buffer.set_arg(index, memoryview(array))  # pyright: ignore[reportCallIssue]
-    for index, array in enumerate(results):
-        buffer.set_res(index, memoryview(array))  # pyright: ignore[reportCallIssue]
-    return buffer, evaluate

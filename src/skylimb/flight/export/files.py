@@ -16,13 +16,8 @@ from skylimb.base.files import new_folder
 from skylimb.base.keys import rows_of
 from skylimb.base.packing import Layout
 from skylimb.control.controller import Controller, TraceableController, is_traceable
-from skylimb.flight.export.step import (
-    NAME,
-    ControllerStep,
-    Vector,
-    controller_step,
-    example_vector,
-)
+from skylimb.control.traced_step import TracedStep
+from skylimb.flight.export.step import NAME, Vector, controller_step, example_vector
 
 _TEMPLATES = Path(__file__).parent
 _QUIET = """\
@@ -114,11 +109,11 @@ _ABOUT = {
 }
 
 
-def _header(controller: TraceableController, step: ControllerStep, dt: float) -> str:
+def _header(controller: TraceableController, step: TracedStep, dt: float) -> str:
     parts: list[tuple[str, Layout[Any]]] = [
-        ("measurement", step.measurements),
-        ("reference", step.references),
-        ("gains", step.gains_layout),
+        ("measurement", step.inputs.measurement),
+        ("reference", step.inputs.reference),
+        ("gains", step.inputs.gains),
         ("command", step.commands),
         ("signals", step.signals),
     ]
@@ -151,7 +146,7 @@ def _upper(name: str) -> str:
     return "".join(letter if letter.isalnum() else "_" for letter in name).upper()
 
 
-def _source(step: ControllerStep) -> str:
+def _source(step: TracedStep) -> str:
     template, function = (_TEMPLATES / "controller_template.c").read_text("utf-8"), step.function
     return (
         template.replace("@FUNCTION@", NAME)

@@ -8,6 +8,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from skylimb.base.bound_function import BoundFunction
 from skylimb.base.errors import ConfigError
 from skylimb.base.packing import Layout, pack_rows
 from skylimb.base.user_code import told_error
@@ -99,12 +100,7 @@ def _traced(
 
     given = [np.zeros(size) for size in sizes.values()]
     after, row = np.zeros(states.size), np.zeros(signals.size)
-    buffer, evaluate = function.buffer()
-    array: Any  # the stubs know no buffers
-    for index, array in enumerate(given):
-        buffer.set_arg(index, memoryview(array))  # pyright: ignore[reportCallIssue]
-    for index, array in enumerate((after, row)):
-        buffer.set_res(index, memoryview(array))  # pyright: ignore[reportCallIssue]
+    bound = BoundFunction(function, given, (after, row))
     given[0][:], given[4][:] = states.pack(initial), gains_layout.pack(gains)
     log, last = np.empty((count, signals.size)), len(mission.times) - 1
     for k in range(count):
@@ -122,7 +118,7 @@ def _traced(
         if changing is not None:
             given[4][changing[0]] = changing[1][k]
         given[5][:] = recorded.command.thrusts[k]
-        evaluate()
+        bound.evaluate()
         log[k], given[0][:] = row, after
         _report(progress, k, count)
     return {name: log[:, part].reshape(count, *signals.shapes[name]) for name, part in signals.slices.items()}

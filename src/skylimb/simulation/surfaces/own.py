@@ -33,7 +33,7 @@ from skylimb.base.packing import Layout
 from skylimb.base.sources import Source, read_source
 from skylimb.base.user_code import UserCode
 from skylimb.base.user_modules import load_module, sources_of_module
-from skylimb.control.own_code import traceable
+from skylimb.control.user_functions import traceable
 from skylimb.simulation.surfaces.curved import CurvedSurface
 from skylimb.simulation.surfaces.graph import Formula, tightest_hollow
 from skylimb.simulation.surfaces.own_checks import require_closest, require_smooth

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import functools
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import casadi as ca
 import numpy as np
 
+from skylimb.base.bound_function import BoundFunction
 from skylimb.base.rotations import dot
 from skylimb.simulation.contact_keys import PAIR_NAME
 from skylimb.simulation.surfaces.friction_map import static_excess
@@ -111,14 +112,8 @@ class PairFriction:
         self._gap, self._stiffness = model.pair_gap[pair : pair + 1], table.stiffness
         # Lists: an update has a microsecond or two.
         self._frictions, self._adhesions = table.frictions.tolist(), table.adhesions.tolist()
-        numbers: Any = table.numbers
-        self._now: Any = np.zeros(8)
-        self._found: Any = np.zeros(3)
-        buffer, self._evaluate = friction_function().buffer()
-        for index, given in enumerate((numbers, self._now)):
-            buffer.set_arg(index, memoryview(given))  # pyright: ignore[reportCallIssue]
-        buffer.set_res(0, memoryview(self._found))  # pyright: ignore[reportCallIssue]
-        self._keep = buffer, numbers  # the function reads their memory
+        self._now, self._found = np.zeros(8), np.zeros(3)
+        self._bound = BoundFunction(friction_function(), [table.numbers, self._now], [self._found])
 
     def update(
         self,
@@ -133,7 +128,7 @@ class PairFriction:
         """
         now = self._now
         now[0:3], now[3:6], now[6], now[7] = tip, velocity, displacement, wall_speed
-        self._evaluate()
+        self._bound.evaluate()
         u, v, factor = self._found.tolist()
         friction = self._frictions[int(u)][int(v)] * factor
         self._friction[0] = self._friction[1] = friction

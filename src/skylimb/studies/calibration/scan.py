@@ -5,6 +5,8 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 
+from skylimb.base.bound_function import BoundFunction
+
 
 def scan(function: ca.Function, state: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """What a function (state, row) -> (state, output) gives along all rows.
@@ -17,16 +19,13 @@ def scan(function: ca.Function, state: np.ndarray, rows: np.ndarray) -> np.ndarr
     Returns:
         The outputs, (k, size).
     """
-    buffer, evaluate = function.buffer()
     rows = np.ascontiguousarray(rows, dtype=float)
     outputs = np.empty((len(rows), function.size1_out(1)))
     state = np.array(state, dtype=float)
     following = np.empty_like(state)
+    bound = BoundFunction(function, (), ())
     for row, output in zip(rows, outputs, strict=True):
-        buffer.set_arg(0, memoryview(state))  # pyright: ignore[reportCallIssue, reportArgumentType]
-        buffer.set_arg(1, memoryview(row))  # pyright: ignore[reportCallIssue, reportArgumentType]
-        buffer.set_res(0, memoryview(following))  # pyright: ignore[reportCallIssue, reportArgumentType]
-        buffer.set_res(1, memoryview(output))  # pyright: ignore[reportCallIssue, reportArgumentType]
-        evaluate()
+        bound.bind((state, row), (following, output))
+        bound.evaluate()
         state, following = following, state
     return outputs

@@ -19,7 +19,7 @@ from skylimb.base.user_modules import sources_of_module
 from skylimb.symbolic import is_symbolic, matrix, vector
 
 
-class OwnLaw:
+class UserLaw:
     """A law in a user's file: what its module defines, with errors told in a line.
 
     Args:

@@ -20,7 +20,7 @@ from skylimb.control.controller import (
     load_controller,
     resolved_tables,
 )
-from skylimb.control.own_controller import CompiledOwnController, OwnController
+from skylimb.control.user_controller import CompiledUserController, UserController
 from skylimb.robots.model import Robot
 
 TEXT = '''
@@ -66,7 +66,7 @@ def made(folder: Path, robot: Robot, step: str = "", gains: dict[str, Any] | Non
 
 def test_a_step_of_plain_operators_is_compiled(tmp_path: Path, robot: Robot) -> None:
     own = made(tmp_path, robot)
-    assert isinstance(own, CompiledOwnController)
+    assert isinstance(own, CompiledUserController)
     assert is_traceable(own)
     assert own.gains().pull == 2.0
     assert own.gains().push.tolist() == [1.0, 3.0]
@@ -83,7 +83,7 @@ def test_a_step_of_plain_operators_is_compiled(tmp_path: Path, robot: Robot) -> 
         ("state = 3", r"^$"),
         (
             f"return {{'sum': vector(x, x)}}, {COMMAND}, {{}}",
-            r"its new state has the shapes .*\(2,\).*initial",
+            r"the new state of .* has the shapes .*\(2,\).*initial",
         ),
         (
             "reference = measurement._replace(joint_angles=x)",
@@ -95,7 +95,7 @@ def test_a_step_that_cannot_be_compiled_says_why(tmp_path: Path, robot: Robot, s
     own = made(tmp_path, robot, step)
     assert re.search(why, own.untraceable), own.untraceable
     assert is_traceable(own) == (why == "^$")
-    assert isinstance(own, OwnController)
+    assert isinstance(own, UserController)
     assert own.made.count == 0, "the trial spoils the object that will fly"
     assert own.made.seen == []
 

@@ -1,4 +1,4 @@
-"""A user's own controller as the house sees it: gains like everyone's, and compiled where it can be."""
+"""A user's controller as the package flies it: its gains are keys, and it is compiled where it can be."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ from skylimb.base.user_code import UserCode
 from skylimb.control.estimation.records import Measurement
 from skylimb.control.missions.reference import Reference
 from skylimb.control.needs import Needs, needs_of
-from skylimb.control.own_code import symbolic_record, traceable
-from skylimb.control.own_trace import untraceable
 from skylimb.control.records import Command
+from skylimb.control.user_functions import symbolic_record, traceable
+from skylimb.control.user_trace import untraceable
 from skylimb.robots.model import Robot
 
 NEEDED = ("name", "gains", "initial_state", "step")
@@ -53,7 +53,7 @@ class Origin:
             return self.make(robot)
 
 
-class OwnController:
+class UserController:
     """A user's controller; it flies in Python.
 
     Args:
@@ -61,10 +61,14 @@ class OwnController:
         robot: the model that it believes in.
         origin: where it was made; None for an object at hand.
         gains: a dataclass in place of what `made.gains()` returns.
+
+    Attributes:
+        what: what it is called in messages.
     """
 
     def __init__(self, made: Any, robot: Robot, origin: Origin | None = None, gains: Any = None) -> None:
         self.made, self.robot, self.origin = made, robot, origin
+        self.what = f"controller '{self.name}'"
         with UserCode(self.what):
             given = made.gains() if gains is None else gains
         self._settings = given if dataclasses.is_dataclass(given) and not isinstance(given, type) else None
@@ -80,11 +84,6 @@ class OwnController:
     def name(self) -> str:
         """The user's own name for it."""
         return str(self.made.name)
-
-    @property
-    def what(self) -> str:
-        """What it is called in messages."""
-        return f"controller '{self.name}'"
 
     @property
     def needs(self) -> Needs:
@@ -121,7 +120,7 @@ class OwnController:
         """The user's own step."""
         return self.made.step(gains, state, measurement, reference, dt)
 
-    def with_gains(self, changes: Mapping[str, Any]) -> OwnController:
+    def with_gains(self, changes: Mapping[str, Any]) -> UserController:
         """The same with other values of some gains, by dotted key.
 
         Raises:
@@ -130,7 +129,7 @@ class OwnController:
         if not changes:
             return self
         changed = self._changed(changes, self.what)
-        return own_controller(self._remade(), self.robot, self.origin, changed)
+        return user_controller(self._remade(), self.robot, self.origin, changed)
 
     def check_gain(self, key: str, value: Any, where: str) -> None:
         """Raise a `ConfigError` that begins with `where` unless the gain of this key may have this value."""
@@ -149,7 +148,13 @@ class OwnController:
     @cached_property
     def untraceable(self) -> str:
         """Why it cannot be compiled, in a sentence; empty where it can."""
-        return untraceable(self._remade, self._gains, self.robot, self.needs, "on symbols it")
+        return untraceable(self._trial)
+
+    def _trial(self) -> CompiledUserController:
+        """The same as if it could be compiled, of an object that nothing has flown yet."""
+        trial = CompiledUserController(self._remade(), self.robot, self.origin, self._settings)
+        trial.what = "on symbols it"
+        return trial
 
     def _remade(self) -> Any:
         return self.origin.made(self.robot) if self.origin else _copied(self.made)
@@ -160,19 +165,10 @@ class OwnController:
                 f"{where}: gains can be set where `gains()` returns a frozen dataclass; here it returns "
                 f"{type(self._gains).__name__}"
             )
-        tables, whole = to_mapping(self._settings), dict[str, Any]()
-        for key, value in changes.items():
-            name, _, entry = key.rpartition(".")
-            known = tables.get(name)
-            if isinstance(known, list) and entry.isdigit() and int(entry) < len(known):
-                known[int(entry)] = value
-                whole[name] = known
-            else:
-                whole[key] = value
-        return with_overrides(self._settings, whole, where)
+        return with_overrides(self._settings, changes, where)
 
 
-class CompiledOwnController(OwnController):
+class CompiledUserController(UserController):
     """A user's controller whose step runs on symbols: it is compiled like the controllers that ship."""
 
     def initial_state(self) -> Any:
@@ -205,8 +201,10 @@ class CompiledOwnController(OwnController):
         return self.origin.make, _fingerprint(self.made, self.robot), self.robot, *shapes
 
 
-def own_controller(made: Any, robot: Robot, origin: Origin | None = None, gains: Any = None) -> OwnController:
-    """A user's object as a controller, compiled where it can be; arguments are those of `OwnController`.
+def user_controller(
+    made: Any, robot: Robot, origin: Origin | None = None, gains: Any = None
+) -> UserController:
+    """A user's object as a controller, compiled where it can be; arguments are those of `UserController`.
 
     Raises:
         ConfigError: when the object lacks something.
@@ -215,8 +213,8 @@ def own_controller(made: Any, robot: Robot, origin: Origin | None = None, gains:
     if missing:
         said = f"controller(robot) in '{origin.file}' returns" if origin else "the controller is"
         raise ConfigError(f"{said} an object without {', '.join(missing)}")
-    plain = OwnController(made, robot, origin, gains)
-    return plain if plain.untraceable else CompiledOwnController(made, robot, origin, gains)
+    plain = UserController(made, robot, origin, gains)
+    return plain if plain.untraceable else CompiledUserController(made, robot, origin, gains)
 
 
 class _Identity:

@@ -1,0 +1,118 @@
+"""Whether a user's controller can be compiled: its step is tried on symbols, and held against numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from skylimb.base.errors import SkylimbError
+from skylimb.base.packing import Layout
+from skylimb.control.estimation.records import Measurement
+from skylimb.control.missions.reference import Reference, zero_reference
+from skylimb.control.needs import PACE
+from skylimb.control.planning.posture import posture_family
+from skylimb.control.planning.vectoring import vectoring_table
+from skylimb.control.records import Command
+from skylimb.control.traced_step import TracedStep, traced_step
+from skylimb.robots.model import Robot
+
+_STEPS = 4
+"""Ticks over which both ways are compared."""
+
+PERIOD = 0.005
+"""Control period of the trial, s."""
+
+_TOLERANCE = 1e-7
+"""Relative difference of numbers that are the same but for the order of operations."""
+
+
+def untraceable(make: Callable[[], Any]) -> str:
+    """Why a user's controller cannot be compiled, in a sentence; empty where it can.
+
+    The traced step has to give the numbers of the Python step over some ticks. So a step that keeps something
+    outside of its state, draws random numbers or asks a clock flies in Python.
+
+    Args:
+        make: makes a `CompiledUserController` like the one that will fly; the trial spoils it.
+    """
+    try:
+        trial = make()
+        before = _attributes(trial.made)
+        step = traced_step(trial, PERIOD, len(trial.needs.preview))
+        problem = _misfit(trial, step) or _difference(trial, step)
+        changed = sorted(name for name, text in _attributes(trial.made).items() if before.get(name) != text)
+        if changed:
+            return f"its step changes its own '{changed[0]}'; what it remembers belongs into its state"
+        return problem
+    except Exception as error:  # whatever it is, the flight in Python will say so if it matters there
+        return str(error) if isinstance(error, SkylimbError) else f"{type(error).__name__}: {error}"
+
+
+def _misfit(trial: Any, step: TracedStep) -> str:
+    """What a controller gives that is not as the loop needs it; empty where all is."""
+    if trial.needs.paced and PACE not in step.signals.slices:
+        return f"it sets the mission's pace, but has no signal '{PACE}'"
+    robot = trial.robot
+    sizes = Command(robot.n_rotors, robot.n_joints, robot.n_vectoring)
+    for name, size in sizes._asdict().items():
+        part = step.commands.slices.get(name, slice(0, 0))
+        if part.stop - part.start != size:
+            return f"its command has {part.stop - part.start} {name}, the robot takes {size}"
+    return ""
+
+
+def _difference(trial: Any, step: TracedStep) -> str:
+    """What the traced step gives otherwise than the Python step over some ticks; empty where nothing."""
+    rng = np.random.default_rng(0)
+    gains, state, flat = trial.gains(), trial.made.initial_state(), step.state
+    for _ in range(_STEPS):
+        measurement, reference = _disturbed(trial.robot, len(trial.needs.preview), rng)
+        given = step.inputs.measurement.pack(measurement), step.inputs.reference.pack(reference)
+        state, command, signals = trial.made.step(gains, state, measurement, reference, PERIOD)
+        flat, *results = (part.full().ravel() for part in step.function.call([flat, *given, step.gains]))
+        layouts: tuple[Layout[Any], ...] = step.inputs.state, step.commands, step.signals
+        python = state, Command(*command), dict(signals)
+        for layout, one, record in zip(layouts, (flat, *results), python, strict=True):
+            other = layout.pack(record)
+            for name, part in layout.slices.items():
+                if not np.allclose(one[part], other[part], _TOLERANCE, _TOLERANCE, equal_nan=True):
+                    return (
+                        f"on symbols its step gives another '{name.rpartition('.')[2] or 'state'}' than on "
+                        "numbers; the step may depend on its arguments alone, and uses functions of "
+                        "skylimb.symbolic in place of math's"
+                    )
+    return ""
+
+
+def _attributes(made: Any) -> dict[str, str]:
+    """The plain values that an object carries, as text: to see whether a step has changed them."""
+    plain = (int, float, str, list, dict, tuple, set, np.ndarray, type(None))
+    return {name: repr(value) for name, value in vars(made).items() if isinstance(value, plain)}
+
+
+def _disturbed(robot: Robot, ahead: int, rng: np.random.Generator) -> tuple[Measurement, Reference]:
+    """A robot near the origin in its nominal posture, shaken about, and a reference beside it."""
+    family = posture_family(robot)
+    theta = family.theta_nominal
+    q, psi = family.joint_angles(theta), vectoring_table(robot).angles(theta)
+    x, y, z = np.eye(3)
+    exact = Measurement(z, np.array([1.0, 0.0, 0.0, 0.0]), np.zeros(3), np.zeros(3), q, psi)
+    noisy = Measurement(*(part + 0.01 * rng.standard_normal(part.shape) for part in exact))
+    reference = zero_reference(robot.n_joints, robot.n_vectoring)._replace(
+        position=z + 0.1 * rng.standard_normal(3),
+        velocity=0.1 * rng.standard_normal(3),
+        heading=0.1 * float(rng.standard_normal()),
+        joint_angles=q,
+        vectoring_angles=psi,
+        contact_axis=x,
+        sliding_axis=y,
+        tip_position=z + x,
+        reach=1.0,
+        touch=1.0,
+    )
+    return (
+        noisy._replace(quaternion=noisy.quaternion / np.linalg.norm(noisy.quaternion)),
+        reference._replace(ahead=(reference,) * ahead),
+    )
