@@ -73,7 +73,7 @@ def _difference(trial: Any, step: TracedStep) -> str:
         state, command, signals = trial.made.step(gains, state, measurement, reference, PERIOD)
         flat, *results = (part.full().ravel() for part in step.function.call([flat, *given, step.gains]))
         layouts: tuple[Layout[Any], ...] = step.inputs.state, step.commands, step.signals
-        python = state, Command(*command), dict(signals)
+        python: tuple[Any, ...] = state, Command(*command), dict(signals)
         for layout, one, record in zip(layouts, (flat, *results), python, strict=True):
             other = layout.pack(record)
             for name, part in layout.slices.items():
