@@ -180,3 +180,19 @@ def test_a_newer_format_is_refused(run, tmp_path):
     log.to_netcdf(newer, engine="h5netcdf")
     with pytest.raises(OutputError, match=f"has format version {FORMAT_VERSION + 1}"):
         Run.load(newer)
+
+
+def test_a_run_says_in_five_lines_what_it_is(tmp_path) -> None:
+    log = xr.Dataset({"tilt": ("time", [0.1, 0.2])}, {"time": [0.0, 2.0]}, {"experiment": "paper"})
+    scored = {"done": False, "missed": ["the pen is off"], "tilt_max": 0.2, "error_u_median": None}
+    run = Run("mine", "pid", log, scored)
+    lines = repr(run).splitlines()
+    assert lines[:4] == [
+        "Run 'mine': OK; finished, not done as commanded: the pen is off",
+        "  controller pid, experiment paper",
+        "  scores: tilt_max = 0.2",
+        "  log: 1 signals over 2.00 s",
+    ]
+    assert len(lines) == 5
+    read = Run.load(run.save(tmp_path / "log.nc"))
+    assert repr(read).splitlines()[4] == f"  file: {tmp_path / 'log.nc'}"

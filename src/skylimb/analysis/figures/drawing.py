@@ -24,7 +24,7 @@ from skylimb.analysis.scores.pen_line import (
     pen_line,
     reference_line,
 )
-from skylimb.analysis.scores.signals import centred_mean
+from skylimb.analysis.scores.signals import around
 
 SMOOTHING = 0.1
 """Seconds over which the normal force is averaged before it is drawn."""
@@ -142,4 +142,4 @@ def _between(drawn: tuple[np.ndarray, np.ndarray, np.ndarray]) -> np.ndarray:
 def _smooth(force: np.ndarray, spacing: float) -> np.ndarray:
     """The mean over `SMOOTHING` of samples that are `spacing` (s) apart: the eye sees no single one."""
     count = round(SMOOTHING / spacing) if spacing > 0.0 else 1
-    return centred_mean(force, count) if 1 < count <= len(force) else force
+    return around(force, count).mean(axis=-1) if 1 < count <= len(force) else force

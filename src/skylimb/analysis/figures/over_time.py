@@ -11,7 +11,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
-from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from skylimb.analysis.figures import style
 from skylimb.analysis.figures.marks import event_signs, mark_events
@@ -20,7 +19,7 @@ from skylimb.analysis.scores.axis_names import common_names
 from skylimb.analysis.scores.signals import (
     Direction,
     adapting,
-    centred_mean,
+    around,
     contact_axis,
     contact_transitions,
     in_contact,
@@ -38,7 +37,6 @@ SMOOTHING = 0.2
 _AWAY = ("lost", "recontact")
 """States of the contact in which a touch that there was is missed."""
 
-DASHED = (0, (4, 2.5))
 DOTTED = ":"
 
 TARGET = "cog_position_target"
@@ -75,9 +73,7 @@ def cog_tracking(runs: Mapping[str, Run]) -> Figure:
                 log,
                 "cog_position_reference",
                 axis,
-                color=style.REFERENCE,
-                linestyle=DASHED,
-                linewidth=0.9,
+                **style.AS_REFERENCE,
             )
             _line(ax, log, "cog_position", axis, color=colour[name])
             if TARGET in log:
@@ -90,9 +86,7 @@ def cog_tracking(runs: Mapping[str, Run]) -> Figure:
         figure,
         [
             style.in_all_colours(runs, "CoG"),
-            Line2D(
-                [], [], color=style.REFERENCE, linestyle=DASHED, linewidth=0.9, label="mission's reference"
-            ),
+            Line2D([], [], label="mission's reference", **style.AS_REFERENCE),
             *([target] if any(TARGET in run.log for run in runs.values()) else []),
             style.swatch(style.CONTACT, "in contact"),
             *event_signs(runs),
@@ -234,9 +228,10 @@ def _forces(log: xr.Dataset) -> dict[str, np.ndarray]:
     found: dict[str, np.ndarray] = {}
     if "external_force_estimate" in log:
         estimate = axis.along(log.external_force_estimate.values)
-        found["estimate"] = centred_mean(estimate, count)
-        found["smallest"] = minimum_filter1d(estimate, count, mode="nearest")
-        found["largest"] = maximum_filter1d(estimate, count, mode="nearest")
+        windows = around(estimate, count)
+        found["estimate"], found["smallest"], found["largest"] = (
+            reduce(windows, axis=-1) for reduce in (np.mean, np.min, np.max)
+        )
     if "contact_force" in log:
-        found["truth"] = centred_mean(axis.along(log.contact_force.values), count)
+        found["truth"] = around(axis.along(log.contact_force.values), count).mean(axis=-1)
     return found

@@ -16,8 +16,8 @@ USUAL = "cog_tracking"
 """What is drawn where no name is given."""
 
 
-def plotted(runs: Mapping[str, Run], what: str = USUAL) -> Figure:
-    """A figure of the report, or a signal over time.
+def plotted(runs: Mapping[str, Run], what: str = "") -> Figure:
+    """A figure of the report, or a signal over time with its reference dashed.
 
     Args:
         runs: by name.
@@ -27,7 +27,7 @@ def plotted(runs: Mapping[str, Run], what: str = USUAL) -> Figure:
         UnknownNameError: when it is neither.
     """
     for plate in PLATES:
-        if plate.name == what:
+        if plate.name == (what or USUAL):
             return _showing_itself(plate.draw(runs))
     signals = {
         str(name) for run in runs.values() for name in run.log.data_vars if "time" in run.log[name].dims
@@ -53,6 +53,11 @@ def _over_time(runs: Mapping[str, Run], signal: str) -> Figure:
         flat = values.transpose("time", ...).values.reshape(len(values.time), -1)
         step = style.thin(len(flat))
         ax.plot(values.time.values[step], flat[step])
+        name_of_reference = f"{signal.removesuffix('_normal')}_reference"
+        if name_of_reference in run.log:
+            reference = run.log[name_of_reference].transpose("time", ...).values.reshape(len(flat), -1)
+            ax.set_prop_cycle(None)
+            ax.plot(values.time.values[step], reference[step], linestyle=style.DASHED, linewidth=0.9)
         mark_events(ax, run.log, numbered=True)
         if values.ndim == 2 and values.dims[1] in values.coords:
             ax.legend(values[values.dims[1]].values, loc="upper right", ncols=flat.shape[1])

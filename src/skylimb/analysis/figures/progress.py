@@ -15,8 +15,6 @@ from skylimb.analysis.recording import Run
 from skylimb.analysis.scores.signals import in_contact, spans
 from skylimb.analysis.scores.task import TOOLS, Tool
 
-DASHED = (0, (4, 2.5))
-
 BRIDGE = 0.25
 """Seconds: shading is not interrupted by a shorter pause."""
 
@@ -55,7 +53,7 @@ def task_progress(runs: Mapping[str, Run]) -> Figure:
         style.shade(ax, spans(time, in_contact(run.log), BRIDGE), style.CONTACT)
         mark_events(ax, run.log, numbered=True)
         if name in ways:
-            ax.axhline(wanted[name], color=style.REFERENCE, linestyle=DASHED, linewidth=0.9)
+            ax.axhline(wanted[name], **style.AS_REFERENCE)
             keep = style.thin(len(time))
             ax.plot(time[keep], ways[name][keep], color=colour[name])
         style.title(ax, name, run)
@@ -67,7 +65,7 @@ def task_progress(runs: Mapping[str, Run]) -> Figure:
         figure,
         [
             style.in_all_colours(runs, title),
-            Line2D([], [], color=style.REFERENCE, linestyle=DASHED, linewidth=0.9, label="commanded"),
+            Line2D([], [], label="commanded", **style.AS_REFERENCE),
             style.swatch(style.CONTACT, "in contact"),
             *event_signs(runs),
         ],

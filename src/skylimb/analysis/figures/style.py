@@ -50,6 +50,10 @@ LOST = "#C9DDF0"
 INK = "#1A1A1A"
 FAILURE = "#B00020"
 
+DASHED = (0, (4, 2.5))
+AS_REFERENCE: dict[str, Any] = {"color": REFERENCE, "linestyle": DASHED, "linewidth": 0.9}
+"""How the line of a reference is drawn."""
+
 RC: dict[Any, Any] = {
     "font.family": "sans-serif",
     "font.size": 8,

@@ -14,8 +14,6 @@ from skylimb.analysis.figures import style
 from skylimb.analysis.recording import Run
 from skylimb.analysis.scores.board import board_of, nominal_path, on_board, strokes
 
-DASHED = (0, (4, 2.5))
-
 _FLAT = 0.8
 """Inches: a panel that is no taller has room for two numbers beside it."""
 
@@ -43,7 +41,7 @@ def pen_traces(runs: Mapping[str, Run]) -> Figure:
     colour = style.colours(runs)
     for ax, (name, run) in zip(axes.flat, runs.items(), strict=False):
         nominal, traces = drawn[name]
-        ax.plot(*nominal.T, color=style.REFERENCE, linestyle=DASHED, linewidth=0.9)
+        ax.plot(*nominal.T, **style.AS_REFERENCE)
         for trace in traces:
             ax.plot(*trace.T, color=colour[name], linewidth=1.6)
         if traces:
@@ -56,7 +54,7 @@ def pen_traces(runs: Mapping[str, Run]) -> Figure:
     style.legend_below(
         figure,
         [
-            Line2D([], [], color=style.REFERENCE, linestyle=DASHED, linewidth=0.9, label="nominal path"),
+            Line2D([], [], label="nominal path", **style.AS_REFERENCE),
             style.in_all_colours(runs, "drawn by the pen", linewidth=1.6),
             style.in_all_colours(
                 runs, "first touch", marker="o", markersize=4.5, markeredgecolor="white", linestyle=""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import importlib
 import io
 import json
 from collections.abc import Mapping
@@ -15,6 +14,7 @@ import numpy as np
 
 from skylimb.analysis.recording.netcdf import netcdf_bytes
 from skylimb.analysis.recording.origin import moved, read_sources
+from skylimb.analysis.recording.views import views
 from skylimb.base.errors import OutputError, unknown_name
 from skylimb.base.files import new_file
 
@@ -31,7 +31,7 @@ LOG_FILE = "log.nc"
 _OWN_ATTRIBUTES = ("format", "name", "metrics")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Run:
     """A recorded flight, simulated or real.
 
@@ -46,13 +46,15 @@ class Run:
             scored.
         sources: copies of the files that produced it, by the name that `config` has for each; they are
             written beside the record (`write_run`), not into it.
+        file: from which it was read; None for one that was not.
     """
 
     name: str
     controller: str
     log: xr.Dataset
     metrics: Mapping[str, Any] = field(default_factory=dict)
-    sources: Mapping[str, bytes] = field(default_factory=dict, repr=False)
+    sources: Mapping[str, bytes] = field(default_factory=dict)
+    file: Path | None = field(default=None, compare=False)
 
     @property
     def status(self) -> str:
@@ -105,6 +107,35 @@ class Run:
         """
         return tuple(json.loads(self.log.attrs.get("notes", "") or "[]"))
 
+    @property
+    def verdict(self) -> str:
+        """How the flight ended, and whether it did what was commanded, in a line."""
+        if self.failed:
+            return f"{self.status}: {self.cause}"
+        if self.missed:
+            return f"finished, not done as commanded: {'; '.join(self.missed)}"
+        return "done as commanded" if self.done else "finished"
+
+    def numbers(self) -> dict[str, str]:
+        """The scores that are numbers, by name, to four digits."""
+        kept = {name: value for name, value in self.metrics.items() if isinstance(value, int | float)}
+        return {name: f"{value:.4g}" for name, value in kept.items() if not isinstance(value, bool)}
+
+    def __repr__(self) -> str:
+        """Status, controller and experiment, the first scores, and where the record is; five lines."""
+        experiment = self.log.attrs.get("experiment", "unknown")
+        seconds = self.log.time.values if "time" in self.log else [0.0]
+        scores = [f"{name} = {value}" for name, value in list(self.numbers().items())[:4]]
+        return "\n".join(
+            [
+                f"Run '{self.name}': {self.status}; {self.verdict}",
+                f"  controller {self.controller or 'unknown'}, experiment {experiment}",
+                f"  scores: {', '.join(scores) or 'none'}",
+                f"  log: {len(self.log.data_vars)} signals over {seconds[-1] - seconds[0]:.2f} s",
+                f"  file: {self.file or 'not written; run.save(...) writes one'}",
+            ]
+        )
+
     def signal(self, name: str) -> xr.DataArray:
         """The signal called `name`.
 
@@ -116,10 +147,8 @@ class Run:
         return self.log[name]
 
     def _repr_html_(self) -> str:
-        """Verdict, scores and a small plot, for a notebook."""
-        from skylimb.analysis.recording.notebook import run_html
-
-        return run_html(self)
+        """Verdict, scores and small plots, for a notebook."""
+        return views().html(self)
 
     def plot(self, what: str = "") -> Any:
         """A matplotlib figure of the run: one of the report's figures by name, or a signal over time.
@@ -130,11 +159,11 @@ class Run:
         Raises:
             UnknownNameError: when it is neither.
         """
-        return plotted({self.name: self}, what)
+        return views().plot({self.name: self}, what)
 
     def show(self) -> Any:
         """The flight to watch in a notebook, in three dimensions, with plots that follow the time."""
-        return shown({self.name: self})
+        return views().show({self.name: self})
 
     def save(self, path: str | Path) -> Path:
         """Write the run as one compressed NetCDF-4 file; numbers keep every bit.
@@ -182,7 +211,7 @@ class Run:
         path = Path(path)
         file = path / LOG_FILE if path.is_dir() else path
         run = cls._of(_read(file))
-        return dataclasses.replace(run, sources=read_sources(run.config, file.parent))
+        return dataclasses.replace(run, sources=read_sources(run.config, file.parent), file=file)
 
     @classmethod
     def of_content(cls, content: bytes, called: str) -> Run:
@@ -213,17 +242,6 @@ class Run:
         log = self.log.assign_attrs(config=moved(self.config, prefix))
         files = {f"{prefix}{name}": content for name, content in self.sources.items()}
         return dataclasses.replace(self, log=log, sources=files)
-
-
-def plotted(runs: Mapping[str, Run], what: str) -> Any:
-    """The figure of some runs that `analysis` draws; it is looked up by name, as the record stands alone."""
-    plotting = importlib.import_module("skylimb.analysis.figures.plotting")
-    return plotting.plotted(runs, *filter(None, [what]))
-
-
-def shown(runs: Mapping[str, Run]) -> Any:
-    """What a notebook shows of the flights of some runs; `analysis` makes it, as the record stands alone."""
-    return importlib.import_module("skylimb.analysis.replay_page.page").Replay(runs)
 
 
 def _read(path: Path) -> xr.Dataset:

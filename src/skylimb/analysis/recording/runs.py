@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from skylimb.analysis.recording.run import Run, plotted, shown
+from skylimb.analysis.recording.run import Run
+from skylimb.analysis.recording.views import views
 
 
 class Runs(dict[str, Run]):
@@ -19,8 +20,8 @@ class Runs(dict[str, Run]):
         Raises:
             UnknownNameError: when it is neither.
         """
-        return plotted(self, what)
+        return views().plot(self, what)
 
     def show(self) -> Any:
         """The flights to watch beside each other in a notebook, with plots that follow the time."""
-        return shown(self)
+        return views().show(self)

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from skylimb.analysis.replay_page.packing import packed
-from skylimb.analysis.scores.signals import centred_mean, contact_axis, samples_within, sliding_axes
+from skylimb.analysis.scores.signals import around, contact_axis, samples_within, sliding_axes
 from skylimb.analysis.scores.task import tools_of
 
 RATE = 50.0
@@ -126,4 +126,4 @@ def _reach(log: xr.Dataset) -> Iterator[Curve]:
 
 def smoothed(log: xr.Dataset, values: np.ndarray) -> np.ndarray:
     """Values, (k, ...), averaged over `SMOOTHING`."""
-    return centred_mean(values, samples_within(log.time.values, SMOOTHING))
+    return around(values, samples_within(log.time.values, SMOOTHING)).mean(axis=-1)

@@ -37,11 +37,15 @@ class Relief:
     unrolled_u: np.ndarray
 
     def at(self, u: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """The height at (u, v), m; beyond the grid, that at its edge."""
-        from scipy.interpolate import RegularGridInterpolator  # slow to import, and few surfaces are curved
-
-        within = np.stack([np.clip(u, self.u[0], self.u[-1]), np.clip(v, self.v[0], self.v[-1])], axis=-1)
-        return RegularGridInterpolator((self.u, self.v), self.height)(within)
+        """The height at (u, v), m, linear between the grid's points; beyond the grid, that at its edge."""
+        i, j = np.interp(u, self.u, np.arange(len(self.u))), np.interp(v, self.v, np.arange(len(self.v)))
+        a, b = (
+            np.minimum(place.astype(int), size - 2) for place, size in ((i, len(self.u)), (j, len(self.v)))
+        )
+        along_u, along_v = i - a, j - b
+        below = self.height[a, b] * (1.0 - along_u) + self.height[a + 1, b] * along_u
+        above = self.height[a, b + 1] * (1.0 - along_u) + self.height[a + 1, b + 1] * along_u
+        return below * (1.0 - along_v) + above * along_v
 
 
 @dataclass(frozen=True)

@@ -19,9 +19,9 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from scipy.spatial import KDTree
 
 from skylimb.analysis.recording.run import Run
+from skylimb.analysis.scores.nearest import distances
 from skylimb.analysis.scores.pen_line import dense, drawn_samples, reference_line
 from skylimb.analysis.scores.score import DRAWING, Score, Tolerance, metric
 from skylimb.analysis.scores.signals import in_contact, in_phase, phase_names
@@ -173,8 +173,8 @@ def fidelity(lines: list[np.ndarray], pieces: list[np.ndarray]) -> Fidelity:
     wanted, drawn = np.vstack([dense(line) for line in lines]), np.vstack(pieces)
     return Fidelity(
         frechet(wanted, drawn),
-        float(KDTree(drawn).query(wanted)[0].max()),
-        float(KDTree(wanted).query(drawn)[0].max()),
+        float(distances(wanted, drawn).max()),
+        float(distances(drawn, wanted).max()),
         length,
         sum(_length(piece) for piece in pieces),
     )

@@ -10,10 +10,10 @@ import json
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.spatial import KDTree
 
 from skylimb.analysis.recording.run import Run
 from skylimb.analysis.scores.board import nominal_path
+from skylimb.analysis.scores.nearest import distances, nearest
 from skylimb.analysis.scores.score import PEN, Score, Tolerance, metric
 from skylimb.analysis.scores.signals import contact_axis, in_contact, in_phase, phase_names, sliding_axes
 
@@ -93,9 +93,8 @@ def drawn_fraction(log: xr.Dataset, within: float = DRAWN_WITHIN) -> float:
     _, drawn = drawn_samples(log)
     if not len(drawn):
         return 0.0
-    tree = KDTree(drawn)
     pieces = [np.linalg.norm(np.diff(line, axis=0), axis=1) for line in lines]
-    near = [tree.query(0.5 * (line[1:] + line[:-1]))[0] <= within for line in lines]
+    near = [distances(0.5 * (line[1:] + line[:-1]), drawn) <= within for line in lines]
     return float(np.concatenate(pieces)[np.concatenate(near)].sum() / np.concatenate(pieces).sum())
 
 
@@ -108,8 +107,7 @@ def pen_deviation(log: xr.Dataset) -> np.ndarray:
     begins = np.vstack([line[:-1] for line in lines])
     ends = np.vstack([line[1:] for line in lines])
     # The pieces are so short that the nearest one is among those with the nearest middles.
-    _, candidates = KDTree(0.5 * (begins + ends)).query(drawn, k=min(3, len(begins)))
-    candidates = np.reshape(candidates, (len(drawn), -1))
+    candidates = nearest(drawn, 0.5 * (begins + ends), min(3, len(begins)))
     return _to_pieces(drawn[:, None, :], begins[candidates], ends[candidates]).min(axis=1)
 
 

@@ -203,11 +203,10 @@ def samples_within(time: np.ndarray, window: float) -> int:
     return max(1, round(window / float(np.median(np.diff(time))))) if len(time) > 1 else 1
 
 
-def centred_mean(values: np.ndarray, count: int) -> np.ndarray:
-    """Means over `count` samples around each, shape (n, ...); beyond the ends the last sample goes on."""
-    from scipy.ndimage import uniform_filter1d  # slow to import, and scores need none of it
-
-    return uniform_filter1d(values, count, axis=0, mode="nearest")
+def around(values: np.ndarray, count: int) -> np.ndarray:
+    """The `count` samples around each, shape (n, ..., count); beyond the ends the last sample goes on."""
+    room = [(count // 2, count - 1 - count // 2)] + [(0, 0)] * (values.ndim - 1)
+    return np.lib.stride_tricks.sliding_window_view(np.pad(values, room, mode="edge"), count, axis=0)
 
 
 def surface_of(log: xr.Dataset) -> dict[str, Any] | None:

@@ -17,7 +17,7 @@ from skylimb.analysis.scores.own import OwnFigure, load_own, own_scores, scored_
 from skylimb.analysis.scores.score import Metric
 from skylimb.base.errors import ConfigError, UnknownNameError, UserCodeError
 
-EXAMPLE = Path(__file__).parents[2] / "examples" / "own_metric.py"
+EXAMPLE = Path(__file__).parents[3] / "examples" / "own_metric.py"
 
 
 def run(status: str = "OK") -> Run:

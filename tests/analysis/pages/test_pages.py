@@ -8,7 +8,7 @@ import pytest
 
 from skylimb.analysis.pages.pages import inlined, render_page
 
-PACKAGE = Path(__file__).parents[2] / "src" / "skylimb"
+PACKAGE = Path(__file__).parents[3] / "src" / "skylimb"
 
 
 def page_of(folder: Path, text: str, **content) -> str:
