@@ -60,8 +60,8 @@ bench-page: $(VENV)/run.stamp
 web:
 	cd web && npm install --no-package-lock --no-audit --no-fund && npm run build
 	{ echo "viewer.js contains three.js and uPlot."; echo; cat web/node_modules/three/LICENSE; echo; \
-	  cat web/node_modules/uplot/LICENSE; } > src/skylimb/analysis/replay_page/licences.txt
-	sed s/viewer.js/studio.js/ src/skylimb/analysis/replay_page/licences.txt > src/skylimb/apps/studio/page/licences.txt
+	  cat web/node_modules/uplot/LICENSE; } > src/skylimb/analysis/viewer/licences.txt
+	sed s/viewer.js/studio.js/ src/skylimb/analysis/viewer/licences.txt > src/skylimb/apps/studio/page/licences.txt
 
 picture: $(VENV)/dev.stamp
 	$(BIN)/python docs/picture.py

@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 
 import skylimb
-from skylimb.analysis.scores.shipped import measured
+from skylimb.analysis.scores.registry import measured
 from skylimb.base.errors import SkylimbError
 from skylimb.robots.loader import load_robot
 from skylimb.studies.calibration.information import WANTED

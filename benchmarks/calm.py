@@ -23,7 +23,7 @@ from matplotlib.figure import Figure
 
 from skylimb.analysis.figures.style import styled
 from skylimb.analysis.recording.run import Run
-from skylimb.analysis.scores.shipped import measured
+from skylimb.analysis.scores.registry import measured
 from skylimb.control.contact_machine import SLIDE
 from skylimb.control.controller import load_controller
 from skylimb.flight.drivers.native import fly_native

@@ -28,7 +28,7 @@ from typing import Any
 import numpy as np
 
 from skylimb.analysis.recording.run import Run
-from skylimb.analysis.scores.shipped import measured
+from skylimb.analysis.scores.registry import measured
 from skylimb.control.controller import load_controller
 from skylimb.flight.drivers.native import fly_native
 from skylimb.flight.experiments.experiment import load_experiment

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from skylimb.analysis.scores.axis_names import PAPER
-from skylimb.analysis.scores.shipped import SCORES
+from skylimb.analysis.scores.registry import SCORES
 from skylimb.studies.reproduction import reproduce
 
 HERE = Path(__file__).parent

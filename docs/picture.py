@@ -18,7 +18,7 @@ from PIL import Image
 from playwright import sync_api
 
 import skylimb
-from skylimb.analysis.replay_page.page import Replay
+from skylimb.analysis.viewer.page import Replay
 
 SIZE = (720, 600)
 """Pixels of the film."""

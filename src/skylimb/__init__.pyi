@@ -1,9 +1,9 @@
 from .analysis.recording.folder import load_runs as load_runs
 from .analysis.recording.run import Run as Run
-from .analysis.scores.own import figure as figure
 from .analysis.scores.score import Score as Score
 from .analysis.scores.score import Tolerance as Tolerance
 from .analysis.scores.score import metric as metric
+from .analysis.scores.user_scores import figure as figure
 from .apps.robot_import.checking import check_robot_file as check_robot_file
 from .apps.robot_import.writing import import_robot as import_robot
 from .base.errors import SkylimbError as SkylimbError

@@ -13,7 +13,7 @@ import pytest
 
 import skylimb
 from short_flights import HOLD
-from skylimb.analysis.report.replayed import differences
+from skylimb.analysis.report.controller_replay import differences
 from skylimb.apps.cli.main import main
 from skylimb.base.errors import ConfigError, OutputError
 from skylimb.flight.linked import fly_linked

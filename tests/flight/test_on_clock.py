@@ -10,7 +10,7 @@ import pytest
 
 import skylimb
 from short_flights import HOLD
-from skylimb.analysis.report.replayed import differences
+from skylimb.analysis.report.controller_replay import differences
 from skylimb.apps.cli.main import main
 from skylimb.flight.on_clock import fly_on_clock
 from skylimb.flight.realtime.pacer import Pacer

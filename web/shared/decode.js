@@ -1,4 +1,4 @@
-// Packed numbers, as skylimb/analysis/replay_page/packing.py writes them, to arrays.
+// Packed numbers, as skylimb/analysis/viewer/packing.py writes them, to arrays.
 
 const NOTHING = 65535;
 

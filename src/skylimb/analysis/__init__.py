@@ -26,9 +26,9 @@ def _plot(runs: Mapping[str, Run], what: str) -> Any:
 
 
 def _show(runs: Mapping[str, Run]) -> Any:
-    from skylimb.analysis.replay_page.page import Replay
+    from skylimb.analysis.viewer.page import FlightViewer
 
-    return Replay(runs)
+    return FlightViewer(runs)
 
 
 def _html(run: Run) -> str:

@@ -7,7 +7,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, NamedTuple
 
-from skylimb.analysis.scores.own import Own, load_own
+from skylimb.analysis.scores.user_scores import UserScore, load_user_scores
 from skylimb.base.config import flatten
 from skylimb.base.errors import ConfigError, unknown_name
 from skylimb.base.keys.key import shown
@@ -26,7 +26,7 @@ from skylimb.flight.plan import FlightPlan, plan_flight
 from skylimb.flight.sources import originals
 from skylimb.robots.model import Robot
 
-Use = str | Path | ModuleType | Own
+Use = str | Path | ModuleType | UserScore
 """A Python file or module with metrics and figures, or one of them."""
 
 DEFAULT_CONTROLLER = "hybrid"
@@ -45,7 +45,7 @@ def plan_flights(
     Arguments are those of `skylimb.run` and `skylimb.compare`. A run's own config.toml brings its metrics
     along.
     """
-    given_own = load_own(use)
+    given_own = load_user_scores(use)
     loaded = [load_flight(experiment, item, seed, set, calibration) for item in controllers]
     return [
         plan_flight(
@@ -53,7 +53,7 @@ def plan_flights(
             one.robot,
             one.controller,
             originals(experiment, item),
-            (*load_own(one.experiment.recorded.get("use", ())), *given_own),
+            (*load_user_scores(one.experiment.recorded.get("use", ())), *given_own),
         )
         for item, one in zip(controllers, loaded, strict=True)
     ]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from skylimb.analysis.scores.own import with_own_scores
+from skylimb.analysis.scores.user_scores import with_user_scores
 from skylimb.control.controller import Controller
 from skylimb.control.corrections import Calibrated
 from skylimb.control.loop.flight import Flight
@@ -53,7 +53,7 @@ def fly_on_clock(
     with without_timer():
         loop = _loop(takeoff, guard)
         flight = _fly(loop, clock, progress)
-    run = with_own_scores(recorded(takeoff, flight), takeoff.plan.own)
+    run = with_user_scores(recorded(takeoff, flight), takeoff.plan.own)
     return ClockedFlight(run, timing_of(flight, takeoff.period), {**guard.counts, **guard.watchdog.counts})
 
 

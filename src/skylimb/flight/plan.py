@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from skylimb.analysis.scores.own import Own
+from skylimb.analysis.scores.user_scores import UserScore
 from skylimb.control.controller import Controller, is_traceable
 from skylimb.control.missions.configuration import MissionConfig
 from skylimb.control.missions.frame import contact_frame
@@ -51,7 +51,7 @@ class FlightPlan:
     robot: Robot
     controller: Controller
     originals: tuple[Bundle, ...] = ()
-    own: tuple[Own, ...] = ()
+    own: tuple[UserScore, ...] = ()
     derived: Derived = field(default_factory=Derived, repr=False, compare=False)
 
     @property
@@ -129,7 +129,7 @@ def plan_flight(
     robot: Robot,
     controller: Controller,
     originals: tuple[Bundle, ...] = (),
-    own: tuple[Own, ...] = (),
+    own: tuple[UserScore, ...] = (),
 ) -> FlightPlan:
     """A plan that was checked.
 

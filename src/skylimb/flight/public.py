@@ -7,7 +7,7 @@ from typing import Any
 
 from skylimb.analysis.recording.run import Run
 from skylimb.analysis.recording.runs import Runs
-from skylimb.analysis.scores.own import with_own_scores
+from skylimb.analysis.scores.user_scores import with_user_scores
 from skylimb.base.errors import ConfigError
 from skylimb.control.controller import Controller
 from skylimb.control.corrections import Calibrated
@@ -107,4 +107,4 @@ def _flown(takeoff: Takeoff, progress: Progress | None) -> Run:
         if progress is not None:
             progress(takeoff.controller.name, done, total)
 
-    return with_own_scores(recorded(takeoff, fly(takeoff, report)), takeoff.plan.own)
+    return with_user_scores(recorded(takeoff, fly(takeoff, report)), takeoff.plan.own)

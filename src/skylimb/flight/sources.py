@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from skylimb.analysis.recording.origin import SOURCES
-from skylimb.analysis.scores.own import Own
+from skylimb.analysis.scores.user_scores import UserScore
 from skylimb.base.errors import UnreadableError
 from skylimb.base.keys import files_of
 from skylimb.base.sources import Source, read_source
@@ -105,7 +105,7 @@ def _bundles(plan: FlightPlan) -> Iterator[Bundle]:
     yield from _controller_bundles(plan.controller)
 
 
-def _metric_bundles(own: Sequence[Own]) -> Iterator[Bundle]:
+def _metric_bundles(own: Sequence[UserScore]) -> Iterator[Bundle]:
     """The files of metrics and figures; none of functions that a script handed over."""
     modules = dict.fromkeys(sys.modules.get(one.function.__module__) for one in own)
     for module in modules:

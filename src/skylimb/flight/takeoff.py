@@ -9,7 +9,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from skylimb.analysis.scores.own import Own
+from skylimb.analysis.scores.user_scores import UserScore
 from skylimb.base.errors import ConfigError
 from skylimb.control.controller import Controller, TraceableController, is_traceable
 from skylimb.control.corrections import Calibrated
@@ -194,7 +194,7 @@ def prepare(
     robot: Robot,
     controller: Controller,
     originals: tuple[Bundle, ...] = (),
-    own: tuple[Own, ...] = (),
+    own: tuple[UserScore, ...] = (),
 ) -> Takeoff:
     """Plan and plant of an experiment, checked; arguments are those of `plan_flight`."""
     return simulated(plan_flight(experiment, robot, controller, originals, own))

@@ -23,7 +23,7 @@ from skylimb.analysis.exchange.own_topics import ROW, row_table, run_of
 from skylimb.analysis.exchange.stream import Message, container_of
 from skylimb.analysis.exchange.to_run import Read, run_from
 from skylimb.analysis.recording import write_sources
-from skylimb.analysis.report.replayed import differences
+from skylimb.analysis.report.controller_replay import differences
 from skylimb.apps.cli.main import main
 from skylimb.base.errors import ConfigError, OutputError, UnknownNameError
 

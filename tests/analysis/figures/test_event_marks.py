@@ -11,9 +11,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from skylimb.analysis.figures import cog_tracking, contact_direction, style, task_progress
+from skylimb.analysis.figures.controller_replay import replayed_figures
 from skylimb.analysis.figures.marks import LOOKS, event_signs
 from skylimb.analysis.figures.plotting import plotted
-from skylimb.analysis.figures.replayed import replayed_figures
 from skylimb.analysis.recording import Run
 
 Draw = Callable[[Mapping[str, Run]], Figure]

@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.collections import FillBetweenPolyCollection
 from matplotlib.colors import to_hex
 
-from skylimb.analysis.figures import PLATES, over_time, pose_strip, style
+from skylimb.analysis.figures import REPORT_FIGURES, over_time, pose_strip, style
 from skylimb.analysis.recording import Run
 from skylimb.analysis.report.report import _facts
 
@@ -44,13 +44,13 @@ def test_a_pose_shows_how_far_the_body_was_moved(make_run):
 def test_a_drawing_has_no_figure_that_joins_its_strokes(make_run):
     run = make_run(slide=2.0)
     drawing = Run("a", "following", run.log.assign(reference_line=run.log.tilt), {})
-    traces = next(plate for plate in PLATES if plate.name == "pen_traces")
+    traces = next(plate for plate in REPORT_FIGURES if plate.name == "pen_traces")
     assert traces.suits({"a": run})
     assert not traces.suits({"a": drawing})
 
 
 def test_no_caption_speaks_of_a_path_that_may_be_another():
-    for plate in PLATES:
+    for plate in REPORT_FIGURES:
         assert "circle" not in plate.caption
         assert "lap" not in plate.caption.split()
 

@@ -30,9 +30,10 @@ def test_the_paper_agrees_with_itself(make_log):
     claims = check_claims(with_scores(make_log))
     assert len(claims) == 5
     assert all(claim.holds for claim in claims[:4])
-    assert claims[1].paper.endswith("0.61")
-    assert claims[1].ours.endswith("0.61")
-    assert claims[2].paper.endswith("0.66")
+    assert claims[1].paper == "impedance 0.137, hybrid 0.084 m (ratio 0.61)"
+    assert claims[1].ours.endswith("(ratio 0.61)")
+    assert claims[2].paper.endswith("(ratio 0.66)")
+    assert claims[4].paper == "shown in a box plot, no number"
 
 
 @pytest.mark.parametrize(
@@ -72,6 +73,8 @@ def test_claims_are_about_the_papers_configuration_whatever_the_experiment_is_ca
         "experiment": "paper",
         "config": changed.attrs["config"].replace("friction = 0.4", "friction = 0.3"),
     }
-    assert [claim.text[:12] for claim in check_claims(runs)] == ["Adapting the"]  # hybrid against impedance
+    assert [claim.text[:26] for claim in check_claims(runs)] == [
+        "The hybrid displaces the b"
+    ]  # hybrid against impedance
     assert published_beside(runs["pid"], "error_u_median") is None
     assert published_beside(runs["hybrid"], "error_u_median") == 0.083

@@ -17,7 +17,7 @@ from skylimb.analysis.figures import style
 from skylimb.analysis.recording import Run, load_runs
 from skylimb.analysis.report import output, videos
 from skylimb.analysis.report.report import render_report
-from skylimb.analysis.scores.shipped import NUMERIC_KEYS
+from skylimb.analysis.scores.registry import NUMERIC_KEYS
 from skylimb.base.errors import OutputError
 
 

@@ -10,7 +10,7 @@ from skylimb.analysis.scores.axis_names import (
     common_names,
     names_of_vectors,
 )
-from skylimb.analysis.scores.shipped import SCORES
+from skylimb.analysis.scores.registry import SCORES
 from skylimb.control.missions.frame import contact_frame
 
 MINUS = "\N{MINUS SIGN}"

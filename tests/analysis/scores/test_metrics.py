@@ -7,10 +7,10 @@ import pytest
 import xarray as xr
 
 from skylimb.analysis.recording import Run
-from skylimb.analysis.scores.carried import shown_scores
+from skylimb.analysis.scores.declared import shown_scores
 from skylimb.analysis.scores.metrics import metrics
+from skylimb.analysis.scores.registry import NUMERIC_KEYS, SCORES
 from skylimb.analysis.scores.score import DRAWING, FURTHER, TASK, grouped
-from skylimb.analysis.scores.shipped import NUMERIC_KEYS, SCORES
 from skylimb.analysis.scores.signals import moving_mean
 
 TOLERANCES = {

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from skylimb.analysis.figures import PLATES
+from skylimb.analysis.figures import REPORT_FIGURES
 from skylimb.analysis.figures.drawing import drawn_line
 from skylimb.analysis.recording import Run
 from skylimb.analysis.scores.pen_line import as_seen, drawn_fraction, pen_deviation, pen_line, reference_line
@@ -106,7 +106,7 @@ def test_who_stands_behind_the_robot_has_plus_y_to_the_left(make_log):
 
 
 def test_the_figure_shows_drawings_only(make_log, make_run):
-    plate = next(plate for plate in PLATES if plate.name == "drawing")
+    plate = next(plate for plate in REPORT_FIGURES if plate.name == "drawing")
     asked = [[[-0.3, 0.0], [0.3, 0.0]], [[0.0, -0.2], [0.0, 0.2]]]
     log = with_drawing(make_log(), asked, lambda s: (-0.3 + 0.6 * s, 0.01 * np.sin(20 * s)))
     run = Run("hybrid", "hybrid", log)

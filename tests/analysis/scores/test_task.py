@@ -5,10 +5,10 @@ import json
 import numpy as np
 import pytest
 
-from skylimb.analysis.figures import PLATES, task_progress
+from skylimb.analysis.figures import REPORT_FIGURES, task_progress
 from skylimb.analysis.recording import Run
-from skylimb.analysis.replay_page.signals import packed_panels
 from skylimb.analysis.scores.metrics import metrics
+from skylimb.analysis.viewer.signals import packed_panels
 from skylimb.flight.experiments.tolerances import Tolerances
 
 SLIDE, RETREAT = 4, 6
@@ -75,7 +75,7 @@ def test_the_figure_and_the_panels_hold_what_was_commanded(worked, make_log):
     solid, dashed = figure.axes[0].lines[1], figure.axes[0].lines[0]
     assert np.asarray(dashed.get_ydata())[0] == pytest.approx(np.degrees(1.5))
     assert np.max(np.asarray(solid.get_ydata())) == pytest.approx(np.degrees(1.5), rel=1e-2)
-    (plate,) = (plate for plate in PLATES if plate.tools)
+    (plate,) = (plate for plate in REPORT_FIGURES if plate.tools)
     assert plate.suits({"one": run})
     assert not plate.suits({"one": run, "two": Run("plain", "plain", make_log(), {})})
     titles = [panel["title"] for panel in packed_panels(worked)["panels"]]

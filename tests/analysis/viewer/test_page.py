@@ -14,10 +14,10 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from skylimb.analysis.recording import Run
-from skylimb.analysis.replay_page.packing import LEVELS, packed, unpacked
-from skylimb.analysis.replay_page.page import replay_html
-from skylimb.analysis.replay_page.payload import RATE, replay_payload
-from skylimb.analysis.replay_page.shapes import body_poses, shapes, thrust_sites
+from skylimb.analysis.viewer.packing import LEVELS, packed, unpacked
+from skylimb.analysis.viewer.page import replay_html
+from skylimb.analysis.viewer.payload import RATE, replay_payload
+from skylimb.analysis.viewer.shapes import body_poses, shapes, thrust_sites
 from skylimb.base.errors import OutputError
 
 SCENE = """

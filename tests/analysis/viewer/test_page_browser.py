@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 import skylimb
 from chromium import PAINTED, chromium, needs_chromium, silent_page
 from skylimb.analysis.recording import Run
-from skylimb.analysis.replay_page.page import Replay
+from skylimb.analysis.viewer.page import FlightViewer
 
 pytestmark = needs_chromium
 
@@ -22,7 +22,7 @@ pytestmark = needs_chromium
 @pytest.fixture(scope="module")
 def page_file(four_runs: Mapping[str, Run], tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("page") / "page.html"
-    path.write_text(Replay(four_runs).page, encoding="utf-8")
+    path.write_text(FlightViewer(four_runs).page, encoding="utf-8")
     return path
 
 
@@ -93,7 +93,7 @@ def test_pushes_are_shown_around_the_tip_when_they_are_wanted(
 ) -> None:
     run = skylimb.run("free_flight", "pid", set={"stop_at": 1.0})
     path = tmp_path / "page.html"
-    path.write_text(Replay({"pid": run}).page, encoding="utf-8")
+    path.write_text(FlightViewer({"pid": run}).page, encoding="utf-8")
     with silent_page(browser, offline=True) as page:
         page.goto(path.as_uri())
         page.wait_for_selector("#replay[data-ready]", timeout=20_000)
@@ -141,7 +141,7 @@ def pushed() -> Run:
 @pytest.fixture
 def pushed_page(browser: sync_api.Browser, pushed: Run, tmp_path: Path) -> Iterator[sync_api.Page]:
     path = tmp_path / "page.html"
-    path.write_text(Replay({"pid": pushed}).page, encoding="utf-8")
+    path.write_text(FlightViewer({"pid": pushed}).page, encoding="utf-8")
     with silent_page(browser, offline=True) as page:
         page.goto(path.as_uri())
         page.wait_for_selector("#replay[data-ready]", timeout=20_000)
@@ -233,7 +233,7 @@ def test_the_marks_are_those_of_the_flights_that_are_seen(
 ) -> None:
     calm = Run("calm", "hybrid", pushed.log.assign_attrs(events="[]"), {})
     path = tmp_path / "page.html"
-    path.write_text(Replay({"pid": pushed, "calm": calm, "again": pushed}).page, encoding="utf-8")
+    path.write_text(FlightViewer({"pid": pushed, "calm": calm, "again": pushed}).page, encoding="utf-8")
     with silent_page(browser, offline=True) as page:
         page.goto(path.as_uri())
         page.wait_for_selector("#replay[data-ready]", timeout=20_000)

@@ -9,8 +9,8 @@ import pytest
 import skylimb
 from skylimb.analysis.figures import scene
 from skylimb.analysis.recording import Run
-from skylimb.analysis.replay_page.packing import unpacked
-from skylimb.analysis.replay_page.pushes import (
+from skylimb.analysis.viewer.packing import unpacked
+from skylimb.analysis.viewer.pushes import (
     LEAN,
     MOMENTS,
     greatest_pushes,
@@ -18,7 +18,7 @@ from skylimb.analysis.replay_page.pushes import (
     sphere,
     well_spread,
 )
-from skylimb.analysis.replay_page.stance import Stance, stance_at
+from skylimb.analysis.viewer.stance import Stance, stance_at
 from skylimb.base.rotations import rot_z, rotation_from_rpy
 from skylimb.control.planning.vectoring import vectoring_table
 from skylimb.robots.held import greatest_push

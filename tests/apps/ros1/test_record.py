@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import skylimb
-from skylimb.analysis.report.replayed import differences
+from skylimb.analysis.report.controller_replay import differences
 from skylimb.apps.ros1.record import SteeredRecord
 from skylimb.apps.ros1.states import FlightState, Order
 from skylimb.flight.record import recorded

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import skylimb
-from skylimb.analysis.scores.shipped import NUMERIC_KEYS
+from skylimb.analysis.scores.registry import NUMERIC_KEYS
 from skylimb.flight.public import PAPER_CONTROLLERS
 from skylimb.flight.takeoff import take_off
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import skylimb
-from skylimb.analysis.report.replayed import differences, differences_table, only_in
+from skylimb.analysis.report.controller_replay import differences, differences_table, only_in
 from skylimb.apps.cli.main import main
 from skylimb.base.errors import ConfigError, UnknownNameError
 from skylimb.control.corrections import Corrections

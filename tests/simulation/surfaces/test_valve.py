@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import skylimb
-from skylimb.analysis.replay_page.payload import replay_payload
+from skylimb.analysis.viewer.payload import replay_payload
 from skylimb.base.errors import ConfigError
 from skylimb.flight.drivers.native import fly_native
 from skylimb.flight.flying import fly_here

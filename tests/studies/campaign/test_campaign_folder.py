@@ -12,7 +12,7 @@ import pytest
 
 import skylimb
 from skylimb.analysis.recording import Run
-from skylimb.analysis.scores.shipped import NUMERIC_KEYS
+from skylimb.analysis.scores.registry import NUMERIC_KEYS
 from skylimb.apps.cli import main
 from skylimb.base.config import parse_assignment
 from skylimb.base.errors import CompileError, OutputError

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import kstest, norm, truncnorm
 
-from skylimb.analysis.scores.shipped import NUMERIC_KEYS, SCORES
+from skylimb.analysis.scores.registry import NUMERIC_KEYS, SCORES
 from skylimb.base.config import write_toml
 from skylimb.base.errors import ConfigError, SkylimbError
 from skylimb.studies.campaign.distributions import Distribution

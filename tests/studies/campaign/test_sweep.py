@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 import skylimb
-from skylimb.analysis.scores.own import load_own
+from skylimb.analysis.scores.user_scores import load_user_scores
 from skylimb.base.errors import ConfigError, UnknownNameError
 from skylimb.studies.campaign.sweep import _files
 
@@ -89,7 +89,7 @@ def test_what_cannot_be_swept_is_refused(over: dict, error: type, message: str) 
 
 
 def test_a_metric_at_hand_is_found_in_its_file() -> None:
-    (overshoot, *_) = load_own([EXAMPLES / "own_metric.py"])
+    (overshoot, *_) = load_user_scores([EXAMPLES / "own_metric.py"])
     assert _files([overshoot, str(EXAMPLES / "own_metric.py")]) == (str(EXAMPLES / "own_metric.py"),)
     nowhere = skylimb.metric(eval("lambda run: 1.0"))
     with pytest.raises(ConfigError, match="a sweep needs the Python file"):

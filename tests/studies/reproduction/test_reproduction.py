@@ -14,7 +14,7 @@ import pytest
 from skylimb.analysis.paper.paper_claims import CLAIMS
 from skylimb.analysis.paper.paper_numbers import PUBLISHED
 from skylimb.analysis.scores.measures import fitted_circle
-from skylimb.analysis.scores.shipped import SETS
+from skylimb.analysis.scores.registry import SETS
 from skylimb.apps.cli.main import main
 from skylimb.base.errors import ConfigError, OutputError, SkylimbError
 from skylimb.studies.campaign.draws import draw

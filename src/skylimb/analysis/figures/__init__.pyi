@@ -3,10 +3,10 @@ from .boxes import sliding_errors as sliding_errors
 from .drawing import drawn_line as drawn_line
 from .over_time import cog_tracking as cog_tracking
 from .over_time import contact_direction as contact_direction
-from .plates import PLATES as PLATES
-from .plates import Plate as Plate
-from .plates import own_plates as own_plates
-from .plates import write_figures as write_figures
 from .pose_strip import poses as poses
 from .progress import task_progress as task_progress
+from .report_figures import REPORT_FIGURES as REPORT_FIGURES
+from .report_figures import ReportFigure as ReportFigure
+from .report_figures import user_figures as user_figures
+from .report_figures import write_figures as write_figures
 from .traces import pen_traces as pen_traces

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from skylimb.analysis.figures import style
 from skylimb.analysis.figures.marks import event_signs, mark_events
-from skylimb.analysis.figures.plates import PLATES
+from skylimb.analysis.figures.report_figures import REPORT_FIGURES
 from skylimb.analysis.recording import Run
 from skylimb.base.errors import unknown_name
 
@@ -26,14 +26,14 @@ def plotted(runs: Mapping[str, Run], what: str = "") -> Figure:
     Raises:
         UnknownNameError: when it is neither.
     """
-    for plate in PLATES:
+    for plate in REPORT_FIGURES:
         if plate.name == (what or USUAL):
             return _showing_itself(plate.draw(runs))
     signals = {
         str(name) for run in runs.values() for name in run.log.data_vars if "time" in run.log[name].dims
     }
     if what not in signals:
-        raise unknown_name("figure or signal", what, [*(plate.name for plate in PLATES), *signals])
+        raise unknown_name("figure or signal", what, [*(plate.name for plate in REPORT_FIGURES), *signals])
     return _showing_itself(_over_time({name: run for name, run in runs.items() if what in run.log}, what))
 
 

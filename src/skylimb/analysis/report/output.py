@@ -13,12 +13,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from skylimb.analysis.figures import own_plates, write_figures
+from skylimb.analysis.figures import user_figures, write_figures
 from skylimb.analysis.recording import LOG_FILE, Run, write_sources
 from skylimb.analysis.report.report import render_report
-from skylimb.analysis.scores.carried import scores_of
-from skylimb.analysis.scores.own import OwnFigure, scored_again
-from skylimb.analysis.scores.shipped import NUMERIC_KEYS, SCORES
+from skylimb.analysis.scores.declared import scores_of
+from skylimb.analysis.scores.registry import NUMERIC_KEYS, SCORES
+from skylimb.analysis.scores.user_scores import UserFigure, scored_again
 from skylimb.base.errors import OutputError
 from skylimb.base.files import new_folder, replace_text, writing
 
@@ -27,10 +27,12 @@ METRICS_FILE = "metrics.json"
 TABLE_FILE = "metrics.csv"
 REPORT_FILE = "report.html"
 FIGURES_FOLDER = "figures"
+_NO_NAME = '/\\:*?"<>|\n'
+"""Letters that the name of a folder cannot have."""
 
 
 def write_run(
-    run: Run, folder: str | Path, videos_follow: bool = False, figures: Sequence[OwnFigure] = ()
+    run: Run, folder: str | Path, videos_follow: bool = False, figures: Sequence[UserFigure] = ()
 ) -> Path:
     """Write a run into a new folder, which appears under its name when it is complete.
 
@@ -54,7 +56,7 @@ def write_comparison(
     runs: Mapping[str, Run],
     folder: str | Path,
     videos_follow: bool = False,
-    figures: Sequence[OwnFigure] = (),
+    figures: Sequence[UserFigure] = (),
 ) -> Path:
     """Write a comparison into a new folder, which appears under its name when it is complete.
 
@@ -70,14 +72,8 @@ def write_comparison(
     """
     if not runs:
         raise OutputError("a comparison needs at least one run, got none")
-    for name in runs:
-        _require_folder_name(name)
     with new_folder(folder) as aside:
-        for name, run in runs.items():
-            (aside / name).mkdir()
-            write_sources(run.sources, aside)
-            _record(run.with_sources_at("../"), aside / name)
-        replace_text(aside / TABLE_FILE, metrics_table(runs))
+        _records(runs, aside)
         _draw(runs, aside, videos_follow, figures)
     return Path(folder)
 
@@ -97,16 +93,15 @@ def write_records(
             is left behind then.
     """
     with new_folder(folder) as aside:
-        for name, run in runs.items():
-            _require_folder_name(name)
-            place = aside if len(runs) == 1 else aside / name
-            place.mkdir(exist_ok=True)
-            write_sources(run.sources, aside)
-            _record(run if place == aside else run.with_sources_at("../"), place)
-            for file, text in (beside or {}).get(name, {}).items():
-                replace_text(place / file, text)
         if len(runs) > 1:
-            replace_text(aside / TABLE_FILE, metrics_table(runs))
+            _records(runs, aside)
+        else:
+            (run,) = runs.values()
+            write_sources(run.sources, aside)
+            _record(run, aside)
+        for name, texts in (beside or {}).items():
+            for file, text in texts.items():
+                replace_text(home(aside, name) / file, text)
     return Path(folder)
 
 
@@ -163,6 +158,18 @@ def _field(value: float | None) -> str:
     return "" if value is None else repr(int(value) if isinstance(value, bool) else value)
 
 
+def _records(runs: Mapping[str, Run], folder: Path) -> None:
+    """Write each run into a subfolder of its name, and the table of their scores."""
+    for name, run in runs.items():
+        bad = name in {"", FIGURES_FOLDER} or name.startswith(".") or any(mark in name for mark in _NO_NAME)
+        if bad:
+            raise OutputError(f"run name '{name}' cannot be the name of a folder; rename the run")
+        (folder / name).mkdir()
+        write_sources(run.sources, folder)
+        _record(run.with_sources_at("../"), folder / name)
+    replace_text(folder / TABLE_FILE, metrics_table(runs))
+
+
 def _record(run: Run, folder: Path) -> None:
     """Write one run's record, scores and configuration."""
     run.save(folder / LOG_FILE)
@@ -170,18 +177,12 @@ def _record(run: Run, folder: Path) -> None:
     (folder / CONFIG_FILE).write_text(run.config, encoding="utf-8")
 
 
-def _draw(runs: Mapping[str, Run], folder: Path, videos_follow: bool, figures: Sequence[OwnFigure]) -> None:
+def _draw(runs: Mapping[str, Run], folder: Path, videos_follow: bool, figures: Sequence[UserFigure]) -> None:
     """Draw the figures of all runs together, and put the report around them."""
-    own = own_plates(runs, figures)
+    own = user_figures(runs, figures)
     write_figures(runs, folder / FIGURES_FOLDER, own)
     replace_text(folder / REPORT_FILE, render_report(runs, folder, videos_follow, own))
 
 
 def _metrics_json(run: Run) -> str:
     return json.dumps(dict(run.metrics), indent=2, allow_nan=False) + "\n"
-
-
-def _require_folder_name(name: str) -> None:
-    bad = name in {"", FIGURES_FOLDER} or name.startswith(".") or any(mark in name for mark in '/\\:*?"<>|\n')
-    if bad:
-        raise OutputError(f"run name '{name}' cannot be the name of a folder; rename the run")

@@ -9,18 +9,18 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from skylimb.analysis.figures import PLATES, palette
-from skylimb.analysis.figures.plates import Plate
+from skylimb.analysis.figures import REPORT_FIGURES, palette
+from skylimb.analysis.figures.report_figures import ReportFigure
 from skylimb.analysis.pages.pages import inlined, render_page
 from skylimb.analysis.paper.claims import check_claims
 from skylimb.analysis.paper.paper_configuration import EXPERIMENT, not_the_papers
 from skylimb.analysis.paper.paper_numbers import SOURCE, published_beside
 from skylimb.analysis.recording import LOG_FILE, Run
-from skylimb.analysis.replay_page.page import replay_html
 from skylimb.analysis.scores.axis_names import AxisNames, common_names
-from skylimb.analysis.scores.carried import shown_scores
+from skylimb.analysis.scores.declared import shown_scores
 from skylimb.analysis.scores.score import Score
 from skylimb.analysis.scores.signals import HappenedEvent, common_events, contact_transitions, events_of
+from skylimb.analysis.viewer.page import replay_html
 
 TEMPLATE = Path(__file__).with_name("report_template.html")
 
@@ -73,7 +73,7 @@ class Film:
 
 
 def render_report(
-    runs: Mapping[str, Run], folder: Path, videos_follow: bool = False, own: Iterable[Plate] = ()
+    runs: Mapping[str, Run], folder: Path, videos_follow: bool = False, own: Iterable[ReportFigure] = ()
 ) -> str:
     """Put the report together from runs and from the figures and videos that already lie in `folder`.
 
@@ -126,7 +126,7 @@ def render_report(
         source=SOURCE,
         plates=[
             (plate, inlined(folder / "figures" / f"{plate.name}.png", "image/png"))
-            for plate in (*PLATES, *own)
+            for plate in (*REPORT_FIGURES, *own)
             if (folder / "figures" / f"{plate.name}.png").is_file()
         ],
         replay=replay_html(runs),

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 from skylimb.analysis.recording.run import Run
 from skylimb.analysis.scores.drawn_strokes import Fidelity, strokes_of
 from skylimb.analysis.scores.force import force_limits
+from skylimb.analysis.scores.registry import METRICS, NUMERIC_KEYS, numbers_of
 from skylimb.analysis.scores.score import Number, Score
-from skylimb.analysis.scores.shipped import METRICS, NUMERIC_KEYS, numbers_of
 from skylimb.analysis.scores.verdict import verdict
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ def metrics(log: xr.Dataset) -> dict[str, Any]:
             `contact_axis` and `sliding_axes` (x, and y and z, where it doesn't say).
 
     Returns:
-        `status` and the `NUMERIC_KEYS`; `skylimb.analysis.scores.shipped.SCORES` says what each is. A number
+        `status` and the `NUMERIC_KEYS`; `skylimb.analysis.scores.registry.SCORES` says what each is. A number
         is None where the log lacks its signal or has no sliding period. A failed flight has `status`, `cause`
         and no numbers.
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from skylimb.analysis.scores.registry import SCORES, SETS
 from skylimb.analysis.scores.score import Score
-from skylimb.analysis.scores.shipped import SCORES, SETS
 from skylimb.base.errors import unknown_name
 from skylimb.base.keys import ANY_NUMBER, Table, keys_of, tables_of
 from skylimb.base.keys.fields import entry_section, fields_of, section_of

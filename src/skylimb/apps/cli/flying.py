@@ -26,7 +26,7 @@ from skylimb.base.errors import ConfigError
 
 if TYPE_CHECKING:
     from skylimb.analysis.recording.run import Run as RunRecord
-    from skylimb.analysis.scores.own import OwnFigure
+    from skylimb.analysis.scores.user_scores import UserFigure
 
 
 @dataclass(frozen=True)
@@ -151,11 +151,11 @@ class Compare:
         return _hand_over(runs, folder, self.video)
 
 
-def own_figures(use: tuple[str, ...]) -> list[OwnFigure]:
+def own_figures(use: tuple[str, ...]) -> list[UserFigure]:
     """The figures in some files of the user's."""
-    from skylimb.analysis.scores.own import figures_of, load_own
+    from skylimb.analysis.scores.user_scores import figures_of, load_user_scores
 
-    return figures_of(load_own(use))
+    return figures_of(load_user_scores(use))
 
 
 def _hand_over(runs: Mapping[str, RunRecord], folder: Path, video: bool) -> int:

@@ -206,7 +206,7 @@ def scores(runs: Mapping[str, Run]) -> None:
     """The metrics of every run side by side, the paper's numbers in brackets where it prints them."""
     from skylimb.analysis.paper.paper_configuration import is_the_papers, not_the_papers
     from skylimb.analysis.scores.axis_names import common_names
-    from skylimb.analysis.scores.carried import shown_scores
+    from skylimb.analysis.scores.declared import shown_scores
 
     experiment = next(iter(runs.values())).log.attrs.get("experiment", "")
     brackets = ", in brackets the paper's numbers" if any(map(is_the_papers, runs.values())) else ""

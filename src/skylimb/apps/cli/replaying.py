@@ -59,7 +59,7 @@ class Replay:
                 calibration=self.calibration or None,
             )
         with output.working("writing log, table and figures"):
-            from skylimb.analysis.report.replayed_folder import write_replay
+            from skylimb.analysis.report.replay_folder import write_replay
 
             write_replay(recorded, replayed, folder)
         _show(recorded, replayed)
@@ -72,7 +72,7 @@ class Replay:
 
 def _show(recorded: Run, replayed: Run) -> None:
     """The differences, largest against the signal's own size first; one line where there is none."""
-    from skylimb.analysis.report.replayed import differences, only_in
+    from skylimb.analysis.report.controller_replay import differences, only_in
 
     console, found = output.console_for(), differences(recorded, replayed)
     ticks = replayed.log.sizes["time"]

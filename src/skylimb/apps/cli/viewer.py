@@ -50,10 +50,10 @@ def _has_display() -> bool:
 
 def _show_page(runs: Mapping[str, Run], folder: Path, speed: float) -> None:
     """Write the replay as one file, which needs no network; open it where a browser can be."""
-    from skylimb.analysis.replay_page.page import Replay
+    from skylimb.analysis.viewer.page import FlightViewer
     from skylimb.base.files import replace_text, writing
 
-    page = Replay(runs, speed=speed).page
+    page = FlightViewer(runs, speed=speed).page
     place = folder if os.access(folder, os.W_OK) else Path(tempfile.mkdtemp(prefix="skylimb-"))
     path = place / PAGE
     with writing(path):

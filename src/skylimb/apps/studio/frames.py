@@ -8,9 +8,9 @@ import mujoco
 import numpy as np
 
 from skylimb.analysis.figures.scene import LIFT, SPACING, eye_and_target, load_model, place_camera
-from skylimb.analysis.replay_page.packing import packed
-from skylimb.analysis.replay_page.shapes import OUT_OF_SIGHT, meshes, shapes_with_surface, thrust_sites
 from skylimb.analysis.scores.signals import direction
+from skylimb.analysis.viewer.packing import packed
+from skylimb.analysis.viewer.shapes import OUT_OF_SIGHT, meshes, shapes_with_surface, thrust_sites
 from skylimb.apps.studio.curves import Moment, panels_of
 from skylimb.apps.studio.live_flight import LiveFlight
 from skylimb.base.rotations import quaternion_from_rotation

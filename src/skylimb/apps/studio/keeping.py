@@ -12,7 +12,7 @@ from pathlib import Path
 
 from skylimb.analysis.recording import Run
 from skylimb.analysis.report.output import CONFIG_FILE, home, write_records
-from skylimb.analysis.scores.own import with_own_scores
+from skylimb.analysis.scores.user_scores import with_user_scores
 from skylimb.apps.studio.gains import settled_gains
 from skylimb.apps.studio.live_flight import LiveFlight
 from skylimb.base.config import write_toml
@@ -90,7 +90,7 @@ def so_far(flight: LiveFlight) -> Run:
     takeoff, flown = flight.takeoff, flight.flight()
     if not flight.ended:
         takeoff = takeoff.changed(replace(flight.experiment, stop_at=flight.time))
-    return with_own_scores(recorded(takeoff, flown), takeoff.plan.own)
+    return with_user_scores(recorded(takeoff, flown), takeoff.plan.own)
 
 
 def preset_now(flight: LiveFlight) -> str:

@@ -17,7 +17,7 @@ from skylimb.analysis.exchange.convert import read_log
 from skylimb.analysis.recording.log import log_variable
 from skylimb.analysis.recording.origin import TABLE
 from skylimb.analysis.recording.run import Run
-from skylimb.analysis.report.replayed import REPLAYED
+from skylimb.analysis.report.controller_replay import REPLAYED
 from skylimb.base.errors import ConfigError, SkylimbError
 from skylimb.base.packing import Layout
 from skylimb.base.signals import Signal

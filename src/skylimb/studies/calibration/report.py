@@ -9,7 +9,7 @@ import numpy as np
 
 from skylimb.analysis.pages.pages import inlined, render_page
 from skylimb.analysis.recording.run import LOG_FILE, Run
-from skylimb.analysis.replay_page.page import replay_html
+from skylimb.analysis.viewer.page import replay_html
 from skylimb.base.files import new_folder
 from skylimb.studies.calibration.figures import write_figures
 from skylimb.studies.calibration.parameters import centers, spreads

@@ -20,8 +20,8 @@ import mujoco
 
 from skylimb.analysis.recording.run import Run
 from skylimb.analysis.recording.versions import versions
-from skylimb.analysis.scores.own import with_own_scores
-from skylimb.analysis.scores.shipped import measured
+from skylimb.analysis.scores.registry import measured
+from skylimb.analysis.scores.user_scores import with_user_scores
 from skylimb.base.errors import CompileError, ConfigError, SkylimbError, UserCodeError
 from skylimb.control.controller import Controller
 from skylimb.control.loop.flight import Flight
@@ -166,7 +166,7 @@ class Bench:
             return Flown(make_row(self._campaign, job.flight, FAILED, cause, {}), None)
         spec = self._campaign.spec
         wrong: list[UserCodeError] = []  # the flight is what it is; its row says why a number is missing
-        run = with_own_scores(run, spec.own, spec.measures, wrong.append)
+        run = with_user_scores(run, spec.own, spec.measures, wrong.append)
         scores = {**run.metrics, **measured(run, spec.measures)}
         cause = run.cause or next(map(_line, wrong), "")
         row = make_row(self._campaign, job.flight, run.status, cause, scores)

@@ -13,9 +13,9 @@ import numpy as np
 from skylimb.analysis.figures import style
 from skylimb.analysis.pages.pages import render_page
 from skylimb.analysis.recording import LOG_FILE, Run
-from skylimb.analysis.replay_page.page import replay_html
 from skylimb.analysis.scores.axis_names import AxisNames
 from skylimb.analysis.scores.score import Score, grouped
+from skylimb.analysis.viewer.page import replay_html
 from skylimb.base.config import to_mapping, value_of, write_toml
 from skylimb.studies.campaign.draws import changed
 from skylimb.studies.campaign.figures import plates

@@ -9,9 +9,9 @@ from difflib import SequenceMatcher
 from math import inf, prod
 from typing import Annotated, Any, Literal
 
-from skylimb.analysis.scores.own import Metric, load_own, metrics_of
+from skylimb.analysis.scores.registry import NUMERIC_KEYS, SCORES, SETS
 from skylimb.analysis.scores.score import Score
-from skylimb.analysis.scores.shipped import NUMERIC_KEYS, SCORES, SETS
+from skylimb.analysis.scores.user_scores import Metric, load_user_scores, metrics_of
 from skylimb.base.config import to_mapping
 from skylimb.base.errors import ConfigError, unknown_name
 from skylimb.base.keys import Key, RefusedError, configuration, refused
@@ -154,7 +154,7 @@ class CampaignSpec:
     @property
     def own(self) -> list[Metric]:
         """The metrics of the user's files."""
-        return metrics_of(load_own(self.use))
+        return metrics_of(load_user_scores(self.use))
 
     @property
     def cells(self) -> int:

@@ -20,8 +20,8 @@ import numpy as np
 import xarray as xr
 
 from skylimb.analysis.recording import LOG_FILE, Run
-from skylimb.analysis.scores.own import Own, load_own, metrics_of
 from skylimb.analysis.scores.score import Score
+from skylimb.analysis.scores.user_scores import UserScore, load_user_scores, metrics_of
 from skylimb.base.config import to_mapping
 from skylimb.base.errors import ConfigError, unknown_name
 from skylimb.base.keys import tables_of, units_of
@@ -47,7 +47,7 @@ def sweep(
     *,
     seeds: int | Sequence[int] = 1,
     set: Mapping[str, Any] | None = None,
-    use: Sequence[str | Path | ModuleType | Own] = (),
+    use: Sequence[str | Path | ModuleType | UserScore] = (),
     logs: Sequence[str] = (),
     workers: int | None = None,
     progress: Report | None = None,
@@ -127,14 +127,14 @@ def _grids(
     return {**grids, "seed": list(range(seeds)) if isinstance(seeds, int) else [int(seed) for seed in seeds]}
 
 
-def _files(use: Sequence[str | Path | ModuleType | Own]) -> tuple[str, ...]:
+def _files(use: Sequence[str | Path | ModuleType | UserScore]) -> tuple[str, ...]:
     """The files of the user's metrics, which workers load."""
     files = []
     for item in use:
         if isinstance(item, str | Path):
             files.append(str(item))
             continue
-        (first, *_) = metrics_of(load_own([item])) or (None,)
+        (first, *_) = metrics_of(load_user_scores([item])) or (None,)
         file = (
             item.__file__ if isinstance(item, ModuleType) else first and first.function.__code__.co_filename
         )

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from skylimb.analysis.figures import style
-from skylimb.analysis.scores.shipped import SCORES
+from skylimb.analysis.scores.registry import SCORES
 from skylimb.studies.campaign.frozen import Campaign
 from skylimb.studies.campaign.rows import OK, Row
 from skylimb.studies.reproduction.result import BESIDE, HIGH, LOW, NUMBERS, READINGS, Judged, Number, Result

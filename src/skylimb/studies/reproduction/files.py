@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from skylimb.analysis.scores.shipped import SCORES
+from skylimb.analysis.scores.registry import SCORES
 from skylimb.base.config import to_mapping
 from skylimb.studies.campaign.frozen import Campaign
 from skylimb.studies.campaign.statistics import LEVEL

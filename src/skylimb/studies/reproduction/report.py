@@ -10,7 +10,7 @@ from typing import Any
 from skylimb.analysis.figures import style
 from skylimb.analysis.pages.pages import inlined, render_page
 from skylimb.analysis.paper.paper_numbers import SOURCE
-from skylimb.analysis.scores.shipped import SCORES
+from skylimb.analysis.scores.registry import SCORES
 from skylimb.studies.campaign.frozen import Campaign
 from skylimb.studies.campaign.statistics import Rate
 from skylimb.studies.reproduction.files import command

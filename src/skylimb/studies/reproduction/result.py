@@ -9,7 +9,7 @@ import numpy as np
 
 from skylimb.analysis.paper.paper_claims import PaperClaim
 from skylimb.analysis.scores.axis_names import PAPER
-from skylimb.analysis.scores.shipped import SCORES
+from skylimb.analysis.scores.registry import SCORES
 from skylimb.studies.campaign.statistics import Rate
 
 LOW, HIGH = 0.05, 0.95

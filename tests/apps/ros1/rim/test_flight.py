@@ -18,7 +18,7 @@ import pytest
 
 import skylimb
 from skylimb.analysis.exchange.convert import read_log
-from skylimb.analysis.report.replayed import differences
+from skylimb.analysis.report.controller_replay import differences
 
 HERE = Path(__file__).parent
 CLIENT = HERE.parents[1] / "helpers" / "lab_client.py"

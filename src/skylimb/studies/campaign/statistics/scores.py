@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from skylimb.analysis.scores.registry import SCORES
 from skylimb.analysis.scores.score import Score
-from skylimb.analysis.scores.shipped import SCORES
 from skylimb.studies.campaign.frozen import Campaign
 from skylimb.studies.campaign.rows import OK, REFUSED, Row, parameter_names
 

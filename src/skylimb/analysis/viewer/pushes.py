@@ -12,19 +12,16 @@ from __future__ import annotations
 
 import json
 from functools import cache
+from itertools import combinations
 from typing import Any, NamedTuple
 
 import casadi as ca
 import mujoco
 import numpy as np
 import xarray as xr
-from scipy.optimize import linprog
-from scipy.sparse import bsr_array
-from scipy.spatial import ConvexHull
-from scipy.spatial.transform import Rotation
 
-from skylimb.analysis.replay_page.packing import packed
-from skylimb.analysis.replay_page.stance import Stance, stance_at
+from skylimb.analysis.viewer.packing import packed
+from skylimb.analysis.viewer.stance import Stance, stance_at
 from skylimb.base.statics import rest_function
 
 LEAN = 0.35
@@ -42,6 +39,9 @@ _SETTLED = 1e-3
 _PRICE, _SOLVED = 1e3, 1e-6
 """Of what a linear programme leaves over, beside 1 for a push of the weight; how much of it is none."""
 
+_LEFT = np.hstack([np.eye(6), -np.eye(6), np.zeros((6, 1))])
+"""How what is left over of the wrench, both ways, and of the servos stands in the wrench's rows."""
+
 
 @cache
 def sphere(rounds: int = 2) -> tuple[np.ndarray, np.ndarray]:
@@ -52,17 +52,20 @@ def sphere(rounds: int = 2) -> tuple[np.ndarray, np.ndarray]:
     golden = 0.5 * (1.0 + np.sqrt(5.0))
     signs = np.array([(a, b) for a in (-1.0, 1.0) for b in (-golden, golden)])
     points = np.vstack([np.roll(np.pad(signs, ((0, 0), (1, 0))), k, axis=1) for k in range(3)])
-    points = points / np.linalg.norm(points, axis=1, keepdims=True)
+    beside = np.linalg.norm(points[:, None] - points, axis=2) < 2.1  # an edge is 2 long
+    three = (
+        face for face in combinations(range(12), 3) if all(beside[a, b] for a, b in combinations(face, 2))
+    )
+    faces = np.array([face if np.linalg.det(points[list(face)]) > 0.0 else face[::-1] for face in three])
     for _ in range(rounds):
-        faces = ConvexHull(points).simplices
-        edges = {tuple(sorted((int(a), int(b)))) for face in faces for a in face for b in face if a != b}
-        points = np.vstack([points, [points[a] + points[b] for a, b in sorted(edges)]])
+        sides = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]], axis=2).reshape(-1, 2)
+        edges, numbers = np.unique(sides, axis=0, return_inverse=True)
+        (a, b, c), (ab, bc, ca_) = faces.T, len(points) + numbers.reshape(-1, 3).T
+        quarters = (a, ab, ca_), (ab, b, bc), (ca_, bc, c), (ab, bc, ca_)
+        faces = np.vstack([np.stack(quarter, axis=1) for quarter in quarters])
         points = points / np.linalg.norm(points, axis=1, keepdims=True)
-    faces = ConvexHull(points).simplices
-    a, b, c = (points[faces[:, k]] for k in range(3))
-    inward = np.sum(np.cross(b - a, c - a) * a, axis=1) < 0.0
-    faces[inward] = faces[inward][:, ::-1]
-    return points, faces
+        points = np.vstack([points, points[edges].sum(axis=1)])
+    return points / np.linalg.norm(points, axis=1, keepdims=True), faces
 
 
 def well_spread(stance: Stance) -> np.ndarray:
@@ -131,7 +134,8 @@ def _around(rotors: int, servos: int) -> ca.Function:
 
 def _evaluated(stance: Stance, directions: np.ndarray, state: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Left over (of the weight) and torques (of the limits), (k, 6 + m), and what they are by the state."""
-    turned = directions @ Rotation.from_euler("z", stance.heading).as_matrix()
+    sin, cos = np.sin(stance.heading), np.cos(stance.heading)
+    turned = directions @ np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
     function = _around(len(stance.low), len(stance.torques)).map(len(state))
     parts = stance.columns, stance.loads, stance.cog_jacobian, stance.tip_jacobian, stance.lever
     values, slopes = (part.full() for part in function(state.T, turned.T, *parts, stance.weight))
@@ -155,38 +159,35 @@ def _linear(
     held = (slopes @ near[:, :, None])[:, :, 0] - values
     lean, step = leans
     most = float(stance.high.sum()) + stance.weight
-    bounds = np.empty((count, size + 13, 2))
-    bounds[:, :n] = np.stack([stance.low, stance.high], axis=1)
-    bounds[:, n : n + 2, 0], bounds[:, n : n + 2, 1] = near[:, n : n + 2] - step, near[:, n : n + 2] + step
-    bounds[:, n + 2] = 0.0, most
-    bounds[:, size:] = 0.0, np.inf
-    left = np.broadcast_to(np.hstack([np.eye(6), -np.eye(6), np.zeros((6, 1))]), (count, 6, 13))
-    equal = np.concatenate([slopes[:, :6], left], axis=2)
-    # The lean's square, linear around the last lean as all else; torques within their limits both ways.
-    inside = np.zeros((count, 1 + 2 * servos, size + 13))
-    inside[:, 0, n : n + 2] = near[:, n : n + 2]
-    inside[:, 1 : servos + 1, :size], inside[:, servos + 1 :, :size] = slopes[:, 6:], -slopes[:, 6:]
-    inside[:, 1:, -1] = -1.0
+    low, high = np.zeros((count, size + 13)), np.full((count, size + 13), np.inf)
+    low[:, :n], high[:, :n] = stance.low, stance.high
+    low[:, n : n + 2], high[:, n : n + 2] = near[:, n : n + 2] - step, near[:, n : n + 2] + step
+    high[:, n + 2] = most
+    # Of each: the wrench, the lean's square linear around the last lean as all else, and the torques.
+    rows = np.zeros((count, 7 + 2 * servos, size + 13))
+    rows[:, :6] = np.concatenate([slopes[:, :6], np.tile(_LEFT, (count, 1, 1))], axis=2)
+    rows[:, 6, n : n + 2] = near[:, n : n + 2]
+    rows[:, 7 : 7 + servos, :size], rows[:, 7 + servos :, :size] = slopes[:, 6:], -slopes[:, 6:]
+    rows[:, 7:, -1] = -1.0
     within = 0.5 * (lean**2 + np.sum(near[:, n : n + 2] ** 2, axis=1))
-    ends = np.column_stack([within, 1.0 + held[:, 6:], 1.0 - held[:, 6:]])
-    found = linprog(
-        np.tile([*[0.0] * (n + 2), -1.0 / stance.weight, *[_PRICE] * 13], count),
-        A_eq=_in_blocks(equal),
-        b_eq=held[:, :6].ravel(),
-        A_ub=_in_blocks(inside),
-        b_ub=ends.ravel(),
-        bounds=bounds.reshape(-1, 2),
+    most_of_rows = np.column_stack([held[:, :6], within, 1.0 + held[:, 6:], 1.0 - held[:, 6:]])
+    least_of_rows = np.where(np.arange(7 + 2 * servos) < 6, most_of_rows, -np.inf)
+    together = ca.diagcat(*map(ca.DM, rows))
+    shapes = {"a": together.sparsity(), "h": ca.Sparsity(count * (size + 13), count * (size + 13))}
+    solver = ca.conic("pushes", "highs", shapes, {"error_on_fail": False, "highs": {"output_flag": False}})
+    found = solver(
+        g=np.tile([*[0.0] * (n + 2), -1.0 / stance.weight, *[_PRICE] * 13], count),
+        a=together,
+        lba=least_of_rows.ravel(),
+        uba=most_of_rows.ravel(),
+        lbx=low.ravel(),
+        ubx=high.ravel(),
     )
-    if found.status != 0:
+    if not solver.stats()["success"]:
         return np.zeros((count, size))
-    x = found.x.reshape(count, size + 13)
+    x = found["x"].full().reshape(count, size + 13)
     x[x[:, size:].sum(axis=1) > _SOLVED] = 0.0
     return x[:, :size]
-
-
-def _in_blocks(blocks: np.ndarray) -> Any:
-    count = len(blocks)
-    return bsr_array((blocks, np.arange(count), np.arange(count + 1))).tocsr()
 
 
 def _missed(stance: Stance, directions: np.ndarray, state: np.ndarray, lean: float) -> np.ndarray:

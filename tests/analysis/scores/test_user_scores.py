@@ -12,9 +12,15 @@ from matplotlib.figure import Figure
 import skylimb
 from skylimb.analysis.recording.run import Run
 from skylimb.analysis.report.output import metrics_table
-from skylimb.analysis.scores.carried import carried, shown_scores
-from skylimb.analysis.scores.own import OwnFigure, load_own, own_scores, scored_again, with_own_scores
+from skylimb.analysis.scores.declared import declared_in, shown_scores
 from skylimb.analysis.scores.score import Metric
+from skylimb.analysis.scores.user_scores import (
+    UserFigure,
+    load_user_scores,
+    scored_again,
+    user_numbers,
+    with_user_scores,
+)
 from skylimb.base.errors import ConfigError, UnknownNameError, UserCodeError
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "own_metric.py"
@@ -42,20 +48,20 @@ def span(run: Run) -> Any:
 def test_a_metric_has_a_name_a_unit_and_a_direction() -> None:
     assert isinstance(far, Metric)
     assert far(run()).item() == 4.0
-    assert own_scores(run(), far) | own_scores(run(), span) == {
+    assert user_numbers(run(), far) | user_numbers(run(), span) == {
         "far": 4.0,
         "span_low": None,
         "span_high": 3.0,
     }
-    assert own_scores(run("FAILED"), span) == {"span_low": None, "span_high": None}
-    assert with_own_scores(run(), [far]).metrics == {
+    assert user_numbers(run("FAILED"), span) == {"span_low": None, "span_high": None}
+    assert with_user_scores(run(), [far]).metrics == {
         "b": 2.0, "far": 4.0, "done": None, "missed": [], "checks": {}
     }  # fmt: skip
     (score,), (low, _) = far.scores, span.scores
     assert (score.sign, low.directed) == (-1.0, False)
     assert (score.text(), score.unit) == ("How far it goes", "m")
     assert (low.text(), low.unit) == ("From where to where, low", "s")
-    table = metrics_table({"one": with_own_scores(run(), [far])}).splitlines()
+    table = metrics_table({"one": with_user_scores(run(), [far])}).splitlines()
     assert table[0].endswith(",far")
     assert table[1].endswith(",4.0")
 
@@ -75,7 +81,7 @@ def steps(run: Run) -> Any:
 def test_a_metric_is_judged_by_its_tolerance_and_stands_in_its_group(make_log: Any, tmp_path: Path) -> None:
     flown = Run("one", "hybrid", make_log().assign(a=("b", [1.0, 0.03])))
     flown.log.attrs["tolerances"] = '{"pen_line": 0.02}'
-    flown = with_own_scores(scored_again(flown), [farther, steps, span])
+    flown = with_user_scores(scored_again(flown), [farther, steps, span])
     assert flown.done is False
     assert flown.metrics["checks"]["farther"] == {"value": 1.0, "tolerance": 0.02, "kept": False}
     assert flown.metrics["checks"]["steps"]["kept"] is True
@@ -83,7 +89,7 @@ def test_a_metric_is_judged_by_its_tolerance_and_stands_in_its_group(make_log: A
     # The record carries what the scores are, so it is shown and judged without the file that computed them.
     loaded = Run.load(flown.save(tmp_path / "log.nc"))
     assert loaded.metrics == flown.metrics
-    assert list(carried(loaded.log)) == ["farther", "steps", "span_low", "span_high"]
+    assert list(declared_in(loaded.log)) == ["farther", "steps", "span_low", "span_high"]
     shown = shown_scores([loaded])
     assert [score.line() for score in shown["Force"]][-1] == "farther"
     assert [score.name for score in shown["Further numbers"]] == ["steps", "span_high"]
@@ -94,9 +100,9 @@ def test_a_metric_is_judged_by_its_tolerance_and_stands_in_its_group(make_log: A
 
 
 def test_a_bound_of_its_own_judges_a_flight_that_nothing_else_judges() -> None:
-    assert with_own_scores(run(), [steps]).missed == ["Steps that it takes: 2, 5 commanded"]
-    assert with_own_scores(run("FAILED"), [steps]).done is False
-    assert with_own_scores(run("FAILED"), [far]).done is None
+    assert with_user_scores(run(), [steps]).missed == ["Steps that it takes: 2, 5 commanded"]
+    assert with_user_scores(run("FAILED"), [steps]).done is False
+    assert with_user_scores(run("FAILED"), [far]).done is None
 
 
 @pytest.mark.parametrize(
@@ -117,7 +123,7 @@ def test_what_a_metric_returns_is_checked(value: Any, keys: tuple[str, ...], mes
         return value
 
     with pytest.raises(UserCodeError, match=message):
-        own_scores(run(), skylimb.metric(bad, keys=keys))
+        user_numbers(run(), skylimb.metric(bad, keys=keys))
 
 
 def test_an_error_names_the_users_line(tmp_path: Path) -> None:
@@ -128,17 +134,17 @@ def test_an_error_names_the_users_line(tmp_path: Path) -> None:
     with pytest.raises(
         UserCodeError, match=r"metric 'wrong' fails in .*mine\.py, line 4, `return run\.log\.nothing`: Attr"
     ):
-        with_own_scores(run(), load_own([file]))
+        with_user_scores(run(), load_user_scores([file]))
     file.write_text("x = 1\n", encoding="utf-8")
     with pytest.raises(ConfigError, match=r"mine\.py' has no metric and no figure"):
-        load_own([file])
+        load_user_scores([file])
     file.write_text("import skylimb\n@skylimb.metric\ndef tilt_max(run): ...\n", encoding="utf-8")
     with pytest.raises(ConfigError, match="metric 'tilt_max' has the name of one that ships"):
-        load_own([file])
+        load_user_scores([file])
     with pytest.raises(
         UnknownNameError, match="tolerance of metric 'far' 'pen_lin'; did you mean 'pen_line'"
     ):
-        load_own([skylimb.metric(far.function, smaller_is_better=True, tolerance="pen_lin")])
+        load_user_scores([skylimb.metric(far.function, smaller_is_better=True, tolerance="pen_lin")])
 
 
 def test_a_figure_is_a_matplotlib_figure() -> None:
@@ -147,7 +153,7 @@ def test_a_figure_is_a_matplotlib_figure() -> None:
         """A line."""
         return plt.figure() if run.name == "one" else 3
 
-    assert isinstance(drawn, OwnFigure)
+    assert isinstance(drawn, UserFigure)
     assert (drawn.name, drawn.caption) == ("drawn", "A line.")
     assert isinstance(drawn(run()), Figure)
     plt.close("all")
@@ -158,4 +164,4 @@ def test_a_figure_is_a_matplotlib_figure() -> None:
 
 
 def test_the_example_has_both() -> None:
-    assert [one.name for one in load_own([EXAMPLE])] == ["overshoot", "tilt_spread", "thrusts"]
+    assert [one.name for one in load_user_scores([EXAMPLE])] == ["overshoot", "tilt_spread", "thrusts"]

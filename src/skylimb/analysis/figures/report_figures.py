@@ -17,13 +17,13 @@ from skylimb.analysis.figures.pose_strip import poses
 from skylimb.analysis.figures.progress import common_tool, task_progress
 from skylimb.analysis.figures.traces import pen_traces
 from skylimb.analysis.recording import Run
-from skylimb.analysis.scores.own import OwnFigure
 from skylimb.analysis.scores.pen_line import DRAWN_WITHIN
 from skylimb.analysis.scores.signals import ADAPTATION_THRESHOLD, in_contact
+from skylimb.analysis.scores.user_scores import UserFigure
 
 
 @dataclass(frozen=True)
-class Plate:
+class ReportFigure:
     """A figure with what a reader needs to read it.
 
     Attributes:
@@ -66,8 +66,8 @@ def _flow(text: str) -> str:
     return " ".join(text.split())
 
 
-PLATES = (
-    Plate(
+REPORT_FIGURES = (
+    ReportFigure(
         "drawing",
         "The drawing",
         _flow(f"""
@@ -79,7 +79,7 @@ PLATES = (
         drawn_line,
         draws=True,
     ),
-    Plate(
+    ReportFigure(
         "task",
         "The task",
         _flow("""
@@ -91,7 +91,7 @@ PLATES = (
         task_progress,
         tools=True,
     ),
-    Plate(
+    ReportFigure(
         "pen_traces",
         "What the pen drew",
         _flow("""
@@ -104,7 +104,7 @@ PLATES = (
         touches=True,
         laps=True,
     ),
-    Plate(
+    ReportFigure(
         "cog_tracking",
         "Centre of gravity along the sliding directions",
         _flow("""
@@ -116,7 +116,7 @@ PLATES = (
         """),
         cog_tracking,
     ),
-    Plate(
+    ReportFigure(
         "sliding_errors",
         "Error along the sliding directions",
         _flow(f"""
@@ -127,7 +127,7 @@ PLATES = (
         sliding_errors,
         compares=True,
     ),
-    Plate(
+    ReportFigure(
         "contact_direction",
         "Displacement and force along the contact direction",
         _flow(f"""
@@ -142,7 +142,7 @@ PLATES = (
         """),
         contact_direction,
     ),
-    Plate(
+    ReportFigure(
         "contact_distributions",
         "Displacement and force, distributions",
         _flow("""
@@ -152,7 +152,7 @@ PLATES = (
         contact_distributions,
         compares=True,
     ),
-    Plate(
+    ReportFigure(
         "poses",
         "The body moves, the arm gives way",
         _flow("""
@@ -168,10 +168,10 @@ PLATES = (
 """Every figure, in the order in which a report shows them."""
 
 
-def own_plates(runs: Mapping[str, Run], figures: Iterable[OwnFigure]) -> list[Plate]:
+def user_figures(runs: Mapping[str, Run], figures: Iterable[UserFigure]) -> list[ReportFigure]:
     """A user's own figures of every run that did not fail."""
     return [
-        Plate(
+        ReportFigure(
             f"{figure.name}-{name}" if len(runs) > 1 else figure.name,
             f"{figure.name} of {name}" if len(runs) > 1 else figure.name,
             figure.caption,
@@ -183,17 +183,17 @@ def own_plates(runs: Mapping[str, Run], figures: Iterable[OwnFigure]) -> list[Pl
     ]
 
 
-def write_figures(runs: Mapping[str, Run], folder: Path, own: Iterable[Plate] = ()) -> list[Path]:
+def write_figures(runs: Mapping[str, Run], folder: Path, own: Iterable[ReportFigure] = ()) -> list[Path]:
     """Draw every figure that suits these runs into `folder`, as PNG and PDF, and return the PNG paths.
 
     Args:
         runs: by name.
         folder: where.
-        own: figures besides `PLATES`.
+        own: figures besides `REPORT_FIGURES`.
 
     Raises:
         OSError: when a file cannot be written.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    wanted = [plate for plate in (*PLATES, *own) if plate.suits(runs)]
+    wanted = [plate for plate in (*REPORT_FIGURES, *own) if plate.suits(runs)]
     return [style.save(plate.draw(runs), folder / plate.name)[0] for plate in wanted]

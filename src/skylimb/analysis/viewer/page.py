@@ -28,7 +28,7 @@ def replay_html(runs: Mapping[str, Run], speed: float = 1.0) -> str:
     shown = {name: run for name, run in runs.items() if can_replay(run)}
     if not shown:
         return ""
-    from skylimb.analysis.replay_page.payload import replay_payload  # the engine is slow to load
+    from skylimb.analysis.viewer.payload import replay_payload  # the engine is slow to load
 
     data = json.dumps(
         {**replay_payload(shown), "speed": speed}, separators=(",", ":"), allow_nan=False
@@ -42,7 +42,7 @@ def replay_html(runs: Mapping[str, Run], speed: float = 1.0) -> str:
     )
 
 
-class Replay:
+class FlightViewer:
     """Flights to watch in a notebook: a frame with a page of its own.
 
     Args:

@@ -8,8 +8,8 @@ import mujoco
 import numpy as np
 import xarray as xr
 
-from skylimb.analysis.replay_page.packing import packed
 from skylimb.analysis.scores.signals import HappenedEvent, events_of
+from skylimb.analysis.viewer.packing import packed
 
 
 def packed_events(model: mujoco.MjModel, log: xr.Dataset, samples: np.ndarray) -> dict[str, Any]:

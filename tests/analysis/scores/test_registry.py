@@ -8,8 +8,8 @@ import pytest
 import skylimb
 from skylimb.analysis.recording import Run
 from skylimb.analysis.scores.metrics import metrics
+from skylimb.analysis.scores.registry import METRICS, NUMERIC_KEYS, SCORES, SETS, TOLERANCES, measured
 from skylimb.analysis.scores.score import Metric, Score, Tolerance
-from skylimb.analysis.scores.shipped import METRICS, NUMERIC_KEYS, SCORES, SETS, TOLERANCES, measured
 from skylimb.base.errors import ConfigError
 from skylimb.flight.experiments.tolerances import Tolerances
 

@@ -24,10 +24,10 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from skylimb.analysis.recording.run import Run
-from skylimb.analysis.scores.carried import carried, carrying
+from skylimb.analysis.scores.declared import declared_in, declaring
 from skylimb.analysis.scores.metrics import metrics
+from skylimb.analysis.scores.registry import SCORES, TOLERANCES
 from skylimb.analysis.scores.score import Metric, Number
-from skylimb.analysis.scores.shipped import SCORES, TOLERANCES
 from skylimb.analysis.scores.verdict import verdict
 from skylimb.base.errors import ConfigError, UserCodeError, unknown_name
 from skylimb.base.user_code import UserCode
@@ -41,7 +41,7 @@ _TAKEN = frozenset({*SCORES, "status", "cause", "missed", "checks", "force_limit
 
 
 @dataclass(frozen=True)
-class OwnFigure:
+class UserFigure:
     """A figure that a user draws of a run.
 
     Attributes:
@@ -70,15 +70,15 @@ class OwnFigure:
         return drawn
 
 
-Own = Metric | OwnFigure
+UserScore = Metric | UserFigure
 
 
-def figure(function: Callable[[Run], Any]) -> OwnFigure:
-    """Make a function of a run an `OwnFigure`; see the module."""
-    return OwnFigure(function.__name__, function, " ".join((inspect.getdoc(function) or "").split()))
+def figure(function: Callable[[Run], Any]) -> UserFigure:
+    """Make a function of a run an `UserFigure`; see the module."""
+    return UserFigure(function.__name__, function, " ".join((inspect.getdoc(function) or "").split()))
 
 
-def load_own(use: Iterable[str | Path | ModuleType | Own]) -> list[Own]:
+def load_user_scores(use: Iterable[str | Path | ModuleType | UserScore]) -> list[UserScore]:
     """Every metric and figure of some files, modules and functions.
 
     Args:
@@ -87,13 +87,13 @@ def load_own(use: Iterable[str | Path | ModuleType | Own]) -> list[Own]:
     Raises:
         ConfigError: when a file cannot be used, has neither, or has a metric that cannot be one.
     """
-    found: list[Own] = []
+    found: list[UserScore] = []
     for item in use:
-        if isinstance(item, Metric | OwnFigure):
+        if isinstance(item, Metric | UserFigure):
             found.append(item)
             continue
         module = item if isinstance(item, ModuleType) else load_module(Path(item), ())
-        here = [value for value in vars(module).values() if isinstance(value, Metric | OwnFigure)]
+        here = [value for value in vars(module).values() if isinstance(value, Metric | UserFigure)]
         if not here:
             raise ConfigError(
                 f"'{item}' has no metric and no figure; put @skylimb.metric or @skylimb.figure above one"
@@ -114,17 +114,17 @@ def _check(metric: Metric) -> None:
             raise unknown_name(f"tolerance of metric '{score.name}'", bound, TOLERANCES)
 
 
-def metrics_of(own: Iterable[Own]) -> list[Metric]:
+def metrics_of(own: Iterable[UserScore]) -> list[Metric]:
     """The metrics among them."""
     return [one for one in own if isinstance(one, Metric)]
 
 
-def figures_of(own: Iterable[Own]) -> list[OwnFigure]:
+def figures_of(own: Iterable[UserScore]) -> list[UserFigure]:
     """The figures among them."""
-    return [one for one in own if isinstance(one, OwnFigure)]
+    return [one for one in own if isinstance(one, UserFigure)]
 
 
-def own_scores(run: Run, metric: Metric) -> dict[str, Number]:
+def user_numbers(run: Run, metric: Metric) -> dict[str, Number]:
     """The scores of a user's metric by name; None for a run that failed.
 
     Raises:
@@ -136,9 +136,9 @@ def own_scores(run: Run, metric: Metric) -> dict[str, Number]:
         return metric.of(run)
 
 
-def with_own_scores(
+def with_user_scores(
     run: Run,
-    own: Iterable[Own],
+    own: Iterable[UserScore],
     sets: Iterable[str] = (),
     told: Callable[[UserCodeError], None] | None = None,
 ) -> Run:
@@ -155,7 +155,7 @@ def with_own_scores(
     numbers: dict[str, Number] = {}
     for each in used:
         try:
-            numbers |= own_scores(run, each)
+            numbers |= user_numbers(run, each)
         except UserCodeError as error:
             if told is None:
                 raise
@@ -165,11 +165,11 @@ def with_own_scores(
     if not scores:
         return run
     scored = replace(run, metrics={**run.metrics, **numbers})
-    return carrying(replace(scored, metrics={**scored.metrics, **verdict(scored, scores)}), scores)
+    return declaring(replace(scored, metrics={**scored.metrics, **verdict(scored, scores)}), scores)
 
 
 def scored_again(run: Run) -> Run:
     """A record scored anew; the numbers of a user's metrics stay as they are, and are judged again."""
-    own = carried(run.log)
+    own = declared_in(run.log)
     fresh = replace(run, metrics={**metrics(run.log), **{name: run.metrics.get(name) for name in own}})
     return replace(fresh, metrics={**fresh.metrics, **verdict(fresh, own.values())}) if own else fresh

@@ -11,8 +11,8 @@ from dataclasses import asdict, replace
 from typing import TYPE_CHECKING
 
 from skylimb.analysis.recording.run import Run
+from skylimb.analysis.scores.registry import SCORES
 from skylimb.analysis.scores.score import Score, Tolerance, grouped
-from skylimb.analysis.scores.shipped import SCORES
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -21,7 +21,7 @@ ATTRIBUTE = "scores"
 """Of a log: JSON, a list with the fields of each `Score`."""
 
 
-def carried(log: xr.Dataset) -> dict[str, Score]:
+def declared_in(log: xr.Dataset) -> dict[str, Score]:
     """The declarations of a user's own scores in a log, by name."""
     found = {}
     for fields in json.loads(log.attrs.get(ATTRIBUTE, "[]")):
@@ -30,9 +30,9 @@ def carried(log: xr.Dataset) -> dict[str, Score]:
     return found
 
 
-def carrying(run: Run, scores: Iterable[Score]) -> Run:
+def declaring(run: Run, scores: Iterable[Score]) -> Run:
     """The run with more declarations in its log; its tolerances have the words that suit this run."""
-    found = carried(run.log)
+    found = declared_in(run.log)
     for score in scores:
         judged = score.tolerance if run.metrics.get(score.name) is not None else None
         tolerance = judged.of(run) if judged else None
@@ -45,7 +45,7 @@ def carrying(run: Run, scores: Iterable[Score]) -> Run:
 
 def scores_of(runs: Iterable[Run]) -> Mapping[str, Score]:
     """The declaration of every score that some runs may have: the shipped ones, and those that they carry."""
-    return {**SCORES, **{name: score for run in runs for name, score in carried(run.log).items()}}
+    return {**SCORES, **{name: score for run in runs for name, score in declared_in(run.log).items()}}
 
 
 def shown_scores(runs: Iterable[Run]) -> dict[str, list[Score]]:

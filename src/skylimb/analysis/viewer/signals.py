@@ -8,9 +8,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from skylimb.analysis.replay_page.packing import packed
 from skylimb.analysis.scores.signals import around, contact_axis, samples_within, sliding_axes
 from skylimb.analysis.scores.task import tools_of
+from skylimb.analysis.viewer.packing import packed
 
 RATE = 50.0
 """Samples a second of every curve."""

@@ -10,13 +10,13 @@ import xarray as xr
 
 from skylimb.analysis.figures import palette, scene
 from skylimb.analysis.recording import Run
-from skylimb.analysis.replay_page.events import packed_events
-from skylimb.analysis.replay_page.moved import is_moved, moves_of, taken_back, where
-from skylimb.analysis.replay_page.packing import packed
-from skylimb.analysis.replay_page.pushes import packed_pushes
-from skylimb.analysis.replay_page.shapes import body_poses, meshes, shapes, shapes_with_surface, thrust_sites
-from skylimb.analysis.replay_page.signals import packed_panels, smoothed
 from skylimb.analysis.scores.board import board_of
+from skylimb.analysis.viewer.events import packed_events
+from skylimb.analysis.viewer.moved import is_moved, moves_of, taken_back, where
+from skylimb.analysis.viewer.packing import packed
+from skylimb.analysis.viewer.pushes import packed_pushes
+from skylimb.analysis.viewer.shapes import body_poses, meshes, shapes, shapes_with_surface, thrust_sites
+from skylimb.analysis.viewer.signals import packed_panels, smoothed
 
 RATE = 25.0
 """Poses a second; the page interpolates between them."""

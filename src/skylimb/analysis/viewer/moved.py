@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 import xarray as xr
 
-from skylimb.analysis.replay_page.shapes import OUT_OF_SIGHT
+from skylimb.analysis.viewer.shapes import OUT_OF_SIGHT
 
 POSITION, QUATERNION, PRESENT = "surface_position", "surface_quaternion", "surface_present"
 
