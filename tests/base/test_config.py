@@ -117,7 +117,7 @@ def test_numpy_values_are_taken_and_given_back_as_python():
         ),
         ({"seed": 1.5}, ConfigError, ["seed = 1.5", "expected a whole number, got a number"]),
         ({"wall": 3}, ConfigError, ["wall = 3", "table"]),
-        ({"path": {"start": [1, 2]}}, ConfigError, ["path.start = [1, 2]", "a list of length 3"]),
+        ({"path": {"start": [1, 2]}}, ConfigError, ["path.start = [1, 2]", "has 2 entries, it needs 3"]),
         ({"walls": [{"slope": 1}]}, ConfigError, ["walls = [", "expected a table, got a list"]),
         (
             {"path": {"points": [[1, 2], [3, "x"]]}},

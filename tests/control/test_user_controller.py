@@ -116,7 +116,7 @@ def test_its_gains_are_keys_like_everyones(tmp_path: Path, robot: Robot) -> None
     for key, value, message in (
         ("pull", 11.0, r"^controller 'own': pull = 11 N/m is outside"),
         ("pul", 1.0, r"unknown key 'pul'; did you mean 'pull'"),
-        ("push", [1.0], r"push = \[1\.0\] has the wrong type"),
+        ("push", [1.0], r"push = \[1.0\] has 1 entries, it needs 2"),
     ):
         with pytest.raises(ConfigError, match=message):
             made(tmp_path, robot, gains={key: value})

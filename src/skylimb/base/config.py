@@ -3,26 +3,24 @@
 Every configuration of this package is a frozen dataclass whose fields carry a `skylimb.base.keys.Key`. This
 module carries values between those dataclasses and TOML: an unknown key, a wrong type or a value out of range
 raises a `ConfigError` that names the dotted key, the value it had, what was allowed, and the nearest right
-name. What one field's type allows is decided by `msgspec`: integers serve as floats, nothing else is
-converted.
+name. Lists become tuples and whole numbers serve as floats; nothing else is converted. Every value is checked
+once, by the dataclass that holds it (`skylimb.base.keys.checks`).
 """
 
 from __future__ import annotations
 
 import dataclasses
-import re
 import tomllib
 import typing
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
-import msgspec
 import numpy as np
-import tomli_w
 
 from skylimb.base.errors import ConfigError, UnknownNameError, nearest
-from skylimb.base.keys.checks import TYPES_IN_WORDS, RefusedError, choice_problem
+from skylimb.base.keys.checks import RefusedError, check_values
+from skylimb.base.keys.configuration import is_configuration
 from skylimb.base.keys.fields import fields_of, members_of, section_of
 from skylimb.base.keys.key import Key, shown
 from skylimb.base.sources import Source, read_source
@@ -48,6 +46,8 @@ def parse_toml(source: Source, path: str | Path = "") -> dict[str, Any]:
 
 def write_toml(config: Any) -> str:
     """The TOML text of a dataclass or mapping, which `from_mapping` reads back to an equal one."""
+    import tomli_w  # only to write: who flies reads
+
     return tomli_w.dumps(to_mapping(config))
 
 
@@ -146,7 +146,10 @@ def _build(cls: type[T], table: Any, path: tuple[str, ...]) -> T:
         if field.init and required and field.name not in values:
             raise ConfigError(f"the key '{'.'.join((*path, field.name))}' is missing")
     try:
-        return cls(**values)
+        made = cls(**values)
+        if not is_configuration(cls):
+            check_values(made)
+        return made
     except RefusedError as error:
         raise error.under(".".join(path)) from None
 
@@ -162,29 +165,28 @@ def _refuse_unit(key: Key | None, value: Any, path: tuple[str, ...]) -> None:
 
 
 def _convert(kind: Any, value: Any, path: tuple[str, ...]) -> Any:
-    """`value` as the type `kind`; dataclasses anywhere inside are built by `_build`, the rest by msgspec."""
+    """A TOML value in the form of a type: tables as dataclasses, lists as tuples, whole numbers as floats.
+
+    Whether it is of that type is left to the check of the dataclass that holds it.
+    """
     members = members_of(kind)
     if value is None and type(None) in members:
         return None
     section = section_of(kind)
     if section is not None:
         return _build(section, value, path)
-    origin, arguments = typing.get_origin(kind), typing.get_args(kind)
-    if origin is dict and isinstance(value, dict) and section_of(arguments[1]):
-        return {key: _convert(arguments[1], entry, (*path, key)) for key, entry in value.items()}
-    if origin is tuple and isinstance(value, list) and arguments[1:] == (...,) and section_of(arguments[0]):
-        return tuple(_convert(arguments[0], entry, (*path, str(i))) for i, entry in enumerate(value))
-    if origin is typing.Literal:
-        problem = choice_problem(value, arguments)
-        if problem is not None:
-            raise ConfigError(f"{'.'.join(path)} = {shown(value)} {problem}")
-    try:
-        return msgspec.convert(value, kind)
-    except msgspec.ValidationError as error:
-        detail = str(error).replace("`", "").replace(" - at $", " at ")
-        detail = re.sub(r"\b\w+\b", lambda word: TYPES_IN_WORDS.get(word[0], word[0]), detail)
-        reason = detail[0].lower() + detail[1:]
-        raise ConfigError(f"{'.'.join(path)} = {shown(value)} has the wrong type: {reason}") from None
+    if isinstance(value, int) and not isinstance(value, bool) and float in members and int not in members:
+        return float(value)
+    for member in members:
+        origin, arguments = typing.get_origin(member), typing.get_args(member)
+        if origin is dict and isinstance(value, dict):
+            return {key: _convert(arguments[1], entry, (*path, key)) for key, entry in value.items()}
+        if origin is tuple and isinstance(value, list):
+            kinds = arguments[:1] * len(value) if arguments[1:] == (...,) else arguments
+            if len(kinds) == len(value):
+                pairs = enumerate(zip(kinds, value, strict=True))
+                return tuple(_convert(of, entry, (*path, str(place))) for place, (of, entry) in pairs)
+    return value
 
 
 def _unknown_key(path: tuple[str, ...], cls: type) -> UnknownNameError:

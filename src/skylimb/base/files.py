@@ -75,12 +75,9 @@ def new_folder(path: str | Path) -> Iterator[Path]:
     Raises:
         OutputError: if `path` exists or cannot be written.
     """
-    path = require_new(path)
-    with writing(path), _aside(path) as staging:
-        inside = staging / path.name
+    with new_file(path) as inside:
         inside.mkdir()
         yield inside
-        _rename(inside, path)
 
 
 @contextmanager

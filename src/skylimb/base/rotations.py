@@ -11,16 +11,9 @@ import functools
 from collections.abc import Sequence
 from typing import Any
 
-import casadi as ca
 import numpy as np
 
-from skylimb.symbolic import Array, arctan2, is_symbolic, matrix, vector
-
-
-def _cos_sin(angle: Any) -> tuple[Any, Any]:
-    if is_symbolic(angle):
-        return ca.cos(angle), ca.sin(angle)
-    return np.cos(angle), np.sin(angle)
+from skylimb.symbolic import Array, arctan2, cos, matrix, sin, vector
 
 
 def wrapped(angle: Any) -> Any:
@@ -50,19 +43,19 @@ def dot(a: Array, b: Array) -> Any:
 
 def rot_x(angle: Any) -> Array:
     """Rotation about x."""
-    c, s = _cos_sin(angle)
+    c, s = cos(angle), sin(angle)
     return matrix([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
 
 
 def rot_y(angle: Any) -> Array:
     """Rotation about y."""
-    c, s = _cos_sin(angle)
+    c, s = cos(angle), sin(angle)
     return matrix([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
 
 
 def rot_z(angle: Any) -> Array:
     """Rotation about z."""
-    c, s = _cos_sin(angle)
+    c, s = cos(angle), sin(angle)
     return matrix([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
@@ -73,7 +66,7 @@ def rotation_from_rpy(roll: Any, pitch: Any, yaw: Any) -> Array:
 
 def rotation_from_axis_angle(axis: Sequence[float], angle: Any) -> Array:
     """Rotation by `angle` about a constant unit `axis` (Rodrigues' formula)."""
-    c, s = _cos_sin(angle)
+    c, s = cos(angle), sin(angle)
     K = hat(np.asarray(axis, dtype=float))
     return np.eye(3) + K * s + (K @ K) * (1.0 - c)
 
@@ -81,7 +74,7 @@ def rotation_from_axis_angle(axis: Sequence[float], angle: Any) -> Array:
 def rotation_from_vector(v: Array) -> Array:
     """Rotation about `v` (3,) by its length, rad; exact but for the square of 1e-9 rad."""
     size = (dot(v, v) + 1e-18) ** 0.5
-    c, s = _cos_sin(size)
+    c, s = cos(size), sin(size)
     K = hat(v / size)
     return np.eye(3) + K * s + (K @ K) * (1.0 - c)
 

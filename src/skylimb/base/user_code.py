@@ -1,4 +1,4 @@
-"""Calls into a user's own Python: what goes wrong there is told in one line, with the file and the line.
+"""Calls into a user's own Python: an error there is one line that names the file and the line.
 
 Every call of a user's function goes through `UserCode` or `guarded`. The error that comes out names the
 deepest line of the traceback that stands in a user's own file, and the remedy where it is known. The whole
@@ -73,7 +73,7 @@ class Place(NamedTuple):
 
 
 class UserCode:
-    """Tells what goes wrong inside of the block, which calls a user's code.
+    """Describes what goes wrong inside of the block, which calls a user's code.
 
     An error that skylimb's own checks raise, or that the user raises as a `SkylimbError`, passes as it is.
 
@@ -91,14 +91,14 @@ class UserCode:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> Literal[False]:
         if isinstance(error, Exception):
-            told = told_error(self.what, error)
-            if told is not error:
-                raise told from error
+            described_error = described_user_error(self.what, error)
+            if described_error is not error:
+                raise described_error from error
         return False
 
 
 def guarded(function: F, what: str) -> F:
-    """A user's function whose errors are told; see `UserCode`."""
+    """A user's function whose errors are described in one line; see `UserCode`."""
 
     @functools.wraps(function)
     def call(*given: Any, **named: Any) -> Any:
@@ -108,7 +108,7 @@ def guarded(function: F, what: str) -> F:
     return call  # type: ignore[return-value]  # the same signature
 
 
-def told_error(what: str, error: Exception) -> Exception:
+def described_user_error(what: str, error: Exception) -> Exception:
     """An error in a user's code in one line; the error itself where it says all already."""
     frames = _frames(error)
     place = next((place for place in reversed(frames) if is_users(place.file)), None)

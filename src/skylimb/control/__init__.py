@@ -1,1 +1,18 @@
-"""The cascade of the paper's block diagram: translation, attitude and shape laws, and thrust allocation."""
+"""The controller: what it knows (estimation), what it should do (missions), and the laws that do it.
+
+    mission -> reference                                     one row for every tick, known before take-off
+    measurement -> estimation -> contact -> shape -> translation -> attitude -> allocation -> command
+
+Read first `cascade`, whose `step` is the whole controller, then `laws`, which says what a law of each slot
+has to have, and one law, such as `translation/impedance`. A preset (`presets/*.toml`) names a law for each
+slot and its gains; a user's file may take the place of a law (`user_functions`) or of the whole controller
+(`user_controller`).
+
+Laws are plain functions of records (`records`, `estimation.records`), written once with `skylimb.symbolic`:
+they run on numbers in a test and on CasADi's symbols in the compiled tick (`traced_step`). `law_fields` says
+which fields of the records a law gives and needs, `law_monitor` holds it to that. `planning` finds paths,
+postures and vectoring angles, `loop` flies a controller tick by tick on any vehicle.
+
+Imports `skylimb.robots` and `skylimb.base`, and no simulator: it flies with NumPy and CasADi alone
+(`tests/test_core_alone.py`).
+"""

@@ -24,15 +24,15 @@ from skylimb.control.corrections import (
     GAINS,
     Corrections,
     believed_robot,
+    correction_table,
     for_rotors,
-    kept,
     require_made_for,
     turned_back,
 )
 from skylimb.control.estimation.estimate import wrench_signals
 from skylimb.control.estimation.records import Measurement, Sensed, Signals, Start
-from skylimb.control.fields import require_fit
-from skylimb.control.links import Links, as_traced
+from skylimb.control.law_fields import require_fit
+from skylimb.control.law_monitor import LawMonitor, with_traced_fields
 from skylimb.control.missions.reference import Reference
 from skylimb.control.needs import Needs, merged
 from skylimb.control.planning.posture import ReachFamily, posture_family
@@ -71,7 +71,7 @@ class Cascade:
         measurement: Measurement,
         reference: Reference,
         dt: float,
-        links: Links | None = None,
+        monitor: LawMonitor | None = None,
     ) -> tuple[Slots, Command, Signals]:
         """One control tick.
 
@@ -81,52 +81,52 @@ class Cascade:
             measurement: of this tick.
             reference: of this tick.
             dt: control period, s.
-            links: takes down what the laws read and give.
+            monitor: records what the laws read and give, and holds them to what they declare.
 
         Returns:
             The new state, the command, and every inner signal by its public name.
         """
-        laws, links = self.preset.laws, links or Links(self.preset.slots)
+        laws, monitor = self.preset.laws, monitor or LawMonitor(self.preset.slots)
         if self.corrections is not None:
             measurement = turned_back(self.corrections, measurement)
 
         # 1. What is known of body and external wrench.
         sensed = Sensed(self.robot, measurement, reference, dt)
         estimation, known, of_estimation = laws.estimation.step(gains.estimation, state.estimation, sensed)
-        links.gave("estimation", known)
-        missing = links.residual(state.allocation)
+        monitor.gave("estimation", known)
+        missing = monitor.residual(state.allocation)
         inputs = LawInput(self.robot, measurement, reference, dt, known, residual=missing)
         body, bias = known.body, known.bias or NOTHING
 
         # 2. Whether there is contact, and where its surface leads.
         contact, view, of_contact = laws.contact.step(
-            gains.contact, state.contact, links.inputs("contact", inputs)
+            gains.contact, state.contact, monitor.inputs("contact", inputs)
         )
-        links.gave("contact", view)
+        monitor.gave("contact", view)
         inputs = inputs._replace(contact=view)
 
         # 3. How far the arm reaches.
         limits = (self.family.reach_min, self.family.reach_max)
         shape, arm, of_shape = laws.shape.step(
-            gains.shape, state.shape, links.inputs("shape", inputs), limits
+            gains.shape, state.shape, monitor.inputs("shape", inputs), limits
         )
-        links.gave("shape", arm)
+        monitor.gave("shape", arm)
         posture = posture_of(self.family, self.vectoring, arm.reach, reference)
         inputs = inputs._replace(arm=arm)
 
         # 4. The wanted force on the centre of gravity.
         translation, wanted, of_translation = laws.translation.step(
-            gains.translation, state.translation, links.inputs("translation", inputs)
+            gains.translation, state.translation, monitor.inputs("translation", inputs)
         )
         force = wanted - bias.force
 
         # 5. The attitude that points the thrust along it, and the torque that gets there.
-        to_allocate = links.inputs("allocation", inputs)
+        to_allocate = monitor.inputs("allocation", inputs)
         aimed = laws.allocation.aim(gains.allocation, state.allocation, to_allocate, force)
         rpy, heading = rpy_from_rotation(body.R_WC), heading_of(self.robot, body.model.tip_heading, reference)
         target, R_target = attitude_target(aimed, rpy[2], heading)
         attitude, turning, of_attitude = laws.attitude.step(
-            gains.attitude, state.attitude, links.inputs("attitude", inputs), R_target
+            gains.attitude, state.attitude, monitor.inputs("attitude", inputs), R_target
         )
         torque = turning - bias.torque
 
@@ -151,7 +151,7 @@ class Cascade:
         }
         own = of_estimation, of_contact, of_shape, of_translation, of_attitude, of_allocation
         for slot, recorded in zip(SLOTS, own, strict=True):
-            links.recorded(slot, recorded)
+            monitor.recorded(slot, recorded)
             signals |= recorded
         new = Slots(estimation, contact, shape, translation, attitude, allocation)
         command = given.command if self.corrections is None else for_rotors(self.corrections, given.command)
@@ -232,7 +232,7 @@ class Cascade:
 
     def tables(self) -> dict[str, Any]:
         """The preset as plain tables, and the calibration where there is one."""
-        calibration = {} if self.corrections is None else {CALIBRATION: kept(self.corrections)}
+        calibration = {} if self.corrections is None else {CALIBRATION: correction_table(self.corrections)}
         return {**self.preset.tables(), **calibration}
 
     def structure(self) -> Hashable:
@@ -301,6 +301,6 @@ def build_cascade(robot: Robot, preset: Preset) -> Cascade:
     cascade = Cascade(robot, preset, posture_family(robot), vectoring_table(robot, purpose))
     if not any(isinstance(slot.law, UserLaw) for slot in preset.slots):
         return cascade
-    preset = replace(preset, slots=as_traced(cascade))
+    preset = replace(preset, slots=with_traced_fields(cascade))
     require_fit(preset.slots, f"controller {preset.name}")
     return replace(cascade, preset=preset)

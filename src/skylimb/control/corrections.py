@@ -19,7 +19,7 @@ import numpy as np
 
 from skylimb.base.config import from_mapping, parse_toml, put, to_mapping
 from skylimb.base.errors import ConfigError
-from skylimb.base.keys import Key, configuration
+from skylimb.base.keys import Key, Vector3, configuration
 from skylimb.base.rotations import quaternion_product
 from skylimb.base.sources import read_source
 from skylimb.control.estimation.records import Measurement
@@ -37,8 +37,6 @@ CALIBRATION = "calibration"
 GAINS = {"latency": "estimation.delay.latency", "rotor_lag": "allocation.rotor_lag.time_constant"}
 """Keys of laws that a calibration sets, by its own names."""
 
-Vector = tuple[float, float, float]
-
 
 @configuration
 class Corrections:
@@ -47,10 +45,10 @@ class Corrections:
     robot: Annotated[str, Key("", "name of the robot that it was made for")]
     robot_digest: Annotated[str, Key("", "digest of that robot's description")]
     attitude_misalignment: Annotated[
-        Vector, Key("rad", "rotation vector from the true to the measured body axes", low=-0.5, high=0.5)
+        Vector3, Key("rad", "rotation vector from the true to the measured body axes", low=-0.5, high=0.5)
     ] = (0.0, 0.0, 0.0)
     cog_offset: Annotated[
-        Vector, Key("m", "true less described centre of gravity, root link's axes", low=-0.3, high=0.3)
+        Vector3, Key("m", "true less described centre of gravity, root link's axes", low=-0.3, high=0.3)
     ] = (0.0, 0.0, 0.0)
     rotor_scale: Annotated[
         tuple[float, ...],
@@ -92,7 +90,6 @@ class HasCorrections(Protocol):
     @property
     def corrections(self) -> Corrections:
         """What a controller uses of it."""
-        ...
 
 
 Calibrated = str | Path | Corrections | HasCorrections
@@ -136,7 +133,7 @@ def believed_robot(robot: Robot, corrections: Corrections) -> Robot:
 
 
 @functools.lru_cache(maxsize=64)
-def _believed(robot: Robot, cog_offset: Vector, scales: tuple[float, ...]) -> Robot:
+def _believed(robot: Robot, cog_offset: Vector3, scales: tuple[float, ...]) -> Robot:
     description = robot.description
     offset = np.asarray(cog_offset) * robot.mass
 
@@ -180,7 +177,7 @@ def with_corrections(preset: Mapping[str, Any], path: Path, corrections: Correct
         path: their file, which a law given by path is sought beside.
         corrections: what was found.
     """
-    tables: dict[str, Any] = {**copy.deepcopy(dict(preset)), CALIBRATION: kept(corrections)}
+    tables: dict[str, Any] = {**copy.deepcopy(dict(preset)), CALIBRATION: correction_table(corrections)}
     for name, key in GAINS.items():
         slot, _, rest = key.partition(".")
         law = str(tables.get(slot, {}).get("law", DEFAULT_LAWS.get(slot)))
@@ -190,6 +187,6 @@ def with_corrections(preset: Mapping[str, Any], path: Path, corrections: Correct
     return tables
 
 
-def kept(corrections: Corrections) -> dict[str, Any]:
+def correction_table(corrections: Corrections) -> dict[str, Any]:
     """The corrections as a controller's table; what has become a gain stands among the gains."""
     return to_mapping(dataclasses.replace(corrections, rotor_lag=-1.0, latency=-1.0))

@@ -81,15 +81,25 @@ def lateral_move(gains: Any, move: Array, inputs: LawInput, demand: Demand) -> t
     side, J, *_ = side_force_function(inputs.robot)(
         inputs.measurement.joint_angles, nominal, nominal + move, force[2], demand.torque
     )
-    a = J[0, :] @ J[0, :].T + gains.damping
-    b = J[0, :] @ J[1, :].T
-    d = J[1, :] @ J[1, :].T + gains.damping
-    inverse = matrix([[d, -b], [-b, a]]) / (a * d - b * b)
-    # The least move that gives what is missing, where the move so far counts for what it does alone.
-    new = J.T @ (inverse @ (force[0:2] - side + J @ move))
+    # What is missing, where the move so far counts for what it does alone.
+    new = least_move(J, gains.damping, force[0:2] - side + J @ move)
     new = clip(new, -gains.limit, gains.limit)
     lower, upper = inputs.robot.vectoring_limits()
     if np.isfinite(lower).any() or np.isfinite(upper).any():
         new = clip(new, lower - nominal, upper - nominal)
     new = low_pass(move, new, 2.0 * math.pi * gains.cutoff, inputs.dt)
     return new, stack(side - J @ move, 0.0)
+
+
+def least_move(J: Array, damping: Any, side: Array) -> Array:
+    """The least move that gives a side force, J^T (J J^T + mu E)^-1 f_xy, rad, (nv,).
+
+    Args:
+        J: side force per move, N/rad, (2, nv).
+        damping: mu, N^2/rad^2.
+        side: f_xy, N, (2,).
+    """
+    a = J[0, :] @ J[0, :].T + damping
+    b = J[0, :] @ J[1, :].T
+    d = J[1, :] @ J[1, :].T + damping
+    return J.T @ (matrix([[d, -b], [-b, a]]) / (a * d - b * b) @ side)

@@ -2,7 +2,8 @@
 
 Every `step` returns three things: its new state, its output, and signals to record under their names.
 States are records of arrays, or an empty tuple. A law that ships declares `PROVIDES`, `REQUIRES` and
-`OPTIONAL`: which fields of the records between slots it gives and reads (`control.fields`). A law may define
+`OPTIONAL`: which fields of the records between slots it gives and reads (`control.law_fields`). A law may
+define
 
 - `needs(gains) -> Needs`, when it sets the mission's pace or wants a preview of the reference,
 - `require(gains, dt)`, which raises a `ConfigError` when it cannot work at a control period of dt s.
@@ -27,11 +28,9 @@ class Law(Protocol):
     @property
     def Gains(self) -> type:
         """A frozen dataclass: the keys of the slot's table in a preset."""
-        ...
 
     def initial_state(self, gains: Any, start: Start, /) -> Any:
         """The law's state before the first tick."""
-        ...
 
 
 class EstimationLaw(Law, Protocol):
@@ -39,11 +38,9 @@ class EstimationLaw(Law, Protocol):
 
     def step(self, gains: Any, state: Any, sensed: Sensed, /) -> tuple[Any, Estimate, Signals]:
         """The estimate of this tick."""
-        ...
 
     def commanded(self, gains: Any, state: Any, estimate: Estimate, rotors: Wrench, dt: float, /) -> Any:
         """The state that knows which wrench the rotors really make until the next tick."""
-        ...
 
 
 class ContactLaw(Law, Protocol):
@@ -51,7 +48,6 @@ class ContactLaw(Law, Protocol):
 
     def step(self, gains: Any, state: Any, inputs: LawInput, /) -> tuple[Any, ContactView, Signals]:
         """What the laws after it may know of the contact."""
-        ...
 
 
 class ShapeLaw(Law, Protocol):
@@ -61,7 +57,6 @@ class ShapeLaw(Law, Protocol):
         self, gains: Any, state: Any, inputs: LawInput, reach_limits: tuple[float, float], /
     ) -> tuple[Any, ArmTarget, Signals]:
         """The wanted reach, m, within its limits."""
-        ...
 
 
 class TranslationLaw(Law, Protocol):
@@ -69,7 +64,6 @@ class TranslationLaw(Law, Protocol):
 
     def step(self, gains: Any, state: Any, inputs: LawInput, /) -> tuple[Any, Array, Signals]:
         """f_cmd in W, N, (3,); a signal "cog_position_target" where it leads the centre of gravity."""
-        ...
 
 
 class AttitudeLaw(Law, Protocol):
@@ -79,7 +73,6 @@ class AttitudeLaw(Law, Protocol):
         self, gains: Any, state: Any, inputs: LawInput, R_target: Array, /
     ) -> tuple[Any, Array, Signals]:
         """tau_cmd in C, N m, (3,), for a target attitude R_W,Cref."""
-        ...
 
 
 class AllocationLaw(Law, Protocol):
@@ -87,13 +80,11 @@ class AllocationLaw(Law, Protocol):
 
     def aim(self, gains: Any, state: Any, inputs: LawInput, force: Array, /) -> Array:
         """The part of the wanted force that the tilt of the robot has to give, W, N, (3,)."""
-        ...
 
     def step(
         self, gains: Any, state: Any, inputs: LawInput, demand: Demand, /
     ) -> tuple[Any, Allocated, Signals]:
         """The command, and the wrench that comes of it."""
-        ...
 
 
 class Laws(NamedTuple):

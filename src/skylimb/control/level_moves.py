@@ -24,10 +24,10 @@ import casadi as ca
 from skylimb.base.keys import Key, configuration
 from skylimb.control.box_least_squares import nearest_in_box
 from skylimb.control.estimation.records import BodyState
-from skylimb.control.lateral import side_force_function
+from skylimb.control.lateral import least_move, side_force_function
 from skylimb.control.records import Demand, LawInput
 from skylimb.robots.model import Robot
-from skylimb.symbolic import Array, clip, is_symbolic, low_pass, matrix, stack
+from skylimb.symbolic import Array, clip, is_symbolic, low_pass, stack
 
 _CALM = 2.0 * math.pi * 0.3
 """Rate of the pull toward the thrusts of the hover, 1/s: slow, as servos that chase it tick by tick shake."""
@@ -107,7 +107,7 @@ def level_move(gains: Any, move: Array, pull: Array, inputs: LawInput, demand: D
     most = _MOST * gains.limit
     pull = low_pass(pull, clip(gains.steady * change, -most, most), _CALM, inputs.dt)
     away = gains.margin * effort + pull
-    free = _damped_inverse(J, gains.damping, wanted + J @ away) - away
+    free = least_move(J, gains.damping, wanted + J @ away) - away
     lower, upper = inputs.robot.vectoring_limits()
     lower, upper = (clip(limit - nominal, -gains.limit, gains.limit) for limit in (lower, upper))
     new = _within(J, gains.damping, free, lower, upper)
@@ -127,14 +127,6 @@ def nominal_rotation(robot: Robot, body: BodyState, joint_angles: Array, nominal
         nominal: vectoring angles, rad.
     """
     return body.R_WC @ body.model.R_root_C.T @ _hovering_frame(robot)(joint_angles, nominal)
-
-
-def _damped_inverse(J: Array, damping: Any, side: Array) -> Array:
-    """J^T (J J^T + mu E)^-1 times a side force, rad, (nv,)."""
-    a = J[0, :] @ J[0, :].T + damping
-    b = J[0, :] @ J[1, :].T
-    d = J[1, :] @ J[1, :].T + damping
-    return J.T @ (matrix([[d, -b], [-b, a]]) / (a * d - b * b) @ side)
 
 
 def _within(J: Array, damping: Any, free: Array, lower: Array, upper: Array) -> Array:

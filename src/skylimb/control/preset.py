@@ -10,7 +10,7 @@ from typing import Any
 from skylimb.base.config import flatten, from_mapping, read_toml, to_mapping, with_overrides
 from skylimb.base.errors import ConfigError, UnknownNameError, unknown_name
 from skylimb.base.keys.key import shown
-from skylimb.control.fields import require_fit
+from skylimb.control.law_fields import require_fit
 from skylimb.control.laws import Laws
 from skylimb.control.slots import SLOTS, Slot, Slots, find_law, law_names, right_key
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any, Literal
 
 from skylimb.base.keys import Key, KeyInfo, Table, tables_of
-from skylimb.control.fields import described
+from skylimb.control.law_fields import described
 from skylimb.control.preset import ROBOTS, Preset
 from skylimb.control.slots import SLOTS, Slot, law_names
 

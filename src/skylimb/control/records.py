@@ -1,6 +1,6 @@
 """The records that laws and controllers exchange.
 
-A law fills in the fields that it knows; the others are absent, None (`control.fields`).
+A law fills in the fields that it knows; the others are absent, None (`control.law_fields`).
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from skylimb.control.estimation.records import ABSENT, Estimate, Measurement, Wrench
+from skylimb.control.estimation.records import ABSENT, Estimate, Measurement, Start, Wrench
 from skylimb.control.missions.reference import Reference
 from skylimb.robots.model import Robot
 from skylimb.symbolic import Array
@@ -140,3 +140,8 @@ class Allocated(NamedTuple):
 
     command: Command
     wrench: Wrench
+
+
+def no_memory(gains: Any, start: Start) -> tuple[()]:
+    """The `initial_state` of a law that remembers nothing between two ticks."""
+    return ()

@@ -50,7 +50,7 @@ class Slot:
         name: the law's name in the preset.
         law: its module, see `control.laws`.
         gains: an instance of the law's `Gains`.
-        gives: fields that it gives (`control.fields`), where a traced tick has shown them.
+        gives: fields that it gives (`control.law_fields`), where a traced tick has shown them.
     """
 
     name: str

@@ -11,13 +11,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from skylimb.base.keys import refused
+from skylimb.base.keys import Vector3, refused
 from skylimb.base.rotations import cross
 from skylimb.control.estimation.records import Estimate
 from skylimb.control.missions.reference import Reference
-from skylimb.symbolic import Array, matrix
+from skylimb.symbolic import Array, matrix, right_inverse
 
-Vector3 = tuple[float, float, float]
 COUPLING: Vector3 = (0.0, 0.0, 0.0)
 """No entries beside the diagonal."""
 
@@ -53,6 +52,26 @@ def symmetric(diagonal: Any, coupling: Any) -> Array:
     aa, uu, vv = (diagonal[i] for i in range(3))
     au, av, uv = (coupling[i] for i in range(3))
     return matrix([[aa, au, av], [au, uu, uv], [av, uv, vv]])
+
+
+def impedance(gains: Any, ratio: str, error: Array, rate: Array, felt: Array) -> tuple[Array, Array]:
+    """What an impedance with matrices in the task frame makes of error and felt push, (3,) each.
+
+    Args:
+        gains: with the fields `stiffness`, `damping` and `ratio`, each with its `_coupling`.
+        ratio: name of the field with virtual over true mass or inertia.
+        error: of the place or attitude, in the axes of the task.
+        rate: its rate.
+        felt: estimated force (N) or torque (N m), in the axes of the task.
+
+    Returns:
+        (L^-1 - E) felt, N or N m, and K error + D rate, an acceleration.
+    """
+    L, K, D = (
+        symmetric(getattr(gains, name), getattr(gains, f"{name}_coupling"))
+        for name in (ratio, "stiffness", "damping")
+    )
+    return right_inverse(L) @ felt - felt, K @ error + D @ rate
 
 
 def require_definite(gains: Any, *names: str) -> None:

@@ -1,4 +1,4 @@
-"""Laws and functions in a user's file, as the tick calls them: errors told in a line, symbols checked."""
+"""Laws and functions in a user's file, as the tick calls them: errors are one line, symbols are checked."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from skylimb.symbolic import is_symbolic, matrix, vector
 
 
 class UserLaw:
-    """A law in a user's file: what its module defines, with errors told in a line.
+    """A law in a user's file: what its module defines, with errors described in a line.
 
     Args:
         module: defines what the law of the slot has to.
@@ -43,7 +43,7 @@ class UserLaw:
 
 
 def traceable(function: Callable[..., Any], what: str) -> Callable[..., Any]:
-    """A user's function that is called with numbers or symbols; errors are told in a line.
+    """A user's function that is called with numbers or symbols; errors are described in a line.
 
     Python turns a symbol into NaN without a word where a plain number is needed. What comes of it is refused.
     """

@@ -15,7 +15,7 @@ method `check` of the class; it is called after the keys are checked, and raises
 
 from skylimb.base.keys.checks import RefusedError, choice_problem
 from skylimb.base.keys.configuration import configuration, is_configuration, refused
-from skylimb.base.keys.key import Key
+from skylimb.base.keys.key import Key, Vector3
 from skylimb.base.keys.listing import (
     ANY_NAME,
     ANY_NUMBER,
@@ -39,6 +39,7 @@ __all__ = [
     "KeyInfo",
     "RefusedError",
     "Table",
+    "Vector3",
     "brief",
     "choice_problem",
     "configuration",

@@ -34,18 +34,26 @@ class RefusedError(ConfigError):
         return RefusedError(owner, self.key, self.problem)
 
 
-def check_keys(self: Any) -> None:
-    """Raise a `RefusedError` for the first field with a wrong value; then call `check` where there is one."""
-    for name, (kind, key) in fields_of(type(self)).items():
-        found = _find(kind, getattr(self, name), key or Key())
+def check_values(config: Any) -> None:
+    """Raise a `RefusedError` for the first field of a dataclass whose value its type and key do not allow."""
+    for name, (kind, key) in fields_of(type(config)).items():
+        found = _find(kind, getattr(config, name), key or _WITHOUT_KEY)
         if found is not None:
             value, problem, places = found
             where = f" (entry {', '.join(places)})" if places else ""
-            raise RefusedError(type(self).__name__, name, f"= {value}{where} {problem}")
+            raise RefusedError(type(config).__name__, name, f"= {value}{where} {problem}")
+
+
+def check_keys(self: Any) -> None:
+    """Check all values of a configuration; then call its own `check` where there is one."""
+    check_values(self)
     check = getattr(self, "check", None)
     if check is not None:
         check()
 
+
+_WITHOUT_KEY = Key(finite=False)
+"""For a field of a plain dataclass: any number."""
 
 _Found = tuple[str, str, tuple[str, ...]]
 """The value in words, what is wrong with it, and where in a tuple or table it stands."""

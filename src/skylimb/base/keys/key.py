@@ -9,6 +9,9 @@ from typing import Any
 
 import numpy as np
 
+Vector3 = tuple[float, float, float]
+"""Type of a key with a number for each of three axes."""
+
 
 @dataclass(frozen=True)
 class Key:

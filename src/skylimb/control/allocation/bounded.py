@@ -17,7 +17,7 @@ A robot whose rotors give wrenches in all six directions need not tilt for a sid
 "rotors"`). Its lambda_wanted is then the least-norm one of all six rows, Q^T (Q Q^T)^-1 w, and the tilt gives
 only what the rotors fall short of, low-passed.
 
-The residual, wanted less given wrench, is recorded. The estimation is told the wrench that is really given,
+The residual, wanted less given wrench, is recorded. The estimation gets the wrench that is really given,
 and integrators hold where the rotors fall short (`LawInput.residual`).
 """
 

@@ -13,12 +13,11 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from skylimb.base.keys import Key, configuration
+from skylimb.base.keys import Key, Vector3, configuration
 from skylimb.base.rotations import cross, rotation_error
 from skylimb.control.attitude import impedance
-from skylimb.control.attitude.impedance import Vector3
-from skylimb.control.estimation.records import Signals, Start
-from skylimb.control.records import LawInput
+from skylimb.control.estimation.records import Signals
+from skylimb.control.records import LawInput, no_memory
 from skylimb.symbolic import Array, clip, vector
 
 REQUIRES = (
@@ -68,9 +67,7 @@ class Gains(impedance.Gains):
     ] = 0.05
 
 
-def initial_state(gains: Gains, start: Start) -> tuple[()]:
-    """No memory."""
-    return ()
+initial_state = no_memory
 
 
 def step(gains: Any, state: tuple[()], inputs: LawInput, R_target: Array) -> tuple[tuple[()], Array, Signals]:

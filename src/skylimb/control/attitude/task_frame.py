@@ -11,12 +11,12 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from skylimb.base.keys import Key, configuration
+from skylimb.base.keys import Key, Vector3, configuration
 from skylimb.base.rotations import cross, rotation_error, rotation_from_vector
-from skylimb.control.estimation.records import Signals, Start
-from skylimb.control.records import LawInput
-from skylimb.control.task_frame import COUPLING, Vector3, require_definite, symmetric, task_axes
-from skylimb.symbolic import Array, right_inverse
+from skylimb.control.estimation.records import Signals
+from skylimb.control.records import LawInput, no_memory
+from skylimb.control.task_frame import COUPLING, impedance, require_definite, task_axes
+from skylimb.symbolic import Array
 
 REQUIRES = ("estimate.body", "estimate.wrench", "contact.tip")
 
@@ -50,9 +50,7 @@ class Gains:
         require_definite(self, "stiffness", "damping", "inertia_ratio")
 
 
-def initial_state(gains: Gains, start: Start) -> tuple[()]:
-    """An impedance has no memory of its own."""
-    return ()
+initial_state = no_memory
 
 
 def step(gains: Any, state: tuple[()], inputs: LawInput, R_target: Array) -> tuple[tuple[()], Array, Signals]:
@@ -63,9 +61,7 @@ def step(gains: Any, state: tuple[()], inputs: LawInput, R_target: Array) -> tup
     R_target = rotation_from_vector(tip.rotation) @ R_target
     error = R_TC @ rotation_error(body.R_WC, R_target)
     error_rate = R_TC @ (omega - body.R_WC.T @ tip.rotation_rate)
-    spring = symmetric(gains.stiffness, gains.stiffness_coupling) @ error
-    damper = symmetric(gains.damping, gains.damping_coupling) @ error_rate
     felt = R_TC @ inputs.estimate.wrench.torque
-    feedback = right_inverse(symmetric(gains.inertia_ratio, gains.inertia_ratio_coupling)) @ felt - felt
-    torque = R_TC.T @ feedback - inertia @ (R_TC.T @ (spring + damper)) + cross(omega, inertia @ omega)
+    feedback, spring = impedance(gains, "inertia_ratio", error, error_rate, felt)
+    torque = R_TC.T @ feedback - inertia @ (R_TC.T @ spring) + cross(omega, inertia @ omega)
     return state, torque, {}

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from skylimb.base.keys import configuration
-from skylimb.control.estimation.records import Signals, Start
-from skylimb.control.records import ContactView, LawInput
+from skylimb.control.estimation.records import Signals
+from skylimb.control.records import ContactView, LawInput, no_memory
 
 PROVIDES = REQUIRES = ()
 
@@ -16,9 +16,7 @@ class Gains:
     """Nothing to choose."""
 
 
-def initial_state(gains: Gains, start: Start) -> tuple[()]:
-    """No memory."""
-    return ()
+initial_state = no_memory
 
 
 def step(gains: Any, state: tuple[()], inputs: LawInput) -> tuple[tuple[()], ContactView, Signals]:

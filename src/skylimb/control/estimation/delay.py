@@ -23,7 +23,7 @@ from skylimb.base.errors import ConfigError
 from skylimb.base.keys import Key, configuration
 from skylimb.base.rotations import hat
 from skylimb.control.estimation.records import BodyState, Wrench
-from skylimb.symbolic import Array, clip, stack
+from skylimb.symbolic import Array, clip, right_inverse, stack
 
 DEPTH = 16
 """Ticks of history; at 200 Hz latencies up to 75 ms can be predicted."""
@@ -95,21 +95,15 @@ def predict(gains: Any, state: DelayState, body: BodyState, external: Wrench, dt
     latency = gains.latency
     push = (impulse[0:3] + latency * external.force) / mass
     shift = (moment[0:3] + 0.5 * latency**2 * external.force) / mass
-    turn = np.linalg.solve if isinstance(inertia, np.ndarray) else _solve
-    spin = turn(inertia, impulse[3:6] + latency * external.torque)
-    angle = turn(inertia, moment[3:6] + 0.5 * latency**2 * external.torque)
+    inverse = right_inverse(inertia)
+    spin = inverse @ (impulse[3:6] + latency * external.torque)
+    angle = inverse @ (moment[3:6] + 0.5 * latency**2 * external.torque)
     return body._replace(
         position=body.position + latency * body.velocity + shift,
         velocity=body.velocity + push,
         R_WC=body.R_WC @ _small_rotation(latency * body.angular_velocity + angle),
         angular_velocity=body.angular_velocity + spin,
     )
-
-
-def _solve(A: Array, b: Array) -> Array:
-    import casadi as ca
-
-    return ca.inv_minor(A) @ b
 
 
 def _small_rotation(v: Array) -> Array:

@@ -16,12 +16,10 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from skylimb.base.keys import Key, configuration
+from skylimb.base.keys import Key, Vector3, configuration
 from skylimb.base.rotations import cross
 from skylimb.control.estimation.records import BodyState, Wrench
 from skylimb.symbolic import Array, low_pass
-
-Vector3 = tuple[float, float, float]
 
 
 @configuration

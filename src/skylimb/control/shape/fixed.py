@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from skylimb.base.keys import configuration
-from skylimb.control.estimation.records import Signals, Start
-from skylimb.control.records import ArmTarget, LawInput
+from skylimb.control.estimation.records import Signals
+from skylimb.control.records import ArmTarget, LawInput, no_memory
 
 PROVIDES = ("arm.reach", "arm.rate")
 REQUIRES = ()
@@ -17,9 +17,7 @@ class Gains:
     """Nothing to choose."""
 
 
-def initial_state(gains: Gains, start: Start) -> tuple[()]:
-    """No memory."""
-    return ()
+initial_state = no_memory
 
 
 def step(

@@ -8,14 +8,16 @@ bounce. Out of contact the arm goes back to its nominal reach.
 
 from __future__ import annotations
 
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any
 
 from skylimb.base.keys import Key, configuration
 from skylimb.base.rotations import dot
-from skylimb.control.estimation.records import Signals, Start
+from skylimb.control.estimation.records import Signals
 from skylimb.control.records import ArmTarget, LawInput
+from skylimb.control.shape.admittance import State, initial_state
 from skylimb.symbolic import clip, where
 
+__all__ = ["PROVIDES", "REQUIRES", "Gains", "State", "initial_state", "step"]
 PROVIDES = ("arm.reach", "arm.rate")
 REQUIRES = ("estimate.body", "contact.engaged", "contact.anchor", "contact.surface_velocity")
 
@@ -35,18 +37,6 @@ class Gains:
     offset: Annotated[
         float, Key("m", "difference of the reach out of contact from the nominal one", low=-0.5, high=0.5)
     ] = 0.0
-
-
-class State(NamedTuple):
-    """Commanded reach, m, and its rate, m/s."""
-
-    reach: Any
-    rate: Any
-
-
-def initial_state(gains: Gains, start: Start) -> State:
-    """At the nominal reach."""
-    return State(start.reach, 0.0)
 
 
 def step(

@@ -28,7 +28,7 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from skylimb.base.keys import Key, configuration
+from skylimb.base.keys import Key, Vector3, configuration
 from skylimb.base.rotations import cross, dot
 from skylimb.control.estimation.records import Signals, Start
 from skylimb.control.needs import Needs
@@ -51,8 +51,6 @@ REQUIRES = (
     "arm.rate",
 )
 OPTIONAL = {"contact.across": "feed", "contact.landing": "landing_cancel", "residual": ""}
-
-Vector3 = tuple[float, float, float]
 
 
 @configuration

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from skylimb.base.keys import Key, configuration
-from skylimb.control.estimation.records import Signals, Start
-from skylimb.control.records import LawInput
+from skylimb.base.keys import Key, Vector3, configuration
+from skylimb.control.estimation.records import Signals
+from skylimb.control.records import LawInput, no_memory
 from skylimb.symbolic import Array
 
 REQUIRES = ("estimate.body", "estimate.wrench")
-
-Vector3 = tuple[float, float, float]
 
 
 @configuration
@@ -29,9 +27,7 @@ class Gains:
     damping_ratio: Annotated[Vector3, Key("", "damping ratio Z_td of eq:damping rate", above=0.0, high=100.0)]
 
 
-def initial_state(gains: Gains, start: Start) -> tuple[()]:
-    """An impedance has no memory of its own."""
-    return ()
+initial_state = no_memory
 
 
 def step(gains: Any, state: tuple[()], inputs: LawInput) -> tuple[tuple[()], Array, Signals]:

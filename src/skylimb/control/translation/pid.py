@@ -6,7 +6,7 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from skylimb.base.keys import Key, configuration
+from skylimb.base.keys import Key, Vector3, configuration
 from skylimb.control.estimation.records import Signals, Start
 from skylimb.control.records import NOTHING, LawInput
 from skylimb.control.windup import unless_short
@@ -14,8 +14,6 @@ from skylimb.symbolic import Array, clip
 
 REQUIRES = ("estimate.body",)
 OPTIONAL = {"residual": ""}
-
-Vector3 = tuple[float, float, float]
 
 
 @configuration

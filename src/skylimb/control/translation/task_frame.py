@@ -12,12 +12,12 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from skylimb.base.keys import Key, configuration
+from skylimb.base.keys import Key, Vector3, configuration
 from skylimb.base.rotations import cross
-from skylimb.control.estimation.records import Signals, Start
-from skylimb.control.records import LawInput
-from skylimb.control.task_frame import COUPLING, Vector3, require_definite, symmetric, task_axes
-from skylimb.symbolic import Array, right_inverse
+from skylimb.control.estimation.records import Signals
+from skylimb.control.records import LawInput, no_memory
+from skylimb.control.task_frame import COUPLING, impedance, require_definite, task_axes
+from skylimb.symbolic import Array
 
 REQUIRES = ("estimate.body", "estimate.arm", "estimate.wrench", "contact.tip")
 
@@ -50,9 +50,7 @@ class Gains:
         require_definite(self, "stiffness", "damping", "mass_ratio")
 
 
-def initial_state(gains: Gains, start: Start) -> tuple[()]:
-    """An impedance has no memory of its own."""
-    return ()
+initial_state = no_memory
 
 
 def step(gains: Any, state: tuple[()], inputs: LawInput) -> tuple[tuple[()], Array, Signals]:
@@ -62,12 +60,10 @@ def step(gains: Any, state: tuple[()], inputs: LawInput) -> tuple[tuple[()], Arr
     target = reference.tip_position + tip.position - arm
     target_velocity = reference.tip_velocity + tip.velocity - cross(tip.rotation_rate, arm)
     error, error_rate = R_WT.T @ (body.position - target), R_WT.T @ (body.velocity - target_velocity)
-    spring = symmetric(gains.stiffness, gains.stiffness_coupling) @ error
-    damper = symmetric(gains.damping, gains.damping_coupling) @ error_rate
     felt = R_WT.T @ estimate.wrench.force
-    feedback = right_inverse(symmetric(gains.mass_ratio, gains.mass_ratio_coupling)) @ felt - felt
+    feedback, spring = impedance(gains, "mass_ratio", error, error_rate, felt)
     m = body.model.mass
     # The centre of gravity goes around the tip where the target turns.
     acceleration = reference.tip_acceleration - cross(tip.rotation_rate, cross(tip.rotation_rate, arm))
-    force = R_WT @ (feedback - m * (spring + damper)) + m * (body.model.gravity + acceleration)
+    force = R_WT @ (feedback - m * spring) + m * (body.model.gravity + acceleration)
     return state, force, {"cog_position_target": target}

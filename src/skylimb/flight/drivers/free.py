@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Set
 from time import perf_counter
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from skylimb.base.errors import ConfigError
 from skylimb.base.packing import Layout
-from skylimb.base.user_code import told_error
+from skylimb.base.user_code import described_user_error
 from skylimb.control.controller import Controller
 from skylimb.control.loop.flight import MISSION_TIME
 from skylimb.control.loop.vehicle import Vehicle
@@ -20,9 +20,11 @@ from skylimb.control.missions.reference import Reference
 from skylimb.control.missions.table import window_of
 from skylimb.control.needs import PACE, needs_of
 from skylimb.control.records import Command
-from skylimb.flight.events import GainRows
 from skylimb.robots.model import Robot
 from skylimb.symbolic import is_symbolic
+
+if TYPE_CHECKING:
+    from skylimb.flight.events import GainRows
 
 
 class FreeDriver:
@@ -96,7 +98,7 @@ class FreeDriver:
         try:
             self._state, command, own = self._step(self._gains, self._state, measurement, reference, dt)
         except Exception as error:
-            raise told_error(f"{self._what} at t = {k * dt:.3f} s", error) from error
+            raise described_user_error(f"{self._what} at t = {k * dt:.3f} s", error) from error
         self._spent, self._ticks = self._spent + perf_counter() - begun, self._ticks + 1
         command = self._checked(command)
         pace = 1.0

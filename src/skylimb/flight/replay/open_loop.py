@@ -11,7 +11,7 @@ import numpy as np
 from skylimb.base.bound_function import BoundFunction
 from skylimb.base.errors import ConfigError
 from skylimb.base.packing import Layout, pack_rows
-from skylimb.base.user_code import told_error
+from skylimb.base.user_code import described_user_error
 from skylimb.control.controller import Controller, TraceableController, is_traceable
 from skylimb.control.estimation.records import Measurement
 from skylimb.control.missions.clock import Clock
@@ -149,7 +149,7 @@ def _in_python(
         try:
             state, command, own = controller.step(gains, state, measurement, reference, dt)
         except Exception as error:
-            raise told_error(f"{what} at t = {k * dt:.3f} s", error) from error
+            raise described_user_error(f"{what} at t = {k * dt:.3f} s", error) from error
         rows.append({**own, **_named(command)})
         if rows[-1].keys() != rows[0].keys():
             odd = sorted(rows[-1].keys() ^ rows[0].keys())

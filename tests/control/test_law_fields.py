@@ -20,8 +20,8 @@ from skylimb.base.keys import rows_of
 from skylimb.base.packing import Layout
 from skylimb.control.cascade import Cascade, build_cascade
 from skylimb.control.controller import load_controller
-from skylimb.control.fields import FIELDS, RECORDS, needed, optional, provided, require_fit, required
-from skylimb.control.links import Links, as_traced
+from skylimb.control.law_fields import FIELDS, RECORDS, needed, optional, provided, require_fit, required
+from skylimb.control.law_monitor import LawMonitor, with_traced_fields
 from skylimb.control.preset import Preset, preset_from_mapping, preset_mapping, preset_names
 from skylimb.control.slots import SLOTS, Slot, Slots, find_law, law_names
 from skylimb.flight.events import GainChange, Stage
@@ -132,12 +132,12 @@ def seen() -> dict[tuple[str, str], tuple[set[str], set[str]]]:
             elif steady:
                 continue
             cascade = build_cascade(ROBOT, Preset("mixed", "", slots))
-            links = Links(slots)
-            cascade.step(cascade.gains(), cascade.initial_state(), *hover(cascade), DT, links)
+            monitor = LawMonitor(slots)
+            cascade.step(cascade.gains(), cascade.initial_state(), *hover(cascade), DT, monitor)
             for slot, name in zip(SLOTS, names, strict=True):
                 read, given = found.setdefault((slot, name), (set(), set()))
-                read |= links.reads[slot]
-                given |= links.gives.get(slot, set())
+                read |= monitor.reads[slot]
+                given |= monitor.gives.get(slot, set())
     return found
 
 
@@ -188,7 +188,7 @@ def test_the_page_says_which_law_gives_and_reads_each_field() -> None:
 def _shapes() -> dict[str, str]:
     """Shape of each field, or the name of the record that it is."""
 
-    class Keeping(Links):
+    class Keeping(LawMonitor):
         found: dict[str, str]
 
         def keep(self, field: str, value: Any) -> None:
@@ -211,9 +211,9 @@ def _shapes() -> dict[str, str]:
     found: dict[str, str] = {}
     for names in covering():
         cascade = cascade_of(names)
-        links = Keeping(cascade.preset.slots)
-        links.found = found
-        cascade.step(cascade.gains(), cascade.initial_state(), *hover(cascade), DT, links)
+        monitor = Keeping(cascade.preset.slots)
+        monitor.found = found
+        cascade.step(cascade.gains(), cascade.initial_state(), *hover(cascade), DT, monitor)
     return found
 
 
@@ -238,7 +238,8 @@ def test_whatever_is_not_refused_reads_only_what_it_declares(
     for key, value in changes.items():
         preset = preset.with_gain(key, value, "here")
     if fits(preset.slots):
-        as_traced(cascade.with_gains(changes))  # raises where a law reads or gives other than it declares
+        # Raises where a law reads or gives other than it declares.
+        with_traced_fields(cascade.with_gains(changes))
     else:
         with pytest.raises(ConfigError, match="does not give"):
             cascade.with_gains(changes)

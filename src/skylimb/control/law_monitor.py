@@ -14,7 +14,7 @@ from typing import Any
 
 from skylimb.base.errors import ConfigError
 from skylimb.control.estimation.records import Signals
-from skylimb.control.fields import FIELDS, RECORDS, called, misfit, optional, provided, required
+from skylimb.control.law_fields import FIELDS, RECORDS, called, misfit, optional, provided, required
 from skylimb.control.needs import PACE
 from skylimb.control.records import LawInput
 from skylimb.control.slots import SLOTS, Slots
@@ -24,7 +24,7 @@ PERIOD = 0.005
 """Control period of the tick that is traced, s; what is read and given depends on no number."""
 
 
-class Links:
+class LawMonitor:
     """Hands each law its inputs and takes down what it reads and gives.
 
     Args:
@@ -97,7 +97,7 @@ class Links:
         return value
 
 
-def as_traced(cascade: Any) -> Slots:
+def with_traced_fields(cascade: Any) -> Slots:
     """The slots of a cascade with what each law gives, as a tick on symbols shows it.
 
     Raises:
@@ -120,14 +120,14 @@ class _Cascade:
 def _traced(of: _Cascade) -> dict[str, frozenset[str]]:
     """What each law gives, by its slot."""
     cascade = of.cascade
-    links = Links(cascade.preset.slots)
+    monitor = LawMonitor(cascade.preset.slots)
     _, (state, *given, gains) = symbolic_inputs(step_inputs(cascade, len(cascade.needs.preview)))
-    cascade.step(gains, state, *given, PERIOD, links)
-    return links.gives
+    cascade.step(gains, state, *given, PERIOD, monitor)
+    return monitor.gives
 
 
 class _Seen:
-    """A record as one law sees it: `read` is told of each field and answers with its value.
+    """A record as one law sees it: `read` gets the name of each field and returns its value.
 
     Where there is no record it is false, for laws that ask `inputs.residual or ...`.
     """

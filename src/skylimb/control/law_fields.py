@@ -7,7 +7,8 @@ A law's file names a field as its inputs do, "contact.tip" for `inputs.contact.t
 - `OPTIONAL`: fields that it reads where they are given, and that are None elsewhere, each with the gain that
   needs the field unless it is 0, or "" where none does.
 
-A law in a user's file may leave `PROVIDES` and `REQUIRES` out: one traced tick shows them (`control.links`).
+A law in a user's file may leave `PROVIDES` and `REQUIRES` out: one traced tick shows them
+(`control.law_monitor`).
 """
 
 from __future__ import annotations
