@@ -11,7 +11,7 @@ from skylimb.base.errors import UnreadableError, UserCodeError
 from skylimb.base.keys.fields import fields_of
 from skylimb.base.keys.listing import keys_of
 from skylimb.base.sources import read_source
-from skylimb.base.user_modules import load_module, sources_of_file, sources_of_module
+from skylimb.base.user_modules import load_module, sources_of_module
 from skylimb.control.planning.trajectory_config import TrajectoryConfig
 from skylimb.simulation.surfaces import SURFACES, FrictionMap
 
@@ -57,7 +57,6 @@ def test_a_module_finds_what_lies_beside_it_and_says_which_files_were_read(tmp_p
     assert [source.path.relative_to(tmp_path.resolve()).as_posix() for source in read] == [
         "law.py", "helper_of_mine.py", "gear/__init__.py", "gear/teeth.py",
     ]  # fmt: skip
-    assert sources_of_file(main) == read
     # Edited within the same second, to the same length: no compiled copy may come in its place.
     helper.write_text("import gear\nVALUE = gear.COUNT+1"[:36] + "\n", encoding="utf-8")
     assert load_module(main, ()).VALUE == 4
@@ -96,7 +95,6 @@ def test_a_folder_cannot_replace_pythons_own_modules(tmp_path: Path) -> None:
 def test_what_is_no_users_module_has_no_sources() -> None:
     assert sources_of_module(sys) == ()
     assert sources_of_module(object()) == ()
-    assert sources_of_file("nowhere.py") == ()
 
 
 def test_a_module_that_fails_leaves_the_imports_as_they_were(tmp_path: Path) -> None:

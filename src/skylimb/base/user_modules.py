@@ -53,15 +53,15 @@ class _Beside(importlib.abc.MetaPathFinder):
         if _foreign(fullname):
             return None
         place = self._folder.joinpath(*fullname.split("."))
-        package = place / "__init__.py"
-        if package.is_file():
-            loader = _Loader(package, self._read)
-            return importlib.util.spec_from_file_location(
-                fullname, package, loader=loader, submodule_search_locations=[str(place)]
-            )
-        file = place.with_name(f"{place.name}.py")
-        if file.is_file():
-            return importlib.util.spec_from_file_location(fullname, file, loader=_Loader(file, self._read))
+        for file, inside in (
+            (place / "__init__.py", [str(place)]),
+            (place.with_name(f"{place.name}.py"), None),
+        ):
+            if file.is_file():
+                loader = _Loader(file, self._read)
+                return importlib.util.spec_from_file_location(
+                    fullname, file, loader=loader, submodule_search_locations=inside
+                )
         return None
 
 
@@ -118,11 +118,6 @@ def sources_of_module(module: object) -> tuple[Source, ...]:
     """Every file that was read for a user's module, its own first; none for other modules and objects."""
     loader = getattr(module, "__loader__", None)
     return tuple(loader.read) if isinstance(loader, _Loader) else ()
-
-
-def sources_of_file(path: str | Path) -> tuple[Source, ...]:
-    """Every file that was read for the Python file at `path` when it was last loaded, its own first."""
-    return sources_of_module(sys.modules.get(_module_name(Path(path).resolve())))
 
 
 def _module_name(path: Path) -> str:

@@ -12,6 +12,8 @@ from __future__ import annotations
 from typing import Annotated, Any, NamedTuple
 
 from skylimb.base.keys import Key, configuration
+from skylimb.control.records import Allocated, Command, LawInput
+from skylimb.control.thrusts import rotor_wrench, thrust_limits
 from skylimb.symbolic import Array, clip, exp
 
 
@@ -42,6 +44,27 @@ class Led(NamedTuple):
     command: Array
     mean: Array
     end: Array
+
+
+def allocated(
+    gains: Any, thrusts: Array, wanted: Array, inputs: LawInput, joint_angles: Array, vectoring_angles: Array
+) -> tuple[Array, Allocated]:
+    """The command that makes the rotors give wanted thrusts, and the wrench that comes of it.
+
+    Args:
+        gains: a `RotorLag`.
+        thrusts: modelled now, N, (n,).
+        wanted: within the limits, N, (n,).
+        inputs: of this tick.
+        joint_angles: commanded, rad.
+        vectoring_angles: commanded, rad.
+
+    Returns:
+        The modelled thrusts at the end of the tick, N, (n,), and what the allocation law gives.
+    """
+    led = lead_thrusts(gains, thrusts, wanted, thrust_limits(inputs.robot), inputs.dt)
+    command = Command(led.command, joint_angles, vectoring_angles)
+    return led.end, Allocated(command, rotor_wrench(inputs.estimate.body, led.mean))
 
 
 def lead_thrusts(gains: Any, thrusts: Array, wanted: Array, limits: tuple[Array, Array], dt: float) -> Led:

@@ -133,15 +133,10 @@ def _wrong_type(kind: type, value: Any) -> str:
     return f"has the wrong type: expected {wanted}, got {got}"
 
 
-def listed(choices: Sequence[Any]) -> str:
-    """The choices in words."""
-    return ", ".join(repr(choice) for choice in choices)
-
-
 def choice_problem(value: Any, choices: Sequence[Any]) -> str | None:
     """What is wrong with a value that must be one of `choices`, with the nearest right name; None if good."""
     if any(value == choice and type(value) is type(choice) for choice in choices):
         return None
     guess = nearest(value, [str(choice) for choice in choices]) if isinstance(value, str) else None
     hint = f"; did you mean '{guess}'?" if guess else ""
-    return f"is not one of {listed(choices)}{hint}"
+    return f"is not one of {', '.join(map(repr, choices))}{hint}"

@@ -36,8 +36,8 @@ from skylimb.control.box_least_squares import nearest_in_box
 from skylimb.control.estimation.records import BodyState, Signals, Start, Wrench
 from skylimb.control.leak import TorqueLeak, follow_leak, side_force, without_leak
 from skylimb.control.needs import Needs
-from skylimb.control.records import Allocated, Command, Demand, LawInput
-from skylimb.control.rotor_lag import RotorLag, lead_thrusts
+from skylimb.control.records import Allocated, Demand, LawInput
+from skylimb.control.rotor_lag import RotorLag, allocated
 from skylimb.control.thrusts import Limits, Thrusts, rotor_wrench, thrust_limits, unlimited
 from skylimb.robots.model import Robot
 from skylimb.symbolic import Array, clip, diagonal, is_symbolic, solve_positive, stack, vector
@@ -150,14 +150,14 @@ def step(gains: Any, state: State, inputs: LawInput, demand: Demand) -> tuple[St
         wanted.total,
         reachable(limits, state.allocated, gains.rate * dt),
     )
-    led = lead_thrusts(gains.rotor_lag, state.thrusts, given, limits, dt)
     missing = rotor_wrench(body, wanted.total - given)
     side = missing.force if level else side_force(gains.leak, inputs, wanted)
     leak = follow_leak(gains.leak, state.leak, side, dt)
     signals = {"allocation_residual_force": missing.force, "allocation_residual_torque": missing.torque}
-    command = Command(led.command, demand.joint_angles, demand.vectoring_angles)
-    new = State(leak, led.end, given, missing)
-    return new, Allocated(command, rotor_wrench(body, led.mean)), signals
+    end, made = allocated(
+        gains.rotor_lag, state.thrusts, given, inputs, demand.joint_angles, demand.vectoring_angles
+    )
+    return State(leak, end, given, missing), made, signals
 
 
 def reachable(limits: Limits, before: Array, change: Any) -> Limits:

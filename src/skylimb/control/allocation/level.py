@@ -25,8 +25,8 @@ from skylimb.control.allocation.bounded import Weights, nearest_thrusts, reachab
 from skylimb.control.estimation.records import Signals, Start, Wrench
 from skylimb.control.level_moves import LevelMoves, level_move, nominal_rotation
 from skylimb.control.needs import Needs
-from skylimb.control.records import Allocated, Command, Demand, LawInput
-from skylimb.control.rotor_lag import RotorLag, lead_thrusts
+from skylimb.control.records import Allocated, Demand, LawInput
+from skylimb.control.rotor_lag import RotorLag, allocated
 from skylimb.control.thrusts import rotor_wrench, thrust_limits, unlimited
 from skylimb.robots.model import Robot
 from skylimb.symbolic import Array, low_pass, vector
@@ -115,7 +115,6 @@ def step(gains: Any, state: State, inputs: LawInput, demand: Demand) -> tuple[St
     wanted = unlimited(body, demand.force, demand.torque, hold_lift=True)
     within = reachable(limits, state.allocated, gains.rate * dt)
     given = nearest_thrusts(gains.weights, body.model.allocation_C, wanted.total, within)
-    led = lead_thrusts(gains.rotor_lag, state.thrusts, given, limits, dt)
     moved = level_move(gains.vectoring, state.move, state.pull, inputs, demand)
     short = low_pass(state.short, moved.short, 2.0 * math.pi * gains.tilt_cutoff, dt)
     missing = rotor_wrench(body, wanted.total - given)
@@ -128,9 +127,8 @@ def step(gains: Any, state: State, inputs: LawInput, demand: Demand) -> tuple[St
         "vectoring_move": moved.move,
     }
     posed = demand.vectoring_angles - inputs.reference.vectoring_angles
-    new = State(led.end, given, posed, moved.move, moved.pull, short, residual)
-    command = Command(led.command, demand.joint_angles, angles)
-    return new, Allocated(command, rotor_wrench(body, led.mean)), signals
+    end, made = allocated(gains.rotor_lag, state.thrusts, given, inputs, demand.joint_angles, angles)
+    return State(end, given, posed, moved.move, moved.pull, short, residual), made, signals
 
 
 def _require_turning_rotors(robot: Robot) -> None:

@@ -23,9 +23,9 @@ from skylimb.control.estimation.records import Signals, Start, Wrench
 from skylimb.control.level_moves import nominal_rotation
 from skylimb.control.needs import Needs
 from skylimb.control.pointing import Pointed, Pointing, pointed
-from skylimb.control.records import Allocated, Command, Demand, LawInput
-from skylimb.control.rotor_lag import RotorLag, lead_thrusts
-from skylimb.control.thrusts import rotor_wrench, thrust_limits
+from skylimb.control.records import Allocated, Demand, LawInput
+from skylimb.control.rotor_lag import RotorLag, allocated
+from skylimb.control.thrusts import rotor_wrench
 from skylimb.robots.model import Robot
 from skylimb.symbolic import Array, stack
 
@@ -94,7 +94,6 @@ def aim(gains: Any, state: State, inputs: LawInput, force: Array) -> Array:
 def step(gains: Any, state: State, inputs: LawInput, demand: Demand) -> tuple[State, Allocated, Signals]:
     """Thrusts and vectoring angles for the whole wrench."""
     body, dt = inputs.estimate.body, inputs.dt
-    limits = thrust_limits(inputs.robot)
     plan = planned.next_plan(inputs.robot, state.plan, demand.joint_angles, dt)
     angles = planned.angles_of(plan, dt)
     R = body.model.R_root_C
@@ -102,7 +101,6 @@ def step(gains: Any, state: State, inputs: LawInput, demand: Demand) -> tuple[St
     new, missing = pointed(
         gains.pointing, inputs.robot, state.pointed, inputs.measurement.joint_angles, angles, wrench, dt
     )
-    led = lead_thrusts(gains.rotor_lag, state.thrusts, new.thrusts, limits, dt)
     # What the angles give late is no shortage, or integrators would hold whenever an angle moves.
     residual = rotor_wrench(body, missing)
     signals = {
@@ -111,9 +109,10 @@ def step(gains: Any, state: State, inputs: LawInput, demand: Demand) -> tuple[St
         "vectoring_move": new.move,
         "vectoring_margin": plan.margin,
     }
-    command = Command(led.command, demand.joint_angles, angles + new.move)
-    state = State(plan, led.end, new, residual)
-    return state, Allocated(command, rotor_wrench(body, led.mean)), signals
+    end, made = allocated(
+        gains.rotor_lag, state.thrusts, new.thrusts, inputs, demand.joint_angles, angles + new.move
+    )
+    return State(plan, end, new, residual), made, signals
 
 
 def _require_turning_rotors(robot: Robot) -> None:

@@ -15,9 +15,9 @@ from skylimb.base.keys import Key, configuration
 from skylimb.control.estimation.records import Signals, Start
 from skylimb.control.leak import TorqueLeak, follow_leak, side_force, without_leak
 from skylimb.control.needs import Needs
-from skylimb.control.records import Allocated, Command, Demand, LawInput
-from skylimb.control.rotor_lag import RotorLag, lead_thrusts
-from skylimb.control.thrusts import allocate, rotor_wrench, thrust_limits
+from skylimb.control.records import Allocated, Demand, LawInput
+from skylimb.control.rotor_lag import RotorLag, allocated
+from skylimb.control.thrusts import allocate, thrust_limits
 from skylimb.symbolic import Array
 
 PROVIDES = ()
@@ -73,7 +73,8 @@ def step(gains: Any, state: State, inputs: LawInput, demand: Demand) -> tuple[St
     """Thrusts for the aimed force and the torque; the vectoring angles stay nominal."""
     body, limits, dt = inputs.estimate.body, thrust_limits(inputs.robot), inputs.dt
     thrusts = allocate(body, demand.aimed, demand.torque, limits, gains.hold_lift)
-    led = lead_thrusts(gains.rotor_lag, state.thrusts, thrusts.total, limits, dt)
     leak = follow_leak(gains.leak, state.leak, side_force(gains.leak, inputs, thrusts), dt)
-    command = Command(led.command, demand.joint_angles, demand.vectoring_angles)
-    return State(leak, led.end), Allocated(command, rotor_wrench(body, led.mean)), {}
+    end, given = allocated(
+        gains.rotor_lag, state.thrusts, thrusts.total, inputs, demand.joint_angles, demand.vectoring_angles
+    )
+    return State(leak, end), given, {}

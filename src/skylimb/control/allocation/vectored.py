@@ -17,9 +17,9 @@ from skylimb.control.estimation.records import Signals, Start
 from skylimb.control.lateral import Moves, lateral_move
 from skylimb.control.leak import Leak, follow_leak, without_leak
 from skylimb.control.needs import Needs
-from skylimb.control.records import Allocated, Command, Demand, LawInput
-from skylimb.control.rotor_lag import RotorLag, lead_thrusts
-from skylimb.control.thrusts import allocate, rotor_wrench, thrust_limits
+from skylimb.control.records import Allocated, Demand, LawInput
+from skylimb.control.rotor_lag import RotorLag, allocated
+from skylimb.control.thrusts import allocate, thrust_limits
 from skylimb.symbolic import Array
 
 PROVIDES = ()
@@ -70,10 +70,9 @@ def step(gains: Any, state: State, inputs: LawInput, demand: Demand) -> tuple[St
     """Thrusts for lift and torque, and vectoring angles for the side force."""
     body, limits, dt = inputs.estimate.body, thrust_limits(inputs.robot), inputs.dt
     thrusts = allocate(body, demand.force, demand.torque, limits, gains.hold_lift)
-    led = lead_thrusts(gains.rotor_lag, state.thrusts, thrusts.total, limits, dt)
     move, side = lateral_move(gains.vectoring, state.move, inputs, demand)
     leak = follow_leak(gains.leak, state.leak, body.R_WC @ side, dt)
     angles = demand.vectoring_angles + move
     angles = angles + (gains.vectoring.lead - 1.0) * (angles - inputs.measurement.vectoring_angles)
-    command = Command(led.command, demand.joint_angles, angles)
-    return State(leak, led.end, move), Allocated(command, rotor_wrench(body, led.mean)), {}
+    end, given = allocated(gains.rotor_lag, state.thrusts, thrusts.total, inputs, demand.joint_angles, angles)
+    return State(leak, end, move), given, {}
