@@ -123,3 +123,14 @@ def test_a_tip_that_comes_straight_at_the_surface_does_not_slip(scene_of):
     assert writer.update(tip, 0.2 * into) == pytest.approx(1.5 * 0.3)
     kinetic = 0.3 * (1.0 + 0.5 * np.exp(-1.0))
     assert writer.update(tip, 0.2 * into + 0.005 * along) == pytest.approx(kinetic)
+
+
+def test_the_engine_is_given_what_the_analysis_says(scene_of, rng):
+    surface = Board(friction_map=FrictionMap(table=((0.1, 0.6), (0.3, 0.4)), blend=0.02), static_ratio=1.3)
+    writer = PairFriction(scene_of(surface).model, surface)
+    for cell in rng.integers(0, 200, (50, 2)):
+        # In the middle of a cell of the writer's table the two agree to rounding.
+        tip = surface.to_world(np.array([0.0, *((cell + 0.5) / 200 * 2.0 - 1.0)]))
+        along = surface.R_WS @ np.array([0.0, *rng.uniform(-0.01, 0.01, 2)])
+        said, _ = surface.friction_at(tip, float(np.linalg.norm(along)))
+        assert writer.update(tip, along) == pytest.approx(float(said), rel=1e-13)

@@ -1,4 +1,8 @@
-"""Writes the friction of the place where the tip is into the model, once a control tick."""
+"""Writes the friction of the place where the tip is into the model, once a control tick.
+
+What the friction is there is written once, in symbols: Python evaluates it (`PairFriction`), and the native
+driver compiles the C that CasADi makes of it.
+"""
 
 from __future__ import annotations
 
@@ -84,23 +88,25 @@ def friction_table(surface: Surface) -> FrictionTable:
 def friction_function() -> ca.Function:
     """The cell of a friction table that the tip is over, and what its slip speed makes of the friction there.
 
-    Of the table's numbers (`FrictionTable.numbers`) and of what is there at a tick: the tip's place and
-    velocity (3 each, W), displacement and speed of the surface (`Surface.motion`). It gives the cell along u
-    and along v, and a factor.
+    Of the table's numbers (`FrictionTable.numbers`) and of a tick: the tip's place and velocity (3 each, W),
+    displacement and speed of the surface (`Surface.motion`). It gives the cell's index in the flat tables,
+    and a factor on the friction there.
     """
     numbers, now = ca.SX.sym("numbers", 21), ca.SX.sym("now", 8)
     origin, axis, w, u, v, half, cells, stribeck = ca.vertsplit(numbers, [0, 3, 6, 9, 12, 15, 17, 19, 21])
     tip, velocity, displacement, speed = ca.vertsplit(now, [0, 3, 6, 7, 8])
     place = tip - origin - displacement * axis
-    found = [
+    cell_u, cell_v = (
         clip(floor((0.5 + 0.5 * dot(place, along) / half[k]) * cells[k]), 0.0, cells[k] - 1.0)
         for k, along in enumerate((u, v))
-    ]
+    )
     slip = velocity - speed * axis
     across = dot(slip, w)
     # Slip is the tip's motion against the wall within the wall's flat plane.
     factor = static_excess(dot(slip, slip) - across * across, stribeck[0], stribeck[1])
-    return ca.Function("friction", [numbers, now], [ca.vertcat(*found, factor)], {"cse": True})
+    return ca.Function(
+        "friction", [numbers, now], [ca.vertcat(cell_u * cells[1] + cell_v, factor)], {"cse": True}
+    )
 
 
 class PairFriction:
@@ -111,8 +117,8 @@ class PairFriction:
         self._friction, self._adhesion = model.pair_friction[pair], model.pair_adhesion[pair : pair + 1]
         self._gap, self._stiffness = model.pair_gap[pair : pair + 1], table.stiffness
         # Lists: an update has a microsecond or two.
-        self._frictions, self._adhesions = table.frictions.tolist(), table.adhesions.tolist()
-        self._now, self._found = np.zeros(8), np.zeros(3)
+        self._frictions, self._adhesions = table.frictions.ravel().tolist(), table.adhesions.ravel().tolist()
+        self._now, self._found = np.zeros(8), np.zeros(2)
         self._bound = BoundFunction(friction_function(), [table.numbers, self._now], [self._found])
 
     def update(
@@ -129,10 +135,10 @@ class PairFriction:
         now = self._now
         now[0:3], now[3:6], now[6], now[7] = tip, velocity, displacement, wall_speed
         self._bound.evaluate()
-        u, v, factor = self._found.tolist()
-        friction = self._frictions[int(u)][int(v)] * factor
+        cell, factor = self._found.tolist()
+        friction = self._frictions[int(cell)] * factor
         self._friction[0] = self._friction[1] = friction
-        adhesion = self._adhesions[int(u)][int(v)]
+        adhesion = self._adhesions[int(cell)]
         if adhesion != self._adhesion[0]:
             self._adhesion[0], self._gap[0] = adhesion, adhesion / self._stiffness
         return friction

@@ -34,6 +34,8 @@ typedef struct {
 @WRENCH@
 @WRITTEN@
 @FLIGHT@
+/* `friction`, made of the symbols of `friction_function` in pair_friction.py, which says what it takes and gives. */
+@FRICTION@
 static Engine engine;
 
 void skylimb_set_engine(const Engine* functions) { engine = *functions; }
@@ -97,34 +99,21 @@ static void push(const Flight* f, const mjModel* m, mjData* d, int64_t k) {
   }
 }
 
-static int64_t cell(double fraction, int64_t count) {
-  double at = trunc(fraction * (double)count);
-  if (!(at > 0.0)) return 0;
-  return at < (double)count ? (int64_t)at : count - 1;
-}
-
 /* Write the friction of tick k, for the place and the speed that the tip has at the beginning of this step. */
 static void write_friction(const Flight* f, const mjModel* m, mjData* d, int64_t k) {
-  const double *tip = d->site_xpos + 3 * f->site, *o = f->origin, *a = f->axis, *u = f->u, *v = f->v;
-  double moved = f->wall[2 * k], wall_speed = f->wall[2 * k + 1];
-  double x = tip[0] - o[0] - moved * a[0];
-  double y = tip[1] - o[1] - moved * a[1];
-  double z = tip[2] - o[2] - moved * a[2];
-  int64_t i = cell(0.5 + 0.5 * (x * u[0] + y * u[1] + z * u[2]) / f->half[0], f->cells[0]);
-  int64_t j = cell(0.5 + 0.5 * (x * v[0] + y * v[1] + z * v[2]) / f->half[1], f->cells[1]);
-  double friction = f->frictions[i * f->cells[1] + j], adhesion = f->adhesions[i * f->cells[1] + j];
-  if (f->ratio != 1.0) {
-    mjtNum velocity[6];
-    engine.velocity(m, d, mjOBJ_SITE, (int)f->site, velocity, 0);
-    x = velocity[3] - wall_speed * a[0];
-    y = velocity[4] - wall_speed * a[1];
-    z = velocity[5] - wall_speed * a[2];
-    double along = x * f->w[0] + y * f->w[1] + z * f->w[2];
-    double slip = x * x + y * y + z * z - along * along;
-    friction *= 1.0 + (f->ratio - 1.0) * exp(-slip / (f->speed * f->speed));
-  }
+  mjtNum velocity[6];
+  engine.velocity(m, d, mjOBJ_SITE, (int)f->site, velocity, 0);
+  double now[8], found[2]; /* the cell of the tables, and a factor */
+  memcpy(now, d->site_xpos + 3 * f->site, 3 * sizeof(double));
+  memcpy(now + 3, velocity + 3, 3 * sizeof(double));
+  memcpy(now + 6, f->wall + 2 * k, 2 * sizeof(double));
+  const double* given[] = {f->friction_numbers, now};
+  double* results[] = {found};
+  friction(given, results, NULL, NULL, 0);
+  int64_t cell = (int64_t)found[0];
+  double adhesion = f->adhesions[cell];
   mjtNum* pair = f->model->pair_friction + 5 * f->pair;
-  pair[0] = pair[1] = friction;
+  pair[0] = pair[1] = f->frictions[cell] * found[1];
   if (adhesion != f->model->pair_adhesion[f->pair]) {
     f->model->pair_adhesion[f->pair] = adhesion;
     f->model->pair_gap[f->pair] = adhesion / f->stiffness;

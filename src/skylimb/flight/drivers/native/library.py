@@ -11,11 +11,13 @@ from pathlib import Path
 
 import mujoco
 
+from skylimb.base.c_code import c_source
 from skylimb.base.errors import CompileError
 from skylimb.flight.drivers.native.record import FlightRecord, Written
 from skylimb.flight.events import Wrench
 from skylimb.simulation.c_struct import c_declaration
 from skylimb.simulation.compiling import built_library, engine_library, load_library
+from skylimb.simulation.surfaces.pair_friction import friction_function
 
 _SOURCE = Path(__file__).with_name("flight.c")
 _CONTROL = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)
@@ -51,8 +53,14 @@ def callback_library() -> ctypes.CDLL:
     Raises:
         CompileError: when it cannot be built or loaded.
     """
-    source = _SOURCE.read_text("utf-8").replace("@FLIGHT@", c_declaration(FlightRecord, "Flight"))
-    source = source.replace("@WRENCH@", c_declaration(Wrench)).replace("@WRITTEN@", c_declaration(Written))
+    source = _SOURCE.read_text("utf-8")
+    for mark, text in (
+        ("@WRENCH@", c_declaration(Wrench)),
+        ("@WRITTEN@", c_declaration(Written)),
+        ("@FLIGHT@", c_declaration(FlightRecord, "Flight")),
+        ("@FRICTION@", c_source(friction_function())),
+    ):
+        source = source.replace(mark, text)
     return load_library(built_library("native", "flight", source))
 
 

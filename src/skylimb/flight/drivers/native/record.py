@@ -55,8 +55,9 @@ class FlightRecord(ctypes.Structure):
     tick, and its warnings were looked at before. warned: ticks flown when a warning was found, or -1.
     warnings: how many of each there had been before this flight was continued; then, how many new. wall:
     displacement and speed of a moving surface at every tick, (count, 2). wrenches: on the robot. model: of
-    this flight alone, into which friction is written. frictions: null where friction is constant. places:
-    of the model's numbers that events write. written: those numbers at every tick, (count, n_written).
+    this flight alone, into which friction is written. friction_numbers: of `friction_function`.
+    frictions: null where friction is constant. places: of the model's numbers that events write. written:
+    those numbers at every tick, (count, n_written).
     """
 
     _fields_ = (
@@ -71,11 +72,8 @@ class FlightRecord(ctypes.Structure):
         ("warned", _Word), ("warnings", _Word * _WARNINGS),
         ("wall_qpos", _Word), ("wall_dof", _Word), ("wall", _Given),
         ("n_wrenches", _Word), ("wrenches", address("const Wrench*")),
-        ("model", address("mjModel*")), ("pair", _Word), ("site", _Word), ("cells", _Word * 2),
-        ("frictions", _Given), ("adhesions", _Given),
-        ("origin", _Number * 3), ("axis", _Number * 3),
-        ("w", _Number * 3), ("u", _Number * 3), ("v", _Number * 3), ("half", _Number * 2),
-        ("ratio", _Number), ("speed", _Number), ("stiffness", _Number),
+        ("model", address("mjModel*")), ("pair", _Word), ("site", _Word), ("friction_numbers", _Given),
+        ("frictions", _Given), ("adhesions", _Given), ("stiffness", _Number),
         ("n_places", _Word), ("places", address("const Written*")), ("n_written", _Word), ("written", _Given),
     )  # fmt: skip
 
@@ -198,9 +196,6 @@ def _add_friction(flight: Aloft, plant: Plant) -> None:
     # The binding's address of the engine's own structure; nothing public tells it.
     record.model = flight.model._address
     record.pair, record.site = flight.model.pair(PAIR_NAME).id, flight.model.site(TIP_SITE).id
-    record.cells = table.frictions.shape
+    record.friction_numbers = keep(table.numbers)
     record.frictions, record.adhesions = keep(table.frictions), keep(table.adhesions)
-    record.origin, record.axis = tuple(table.origin), tuple(table.motion_axis)
-    record.w, record.u, record.v = (tuple(axis) for axis in table.R_WS.T)
-    record.half, record.ratio, record.speed = table.half, table.static_ratio, table.static_speed
     record.stiffness = table.stiffness
