@@ -1,40 +1,51 @@
-"""What most figures of the evidence are: a line for each value of one parameter, over another."""
+"""What the figures of the evidence are: lines over one parameter, on axes of one look."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from typing import Any
 
-import numpy as np
 from numpy.typing import ArrayLike
 
+Line = tuple[ArrayLike, ArrayLike, str, str]
+"""Places (n,), values (n,), matplotlib's format, and a label, which may be empty."""
 
-def curves(
-    x: ArrayLike | None,
-    rows: ArrayLike,
-    labels: Iterable[str],
-    axes_labels: tuple[str, str],
+
+def lines(
+    drawn: Iterable[Line],
+    xlabel: str,
+    ylabel: str,
     *,
-    logarithmic: bool = False,
+    band: float | None = None,
+    limit: float | None = None,
+    **settings: Any,
 ) -> Callable[[Any], None]:
-    """What draws the lines.
+    """What draws lines on given axes.
 
     Args:
-        x: of their points, (n,); none for their numbers.
-        rows: values, (m, n).
-        labels: of the lines, m.
-        axes_labels: of both axes, with units.
-        logarithmic: whether the axis of x is.
+        drawn: the lines.
+        xlabel: of the axis of places, with its unit.
+        ylabel: of the values, with its unit.
+        band: half width of a shaded band around zero: the tolerance.
+        limit: a dashed line at this value.
+        settings: of the axes, as `Axes.set` takes them.
     """
-    values, names = np.asarray(rows), list(labels)
-    at = np.arange(values.shape[1]) if x is None else np.asarray(x)
+    kept = list(drawn)
 
     def draw(axes: Any) -> None:
-        for row, name in zip(values, names, strict=True):
-            axes.plot(at, row, "o-", label=name)
-        if logarithmic:
-            axes.set_xscale("log")
-        axes.set(xlabel=axes_labels[0], ylabel=axes_labels[1])
-        axes.legend()
+        for x, y, style, label in kept:
+            axes.plot(x, y, style, label=label)
+        if band is not None:
+            axes.axhspan(-band, band, alpha=0.15, color="0.5", lw=0)
+        if limit is not None:
+            axes.axhline(limit, color="0.5", ls="--")
+        axes.set(xlabel=xlabel, ylabel=ylabel, **settings)
+        if any(label for *_, label in kept):
+            axes.legend(fontsize="small")
 
     return draw
+
+
+def family(x: ArrayLike, rows: Iterable[ArrayLike], labels: Iterable[str], style: str = "o-") -> list[Line]:
+    """One line for each row of values over the same places."""
+    return [(x, row, style, label) for row, label in zip(rows, labels, strict=True)]

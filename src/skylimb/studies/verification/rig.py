@@ -1,8 +1,10 @@
-"""A test bench: a carriage with a tip before a surface, pressed and pulled, read at every step."""
+"""Test rigs: a body with a ball before a surface, its touches, and a carriage that is read at every step."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -13,13 +15,80 @@ from skylimb.simulation.contact import (
     set_contact_options,
     tune_contact_pair,
 )
-from skylimb.simulation.surface_bodies import add_surface
+from skylimb.simulation.surface_bodies import SurfaceParts, add_surface
 from skylimb.simulation.surfaces.surface import Surface
 
 RADIUS = 0.004  # m, of the tip
+BODY = "body"
+"""Of the body that carries the ball."""
+
 _SERVO = 400.0  # N s/m of the carriage's speed servos
 _TURN_SPRING, _TURN_DAMPER = 200.0, 10.0  # N m/rad and N m s/rad that hold a carriage with an arm
 _GYRATION = 0.3  # m, its radius of gyration
+
+
+def scene(
+    surface: Surface,
+    mass: float,
+    inertia: float | Sequence[float],
+    position: np.ndarray | Sequence[float],
+    ball: np.ndarray | Sequence[float] = (0.0, 0.0, 0.0),
+    radius: float = RADIUS,
+    timestep: float = 1e-3,
+) -> tuple[mujoco.MjSpec, mujoco.MjsBody, SurfaceParts]:
+    """A scene without gravity: a surface, and a body with the tip's ball, which has no joint yet.
+
+    Args:
+        surface: what is touched.
+        mass: of the body, kg.
+        inertia: about its axes, kg m^2.
+        position: of the body, which is its centre of mass, W, m.
+        ball: place of the ball's middle in the body's axes, m.
+        radius: of the ball, m.
+        timestep: s.
+    """
+    spec = mujoco.MjSpec()
+    spec.compiler.degree = False
+    set_contact_options(spec, timestep)
+    spec.option.gravity = [0.0, 0.0, 0.0]
+    parts = add_surface(spec, surface)
+    body = spec.worldbody.add_body(name=BODY, pos=position)
+    body.explicitinertial = True
+    body.mass, body.inertia, body.ipos = mass, np.broadcast_to(inertia, 3), [0.0, 0.0, 0.0]
+    sphere = mujoco.mjtGeom.mjGEOM_SPHERE
+    body.add_geom(name="tip", type=sphere, size=[radius, 0.0, 0.0], pos=ball, contype=0, conaffinity=0)
+    return spec, body, parts
+
+
+class Touch(NamedTuple):
+    """One touch of a body.
+
+    Attributes:
+        force: on the body, W, N, (3,).
+        point: where it acts, W, m, (3,).
+        pressure: its part along the touch's normal, N.
+        friction: magnitude of the rest, N.
+    """
+
+    force: np.ndarray
+    point: np.ndarray
+    pressure: float
+    friction: float
+
+
+def touches(model: mujoco.MjModel, data: mujoco.MjData, body: str = BODY) -> list[Touch]:
+    """Everything that presses on a body now."""
+    found, wrench, number = [], np.zeros(6), model.body(body).id
+    for index in range(data.ncon):
+        contact = data.contact[index]
+        mujoco.mj_contactForce(model, data, index, wrench)
+        if wrench[0] > 0.0:
+            # The engine's force acts on the second geom.
+            sign = 1.0 if model.geom_bodyid[contact.geom[1]] == number else -1.0
+            force = sign * (contact.frame.reshape(3, 3).T @ wrench[:3])
+            shear = float(np.linalg.norm(wrench[1:3]))
+            found.append(Touch(force, contact.pos.copy(), float(wrench[0]), shear))
+    return found
 
 
 @dataclass(frozen=True)
@@ -79,11 +148,19 @@ class Bench:
         servos: str = "",
     ) -> None:
         self.surface, self.mass = surface, mass
-        spec = mujoco.MjSpec()
-        set_contact_options(spec, timestep)
-        spec.option.gravity = [0.0, 0.0, 0.0]
-        parts = add_surface(spec, surface)
-        _add_carriage(spec, surface, mass, arm, gap)
+        start = surface.to_world(np.array([-RADIUS - gap - arm, 0.0, 0.0]))
+        ball = surface.R_WS @ np.array([arm, 0.0, 0.0])
+        spec, body, parts = scene(surface, mass, _GYRATION**2 * mass, start, ball, timestep=timestep)
+        for name, axis in zip("wuv", surface.R_WS.T, strict=True):
+            body.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
+        if arm:
+            body.add_joint(
+                name="turn",
+                type=mujoco.mjtJoint.mjJNT_BALL,
+                stiffness=[_TURN_SPRING, 0.0, 0.0],
+                damping=[_TURN_DAMPER, 0.0, 0.0],
+            )
+        body.add_site(name="tip", pos=ball)
         for name in "wuv":
             spec.add_actuator(name=f"push_{name}", trntype=mujoco.mjtTrn.mjTRN_JOINT, target=name)
         for name in servos:
@@ -141,29 +218,3 @@ _SENSORS = (
 )
 # The contact sensor gives found, force and position; the place of contact is not needed here.
 _COLUMNS = [0, 1, 2, 3, 7, 8, 9, 10, 11, 12]
-
-
-def _add_carriage(spec: mujoco.MjSpec, surface: Surface, mass: float, arm: float, gap: float) -> None:
-    start = surface.to_world(np.array([-RADIUS - gap - arm, 0.0, 0.0]))
-    body = spec.worldbody.add_body(name="carriage", pos=start)
-    for name, axis in zip("wuv", surface.R_WS.T, strict=True):
-        body.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
-    if arm:
-        body.add_joint(
-            name="turn",
-            type=mujoco.mjtJoint.mjJNT_BALL,
-            stiffness=[_TURN_SPRING, 0.0, 0.0],
-            damping=[_TURN_DAMPER, 0.0, 0.0],
-        )
-    body.explicitinertial = True
-    body.mass, body.inertia, body.ipos = mass, [_GYRATION**2 * mass] * 3, [0.0, 0.0, 0.0]
-    at = surface.R_WS @ np.array([arm, 0.0, 0.0])
-    body.add_geom(
-        name="tip",
-        type=mujoco.mjtGeom.mjGEOM_SPHERE,
-        size=[RADIUS, 0.0, 0.0],
-        pos=at,
-        contype=0,
-        conaffinity=0,
-    )
-    body.add_site(name="tip", pos=at)

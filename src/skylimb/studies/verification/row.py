@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import itertools
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 
 @dataclass(frozen=True)
@@ -65,7 +67,46 @@ class Evidence:
     draw: Callable[[Any], None] = field(repr=False)
 
 
-def worst(measured: np.ndarray, theory: np.ndarray | float) -> tuple[float, float]:
+def evidence(
+    name: str,
+    claim: str,
+    measured: ArrayLike,
+    theory: ArrayLike,
+    tolerance: float,
+    unit: str,
+    draw: Callable[[Any], None],
+    *,
+    bound: str = "",
+    cases: int | None = None,
+) -> Evidence:
+    """The row of all cases of a claim, judged by the one that is farthest from theory, and its figure.
+
+    Args:
+        name: as in `Row`, as are claim, tolerance, unit and bound.
+        claim: in words.
+        measured: of every case.
+        theory: of every case, or of all.
+        tolerance: largest deviation allowed.
+        unit: of the three.
+        draw: draws the evidence on given matplotlib axes.
+        bound: where theory is a bound; the largest case then counts, or the smallest.
+        cases: how many; as many as measured by default.
+    """
+    values = np.asarray(measured, dtype=float)
+    farthest, expected = worst(values, theory)
+    if bound:
+        farthest = float(values.max() if bound == "below" else values.min())
+    count = values.size if cases is None else cases
+    return Evidence(Row(name, claim, farthest, expected, tolerance, unit, bound, count), draw)
+
+
+def sweep(measure: Callable[..., Any], *axes: Sequence[Any] | np.ndarray) -> np.ndarray:
+    """What is measured at every combination of values, with a dimension for each axis, then the result's."""
+    found = np.array([measure(*case) for case in itertools.product(*axes)])
+    return found.reshape(*map(len, axes), *found.shape[1:])
+
+
+def worst(measured: ArrayLike, theory: ArrayLike) -> tuple[float, float]:
     """Measured and theory of the case that deviates most; one that is not a number is the worst of all."""
     measured, theory = np.broadcast_arrays(np.asarray(measured, float), np.asarray(theory, float))
     deviation = np.abs(measured - theory).ravel()

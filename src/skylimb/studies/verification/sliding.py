@@ -18,8 +18,9 @@ from skylimb.simulation.surfaces import (
     Sphere,
 )
 from skylimb.simulation.surfaces.surface import Surface
+from skylimb.studies.verification.drawing import family, lines
 from skylimb.studies.verification.rig import RADIUS, Bench, Trace
-from skylimb.studies.verification.row import Evidence, Row, worst
+from skylimb.studies.verification.row import Evidence, evidence, sweep
 
 _SPEED = 0.13  # m/s: the paper's circle of 0.30 m in 14 s
 _TICK = 0.005  # s between two writes of a friction that varies
@@ -48,51 +49,50 @@ def split(surface: Surface, trace: Trace) -> tuple[np.ndarray, np.ndarray]:
 def kinetic_friction() -> Evidence:
     """Drag over normal force is mu."""
     frictions, speeds = np.array([0.1, 0.3, 0.5, 0.8]), np.array([0.05, 0.1, 0.2, 0.3])
-    ratio = np.empty((2, len(frictions), len(speeds)))
-    for a, arm in enumerate((0.0, 0.3)):
-        for i, mu in enumerate(frictions):
-            for j, speed in enumerate(speeds):
-                normal, tangent = split(
-                    surface := Board(friction=mu), slide(surface, speed, arm=arm, duration=1.0)
-                )
-                ratio[a, i, j] = np.linalg.norm(tangent.mean(axis=0)) / normal.mean() / mu
-    measured, expected = worst(100.0 * ratio, 100.0)
-
-    def draw(axes: Any) -> None:
-        for i, mu in enumerate(frictions):
-            axes.plot(speeds, 100.0 * (ratio[0, i] - 1.0), "o-", label=f"friction {mu:g}")
-        axes.axhspan(-0.5, 0.5, alpha=0.15, color="0.5", lw=0)
-        axes.set(xlabel="speed (m/s)", ylabel="T/N against mu (%)")
-        axes.legend()
-
-    claim = "Sliding at 0.05 to 0.3 m/s, drag over normal force is mu."
-    return Evidence(
-        Row("kinetic_friction", claim, measured, expected, 0.5, "% of mu", cases=ratio.size), draw
+    ratio = 100.0 * sweep(_drag, (0.0, 0.3), frictions, speeds)
+    drawn = family(speeds, ratio[0] - 100.0, [f"friction {mu:g}" for mu in frictions])
+    return evidence(
+        "kinetic_friction",
+        "Sliding at 0.05 to 0.3 m/s, drag over normal force is mu.",
+        ratio,
+        100.0,
+        0.5,
+        "% of mu",
+        lines(drawn, "speed (m/s)", "T/N against mu (%)", band=0.5),
     )
+
+
+def _drag(arm: float, mu: float, speed: float) -> float:
+    """Drag over mu times the normal force."""
+    surface = Board(friction=mu)
+    normal, tangent = split(surface, slide(surface, speed, arm=arm, duration=1.0))
+    return float(np.linalg.norm(tangent.mean(axis=0)) / normal.mean() / mu)
 
 
 def sliding_indentation() -> Evidence:
     """A sliding tip sinks in by F/k, but for what its friction damper carries."""
     stiffnesses, speeds = np.array([200.0, 1e3, 5e3, 2e4]), np.array([0.05, _SPEED])
-    depth = np.empty((2, len(stiffnesses), len(speeds)))
-    for a, arm in enumerate((0.0, 0.3)):
-        for i, stiffness in enumerate(stiffnesses):
-            for j, speed in enumerate(speeds):
-                trace = slide(Board(friction=0.5, stiffness=stiffness, damping_ratio=1.0), speed, arm=arm)
-                depth[a, i, j] = (trace.position[:, 0] + RADIUS).mean() * stiffness / trace.pressing.mean()
-    measured, expected = worst(100.0 * depth, 100.0)
+    found = 100.0 * sweep(_depth, (0.0, 0.3), speeds, stiffnesses)
+    drawn = [
+        line
+        for rows, body, style in zip(found - 100.0, ("block", "arm"), ("o-", "x--"), strict=True)
+        for line in family(stiffnesses, rows, [f"{speed:g} m/s, {body}" for speed in speeds], style)
+    ]
+    return evidence(
+        "sliding_indentation",
+        "A tip that slides at 0.13 m/s with 1 N sinks in by F/k.",
+        found,
+        100.0,
+        1.0,
+        "% of F/k",
+        lines(drawn, "stiffness (N/m)", "indentation against F/k (%)", band=1.0, xscale="log"),
+    )
 
-    def draw(axes: Any) -> None:
-        for j, speed in enumerate(speeds):
-            axes.semilogx(stiffnesses, 100 * (depth[0, :, j] - 1), "o-", label=f"{speed:g} m/s, block")
-            axes.semilogx(stiffnesses, 100 * (depth[1, :, j] - 1), "x--", label=f"{speed:g} m/s, arm")
-        axes.axhspan(-1.0, 1.0, alpha=0.15, color="0.5", lw=0)
-        axes.set(xlabel="stiffness (N/m)", ylabel="indentation against F/k (%)")
-        axes.legend()
 
-    claim = "A tip that slides at 0.13 m/s with 1 N sinks in by F/k."
-    row = Row("sliding_indentation", claim, measured, expected, 1.0, "% of F/k", cases=depth.size)
-    return Evidence(row, draw)
+def _depth(arm: float, speed: float, stiffness: float) -> float:
+    """Depth over F / k."""
+    trace = slide(Board(friction=0.5, stiffness=stiffness, damping_ratio=1.0), speed, arm=arm)
+    return float((trace.position[:, 0] + RADIUS).mean() * stiffness / trace.pressing.mean())
 
 
 def kept_contact() -> Evidence:
@@ -107,33 +107,21 @@ def kept_contact() -> Evidence:
         "ramp": Ramp(offset=0.15, rise=0.05, edge_radius=0.3, fillet_radius=0.3),
         "height map": HeightMap(heights=hills, size=(1.5, 1.5), relief=0.01),
     }
-    duty, forces = {}, {}
+    duty, drawn = [], []
     for name, surface in surfaces.items():
-        for arm in (0.0, 0.3):
-            trace = slide(surface, _SPEED, arm=arm, duration=5.0)
-            duty[name, arm] = trace.duty
-            forces[name] = trace, split(surface, trace)[0]
-
-    def draw(axes: Any) -> None:
-        for name, (trace, normal) in forces.items():
-            axes.plot(trace.time, normal, lw=1, label=name)
-        axes.set(xlabel="time (s)", ylabel="normal force, arm (N)", ylim=(0.0, None))
-        axes.legend(ncols=2)
-
-    claim = (
-        "Sliding at 0.13 m/s with 1 N the tip touches in 99.5 % of the steps, on flat and curved surfaces."
-    )
-    row = Row(
+        block, trace = (slide(surface, _SPEED, arm=arm, duration=5.0) for arm in (0.0, 0.3))
+        duty += [100.0 * block.duty, 100.0 * trace.duty]
+        drawn.append((trace.time, split(surface, trace)[0], "-", name))
+    return evidence(
         "kept_contact",
-        claim,
-        100.0 * min(duty.values()),
+        "Sliding at 0.13 m/s with 1 N the tip touches in 99.5 % of the steps, on flat and curved surfaces.",
+        duty,
         99.5,
         0.0,
         "% of steps",
+        lines(drawn, "time (s)", "normal force, arm (N)", ylim=(0.0, None)),
         bound="above",
-        cases=len(duty),
     )
-    return Evidence(row, draw)
 
 
 def friction_map() -> Evidence:
@@ -155,14 +143,6 @@ def friction_map() -> Evidence:
     theory = surface.friction_at(surface.to_world(np.stack([0 * u, u, 0 * u], axis=-1)))[0]
     # One tick of travel on both sides of a border belongs to neither patch.
     inside = np.abs((u + 0.05) % 0.1 - 0.05) < 0.047
-    measured, expected = worst(ratio[inside], theory[inside])
-
-    def draw(axes: Any) -> None:
-        axes.plot(u, ratio, ".", ms=2, label="measured")
-        axes.plot(u, theory, "k-", lw=0.8, label="map")
-        axes.set(xlabel="u (m)", ylabel="T/N")
-        axes.legend()
-
+    drawn = lines([(u, ratio, ".", "measured"), (u, theory, "k-", "map")], "u (m)", "T/N")
     claim = "Over patches of friction 0.1 to 0.7, drag over normal force is the patch's own."
-    row = Row("friction_map", claim, measured, expected, 0.005, "-", cases=int(inside.sum()))
-    return Evidence(row, draw)
+    return evidence("friction_map", claim, ratio[inside], theory[inside], 0.005, "-", drawn)

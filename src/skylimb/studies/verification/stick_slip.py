@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy.integrate import solve_ivp
 
 from skylimb.simulation.surfaces import Board, PairFriction
 from skylimb.simulation.surfaces.friction_map import static_excess
+from skylimb.studies.verification.drawing import lines
 from skylimb.studies.verification.rig import Bench
-from skylimb.studies.verification.row import Evidence, Row, worst
+from skylimb.studies.verification.row import Evidence, evidence
 
 _TICK = 0.005  # s between two writes of the friction
 
@@ -107,21 +107,16 @@ def _period_and_swing(time: np.ndarray, place: np.ndarray) -> tuple[float, float
 def stick_slip() -> Evidence:
     """Period and swing of stick-slip are those of the equations."""
     belts = [Belt(), Belt(static_ratio=1.25), Belt(speed=0.03), Belt(spring=80.0, static_ratio=2.0)]
-    ratios, first = [], None
-    for belt in belts:
-        theory, physics = belt.solve(14.0), belt.simulate(14.0)
-        first = first or (theory, physics)
-        for measured, expected in zip(_period_and_swing(*physics), _period_and_swing(*theory), strict=True):
-            ratios.append(100.0 * measured / expected)
-    measured, expected = worst(np.array(ratios), 100.0)
-
-    def draw(axes: Any) -> None:
-        assert first is not None
-        (time, place), (physics_time, physics_place) = first
-        axes.plot(time, 1e3 * place, "k-", lw=2, alpha=0.3, label="theory")
-        axes.plot(physics_time, 1e3 * physics_place, lw=1, label="physics")
-        axes.set(xlabel="time (s)", ylabel="place of the block (mm)", xlim=(0.0, 12.0))
-        axes.legend()
-
-    claim = "A block on a spring on a belt sticks and slips with the period and swing of its equations."
-    return Evidence(Row("stick_slip", claim, measured, expected, 2.0, "% of theory", cases=len(ratios)), draw)
+    runs = [(belt.simulate(14.0), belt.solve(14.0)) for belt in belts]
+    swings = np.array([[_period_and_swing(*run) for run in both] for both in runs])
+    (time, place), (solved_time, solved_place) = runs[0]
+    drawn = [(solved_time, 1e3 * solved_place, "k--", "theory"), (time, 1e3 * place, "-", "physics")]
+    return evidence(
+        "stick_slip",
+        "A block on a spring on a belt sticks and slips with the period and swing of its equations.",
+        100.0 * swings[:, 0] / swings[:, 1],
+        100.0,
+        2.0,
+        "% of theory",
+        lines(drawn, "time (s)", "place of the block (mm)", xlim=(0.0, 12.0)),
+    )

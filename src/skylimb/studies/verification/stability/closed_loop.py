@@ -176,14 +176,11 @@ def linearise(
     Raises:
         UnreachableError: when the flight does not get there.
     """
-    if isinstance(experiment, OperatingPoint):
-        return _linearised(experiment)
-    if controller is None:
-        raise TypeError("linearise(experiment, controller): a controller is missing")
-    return _linearised(operating_point(experiment, controller, at))
-
-
-def _linearised(point: OperatingPoint) -> ClosedLoop:
+    point = experiment
+    if not isinstance(point, OperatingPoint):
+        if controller is None:
+            raise TypeError("linearise(experiment, controller): a controller is missing")
+        point = operating_point(point, controller, at)
     data = point.data()
     _, controls = evaluate(point.tick, point.state, data, point.row, point.references, point.gains)
     A, B = plant_transition(point, controls)

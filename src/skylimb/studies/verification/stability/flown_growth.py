@@ -11,6 +11,7 @@ import numpy as np
 
 from skylimb.studies.verification.stability.closed_loop import ClosedLoop
 from skylimb.studies.verification.stability.modes import Mode
+from skylimb.studies.verification.stability.plant import tangent_difference
 from skylimb.studies.verification.stability.point import OperatingPoint
 
 
@@ -32,7 +33,9 @@ def flown_growth(
         _fly(point, np.zeros(len(loop.names)), ticks),
         _fly(point, nudge * loop.direction(mode), ticks),
     )
-    difference = np.array([_difference(point, a, b) for a, b in zip(nudged, still, strict=True)])
+    difference = np.array(
+        [tangent_difference(point.plant.model, a, b) for a, b in zip(nudged, still, strict=True)]
+    )
     size = np.log(abs(loop.amplitude(mode, difference)))
     return float(np.polyfit(np.arange(ticks) * point.period, size, 1)[0])
 
@@ -53,9 +56,3 @@ def _fly(point: OperatingPoint, moved: np.ndarray, ticks: int) -> list[_Moment]:
         moments.append((data.qpos.copy(), data.qvel.copy(), data.act.copy(), driver.state(k).copy()))
         driver.tick(k)
     return moments
-
-
-def _difference(point: OperatingPoint, a: _Moment, b: _Moment) -> np.ndarray:
-    turned = np.zeros(point.plant.model.nv)
-    mujoco.mj_differentiatePos(point.plant.model, turned, 1.0, b[0], a[0])
-    return np.concatenate([turned, *(there - here for there, here in zip(a[1:], b[1:], strict=True))])

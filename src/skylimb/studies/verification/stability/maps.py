@@ -62,23 +62,19 @@ def stability_map(
     if not axes:
         raise ConfigError("a stability map needs at least one axis")
     shape = tuple(len(values) for values in axes.values())
-    found = {name: np.full(shape, np.nan) for name in ("growth", "frequency", "damping_ratio", "neutral")}
-    total = int(np.prod(shape))
-    for done, index in enumerate(itertools.product(*(range(length) for length in shape))):
+    total, loops = int(np.prod(shape)), []
+    for case in itertools.product(*axes.values()):
         there = point
-        for (name, values), i in zip(axes.items(), index, strict=True):
-            there = at(there, name, float(values[i]))
-        loop = linearise(there)
-        mode = loop.dominant
-        for name, value in (
-            ("growth", mode.growth),
-            ("frequency", mode.frequency),
-            ("damping_ratio", mode.damping_ratio),
-            ("neutral", loop.neutral),
-        ):
-            found[name][index] = value
+        for name, value in zip(axes, case, strict=True):
+            there = at(there, name, float(value))
+        loops.append(linearise(there))
         if progress is not None:
-            progress(done + 1, total)
+            progress(len(loops), total)
+    found = {
+        name: np.reshape([getattr(loop.dominant, name) for loop in loops], shape)
+        for name in ("growth", "frequency", "damping_ratio")
+    }
+    found["neutral"] = np.reshape([loop.neutral for loop in loops], shape)
     units = {"growth": "1/s", "frequency": "Hz", "damping_ratio": "1", "neutral": "1"}
     return xarray.Dataset(
         {name: (tuple(axes), values, {"units": units[name]}) for name, values in found.items()},

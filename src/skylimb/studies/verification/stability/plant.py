@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import dataclasses
+from collections.abc import Callable
 
 import mujoco
 import numpy as np
@@ -35,32 +36,19 @@ def plant_transition(point: OperatingPoint, controls: np.ndarray) -> tuple[np.nd
     Returns:
         A, (n, n) with n = 2 nv + na, and B, (n, nu).
     """
-    model, start = point.plant.model, point.data()
-    start.ctrl[:] = controls
-    warm = start.qacc_warmstart.copy()
-    data = mujoco.MjData(model)
-    nv, size = model.nv, 2 * model.nv + model.na
-    columns = []
-    for i in range(size + model.nu):
-        ends = []
-        for sign in (STEP, -STEP):
-            for name in ("qpos", "qvel", "act", "ctrl"):
-                getattr(data, name)[:] = getattr(start, name)
-            data.qacc_warmstart[:] = warm
-            moved = np.zeros(size + model.nu)
-            moved[i] = sign
-            mujoco.mj_integratePos(model, data.qpos, moved[:nv], 1.0)
-            data.qvel[:] += moved[nv : 2 * nv]
-            data.act[:] += moved[2 * nv : size]
-            data.ctrl[:] += moved[size:]
-            data.xfrc_applied[:] = start.xfrc_applied
-            mujoco.mj_step(model, data, point.plant.substeps)
-            ends.append((data.qpos.copy(), data.qvel.copy(), data.act.copy()))
-        (q_plus, v_plus, a_plus), (q_minus, v_minus, a_minus) = ends
-        turned = np.zeros(nv)
-        mujoco.mj_differentiatePos(model, turned, 1.0, q_minus, q_plus)
-        columns.append(np.concatenate([turned, v_plus - v_minus, a_plus - a_minus]) / (2.0 * STEP))
-    both = np.stack(columns, axis=1)
+    model, nv, nu = point.plant.model, int(point.plant.model.nv), int(point.plant.model.nu)
+    size = 2 * nv + int(model.na)
+
+    def moved(direction: np.ndarray) -> Callable[[mujoco.MjData, float], None]:
+        def move(data: mujoco.MjData, step: float) -> None:
+            mujoco.mj_integratePos(model, data.qpos, step * direction[:nv], 1.0)
+            data.qvel[:] += step * direction[nv : 2 * nv]
+            data.act[:] += step * direction[2 * nv : size]
+            data.ctrl[:] += step * direction[size:]
+
+        return move
+
+    both = np.stack([_slope(point, controls, moved(row), STEP) for row in np.eye(size + nu)], axis=1)
     return both[:, :size], both[:, size:]
 
 
@@ -72,24 +60,44 @@ def push_response(point: OperatingPoint, controls: np.ndarray, axes: np.ndarray)
         controls: of the tick, held over it.
         axes: directions of the force, W, (k, 3).
     """
-    model, columns = point.plant.model, []
+    model = point.plant.model
     site = model.site(TIP_SITE).id
-    body, nv = int(model.site_bodyid[site]), model.nv
-    for axis in axes:
-        ends = []
-        for sign in (_PUSH, -_PUSH):
-            data = point.data()
-            data.ctrl[:] = controls
-            force = sign * np.asarray(axis)
+    body = int(model.site_bodyid[site])
+
+    def pushed(axis: np.ndarray) -> Callable[[mujoco.MjData, float], None]:
+        def push(data: mujoco.MjData, step: float) -> None:
             lever = data.site_xpos[site] - data.xipos[body]
-            data.xfrc_applied[body] += np.concatenate([force, np.cross(lever, force)])
-            mujoco.mj_step(model, data, point.plant.substeps)
-            ends.append((data.qpos.copy(), data.qvel.copy(), data.act.copy()))
-        (q_plus, v_plus, a_plus), (q_minus, v_minus, a_minus) = ends
-        turned = np.zeros(nv)
-        mujoco.mj_differentiatePos(model, turned, 1.0, q_minus, q_plus)
-        columns.append(np.concatenate([turned, v_plus - v_minus, a_plus - a_minus]) / (2.0 * _PUSH))
-    return np.stack(columns, axis=1)
+            data.xfrc_applied[body] += step * np.concatenate([axis, np.cross(lever, axis)])
+
+        return push
+
+    return np.stack([_slope(point, controls, pushed(axis), _PUSH) for axis in np.asarray(axes)], axis=1)
+
+
+def _slope(
+    point: OperatingPoint,
+    controls: np.ndarray,
+    change: Callable[[mujoco.MjData, float], None],
+    step: float,
+) -> np.ndarray:
+    """Derivative of the tangent state over one control period by what `change` does in steps, (n,)."""
+    ends = []
+    for signed in (step, -step):
+        data = point.data()
+        data.ctrl[:] = controls
+        change(data, signed)
+        mujoco.mj_step(point.plant.model, data, point.plant.substeps)
+        ends.append((data.qpos, data.qvel, data.act))
+    return tangent_difference(point.plant.model, *ends) / (2.0 * step)
+
+
+def tangent_difference(
+    model: mujoco.MjModel, a: tuple[np.ndarray, ...], b: tuple[np.ndarray, ...]
+) -> np.ndarray:
+    """How far a state (qpos, and what else is plain numbers) is from another one, in the tangent of b."""
+    turned = np.zeros(model.nv)
+    mujoco.mj_differentiatePos(model, turned, 1.0, b[0], a[0])
+    return np.concatenate([turned, *(one - other for one, other in zip(a[1:], b[1:], strict=True))])
 
 
 def tangent_map(model: mujoco.MjModel, qpos: np.ndarray) -> np.ndarray:

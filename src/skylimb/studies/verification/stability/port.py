@@ -28,7 +28,8 @@ import numpy as np
 from skylimb.base.errors import ConfigError
 from skylimb.simulation.robot_bodies import TIP_SITE
 from skylimb.simulation.surfaces.geom import GEOM
-from skylimb.studies.verification.stability.closed_loop import NEUTRAL, in_loop, loop_parts
+from skylimb.studies.verification.rig import touches
+from skylimb.studies.verification.stability.closed_loop import ClosedLoop, in_loop, loop_parts
 from skylimb.studies.verification.stability.plant import plant_transition, push_response
 from skylimb.studies.verification.stability.point import OperatingPoint, evaluate
 
@@ -92,10 +93,7 @@ class TipPort:
     def growth(self, stiffness: float, damper: float = 0.0) -> float:
         """Of the fastest mode, 1/s, with a spring (N/m) and a damper (N s/m) at the tip; no neutral ones."""
         M, _ = self.over_period(stiffness, damper)
-        inside = in_loop(M, self.place.shape[1])
-        values = np.linalg.eigvals(M[np.ix_(inside, inside)])
-        values = values[abs(values - 1.0) >= NEUTRAL]
-        return float(np.log(np.abs(values).max()) / self.period)
+        return ClosedLoop(M, (), self.place.shape[1], self.period).growth
 
     def unstable_springs(self, stiffnesses: np.ndarray, floor: float = 1e-2) -> tuple[float, float] | None:
         """The least and the greatest of rising `stiffnesses` with which a mode grows, N/m, or None.
@@ -180,20 +178,15 @@ def tip_port(point: OperatingPoint, axes: np.ndarray) -> TipPort:
 def _held(point: OperatingPoint) -> OperatingPoint:
     """The same state without the surface, its force on the tip held."""
     data = point.data()
-    if data.ncon == 0:
-        raise ConfigError("the tip does not touch at this point, so it has no force to hold")
     body = int(point.plant.model.site_bodyid[point.plant.model.site(TIP_SITE).id])
-    pushes, wrench = np.zeros(6), np.zeros(6)
-    for index in range(data.ncon):
-        mujoco.mj_contactForce(point.plant.model, data, index, wrench)
-        contact = data.contact[index]
-        force = contact.frame.reshape(3, 3).T @ wrench[:3]
-        # The engine's force acts on the second geom.
-        if point.plant.model.geom_bodyid[contact.geom[1]] != body:
-            force = -force
-        pushes += np.concatenate([force, np.cross(contact.pos - data.xipos[body], force)])
+    pushes = [
+        np.concatenate([touch.force, np.cross(touch.point - data.xipos[body], touch.force)])
+        for touch in touches(point.plant.model, data, point.plant.model.body(body).name)
+    ]
+    if not pushes:
+        raise ConfigError("the tip does not touch at this point, so it has no force to hold")
     model = copy.copy(point.plant.model)
     model.geom_pos[model.geom(GEOM).id] += _AWAY * np.array(point.plant.surface.contact_axis)
     return dataclasses.replace(
-        point, plant=dataclasses.replace(point.plant, model=model), held=(body, pushes)
+        point, plant=dataclasses.replace(point.plant, model=model), held=(body, np.sum(pushes, axis=0))
     )
