@@ -10,6 +10,7 @@ import numpy as np
 from skylimb.base.errors import ConfigError
 from skylimb.base.keys import Key, configuration, refused
 from skylimb.base.sources import Source
+from skylimb.simulation.surfaces import bspline
 from skylimb.simulation.surfaces.curved import CurvedSurface
 from skylimb.simulation.surfaces.spline import Spline
 from skylimb.simulation.surfaces.tables import checked_rows, on_grid, read_table, values_in
@@ -104,17 +105,15 @@ class HeightMap(CurvedSurface):
 
     def make_shape(self) -> Spline:
         """The smooth surface, shifted so that the origin lies on it."""
-        from scipy import ndimage  # slow to import, and few surfaces are height maps
-
         relief = self.relief * on_grid(self.values)
         pixel = np.array(self.size) / (np.array(relief.shape) - 1)
         if self.smoothing:
-            relief = ndimage.gaussian_filter(relief, self.smoothing / pixel, mode="nearest")
+            relief = bspline.smoothed(relief, self.smoothing / pixel)
         count = np.ceil(np.array(self.size) / self.resolution - 1e-9).astype(int) + 1
         axes = [
             np.clip((np.arange(n) - 0.5 * (n - 1)) * self.resolution / step + 0.5 * (cells - 1), 0, cells - 1)
             for n, step, cells in zip(count, pixel, relief.shape, strict=True)
         ]
-        nodes = ndimage.map_coordinates(relief, np.meshgrid(*axes, indexing="ij"), order=3, mode="mirror")
+        nodes = bspline.at_grid(bspline.coefficients(relief), *axes)
         # The same once more, so that the origin lies on it.
         return Spline.through(-nodes - Spline.through(-nodes, self.resolution).at_origin, self.resolution)

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 
-from skylimb.base.errors import ConfigError
+from skylimb.base.errors import ConfigError, missing_extra
 from skylimb.base.keys import Key, configuration
 from skylimb.base.rotations import rotation_from_rpy
 from skylimb.base.sources import Source, read_source
@@ -126,9 +126,11 @@ class MeshSurface(CurvedSurface):
 
 def _read(file: str, name: str) -> tuple[Any, tuple[Source, ...]]:
     """The mesh in a file, and every file that was read for it."""
-    import trimesh
-    from trimesh.resolvers import FilePathResolver
-
+    try:
+        import trimesh
+        from trimesh.resolvers import FilePathResolver
+    except ImportError:
+        raise missing_extra("trimesh", "import") from None
     try:
         source = read_source(file)
     except ConfigError as error:

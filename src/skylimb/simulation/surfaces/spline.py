@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from skylimb.simulation.surfaces import bspline
 from skylimb.simulation.surfaces.collision import native_text
 from skylimb.simulation.surfaces.graph import Graph
 
@@ -32,13 +33,10 @@ class Spline(Graph):
         Beyond the border the surface goes on as its own half turn about the border, which keeps value and
         slope and leaves no curvature across it.
         """
-        from scipy.ndimage import spline_filter  # slow to import, and few surfaces are splines
-
         margin = min(_MARGIN, min(heights.shape) - 1)
         wide = np.pad(np.asarray(heights, dtype=float), margin, mode="reflect", reflect_type="odd")
-        coefficients = spline_filter(wide, order=3, mode="mirror")
         keep = slice(margin - 1, 1 - margin)
-        return cls(coefficients[keep, keep], pitch)
+        return cls(bspline.coefficients(wide)[keep, keep], pitch)
 
     @property
     def at_origin(self) -> float:
@@ -46,15 +44,11 @@ class Spline(Graph):
         return float(self.on_grid(np.zeros(1), np.zeros(1))[0, 0])
 
     def on_grid(self, u: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """The heights on a grid within the extent, (len(u), len(v)), m: by SciPy, so without a C compiler."""
-        from scipy.ndimage import map_coordinates
-
+        """The heights on a grid within the extent, (len(u), len(v)), m: in NumPy, so without a C compiler."""
         places = [
             x / self.pitch + 0.5 * (n - 1) for x, n in zip((u, v), self.coefficients.shape, strict=True)
         ]
-        return map_coordinates(
-            self.coefficients, np.meshgrid(*places, indexing="ij"), order=3, prefilter=False, mode="nearest"
-        )
+        return bspline.at_grid(self.coefficients, *places)
 
     @property
     def half_extent(self) -> tuple[float, float]:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from skylimb.base.errors import ConfigError
+from skylimb.base.errors import ConfigError, missing_extra
 from skylimb.base.sources import Source, read_source
 
 _IMAGES = {".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp"}
@@ -34,8 +34,10 @@ def values_in(source: Source, name: str) -> np.ndarray:
             return np.asarray(np.load(content, allow_pickle=False), dtype=float)
         if suffix in _NUMBERS:
             return np.loadtxt(content, delimiter="," if suffix == ".csv" else None, ndmin=2)
-        from PIL import Image
-
+        try:
+            from PIL import Image
+        except ImportError:
+            raise missing_extra("PIL", "report") from None
         with Image.open(content) as image:
             # "I" keeps the 16 bits of a deep image, which "L" would cut to 8.
             deep = image.mode.startswith("I")
