@@ -8,7 +8,7 @@ import pytest
 import skylimb
 from skylimb.base.errors import ConfigError
 from skylimb.flight.takeoff import take_off
-from skylimb.simulation.foot import BALLS, CORNERS
+from skylimb.simulation.tool import BALLS, CORNERS
 
 QUICK = {"phases.hover": 0.5, "phases.tare": 1.5, "phases.hover_end": 0.0}
 

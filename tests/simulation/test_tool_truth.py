@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from skylimb.flight.takeoff import take_off
-from skylimb.simulation.peg import PEG_GEOM
 from skylimb.simulation.robot_bodies import TIP_GEOM
+from skylimb.simulation.tool import PEG_GEOM
 from skylimb.simulation.tool_truth import tool_signals
 
 

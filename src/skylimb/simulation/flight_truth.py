@@ -76,7 +76,7 @@ def flight_truth(
         raise ConfigError(
             f"controller signal '{clash[0]}' is a name that the loop records itself; choose another"
         )
-    return FlightTruth(values | computed, [[gap.start, gap.duration] for gap in gaps])
+    return FlightTruth(values | computed, gaps)
 
 
 def _surface_signals(moved: SurfaceAt, table: np.ndarray) -> dict[str, np.ndarray]:

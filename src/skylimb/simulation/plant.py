@@ -18,13 +18,12 @@ from skylimb.control.missions.mission import Mission
 from skylimb.control.missions.reference import Reference
 from skylimb.robots.description import Inertial, Link, RobotDescription
 from skylimb.robots.model import Robot
-from skylimb.simulation.contact import ContactReading, pair_compliance, tune_contact_pair
-from skylimb.simulation.foot import tune_foot
-from skylimb.simulation.peg import tune_peg
+from skylimb.simulation.contact import ContactReading, pair_compliance
 from skylimb.simulation.plant_config import Peg, PlantConfig, physics_steps, require_plant, thrust_scales
 from skylimb.simulation.scene import scene_spec
 from skylimb.simulation.servo_friction import tune_servo_friction
 from skylimb.simulation.surfaces import Surface
+from skylimb.simulation.tool import tune_tool
 
 _SAG_ITERATIONS = 5
 
@@ -123,11 +122,7 @@ def build_plant(robot: Robot, surface: Surface, config: PlantConfig, dt: float) 
     # What is only looked at is left out: without it a step is a tenth faster, and the same to the bit.
     spec.compiler.discardvisual = True
     model = spec.compile()
-    tune_contact_pair(model, surface.contact)
-    if config.peg is not None:
-        tune_peg(model, surface.contact)
-    if config.foot is not None:
-        tune_foot(model, surface.contact)
+    tune_tool(model, surface.contact, foot=config.foot is not None)
     tune_servo_friction(model)
     model.actuator_gainprm[: len(scales), 0] = scales
 

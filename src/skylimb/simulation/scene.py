@@ -5,12 +5,12 @@ from __future__ import annotations
 import mujoco
 
 from skylimb.robots.description import RobotDescription
-from skylimb.simulation.contact import add_contact_pair, add_contact_sensor, set_contact_options
-from skylimb.simulation.foot import add_foot
-from skylimb.simulation.peg import Peg, add_peg
+from skylimb.simulation.contact import add_contact_sensor, set_contact_options
+from skylimb.simulation.plant_config import Peg
 from skylimb.simulation.robot_bodies import TIP_GEOM, add_robot
 from skylimb.simulation.surface_bodies import SurfaceParts, add_surface
 from skylimb.simulation.surfaces import Surface
+from skylimb.simulation.tool import add_tool
 
 USER_WORDS = 2
 """Numbers in `data.userdata` that a driver may use."""
@@ -53,14 +53,9 @@ def scene_spec(
     if parts.joint is None:
         # One robot is one island: looking for more takes a fourteenth of a step, and changes no bit.
         spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_ISLAND
-    if peg is not None:
-        add_peg(spec, TIP_GEOM, description.tip, peg, parts, surface.contact)
-        add_contact_sensor(spec, TIP_GEOM, None, substeps, whole_body=True)
-        return spec, parts
-    add_contact_pair(spec, TIP_GEOM, parts.geom, surface.contact)
-    if foot is not None:
-        add_foot(spec, TIP_GEOM, foot, parts.geom, surface.contact)
-    add_contact_sensor(spec, TIP_GEOM, parts.geom, substeps, whole_body=foot is not None)
+    add_tool(spec, description.tip, parts.geoms, surface.contact, tip_geom=TIP_GEOM, foot=foot, peg=peg)
+    touched = parts.geom if peg is None else None
+    add_contact_sensor(spec, TIP_GEOM, touched, substeps, whole_body=(foot, peg) != (None, None))
     return spec, parts
 
 

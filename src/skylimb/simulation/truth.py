@@ -24,7 +24,7 @@ from skylimb.control.missions.mission import Mission
 from skylimb.robots.model import Robot
 from skylimb.simulation.compiling import built_library
 from skylimb.simulation.plant import Plant
-from skylimb.simulation.surfaces.contact_record import ContactGap, TouchedSurface, record_contact
+from skylimb.simulation.surfaces.contact_record import TouchedSurface, record_contact
 
 _BLOCK = 256
 """Ticks that are evaluated by one call: flights of any length share one function."""
@@ -143,8 +143,8 @@ def flight_kinematics(plant: Plant, flight: Flight, mission: Mission) -> Kinemat
 
 def contact_truth(
     plant: Plant, flight: Flight, mission: Mission, moved: Kinematics, surface: TouchedSurface
-) -> tuple[dict[str, np.ndarray], tuple[ContactGap, ...]]:
-    """What the contact was at every tick, on the surface where it then is, and every gap in it.
+) -> tuple[dict[str, np.ndarray], list[list[float]]]:
+    """What the contact was at every tick on the surface where it then is; start and duration (s) of gaps.
 
     A logged force is the mean since the tick before, so a tick's slip, work and trace are those of the tick
     that ends there.

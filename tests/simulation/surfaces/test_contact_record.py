@@ -47,7 +47,7 @@ def test_forces_slip_and_work(surface):
     assert record.friction_work[-1] == pytest.approx(work, rel=5e-3)
     assert np.all(np.diff(record.friction_work) >= 0.0)
     np.testing.assert_allclose(np.sum(record.slip_velocity * record.normal, axis=1), 0.0, atol=1e-12)
-    assert all(gap.start < 0.2 for gap in record.gaps)  # none once it has settled
+    assert all(start < 0.2 for start, _ in record.gaps)  # none once it has settled
 
 
 def test_the_trace_is_as_long_as_the_way_on_the_surface():
@@ -61,8 +61,5 @@ def test_gaps_lie_between_touches():
     touching = np.array([0, 0, 1, 1, 0, 0, 0, 1, 0, 1, 0, 0], dtype=bool)
     time = 0.01 * np.arange(12)
     gaps = contact_gaps(time, touching, 0.01)
-    assert [(round(gap.start, 6), round(gap.duration, 6)) for gap in gaps] == [
-        (0.04, 0.03),
-        (0.08, 0.01),
-    ]
-    assert contact_gaps(time, np.zeros(12, dtype=bool), 0.01) == ()
+    np.testing.assert_allclose(gaps, [(0.04, 0.03), (0.08, 0.01)])
+    assert contact_gaps(time, np.zeros(12, dtype=bool), 0.01) == []

@@ -11,7 +11,7 @@ from skylimb.base.keys.key import shown
 from skylimb.simulation.surfaces.ball import Sphere
 from skylimb.simulation.surfaces.board import Board
 from skylimb.simulation.surfaces.checks import require_clear, require_fits, require_path
-from skylimb.simulation.surfaces.contact_record import ContactGap, ContactRecord, record_contact
+from skylimb.simulation.surfaces.contact_record import ContactRecord, record_contact
 from skylimb.simulation.surfaces.curved import CurvedSurface
 from skylimb.simulation.surfaces.cylinder import Cylinder, Pipe
 from skylimb.simulation.surfaces.friction_map import FrictionMap, Patch
@@ -47,9 +47,9 @@ def surface_from_mapping(mapping: Mapping[str, Any], where: str = "surface") -> 
             f"{where}: surface.kind = {shown(kind)} should be a name, one of {known}, or a Python file"
         )
     if kind.endswith(".py"):
-        from skylimb.simulation.surfaces.own import own_surface  # few surfaces are the user's own
+        from skylimb.simulation.surfaces.user_surface import user_surface  # few surfaces are the user's own
 
-        return from_mapping(own_surface(kind), mapping, where, at="surface")
+        return from_mapping(user_surface(kind), mapping, where, at="surface")
     if kind not in SURFACES:
         raise unknown_name("surface", kind, SURFACES, (".py",))
     return from_mapping(SURFACES[kind], mapping, where, at="surface")
@@ -58,7 +58,6 @@ def surface_from_mapping(mapping: Mapping[str, Any], where: str = "surface") -> 
 __all__ = [
     "SURFACES",
     "Board",
-    "ContactGap",
     "ContactRecord",
     "Corrugated",
     "CurvedSurface",

@@ -29,19 +29,6 @@ class TouchedSurface(Protocol):
 
 
 @dataclass(frozen=True)
-class ContactGap:
-    """A time without touch between two touches.
-
-    Attributes:
-        start: s.
-        duration: s.
-    """
-
-    start: float
-    duration: float
-
-
-@dataclass(frozen=True)
 class ContactRecord:
     """A contact over n ticks; vectors in the world.
 
@@ -52,7 +39,7 @@ class ContactRecord:
         slip_velocity: (n, 3) of the tip relative to and along the surface, m/s; zero without touch.
         friction_work: (n,) energy that friction has taken up to each tick, J; it never falls.
         trace: (n, 2) unrolled coordinates of the touch on the surface, m; NaN in ticks without touch.
-        gaps: every gap between the first touch and the last, however short.
+        gaps: start and duration (s) of every gap between the first touch and the last, however short.
     """
 
     normal: np.ndarray
@@ -61,7 +48,7 @@ class ContactRecord:
     slip_velocity: np.ndarray
     friction_work: np.ndarray
     trace: np.ndarray
-    gaps: tuple[ContactGap, ...]
+    gaps: list[list[float]]
 
 
 def record_contact(
@@ -105,10 +92,8 @@ def record_contact(
     )
 
 
-def contact_gaps(time: np.ndarray, touching: np.ndarray, tick: float) -> tuple[ContactGap, ...]:
-    """Every run of ticks (s) without touch that lies between two touches."""
+def contact_gaps(time: np.ndarray, touching: np.ndarray, tick: float) -> list[list[float]]:
+    """Start and duration (s) of every run of ticks (s) without touch that lies between two touches."""
     there = np.flatnonzero(touching)
     ends = np.flatnonzero(np.diff(there) > 1)
-    return tuple(
-        ContactGap(float(time[there[k] + 1]), float((there[k + 1] - there[k] - 1) * tick)) for k in ends
-    )
+    return [[float(time[there[k] + 1]), float((there[k + 1] - there[k] - 1) * tick)] for k in ends]

@@ -32,32 +32,16 @@ class FrictionTable(NamedTuple):
     Attributes:
         frictions: coefficients in cells over the surface's `size`, (along u, along v).
         adhesions: N, the same.
-        origin: the surface's, W, m.
-        motion_axis: unit vector along which it moves, W.
-        R_WS: (3, 3) columns w, u, v.
-        half: half of its extent along u and v, m.
-        static_ratio: friction at rest over friction in motion.
-        static_speed: slip speed over which it falls, m/s.
+        numbers: what `friction_function` takes: the surface's origin (W, m), the axis along which it moves,
+            its axes w, u and v (W, 3 each), half of its extent along u and v (m), counts of cells along them,
+            and ratio and speed of `static_excess`, (21,).
         stiffness: N/m.
     """
 
     frictions: np.ndarray
     adhesions: np.ndarray
-    origin: np.ndarray
-    motion_axis: np.ndarray
-    R_WS: np.ndarray
-    half: tuple[float, float]
-    static_ratio: float
-    static_speed: float
+    numbers: np.ndarray
     stiffness: float
-
-    @property
-    def numbers(self) -> np.ndarray:
-        """What `friction_function` takes of it, (21,)."""
-        axes = (self.origin, self.motion_axis, *self.R_WS.T)
-        return np.concatenate(
-            [*axes, self.half, self.frictions.shape, [self.static_ratio, self.static_speed]]
-        )
 
 
 def friction_table(surface: Surface) -> FrictionTable:
@@ -71,24 +55,17 @@ def friction_table(surface: Surface) -> FrictionTable:
         mid_v = ((np.arange(nv) + 0.5) / nv - 0.5) * surface.size[1]
         over = surface.friction_map.over((surface.friction, surface.adhesion), surface.size)
         frictions, adhesions = over(*np.meshgrid(mid_u, mid_v, indexing="ij"))
-    return FrictionTable(
-        frictions=frictions,
-        adhesions=adhesions,
-        origin=np.asarray(surface.position, dtype=float),
-        motion_axis=surface.motion_axis,
-        R_WS=surface.R_WS,
-        half=(0.5 * surface.size[0], 0.5 * surface.size[1]),
-        static_ratio=surface.static_ratio,
-        static_speed=surface.static_speed,
-        stiffness=surface.stiffness,
-    )
+    axes = (surface.position, surface.motion_axis, *surface.R_WS.T)
+    half, slip = 0.5 * np.array(surface.size), (surface.static_ratio, surface.static_speed)
+    numbers = np.concatenate([*axes, half, frictions.shape, slip])
+    return FrictionTable(frictions, adhesions, numbers, surface.stiffness)
 
 
 @functools.cache
 def friction_function() -> ca.Function:
     """The cell of a friction table that the tip is over, and what its slip speed makes of the friction there.
 
-    Of the table's numbers (`FrictionTable.numbers`) and of a tick: the tip's place and velocity (3 each, W),
+    Of the table's numbers and of a tick: the tip's place and velocity (3 each, W),
     displacement and speed of the surface (`Surface.motion`). It gives the cell's index in the flat tables,
     and a factor on the friction there.
     """

@@ -5,9 +5,9 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from skylimb.simulation.contact import add_contact_pair
-from skylimb.simulation.foot import BALLS, CORNERS, add_foot, tune_foot
+from skylimb.robots.description import Tip
 from skylimb.simulation.surfaces import Board
+from skylimb.simulation.tool import BALLS, CORNERS, add_tool, tune_tool
 from skylimb.studies.verification.drawing import family, lines
 from skylimb.studies.verification.rig import BODY, RADIUS, scene, touches
 from skylimb.studies.verification.row import Evidence, evidence, sweep
@@ -82,10 +82,9 @@ def _pressed(
     at = [-RADIUS + force / _STIFFNESS, 0.0, 0.0]
     spec, body, parts = scene(board, _MASS, _GYRATION**2 * _MASS, at)
     body.add_freejoint()
-    add_contact_pair(spec, "tip", parts.geom, board.contact)
-    add_foot(spec, "tip", half_width, parts.geom, board.contact)
+    add_tool(spec, Tip(BODY, np.zeros(3), RADIUS), parts.geoms, board.contact, foot=half_width)
     model = spec.compile()
-    tune_foot(model, board.contact)
+    tune_tool(model, board.contact, foot=True)
     data = mujoco.MjData(model)
     data.body(BODY).xfrc_applied[:] = [force, 0.0, 0.0, 0.0, 0.0, torque]
     mujoco.mj_step(model, data, steps)

@@ -9,8 +9,8 @@ import mujoco
 import numpy as np
 
 from skylimb.robots.description import Tip
-from skylimb.simulation.peg import add_peg, tune_peg
 from skylimb.simulation.surfaces import Hole
+from skylimb.simulation.tool import add_tool, tune_tool
 from skylimb.studies.verification.drawing import family, lines
 from skylimb.studies.verification.rig import BODY, scene, touches
 from skylimb.studies.verification.row import Evidence, evidence, sweep
@@ -196,8 +196,8 @@ def _rig(
         hole, _MASS, _GYRATION**2 * _MASS, [depth, aside, 0.0], radius=1e-3, timestep=timestep
     )
     body.add_freejoint()
-    add_peg(spec, "tip", Tip(BODY, np.zeros(3), 0.0), (_RADIUS, _LENGTH), parts, hole.contact)
+    add_tool(spec, Tip(BODY, np.zeros(3), 0.0), parts.geoms, hole.contact, peg=(_RADIUS, _LENGTH))
     model = spec.compile()
-    tune_peg(model, hole.contact)
+    tune_tool(model, hole.contact)
     model.dof_damping[:] = np.repeat([20.0, 0.5], 3) * damper
     return model, mujoco.MjData(model)

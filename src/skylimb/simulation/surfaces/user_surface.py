@@ -36,8 +36,8 @@ from skylimb.base.user_modules import load_module, sources_of_module
 from skylimb.control.user_functions import traceable
 from skylimb.simulation.surfaces.curved import CurvedSurface
 from skylimb.simulation.surfaces.graph import Formula, tightest_hollow
-from skylimb.simulation.surfaces.own_checks import require_closest, require_smooth
 from skylimb.simulation.surfaces.shape import NativeShape, c_of_touch, meeting
+from skylimb.simulation.surfaces.user_checks import require_closest, require_smooth
 from skylimb.symbolic import is_symbolic
 
 _ANY = Key("", "a key of this surface", low=-math.inf, high=math.inf)
@@ -45,7 +45,7 @@ _SAMPLES = 2001  # of an arc length
 
 
 @configuration
-class OwnSurface(CurvedSurface):
+class UserSurface(CurvedSurface):
     """A surface of your own: a Python file with `height(u, v, keys)` or `closest(point, keys)`."""
 
     kind: Annotated[str, Key("", "the Python file", file=True)] = ""
@@ -99,7 +99,7 @@ class OwnSurface(CurvedSurface):
         return _again, (to_mapping(self, keep_none=True),)
 
 
-def own_surface(file: str) -> type[OwnSurface]:
+def user_surface(file: str) -> type[UserSurface]:
     """The kind of surface that a Python file makes; the same one as long as its files are the same.
 
     Raises:
@@ -116,7 +116,7 @@ def own_surface(file: str) -> type[OwnSurface]:
 
 
 @functools.lru_cache(maxsize=64)
-def _kind(module: ModuleType, what: str) -> type[OwnSurface]:
+def _kind(module: ModuleType, what: str) -> type[UserSurface]:
     """Every surface's keys and those of the module's `Keys` in one configuration."""
     members: dict[str, Any] = {"module": module, "__module__": __name__, "__annotations__": {}}
     members["__doc__"] = module.__doc__
@@ -124,18 +124,18 @@ def _kind(module: ModuleType, what: str) -> type[OwnSurface]:
         keys = getattr(module, "Keys", None)
         fields = () if keys is None else dataclasses.fields(keys)
         for field in (field for field in fields if field.init):
-            if hasattr(OwnSurface, field.name):
+            if hasattr(UserSurface, field.name):
                 raise UserCodeError(f"{what}: every surface has '{field.name}': give this key another name")
             kind, key = fields_of(keys)[field.name]
             members["__annotations__"][field.name] = Annotated[kind, key or _ANY]
             members[field.name] = dataclasses.field(
                 default=field.default, default_factory=field.default_factory, kw_only=True
             )
-        return configuration(type("OwnSurface", (OwnSurface,), members))
+        return configuration(type("UserSurface", (UserSurface,), members))
 
 
-def _again(mapping: dict[str, Any]) -> OwnSurface:
-    return from_mapping(own_surface(mapping["kind"]), mapping, "surface")
+def _again(mapping: dict[str, Any]) -> UserSurface:
+    return from_mapping(user_surface(mapping["kind"]), mapping, "surface")
 
 
 def _called(function: Any, what: str, wanted: str, sizes: tuple[int, ...]) -> Any:
