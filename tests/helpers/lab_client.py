@@ -12,7 +12,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from skylimb.apps.ros1.rim.here import require_ros
+from skylimb.apps.ros1.bridge.installation import require_ros
 
 require_ros()
 
@@ -21,8 +21,7 @@ from geometry_msgs.msg import PoseStamped  # noqa: E402
 from nav_msgs.msg import Odometry  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
 from std_msgs.msg import Empty, String, UInt8  # noqa: E402
-
-from skylimb.apps.ros1.rim.definitions import Definitions  # noqa: E402
+from tf2_msgs.msg import TFMessage  # type: ignore  # noqa: E402
 
 NAMESPACE = "/hydrus_xi"
 
@@ -35,9 +34,7 @@ class Client:
         self.state, self.odom, self.joints = -1, None, None
         self.states: list[int] = []
         self.frames: dict[str, str] = {}
-        messages = Path(__file__).parents[1] / "ros1" / "rim" / "messages"
-        kind: Any = Definitions([messages]).find("tf2_msgs/TFMessage")
-        rospy.Subscriber("/tf", kind, self._tf)
+        rospy.Subscriber("/tf", TFMessage, self._tf)
         rospy.Subscriber(f"{NAMESPACE}/flight_state", UInt8, self._state)
         rospy.Subscriber(f"{NAMESPACE}/uav/cog/odom", Odometry, self._odom)
         rospy.Subscriber(f"{NAMESPACE}/joint_states", JointState, self._joints)
@@ -46,12 +43,12 @@ class Client:
             for word in ("start", "takeoff", "land", "halt", "force_landing")
         }
         self._pose = rospy.Publisher(f"{NAMESPACE}/target_pose", PoseStamped, queue_size=1)
-        self._wish = rospy.Publisher(f"{NAMESPACE}/joints_ctrl", JointState, queue_size=1)
+        self._joints_ctrl = rospy.Publisher(f"{NAMESPACE}/joints_ctrl", JointState, queue_size=1)
         self._mission = rospy.Publisher(f"{NAMESPACE}/skylimb/mission", String, queue_size=1)
         self.until(
             lambda: self.state >= 0 and self.odom is not None and self.joints is not None, 20.0, "topics"
         )
-        publishers = [*self._orders.values(), self._pose, self._wish, self._mission]
+        publishers = [*self._orders.values(), self._pose, self._joints_ctrl, self._mission]
         self.until(lambda: all(one.get_num_connections() for one in publishers), 10.0, "subscribers")
 
     def _state(self, message: Any) -> None:
@@ -111,7 +108,7 @@ class Client:
         message = JointState()
         message.header.stamp = rospy.Time.now()
         message.name, message.position = list(angles), list(angles.values())
-        self._wish.publish(message)
+        self._joints_ctrl.publish(message)
         self.until(lambda: all(abs(self.joints[k] - v) < 0.08 for k, v in angles.items()), 15.0, "posture")  # type: ignore[index]
 
     def fly(self, name: str) -> None:

@@ -12,7 +12,7 @@ from skylimb.analysis.exchange.frames import lab_link
 from skylimb.apps.ros1.grounded import GroundedPlant
 from skylimb.apps.ros1.pilot import Pilot
 from skylimb.apps.ros1.states import FlightState, Order
-from skylimb.apps.ros1.tick import Inputs, Tick
+from skylimb.apps.ros1.tick import Inputs, Received, Tick
 from skylimb.control.estimation.records import Measurement
 from skylimb.flight.flying import fastest
 from skylimb.flight.realtime.compiled_controller import CompiledController
@@ -64,7 +64,7 @@ class Steered:
         return float(body.cog[2])
 
     def tick(
-        self, *orders: Order, wishes: tuple[Any, ...] = (), mission: str = "", spoil: Any = None
+        self, *orders: Order, requests: tuple[Any, ...] = (), mission: str = "", spoil: Any = None
     ) -> Tick:
         self.pacer.wait(self.k)
         measured: Measurement | None = self.plant.measure()
@@ -79,11 +79,13 @@ class Steered:
                 now,
                 self._measurement,
                 self._taken,
-                orders,
-                tuple((wish, 0.0) for wish in wishes),
-                mission,
-                int(arming) if arming is not None and self.acknowledges else None,
-                self.battery,
+                Received(
+                    orders,
+                    requests,
+                    mission,
+                    int(arming) if arming is not None and self.acknowledges else None,
+                    self.battery,
+                ),
             )
         )
         self.rows.append(self.plant.record(self._measurement or measured, tick.command).copy())  # type: ignore[arg-type]

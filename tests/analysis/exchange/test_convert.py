@@ -14,13 +14,14 @@ import numpy as np
 import pytest
 
 import skylimb
+from skylimb.analysis.exchange.containers import container_of
 from skylimb.analysis.exchange.convert import convert, read_log, write_log
 from skylimb.analysis.exchange.frames import lab_link
 from skylimb.analysis.exchange.from_run import messages_of
 from skylimb.analysis.exchange.layouts import foxglove_layout, plots, shown_of, write_layouts
 from skylimb.analysis.exchange.message_types import DEFINITIONS, IMU, message_types
-from skylimb.analysis.exchange.own_topics import ROW, row_table, run_of
-from skylimb.analysis.exchange.stream import Message, container_of
+from skylimb.analysis.exchange.run_topics import row_table, run_of
+from skylimb.analysis.exchange.stream import Message
 from skylimb.analysis.exchange.to_run import Read, run_from
 from skylimb.analysis.recording import write_sources
 from skylimb.analysis.report.controller_replay import differences
@@ -97,7 +98,7 @@ def test_the_labs_topics_have_its_frames_and_units(flown: skylimb.Run, messages:
     for message in messages:
         by.setdefault(message.topic, []).append(message)
     log, ticks = flown.log, flown.log.sizes["time"]
-    assert len(by[ROW]) == len(by["/hydrus_xi/four_axes/command"]) == ticks
+    assert len(by["/skylimb/row"]) == len(by["/hydrus_xi/four_axes/command"]) == ticks
     assert len(by["/hydrus_xi/mocap/pose"]) == -(-ticks // 2)  # new frames at 100 Hz
     assert len(by["/hydrus_xi/joint_states"]) == -(-ticks // 4)
     first = by["/hydrus_xi/imu"][0].value

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 import skylimb
+from skylimb.analysis.exchange.messages import UavInfo
 from skylimb.apps.ros1.lab_config import read_lab_config
-from skylimb.apps.ros1.messages import Joints, ServoAngles, UavInfo
 from skylimb.base.errors import ConfigError
 
 LAB = Path(__file__).parent / "lab"
@@ -30,13 +30,12 @@ def test_motors_servos_and_kind_of_the_robot() -> None:
 def test_counts_are_those_of_the_labs_servo_bridge() -> None:
     servos = read_lab_config([SERVOS], ROBOT).servos
     assert servos is not None
-    wanted = Joints(2.0, ("joint2", "gimbal1", "gimbal3", "wheel"), (0.5, 0.5, -100.0, 1.0))
-    found = servos.counts(wanted)
-    assert found == ServoAngles(2.0, {2: round(0.5 / 0.00076699) + 2047, 1: -326, 5: 16383})
-    back = servos.joints(ServoAngles(3.0, {**found.counts, 77: 5}))
-    assert back.names == ("joint2", "gimbal1", "gimbal3")
-    assert back.angles[0] == pytest.approx(0.5, abs=0.0004)
-    assert back.angles[1] == pytest.approx(0.5, abs=0.0008)
+    found = servos.counts({"joint2": 0.5, "gimbal1": 0.5, "gimbal3": -100.0, "wheel": 1.0})
+    assert found == {2: round(0.5 / 0.00076699) + 2047, 1: -326, 5: 16383}
+    back = servos.angles([*found.items(), (77, 5)])
+    assert [*back] == ["joint2", "gimbal1", "gimbal3"]
+    assert back["joint2"] == pytest.approx(0.5, abs=0.0004)
+    assert back["gimbal1"] == pytest.approx(0.5, abs=0.0008)
 
 
 @pytest.mark.parametrize(

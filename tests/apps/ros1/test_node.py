@@ -9,11 +9,11 @@ from collections import Counter
 from typing import Any
 
 from skylimb.analysis.exchange.frames import lab_link
+from skylimb.analysis.exchange.lab_topics import DIAGNOSTICS, RECORD, ROW, STATE
 from skylimb.apps.ros1.both import Both
-from skylimb.apps.ros1.desk import Arrived
+from skylimb.apps.ros1.messages import Arrived, Outgoing
 from skylimb.apps.ros1.node import Node
-from skylimb.apps.ros1.outputs import Outgoing
-from skylimb.apps.ros1.topics import DIAGNOSTICS, RECORD, ROW, STATE
+from skylimb.apps.ros1.piloted import Flyer
 from skylimb.flight.realtime.pacer import Pacer
 from steered import ready
 
@@ -41,6 +41,7 @@ class Carrier:
     def carry(self, messages: list[Outgoing]) -> None:
         self.published += messages
 
+    @property
     def faults(self) -> Counter[str]:
         return self.met
 
@@ -62,8 +63,10 @@ class Clock:
 def node(carrier: Carrier) -> tuple[Node, Both, list[str]]:
     takeoff, controller = ready("hybrid")
     pacer, said = Clock().pacer(takeoff.period), list[str]()
-    both = Both(takeoff, controller, {"paper": takeoff.mission}, lab_link(takeoff.robot), pacer)
-    return Node(both, carrier, pacer, said.append), both, said
+    missions = {"paper": takeoff.mission}
+    both = Both(takeoff, Flyer(takeoff.plan, controller, missions, lab_link(takeoff.robot), pacer))
+    bridge: Any = carrier
+    return Node(both, bridge, pacer, said.append), both, said
 
 
 def test_ctrl_c_lands_before_it_ends() -> None:
@@ -90,7 +93,8 @@ def test_it_ends_when_the_middleware_is_gone_and_says_each_fault_once() -> None:
     flying.spin()
     assert said == ["fault: master is gone", "the middleware's process is gone"]
     shown = carrier.of(DIAGNOSTICS)
-    assert [one.level for one in shown] == [0, 1, 0, 0]
-    assert shown[1].words == "master is gone (1)"
-    assert shown[-1].values["master is gone"] == "1"
+    status = [one["status"][0] for one in shown]
+    assert [one["level"] for one in status] == [0, 1, 0, 0]
+    assert status[1]["message"] == "master is gone (1)"
+    assert {"key": "master is gone", "value": "1"} in status[-1]["values"]
     assert len(flying.timing.late) == 900

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import skylimb
+from skylimb.analysis.exchange.messages import Joints, Pose
 from skylimb.apps.ros1.grounded import STAND, GroundedPlant
-from skylimb.apps.ros1.messages import Joints, Pose
 from skylimb.apps.ros1.states import FORCE_LANDING, FlightState, Order
 from skylimb.base.errors import ConfigError
 from skylimb.control.estimation.records import Measurement
@@ -31,11 +31,11 @@ def flown() -> Steered:
     assert here is not None
     x, y, z = here.cog
     w, s = np.cos(here.yaw / 2), np.sin(here.yaw / 2)
-    robot.tick(wishes=(Pose(0.0, (x - 0.5, y + 0.3, z + 0.4), (w, 0.0, 0.0, s)),))
+    robot.tick(requests=(Pose(0.0, (x - 0.5, y + 0.3, z + 0.4), (w, 0.0, 0.0, s)),))
     robot.fly(8.0)
     robot.at_goal = robot.ticks[-1].body  # type: ignore[attr-defined]
     robot.goal = np.array([x - 0.5, y + 0.3, z + 0.4])  # type: ignore[attr-defined]
-    robot.tick(wishes=(Joints(0.0, (), (0.9708, 1.2, -0.6)),))
+    robot.tick(requests=(Joints(0.0, (), (0.9708, 1.2, -0.6)),))
     robot.fly(3.0)
     robot.posed = robot.plant.measure().joint_angles  # type: ignore[attr-defined]
     robot.tick(mission="paper")
@@ -181,16 +181,16 @@ def test_halt_stops_the_motors_at_once() -> None:
     assert robot.plant.stands
 
 
-def test_wishes_are_refused_where_nothing_hovers() -> None:
+def test_requests_are_refused_where_nothing_hovers() -> None:
     robot = Steered()
     robot.tick()
-    robot.tick(wishes=(Pose(0.0, (0.0, 0.0, 1.0), LEVEL),), mission="paper")
+    robot.tick(requests=(Pose(0.0, (0.0, 0.0, 1.0), LEVEL),), mission="paper")
     assert robot.said == ["pose refused: nothing flies", "mission 'paper' refused: nothing flies"]
-    robot.tick(wishes=(Joints(0.0, (), (0.9708, 1.2, -0.6)),))
+    robot.tick(requests=(Joints(0.0, (), (0.9708, 1.2, -0.6)),))
     robot.fly(1.0)
     np.testing.assert_allclose(robot.plant.measure().joint_angles, [0.9708, 1.2, -0.6], atol=0.02)
     robot.tick(Order.START)
-    robot.tick(wishes=(Pose(0.0, (0.0, 0.0, 1.0), LEVEL),))
+    robot.tick(requests=(Pose(0.0, (0.0, 0.0, 1.0), LEVEL),))
     assert "not steered" in robot.said[-1] or "not steered" in robot.said[-2]
 
 
@@ -200,7 +200,7 @@ def test_an_unknown_mission_is_refused_with_the_nearest_name() -> None:
     robot.tick(mission="papper")
     assert "did you mean 'paper'?" in robot.said[-1]
     robot.tick(mission="paper")
-    robot.tick(mission="paper", wishes=(Pose(0.0, (0.0, 0.0, 1.0), LEVEL),))
+    robot.tick(mission="paper", requests=(Pose(0.0, (0.0, 0.0, 1.0), LEVEL),))
     assert robot.said[-2:] == [
         "pose refused: mission 'paper' is being flown",
         "mission 'paper' refused: 'paper' is being flown",
@@ -229,7 +229,7 @@ def test_a_controller_that_fails_brings_the_robot_down() -> None:
 
     robot = Steered()
     failing: Any = Fails()
-    robot.pilot.craft = dataclasses.replace(robot.pilot.craft, controller=failing)
+    robot.pilot.setup = dataclasses.replace(robot.pilot.setup, controller=failing)
     robot.tick()
     robot.tick(Order.START)
     robot.until(FlightState.ARM_ON)

@@ -11,14 +11,14 @@ import numpy as np
 import pytest
 
 from short_flights import CIRCLE
+from skylimb.analysis.exchange import lab_topics as topics
 from skylimb.analysis.exchange.frames import lab_link
-from skylimb.apps.ros1 import topics
+from skylimb.analysis.exchange.messages import FourAxes, Gains, Motor, MotorInfo, PMatrix, UavInfo
 from skylimb.apps.ros1.controlled import Controlled
-from skylimb.apps.ros1.desk import Arrived
 from skylimb.apps.ros1.grounded import STAND
 from skylimb.apps.ros1.lab_config import read_lab_config
-from skylimb.apps.ros1.messages import FourAxes, Gains, Motor, MotorInfo, PMatrix, UavInfo
-from skylimb.apps.ros1.outputs import Outgoing
+from skylimb.apps.ros1.messages import Arrived, Outgoing
+from skylimb.apps.ros1.piloted import Flyer
 from skylimb.apps.ros1.simulated import Simulated
 from skylimb.apps.ros1.spinal import Spinal, attitude_loop
 from skylimb.apps.ros1.states import FlightState
@@ -31,7 +31,7 @@ LIMITS = (np.full(4, 1.0), np.full(4, 30.0))
 STILL, LEVEL = np.zeros(3), np.eye(3)
 LAB = Path(__file__).parent / "lab"
 MOTORS = MotorInfo(0.58, 0.92, 1.0, 7.0, 0, (Motor(25.2, 33.0, (0.0, -5.0, 0.1, 0.0, 0.0)),))
-KNOWN = Spinal(4).told(UavInfo(4, 17)).told(MOTORS)
+KNOWN = Spinal(4).informed(UavInfo(4, 17)).informed(MOTORS)
 BASE = FourAxes((0.0, 0.0, 0.0), (9.0, 10.0, 11.0, 12.0))
 
 
@@ -117,7 +117,7 @@ class Wire:
         self.pacer = pacer
         self.robot = Simulated(inner, link, pacer, servos=config.servos)
         missions = {"paper": takeoff.mission}
-        self.pilot = Controlled(takeoff.plan, controller, missions, link, pacer, config=config)
+        self.pilot = Controlled(Flyer(takeoff.plan, controller, missions, link, pacer), config)
         self.up, self.down = deque[Outgoing](), deque[Outgoing]()
         self.k, self.silent, self.said = 0, False, list[str]()
         self.names = Counter[str]()
@@ -154,17 +154,17 @@ class Wire:
 
 
 def test_it_is_not_armed_before_it_knows_its_motors() -> None:
-    for known in (Spinal(4), Spinal(4).told(MOTORS), Spinal(4).told(UavInfo(4, 17))):
+    for known in (Spinal(4), Spinal(4).informed(MOTORS), Spinal(4).informed(UavInfo(4, 17))):
         assert not known.configured(0).armed
-    assert not KNOWN.told(replace(MOTORS, max_pwm=0.58)).configured(0).armed
+    assert not KNOWN.informed(replace(MOTORS, max_pwm=0.58)).configured(0).armed
     assert KNOWN.configured(0).armed
     # The number of motors is not taken twice; what it knows outlasts the flight.
-    assert KNOWN.told(UavInfo(6, 17)).uav == UavInfo(4, 17)
+    assert KNOWN.informed(UavInfo(6, 17)).uav == UavInfo(4, 17)
     assert KNOWN.configured(0).configured(1).configured(0).armed
 
 
 def test_a_forced_landing_ends_at_the_thrust_of_the_motor_table() -> None:
-    spinal = KNOWN.told(replace(MOTORS, force_landing_thrust=9.0)).configured(0).commanded(BASE, 0.0)
+    spinal = KNOWN.informed(replace(MOTORS, force_landing_thrust=9.0)).configured(0).commanded(BASE, 0.0)
     spinal = spinal.configured(2)
     thrusts = STILL
     for _ in range(2000):
@@ -222,7 +222,7 @@ def test_controller_and_simulator_fly_over_the_labs_topics(files: tuple[str, ...
     assert all(wire.names[name] > 100 for name in spoken)
     assert not any(wire.names[name] for name in silent)
     assert wire.names["desire_coordinate"] > 10
-    # Motors and servos are told before arming only.
+    # Motors and servos are published before arming only.
     assert 0 < wire.names["motor_info"] < 20
     wire.silent = True
     for _ in range(140):
@@ -244,6 +244,6 @@ def test_the_labs_axes_at_the_centre_of_gravity_have_the_yaw_of_its_link() -> No
     odometry |= {topic.name: value for topic, value in wire.pilot.tick([], 0.0) if "odom" in topic.name}
     yaws = []
     for name in ("uav/cog/odom", "uav/baselink/odom"):
-        w, x, y, z = odometry[name].quaternion
+        w, x, y, z = odometry[name]["pose.pose.orientation"]
         yaws.append(np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))
     assert yaws[0] == pytest.approx(yaws[1], abs=0.01)

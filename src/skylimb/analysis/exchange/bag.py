@@ -7,8 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from skylimb.analysis.exchange.message_types import message_types
-from skylimb.analysis.exchange.stream import Message, require_file, unreadable
-from skylimb.base.errors import SkylimbError
+from skylimb.analysis.exchange.stream import Message, readable
 from skylimb.base.files import new_file
 
 
@@ -36,17 +35,11 @@ class Bag:
     @contextmanager
     def read(self, path: Path) -> Iterator[Iterator[Message]]:
         """The messages of a bag, read with the definitions that it brings."""
-        require_file(path)
         message_types()
         from rosbags.highlevel import AnyReader
 
-        try:
-            with AnyReader([path]) as reader:
-                yield (
-                    Message(one.topic, one.msgtype, time, reader.deserialize(raw, one.msgtype))
-                    for one, time, raw in reader.messages()
-                )
-        except SkylimbError:
-            raise
-        except Exception as error:  # a damaged file fails in whatever layer meets the damage first
-            raise unreadable(path, "ROS 1 bag", error) from error
+        with readable(path, "ROS 1 bag"), AnyReader([path]) as reader:
+            yield (
+                Message(one.topic, one.msgtype, time, reader.deserialize(raw, one.msgtype))
+                for one, time, raw in reader.messages()
+            )

@@ -5,12 +5,12 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+from skylimb.analysis.exchange.containers import ENDINGS, container_of
 from skylimb.analysis.exchange.frames import lab_link
-from skylimb.analysis.exchange.from_run import messages_of
-from skylimb.analysis.exchange.lab_topics import NAMESPACE, TOPICS, topics_of
+from skylimb.analysis.exchange.from_run import messages_of, topics_of
+from skylimb.analysis.exchange.lab_topics import IN_LOGS, NAMESPACE
 from skylimb.analysis.exchange.message_types import message_types
-from skylimb.analysis.exchange.own_topics import row_names
-from skylimb.analysis.exchange.stream import ENDINGS, container_of
+from skylimb.analysis.exchange.run_topics import row_names
 from skylimb.analysis.exchange.to_run import Read, run_from
 from skylimb.analysis.recording.run import Run
 from skylimb.base.errors import choice_error
@@ -91,7 +91,7 @@ def convert(
 def _not_held(run: Run, link: str) -> tuple[str, ...]:
     log, names = run.log, set(row_names(run.log))
     lost = [str(name) for name in log.data_vars if "time" in log[name].dims and name not in names]
-    missing = [topic.name for topic in TOPICS if topic not in topics_of(log)]
+    missing = [topic.name for topic in IN_LOGS if topic not in topics_of(log)]
     return (
         f"poses on the lab's topics are those of {link}",
         *([f"no messages on {', '.join(missing)}: the log lacks their signals"] if missing else []),

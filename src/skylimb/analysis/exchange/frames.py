@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any, NamedTuple
+
+import casadi as ca
 import numpy as np
 
 from skylimb.base.errors import unknown_name
-from skylimb.base.rotations import rot_z
+from skylimb.base.rotations import rpy_from_rotation
 from skylimb.robots.model import Robot
 
 LAB = "flight_controller"
@@ -24,19 +27,47 @@ def lab_link(robot: Robot, name: str = "") -> str:
     return name or (LAB if LAB in links else robot.description.measured_link)
 
 
-def lab_turn_in_C(
-    robot: Robot, link: str, joint_angles: np.ndarray, vectoring_angles: np.ndarray
-) -> np.ndarray:
-    """The lab's axes at the centre of gravity, in C: level like C, with the yaw of the lab's link, (3, 3)."""
-    _, turn = from_measured_link(robot, link, joint_angles, vectoring_angles)
-    R = robot.at(joint_angles, vectoring_angles).R_root_C.T @ turn
-    return np.asarray(rot_z(np.arctan2(R[1, 0], R[0, 0])))
+class LinkFrames(NamedTuple):
+    """Centre of gravity and the lab's link of a posture, seen from the measured link.
+
+    Attributes:
+        cog: centre of gravity, m, (3,).
+        R_root_C: axes of C, (3, 3).
+        tip_heading: of the tip link in C, rad.
+        link: origin of the lab's link, m, (3,).
+        R_root_link: its axes, (3, 3).
+    """
+
+    cog: np.ndarray
+    R_root_C: np.ndarray
+    tip_heading: float
+    link: np.ndarray
+    R_root_link: np.ndarray
+
+    @property
+    def yaw_in_C(self) -> float:
+        """Yaw of the lab's link in C, rad."""
+        return float(rpy_from_rotation(self.R_root_C.T @ self.R_root_link)[2])
 
 
-def from_measured_link(
-    robot: Robot, link: str, joint_angles: np.ndarray, vectoring_angles: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Position (3,), m, and orientation (3, 3) of a link seen from the measured link."""
-    poses = robot.link_poses(joint_angles, vectoring_angles)
-    (base, turn), (xyz, R) = poses[robot.description.measured_link], poses[link]
-    return turn.T @ (xyz - base), turn.T @ R
+def frames_function(robot: Robot, link: str) -> ca.Function:
+    """(q, psi) -> the entries of `LinkFrames`, in numbers or symbols.
+
+    Args:
+        robot: whose.
+        link: whose pose is on the lab's topics.
+    """
+    q, psi = ca.SX.sym("q", robot.n_joints), ca.SX.sym("psi", robot.n_vectoring)
+    model: Any = robot.model(q, psi)
+    there: Any = robot.link_pose_function(link)(q, psi)
+    base: Any = robot.link_pose_function(robot.description.measured_link)(q, psi)
+    turn = base[:, 1:].T
+    link_pose = (turn @ (there[:, 0] - base[:, 0]), turn @ there[:, 1:])
+    outputs = [ca.densify(part) for part in (model.cog_root, model.R_root_C, model.tip_heading, *link_pose)]
+    return ca.Function("link_frames", [q, psi], outputs, {"cse": True})
+
+
+def frames_at(function: ca.Function, joint_angles: np.ndarray, vectoring_angles: np.ndarray) -> LinkFrames:
+    """The frames of a posture, of a `frames_function`."""
+    cog, R_root_C, heading, link, R = [part.full() for part in function(joint_angles, vectoring_angles)]
+    return LinkFrames(cog[:, 0], R_root_C, float(heading[0, 0]), link[:, 0], R)

@@ -2,17 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
-from skylimb.analysis.exchange.lab_topics import NAMESPACE, Builder, ticks_of, topics_of
-from skylimb.analysis.exchange.own_topics import NUMBERS, ROW, record_messages, row_message, row_table
+import numpy as np
+import xarray as xr
+
+from skylimb.analysis.exchange.body import Bodies
+from skylimb.analysis.exchange.codec import message_of
+from skylimb.analysis.exchange.lab_messages import Names, TickView
+from skylimb.analysis.exchange.lab_topics import EACH_TICK, IN_LOGS, MOCAP, NAMESPACE, ROW, Topic, is_due
+from skylimb.analysis.exchange.run_topics import record_messages, row_table
 from skylimb.analysis.exchange.stream import Message
 from skylimb.analysis.recording.run import Run
+from skylimb.base.rotations import rotation_from_rpy
 from skylimb.robots.model import Robot
 
 START = 10**9
 """Time of the first row, ns, of a run that has no date; ROS takes 0 for no time."""
+
+SAME_POSE = 1e-9
+"""Metres, or parts of a quaternion, by which a pose that is held may be off by rounding."""
+
+_MEASURED = (
+    *("root_position_measured", "root_quaternion_measured", "root_velocity_measured"),
+    *("root_angular_velocity_measured", "joint_angles_measured", "vectoring_angles_measured"),
+)
+_COMMAND = ("thrusts_command", "joint_angles_command", "vectoring_angles_command")
+_COG = ("cog_position_estimate", "cog_velocity_estimate", "attitude_estimate", "angular_velocity_estimate")
+
+
+def topics_of(log: xr.Dataset) -> list[Topic]:
+    """The topics that a log has all signals for."""
+    return [topic for topic in IN_LOGS if all(name in log.variables for name in topic.needs)]
 
 
 def messages_of(
@@ -23,23 +45,59 @@ def messages_of(
     Args:
         run: what flew.
         robot: its model.
-        types: message classes.
+        types: message types.
         link: whose pose is on the lab's topics.
-        namespace: of the lab's topics.
+        namespace: of the lab's topics, and of its frames.
         start: time of the first row, ns.
     """
-    builder = Builder(run.log, robot, types, start, link, namespace)
-    for topic, kind, value in record_messages(run, types):
-        yield Message(topic, kind, start, value)
-    table = row_table(run.log)
-    due = [(topic, iter(ticks_of(topic, builder.times))) for topic in topics_of(run.log)]
-    nexts = [next(ticks, None) for _, ticks in due]
-    for k, time in enumerate(builder.times.tolist()):
-        yield Message(ROW, NUMBERS, time, row_message(types, table[k]))
-        for i, (topic, ticks) in enumerate(due):
-            if nexts[i] != k:
-                continue
-            nexts[i] = next(ticks, None)
-            value = topic.make(builder, k)
-            if value is not None:
-                yield Message(f"/{namespace}/{topic.name}".replace("//", "/"), topic.type, time, value)
+
+    def message(topic: Topic, time: int, value: Any, k: int = 0) -> Message:
+        return Message(topic.full(namespace), topic.type, time, message_of(types, topic.type, value, k))
+
+    for topic, value in record_messages(run):
+        yield message(topic, start, value)
+    topics, table, shown = topics_of(run.log), row_table(run.log), np.full(7, np.nan)
+    view_of = _views(run.log, robot, link, Names(robot, namespace))
+    seconds = run.log.time.values - run.log.time.values[0]
+    period = float(np.median(np.diff(seconds))) if len(seconds) > 1 else 1.0
+    for k, time in enumerate((start + np.round(seconds * 1e9).astype(np.int64)).tolist()):
+        yield message(ROW, time, {"data": table[k]})
+        tick = view_of(k, time * 1e-9)
+        for topic in topics:
+            if topic is MOCAP:
+                pose = np.concatenate([tick.signals[name] for name in _MEASURED[:2]])
+                fresh = not np.all(abs(pose - shown) < SAME_POSE)
+                shown = pose
+            else:
+                fresh = topic in EACH_TICK or is_due(topic, k, period)
+            if fresh and topic.make is not None:
+                yield message(topic, time, topic.make(tick), k)
+
+
+def _views(log: xr.Dataset, robot: Robot, link: str, names: Names) -> Callable[[int, float], TickView]:
+    """What makes the view of a row of a log, at a stamp, s."""
+    wanted = {*_MEASURED, *(name for topic in IN_LOGS for name in topic.needs)}
+    values = {name: np.asarray(log[name].values) for name in sorted(wanted) if name in log.variables}
+    bodies, none = Bodies(robot, link), np.zeros(0)
+    sizes = (3, 4, 3, 3, robot.n_joints, robot.n_vectoring)
+    unknown = {name: np.full(size, np.nan) for name, size in zip(_MEASURED, sizes, strict=True)}
+
+    def view(k: int, stamp: float) -> TickView:
+        row = {name: column[k] for name, column in values.items()}
+        measured = [row.get(name, unknown[name]) for name in _MEASURED]
+        thrusts, joints, vectoring = (row.get(name, none) for name in _COMMAND)
+        cog = None
+        if all(name in row for name in _COG):
+            position, velocity, attitude, rates = (row[name] for name in _COG)
+            cog = position, velocity, np.asarray(rotation_from_rpy(*attitude)), rates
+        return TickView(
+            stamp,
+            names,
+            bodies.of(measured),
+            np.concatenate(measured[4:]),
+            (thrusts, joints, vectoring),
+            signals=row,
+            cog=cog,
+        )
+
+    return view

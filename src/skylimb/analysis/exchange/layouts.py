@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import NamedTuple
 from xml.etree import ElementTree
 
+from skylimb.analysis.exchange.containers import container_of
 from skylimb.analysis.exchange.lab_topics import NAMESPACE
-from skylimb.analysis.exchange.stream import Message, container_of
+from skylimb.analysis.exchange.stream import Message
 from skylimb.base.errors import ConfigError
 from skylimb.base.files import new_file
 

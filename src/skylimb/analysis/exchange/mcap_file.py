@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from skylimb.analysis.exchange.message_types import message_types
-from skylimb.analysis.exchange.stream import Message, require_file, unreadable
-from skylimb.base.errors import SkylimbError, missing_extra
+from skylimb.analysis.exchange.stream import Message, readable
+from skylimb.base.errors import missing_extra
 from skylimb.base.files import new_file
 
 
@@ -50,15 +50,9 @@ class Mcap:
     @contextmanager
     def read(self, path: Path) -> Iterator[Iterator[Message]]:
         """The messages of a file that are ROS 1's, read with the definitions that it brings."""
-        require_file(path)
         mcap = _mcap()
-        try:
-            with path.open("rb") as file:
-                yield _messages(mcap.reader.make_reader(file))
-        except SkylimbError:
-            raise
-        except Exception as error:  # a damaged file fails in whatever layer meets the damage first
-            raise unreadable(path, "MCAP file", error) from error
+        with readable(path, "MCAP file"), path.open("rb") as file:
+            yield _messages(mcap.reader.make_reader(file))
 
 
 def _messages(reader: Any) -> Iterator[Message]:

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from contextlib import AbstractContextManager
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
-from skylimb.base.errors import OutputError, choice_error
-
-ENDINGS = (".nc", ".bag", ".mcap")
+from skylimb.base.errors import OutputError, SkylimbError
 
 
 class Message(NamedTuple):
@@ -28,44 +26,19 @@ class Message(NamedTuple):
     value: Any
 
 
-class Container(Protocol):
-    """A file format that holds messages."""
-
-    def write(self, path: Path, messages: Iterable[Message]) -> None:
-        """Write a new file; messages are taken one by one, in the order of their time."""
-        ...
-
-    def read(self, path: Path) -> AbstractContextManager[Iterator[Message]]:
-        """The messages of a file in the order of their time, one by one."""
-        ...
-
-
-def container_of(path: str | Path) -> Container:
-    """The container that a file's ending names.
+@contextmanager
+def readable(path: Path, kind: str) -> Iterator[None]:
+    """Where a file is read: what a library raises for a damaged one is an `OutputError`.
 
     Raises:
-        ConfigError: for an ending that is none of a log.
-        MissingExtraError: without the extra `logs`.
+        OutputError: also when there is no such file.
     """
-    ending = Path(path).suffix
-    if ending == ".bag":
-        from skylimb.analysis.exchange.bag import Bag
-
-        return Bag()
-    if ending == ".mcap":
-        from skylimb.analysis.exchange.mcap_file import Mcap
-
-        return Mcap()
-    raise choice_error("ending of a log", ending or str(path), ENDINGS)
-
-
-def unreadable(path: Path, kind: str, error: Exception) -> OutputError:
-    """The error for a file that a library cannot read."""
-    first = (str(error).splitlines() or [type(error).__name__])[0]
-    return OutputError(f"'{path}' is not a readable {kind}: {first}")
-
-
-def require_file(path: Path) -> None:
-    """Raise an `OutputError` unless there is such a file."""
     if not path.is_file():
         raise OutputError(f"log '{path}' {'is a folder' if path.exists() else 'does not exist'}")
+    try:
+        yield
+    except SkylimbError:
+        raise
+    except Exception as error:  # a damaged file fails in whatever layer meets the damage first
+        first = (str(error).splitlines() or [type(error).__name__])[0]
+        raise OutputError(f"'{path}' is not a readable {kind}: {first}") from error

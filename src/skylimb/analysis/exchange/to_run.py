@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import functools
 from collections import Counter
 from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 import numpy as np
 
-from skylimb.analysis.exchange.frames import from_measured_link, lab_turn_in_C
-from skylimb.analysis.exchange.lab_readers import reader, stamp
-from skylimb.analysis.exchange.own_topics import RECORD, ROW, SOURCE, content_of, run_of
+from skylimb.analysis.exchange.codec import plain_of
+from skylimb.analysis.exchange.frames import LinkFrames, frames_at, frames_function
+from skylimb.analysis.exchange.lab_topics import COG, IN_LOGS, RECORD, ROW, SOURCE, WRENCH
+from skylimb.analysis.exchange.messages import Joints
+from skylimb.analysis.exchange.run_topics import content_of, run_of
 from skylimb.analysis.exchange.series import Series
 from skylimb.analysis.exchange.stream import Message
 from skylimb.analysis.recording.log import build_log
@@ -18,8 +21,8 @@ from skylimb.analysis.recording.run import Run
 from skylimb.base.errors import OutputError
 from skylimb.base.rotations import (
     quaternion_from_rotation,
+    rot_z,
     rotation_from_quaternion,
-    rotation_from_rpy,
     rpy_from_rotation,
 )
 from skylimb.robots.model import Robot
@@ -58,12 +61,12 @@ def run_from(
     others: Counter[str] = Counter()
     flights = 1
     for message in messages:
-        if message.topic == RECORD:
+        if message.topic == RECORD.name:
             record = content_of(message.value)[1]
-        elif message.topic == SOURCE:
+        elif message.topic == SOURCE.name:
             source, content = content_of(message.value)
             sources[source] = content
-        elif message.topic == ROW:
+        elif message.topic == ROW.name:
             row = np.asarray(message.value.data, dtype=float)
             if rows and row[0] <= rows[-1][0]:  # time goes back: another flight begins
                 rows.clear()
@@ -73,7 +76,7 @@ def run_from(
             _take(message, series, others)
     if record is not None:
         if len({len(row) for row in rows}) > 1:
-            raise OutputError(f"'{name}': rows of different length on {ROW}")
+            raise OutputError(f"'{name}': rows of different length on {ROW.name}")
         said = (f"{flights} flights; this is the last one",) if flights > 1 else ()
         return Read(run_of(record, np.array(rows).reshape(len(rows), -1), sources, name), said)
     return _from_topics(series, others, robot(), name, link, period)
@@ -81,12 +84,28 @@ def run_from(
 
 def _take(message: Message, series: dict[str, Series], others: Counter[str]) -> None:
     """Note down the signals of a message, or that its topic has none."""
-    read = reader(message.topic)
-    if read is None:
+    topics = (topic for topic in IN_LOGS if f"/{message.topic}".endswith(f"/{topic.name}"))
+    topic = next(topics, None)
+    if topic is None or not topic.signals:
         others[message.topic] += 1
         return
-    for signal, value in read(message.value):
-        series.setdefault(signal, Series()).add(message.time * 1e-9, stamp(message.value), value)
+    header = getattr(message.value, "header", message.value)
+    stamp = plain_of(header, "stamp") if hasattr(header, "stamp") else 0.0
+    for signal, path in topic.signals.items():
+        value = plain_of(message.value, path)
+        found = _angles(signal, value) if isinstance(value, Joints) else {signal: value}
+        for name, numbers in found.items():
+            series.setdefault(name, Series()).add(message.time * 1e-9, stamp, np.asarray(numbers))
+
+
+def _angles(signal: str, value: Joints) -> dict[str, list[float]]:
+    """Angles in the order of their names: a joint is a joint, what is called a gimbal a vectoring angle."""
+    found: dict[str, list[float]] = {}
+    for name, angle in sorted(zip(value.names, value.angles, strict=False)):
+        for start, kind in (("joint", "joint"), ("gimbal", "vectoring")):
+            if name.startswith(start):
+                found.setdefault(f"{kind}_{signal}", []).append(angle)
+    return found
 
 
 def _from_topics(
@@ -144,85 +163,63 @@ def _signals(held: dict[str, np.ndarray], robot: Robot, link: str, said: list[st
     put("thrusts", "thrusts_command", "rotor")
     if "thrusts" in held:
         said.append("thrusts_command is base_thrust: what a flight controller adds on board is in no topic")
-    for name in (
-        "cog_position_estimate",
-        "cog_velocity_estimate",
-        "attitude_estimate",
-        "angular_velocity_estimate",
-        "external_force_estimate",
-        "external_torque_estimate",
-    ):
-        put(name, name, "axis")
-    _turn_to_C(found, robot, link, said)
-    positions, attitudes = _measured_link(held, found, robot, link, said)
-    found["root_position_measured"] = positions
-    found["root_quaternion_measured"] = attitudes
-    if "gyro" in held and link == robot.description.measured_link:
-        found["root_angular_velocity_measured"] = held["gyro"]
-    elif "gyro" in held:
-        said.append(f"imu: its rates are those of {link}, not of {robot.description.measured_link}; left out")
-    return found
-
-
-def _turn_to_C(found: dict[str, np.ndarray], robot: Robot, link: str, said: list[str]) -> None:
-    """Attitude and rates at the centre of gravity from the lab's axes, which have its link's yaw, to C's."""
-    names = ("attitude_estimate", "angular_velocity_estimate")
-    if not all(name in found for name in names):
-        return
-    q = found.get("joint_angles_measured", found.get("joint_angles_command"))
-    if q is None:
-        said.append(f"no joint angles: the yaw of {link} is taken for that of the centre of gravity")
-        return
-    none = np.zeros((len(q), robot.n_vectoring))
-    psi = found.get("vectoring_angles_measured", found.get("vectoring_angles_command", none))
-    attitudes, rates = (found[name].copy() for name in names)
-    angles = np.concatenate([q, psi], axis=1)
-    before, turn = np.full(angles.shape[1], np.nan), np.eye(3)
-    for k, now in enumerate(angles):
-        if not np.isfinite(now).all():
-            attitudes[k], rates[k] = np.nan, np.nan
-            continue
-        if not np.array_equal(now, before):
-            turn, before = lab_turn_in_C(robot, link, q[k], psi[k]), now
-        attitudes[k] = rpy_from_rotation(rotation_from_rpy(*attitudes[k]) @ turn.T)
-        rates[k] = turn @ rates[k]
-    for name, values in zip(names, (attitudes, rates), strict=True):
-        found[name] = values
-
-
-def _measured_link(
-    held: dict[str, np.ndarray],
-    found: dict[str, np.ndarray],
-    robot: Robot,
-    link: str,
-    said: list[str],
-) -> tuple[np.ndarray, np.ndarray]:
-    """Position and attitude of the measured link from those of the lab's link, (k, 3) and (k, 4)."""
+    for topic in (COG, WRENCH):
+        for name in topic.signals:
+            put(name, name, "axis")
+    frames = _link_frames(found, robot, link)
+    if "attitude_estimate" in found:
+        _turn_to_C(found, frames, link, said)
+    measured = robot.description.measured_link
     positions, attitudes = held["pose"][:, 0:3], held["pose"][:, 3:7]
     sizes = np.linalg.norm(attitudes, axis=1)
     attitudes = attitudes / np.where(sizes > 0.0, sizes, np.nan)[:, None]
-    if link == robot.description.measured_link:
-        return positions, attitudes
+    if link != measured and frames is None:
+        said.append(f"no joint angles: the pose of {link} is taken for that of the measured link")
+    elif link != measured and frames is not None:
+        turns = [
+            rotation_from_quaternion(q) @ one.R_root_link.T for q, one in zip(attitudes, frames, strict=True)
+        ]
+        positions = positions - np.array([R @ one.link for R, one in zip(turns, frames, strict=True)])
+        attitudes = np.array([quaternion_from_rotation(R) for R in turns])
+    found["root_position_measured"], found["root_quaternion_measured"] = positions, attitudes
+    if "gyro" in held and link == measured:
+        found["root_angular_velocity_measured"] = held["gyro"]
+    elif "gyro" in held:
+        said.append(f"imu: its rates are those of {link}, not of {measured}; left out")
+    return found
+
+
+def _link_frames(found: dict[str, np.ndarray], robot: Robot, link: str) -> list[LinkFrames] | None:
+    """The lab's link and C at each tick; NaN where angles are, None without joint angles."""
     q = found.get("joint_angles_measured", found.get("joint_angles_command"))
     if q is None:
-        said.append(f"no joint angles: the pose of {link} is taken for that of the measured link")
-        return positions, attitudes
-    psi = np.zeros(robot.n_vectoring)
-    moved, turned = np.empty_like(positions), np.empty_like(attitudes)
-    before = np.full(7 + q.shape[1], np.nan)
-    for k, (position, attitude, angles) in enumerate(zip(positions, attitudes, q, strict=True)):
-        now = np.concatenate([position, attitude, angles])
-        if k and np.array_equal(now, before):
-            moved[k], turned[k] = moved[k - 1], turned[k - 1]
-            continue
-        before = now
-        if not np.isfinite(now).all():
-            moved[k], turned[k] = np.nan, np.nan
-            continue
-        xyz, turn = from_measured_link(robot, link, angles, psi)
-        R = rotation_from_quaternion(attitude) @ turn.T
-        moved[k], turned[k] = position - R @ xyz, quaternion_from_rotation(R)
-    return moved, turned
+        return None
+    none = np.zeros((len(q), robot.n_vectoring))
+    psi = found.get("vectoring_angles_measured", found.get("vectoring_angles_command", none))
+    function = frames_function(robot, link)
+
+    @functools.cache
+    def at(angles: bytes) -> LinkFrames:
+        return frames_at(function, *np.split(np.frombuffer(angles), [robot.n_joints]))
+
+    return [at(row.tobytes()) for row in np.concatenate([q, psi], axis=1)]
+
+
+def _turn_to_C(
+    found: dict[str, np.ndarray], frames: list[LinkFrames] | None, link: str, said: list[str]
+) -> None:
+    """Attitude and rates at the centre of gravity from the lab's axes, which have its link's yaw, to C's."""
+    attitudes, rates = found["attitude_estimate"], found["angular_velocity_estimate"]
+    if frames is None:
+        said.append(f"no joint angles: the yaw of {link} is taken for that of the centre of gravity")
+        turns = [np.eye(3)] * len(attitudes)
+    else:
+        turns = [np.asarray(rot_z(one.yaw_in_C)) for one in frames]
+    pairs = list(zip(turns, attitudes, rates, strict=True))
+    found["attitude_estimate"] = np.array(
+        [rpy_from_rotation(rotation_from_quaternion(q) @ turn.T) for turn, q, _ in pairs]
+    )
+    found["angular_velocity_estimate"] = np.array([turn @ rate for turn, _, rate in pairs])
 
 
 def _run(values: dict[str, np.ndarray], times: np.ndarray, robot: Robot, name: str) -> Run:

@@ -64,7 +64,7 @@ class Ros:
         if not 1 <= cells <= 20:
             raise ConfigError(f"--cells = {cells} is outside of 1 .. 20")
         folder: Path | None = new_folder(self.out, "ros") if self.out else None
-        from skylimb.apps.ros1.rim.run import Options, run, write
+        from skylimb.apps.ros1.run import Options, run, write
 
         flown = run(
             Options(

@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
-from skylimb.apps.ros1.body import Body
-from skylimb.apps.ros1.craft import Craft, nothing_measured
+from skylimb.analysis.exchange.body import Body
 from skylimb.apps.ros1.landing import Landing
+from skylimb.apps.ros1.requests import RefusedError, Requests
 from skylimb.apps.ros1.script import Script, after_tick
+from skylimb.apps.ros1.sensors import nothing_measured
+from skylimb.apps.ros1.setup import FlightSetup
 from skylimb.apps.ros1.states import Flying
 from skylimb.apps.ros1.targets import Place, Targets, duration_of
-from skylimb.apps.ros1.tick import Inputs, Tick
-from skylimb.apps.ros1.wishes import Refused, Wish, Wishes
+from skylimb.apps.ros1.tick import Inputs, Request, Tick
 from skylimb.control.missions.mission import Mission
 from skylimb.control.missions.reference import Reference
 from skylimb.control.needs import PACE
@@ -37,7 +36,7 @@ class Airborne:
     """A guarded controller, led along targets, a mission or a landing.
 
     Args:
-        craft: what is flown with.
+        setup: what is flown with.
         now: s.
         body: where the robot stands.
         theta: shape angle of its posture, rad.
@@ -49,19 +48,19 @@ class Airborne:
         state: of the controller.
     """
 
-    def __init__(self, craft: Craft, now: float, body: Body, theta: float) -> None:
-        self._craft, self.theta = craft, theta
-        limits = craft.limits
+    def __init__(self, setup: FlightSetup, now: float, body: Body, theta: float) -> None:
+        self._setup, self.theta = setup, theta
+        limits = setup.limits
         here = Place(body.cog, body.yaw, theta)
         above = here._replace(position=np.array([*body.cog[:2], limits.takeoff_height]))
         self._spool = now + SPOOL_TIME
         duration = max(duration_of(here, above, limits, RISE), limits.shortest_way)
         self.targets = Targets(here, self._spool).go(above, self._spool, duration)
-        self._guard = craft.guard()
+        self._guard = setup.guard()
         self._gains, self.state = self._guard.gains(), self._guard.initial_state()
-        q, psi, _, _ = craft.references.posture(theta)
-        self._hover = np.asarray(craft.robot.at(q, psi).hover_thrusts)
-        self._bounds = thrust_limits(craft.robot)
+        q, psi, _, _ = setup.references.posture(theta)
+        self._hover = np.asarray(setup.robot.at(q, psi).hover_thrusts)
+        self._bounds = thrust_limits(setup.robot)
         self._landing: Landing | None = None
         self.script: Script | None = None
         self._failure = ""
@@ -86,12 +85,12 @@ class Airborne:
     @property
     def faults(self) -> Counter[str]:
         """How often each fault was met, by name."""
-        own = Counter({self._failure: self._failed} if self._failed else {})
-        return own + self._guard.counts + self._guard.watchdog.counts
+        failures = Counter({self._failure: self._failed} if self._failed else {})
+        return failures + self._guard.counts + self._guard.watchdog.counts
 
     def broken(self, body: Body | None) -> str:
         """Why the flight has to be broken off; empty while it has not."""
-        reference, limits = self.reference, self._craft.limits
+        reference, limits = self.reference, self._setup.limits
         if self._failure:
             return self._failure
         if self._guard.retreating:
@@ -110,103 +109,90 @@ class Airborne:
         """Lead it down from here, back from the surface first where it may touch one."""
         touching = self.script is not None and self.script.begun and self.script.mission.contact
         if self.reference is not None:
-            self._landing = Landing(self.reference, now, touching, self._craft.limits.descent)
+            self._landing = Landing(self.reference, now, touching, self._setup.limits.descent)
         self.script = None
 
-    def fulfil(self, wishes: Wishes, wish: Wish, now: float, stamp_offset: float) -> Refused | None:
-        """Turn a wish into targets, or say why not."""
-        if self.script is not None:
-            return Refused(f"mission '{self.script.name}' is being flown")
-        made = wishes.fulfilled(self.targets, wish, now, stamp_offset)
-        if isinstance(made, Refused):
-            return made
-        self.targets = made
-        return None
+    def lead_to(self, requests: Requests, request: Request, inputs: Inputs) -> None:
+        """Turn a request into targets.
 
-    def begin_mission(self, name: str, mission: Mission, now: float) -> Refused | None:
-        """Go to the beginning of a mission and fly it, or say why not."""
+        Raises:
+            RefusedError: with the reason, when it cannot be.
+        """
         if self.script is not None:
-            return Refused(f"'{self.script.name}' is being flown")
+            raise RefusedError(f"mission '{self.script.name}' is being flown")
+        self.targets = requests.targets(self.targets, request, inputs.now, inputs.stamp_offset)
+
+    def begin_mission(self, name: str, mission: Mission, now: float) -> None:
+        """Go to the beginning of a mission and fly it.
+
+        Raises:
+            RefusedError: while another one is being flown.
+        """
+        if self.script is not None:
+            raise RefusedError(f"'{self.script.name}' is being flown")
         self.script = Script(name, mission)
-        there = self._craft.references.place_of(mission.first)
+        there = self._setup.references.place_of(mission.first)
         here = self.targets.at(now)[0].place
-        self.targets = self.targets.go(there, now, duration_of(here, there, self._craft.limits))
-        return None
+        self.targets = self.targets.go(there, now, duration_of(here, there, self._setup.limits))
 
     def fly(self, flying: Flying, inputs: Inputs, body: Body | None, said: list[str]) -> Tick:
         """One tick."""
         now = inputs.now
         if now < self._spool:
-            return self._tick(flying, body, self._spooled(now), None, {}, None, said)
+            # The rotors come up to nearly carrying the robot.
+            part = max(0.0, 1.0 - (self._spool - now) / SPOOL_TIME)
+            command = self._hovering(part * SPOOL_SHARE)
+            return Tick(flying, command, True, None, {}, None, body, tuple(said))
         reference, script = self._lead(now, body)
-        measurement = inputs.measurement or nothing_measured(self._craft.robot)
+        measurement = inputs.measurement or nothing_measured(self._setup.robot)
         self._guard.taken(inputs.taken)
         try:
-            self.state, command, own = self._guard.step(
-                self._gains, self.state, measurement, reference, self._craft.period
+            self.state, command, signals = self._guard.step(
+                self._gains, self.state, measurement, reference, self._setup.period
             )
         except Exception as error:  # a user's own controller: the robot must come down all the same
             if not self._failure:
-                said.append(f"controller '{self._craft.controller.name}' failed: {error}")
+                said.append(f"controller '{self._setup.controller.name}' failed: {error}")
             self._failure, self._failed = "the controller failed", self._failed + 1
-            return self._tick(flying, body, self._blind(), reference, {}, None, said)
+            # Level and down: nobody holds the attitude but the flight controller.
+            return Tick(flying, self._hovering(BLIND), True, reference, {}, None, body, tuple(said))
         if script is not None and script.begun:
-            self.script = after_tick(script, float(own[PACE]) if self._craft.paced else None)
+            self.script = after_tick(script, float(signals[PACE]) if self._setup.paced else None)
             self._end_mission(self.script, now, said)
-        return self._tick(flying, body, command, self.reference or reference, own, script, said)
-
-    def _tick(
-        self,
-        flying: Flying,
-        body: Body | None,
-        command: Command,
-        reference: Reference | None,
-        own: Mapping[str, Any],
-        script: Script | None,
-        said: list[str],
-    ) -> Tick:
-        return Tick(flying, command, True, reference, own, script, body, tuple(said))
-
-    def _spooled(self, now: float) -> Command:
-        """The rotors on their way to nearly carrying the robot."""
-        part = max(0.0, 1.0 - (self._spool - now) / SPOOL_TIME)
-        return self._hovering(part * SPOOL_SHARE)
-
-    def _blind(self) -> Command:
-        """Level and down without a controller: nobody holds the attitude but the flight controller."""
-        return self._hovering(BLIND)
+        flown = self.reference or reference
+        return Tick(flying, command, True, flown, signals, script, body, tuple(said))
 
     def _hovering(self, share: float) -> Command:
         """A share of the hover thrusts, in the posture that is commanded."""
-        q, psi, _, _ = self._craft.references.posture(self.theta)
+        q, psi, _, _ = self._setup.references.posture(self.theta)
         return Command(np.clip(share * self._hover, *self._bounds), q, psi)
 
     def _lead(self, now: float, body: Body | None) -> tuple[Reference, Script | None]:
         """The reference of now, and the mission that it is of."""
-        craft, script = self._craft, self.script
+        setup, script = self._setup, self.script
         if self._landing is not None:
             height = float(self._landing.last.position[2]) if body is None else float(body.cog[2])
             reference = self._landing.at(now, height)
-            return reference._replace(ahead=(reference,) * len(craft.preview)), None
+            return reference._replace(ahead=(reference,) * len(setup.preview)), None
         if script is not None and not script.begun and not self.targets.legs:
             script = self.script = Script(script.name, script.mission, begun=True)
         if script is not None and script.begun:
-            return script.reference(craft.preview), script
+            return script.reference(setup.preview), script
         self.targets, target = self.targets.at(now)
         self.theta = target.place.theta
-        return craft.held(target), script
+        return setup.held(target), script
 
     def _end_mission(self, script: Script, now: float, said: list[str]) -> None:
         """Back to hover where the mission ends, or away from the surface where it was given up."""
         if not (script.over or script.given_up):
             return
         last = script.mission.row(min(int(script.clock.ticks), len(script.mission.times) - 1))
-        place = self._craft.references.place_of(last)
+        place = self._setup.references.place_of(last)
         self.targets = self.targets.hold(place, now)
         if script.over:
             said.append(f"mission '{script.name}': flown; hovering at its end")
         else:
             away = place._replace(position=place.position - BACK * np.asarray(last.contact_axis))
-            self.targets = self.targets.go(away, now, self._craft.limits.shortest_way)
+            self.targets = self.targets.go(away, now, self._setup.limits.shortest_way)
             said.append(f"mission '{script.name}': given up, held back for too long; hovering away from it")
         self.script = None

@@ -29,7 +29,7 @@ ROWS = 600_000
 
 
 class GroundedPlant:
-    """Follows `Vehicle`; the ground holds whoever sinks below it, at rest and as it came down.
+    """The plant; the ground holds whoever sinks below it, at rest and as it came down.
 
     Args:
         takeoff: gives plant, sensors and surface; its mission only where the robot stands.
@@ -58,9 +58,10 @@ class GroundedPlant:
         return self._stands is not None
 
     @property
-    def over(self) -> bool:
-        """Whether the time is over for which noise is laid out."""
-        return self._ticks >= self._count - 1
+    def over(self) -> str:
+        """Why it cannot go on; empty while it can."""
+        late = self._ticks >= self._count - 1
+        return self._vehicle.fault() or ("the time is over for which noise is laid out" if late else "")
 
     def measure(self) -> Measurement:
         """What the sensors say."""
@@ -82,10 +83,6 @@ class GroundedPlant:
         self._vehicle.apply(command)
         self._ticks += 1
         self._hold()
-
-    def fault(self) -> str:
-        """The plant's own."""
-        return self._vehicle.fault()
 
     def _hold(self) -> None:
         """Put a robot that is on the ground and does not rise back at rest."""

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from skylimb.apps.ros1.messages import Motor, MotorInfo, UavInfo
+from skylimb.analysis.exchange.messages import Motor, MotorInfo, UavInfo
 from skylimb.apps.ros1.servos import Servo, Servos
 from skylimb.base.errors import ConfigError
 from skylimb.base.sources import read_source
@@ -128,11 +128,10 @@ def _motors(entry: _Entry) -> MotorInfo:
     motors = []
     for index in range(1, entry.whole("vel_ref_num", 1, 10) + 1):
         one = entry.table(f"ref{index}")
-        values = tuple(one.number(f"polynominal{degree}", -1e6, 1e6, 0.0) for degree in range(_DEGREES))
-        a, b, c, d, e = values
+        polynomial = tuple(one.number(f"polynominal{degree}", -1e6, 1e6, 0.0) for degree in range(_DEGREES))
         # Without one the flight controller takes 0 N for the most that a rotor gives.
         greatest = one.number("max_thrust", 0.1, 1000.0)
-        motors.append(Motor(one.number("voltage", 1.0, 1000.0), greatest, (a, b, c, d, e)))
+        motors.append(Motor(one.number("voltage", 1.0, 1000.0), greatest, polynomial))
     return MotorInfo(
         low,
         high,

@@ -5,15 +5,16 @@ from __future__ import annotations
 import signal
 import time
 from collections import Counter
-from collections.abc import Callable, Iterable
-from typing import Any, Protocol
+from collections.abc import Callable, Mapping
+from typing import Any
 
 import numpy as np
 
-from skylimb.apps.ros1.desk import Arrived
-from skylimb.apps.ros1.outputs import Outgoing, diagnosis
+from skylimb.analysis.exchange.lab_topics import DIAGNOSTICS
+from skylimb.apps.ros1.bridge.process import Bridge
+from skylimb.apps.ros1.messages import Arrived, Outgoing
+from skylimb.apps.ros1.profile import Profile
 from skylimb.apps.ros1.tick import Tick
-from skylimb.apps.ros1.topics import DIAGNOSTICS
 from skylimb.flight.guarded import without_garbage
 from skylimb.flight.realtime.pacer import Pacer
 from skylimb.flight.realtime.timing import Timing
@@ -25,91 +26,43 @@ _ONCE = 1.0
 _LAND = "teleop_command/land"
 
 
-class Profile(Protocol):
-    """What a node is."""
-
-    @property
-    def faults(self) -> Counter[str]:
-        """How often each fault was met."""
-        ...
-
-    @property
-    def over(self) -> str:
-        """Why it cannot go on; empty while it can."""
-        ...
-
-    @property
-    def last(self) -> Tick | None:
-        """The last tick; None of a profile without a pilot, or before the first one."""
-        ...
-
-    def tick(self, arrived: Iterable[Arrived], stamp: float) -> list[Outgoing]:
-        """One tick; `stamp` is the time of the messages' clock, s."""
-        ...
-
-    def close(self) -> None:
-        """Keep what is under way."""
-        ...
-
-
-class Carrier(Protocol):
-    """Carries messages to a middleware and back, and never waits."""
-
-    @property
-    def closed(self) -> bool:
-        """Whether the middleware is gone."""
-        ...
-
-    def take(self) -> list[Arrived]:
-        """What has come; `at` is the monotonic clock's."""
-        ...
-
-    def carry(self, messages: list[Outgoing]) -> None:
-        """Publish these."""
-        ...
-
-    def faults(self) -> Counter[str]:
-        """How often each fault was met on the way."""
-        ...
-
-
 class Node:
     """A profile on the wall clock.
 
     Args:
         profile: what it is.
-        carrier: to the middleware.
+        bridge: to ROS and back; it never waits.
         pacer: of the ticks.
-        say: is handed what people are to read.
+        say: takes what people are to read.
         clock: of the messages' stamps, s.
     """
 
     def __init__(
         self,
         profile: Profile,
-        carrier: Carrier,
+        bridge: Bridge,
         pacer: Pacer,
         say: Callable[[str], None] = print,
         clock: Callable[[], float] = time.time,
     ) -> None:
-        self._profile, self._carrier, self._pacer = profile, carrier, pacer
+        self._profile, self._bridge, self._pacer = profile, bridge, pacer
         self._say, self._clock = say, clock
         self._to_end = 0
         self._known: Counter[str] = Counter()
-        self._told: dict[str, float] = {}
+        self._last_said: dict[str, float] = {}
         self._late: list[float] = []
         self._took: list[float] = []
 
     @property
     def timing(self) -> Timing:
-        """How the loop kept to the clock; latency until all of a tick was handed over."""
+        """How the loop kept to the clock; latency until all of a tick was sent."""
         late = np.array(self._late)
         return Timing(self._pacer.period, late, np.array(self._took), np.zeros(len(late), dtype=bool))
 
     @property
     def faults(self) -> Counter[str]:
         """How often each fault was met, by the profile and on the way."""
-        return self._profile.faults + self._carrier.faults()
+        return self._profile.faults + self._bridge.faults
 
     def spin(self) -> None:
         """Tick until there is nobody to talk to; Ctrl-C lands first, a second one ends it."""
@@ -120,22 +73,22 @@ class Node:
                 k = 0
                 while not self._done():
                     self._late.append(self._pacer.wait(k))
-                    self._carrier.carry(self._profile.tick(self._arrived(), self._clock()))
+                    self._bridge.carry(self._profile.tick(self._arrived(), self._clock()))
                     k += 1
                     if k % round(1.0 / self._pacer.period) == 0:
                         self._diagnose()
-                    self._tell()
+                    self._say_what_happened()
                     self._took.append(self._pacer.elapsed())
         finally:
             signal.signal(signal.SIGINT, before)
             self._profile.close()
-        gone = "" if self._to_end or not self._carrier.closed else "the middleware's process is gone"
+        gone = "" if self._to_end or not self._bridge.closed else "the middleware's process is gone"
         if self._profile.over or gone:
             self._say(self._profile.over or gone)
 
     def _arrived(self) -> list[Arrived]:
         started = self._pacer.started
-        arrived = [one._replace(at=one.at - started) for one in self._carrier.take()]
+        arrived = [one._replace(at=one.at - started) for one in self._bridge.take()]
         if self._to_end:
             arrived.append(Arrived(_LAND, None, "Ctrl-C", self._pacer.time()))
         return arrived
@@ -147,7 +100,7 @@ class Node:
         last = self._profile.last
         stands = last is None or not last.motors
         asked = self._to_end > 1 or (self._to_end == 1 and stands)
-        return asked or self._carrier.closed or bool(self._profile.over)
+        return asked or self._bridge.closed or bool(self._profile.over)
 
     def _diagnose(self) -> None:
         faults, last = self.faults, self._profile.last
@@ -157,14 +110,39 @@ class Node:
         self._known = faults
         if last is not None:
             late = float(np.quantile(self._late[-200:], 0.99))
-            more = {"tick_late_p99_ms": f"{1e3 * late:.3f}"}
-            self._carrier.carry([Outgoing(DIAGNOSTICS, diagnosis(last, faults, news, more))])
+            message = diagnosis(last, faults, news, f"{1e3 * late:.3f}", self._clock())
+            self._bridge.carry([Outgoing(DIAGNOSTICS, message)])
 
-    def _tell(self) -> None:
+    def _say_what_happened(self) -> None:
         last = self._profile.last
         now = self._pacer.time()
         for words in last.said if last is not None else ():
             # Whoever orders the same again and again is answered once a second.
-            if now - self._told.get(words, -np.inf) >= _ONCE:
-                self._told[words] = now
+            if now - self._last_said.get(words, -np.inf) >= _ONCE:
+                self._last_said[words] = now
                 self._say(words)
+
+
+def diagnosis(
+    tick: Tick, faults: Mapping[str, int], news: Mapping[str, int], late: str, stamp: float
+) -> dict[str, Any]:
+    """How it goes, once a second: fields of a diagnostic array.
+
+    Args:
+        tick: the last one.
+        faults: all so far, by name.
+        news: those of the last second.
+        late: the 99th percentile of how late ticks were, ms.
+        stamp: s.
+    """
+    flying = tick.flying
+    state = "FORCE_LANDING" if flying.force_landing else flying.state.name
+    level, words = 0, state
+    if flying.force_landing or flying.low_battery:
+        level, words = 2, "force landing" if flying.force_landing else "low battery"
+    elif news:
+        level, words = 1, ", ".join(f"{name} ({count})" for name, count in sorted(news.items()))
+    values = {"flight_state": state, "tick_late_p99_ms": late, **dict(sorted(faults.items()))}
+    entries = [{"key": name, "value": str(value)} for name, value in values.items()]
+    status = {"level": level, "name": "skylimb", "message": words, "values": entries}
+    return {"header.stamp": stamp, "status": [status]}

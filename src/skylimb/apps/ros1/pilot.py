@@ -1,24 +1,25 @@
-"""The lab's flight states around a guarded controller: orders, wishes and measurements in, commands out."""
+"""The lab's flight states around a guarded controller: orders and measurements in, commands out."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
 
+from skylimb.analysis.exchange.body import Bodies, Body
+from skylimb.analysis.exchange.messages import Joints
 from skylimb.apps.ros1.airborne import Airborne
-from skylimb.apps.ros1.body import Bodies, Body
-from skylimb.apps.ros1.craft import Craft
 from skylimb.apps.ros1.limits import FlightLimits
-from skylimb.apps.ros1.messages import Joints
 from skylimb.apps.ros1.references import References
+from skylimb.apps.ros1.requests import RefusedError, Requests
 from skylimb.apps.ros1.script import require_from_hover
+from skylimb.apps.ros1.setup import FlightSetup
 from skylimb.apps.ros1.states import FlightState, Flying, Seen, advance
 from skylimb.apps.ros1.targets import Target
-from skylimb.apps.ros1.tick import Inputs, Tick
-from skylimb.apps.ros1.wishes import Refused, Wishes
+from skylimb.apps.ros1.tick import Inputs, Received, Tick
 from skylimb.base.errors import unknown_name
 from skylimb.control.controller import Controller
 from skylimb.control.estimation.records import Measurement
@@ -46,7 +47,7 @@ class Pilot:
         guard_limits: when to hold and when to retreat.
 
     Attributes:
-        craft: what is flown with.
+        setup: what is flown with.
         flying: the flight's state.
         flight: what is in the air; None on the ground.
     """
@@ -67,7 +68,7 @@ class Pilot:
         needs, first = needs_of(controller), next(iter(missions.values())).first
         self.robot, self.missions, self.period = robot, missions, period
         self.references = References(robot, link, first, needs.vectoring)
-        self.craft = Craft(
+        self.setup = FlightSetup(
             robot,
             controller,
             self.references,
@@ -78,26 +79,26 @@ class Pilot:
             window_of(needs.preview, False, period).preview,
             needs.paced,
         )
-        self._bodies, self._wishes = Bodies(robot, link), Wishes(robot, self.craft.limits)
+        self._bodies, self._requests = Bodies(robot, link), Requests(robot, self.setup.limits)
         self.flying = Flying()
         self.flight: Airborne | None = None
         self._counts: Counter[str] = Counter()
         self._theta = self.references.place_of(first).theta
         # On the ground nothing is flown, but what is measured is judged as in flight.
-        self._watch = Watchdog(robot, self.craft.guard_limits)
+        self._watch = Watchdog(robot, self.setup.guard_limits)
 
     def tick(self, inputs: Inputs) -> Tick:
         """One tick."""
-        said = list[str]()
+        said, received = list[str](), inputs.received
         body = self._body(inputs)
         self._advance(inputs, body, said)
         if self.flight is not None and self.flying.state == FlightState.HOVER and self.flight.steerable:
-            self._fulfil(self.flight, inputs, said)
+            self._lead(self.flight, inputs, said)
         elif self.flying.state == FlightState.ARM_OFF:
-            self._pose_on_ground(inputs, said)
-        elif inputs.wishes or inputs.mission:
+            self._pose_on_ground(received, said)
+        elif received.requests or received.mission:
             said.append(f"in {self.flying.state.name} the robot is not steered")
-            self._counts["wish refused"] += len(inputs.wishes) + bool(inputs.mission)
+            self._counts["request refused"] += len(received.requests) + bool(received.mission)
         if self.flight is not None:
             return self.flight.fly(self.flying, inputs, body, said)
         q, psi, _, _ = self.references.posture(self._theta)
@@ -108,13 +109,13 @@ class Pilot:
         """The controller's signals and the reference at a first tick that is not flown."""
         here = self.references.place_of(next(iter(self.missions.values())).first)
         still = np.zeros(3)
-        given = self.craft.held(Target(here, still, still))
-        guard = self.craft.guard()
+        given = self.setup.held(Target(here, still, still))
+        guard = self.setup.guard()
         level = np.array([1.0, 0.0, 0.0, 0.0])
         posture = given.joint_angles, given.vectoring_angles
         measured = Measurement(here.position, level, still, still, *posture)
-        _, _, own = guard.step(guard.gains(), guard.initial_state(), measured, given, self.period)
-        return own, given
+        _, _, signals = guard.step(guard.gains(), guard.initial_state(), measured, given, self.period)
+        return signals, given
 
     @property
     def faults(self) -> Counter[str]:
@@ -128,21 +129,21 @@ class Pilot:
             return None  # nobody has measured anything yet
         self._watch.judge(inputs.measurement, inputs.taken, inputs.now)
         good = self._watch.good
-        if good is None or inputs.now - inputs.taken > self.craft.guard_limits.hold_after:
+        if good is None or inputs.now - inputs.taken > self.setup.guard_limits.hold_after:
             return None
         return self._bodies.of(good)
 
     def _advance(self, inputs: Inputs, body: Body | None, said: list[str]) -> None:
         """The flight states, and what begins and ends with them."""
         before = self.flying
-        self.flying, words = advance(before, self._seen(inputs, body), self.craft.limits)
+        self.flying, words = advance(before, self._seen(inputs, body), self.setup.limits)
         said.extend(words)
         state = self.flying.state
         if state == before.state and self.flying.force_landing == before.force_landing:
             return
         said.append(f"{before.state.name} -> {state.name}")
         if state == FlightState.TAKEOFF and body is not None:
-            self.flight = Airborne(self.craft, inputs.now, body, self._theta)
+            self.flight = Airborne(self.setup, inputs.now, body, self._theta)
         elif self.flight is None:
             return
         elif state == FlightState.LAND and before.state != FlightState.LAND:
@@ -163,44 +164,42 @@ class Pilot:
             None if body is None else body.cog,
             0.0 if body is None else -float(body.velocity[2]),
             target,
-            inputs.orders,
-            inputs.acknowledged,
-            inputs.battery,
+            inputs.received.orders,
+            inputs.received.acknowledged,
+            inputs.received.battery,
             "" if flight is None else flight.broken(body),
         )
 
-    def _fulfil(self, flight: Airborne, inputs: Inputs, said: list[str]) -> None:
-        """What a user wishes of a robot that hovers."""
-        for wish, offset in inputs.wishes:
-            self._refuse(
-                type(wish).__name__.lower(), flight.fulfil(self._wishes, wish, inputs.now, offset), said
-            )
-        name = inputs.mission
-        if not name:
-            return
-        if name not in self.missions:
+    def _lead(self, flight: Airborne, inputs: Inputs, said: list[str]) -> None:
+        """Lead a robot that hovers where its user asks."""
+        for request in inputs.received.requests:
+            with self._refusals(type(request).__name__.lower(), said):
+                flight.lead_to(self._requests, request, inputs)
+        name = inputs.received.mission
+        if name and name not in self.missions:
             said.append(str(unknown_name("mission", name, self.missions)))
-            self._counts["wish refused"] += 1
-        elif refused := flight.begin_mission(name, self.missions[name], inputs.now):
-            self._refuse(f"mission '{name}'", refused, said)
-        else:
-            said.append(f"mission '{name}': on the way to its beginning")
+            self._counts["request refused"] += 1
+        elif name:
+            with self._refusals(f"mission '{name}'", said):
+                flight.begin_mission(name, self.missions[name], inputs.now)
+                said.append(f"mission '{name}': on the way to its beginning")
 
-    def _pose_on_ground(self, inputs: Inputs, said: list[str]) -> None:
+    def _pose_on_ground(self, received: Received, said: list[str]) -> None:
         """Joints may be moved where nothing flies; they go at their servos' own speed."""
-        for wish, _ in inputs.wishes:
-            theta: float | Refused = Refused("nothing flies")
-            if isinstance(wish, Joints):
-                theta = self._wishes.shape_angle(wish, self._theta)
-            if isinstance(theta, Refused):
-                self._refuse(type(wish).__name__.lower(), theta, said)
-            else:
-                self._theta = theta
-        if inputs.mission:
-            self._refuse(f"mission '{inputs.mission}'", Refused("nothing flies"), said)
+        for request in received.requests:
+            with self._refusals(type(request).__name__.lower(), said):
+                if not isinstance(request, Joints):
+                    raise RefusedError("nothing flies")
+                self._theta = self._requests.shape_angle(request, self._theta)
+        if received.mission:
+            with self._refusals(f"mission '{received.mission}'", said):
+                raise RefusedError("nothing flies")
 
-    def _refuse(self, what: str, refused: Refused | None, said: list[str]) -> None:
+    @contextmanager
+    def _refusals(self, what: str, said: list[str]) -> Iterator[None]:
         """Say and count that something is refused, if it is."""
-        if refused is not None:
-            said.append(f"{what} refused: {refused.why}")
-            self._counts["wish refused"] += 1
+        try:
+            yield
+        except RefusedError as error:
+            said.append(f"{what} refused: {error}")
+            self._counts["request refused"] += 1

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from skylimb.apps.ros1.kinematics import Seat, seat_at, seat_function
+from skylimb.analysis.exchange.frames import LinkFrames, frames_at, frames_function
 from skylimb.apps.ros1.targets import Place, Target
 from skylimb.base.rotations import rot_z
 from skylimb.control.missions.reference import Reference
@@ -25,31 +25,31 @@ class References:
 
     def __init__(self, robot: Robot, link: str, template: Reference, purpose: str) -> None:
         self._family, self._table = posture_family(robot), vectoring_table(robot, purpose)
-        self._seat, self._robot = seat_function(robot, link), robot
+        self._frames, self._robot = frames_function(robot, link), robot
         self._template = template._replace(
             tare=0.0, align=0.0, adapt=0.0, touch=0.0, wait=0.0, tip_acceleration=np.zeros(3), ahead=()
         )
         self._theta = self._family.theta_nominal
         self._posture = self._made(self._theta)
 
-    def posture(self, theta: float) -> tuple[np.ndarray, np.ndarray, Seat, np.ndarray]:
-        """Joint angles, vectoring angles, seat, and tip seen from the centre of gravity at heading 0."""
+    def posture(self, theta: float) -> tuple[np.ndarray, np.ndarray, LinkFrames, np.ndarray]:
+        """Joint angles, vectoring angles, frames, and tip seen from the centre of gravity at heading 0."""
         if theta != self._theta:
             self._posture, self._theta = self._made(theta), theta
         return self._posture
 
-    def _made(self, theta: float) -> tuple[np.ndarray, np.ndarray, Seat, np.ndarray]:
+    def _made(self, theta: float) -> tuple[np.ndarray, np.ndarray, LinkFrames, np.ndarray]:
         theta = float(np.clip(theta, self._family.theta_min, self._family.theta_max))
         q = np.asarray(self._family.joint_angles(theta), dtype=float)
         psi = np.asarray(self._table.angles(theta), dtype=float)
         state = self._robot.at(q, psi)
-        return q, psi, seat_at(self._seat, q, psi), rot_z(-state.tip_heading) @ state.tip_C
+        return q, psi, frames_at(self._frames, q, psi), rot_z(-state.tip_heading) @ state.tip_C
 
     def at(self, target: Target) -> Reference:
         """The reference of a target."""
         place = target.place
-        q, psi, seat, tip = self.posture(place.theta)
-        heading = place.yaw - seat.yaw_in_C + seat.tip_heading
+        q, psi, frames, tip = self.posture(place.theta)
+        heading = place.yaw - frames.yaw_in_C + frames.tip_heading
         return self._template._replace(
             position=place.position,
             velocity=target.velocity,
@@ -69,6 +69,6 @@ class References:
         slope = np.asarray(posture.slope)
         size = float(slope @ slope)
         theta = float(slope @ (q - np.asarray(posture.offset)) / size) if size else self._family.theta_nominal
-        seat = seat_at(self._seat, q, np.asarray(reference.vectoring_angles, dtype=float))
-        yaw = float(reference.heading) - seat.tip_heading + seat.yaw_in_C
+        frames = frames_at(self._frames, q, np.asarray(reference.vectoring_angles, dtype=float))
+        yaw = float(reference.heading) - frames.tip_heading + frames.yaw_in_C
         return Place(np.array(reference.position, dtype=float), yaw, theta)

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
-from skylimb.apps.ros1.messages import Joints, ServoAngles
-from skylimb.apps.ros1.outputs import Names
+from skylimb.analysis.exchange.lab_messages import Names
 from skylimb.base.errors import ConfigError
 from skylimb.robots.model import Robot
 
@@ -60,17 +59,12 @@ class Servos:
         if len(self._names) != len(wanted):
             raise ConfigError("servo_controller: two servos have the same id")
 
-    def counts(self, joints: Joints) -> ServoAngles:
-        """Targets in counts; names that no servo has are left out."""
-        known = dict(zip(joints.names, joints.angles, strict=False))
-        servos = ((self._servos[name], angle) for name, angle in known.items() if name in self._servos)
-        return ServoAngles(joints.stamp, {servo.number: servo.count(angle) for servo, angle in servos})
+    def counts(self, angles: Mapping[str, float]) -> dict[int, int]:
+        """Counts by number of angles by name, rad; names that no servo has are left out."""
+        servos = ((self._servos[name], angle) for name, angle in angles.items() if name in self._servos)
+        return {servo.number: servo.count(angle) for servo, angle in servos}
 
-    def joints(self, angles: ServoAngles) -> Joints:
-        """Angles by name, rad; numbers that are no servo of ours are left out."""
-        found = {
-            self._names[number]: self._servos[self._names[number]].angle(count)
-            for number, count in angles.counts.items()
-            if number in self._names
-        }
-        return Joints(angles.stamp, tuple(found), tuple(found.values()))
+    def angles(self, counts: Iterable[tuple[int, int]]) -> dict[str, float]:
+        """Angles by name, rad, of numbers and counts; numbers that are no servo of ours are left out."""
+        named = ((self._names.get(number), count) for number, count in counts)
+        return {name: self._servos[name].angle(count) for name, count in named if name is not None}

@@ -4,29 +4,32 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable
-from typing import Any
 
 import numpy as np
 
-from skylimb.apps.ros1 import topics
-from skylimb.apps.ros1.body import Bodies
-from skylimb.apps.ros1.desk import Arrived
-from skylimb.apps.ros1.grounded import GroundedPlant
-from skylimb.apps.ros1.live import Kept
-from skylimb.apps.ros1.messages import (
+from skylimb.analysis.exchange import lab_topics as topics
+from skylimb.analysis.exchange.body import Bodies
+from skylimb.analysis.exchange.lab_messages import Names, TickView, floats
+from skylimb.analysis.exchange.lab_topics import is_due
+from skylimb.analysis.exchange.messages import (
     Desire,
     FourAxes,
     Gains,
     Joints,
     MotorInfo,
     PMatrix,
-    ServoAngles,
+    ServoStates,
+    ServoTargets,
     UavInfo,
 )
-from skylimb.apps.ros1.outputs import Accelerometer, Names, Outgoing, Rates, seen_by_sensors
+from skylimb.apps.ros1.accelerometer import Accelerometer
+from skylimb.apps.ros1.grounded import GroundedPlant
+from skylimb.apps.ros1.messages import Arrived, Outgoing, published
+from skylimb.apps.ros1.profile import PendingRun, profile_topics
 from skylimb.apps.ros1.servos import Servos
 from skylimb.apps.ros1.spinal import Spinal, attitude_loop
 from skylimb.apps.ros1.states import Arming
+from skylimb.apps.ros1.tick import Tick
 from skylimb.control.records import Command
 from skylimb.control.thrusts import thrust_limits
 from skylimb.flight.realtime.pacer import Pacer
@@ -54,28 +57,26 @@ class Simulated:
         self.plant = GroundedPlant(takeoff)
         self._period, self._pacer, self._cells = takeoff.period, pacer, cells
         self._inner = round(pacer.period / takeoff.period)
-        self._bodies, self._names, self._rates = Bodies(robot, link), Names(robot), Rates(pacer.period)
-        self._felt, self._servos = Accelerometer(pacer.period, robot.description.gravity), servos
+        self._bodies, self._names, self._servos = Bodies(robot, link), Names(robot), servos
+        self._topics = profile_topics("simulator", servos is not None).published
+        self._felt = Accelerometer(pacer.period, robot.description.gravity)
         self._spinal, self._limits = Spinal(robot.n_rotors), thrust_limits(robot)
-        self._bounds = (robot.joint_limits(), robot.vectoring_limits())
+        self._bounds = np.concatenate([robot.joint_limits(), robot.vectoring_limits()], axis=1)
         first = takeoff.mission.first
-        self._joints, self._gimbals = np.array(first.joint_angles), np.array(first.vectoring_angles)
-        self._k = 0
+        self._angles = np.concatenate([first.joint_angles, first.vectoring_angles])
+        self._n_joints, self._k = robot.n_joints, 0
         self.faults: Counter[str] = Counter()
-        self.last: Any = None
-        self.kept: list[Kept] = []
+        self.last: Tick | None = None
+        self.kept: list[PendingRun] = []
 
     @property
     def over(self) -> str:
         """Why it cannot go on; empty while it can."""
-        return self.plant.fault() or (
-            "the time is over for which noise is laid out" if self.plant.over else ""
-        )
+        return self.plant.over
 
     def tick(self, arrived: Iterable[Arrived], stamp: float) -> list[Outgoing]:
         """One tick; `stamp` is the middleware's time, s."""
-        now, k = self._pacer.time(), self._k
-        landing = self._spinal.force_landing
+        now, landing = self._pacer.time(), self._spinal.force_landing
         out = [answer for one in arrived for answer in self._take(one, now)]
         measured = self.plant.measure()
         for inner in range(self._inner):
@@ -83,20 +84,27 @@ class Simulated:
                 self.plant.measure()
             self._step(now + inner * self._period)
         if self._spinal.force_landing and not landing:
-            # A forced landing of its own is told like one that was commanded.
+            # A forced landing of its own is acknowledged like one that was commanded.
             out.append(Outgoing(topics.ACK, int(Arming.FORCE_LANDING)))
-        truth = self.plant.truth()
-        seen = measured._replace(angular_velocity=truth.angular_velocity)
-        body = self._bodies.of(seen)
-        shown = seen_by_sensors(k, stamp, seen, body, self._felt.of(body), self._names, self._rates)
-        out += map(self._in_counts, shown)
-        if self._rates.due(topics.BATTERY, k):
+        seen = measured._replace(angular_velocity=self.plant.truth().angular_velocity)
+        body, angles = self._bodies.of(seen), np.concatenate(seen[4:])
+        felt = self._felt.of(body)
+        view = TickView(stamp, self._names, body, angles, acceleration=felt, magnetic_field=(0.0, 0.0, 0.0))
+        out += published(self._topics, view, self._k, self._pacer.period)
+        if self._servos is not None and is_due(topics.SERVO_STATES, self._k, self._pacer.period):
+            counts = self._servos.counts(dict(zip(self._all_names, floats(angles), strict=True)))
+            out.append(Outgoing(topics.SERVO_STATES, ServoStates(stamp, tuple(counts.items()))))
+        if is_due(topics.BATTERY, self._k, self._pacer.period):
             out.append(Outgoing(topics.BATTERY, VOLTS * self._cells))
-        self._k = k + 1
+        self._k += 1
         return out
 
     def close(self) -> None:
         """Nothing is kept."""
+
+    @property
+    def _all_names(self) -> tuple[str, ...]:
+        return (*self._names.joints, *self._names.gimbals)
 
     def _step(self, now: float) -> None:
         """A tick of the inner loop and of the plant."""
@@ -104,7 +112,7 @@ class Simulated:
         self._spinal, thrusts = attitude_loop(
             self._spinal, body.R_W_link, body.rates_link, now, self._period, self._limits
         )
-        self.plant.apply(Command(thrusts, self._joints, self._gimbals))
+        self.plant.apply(Command(thrusts, *np.split(self._angles, [self._n_joints])))
 
     def _take(self, one: Arrived, now: float) -> list[Outgoing]:
         """What the flight controller and the servos make of a message."""
@@ -116,13 +124,13 @@ class Simulated:
             case PMatrix():
                 self._spinal = self._spinal.with_p_matrix(one.value)
             case UavInfo() | MotorInfo():
-                self._spinal = self._spinal.told(one.value)
-            case ServoAngles() if self._servos is not None:
-                self._bend(self._servos.joints(one.value), one.topic)
+                self._spinal = self._spinal.informed(one.value)
+            case ServoTargets(numbers, counts) if self._servos is not None:
+                self._bend(self._servos.angles(zip(numbers, counts, strict=True)), one.topic)
             case Desire(roll, pitch, yaw):
                 self._spinal = self._spinal.desired(roll, pitch, yaw)
-            case Joints():
-                self._bend(one.value, one.topic)
+            case Joints(_, names, angles):
+                self._bend(dict(zip(names, angles, strict=False)), one.topic)
             case int():
                 self._spinal = self._spinal.configured(one.value)
                 if one.value != Arming.ON or self._spinal.armed:
@@ -130,21 +138,12 @@ class Simulated:
                 self.faults["armed without motor_info and uav_info: not acknowledged"] += 1
         return []
 
-    def _in_counts(self, one: Outgoing) -> Outgoing:
-        """Joint states as the servos tell them, where somebody else makes angles of them."""
-        if self._servos is None or one.topic != topics.JOINT_STATES:
-            return one
-        return Outgoing(topics.SERVO_STATES, self._servos.counts(one.value))
-
-    def _bend(self, value: Joints, topic: str) -> None:
+    def _bend(self, known: dict[str, float], topic: str) -> None:
         """Set points of servos, by name, within their limits."""
-        known = dict(zip(value.names, value.angles, strict=False))
         if not np.isfinite(list(known.values())).all():
             self.faults[f"{topic}: no number"] += 1
             return
-        for names, points, (low, high) in (
-            (self._names.joints, self._joints, self._bounds[0]),
-            (self._names.gimbals, self._gimbals, self._bounds[1]),
-        ):
-            wanted = np.array([known.get(name, point) for name, point in zip(names, points, strict=True)])
-            points[:] = np.clip(wanted, low, high)
+        set_points = [
+            known.get(name, point) for name, point in zip(self._all_names, self._angles, strict=True)
+        ]
+        self._angles = np.clip(np.array(set_points), *self._bounds)

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from skylimb.apps.ros1.messages import FourAxes, Gains, MotorInfo, PMatrix, UavInfo
+from skylimb.analysis.exchange.messages import FourAxes, Gains, MotorInfo, PMatrix, UavInfo
 from skylimb.apps.ros1.states import Arming
 from skylimb.base.rotations import rotation_from_rpy, rpy_from_rotation
 
@@ -34,14 +34,14 @@ class Spinal:
 
     Attributes:
         rotors: how many.
-        uav: what the computer said of it; None before it did.
-        motors: likewise of its motors.
+        uav: the computer's `uav_info`; None before it came.
+        motors: likewise its `motor_info`.
         armed: whether the motors turn.
         force_landing: whether it lands by force.
         integrates: whether errors are integrated.
         heard: when the last command came, s; None before the first one.
         base: thrusts, N, (n,); nothing before the first command.
-        angles: roll and pitch that are wanted, rad, and the yaw term, N, (3,).
+        angles: roll and pitch targets, rad, and the yaw term, N, (3,).
         gains: of each rotor: p, i, d by roll, pitch, yaw, (3, n, 3).
         p_matrix: pseudo-inverse for the gyro term, (n, 3).
         inertia: (3, 3).
@@ -75,7 +75,7 @@ class Spinal:
         """Mean thrust that a forced landing ends at, N."""
         return LEAST if self.motors is None else self.motors.force_landing_thrust
 
-    def told(self, message: UavInfo | MotorInfo) -> Spinal:
+    def informed(self, message: UavInfo | MotorInfo) -> Spinal:
         """After a `uav_info` or a `motor_info`; its number of motors is taken once."""
         if isinstance(message, MotorInfo):
             return replace(self, motors=message)

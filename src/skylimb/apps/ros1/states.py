@@ -67,7 +67,7 @@ class Seen:
         target: of that position, m, (3,).
         orders: that came since the last tick, in their order.
         acknowledged: the last command that the flight controller acknowledged since then; None without one.
-        battery: charge, per cent; None where nobody tells.
+        battery: charge, per cent; None where nobody says.
         broken: why the flight has to be broken off; empty while it has not.
     """
 
@@ -138,34 +138,29 @@ def advance(flying: Flying, seen: Seen, limits: FlightLimits) -> tuple[Flying, t
     """
     said: list[str] = []
     if seen.battery is not None:
-        flying = _with_battery(flying, seen, limits, said)
+        low = seen.battery < limits.low_battery
+        if low and not flying.low_battery:
+            said.append(f"low battery: {seen.battery:.0f} per cent")
+        flying = replace(flying, low_battery=low)
     for order in seen.orders:
-        flying = _obey(flying, order, seen, limits, said)
-    if seen.acknowledged == Arming.FORCE_LANDING and flying.in_air and not flying.force_landing:
-        said.append("force landing: by the flight controller")
+        flying = _ORDERS[order](flying, seen, limits, said)
+    by_board = seen.acknowledged == Arming.FORCE_LANDING
+    why = "by the flight controller" if by_board else seen.broken
+    if why and flying.in_air and not flying.force_landing:
+        said.append(f"force landing: {why}")
         flying = replace(_enter(flying, FlightState.LAND, seen), force_landing=True)
-    if seen.broken and flying.in_air and not flying.force_landing:
-        said.append(f"force landing: {seen.broken}")
-        flying = replace(_enter(flying, FlightState.LAND, seen), force_landing=True)
-    step = _STEPS.get(flying.state)
-    return (flying if step is None else step(flying, seen, limits, said)), tuple(said)
+    if flying.low_battery and flying.state in (FlightState.TAKEOFF, FlightState.HOVER):
+        said.append("landing: low battery")
+        flying = _enter(flying, FlightState.LAND, seen)
+    elif flying.state in _STEPS:
+        flying = _STEPS[flying.state](flying, seen, limits, said)
+    return flying, tuple(said)
 
 
 def _enter(flying: Flying, state: FlightState, seen: Seen) -> Flying:
     height = math.inf if seen.position is None else float(seen.position[2])
     settled = seen.now if state == FlightState.TAKEOFF else flying.settled
     return replace(flying, state=state, since=seen.now, settled=settled, looked=seen.now, height=height)
-
-
-def _with_battery(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str]) -> Flying:
-    low = (seen.battery or 0.0) < limits.low_battery
-    if low and not flying.low_battery:
-        said.append(f"low battery: {seen.battery:.0f} per cent")
-    return replace(flying, low_battery=low)
-
-
-def _obey(flying: Flying, order: Order, seen: Seen, limits: FlightLimits, said: list[str]) -> Flying:
-    return _ORDERS[order](flying, seen, limits, said)
 
 
 def _halt(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str]) -> Flying:
@@ -233,9 +228,6 @@ def _in_start(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str])
 
 
 def _in_takeoff(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str]) -> Flying:
-    if flying.low_battery:
-        said.append("landing: low battery")
-        return _enter(flying, FlightState.LAND, seen)
     if seen.position is None or seen.target is None:
         return replace(flying, settled=seen.now)
     away = np.abs(seen.target - seen.position)
@@ -243,13 +235,6 @@ def _in_takeoff(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str
         return replace(flying, settled=seen.now)
     if seen.now - flying.settled > limits.settled_time:
         return _enter(flying, FlightState.HOVER, seen)
-    return flying
-
-
-def _in_hover(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str]) -> Flying:
-    if flying.low_battery:
-        said.append("landing: low battery")
-        return _enter(flying, FlightState.LAND, seen)
     return flying
 
 
@@ -283,7 +268,6 @@ _ORDERS = {
 _STEPS = {
     FlightState.START: _in_start,
     FlightState.TAKEOFF: _in_takeoff,
-    FlightState.HOVER: _in_hover,
     FlightState.LAND: _in_land,
     FlightState.STOP: _in_stop,
 }

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
-from skylimb.apps.ros1.body import Body
+import numpy as np
+
+from skylimb.analysis.exchange.body import Body
+from skylimb.analysis.exchange.lab_messages import Names, TickView
+from skylimb.analysis.exchange.messages import Joints, Nav, Path, Pose
 from skylimb.apps.ros1.script import Script
 from skylimb.apps.ros1.states import Flying, Order
-from skylimb.apps.ros1.wishes import Wish
 from skylimb.control.estimation.records import Measurement
 from skylimb.control.missions.reference import Reference
 from skylimb.control.records import Command
@@ -17,30 +20,46 @@ from skylimb.control.records import Command
 STARTED_BY_ITS_USER = "a flight over ROS, whose take-off its user chooses,"
 """Who applies no events: their times count from take-off."""
 
+Request = Pose | Path | Nav | Joints
+"""A target that a user asks for."""
+
 
 @dataclass(frozen=True)
-class Inputs:
+class Received:
     """What came since the last tick.
 
     Attributes:
-        now: the pacer's time, s.
-        measurement: the newest one; None while there has been none.
-        taken: when it was measured, s.
         orders: of a user, in their order.
-        wishes: of a user, in their order, each with what is to be added to its stamp for our clock, s.
+        requests: of a user, in their order.
         mission: that is to be flown; empty for none.
         acknowledged: the last command that the flight controller acknowledged since then.
         battery: charge, per cent.
     """
 
-    now: float
-    measurement: Measurement | None
-    taken: float
     orders: tuple[Order, ...] = ()
-    wishes: tuple[tuple[Wish, float], ...] = ()
+    requests: tuple[Request, ...] = ()
     mission: str = ""
     acknowledged: int | None = None
     battery: float | None = None
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """What a tick is made of.
+
+    Attributes:
+        now: the pacer's time, s.
+        measurement: the newest one; None while there has been none.
+        taken: when it was measured, s.
+        received: since the last tick.
+        stamp_offset: what has to be added to a request's stamp for our clock, s.
+    """
+
+    now: float
+    measurement: Measurement | None
+    taken: float
+    received: Received = field(default_factory=Received)
+    stamp_offset: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -66,3 +85,20 @@ class Tick:
     script: Script | None
     body: Body | None
     said: tuple[str, ...]
+
+    def view(self, stamp: float, names: Names, measured: Measurement | None) -> TickView:
+        """What messages are made of."""
+        reference = self.reference
+        return TickView(
+            stamp,
+            names,
+            self.body,
+            None if measured is None else np.concatenate(measured[4:]),
+            tuple(self.command),
+            self.motors,
+            self.signals,
+            magnetic_field=(0.0, 0.0, 0.0),
+            state=self.flying.shown,
+            arming=self.flying.arming,
+            target=None if reference is None else (reference.position, reference.velocity),
+        )

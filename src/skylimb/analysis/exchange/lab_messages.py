@@ -1,0 +1,231 @@
+"""The lab's messages out of a tick, flown now or recorded: each from what the tick holds, or none.
+
+Frames and units are those of the lab's own messages: quaternions x y z w; linear velocity of an odometry in
+the world, angular velocity in the body; a wrench with its force in the world and its torque about the centre
+of gravity. A message that nobody here reads is made as fields by their path.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from skylimb.analysis.exchange.body import Body
+from skylimb.analysis.exchange.codec import WORLD
+from skylimb.analysis.exchange.messages import FourAxes, Imu, Joints, Pose, Quaternion, Vector
+from skylimb.base.rotations import quaternion_from_rotation, rot_z, rpy_from_rotation
+from skylimb.robots.model import Robot
+
+Fields = dict[str, Any]
+"""Fields of a message by their path."""
+
+_UNKNOWN = (np.nan, np.nan, np.nan)
+
+
+class Names:
+    """Names of a robot's joints and frames on the lab's topics.
+
+    Args:
+        robot: whose. Our `gimbal_jointN` is the lab's `gimbalN`, with the same zero and axis.
+        namespace: of the lab's topics, and of its frames.
+    """
+
+    def __init__(self, robot: Robot, namespace: str = "hydrus_xi") -> None:
+        description, self._namespace = robot.description, namespace.strip("/")
+        self.joints = description.shape_joints
+        self.gimbals = tuple(name.replace("gimbal_joint", "gimbal") for name in description.vectoring_joints)
+
+    def frame(self, name: str) -> str:
+        """A frame of the robot, as the lab calls it."""
+        return f"{self._namespace}/{name}"
+
+
+@dataclass(frozen=True)
+class TickView:
+    """What a tick holds of which messages are made; what is not known is None, or NaN.
+
+    Attributes:
+        stamp: s.
+        names: of joints and frames.
+        body: centre of gravity and the lab's link as measured.
+        angles: joints and gimbals as measured, rad.
+        command: thrusts, N, joint and vectoring angles, rad.
+        motors: whether the thrusts mean anything.
+        signals: of a controller or a log, by name.
+        cog: position, velocity, attitude and rates of C, where they are not the body's.
+        acceleration: that the flight controller feels, m/s^2.
+        magnetic_field: that its compass shows.
+        state: the byte of `flight_state`.
+        arming: what the flight controller is commanded.
+        target: position and velocity of the reference, W, (3,) each.
+    """
+
+    stamp: float
+    names: Names
+    body: Body | None = None
+    angles: np.ndarray | None = None
+    command: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None
+    motors: bool = True
+    signals: Mapping[str, Any] = field(default_factory=dict)
+    cog: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray] | None = None
+    acceleration: Vector = _UNKNOWN
+    magnetic_field: Vector = _UNKNOWN
+    state: int | None = None
+    arming: int | None = None
+    target: tuple[np.ndarray, np.ndarray] | None = None
+
+
+def _of_body(make: Callable[[TickView, Body], Any]) -> Callable[[TickView], Any]:
+    """A message that is made of the body; none where that is not known."""
+
+    @functools.wraps(make)
+    def made(tick: TickView) -> Any:
+        return None if tick.body is None else make(tick, tick.body)
+
+    return made
+
+
+@_of_body
+def mocap(tick: TickView, body: Body) -> Pose:
+    """Pose of the lab's link."""
+    return Pose(tick.stamp, vector(body.link), _quaternion(body.R_W_link))
+
+
+@_of_body
+def imu(tick: TickView, body: Body) -> Imu:
+    """Attitude and rates of the lab's link."""
+    w, x, y, z = _quaternion(body.R_W_link)
+    return Imu(tick.stamp, vector(body.rates_link), tick.acceleration, (x, y, z, w), tick.magnetic_field)
+
+
+def joint_states(tick: TickView) -> Joints | None:
+    """Joints and gimbals as measured."""
+    names = (*tick.names.joints, *tick.names.gimbals)
+    return None if tick.angles is None else Joints(tick.stamp, names, floats(tick.angles))
+
+
+def joints_ctrl(tick: TickView) -> Joints | None:
+    """Joints as commanded."""
+    command = tick.command
+    return None if command is None else Joints(tick.stamp, tick.names.joints, floats(command[1]))
+
+
+def gimbals_ctrl(tick: TickView) -> Joints | None:
+    """Gimbals as commanded."""
+    command = tick.command
+    return None if command is None else Joints(tick.stamp, tick.names.gimbals, floats(command[2]))
+
+
+def four_axes(tick: TickView) -> FourAxes | None:
+    """Thrusts as commanded; attitude targets are left to whoever made the thrusts."""
+    if tick.command is None or not tick.motors:
+        return None
+    return FourAxes((0.0, 0.0, 0.0), floats(tick.command[0]))
+
+
+@_of_body
+def cog_odometry(tick: TickView, body: Body) -> Fields:
+    """Centre of gravity, with the lab's axes: level like C, with the yaw of its link."""
+    position, velocity, R_WC, rates = tick.cog or body[:4]
+    turn = np.asarray(rot_z(body.yaw_in_C))
+    return _odometry(tick, "cog", position, R_WC @ turn, velocity, turn.T @ rates)
+
+
+@_of_body
+def baselink_odometry(tick: TickView, body: Body) -> Fields:
+    """The lab's link."""
+    return _odometry(tick, "fc", body.link, body.R_W_link, body.link_velocity, body.rates_link)
+
+
+@_of_body
+def transforms(tick: TickView, body: Body) -> Fields:
+    """The robot's root in the world and the centre of gravity in the root."""
+    root, turn = tick.names.frame("root"), body.R_W_root.T
+    R_cog = turn @ body.R_WC @ np.asarray(rot_z(body.yaw_in_C))
+    frames = (
+        (WORLD, root, body.root, body.R_W_root),
+        (root, tick.names.frame("cog"), turn @ (body.cog - body.root), R_cog),
+    )
+    return {
+        "transforms": [
+            {
+                **header(tick, parent),
+                "child_frame_id": child,
+                "transform.translation": vector(position),
+                "transform.rotation": _quaternion(R),
+            }
+            for parent, child, position, R in frames
+        ]
+    }
+
+
+@_of_body
+def pose_errors(tick: TickView, body: Body) -> Fields | None:
+    """Targets and errors; the heading's error stands for that of the yaw."""
+    if tick.target is None:
+        return None
+    place, speed = tick.target
+    found = header(tick)
+    for i, axis in enumerate("xyz"):
+        found[f"{axis}.target_p"], found[f"{axis}.err_p"] = float(place[i]), float(place[i] - body.cog[i])
+        found[f"{axis}.target_d"], found[f"{axis}.err_d"] = (
+            float(speed[i]),
+            float(speed[i] - body.velocity[i]),
+        )
+    roll, pitch, yaw = floats(rpy_from_rotation(body.R_WC))
+    return {**found, "roll.err_p": -roll, "pitch.err_p": -pitch, "yaw.target_p": yaw}
+
+
+def wrench(force: str, torque: str) -> Callable[[TickView], Fields | None]:
+    """The wrench of two signals."""
+
+    def make(tick: TickView) -> Fields | None:
+        if force not in tick.signals:
+            return None
+        parts = {"wrench.force": vector(tick.signals[force]), "wrench.torque": vector(tick.signals[torque])}
+        return {**header(tick), **parts}
+
+    return make
+
+
+def cog_reference(tick: TickView) -> Fields | None:
+    """Where the mission wants the centre of gravity."""
+    return {**header(tick), "point": vector(tick.signals["cog_position_reference"])}
+
+
+def header(tick: TickView, frame: str = WORLD) -> Fields:
+    """Fields of a header."""
+    return {"header.stamp": tick.stamp, "header.frame_id": frame}
+
+
+def _odometry(
+    tick: TickView, frame: str, position: np.ndarray, R: np.ndarray, velocity: np.ndarray, rates: np.ndarray
+) -> Fields:
+    return {
+        **header(tick),
+        "child_frame_id": tick.names.frame(frame),
+        "pose.pose.position": vector(position),
+        "pose.pose.orientation": _quaternion(R),
+        "twist.twist.linear": vector(velocity),
+        "twist.twist.angular": vector(rates),
+    }
+
+
+def vector(values: Any) -> Vector:
+    """Three numbers."""
+    x, y, z = floats(values)
+    return x, y, z
+
+
+def floats(values: Any) -> tuple[float, ...]:
+    """Numbers of any shape, in a row."""
+    return tuple(np.ravel(np.asarray(values, dtype=float)).tolist())
+
+
+def _quaternion(R: np.ndarray) -> Quaternion:
+    w, x, y, z = quaternion_from_rotation(R).tolist()
+    return w, x, y, z

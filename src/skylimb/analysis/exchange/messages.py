@@ -1,0 +1,208 @@
+"""What the lab's messages say, as plain values: no middleware has a part in it.
+
+SI units; quaternions w x y z; stamps in seconds on the clock of whoever set them. `codec` turns ROS messages
+into these and back. What is only published, and read by nobody here, has no class: `lab_messages` gives its
+fields by name.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+Vector = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
+
+
+@dataclass(frozen=True)
+class Pose:
+    """A stamped pose in W: of the flight controller (`mocap/pose`), or a target (`target_pose`)."""
+
+    stamp: float
+    position: Vector
+    quaternion: Quaternion
+
+
+@dataclass(frozen=True)
+class Path:
+    """Poses to fly through, one after another (`target_path`)."""
+
+    poses: tuple[Pose, ...]
+
+
+@dataclass(frozen=True)
+class Imu:
+    """Rates and attitude of the flight controller, in its own axes.
+
+    Attributes:
+        stamp: s.
+        gyro: rad/s.
+        acceleration: without gravity's share: upward at rest, m/s^2.
+        quaternion_xyzw: attitude, in the order x y z w of the message.
+        magnetic_field: of the compass.
+    """
+
+    stamp: float
+    gyro: Vector
+    acceleration: Vector = (0.0, 0.0, 0.0)
+    quaternion_xyzw: Quaternion = (0.0, 0.0, 0.0, 1.0)
+    magnetic_field: Vector = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Joints:
+    """Angles by name, rad: measured (`joint_states`), or commanded (`joints_ctrl`, `gimbals_ctrl`)."""
+
+    stamp: float
+    names: tuple[str, ...]
+    angles: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class FourAxes:
+    """What the flight controller is to do (`four_axes/command`).
+
+    Attributes:
+        angles: roll and pitch targets, rad, and the yaw term, N.
+        base_thrust: N, in the order of the rotors.
+    """
+
+    angles: Vector
+    base_thrust: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Gains:
+    """Attitude gains of each rotor, in thousandths (`rpy/gain`).
+
+    Attributes:
+        motors: roll p i d, pitch p i d, yaw d, each 16 bits.
+    """
+
+    motors: tuple[tuple[int, ...], ...]
+
+
+@dataclass(frozen=True)
+class PMatrix:
+    """For the gyro term, in thousandths (`p_matrix_pseudo_inverse_inertia`).
+
+    Attributes:
+        rows: of each rotor: roll, pitch, yaw.
+        inertia: xx yy zz xy yz xz.
+    """
+
+    rows: tuple[tuple[int, int, int], ...]
+    inertia: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Desire:
+    """Axes that are controlled, seen from the board (`desire_coordinate`), rad."""
+
+    roll: float
+    pitch: float
+    yaw: float
+
+
+@dataclass(frozen=True)
+class ServoStates:
+    """Measured servos (`servo/states`): number on the bus and count of each."""
+
+    stamp: float
+    counts: tuple[tuple[int, int], ...]
+
+
+@dataclass(frozen=True)
+class ServoTargets:
+    """Commanded servos (`servo/target_states`): numbers on the bus, one byte each, and their counts.
+
+    Raises:
+        ValueError: for a target without number, or a number without target.
+    """
+
+    numbers: bytes
+    counts: tuple[int, ...]
+
+    def __post_init__(self) -> None:
+        if len(self.numbers) != len(self.counts):
+            raise ValueError(f"{len(self.counts)} targets for {len(self.numbers)} servos")
+
+
+@dataclass(frozen=True)
+class Motor:
+    """How thrust depends on duty at a voltage.
+
+    Attributes:
+        voltage: V.
+        max_thrust: N.
+        polynomial: of the lab's table, from degree 0 up, (5,).
+    """
+
+    voltage: float
+    max_thrust: float
+    polynomial: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class MotorInfo:
+    """Motors, as the flight controller has to know them before it arms (`motor_info`).
+
+    Attributes:
+        min_pwm: duty, 0 .. 1.
+        max_pwm: duty, 0 .. 1.
+        min_thrust: N.
+        force_landing_thrust: mean thrust that a forced landing ends at, N.
+        conversion: 0 by a square root, 1 by a polynomial.
+        motors: at some voltages.
+    """
+
+    min_pwm: float
+    max_pwm: float
+    min_thrust: float
+    force_landing_thrust: float
+    conversion: int
+    motors: tuple[Motor, ...]
+
+
+@dataclass(frozen=True)
+class UavInfo:
+    """How many motors it has, and the lab's number of its kind (`uav_info`)."""
+
+    motors: int
+    model: int
+
+
+class NavMode(IntEnum):
+    """How an axis of `uav/nav` is meant."""
+
+    NO = 0
+    VELOCITY = 1
+    POSITION = 2
+    ACCELERATION = 3
+    POSITION_VELOCITY = 4
+    GPS = 5
+
+
+@dataclass(frozen=True)
+class Nav:
+    """A user's step or velocity (`uav/nav`); fields that the lab's stack does not use are left out.
+
+    Attributes:
+        xy_mode: of x and y, a `NavMode`.
+        z_mode: of z.
+        yaw_mode: of yaw.
+        position: target, W, m.
+        velocity: target, m/s.
+        yaw: target, rad.
+        yaw_rate: target, rad/s.
+        frame: of the velocities: 0 for W, 1 for the robot's own axes.
+    """
+
+    xy_mode: int
+    z_mode: int
+    yaw_mode: int
+    position: Vector
+    velocity: Vector
+    yaw: float = 0.0
+    yaw_rate: float = 0.0
+    frame: int = 0

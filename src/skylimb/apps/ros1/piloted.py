@@ -1,0 +1,125 @@
+"""A profile with a pilot: a tick from what arrived to what is published, whatever the robot is."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from skylimb.analysis.exchange.lab_messages import Names
+from skylimb.analysis.exchange.lab_topics import NAMESPACE
+from skylimb.apps.ros1.limits import FlightLimits
+from skylimb.apps.ros1.live_record import LiveRecord
+from skylimb.apps.ros1.messages import Arrived, Outgoing
+from skylimb.apps.ros1.pilot import Pilot
+from skylimb.apps.ros1.profile import PendingRun
+from skylimb.apps.ros1.sorting import MessageSorter
+from skylimb.apps.ros1.tick import Inputs, Received, Tick
+from skylimb.base.packing import Layout
+from skylimb.control.estimation.records import Measurement
+from skylimb.control.missions.mission import Mission
+from skylimb.flight.plan import FlightPlan
+from skylimb.flight.realtime.pacer import Pacer
+
+
+@dataclass(frozen=True)
+class Flyer:
+    """Who flies, and what.
+
+    Attributes:
+        plan: robot, controller and the first mission.
+        controller: the same, compiled where it can be.
+        missions: by name.
+        link: whose pose is on the lab's topics.
+        pacer: of the ticks.
+        cells: of the battery.
+        limits: of the flight states.
+        namespace: of the lab's frames.
+    """
+
+    plan: FlightPlan
+    controller: Any
+    missions: Mapping[str, Mission]
+    link: str
+    pacer: Pacer
+    cells: int = 6
+    limits: FlightLimits | None = None
+    namespace: str = NAMESPACE
+
+
+class Piloted(ABC):
+    """A profile that flies.
+
+    Args:
+        flyer: who flies, and what.
+        layout: of what is recorded of the robot.
+    """
+
+    def __init__(self, flyer: Flyer, layout: Layout[dict[str, Any]]) -> None:
+        plan, self._pacer, self._period = flyer.plan, flyer.pacer, flyer.plan.period
+        self.pilot = Pilot(
+            plan.robot, flyer.controller, flyer.missions, flyer.link, flyer.pacer, plan.period, flyer.limits
+        )
+        self._robot, self._names = plan.robot, Names(plan.robot, flyer.namespace)
+        self._sorter = MessageSorter(flyer.cells, self._sensed)
+        self._live = LiveRecord(plan, layout, self.pilot.rehearsed())
+        self._k = 0
+        self.last: Tick | None = None
+        self.kept: list[PendingRun] = []
+
+    @property
+    def faults(self) -> Counter[str]:
+        """How often each fault was met."""
+        return self.pilot.faults + self._sorter.counts
+
+    @property
+    def over(self) -> str:
+        """Why it cannot go on; a robot ends never by itself."""
+        return ""
+
+    def tick(self, arrived: Iterable[Arrived], stamp: float) -> list[Outgoing]:
+        """One tick; `stamp` is the middleware's time, s."""
+        received, now = self._sorter.sort(arrived), self._pacer.time()
+        measured, taken = self._measured(now)
+        received = replace(received, acknowledged=self._acknowledged(received))
+        tick = self.pilot.tick(Inputs(now, measured, taken, received, now - stamp))
+        out = [*self._messages(stamp, measured, tick)]
+        if measured is not None:
+            out += self._live.add(tick, self._recorded(measured, tick))
+        self._apply(tick)
+        if not tick.flying.in_air:
+            self.close()
+        self._k, self.last = self._k + 1, tick
+        return out
+
+    def close(self) -> None:
+        """Keep the flight that is under way."""
+        flight = self._live.finish()
+        if flight is not None:
+            self.kept.append(flight)
+
+    def _sensed(self, arrived: Arrived) -> None:  # noqa: B027 - a simulated robot's are not asked
+        """Take what a sensor says."""
+
+    def _acknowledged(self, received: Received) -> int | None:
+        """The last command that the flight controller acknowledged."""
+        return received.acknowledged
+
+    def _apply(self, tick: Tick) -> None:  # noqa: B027 - a real robot does what is published
+        """What follows of a tick."""
+
+    @abstractmethod
+    def _measured(self, now: float) -> tuple[Measurement | None, float]:
+        """The measurement of now and when it was taken, s."""
+
+    @abstractmethod
+    def _recorded(self, measured: Measurement, tick: Tick) -> np.ndarray:
+        """What is recorded of the robot at a tick."""
+
+    @abstractmethod
+    def _messages(self, stamp: float, measured: Measurement | None, tick: Tick) -> Iterator[Outgoing]:
+        """What is published of a tick."""

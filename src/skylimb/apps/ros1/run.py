@@ -1,0 +1,230 @@
+"""From words on a command line to a node that flies: everything is checked before ROS is told of it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from skylimb.analysis.exchange.frames import lab_link
+from skylimb.analysis.exchange.lab_topics import NAMESPACE, Topic
+from skylimb.analysis.exchange.message_types import Definitions
+from skylimb.apps.ros1.both import Both
+from skylimb.apps.ros1.bridge.installation import require_loopback, require_master, require_ros
+from skylimb.apps.ros1.bridge.process import Bridge, Settings
+from skylimb.apps.ros1.controlled import Controlled
+from skylimb.apps.ros1.lab_config import LabConfig, read_lab_config
+from skylimb.apps.ros1.node import Node
+from skylimb.apps.ros1.piloted import Flyer
+from skylimb.apps.ros1.profile import PROFILES, PendingRun, Profile, profile_topics
+from skylimb.apps.ros1.simulated import Simulated
+from skylimb.apps.ros1.tick import STARTED_BY_ITS_USER
+from skylimb.base.errors import ConfigError, choice_error
+from skylimb.control.missions.mission import Mission
+from skylimb.control.thrusts import thrust_limits
+from skylimb.flight.events import require_applied
+from skylimb.flight.experiments.experiment import load_experiment
+from skylimb.flight.flyable import require_flyable
+from skylimb.flight.guarded import compiled
+from skylimb.flight.loading import parted, plan_flights
+from skylimb.flight.plan import FlightPlan, plan_flight
+from skylimb.flight.realtime.pacer import Pacer
+from skylimb.flight.realtime.timing import Timing
+from skylimb.flight.takeoff import simulated
+from skylimb.robots.model import Robot
+
+INNER_RATE = 1000.0
+"""Hz, of the flight controller's inner loop, which `simulator` runs."""
+
+UNKNOWN_MOTORS = (
+    "controller: no motor_info is sent, and a flight controller that has none acknowledges no arming; "
+    "--config names the robot's own file of it"
+)
+
+WARNING = (
+    "controller: its thrusts go to the flight controller as base_thrust, with zero attitude gains. The "
+    "flight controller then holds no attitude, also not when commands stop or in a forced landing: the robot "
+    "falls as it is. docs/flying.md has the check list of a first flight."
+)
+
+
+@dataclass(frozen=True)
+class Options:
+    """What a node is started with.
+
+    Attributes:
+        profile: one of `PROFILES`.
+        robot: in place of the experiment's.
+        experiment: gives plant, surface and the first mission.
+        missions: further experiments whose missions may be flown, on the first one's surface.
+        controller: as of `skylimb.run`.
+        settings: dotted keys and new values.
+        messages: folders of .msg files.
+        namespace: of the lab's topics.
+        link: whose pose is on them; the flight controller's by default.
+        cells: of the battery.
+        anywhere: whether master and node may be on a network.
+        bare: whether the cost of `controller` is accepted.
+        config: the robot's own YAML files of motors and servos.
+    """
+
+    profile: str
+    robot: str = ""
+    experiment: str = "paper"
+    missions: Sequence[str] = ()
+    controller: str | None = None
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    messages: Sequence[str] = ()
+    namespace: str = NAMESPACE
+    link: str = ""
+    cells: int = 6
+    anywhere: bool = False
+    bare: bool = False
+    config: Sequence[str] = ()
+
+
+@dataclass(frozen=True)
+class Flown:
+    """What is left when a node has ended.
+
+    Attributes:
+        kept: flights and missions, in their order.
+        timing: how the loop kept to the clock.
+        faults: how often each was met, by name.
+    """
+
+    kept: tuple[PendingRun, ...]
+    timing: Timing
+    faults: Mapping[str, int]
+
+
+def run(options: Options, say: Callable[[str], None] = print) -> Flown:
+    """Be a node until it is shut down.
+
+    Raises:
+        SkylimbError: before anything is published, where ROS, its master, a message or a name is missing.
+    """
+    if options.profile not in PROFILES:
+        raise choice_error("PROFILE", options.profile, PROFILES)
+    if options.profile == "controller" and not options.bare:
+        raise ConfigError(f"{WARNING} --bare says that you know")
+    if options.profile == "both" and options.config:
+        raise ConfigError("both has neither motors nor servos of the lab; --config is not for it")
+    require_ros()
+    require_loopback(options.anywhere)
+    definitions = Definitions(options.messages)
+    settings = {**options.settings, **({"robot": options.robot} if options.robot else {})}
+    period = load_experiment(options.experiment, parted(settings)[0]).control_period
+    if options.profile == "simulator":
+        settings["controller_rate"] = INNER_RATE
+    (plan,) = plan_flights(options.experiment, (options.controller,), set=settings)
+    require_applied(plan.experiment.events, (), STARTED_BY_ITS_USER)
+    missions = missions_of(plan, options)
+    config = read_lab_config(options.config, plan.robot)
+    topics = profile_topics(options.profile, config.servos is not None)
+    require_master()
+    pacer = Pacer(period)
+    profile = _profile(options, plan, missions, pacer, config)
+    _say_left_out(options.profile, (*topics.subscribed, *topics.published), definitions, say)
+    if options.profile == "controller":
+        say(WARNING)
+        for words in _doubts(config, plan.robot):
+            say(words)
+    bridge = Bridge(Settings(options.profile, options.messages, options.namespace, config.servos is not None))
+    try:
+        node = Node(profile, bridge, pacer, say)
+        names = ", ".join(missions)
+        say(f"{options.profile}: {plan.robot.name} below /{options.namespace}, missions {names}")
+        node.spin()
+    finally:
+        bridge.close()
+    return Flown(tuple(profile.kept), node.timing, dict(node.faults))
+
+
+def write(flown: Flown, folder: Path) -> list[Path]:
+    """Flights and missions below a new folder, and how the loop kept to the clock."""
+    from skylimb.analysis import write_run
+    from skylimb.base.files import new_folder
+
+    places = []
+    with new_folder(folder) as aside:
+        for count, kept in enumerate(flown.kept, 1):
+            path = aside / f"{count:02d}-{kept.name}"
+            run = kept.run()
+            if kept.name == "flight":
+                run.save(path.with_suffix(".nc"))
+                places.append(folder / f"{path.name}.nc")
+            else:
+                write_run(run, path)
+                places.append(folder / path.name)
+        timing = {
+            "verdict": flown.timing.verdict(),
+            "seconds": flown.timing.quantiles(),
+            "faults": dict(flown.faults),
+        }
+        (aside / "timing.json").write_text(json.dumps(timing, indent=2) + "\n", encoding="utf-8")
+    return places
+
+
+def missions_of(plan: FlightPlan, options: Options) -> dict[str, Mission]:
+    """The missions that can be flown, by the names of their experiments."""
+    found = {plan.experiment.name: plan.mission}
+    for name in options.missions:
+        experiment = load_experiment(name, {"robot": plan.experiment.robot})
+        if experiment.control_period != plan.period:
+            raise ConfigError(
+                f"mission '{experiment.name}' is at {experiment.controller_rate:g} Hz, the node at "
+                f"{1.0 / plan.period:g} Hz"
+            )
+        other = plan_flight(experiment, plan.robot, plan.controller)
+        require_flyable(plan.experiment.surface, plan.robot, other.mission)
+        found[experiment.name] = other.mission
+    return found
+
+
+def _doubts(config: LabConfig, robot: Robot) -> list[str]:
+    """What a user should know of the motors before the first flight, one line each."""
+    if config.motors is None:
+        return [UNKNOWN_MOTORS]
+    least = min(motor.max_thrust for motor in config.motors.motors)
+    most = float(thrust_limits(robot)[1].max())
+    if most <= least:
+        return []
+    return [
+        f"controller: commands go up to {most:g} N a rotor, motor_info says {least:g} N at its lowest "
+        "voltage; beyond that the flight controller lowers all thrusts alike"
+    ]
+
+
+def _profile(
+    options: Options, plan: FlightPlan, missions: Mapping[str, Mission], pacer: Pacer, config: LabConfig
+) -> Profile:
+    """The profile."""
+    link = lab_link(plan.robot, options.link)
+    if options.profile == "simulator":
+        return Simulated(simulated(plan), link, pacer, options.cells, config.servos)
+    flyer = Flyer(plan, compiled(plan), missions, link, pacer, options.cells, namespace=options.namespace)
+    return Both(simulated(plan), flyer) if options.profile == "both" else Controlled(flyer, config)
+
+
+def _say_left_out(
+    profile: str, topics: Sequence[Topic], definitions: Definitions, say: Callable[[str], None]
+) -> None:
+    """Say which topics are left out as their type is not known.
+
+    Raises:
+        ConfigError: for a profile that talks to a robot, which needs them all.
+    """
+    unknown = {
+        topic.name: topic.type.replace("/msg/", "/") for topic in topics if not definitions.knows(topic.type)
+    }
+    missing = ", ".join(sorted(set(unknown.values())))
+    if missing and profile == "both":
+        say(f"left out: {', '.join(unknown)}, as no definition of {missing} is known (--messages)")
+    elif missing:
+        raise ConfigError(
+            f"no definition of {missing}: name the robot's own checkout with --messages DIR, as "
+            "definitions have changed"
+        )

@@ -1,0 +1,160 @@
+"""From motion capture, IMU and joint states to a measurement: each checked, faults counted."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from typing import Any
+
+import numpy as np
+
+from skylimb.analysis.exchange.frames import frames_at, frames_function
+from skylimb.analysis.exchange.lab_messages import Names
+from skylimb.analysis.exchange.messages import Imu, Joints, Pose, ServoStates
+from skylimb.apps.ros1.messages import Arrived
+from skylimb.apps.ros1.servos import Servos
+from skylimb.base.rotations import quaternion_from_rotation, rotation_from_quaternion
+from skylimb.control.estimation.records import Measurement
+from skylimb.flight.realtime.watchdog import BEYOND
+from skylimb.robots.model import Robot
+
+LOW_PASS = 20.0
+"""Hz, of the velocity that is made of stamped positions: the lab's own."""
+
+OLDEST = 0.5
+"""Seconds after which IMU or joint states count as missing."""
+
+_TURNED = 10.0
+"""Radians that no joint turns by."""
+
+AHEAD = 0.1
+"""Seconds that a stamp may lie ahead of the clock that it was set by."""
+
+
+def nothing_measured(robot: Robot) -> Measurement:
+    """A measurement that nobody believes: no number is one."""
+    sizes = (3, 4, 3, 3, robot.n_joints, robot.n_vectoring)
+    return Measurement(*(np.full(size, np.nan) for size in sizes))
+
+
+class Clock:
+    """Another clock's stamps on ours: the least delay that was seen is taken for none."""
+
+    def __init__(self) -> None:
+        self._offset, self.stamp = math.inf, -math.inf
+
+    def taken(self, stamp: float, at: float) -> float | str:
+        """When a message with a stamp was made, on our clock; why its stamp is not believed, in words."""
+        if not math.isfinite(stamp):
+            return "stamp is no number"
+        if stamp <= self.stamp:
+            return "stamp repeated or out of order"
+        if stamp + self._offset > at + AHEAD and math.isfinite(self._offset):
+            return "stamp from the future"
+        self.stamp, self._offset = stamp, min(self._offset, at - stamp)
+        return stamp + self._offset
+
+
+class Sensors:
+    """Keeps the newest of each, and makes measurements of them.
+
+    The motion capture shows the lab's link. Its velocity is the difference of stamped positions, low pass.
+    Its rates are the IMU's. Joints give the pose of the measured link. Vectoring angles that nobody
+    measures are the commanded ones.
+
+    Args:
+        robot: what flies.
+        link: whose pose and rates come.
+        servos: read `servo/states`; None where only `joint_states` come.
+    """
+
+    def __init__(self, robot: Robot, link: str, servos: Servos | None = None) -> None:
+        self._robot, self._servos = robot, servos
+        self._names, self._frames = Names(robot), frames_function(robot, link)
+        self._clocks = {Pose: Clock(), Imu: Clock(), Joints: Clock()}
+        self._pose: tuple[float, Pose] | None = None
+        self._imu: tuple[float, Imu] | None = None
+        self._joints: tuple[float, np.ndarray] | None = None
+        self._vectoring: np.ndarray | None = None
+        self._velocity = np.zeros(3)
+        self.counts: Counter[str] = Counter()
+
+    def take(self, arrived: Arrived) -> None:
+        """Take what a sensor says."""
+        value: Any = arrived.value
+        if isinstance(value, ServoStates) and self._servos is not None:
+            angles = self._servos.angles(value.counts)
+            value = Joints(value.stamp, tuple(angles), tuple(angles.values()))
+        clock = self._clocks.get(type(value))
+        if clock is None:
+            return
+        taken = clock.taken(value.stamp, arrived.at)
+        if isinstance(taken, str):
+            self.counts[f"{arrived.topic}: {taken}"] += 1
+        elif isinstance(value, Pose):
+            self._see(taken, value)
+        elif isinstance(value, Imu):
+            self._imu = (taken, value)
+        elif isinstance(value, Joints):
+            self._bend(taken, value, arrived.topic)
+
+    def measurement(self, now: float, commanded: np.ndarray) -> tuple[Measurement | None, float]:
+        """The measurement of now and when its pose was taken; None while something has never come or is old.
+
+        Args:
+            now: the pacer's time, s.
+            commanded: vectoring angles, which stand in for measured ones, rad.
+        """
+        if self._pose is None or self._imu is None or self._joints is None:
+            return None, -math.inf
+        taken, pose = self._pose
+        oldest = min(self._imu[0], self._joints[0])
+        if now - oldest > OLDEST:
+            self.counts["imu or joint_states too old"] += 1
+            taken = min(taken, oldest)
+        joints = self._joints[1]
+        vectoring = commanded if self._vectoring is None else self._vectoring
+        return self._moved(pose, joints, vectoring), taken
+
+    def _see(self, taken: float, pose: Pose) -> None:
+        """A new pose, and its velocity."""
+        if self._pose is not None:
+            before, last = self._pose
+            gap = taken - before
+            rate = (np.array(pose.position) - np.array(last.position)) / max(gap, 1e-3)
+            part = 1.0 - math.exp(-2.0 * math.pi * LOW_PASS * gap)
+            with np.errstate(invalid="ignore", over="ignore"):
+                moved = self._velocity + part * (rate - self._velocity)
+            # What is no number is the watchdog's affair; the velocity must survive it.
+            self._velocity = moved if np.isfinite(moved).all() else self._velocity
+        self._pose = (taken, pose)
+
+    def _bend(self, taken: float, value: Joints, topic: str) -> None:
+        """New joint angles, by name; without names in the robot's order."""
+        names = value.names or (*self._names.joints, *self._names.gimbals)[: len(value.angles)]
+        known = dict(zip(names, value.angles, strict=False))
+        if len(names) != len(value.angles) or len(known) != len(names):
+            self.counts[f"{topic}: wrong size"] += 1
+        elif not set(self._names.joints) <= known.keys():
+            self.counts[f"{topic}: wrong joint names"] += 1
+        else:
+            self._joints = (taken, np.array([known[name] for name in self._names.joints], dtype=float))
+            if set(self._names.gimbals) <= known.keys():
+                self._vectoring = np.array([known[name] for name in self._names.gimbals], dtype=float)
+
+    def _moved(self, pose: Pose, joints: np.ndarray, vectoring: np.ndarray) -> Measurement:
+        """The measurement of the measured link; one that no watchdog believes where a number is none."""
+        assert self._imu is not None
+        gyro: Any = np.array(self._imu[1].gyro)
+        turn = np.array(pose.quaternion)
+        size = float(np.sqrt(np.sum(np.clip(turn, -2.0, 2.0) ** 2)))
+        angles, others = np.concatenate([joints, vectoring]), np.array([*gyro, *pose.position])
+        sane = (np.abs(angles) < _TURNED).all() and (np.abs(others) < BEYOND).all()
+        if not (sane and abs(size - 1.0) < 0.1):
+            return nothing_measured(self._robot)._replace(joint_angles=joints, vectoring_angles=vectoring)
+        frames = frames_at(self._frames, joints, vectoring)
+        R = rotation_from_quaternion(turn / size) @ frames.R_root_link.T
+        rates = frames.R_root_link @ gyro
+        velocity = self._velocity - R @ np.cross(rates, frames.link)
+        position = np.array(pose.position) - R @ frames.link
+        return Measurement(position, quaternion_from_rotation(R), velocity, rates, joints, vectoring)

@@ -1,0 +1,63 @@
+"""What arrives is sorted: orders, requests, missions, the battery; sensors from one sender only."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Callable, Iterable
+
+from skylimb.analysis.exchange.lab_topics import ACK, BATTERY, MISSION, ORDERS, SENSORS
+from skylimb.apps.ros1.battery import percentage
+from skylimb.apps.ros1.messages import Arrived
+from skylimb.apps.ros1.states import Order
+from skylimb.apps.ros1.tick import Received, Request
+
+_ORDERS = {topic.name: Order(topic.name.rpartition("/")[2]) for topic in ORDERS}
+_SENSORS = frozenset(topic.name for topic in SENSORS)
+_MOST_REQUESTS = 8
+"""Requests that are looked at in a tick: the newest."""
+
+
+class MessageSorter:
+    """Sorts what arrives.
+
+    Args:
+        cells: of the battery, in series.
+        sense: takes what a sensor says.
+    """
+
+    def __init__(self, cells: int, sense: Callable[[Arrived], None] = lambda arrived: None) -> None:
+        self._cells, self._sense = cells, sense
+        self._senders: dict[str, str] = {}
+        self.counts: Counter[str] = Counter()
+
+    def sort(self, arrived: Iterable[Arrived]) -> Received:
+        """Everything that came, in its order."""
+        orders, requests, mission = list[Order](), list[Request](), ""
+        acknowledged: int | None = None
+        battery: float | None = None
+        for one in arrived:
+            if one.topic in _ORDERS:
+                orders.append(_ORDERS[one.topic])
+            elif one.topic in _SENSORS:
+                if self._senders.setdefault(one.topic, one.sender) != one.sender:
+                    self.counts[f"second publisher of {one.topic}"] += 1
+                elif one.topic == ACK.name:
+                    acknowledged = int(one.value)
+                elif one.topic == BATTERY.name:
+                    charge = percentage(float(one.value), self._cells)
+                    if math.isnan(charge):
+                        self.counts["battery voltage is no number"] += 1
+                    else:
+                        battery = charge
+                else:
+                    self._sense(one)
+            elif one.topic == MISSION.name:
+                mission = str(one.value)
+            elif isinstance(one.value, Request):
+                requests.append(one.value)
+        if len(requests) > _MOST_REQUESTS:
+            self.counts["requests thrown away"] += len(requests) - _MOST_REQUESTS
+        # A user's newest order stands for all alike before it.
+        orders = list(dict.fromkeys(orders))
+        return Received(tuple(orders), tuple(requests[-_MOST_REQUESTS:]), mission, acknowledged, battery)

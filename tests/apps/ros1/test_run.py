@@ -1,0 +1,34 @@
+"""What a node is started with: missions beside the first one, checked against robot, rate and surface."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from skylimb.apps.ros1.run import Options, missions_of
+from skylimb.base.errors import ConfigError, UnknownNameError
+from steered import ready
+
+
+def test_missions_have_the_names_of_their_experiments(tmp_path: Path) -> None:
+    takeoff, _ = ready("hybrid")
+    text = (
+        'robot = "hydrus_xi_quad"\n[trajectory]\nshape = "drawing"\ntext = "l"\nheight = 0.1\nwidth = 0.1\n'
+    )
+    drawing = tmp_path / "letter.toml"
+    drawing.write_text(text + "[surface]\nposition = [1.5, 0.0, 1.2]\n", encoding="utf-8")
+    missions = missions_of(takeoff.plan, Options("both", missions=("free_flight", str(drawing))))
+    assert [*missions] == ["paper", "free_flight", "letter"]
+    assert missions["paper"] is takeoff.mission
+    assert missions["letter"].contact
+
+
+def test_missions_that_cannot_be_flown_are_refused(tmp_path: Path) -> None:
+    takeoff, _ = ready("hybrid")
+    with pytest.raises(UnknownNameError, match="did you mean 'free_flight'"):
+        missions_of(takeoff.plan, Options("both", missions=("free_fligt",)))
+    slow = tmp_path / "slow.toml"
+    slow.write_text("controller_rate = 100.0\n", encoding="utf-8")
+    with pytest.raises(ConfigError, match="mission 'slow' is at 100 Hz, the node at 200 Hz"):
+        missions_of(takeoff.plan, Options("both", missions=(str(slow),)))
