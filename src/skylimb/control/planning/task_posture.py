@@ -20,7 +20,7 @@ import casadi as ca
 import numpy as np
 
 from skylimb.base.errors import UnreachableError
-from skylimb.base.rotations import rot_z
+from skylimb.base.rotations import rot_z, wrapped
 from skylimb.base.statics import turned_back
 from skylimb.control.planning.tip_pose import link_distances
 from skylimb.control.planning.vectoring_criteria import TORQUE, VectoringCriteria
@@ -33,7 +33,9 @@ from skylimb.robots.model import Robot
 from skylimb.robots.starts import golden_steps
 from skylimb.symbolic import right_inverse
 
-_STARTS = 16
+_STARTS = 24
+"""Searches; a third of them end without a posture, and half of the others meet in the same one."""
+
 _SAME = 0.05
 """Postures closer than this in every joint are one, rad."""
 
@@ -118,25 +120,33 @@ def best_postures(robot: Robot, task: Task, start: TaskPosture) -> list[TaskPost
             and the share of the pushes that can be held.
     """
     program = _Program(robot, len(task.pushes), task.criteria)
-    found = [program.solve(task, start, q) for q in _starts(robot, start)]
+    found = [program.solve(task, one) for one in _starts(robot, start)]
     best: list[TaskPosture] = []
     for one in sorted((one for one in found if one is not None), key=lambda one: -one.margin):
-        if all(np.max(np.abs(one.angles - other.angles), initial=0.0) > _SAME for other in best):
+        if all(np.max(np.abs(wrapped(one.angles - other.angles)), initial=0.0) > _SAME for other in best):
             best.append(one)
     if not best:
         raise UnreachableError(_nothing_holds(robot, program, task, start))
     return best
 
 
-def _starts(robot: Robot, start: TaskPosture) -> list[np.ndarray]:
-    lower, upper = travel(robot)
-    steps = np.outer(np.arange(1, _STARTS), golden_steps(max(robot.n_joints, 1)))[:, : robot.n_joints] % 1.0
-    return [start.joint_angles, *(lower + (upper - lower) * steps)]
+def _starts(robot: Robot, start: TaskPosture) -> list[TaskPosture]:
+    """The given posture, and others spread evenly over joint and vectoring angles: each branch of vectoring
+    angles ends somewhere else.
+    """
+    nq, turns = robot.n_joints, robot.vectoring_limits()
+    lower, upper = (
+        np.concatenate([some, np.clip(turn, -math.pi, math.pi)])
+        for some, turn in zip(travel(robot), turns, strict=True)
+    )
+    steps = np.outer(np.arange(1, _STARTS), golden_steps(max(len(lower), 1)))[:, : len(lower)] % 1.0
+    others = lower + (upper - lower) * steps
+    return [start, *(replace(start, joint_angles=x[:nq], vectoring_angles=x[nq:]) for x in others)]
 
 
 def _nothing_holds(robot: Robot, program: _Program, task: Task, start: TaskPosture) -> str:
     """In words: what is in the way, and how much can be held."""
-    tried = [program.solve(task, start, q, most=True) for q in _starts(robot, start)]
+    tried = [program.solve(task, one, most=True) for one in _starts(robot, start)]
     nearest = max((one for one in tried if one is not None), key=lambda one: one.share, default=None)
     said = f"'{robot.name}' cannot do this task: no posture holds all of the {len(task.pushes)} pushes"
     if nearest is None or nearest.share <= 0.0:
@@ -217,10 +227,8 @@ class _Program:
         self._solver = ipopt(problem, 300)
         self._rooms = ca.Function("rooms", [x, problem["p"]], [rooms])
 
-    def solve(
-        self, task: Task, start: TaskPosture, q: np.ndarray, *, most: bool = False
-    ) -> TaskPosture | None:
-        """What the search finds from posture q, psi and heading of `start`; None without success.
+    def solve(self, task: Task, start: TaskPosture, *, most: bool = False) -> TaskPosture | None:
+        """What the search finds from the angles of `start`; None without success.
 
         With `most` it is the posture that holds the greatest share of all pushes, however little is left.
         """
@@ -229,7 +237,7 @@ class _Program:
         high = np.array([rotor.thrust_max for rotor in robot.description.rotors])
         guess = robot.weight / high.sum() * high
         first = np.tile([0.0, 0.0, *guess, *np.zeros(nq)], k)
-        x0 = np.concatenate([q, start.vectoring_angles, [start.heading], first, [0.0, 0.0 if most else 1.0]])
+        x0 = np.concatenate([start.angles, first, [0.0, 0.0 if most else 1.0]])
         angles = travel(robot), robot.vectoring_limits()
         least, greatest = (
             np.concatenate([angles[0][i], angles[1][i], [(2 * i - 1) * _TURN]]) for i in (0, 1)
