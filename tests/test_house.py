@@ -1,6 +1,7 @@
 """The documents, the import rules and the files around the code."""
 
 import ast
+import graphlib
 import importlib
 import itertools
 import re
@@ -8,6 +9,7 @@ import shlex
 import subprocess
 import sys
 import tomllib
+from collections.abc import Iterator
 from importlib.metadata import packages_distributions
 from pathlib import Path
 
@@ -19,6 +21,8 @@ from skylimb.apps.cli.commands import VERBS
 
 ROOT = Path(__file__).parents[1]
 DOCUMENTS = sorted([ROOT / "README.md", ROOT / "CHANGELOG.md", *(ROOT / "docs").glob("*.md")])
+NO_ORDER = {"skylimb.simulation.surfaces"}
+"""Rooms of a wing that has no other: the order of the wings rules them."""
 OPTIONAL = ("campaign", "cluster", "logs", "ros", "tune", "video")
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 
@@ -58,6 +62,49 @@ def test_the_import_rules_are_kept() -> None:
         [sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=False
     )
     assert found.returncode == 0, found.stdout + found.stderr
+
+
+def imported_by(module: ast.Module) -> Iterator[str]:
+    """What a file imports, anywhere in it and by name as well; what only a type checker sees is left out."""
+    unseen = {
+        id(inner)
+        for node in ast.walk(module)
+        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test)
+        for inner in ast.walk(node)
+    }
+    for node in ast.walk(module):
+        if id(node) in unseen:
+            continue
+        if isinstance(node, ast.ImportFrom) and node.module:
+            yield node.module
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+        elif isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str):
+            yield node.value  # for importlib
+
+
+def test_no_files_import_each_other_in_a_circle() -> None:
+    source = ROOT / "src"
+    paths = [path for path in (source / "skylimb").rglob("*.py") if path.name != "__init__.py"]
+    files = {".".join(path.relative_to(source).with_suffix("").parts): path for path in paths}
+    graph = {name: {*imported_by(ast.parse(path.read_text()))} & {*files} for name, path in files.items()}
+    graphlib.TopologicalSorter(graph).prepare()  # raises a CycleError that names the circle
+
+
+def test_every_room_is_in_an_import_rule() -> None:
+    contracts = PROJECT["tool"]["importlinter"]["contracts"]
+    ruled = {
+        f"{container}.{name.strip()}"
+        for contract in contracts
+        for container in contract.get("containers", [])
+        for layer in contract["layers"]
+        for name in layer.split("|")
+    }
+    package = ROOT / "src" / "skylimb"
+    rooms = [path.parent.relative_to(package.parent) for path in package.glob("*/*/__init__.py")]
+    names = {".".join(room.parts) for room in rooms}
+    assert names - ruled - NO_ORDER == set()
 
 
 @documents
