@@ -14,7 +14,7 @@ from skylimb.flight.takeoff import take_off
 
 def adapted(folder: Path, table: str) -> str:
     """The shipped push, with a controller of its own."""
-    whole = (Path(skylimb.__file__).parent / "experiments" / "library" / "push.toml").read_text()
+    whole = (Path(skylimb.__file__).parent / "flight" / "experiments" / "library" / "push.toml").read_text()
     file = folder / "mine.toml"
     file.write_text(f"{whole}\n[controller]\n{table}\n")
     return str(file)

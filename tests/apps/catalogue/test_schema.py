@@ -18,7 +18,7 @@ PACKAGE = ROOT / "src" / "skylimb"
 SCHEMAS = {name.partition(".")[0]: schema for name, schema in schemas().items()}
 SHIPPED = {
     "experiment": [
-        *(PACKAGE / "experiments" / "library").glob("*.toml"),
+        *(PACKAGE / "flight" / "experiments" / "library").glob("*.toml"),
         *(ROOT / "examples" / "surfaces").glob("*.toml"),
     ],
     "controller": [
@@ -41,7 +41,7 @@ def test_a_schema_is_one_and_says_what_each_key_is(kind: str) -> None:
         assert problems(kind, tomllib.loads(path.read_text(encoding="utf-8"))) == [], path.name
 
 
-EXPERIMENT = tomllib.loads((PACKAGE / "experiments" / "library" / "paper.toml").read_text(encoding="utf-8"))
+EXPERIMENT = tomllib.loads((PACKAGE / "flight" / "experiments" / "library" / "paper.toml").read_text(encoding="utf-8"))
 PRESET = tomllib.loads((PACKAGE / "control" / "presets" / "hybrid.toml").read_text(encoding="utf-8"))
 
 

@@ -34,4 +34,4 @@ def test_a_built_package_has_them(tmp_path: Path) -> None:
     words = ["egg_info", "--egg-base", str(tmp_path), "build_py", "--build-lib", str(tmp_path / "lib")]
     subprocess.run([sys.executable, "setup.py", "-q", *words], cwd=ROOT, check=True, capture_output=True)
     assert names_in(tmp_path / "lib" / "skylimb" / "examples") == NAMES
-    assert (tmp_path / "lib" / "skylimb" / "cli" / "examples.py").is_file()
+    assert (tmp_path / "lib" / "skylimb" / "apps" / "cli" / "examples.py").is_file()
