@@ -190,7 +190,7 @@ def through(config: PostureConfig, roadmap: Roadmap, way: list[Place]) -> Postur
 
 
 def rehearsed(robot: Robot, config: PostureConfig) -> bool:
-    """Whether a flight through the postures leaves enough all along, as the check before take-off sees it."""
+    """Whether a flight through the postures leaves enough all along, by the margin of its plans."""
     path = posture_path(config, robot, robot.nominal_posture())
     q = path.sample(np.arange(0.0, path.duration + 1.0 / RATE, 1.0 / RATE))
     flown = rehearse(robot, q, first_vectoring(robot).angles)
@@ -201,7 +201,7 @@ def fly(robot: Robot, controller: Any, ways: list[list[list[float]]], seed: int,
     """Some flights at once, into the tally."""
     takeoffs = []
     for k, way in enumerate(ways):
-        posture = {"waypoints": way, "speed": SPEED, "hold": 1.0, "margin": ON_THE_WAY}
+        posture = {"waypoints": way, "speed": SPEED, "hold": 1.0}
         changes = {"robot": robot.name, "seed": seed + k, "posture": posture, "phases.tare": 1.0}
         takeoffs.append(prepare(load_experiment("free_flight", changes), robot, controller))
     for takeoff, flight in zip(takeoffs, fly_native(takeoffs), strict=True):

@@ -41,7 +41,9 @@ def test_a_schema_is_one_and_says_what_each_key_is(kind: str) -> None:
         assert problems(kind, tomllib.loads(path.read_text(encoding="utf-8"))) == [], path.name
 
 
-EXPERIMENT = tomllib.loads((PACKAGE / "flight" / "experiments" / "library" / "paper.toml").read_text(encoding="utf-8"))
+EXPERIMENT = tomllib.loads(
+    (PACKAGE / "flight" / "experiments" / "library" / "paper.toml").read_text(encoding="utf-8")
+)
 PRESET = tomllib.loads((PACKAGE / "control" / "presets" / "hybrid.toml").read_text(encoding="utf-8"))
 
 
