@@ -131,8 +131,9 @@ def best_postures(robot: Robot, task: Task, start: TaskPosture) -> list[TaskPost
 
 
 def _starts(robot: Robot, start: TaskPosture) -> list[TaskPosture]:
-    """The given posture, and others spread evenly over joint and vectoring angles: each branch of vectoring
-    angles ends somewhere else.
+    """The given posture, and others spread evenly over joint and vectoring angles.
+
+    Each branch of vectoring angles ends somewhere else.
     """
     nq, turns = robot.n_joints, robot.vectoring_limits()
     lower, upper = (
