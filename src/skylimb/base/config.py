@@ -13,6 +13,7 @@ import dataclasses
 import tomllib
 import typing
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -176,7 +177,8 @@ def _convert(kind: Any, value: Any, path: tuple[str, ...]) -> Any:
     if section is not None:
         return _build(section, value, path)
     if isinstance(value, int) and not isinstance(value, bool) and float in members and int not in members:
-        return float(value)
+        with suppress(OverflowError):  # the check refuses a number that is too large
+            return float(value)
     for member in members:
         origin, arguments = typing.get_origin(member), typing.get_args(member)
         if origin is dict and isinstance(value, dict):
