@@ -86,7 +86,7 @@ def main() -> None:
         plan = plan_posture(experiment, robot, skylimb.load_controller(controller, robot))
         if not (folder / "planned").exists():
             folder.mkdir(parents=True, exist_ok=True)
-            write_planned(plan, experiment, folder / "planned")
+            write_planned(plan, folder / "planned")
         planned = str(folder / "planned" / EXPERIMENT)
         own = plan.own.margin if plan.own else None
         for posture, margin, flies in (

@@ -17,7 +17,7 @@ import pytest
 
 import skylimb
 from skylimb.apps.cli.arguments import parse
-from skylimb.apps.cli.commands import VERBS
+from skylimb.apps.cli.verbs import VERBS
 
 ROOT = Path(__file__).parents[1]
 DOCUMENTS = sorted([ROOT / "README.md", ROOT / "CHANGELOG.md", *(ROOT / "docs").glob("*.md")])

@@ -16,6 +16,7 @@ from .control.planning.feasible_wrench import FeasibleWrench as FeasibleWrench
 from .control.planning.feasible_wrench import feasible_wrench as feasible_wrench
 from .control.planning.feasible_wrench import push_limit as push_limit
 from .control.records import Command as Command
+from .flight.drawing import draw as draw
 from .flight.experiments.experiment import Experiment as Experiment
 from .flight.experiments.experiment import load_experiment as load_experiment
 from .flight.experiments.listing import list_controllers as list_controllers
@@ -28,6 +29,8 @@ from .robots.loader import list_robots as list_robots
 from .robots.loader import load_robot as load_robot
 from .robots.model import Robot as Robot
 from .studies.calibration.public import calibrate as calibrate
+from .studies.campaign.public import campaign as campaign
 from .studies.campaign.sweep import sweep as sweep
+from .studies.planning.task_plan import plan as plan
 
 __version__: str

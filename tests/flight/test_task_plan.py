@@ -38,7 +38,7 @@ def plan(robot):
 @pytest.fixture(scope="module")
 def applied(tmp_path_factory, plan):
     folder = tmp_path_factory.mktemp("plan") / "planned"
-    write_planned(plan, skylimb.load_experiment("paper"), folder)
+    write_planned(plan, folder)
     return folder
 
 
@@ -183,7 +183,7 @@ def test_the_meshes_of_a_robot_go_along(tmp_path, robot, plan):
     shown = '<visual><geometry><mesh filename="box.stl"/></geometry></visual>'
     urdf.write_text(urdf.read_text().replace("</link>", f"{shown}</link>", 1))
     meshed = dataclasses.replace(plan, robot=skylimb.load_robot(str(folder)))
-    write_planned(meshed, skylimb.load_experiment("paper"), tmp_path / "planned")
+    write_planned(meshed, tmp_path / "planned")
     assert (tmp_path / "planned" / "robot" / "box.stl").read_bytes() == (folder / "box.stl").read_bytes()
     again = skylimb.load_robot(str(tmp_path / "planned" / "robot"))
     meshes = [visual.mesh for link in again.description.links for visual in link.visuals if visual.mesh]

@@ -13,7 +13,7 @@ import skylimb
 from skylimb import __version__
 from skylimb.analysis.recording import Run
 from skylimb.apps.cli import main, output
-from skylimb.apps.cli.commands import VERBS
+from skylimb.apps.cli.verbs import VERBS
 
 SHORT = [
     "phases.hover=0.5",

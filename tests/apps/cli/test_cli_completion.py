@@ -7,14 +7,15 @@ from pathlib import Path
 import pytest
 
 from skylimb.apps.cli.arguments import flags
-from skylimb.apps.cli.completion import completion
-from skylimb.apps.cli.main import VERBS, main
+from skylimb.apps.cli.completion import script as script_of
+from skylimb.apps.cli.main import main
+from skylimb.apps.cli.verbs import VERBS
 
 
 @pytest.fixture(scope="module")
 def script(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("bash") / "skylimb"
-    path.write_text(completion("bash"), encoding="utf-8")
+    path.write_text(script_of("bash", VERBS), encoding="utf-8")
     return path
 
 

@@ -1,42 +1,42 @@
-"""From words on the command line to a verb's record of options; every mistake on one line.
+"""From words on the command line to the arguments of a verb; every mistake on one line.
 
-A verb is a frozen dataclass. Each field is an option, or an argument where its type is `Positional`; its type
-and `arg` say the rest. argparse splits the words, and what they mean is checked here.
+A verb is a function that does its work and returns the exit code, None for 0. Its parameters before the `*`
+are arguments, those after it options; type, default and `arg` say the rest. Its docstring is its help.
+argparse splits the words, and what they mean is checked here. cyclopts and tyro would do the same; they make
+`skylimb --help` slower (docs/architecture.md has the times).
 """
 
 from __future__ import annotations
 
 import argparse
-import dataclasses
+import functools
 import inspect
 import typing
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Annotated, Any, NoReturn, TypeVar, get_type_hints
+from typing import Any, NoReturn
 
 from skylimb.base.errors import ConfigError, choice_error, unknown_name
 
-T = TypeVar("T")
+Verb = Callable[..., int | None]
 
-_POSITIONAL, _APPENDED = "positional", "appended"
-
-Positional = Annotated[T, _POSITIONAL]
-"""The type of an argument without a name."""
-
-Appended = Annotated[T, _APPENDED]
-"""The type of an option that may be given several times, each with several words: a tuple of tuples."""
+_NUMBERS = {int: "a whole number", float: "a number"}
+_YES_OR_NO = {"yes", "no", "true", "false", "on", "off", "0", "1"}
 
 
 @dataclass(frozen=True)
 class arg:  # noqa: N801  # reads as a word in the annotations
-    """What the help says of an option.
+    """What the help says of a parameter, and what its words become.
 
     Attributes:
         help: one or two sentences.
         metavar: what stands for its value; " ..." at its end says that there may be several.
+        read: makes the value from the words of a tuple; by default it stays a tuple.
     """
 
     help: str
     metavar: str = ""
+    read: Callable[[tuple[str, ...]], Any] = tuple
 
 
 class _Parser(argparse.ArgumentParser):
@@ -52,116 +52,116 @@ class _Parser(argparse.ArgumentParser):
         raise ConfigError(f"{message}; see {self.prog} --help")
 
 
-def parse(verb: str, kind: type, words: list[str]) -> Any:
-    """An instance of the verb's class with its options filled in.
+def parse(name: str, verb: Verb, words: list[str]) -> Callable[[], int | None]:
+    """The verb with its arguments filled in, to be called.
 
     Raises:
         ConfigError: for an unknown option, a missing value or one of the wrong type.
     """
-    _refuse_values_of_flags(kind, words)
-    found, unknown = _parser(verb, kind).parse_known_args(words)
+    _refuse_values_of_switches(verb, words)
+    found, unknown = _parser(name, verb).parse_known_args(words)
     if unknown:
         if unknown[0].startswith("-"):
-            raise unknown_name(f"option of {verb}", unknown[0].partition("=")[0], [*flags(kind), "--help"])
+            raise unknown_name(f"option of {name}", unknown[0].partition("=")[0], [*flags(verb), "--help"])
         from skylimb.flight.experiments.listing import list_controllers
 
-        flag = next((one for one in flags(kind) if one.startswith("--controller")), "")
+        flag = next((one for one in flags(verb) if one.startswith("--controller")), "")
         hint = f"did you mean {flag} {unknown[0]}?" if flag and unknown[0] in list_controllers() else ""
-        more = hint or f"see skylimb {verb} --help"
-        raise ConfigError(f"'{unknown[0]}' is one argument too many; {more}")
-    given = {name: value for name, value in vars(found).items() if value is not None}
-    hints = get_type_hints(kind)
-    labels = {flag.removeprefix("--"): flag for flag in flags(kind)}
-    return kind(
-        **{
-            name: _converted(labels.get(name, name.upper()), hints[name], value)
-            for name, value in given.items()
-        }
-    )
+        raise ConfigError(f"'{unknown[0]}' is one argument too many; {hint or f'see skylimb {name} --help'}")
+    given = vars(found)
+    for parameter in _parameters(verb):
+        if isinstance(given.get(parameter.name), list):
+            given[parameter.name] = _note(parameter).read(tuple(given[parameter.name]))
+    return functools.partial(verb, **given)
 
 
-def _converted(label: str, kind: Any, value: Any) -> Any:
-    """A word, or a list of words, as the field's type; `label` is what messages call it."""
-    if isinstance(value, list):
-        return tuple(tuple(entry) if isinstance(entry, list) else entry for entry in value)
-    choices = typing.get_args(kind) if typing.get_origin(kind) is typing.Literal else ()
-    if choices and value not in choices:
-        raise choice_error(label, value, choices)
-    if kind is not float:
-        return value
-    try:
-        return float(value)
-    except ValueError:
-        raise ConfigError(f"{label} = '{value}' is not a number") from None
+def verb_help(name: str, verb: Verb) -> str:
+    """What `skylimb VERB --help` prints."""
+    return _parser(name, verb).format_help().rstrip()
 
 
-def _refuse_values_of_flags(kind: type, words: list[str]) -> None:
+def flags(verb: Verb) -> list[str]:
+    """The options of a verb, as they are typed."""
+    return [f"--{one.name}" for one in _parameters(verb) if one.kind is one.KEYWORD_ONLY]
+
+
+def _parameters(verb: Verb) -> list[inspect.Parameter]:
+    return list(inspect.signature(verb, eval_str=True).parameters.values())
+
+
+def _note(parameter: inspect.Parameter) -> arg:
+    return next(note for note in parameter.annotation.__metadata__ if isinstance(note, arg))
+
+
+def _types(parameter: inspect.Parameter) -> tuple[Any, ...]:
+    """The types that a parameter may have, without None."""
+    kind = typing.get_args(parameter.annotation)[0]
+    members = (kind,) if typing.get_origin(kind) in (tuple, typing.Literal) else typing.get_args(kind)
+    return tuple(member for member in members or (kind,) if member is not type(None))
+
+
+def _refuse_values_of_switches(verb: Verb, words: list[str]) -> None:
     """Refuse `--video no` and `--video=no`, in which "no" would be taken for the next argument."""
-    hints = get_type_hints(kind)
+    switches = {
+        f"--{no}{one.name}" for one in _parameters(verb) if _types(one) == (bool,) for no in ("", "no-")
+    }
     for word, following in zip(words, [*words[1:], ""], strict=False):
         option, equals, value = word.partition("=")
-        name = option.removeprefix("--").removeprefix("no-").replace("-", "_")
-        if option.startswith("--") and hints.get(name) is bool:
-            value = value if equals else following
-            if equals or value.lower() in _YES_OR_NO:
-                raise ConfigError(
-                    f"--{name} takes no value ('{value}'): write --{name}, or --no-{name} for the opposite"
-                )
+        value = value if equals else following
+        if option in switches and (equals or value.lower() in _YES_OR_NO):
+            name = option.removeprefix("--").removeprefix("no-")
+            raise ConfigError(
+                f"--{name} takes no value ('{value}'): write --{name}, or --no-{name} for the opposite"
+            )
 
 
-_YES_OR_NO = {"yes", "no", "true", "false", "on", "off", "0", "1"}
-
-
-def verb_help(verb: str, kind: type) -> str:
-    """What `skylimb VERB --help` prints."""
-    text = _parser(verb, kind).format_help().rstrip()
-    examples = inspect.cleandoc(kind.examples).replace("\n", "\n  ")  # type: ignore[attr-defined]
-    return f"{text}\n\nExamples\n  {examples}"
-
-
-def flags(kind: type) -> list[str]:
-    """The options of a verb, as they are typed."""
-    return [f"--{name}" for name, (_, marks) in _fields(kind).items() if _POSITIONAL not in marks]
-
-
-def _fields(kind: type) -> dict[str, tuple[dataclasses.Field[Any], tuple[Any, ...]]]:
-    """Each field of a verb, and what its annotation says besides the type."""
-    hints = get_type_hints(kind, include_extras=True)
-    return {
-        field.name: (field, getattr(hints[field.name], "__metadata__", ()))
-        for field in dataclasses.fields(kind)
-    }
-
-
-def _parser(verb: str, kind: type) -> _Parser:
+def _parser(name: str, verb: Verb) -> _Parser:
+    text, _, examples = inspect.cleandoc(verb.__doc__ or "").partition("\n\nExamples:\n")
     parser = _Parser(
-        prog=f"skylimb {verb}",
-        description=inspect.cleandoc(kind.__doc__ or ""),
+        prog=f"skylimb {name}",
+        description=text,
+        epilog="Examples\n" + "\n".join(f"  {line.strip()}" for line in examples.strip().splitlines()),
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
+        argument_default=argparse.SUPPRESS,  # what is not given keeps the function's own default
     )
-    types = get_type_hints(kind)
-    for name, (field, marks) in _fields(kind).items():
-        note = next((mark for mark in marks if isinstance(mark, arg)), arg(""))
-        _add(parser, name, types[name], field.default, marks, note)
+    for parameter in _parameters(verb):
+        _add(parser, parameter)
     return parser
 
 
-def _add(parser: _Parser, name: str, kind: Any, default: Any, marks: tuple[Any, ...], note: arg) -> None:
-    """Tell argparse of one field; defaults stay those of the class."""
-    shown = default if isinstance(default, str | float | tuple) and default else None
-    several = " ".join(shown) if isinstance(shown, tuple) else shown
-    text = note.help.replace("%", "%%") + (f" (default: {several})" if shown is not None else "")
-    choices = "{" + ",".join(typing.get_args(kind)) + "}" if typing.get_origin(kind) is typing.Literal else ""
-    metavar = note.metavar.removesuffix(" ...") or choices or name.upper()
-    if _POSITIONAL in marks:
-        count = None if default is dataclasses.MISSING else "?"
-        parser.add_argument(name, nargs=count, metavar=metavar, help=text)
-    elif kind is bool:
-        parser.add_argument(f"--{name}", action=argparse.BooleanOptionalAction, help=text)
-    elif _APPENDED in marks:
-        parser.add_argument(f"--{name}", action="append", nargs="*", metavar=metavar, help=text)
-    elif typing.get_origin(kind) is tuple:
-        parser.add_argument(f"--{name}", nargs="*", metavar=metavar, help=text)
+def _add(parser: _Parser, parameter: inspect.Parameter) -> None:
+    """Tell argparse of one parameter."""
+    name, default, note, types = parameter.name, parameter.default, _note(parameter), _types(parameter)
+    choices = typing.get_args(types[0]) if typing.get_origin(types[0]) is typing.Literal else ()
+    several = typing.get_origin(types[0]) in (tuple, dict)
+    positional = parameter.kind is not parameter.KEYWORD_ONLY
+    shown = " ".join(default) if isinstance(default, tuple) else default
+    told = (
+        f" (default: {shown})" if shown and isinstance(shown, str | int | float) and types != (bool,) else ""
+    )
+    metavar = note.metavar.removesuffix(" ...") or f"{{{','.join(choices)}}}" * bool(choices) or name.upper()
+    options: dict[str, Any] = {"help": note.help.replace("%", "%%") + told}
+    if types == (bool,):
+        options["action"] = argparse.BooleanOptionalAction
     else:
-        parser.add_argument(f"--{name}", metavar=metavar, help=text)
+        label = name.upper() if positional else f"--{name}"
+        options |= {"metavar": metavar, "type": functools.partial(_value, label, types, choices)}
+    if several:
+        options |= {"action": "extend", "nargs": "*"}
+    elif positional and default is not parameter.empty:
+        options["nargs"] = "?"
+    parser.add_argument(name if positional else f"--{name}", **options)
+
+
+def _value(label: str, types: tuple[Any, ...], choices: tuple[str, ...], word: str) -> Any:
+    """A word as a parameter's type; `label` is what messages call it."""
+    if choices and word not in choices:
+        raise choice_error(label, word, choices)
+    for kind, called in _NUMBERS.items():
+        if kind in types:
+            try:
+                return kind(word)
+            except ValueError:
+                raise ConfigError(f"{label} = '{word}' is not {called}") from None
+    return word

@@ -1,203 +1,172 @@
-"""The verbs for many flights: campaign, campaign report and tune."""
+"""The verbs for many flights: `campaign`, `campaign report`, `tune` and `reproduce`."""
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Iterator
+import math
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated
 
-from skylimb.apps.cli import campaign_output, output
-from skylimb.apps.cli.arguments import Positional, arg
-from skylimb.apps.cli.options import Calibration
-from skylimb.base.errors import ConfigError
+from skylimb.apps.cli import output
+from skylimb.apps.cli.arguments import arg
+from skylimb.apps.cli.options import Calibration, within
 
 if TYPE_CHECKING:
+    from skylimb.analysis.scores.score import Score
     from skylimb.studies.campaign import Outcome, Progress
+    from skylimb.studies.reproduction import Result
 
 INTERRUPTED = 130
 
-Spec = Annotated[Positional[str], arg(metavar="SPEC", help="The campaign's TOML file.")]
-Out = Annotated[
-    str,
-    arg(
-        metavar="DIR",
-        help="The campaign's folder; by default one below out/ named after SPEC.",
-    ),
-]
+Spec = Annotated[str, arg("The campaign's TOML file.", "SPEC")]
+Out = Annotated[str, arg("Folder for the results; by default one below out/ named after SPEC.", "DIR")]
 Workers = Annotated[
-    str,
-    arg(
-        metavar="N",
-        help="Processes on this machine (0: only this one), or jobs on SLURM; by default one a core, or 4.",
-    ),
+    int | None,
+    arg("Processes on this machine (0: only this one), or jobs on SLURM; by default one a core, or 4.", "N"),
 ]
-Resume = Annotated[bool, arg(help="Go on with a folder that is there; what it holds is not flown again.")]
-Scheduler = Annotated[
-    str,
-    arg(metavar="ADDRESS", help="Fly on a Dask scheduler, such as tcp://HOST:8786."),
-]
-Slurm = Annotated[str, arg(metavar="QUEUE", help="Fly on a SLURM queue.")]
+Resume = Annotated[bool, arg("Go on with a folder that is there; what it holds is not flown again.")]
+Scheduler = Annotated[str, arg("Fly on a Dask scheduler, such as tcp://HOST:8786.", "ADDRESS")]
+Slurm = Annotated[str, arg("Fly on a SLURM queue.", "QUEUE")]
 
 
-@dataclass(frozen=True)
-class Campaign:
+def campaign(
+    spec: Spec,
+    *,
+    calibration: Calibration = None,
+    out: Out = "",
+    workers: Workers = None,
+    resume: Resume = False,
+    scheduler: Scheduler = "",
+    slurm: Slurm = "",
+) -> int:
     """Fly many draws of an experiment with several controllers, and say who wins where.
 
     Leaves spec.toml, flights.parquet, summary.json, report.html and logs/. Ctrl-C finishes what flies and
     keeps it; --resume goes on, also after a crash. The exit code is 130 when it was interrupted.
-    """
 
-    examples: ClassVar[str] = """
+    Examples:
         skylimb campaign examples/campaign.toml --out out/friction
         skylimb campaign examples/campaign.toml --out out/friction --resume
         skylimb campaign mine.toml --out out/mine --scheduler tcp://HOST:8786
         skylimb campaign report out/friction
     """
+    import skylimb
 
-    spec: Spec
-    calibration: Calibration = ""
-    out: Out = ""
-    workers: Workers = ""
-    resume: Resume = False
-    scheduler: Scheduler = ""
-    slurm: Slurm = ""
-
-    def __call__(self) -> int:
-        """Fly, or go on flying."""
-        workers, folder = whole_workers(self.workers), self.out or f"out/{Path(self.spec).stem}"
-        from skylimb.studies.campaign import run_campaign
-        from skylimb.studies.campaign.reading import load_spec
-
-        spec = load_spec(self.spec)
-        if self.calibration:
-            spec = dataclasses.replace(spec, calibration=self.calibration)
-        with campaign_progress() as report:
-            outcome = run_campaign(
-                spec,
-                folder,
-                workers=workers,
-                resume=self.resume,
-                scheduler=self.scheduler,
-                slurm=self.slurm,
-                progress=report,
-            )
-        if outcome.damaged:
-            print(f"note: {outcome.damaged} damaged rows were found and flown again")
-        if not outcome.complete:
-            kept, total = len(outcome.rows), outcome.campaign.flight(outcome.campaign.spec.draws, 0)
-            print(f"interrupted: {kept} of {total} flights are kept in {folder}; to go on:")
-            options = {
-                "calibration": self.calibration,
-                "workers": self.workers,
-                "scheduler": self.scheduler,
-                "slurm": self.slurm,
-            }
-            print(f"  {_again('campaign', self.spec, folder, **options)}")
-            return INTERRUPTED
+    folder = out or f"out/{Path(spec).stem}"
+    with _progress() as report:
+        outcome = skylimb.campaign(
+            spec, folder, calibration=calibration, workers=workers, resume=resume, scheduler=scheduler,
+            slurm=slurm, progress=report,
+        )  # fmt: skip
+    if outcome.damaged:
+        print(f"note: {outcome.damaged} damaged rows were found and flown again")
+    if outcome.complete:
         return _summary(outcome)
+    total = outcome.campaign.flight(outcome.campaign.spec.draws, 0)
+    again = {"calibration": calibration, "workers": workers, "scheduler": scheduler, "slurm": slurm}
+    return _interrupted(len(outcome.rows), total, folder, f"campaign {spec}", **again)
 
 
-@dataclass(frozen=True)
-class CampaignReport:
-    """Work out a campaign's summary and report anew from its table, also while it flies."""
+def campaign_report(folder: Annotated[str, arg("A campaign's folder.", "DIR")]) -> int:
+    """Work out a campaign's summary and report anew from its table, also while it flies.
 
-    examples: ClassVar[str] = "skylimb campaign report out/friction"
+    Examples:
+        skylimb campaign report out/friction
+    """
+    from skylimb.studies.campaign import report_campaign
+    from skylimb.studies.campaign.folder import load_campaign
 
-    folder: Annotated[Positional[str], arg(metavar="DIR", help="A campaign's folder.")]
-
-    def __call__(self) -> int:
-        """Write both."""
-        from skylimb.studies.campaign import report_campaign
-        from skylimb.studies.campaign.folder import load_campaign
-
-        load_campaign(Path(self.folder))  # a folder that is none is refused before anything is said
-        with output.working("working out the report"):
-            outcome = report_campaign(self.folder)
-        if outcome.damaged:
-            print(
-                f"note: {outcome.damaged} rows are damaged and left out; "
-                "`skylimb campaign --resume` flies them again"
-            )
-        return _summary(outcome)
+    load_campaign(Path(folder))  # a folder that is none is refused before anything is said
+    with output.working("working out the report"):
+        outcome = report_campaign(folder)
+    if outcome.damaged:
+        print(
+            f"note: {outcome.damaged} rows are damaged and left out; "
+            "`skylimb campaign --resume` flies them again"
+        )
+    return _summary(outcome)
 
 
-@dataclass(frozen=True)
-class Tune:
+def tune(
+    spec: Spec,
+    *,
+    out: Out = "",
+    workers: Workers = None,
+    resume: Resume = False,
+) -> int:
     """Search gains over a campaign's draws, and judge them on draws that the search has not seen.
 
     Leaves a preset for each controller, ready for --controller, with verdict.json and trials.csv. Ctrl-C
     finishes what flies and keeps it; --resume goes on, and finds the same as without the interruption. Needs
     the extra `tune`.
-    """
 
-    examples: ClassVar[str] = """
+    Examples:
         skylimb tune examples/tune.toml --out out/tuned
         skylimb tune examples/tune.toml --out out/tuned --resume
         skylimb run --controller out/tuned/hybrid.toml
     """
+    from skylimb.studies import campaign as campaigns
 
-    spec: Spec
-    out: Annotated[str, arg(metavar="DIR", help="Folder for the results; by default one below out/.")] = ""
-    workers: Workers = ""
-    resume: Resume = False
-
-    def __call__(self) -> int:
-        """Search, then judge."""
-        workers, folder = whole_workers(self.workers), self.out or f"out/{Path(self.spec).stem}"
-        from skylimb.studies.campaign import tune
-
-        with campaign_progress() as report:
-            outcome = tune(self.spec, folder, workers=workers, resume=self.resume, progress=report)
-        if not outcome.complete:
-            print(f"interrupted: {outcome.flown} of {outcome.total} flights are kept in {folder}; to go on:")
-            print(f"  {_again('tune', self.spec, folder, workers=self.workers)}")
-            return INTERRUPTED
-        for line in outcome.lines():
-            print(line)
-        output.places(Path(folder))
-        return 0
+    folder = out or f"out/{Path(spec).stem}"
+    with _progress() as report:
+        outcome = campaigns.tune(spec, folder, workers=workers, resume=resume, progress=report)
+    if not outcome.complete:
+        return _interrupted(outcome.flown, outcome.total, folder, f"tune {spec}", workers=workers)
+    for line in outcome.lines():
+        print(line)
+    output.places(Path(folder))
+    return 0
 
 
-VERBS: dict[str, Any] = {"campaign": Campaign, "campaign report": CampaignReport, "tune": Tune}
+def reproduce(
+    *,
+    draws: Annotated[int | None, arg("Draws, each flown by all four; by default 200.", "N")] = None,
+    out: Annotated[str, arg("Folder for the results.", "DIR")] = "out/reproduction",
+    workers: Annotated[int | None, arg("Processes (0: only this one); by default one a core.", "N")] = None,
+    resume: Resume = False,
+) -> int:
+    """Hold the paper's numbers and claims against an ensemble of what it leaves open.
+
+    Draws friction, press, calibration and whatever else the paper doesn't print from a declared prior, flies
+    the four controllers through every draw, and leaves reproduction.json, flights.parquet, figures/ and
+    report.html. Ctrl-C finishes what flies and keeps it; --resume goes on. A lost flight is part of the
+    result, not an error.
+
+    Examples:
+        skylimb reproduce --out out/reproduction
+        skylimb reproduce --draws 20 --workers 2 --out out/short
+        skylimb reproduce --out out/reproduction --resume
+    """
+    if draws is not None:
+        within("--draws", draws, 2, 100_000)
+    from skylimb.studies import reproduction
+    from skylimb.studies.reproduction.reproduce import DRAWS
+
+    with _progress() as report:
+        outcome = reproduction.reproduce(out, draws or DRAWS, workers=workers, resume=resume, progress=report)
+    if outcome.result is None:
+        total = outcome.campaign.flight(outcome.campaign.spec.draws, 0)
+        return _interrupted(len(outcome.rows), total, out, f"reproduce --draws {draws or DRAWS}")
+    _show_reproduction(outcome.result)
+    output.places(Path(out))
+    return 0
 
 
-def whole_workers(text: str) -> int | None:
-    """The number that --workers gives; None where it was not given."""
-    if not text:
-        return None
-    if not text.isdigit():
-        raise ConfigError(f"--workers = '{text}' is not a whole number")
-    return int(text)
-
-
-def _again(verb: str, spec: str, folder: str, **options: str) -> str:
-    """The command that goes on with what was interrupted."""
-    words = ["skylimb", verb, spec, "--out", folder, "--resume"]
-    for option, value in options.items():
-        words += [f"--{option}", value] if value else []
-    return " ".join(words)
+def _interrupted(kept: int, total: int, folder: str, command: str, **options: str | int | None) -> int:
+    """Say what is kept, and the command that goes on."""
+    words = [f"  skylimb {command} --out {folder} --resume"]
+    words += [f"--{name} {value}" for name, value in options.items() if value not in (None, "")]
+    print(f"interrupted: {kept} of {total} flights are kept in {folder}; to go on:")
+    print(" ".join(words))
+    return INTERRUPTED
 
 
 def _summary(outcome: Outcome) -> int:
-    """The success rates and ranks, a line a controller, and where the report is."""
+    """The success rates and ranks, a column a controller, and where the report is."""
     summary = outcome.summary
     if summary is not None:
-        rates = {
-            name: (f"{100 * rate.rate:.1f} % ({100 * rate.low:.1f} .. {100 * rate.high:.1f})", rate.draws)
-            for name, rate in summary.rates.items()
-        }
-        campaign_output.campaign(
-            outcome.campaign.spec.experiment,
-            rates,
-            summary.medians,
-            summary.ranks,
-            summary.axes,
-            outcome.campaign.spec.called,
-            summary.scores.declared,
-        )
+        _show_medians(outcome)
         for row in summary.lost[:5]:
             print(f"flight {row['flight']} ({row['controller']}) {row['status']}: {row['cause']}")
         if len(summary.lost) > 5:
@@ -210,13 +179,100 @@ def _summary(outcome: Outcome) -> int:
     return 0
 
 
-@contextmanager
-def campaign_progress() -> Iterator[Any]:
-    """A bar with rate, time left and failures so far."""
-    with campaign_output.campaign_bar() as show:
+def _show_medians(outcome: Outcome) -> None:
+    """Success rates and medians of the controllers, each with its rank among them."""
+    from skylimb.analysis.scores.score import grouped
 
-        def report(progress: Progress) -> None:
-            rate = progress.flown / progress.seconds if progress.seconds > 0.0 else 0.0
-            show(progress.done, progress.total, rate, progress.failures, progress.stopping)
+    summary, spec = outcome.summary, outcome.campaign.spec
+    assert summary is not None
+    ranks, rates, declared = summary.ranks, summary.rates, summary.scores.declared
+    apart = any(len(frozenset(places)) > 1 for places in ranks.values())
+    brackets = " (in brackets: rank; equal ranks are ties)" if apart else ""
+
+    def ranked(key: str, texts: Iterator[str]) -> list[str]:
+        places = ranks.get(key, ())
+        if len(frozenset(places)) <= 1:
+            return list(texts)
+        return [f"{text} ({place})" for text, place in zip(texts, places, strict=True)]
+
+    def cells(score: Score) -> list[str]:
+        return ranked(score.name, (_median(score, value) for value, _, _ in summary.medians[score.name]))
+
+    texts = (
+        f"{100 * one.rate:.1f} % ({100 * one.low:.1f} .. {100 * one.high:.1f})" for one in rates.values()
+    )
+    output.score_table(
+        f"{spec.experiment}: medians over all draws, {summary.axes}{brackets}",
+        list(rates),
+        (spec.called, "", *ranked("success", texts)),
+        grouped(declared[key] for key in summary.medians),
+        summary.axes,
+        cells,
+    )
+    if len(rates) > 1 and not apart:
+        print("These draws tell no two controllers apart; the report says more.")
+
+
+def _median(score: Score, value: float) -> str:
+    """The number; a dash for one that the controller does not have."""
+    if math.isnan(value):
+        return "-"
+    return score.printed(value) if math.isfinite(value) else "lost"
+
+
+def _show_reproduction(result: Result) -> None:
+    """The twelve numbers, the claims and the losses."""
+    from skylimb.studies.reproduction.report import digits, rate_text, spread_text
+    from skylimb.studies.reproduction.result import BESIDE, NUMBERS, label
+
+    columns = ("Number", "Controller", "Paper", "Ensemble: median (5 to 95 %)", "Paper's percentile")
+    rows = [
+        (
+            label(key),
+            number.controller,
+            f"{number.paper:.3f}" if not math.isnan(number.paper) else "-",
+            spread_text(number.ours, digits(key)),
+            ""
+            if math.isnan(number.paper)
+            else f"{number.percentile:.0f} %{'' if number.inside else ' outside'}",
+        )
+        for key in (*NUMBERS, *BESIDE)
+        for number in result.numbers
+        if number.key == key
+    ]
+    output.show_table(rows, *columns)
+    claims = [(one.claim.name, rate_text(one.rate), rate_text(one.finished)) for one in result.claims]
+    output.show_table(claims, "Claim", "Holds in (95 % interval)", "Without loss")
+    lost = {name: sum(causes.values()) for name, causes in result.failures.items()}
+    print(f"{result.inside} of 12 published numbers lie within the ensemble's 5 to 95 %")
+    print("lost flights: " + ", ".join(f"{name} {count}" for name, count in lost.items()))
+    if result.refused:
+        print(f"{len(result.refused)} draws that nobody can fly count against every claim")
+
+
+@contextmanager
+def _progress() -> Iterator[Callable[[Progress], None]]:
+    """A bar with rate, time left and failures so far."""
+    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
+
+    columns = (TextColumn("flights"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.description}"))
+    with output.bars(*columns) as bars:
+        task = bars.add_task("")
+
+        def report(now: Progress) -> None:
+            rate = now.flown / now.seconds if now.seconds > 0.0 else 0.0
+            words = "starting"
+            if now.stopping:
+                words = "stopping: finishing what flies (Ctrl-C again drops it)"
+            elif rate > 0.0:
+                words = f"{60.0 * rate:.0f} a minute, {_duration((now.total - now.done) / rate)} left"
+            lost = "" if now.stopping else f", {now.failures} lost"
+            bars.update(task, completed=now.done, total=now.total, description=words + lost)
 
         yield report
+
+
+def _duration(seconds: float) -> str:
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours} h {minutes:02} min" if hours else f"{minutes} min {rest:02} s"

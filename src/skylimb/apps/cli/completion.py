@@ -4,28 +4,21 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Mapping, Sequence
-from typing import Literal
 
 from skylimb.apps.catalogue.entries import entries
 from skylimb.apps.catalogue.search import all_keys
-from skylimb.apps.cli.arguments import flags
+from skylimb.apps.cli.arguments import Verb, flags
 from skylimb.base.keys import ANY_NAME, ANY_NUMBER
 
 
-def completion(shell: Literal["bash", "zsh", "fish"]) -> str:
-    """The script of a shell."""
+def script(shell: str, verbs: Mapping[str, Verb]) -> str:
+    """The script of a shell for some verbs."""
+    options = {name: ["--help", *flags(verb)] for name, verb in verbs.items() if " " not in name}
     if shell == "fish":
-        return _fish()
+        return _fish(options)
     if shell == "zsh":
-        return f"#compdef skylimb\nautoload -U +X bashcompinit && bashcompinit\n{_bash()}"
-    return _bash()
-
-
-def _verbs() -> dict[str, list[str]]:
-    """Options of each verb of one word."""
-    from skylimb.apps.cli.main import VERBS
-
-    return {name: ["--help", *flags(kind)] for name, kind in VERBS.items() if " " not in name}
+        return f"#compdef skylimb\nautoload -U +X bashcompinit && bashcompinit\n{_bash(options)}"
+    return _bash(options)
 
 
 def _words() -> dict[str, list[str]]:
@@ -35,37 +28,27 @@ def _words() -> dict[str, list[str]]:
         kind: [entry.name for entry in known if entry.kind == kind]
         for kind in ("experiment", "controller", "robot")
     }
-    keys = [f"{each.key}=" for each in all_keys() if ANY_NAME not in each.key and ANY_NUMBER not in each.key]
-    setting = [key for key, each in zip(keys, _settable(), strict=True) if each]
+    keys = [each for each in all_keys() if ANY_NAME not in each.key and ANY_NUMBER not in each.key]
     return {
         "run": named["experiment"],
         "compare": named["experiment"],
         "show": [entry.name for entry in known if entry.kind != "metric"],
-        "keys": sorted({key.rstrip("=").rpartition(".")[2] for key in keys}),
+        "keys": sorted({each.key.rpartition(".")[2] for each in keys}),
         "completion": ["bash", "zsh", "fish"],
         "--controller": named["controller"],
         "--controllers": named["controller"],
         "--surface": named["experiment"],
         "--robot": named["robot"],
-        "--set": setting,
+        "--set": [f"{each.key}=" for each in keys if each.of[0] not in ("campaign", "flight")],
     }
-
-
-def _settable() -> list[bool]:
-    """Whether each key without a place for a name is one of an experiment or a controller."""
-    return [
-        each.of[0] not in ("campaign", "flight")
-        for each in all_keys()
-        if ANY_NAME not in each.key and ANY_NUMBER not in each.key
-    ]
 
 
 def _cases(table: Mapping[str, Sequence[str]]) -> str:
     return "".join(f"    {name}) words={shlex.quote(' '.join(words))};;\n" for name, words in table.items())
 
 
-def _bash() -> str:
-    verbs, words = _verbs(), _words()
+def _bash(verbs: Mapping[str, list[str]]) -> str:
+    words = _words()
     after = {name: found for name, found in words.items() if name.startswith("--")}
     named = {name: [*words.get(name, []), *options] for name, options in verbs.items()}
     return f"""\
@@ -91,8 +74,8 @@ complete -F _skylimb skylimb
 """
 
 
-def _fish() -> str:
-    verbs, words = _verbs(), _words()
+def _fish(verbs: Mapping[str, list[str]]) -> str:
+    words = _words()
     lines = ["# Completes skylimb; made by `skylimb completion`."]
     lines.append(f"complete -c skylimb -n __fish_use_subcommand -f -a '{' '.join(verbs)}'")
     for verb, options in verbs.items():

@@ -12,21 +12,20 @@ from skylimb.base.keys import ANY_NAME, ANY_NUMBER, REQUIRED, KeyInfo, Table, br
 
 if TYPE_CHECKING:
     from rich.console import Console
-    from rich.table import Table as Grid
 
 _WIDTH = 79
 """Columns of the comments in a TOML file."""
 
-_WIDEST_VALUE, _WIDEST_RANGE = 20, 24
-"""Columns of a value and of a range in a table; a longer value is cut, a longer range takes more lines."""
-
-_COLUMNS = ("Key", "Value", "Unit", "Range", "Meaning")
-
-_NARROW = 110
-"""Columns of a terminal below which the meaning of a key goes under the key."""
+_WIDEST_VALUE = 20
+"""Columns of a value in a table; a longer one is cut."""
 
 
-def show(title: str, tables: Iterable[Table], hint: str) -> None:
+def for_a_person() -> bool:
+    """Whether the output is a terminal, and not a file or another program."""
+    return sys.stdout.isatty()
+
+
+def show_keys(title: str, tables: Iterable[Table], hint: str) -> None:
     """Print every key with value, unit, range and meaning; into a pipe, as TOML that can be read back.
 
     Args:
@@ -34,7 +33,7 @@ def show(title: str, tables: Iterable[Table], hint: str) -> None:
         tables: the keys.
         hint: how one of them is changed.
     """
-    if not sys.stdout.isatty():
+    if not for_a_person():
         print("\n".join(commented_toml(title, tables, hint)))
         return
     from rich.console import Console
@@ -86,67 +85,33 @@ def commented_toml(title: str, tables: Iterable[Table], hint: str) -> Iterator[s
 
 
 def print_tables(console: Console, title: str, tables: Iterable[Table], hint: str) -> None:
-    """Every key in columns, a heading for each table; `show` says what the arguments are."""
+    """Every key on a line, its meaning below, a heading for each table; `show_keys` has the arguments."""
     from rich.text import Text
 
-    tables = [table for table in tables if table.rows]
-    cells = [_COLUMNS, *(_cells(row) for table in tables for row in table.rows)]
-    widths = [min(_WIDEST_RANGE, max(len(row[column]) for row in cells)) for column in range(4)]
-    narrow = console.width < _NARROW
     console.print(Text(title, "bold"))
-    console.print()
-    if not narrow:
-        console.print(_grid([_COLUMNS], widths, "bold"))
     for table in tables:
+        if not table.rows:
+            continue
         heading = Text.assemble((_header(table.path), "bold"), " ", table.meaning) if table.path else Text()
         if not table.given:
             heading.append("  (not set)", "dim")
+        console.print(Text())
         console.print(heading)
-        if narrow:
-            _print_stacked(console, table, widths)
-        else:
-            console.print(_grid(map(_cells, table.rows), widths, "" if table.given else "dim"))
-        console.print()
+        for name, value, info in table.rows:
+            print_key(console, name, _short(value), info.unit, info.range, info.meaning)
+    console.print(Text())
     console.print(Text(hint))
 
 
-def _grid(rows: Iterable[Sequence[str]], widths: Sequence[int], style: str) -> Grid:
-    from rich.table import Table as Grid
-    from rich.text import Text
-
-    grid = Grid(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
-    for width, colour in zip(widths, ("cyan", "", "", ""), strict=True):
-        grid.add_column(min_width=width, max_width=width, style=colour)
-    grid.add_column(style="dim")
-    for row in rows:
-        grid.add_row(*map(Text, row), style=style)
-    return grid
-
-
-def _print_stacked(console: Console, table: Table, widths: Sequence[int]) -> None:
-    """The meaning of each key on lines of its own, for a terminal with few columns."""
+def print_key(console: Console, name: str, value: str, unit: str, *details: str) -> None:
+    """One key in a terminal: name, value and unit, and below them the details that there are."""
     from rich.padding import Padding
     from rich.text import Text
 
-    for row in table.rows:
-        name, value, unit, allowed, meaning = _cells(row)
-        style = "" if table.given else "dim"
-        line = Text.assemble(
-            (name.ljust(widths[0]), "cyan"),
-            "  ",
-            (f"{value} {unit}".ljust(widths[1] + 1 + widths[2]), style),
-        )
-        beside = len(line) + 2 + len(allowed) <= console.width
-        console.print(line.append(f"  {allowed}") if beside else line)
-        for text in ("" if beside else allowed, meaning):
-            if text:
-                console.print(Padding(Text(text, "dim"), (0, 0, 0, 4)))
-
-
-def _cells(row: tuple[str, Any, KeyInfo]) -> tuple[str, ...]:
-    """Entries of the five columns."""
-    name, value, info = row
-    return name, _short(value), info.unit, info.range, info.meaning
+    console.print(Text.assemble((name, "cyan"), f" = {value} {unit}".rstrip()))
+    told = "; ".join(filter(None, details))
+    if told:
+        console.print(Padding(Text(told, "dim"), (0, 0, 0, 4)))
 
 
 def _comment(text: str) -> list[str]:

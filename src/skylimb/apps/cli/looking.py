@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any
 
 from skylimb.apps.cli import output
-from skylimb.apps.cli.arguments import Positional, arg
+from skylimb.apps.cli.arguments import arg
 from skylimb.apps.cli.options import Folder, new_folder
 from skylimb.base.errors import ConfigError
 
@@ -17,32 +14,32 @@ if TYPE_CHECKING:
     from skylimb.apps.catalogue.entries import Entry
 
 
-@dataclass(frozen=True)
-class List:
-    """List what there is: experiments, controllers, robots, surfaces, events, paths, laws, metrics, ..."""
+def list_all() -> None:
+    """List what there is: experiments, controllers, robots, surfaces, events, paths, laws, metrics, ...
 
-    examples: ClassVar[str] = "skylimb list"
+    Examples:
+        skylimb list
+    """
+    from skylimb.apps.catalogue.entries import KINDS, entries
 
-    def __call__(self) -> int:
-        """Print the lists; `skylimb show` takes each name."""
-        from skylimb.apps.catalogue.entries import KINDS, entries
-
-        found = entries()
-        for kind, title in KINDS.items():
-            output.names(title, {entry.name: entry.meaning for entry in found if entry.kind == kind})
-        return 0
+    found = entries()
+    for kind, title in KINDS.items():
+        rows = [(entry.name, entry.meaning) for entry in found if entry.kind == kind]
+        output.show_table(rows, title=title)
 
 
-@dataclass(frozen=True)
-class Show:
+def show(
+    name: Annotated[
+        str, arg("As `skylimb list` has it, or what `run` takes; every name without it.", "NAME")
+    ] = "",
+) -> None:
     """Show every key of an experiment, a controller, a robot: value, unit, range and meaning.
 
     Surfaces, events, paths, laws, tables and metrics are shown as well, by the names that `skylimb list` has;
     so does this verb without a name. For an experiment and a controller these are the keys that --set can
     change. Into a file, it is written as that file would have to be. `skylimb keys WORD` searches all keys.
-    """
 
-    examples: ClassVar[str] = """
+    Examples:
         skylimb show paper
         skylimb show hybrid
         skylimb show surface.cylinder
@@ -50,27 +47,23 @@ class Show:
         skylimb show robots/my_robot        whatever run takes: a folder, a TOML file, a Python file
         skylimb show paper > mine.toml      a start for an experiment of your own
     """
+    if not name:
+        list_all()
+        return
+    kind = _kind_of_path(name)
+    if not kind:
+        from skylimb.apps.catalogue.entries import find_entry
 
-    name: Annotated[
-        Positional[str],
-        arg(metavar="NAME", help="As `skylimb list` has it, or what `run` takes; every name without it."),
-    ] = ""
-
-    def __call__(self) -> int:
-        """Print it."""
-        if not self.name:
-            return List()()
-        kind = _kind_of_path(self.name)
-        if not kind:
-            from skylimb.apps.catalogue.entries import find_entry
-
-            entry = find_entry(self.name)
-            kind = entry.kind
-            if kind not in _SHOWN:
-                _show_entry(entry)
-                return 0
-        _SHOWN[kind](self.name)
-        return 0
+        entry = find_entry(name)
+        kind = entry.kind
+    if kind == "experiment":
+        _show_experiment(name)
+    elif kind == "controller":
+        _show_controller(name)
+    elif kind == "robot":
+        _show_robot(name)
+    else:
+        _show_entry(entry)
 
 
 def _kind_of_path(name: str) -> str:
@@ -103,9 +96,8 @@ def _show_entry(entry: Entry) -> None:
         "law": f"Use it: skylimb run --set controller.{entry.name.partition('.')[0]}.law={entry.short}",
         "table": f"Change a key: skylimb run --set {key_tables.example(tables)}",
     }
-    key_tables.show(
-        f"{entry.name}: {entry.meaning}", tables, hints.get(entry.kind, "Every key with its default")
-    )
+    hint = hints.get(entry.kind, "Every key with its default")
+    key_tables.show_keys(f"{entry.name}: {entry.meaning}", tables, hint)
 
 
 def _show_experiment(name: str) -> None:
@@ -116,133 +108,123 @@ def _show_experiment(name: str) -> None:
     experiment = load_experiment(name)
     tables = list(tables_of(experiment))
     hint = f"Change a key: skylimb run {name} --set {key_tables.example(tables)}"
-    key_tables.show(f"{experiment.name}: {experiment.description}", tables, hint)
+    key_tables.show_keys(f"{experiment.name}: {experiment.description}", tables, hint)
 
 
 def _show_controller(name: str) -> None:
+    """The gains of a preset, of a controller in a Python file, or of a TOML file that keeps a set of them."""
     from skylimb.apps.cli import key_tables
     from skylimb.base.config import read_toml
-    from skylimb.control.preset import ROBOTS, preset_from_mapping, preset_mapping
-    from skylimb.control.preset_keys import preset_tables
 
     if name.endswith(".py") or (name.endswith(".toml") and "file" in read_toml(name)):
-        _show_own_controller(name)
-        return
-    mapping, path = preset_mapping(name)
-    preset = preset_from_mapping(mapping, path)
-    tables = list(preset_tables(preset, mapping.get(ROBOTS)))
-    setting = f"--set controller.{key_tables.example(tables)}"
-    hint = f"Change a key: skylimb run --controller {name} {setting}"
-    key_tables.show(f"{preset.name}: {preset.description}", tables, hint)
+        import skylimb
 
+        controller: Any = skylimb.load_controller(name, skylimb.load_robot("hydrus_xi_quad"))
+        tables = list(controller.key_tables()) if hasattr(controller, "key_tables") else []
+        title = f"{controller.name}: a controller of your own"
+        hint = f"Fly it: skylimb run --controller {name}"
+    else:
+        from skylimb.control.preset import ROBOTS, preset_from_mapping, preset_mapping
+        from skylimb.control.preset_keys import preset_tables
 
-def _show_own_controller(name: str) -> None:
-    """The gains of a controller in a Python file, or of a TOML file that keeps a set of them."""
-    import skylimb
-    from skylimb.apps.cli import key_tables
-
-    controller: Any = skylimb.load_controller(name, skylimb.load_robot("hydrus_xi_quad"))
-    tables = list(controller.key_tables()) if hasattr(controller, "key_tables") else []
-    hint = f"Fly it: skylimb run --controller {name}"
-    key_tables.show(f"{controller.name}: a controller of your own", tables, hint)
+        mapping, path = preset_mapping(name)
+        preset = preset_from_mapping(mapping, path)
+        tables = list(preset_tables(preset, mapping.get(ROBOTS)))
+        title = f"{preset.name}: {preset.description}"
+        setting = f"--set controller.{key_tables.example(tables)}"
+        hint = f"Change a key: skylimb run --controller {name} {setting}"
+    key_tables.show_keys(title, tables, hint)
 
 
 def _show_robot(name: str) -> None:
+    """A robot's figures, in a terminal, and its flight file."""
     from skylimb.apps.cli import key_tables
     from skylimb.base.keys import tables_of
     from skylimb.robots.loader import load_flight_file, load_robot
 
     robot = load_robot(name)
-    if sys.stdout.isatty():
-        output.robot(robot)
-    title = f"{robot.name}: {robot.description.summary}; {robot.mass:.4f} kg"
+    description = robot.description
+    title = f"{robot.name}: {description.summary}; {robot.mass:.4f} kg"
+    if key_tables.for_a_person():
+        joints = {joint.name: joint for joint in description.joints}
+        rows = [("mass", f"{robot.mass:.4f} kg in {len(robot.bodies)} moving bodies")]
+        for joint in map(joints.__getitem__, description.shape_joints):
+            limits = f"{joint.lower:.2f} .. {joint.upper:.2f} rad"
+            rows.append((joint.name, f"{limits}, {joint.speed:g} rad/s, {joint.effort:g} N m"))
+        for rotor in description.rotors:
+            thrust = f"{rotor.thrust_min:g} .. {rotor.thrust_max:g} N"
+            rows.append((rotor.name, f"{thrust}, turns about {'+z' if rotor.spin > 0 else '-z'}"))
+        at, tip = ", ".join(f"{value:g}" for value in description.tip.position), description.tip
+        rows.append(("tip", f"({at}) m on {tip.link}, radius {1e3 * tip.radius:g} mm"))
+        output.show_table(rows, title=robot.name)
     hint = "A robot of your own: a folder with a URDF and a file like this one, flight.toml"
-    key_tables.show(title, tables_of(load_flight_file(name)), hint)
+    key_tables.show_keys(title, tables_of(load_flight_file(name)), hint)
 
 
-_SHOWN: dict[str, Callable[[str], None]] = {
-    "experiment": _show_experiment,
-    "controller": _show_controller,
-    "robot": _show_robot,
-}
+def report(folder: Folder) -> None:
+    """Write a folder's report and figures anew, from its logs alone.
+
+    Examples:
+        skylimb report out/demo
+    """
+    from skylimb.analysis import write_report
+    from skylimb.analysis.recording import load_runs
+
+    runs = load_runs(folder)
+    with output.working("drawing figures and report"):
+        write_report(runs, folder)
+    output.scores(runs)
+    output.places(Path(folder))
 
 
-@dataclass(frozen=True)
-class Report:
-    """Write a folder's report and figures anew, from its logs alone."""
-
-    examples: ClassVar[str] = "skylimb report out/demo"
-
-    folder: Folder
-
-    def __call__(self) -> int:
-        """Draw again."""
-        from skylimb.analysis import write_report
-        from skylimb.analysis.recording import load_runs
-
-        runs = load_runs(self.folder)
-        with output.working("drawing figures and report"):
-            write_report(runs, self.folder)
-        output.scores(runs)
-        output.places(Path(self.folder))
-        return 0
-
-
-@dataclass(frozen=True)
-class View:
+def view(folder: Folder, *, speed: Annotated[float, arg("Times the real speed.", "X")] = 1.0) -> None:
     """Watch a flight again in MuJoCo's viewer; without a display, as a page in the browser.
 
     The page is replay.html in the folder, one file that needs no network.
-    """
 
-    examples: ClassVar[str] = """
+    Examples:
         skylimb view out/demo/hybrid
         skylimb view out/demo --speed 0.5
     """
+    from skylimb.analysis.recording import load_runs
+    from skylimb.apps.cli.viewer import replay
 
-    folder: Folder
-    speed: Annotated[float, arg(metavar="X", help="Times the real speed.")] = 1.0
-
-    def __call__(self) -> int:
-        """Play."""
-        from skylimb.analysis.recording import load_runs
-        from skylimb.apps.cli.viewer import replay
-
-        if not self.speed > 0.0:
-            raise ConfigError(f"--speed = {self.speed:g} must be positive")
-        replay(load_runs(self.folder), Path(self.folder), self.speed)
-        return 0
+    if not speed > 0.0:
+        raise ConfigError(f"--speed = {speed:g} must be positive")
+    replay(load_runs(folder), Path(folder), speed)
 
 
-@dataclass(frozen=True)
-class VerifyContact:
+def verify_contact(
+    *, out: Annotated[str, arg("New folder for the table and its figures; by default none.", "DIR")] = ""
+) -> int:
     """Hold the simulated contact against theory, row by row.
 
     Each row is a small test rig and the figure that mechanics predicts for it. The exit code is 1 when a row
     fails.
-    """
 
-    examples: ClassVar[str] = """
+    Examples:
         skylimb verify-contact
         skylimb verify-contact --out out/contact
     """
+    folder = new_folder(out, "") if out else None
+    from skylimb.studies import verification
 
-    out: Annotated[
-        str,
-        arg(
-            metavar="DIR",
-            help="New folder for the table and its figures; by default none.",
-        ),
-    ] = ""
-
-    def __call__(self) -> int:
-        """Run every rig."""
-        folder = new_folder(self.out, "") if self.out else None
-        from skylimb.studies.verification import verify_contact
-
-        with output.claims() as progress:
-            rows = verify_contact(folder, progress)
-        code = output.verification(rows)
-        if folder:
-            output.places(folder)
-        return code
+    with output.flights() as progress:
+        rows = verification.verify_contact(folder, lambda done, total, _: progress("verifying", done, total))
+    bounds = {"below": "at most ", "above": "at least "}
+    cells = [
+        (
+            row.claim,
+            f"{row.measured:.5g} {row.unit}",
+            f"{bounds.get(row.bound, '')}{row.theory:.5g}",
+            f"{row.tolerance:g}",
+            str(row.cases),
+            "holds" if row.passed else "[red]FAILS[/red]",
+        )
+        for row in rows
+    ]
+    output.show_table(cells, "Claim", "Measured", "Theory", "Tolerance", "Cases", "")
+    print(f"{sum(row.passed for row in rows)} of {len(rows)} claims hold")
+    if folder:
+        output.places(folder)
+    return int(not all(row.passed for row in rows))

@@ -15,26 +15,8 @@ import warnings
 from collections.abc import Sequence
 
 from skylimb.apps.cli.arguments import parse, verb_help
-from skylimb.apps.cli.campaigns import VERBS as CAMPAIGN_VERBS
-from skylimb.apps.cli.commands import VERBS as FLIGHT_VERBS
-from skylimb.apps.cli.examples import VERBS as EXAMPLE_VERBS
-from skylimb.apps.cli.keys import VERBS as KEY_VERBS
-from skylimb.apps.cli.planning import VERBS as PLANNING_VERBS
-from skylimb.apps.cli.reproducing import VERBS as REPRODUCTION_VERBS
-from skylimb.apps.cli.robots import VERBS as ROBOT_VERBS
-from skylimb.apps.cli.wrench import VERBS as WRENCH_VERBS
+from skylimb.apps.cli.verbs import VERBS
 from skylimb.base.errors import SkylimbError, unknown_name
-
-VERBS = {
-    **FLIGHT_VERBS,
-    **KEY_VERBS,
-    **EXAMPLE_VERBS,
-    **ROBOT_VERBS,
-    **PLANNING_VERBS,
-    **WRENCH_VERBS,
-    **CAMPAIGN_VERBS,
-    **REPRODUCTION_VERBS,
-}
 
 DEBUG = "--debug"
 """Option of every verb: the whole traceback of an error, before its one line."""
@@ -93,11 +75,11 @@ def _dispatch(arguments: list[str]) -> int:
     if {"-h", "--help"} & set(rest):
         print(verb_help(verb, VERBS[verb]))
         return 0
-    return parse(verb, VERBS[verb], rest)()
+    return parse(verb, VERBS[verb], rest)() or 0
 
 
 def _overview() -> str:
-    verbs = "\n".join(f"  {name:<16}{kind.__doc__.splitlines()[0]}" for name, kind in VERBS.items())
+    verbs = "\n".join(f"  {name:<16}{(verb.__doc__ or '').splitlines()[0]}" for name, verb in VERBS.items())
     return (
         "Simulate, control, measure and fly multi-link aerial robots in contact.\n\n"
         "usage: skylimb VERB [OPTIONS]\n\n"

@@ -5,52 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Any
 
-from skylimb.apps.cli.arguments import Appended, Positional, arg
+from skylimb.apps.cli.arguments import arg
 from skylimb.base.errors import ConfigError, OutputError
 
-Experiment = Annotated[Positional[str], arg(metavar="EXPERIMENT", help="An experiment's name or TOML file.")]
-Assignments = Annotated[
-    Appended[tuple[tuple[str, ...], ...]],
-    arg(
-        metavar="KEY=VALUE ...",
-        help="Change the experiment; `skylimb show EXPERIMENT` lists the keys.",
-    ),
-]
-Seed = Annotated[
-    str,
-    arg(
-        metavar="N",
-        help="Seed of the sensors' noise; by default the experiment's own.",
-    ),
-]
-Use = Annotated[
-    tuple[str, ...],
-    arg(
-        metavar="FILE ...",
-        help="Python files with metrics and figures of your own.",
-    ),
-]
-Calibration = Annotated[
-    str,
-    arg(
-        metavar="FILE",
-        help="A calibration.toml, which `skylimb calibrate` writes: what the controller knows of its robot.",
-    ),
-]
-Out = Annotated[
-    str,
-    arg(
-        metavar="DIR",
-        help="New folder for the results; by default a fresh one below out/.",
-    ),
-]
-Video = Annotated[
-    bool, arg(help="Whether to draw the video too, which takes longer than all the rest; the report moves.")
-]
-Folder = Annotated[Positional[str], arg(metavar="DIR", help="A folder that run or compare left.")]
 
-
-def settings_of(assignments: tuple[tuple[str, ...], ...]) -> dict[str, Any]:
+def settings_of(assignments: tuple[str, ...]) -> dict[str, Any]:
     """The dotted keys and values of every KEY=VALUE given.
 
     Raises:
@@ -59,7 +18,7 @@ def settings_of(assignments: tuple[tuple[str, ...], ...]) -> dict[str, Any]:
     from skylimb.base.config import parse_assignment
 
     settings: dict[str, Any] = {}
-    for text in (text for group in assignments for text in group):
+    for text in assignments:
         key, value = parse_assignment(text)
         if key in settings:
             raise ConfigError(f"--set gives '{key}' twice")
@@ -67,18 +26,45 @@ def settings_of(assignments: tuple[tuple[str, ...], ...]) -> dict[str, Any]:
     return settings
 
 
-def whole_number(option: str, text: str) -> int | None:
-    """The number that an option gives; None where it was not given.
+Experiment = Annotated[str, arg("An experiment's name or TOML file.", "EXPERIMENT")]
+Settings = Annotated[
+    dict[str, Any] | None,
+    arg("Change the experiment; `skylimb show EXPERIMENT` lists the keys.", "KEY=VALUE ...", settings_of),
+]
+Controller = Annotated[
+    str | None,
+    arg(
+        "A controller's name, its TOML file, or a Python file; by default the one in the experiment's file, "
+        "else hybrid.",
+        "NAME",
+    ),
+]
+Seed = Annotated[int | None, arg("Seed of the sensors' noise; by default the experiment's own.", "N")]
+Use = Annotated[tuple[str, ...], arg("Python files with metrics and figures of your own.", "FILE ...")]
+Calibration = Annotated[
+    str | None,
+    arg(
+        "A calibration.toml, which `skylimb calibrate` writes: what the controller knows of its robot.",
+        "FILE",
+    ),
+]
+Out = Annotated[str, arg("New folder for the results; by default a fresh one below out/.", "DIR")]
+Video = Annotated[
+    bool, arg("Whether to draw the video too, which takes longer than all the rest; the report moves.")
+]
+Folder = Annotated[str, arg("A folder that run or compare left.", "DIR")]
+Log = Annotated[str, arg("A run's folder, or a .nc, .bag or .mcap file.", "LOG")]
+
+
+def within(option: str, value: float, low: float, high: float, unit: str = "") -> None:
+    """Refuse a value of an option outside of its range.
 
     Raises:
-        ConfigError: where it is no whole number.
+        ConfigError: names the option, its value and the range.
     """
-    if not text:
-        return None
-    try:
-        return int(text)
-    except ValueError:
-        raise ConfigError(f"{option} = '{text}' is not a whole number") from None
+    if not low <= value <= high:
+        unit = f" {unit}" if unit else ""
+        raise ConfigError(f"{option} = {value:g}{unit} is outside {low:g} .. {high:g}{unit}")
 
 
 def stem(name: str) -> str:

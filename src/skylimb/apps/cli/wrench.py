@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from typing import TYPE_CHECKING, Annotated
 
 from skylimb.apps.cli import output
-from skylimb.apps.cli.arguments import Positional, arg
+from skylimb.apps.cli.arguments import arg
+from skylimb.apps.cli.options import within
 from skylimb.base.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -21,65 +21,61 @@ if TYPE_CHECKING:
     """Name of a direction -> the direction, and what was found by column."""
 
 
-@dataclass(frozen=True)
-class RobotWrench:
+def robot_wrench(
+    robot: Annotated[str, arg("A robot's name, folder or file.", "NAME")],
+    *,
+    posture: Annotated[
+        tuple[str, ...], arg("Its joint angles; by default the nominal posture.", "RAD ...")
+    ] = (),
+    vectoring: Annotated[
+        tuple[str, ...],
+        arg("Its vectoring angles; by default those with which a flight gets there.", "RAD ..."),
+    ] = (),
+    direction: Annotated[
+        tuple[str, ...], arg("Three numbers: a direction to push in, besides the axes.", "X ...")
+    ] = (),
+    tilt: Annotated[float, arg("How far the measured link may lean into a push.", "RAD")] = 0.35,
+    out: Annotated[
+        str, arg("New folder for wrench.json (numbers, corners, faces) and wrench.png.", "DIR")
+    ] = "",
+) -> None:
     """Say what a robot can do in a posture: forces, torques, and how hard its tip can push.
 
     Thrusts and the torques of the servos are within their limits, the robot is at rest. Level is the measured
     link, from which tilt counts. Pushes are in the level frame whose x axis is the tip link's; "none" is a
     posture in which it cannot rest so at all.
-    """
 
-    examples: ClassVar[str] = """
+    Examples:
         skylimb robot wrench hydrus_xi_quad
         skylimb robot wrench hydrus_xi_quad --direction 1 0.3 0 --out out/wrench
         skylimb robot wrench hydrus_xi_quad --posture 1.2 0.7 -0.4 --tilt 0.2
     """
+    from skylimb.base.files import require_new
 
-    robot: Annotated[Positional[str], arg(metavar="NAME", help="A robot's name, folder or file.")]
-    posture: Annotated[
-        tuple[str, ...], arg(metavar="RAD ...", help="Its joint angles; by default the nominal posture.")
-    ] = ()
-    vectoring: Annotated[
-        tuple[str, ...],
-        arg(metavar="RAD ...", help="Its vectoring angles; by default those with which a flight gets there."),
-    ] = ()
-    direction: Annotated[
-        tuple[str, ...], arg(metavar="X ...", help="Three numbers: a direction to push in, besides the axes.")
-    ] = ()
-    tilt: Annotated[float, arg(metavar="RAD", help="How far the measured link may lean into a push.")] = 0.35
-    out: Annotated[
-        str, arg(metavar="DIR", help="New folder for wrench.json (numbers, corners, faces) and wrench.png.")
-    ] = ""
+    within("--tilt", tilt, 0.0, 1.5, "rad")
+    if out:
+        require_new(out)
+    import skylimb
+    from skylimb.control.planning.feasible_wrench import unit_vector
 
-    def __call__(self) -> int:
-        """Work it out, print the table, write the folder."""
-        from skylimb.base.files import require_new
-
-        if not 0.0 <= self.tilt <= 1.5:
-            raise ConfigError(f"--tilt = {self.tilt:g} rad is outside 0 .. 1.5 rad")
-        if self.out:
-            require_new(self.out)
-        import skylimb
-        from skylimb.control.planning.feasible_wrench import feasible_wrench, unit_vector
-
-        robot = skylimb.load_robot(self.robot)
-        q = _numbers("--posture", self.posture, robot.n_joints)
-        psi = _numbers("--vectoring", self.vectoring, robot.n_vectoring)
-        direction = _numbers("--direction", self.direction, 3)
-        own = {} if direction is None else {"yours": unit_vector(direction)}
-        feasible = feasible_wrench(robot, q, psi)
-        asked = _asked(robot, self.tilt)
-        with output.working("working out the pushes"):
-            pushes = {
-                name: (axis, {column: feasible.push(axis, within) for column, within in asked.items()})
-                for name, axis in {**_axes(), **own}.items()
-            }
-        _show(feasible, pushes, tuple(asked))
-        if self.out:
-            _write(feasible, pushes, self.tilt, self.out)
-            print(f"\nWritten to {self.out}: wrench.json, wrench.png")
-        return 0
+    model = skylimb.load_robot(robot)
+    q = _numbers("--posture", posture, model.n_joints)
+    psi = _numbers("--vectoring", vectoring, model.n_vectoring)
+    asked_direction = _numbers("--direction", direction, 3)
+    directions = _axes()
+    if asked_direction is not None:
+        directions["yours"] = unit_vector(asked_direction)
+    feasible = skylimb.feasible_wrench(model, q, psi)
+    asked = _asked(model, tilt)
+    with output.working("working out the pushes"):
+        pushes = {
+            name: (axis, {column: feasible.push(axis, limits) for column, limits in asked.items()})
+            for name, axis in directions.items()
+        }
+    _show(feasible, pushes, tuple(asked))
+    if out:
+        _write(feasible, pushes, tilt, out)
+        print(f"\nWritten to {out}: wrench.json, wrench.png")
 
 
 def _asked(robot: Robot, tilt: float) -> dict[str, Within]:
@@ -119,20 +115,15 @@ def _axes() -> dict[str, np.ndarray]:
 def _show(feasible: FeasibleWrench, pushes: Pushes, columns: tuple[str, ...]) -> None:
     from skylimb.studies.planning.wrench_tables import summary
 
-    console = output.console_for()
-    table = output.plain_table(feasible.robot.name)
-    table.add_column(no_wrap=True)
-    table.add_column()
-    for name, value in summary(feasible).items():
-        table.add_row(name, value)
-    console.print(table)
-    table = output.plain_table("Greatest push of the tip at rest, N", "Direction", *columns, "What ends it")
+    output.show_table(summary(feasible).items(), title=feasible.robot.name)
+    rows = []
     for name, (axis, found) in pushes.items():
         shown = name if name != "yours" else f"({', '.join(f'{part:.2f}' for part in axis)})"
         cells = [f"{one.force:.1f}" if one else "none" for one in found.values()]
         last = found[columns[-1]]
-        table.add_row(shown, *cells, str(last.limit or "nothing") if last else str(last))
-    console.print(table)
+        rows.append((shown, *cells, str(last.limit or "nothing") if last else str(last)))
+    title = "Greatest push of the tip at rest, N"
+    output.show_table(rows, "Direction", *columns, "What ends it", title=title)
 
 
 def _write(feasible: FeasibleWrench, pushes: Pushes, tilt: float, out: str) -> None:
@@ -151,16 +142,10 @@ def _write(feasible: FeasibleWrench, pushes: Pushes, tilt: float, out: str) -> N
     # The robot is drawn with its angles held.
     columns = list(next(iter(pushes.values()))[1])
     drawn = next((name for name in columns if name.endswith("held")), columns[-1])
-    figure = wrench_figure(
-        feasible, {name: (axis, _force(found[drawn])) for name, (axis, found) in pushes.items()}
-    )
+    forces = {
+        name: (axis, one.force if (one := found[drawn]) else 0.0) for name, (axis, found) in pushes.items()
+    }
+    figure = wrench_figure(feasible, forces)
     with new_folder(out) as folder:
         (folder / "wrench.json").write_text(json.dumps(tables, indent=1) + "\n", encoding="utf-8")
         (folder / "wrench.png").write_bytes(style.png(figure))
-
-
-def _force(one: Held | NotHeld) -> float:
-    return one.force if one else 0.0
-
-
-VERBS = {"robot wrench": RobotWrench}

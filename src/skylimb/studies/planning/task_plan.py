@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import tomli_w
@@ -30,6 +31,7 @@ from skylimb.control.planning.vectoring_digest import robot_digest
 from skylimb.control.planning.vectoring_files import table_file, write_table
 from skylimb.flight.experiments.experiment import Experiment
 from skylimb.flight.flying import fly_here
+from skylimb.flight.loading import load_flight
 from skylimb.flight.plan import mission_of
 from skylimb.flight.takeoff import take_off
 from skylimb.robots.held_results import NotHeld, Within
@@ -50,6 +52,7 @@ class TaskPlan:
     """A posture for an experiment beside the robot's own.
 
     Attributes:
+        experiment: for which it was found.
         robot: as the experiment has it.
         task: the pushes along the path.
         points: of the path, W, m, (k, 3).
@@ -61,6 +64,7 @@ class TaskPlan:
         coefficients: of its vectoring angles over its family, Chebyshev, (nv, degree + 1).
     """
 
+    experiment: Experiment
     robot: Robot
     task: Task
     points: np.ndarray
@@ -70,6 +74,31 @@ class TaskPlan:
     purpose: str
     there: Robot
     coefficients: np.ndarray
+
+
+def plan(
+    experiment: str | Experiment = "paper",
+    controller: str | Controller = "hybrid",
+    force: float | None = None,
+    set: Mapping[str, Any] | None = None,
+) -> TaskPlan:
+    """The posture that leaves the rotors the most torque all along an experiment's path.
+
+    Args:
+        experiment: a name, a TOML file, or an experiment at hand.
+        controller: what is to fly it: a name, a file, or a controller at hand.
+        force: normal force, N; by default the controller's, else 3 N.
+        set: dotted keys of the experiment, or of the controller with "controller." in front, and new values.
+
+    Returns:
+        The posture beside the robot's own; `write_planned` makes an experiment of it.
+
+    Raises:
+        ConfigError: the experiment touches nothing, or its path stands still.
+        UnreachableError: no posture can do it, or none of those that can be held is flown without a loss.
+    """
+    loaded = load_flight(experiment, controller, set=set)
+    return plan_posture(loaded.experiment, loaded.robot, loaded.controller, force)
 
 
 def plan_posture(
@@ -108,8 +137,10 @@ def plan_posture(
     why = "none leaves the tip a way to and fro on which the vectoring angles suit the task"
     missed: list[NotHeld] = []
     for posture in _as_flown(robot, task, best_postures(robot, task, start), missed):
-        plan = TaskPlan(robot, task, points, wanted, own, posture[0], needs.vectoring, *posture[1:])
-        lost = _lost(plan, experiment, controller)
+        plan = TaskPlan(
+            experiment, robot, task, points, wanted, own, posture[0], needs.vectoring, *posture[1:]
+        )
+        lost = _lost(plan, controller)
         if not lost:
             return plan
         why = lost
@@ -150,7 +181,7 @@ def _taken(
         yield settled.pop()
 
 
-def _lost(plan: TaskPlan, experiment: Experiment, controller: Controller) -> str:
+def _lost(plan: TaskPlan, controller: Controller) -> str:
     """Why the experiment is lost in the planned posture, flown once; empty where it is not.
 
     A margin at rest does not say that a controller holds the robot there: thrusts that tilt it may push it
@@ -160,7 +191,7 @@ def _lost(plan: TaskPlan, experiment: Experiment, controller: Controller) -> str
     if not plan.robot.description.sources:
         return ""
     with tempfile.TemporaryDirectory() as folder:
-        write_planned(plan, experiment, Path(folder) / "planned")
+        write_planned(plan, Path(folder) / "planned")
         (takeoff,) = take_off(str(Path(folder) / "planned" / EXPERIMENT), (controller,))
         return fly_here(takeoff).cause
 
@@ -184,7 +215,7 @@ def _task(experiment: Experiment, robot: Robot, purpose: str, force: float) -> t
     return Task(pushes @ turn, normals @ turn, criteria=criteria), feet
 
 
-def write_planned(plan: TaskPlan, experiment: Experiment, out: str | Path) -> None:
+def write_planned(plan: TaskPlan, out: str | Path) -> None:
     """A new folder with the experiment and its robot standing in the planned posture.
 
     `experiment.toml` flies it: `skylimb run DIR/experiment.toml`. Of the robot, only the family of postures
@@ -194,7 +225,7 @@ def write_planned(plan: TaskPlan, experiment: Experiment, out: str | Path) -> No
         OutputError: the folder cannot be made.
         UnreachableError: the robot was not read from files, so there are none to write.
     """
-    description = plan.robot.description
+    experiment, description = plan.experiment, plan.robot.description
     if not description.sources:
         raise UnreachableError(f"'{plan.robot.name}' was made in Python; only robots of files can be written")
     family = plan.there.description.posture
