@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -56,14 +57,10 @@ def show(
 
         entry = find_entry(name)
         kind = entry.kind
-    if kind == "experiment":
-        _show_experiment(name)
-    elif kind == "controller":
-        _show_controller(name)
-    elif kind == "robot":
-        _show_robot(name)
-    else:
-        _show_entry(entry)
+        if kind not in _SHOWN:
+            _show_entry(entry)
+            return
+    _SHOWN[kind](name)
 
 
 def _kind_of_path(name: str) -> str:
@@ -159,6 +156,13 @@ def _show_robot(name: str) -> None:
         output.show_table(rows, title=robot.name)
     hint = "A robot of your own: a folder with a URDF and a file like this one, flight.toml"
     key_tables.show_keys(title, tables_of(load_flight_file(name)), hint)
+
+
+_SHOWN: dict[str, Callable[[str], None]] = {
+    "experiment": _show_experiment,
+    "controller": _show_controller,
+    "robot": _show_robot,
+}
 
 
 def report(folder: Folder) -> None:
