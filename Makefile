@@ -59,9 +59,9 @@ bench-page: $(VENV)/run.stamp
 # Needs Node; what it makes is committed, so that nobody else does.
 web:
 	cd web && npm install --no-package-lock --no-audit --no-fund && npm run build
-	{ echo "viewer.js contains three.js and uPlot."; echo; cat web/node_modules/three/LICENSE; echo; \
+	python3 web/stamp.py
+	{ echo "vendor.js contains three.js and uPlot."; echo; cat web/node_modules/three/LICENSE; echo; \
 	  cat web/node_modules/uplot/LICENSE; } > src/skylimb/analysis/viewer/licences.txt
-	sed s/viewer.js/studio.js/ src/skylimb/analysis/viewer/licences.txt > src/skylimb/apps/studio/page/licences.txt
 
 picture: $(VENV)/dev.stamp
 	$(BIN)/python docs/picture.py

@@ -75,11 +75,11 @@ def _frames(browser: str, page_file: Path) -> list[Image.Image]:
         page.wait_for_selector("#replay[data-ready]")
         page.add_style_tag(content=LOOK)
         page.evaluate(
-            "(titles) => { const { plots, theatre } = skylimbReplay;"
+            "(titles) => { const { plots, sceneView } = skylimbReplay;"
             " for (const panel of document.querySelectorAll('.replay .panel'))"
             "  if (!titles.includes(panel.querySelector('.u-title').textContent)) panel.remove();"
             " plots.plots = plots.plots.filter((plot) => plot.root.isConnected);"
-            " plots.resize(); theatre.adapt(60, false); theatre.zoom(0.85); }",
+            " plots.resize(); sceneView.adapt(60, false); sceneView.zoom(0.85); }",
             list(PANELS),
         )
         end = page.evaluate("skylimbReplay.clock.end")
@@ -87,7 +87,7 @@ def _frames(browser: str, page_file: Path) -> list[Image.Image]:
         step = SPEED / FRAMES_A_SECOND
         for k in range(int(end / step) + 1):
             page.evaluate(
-                "(time) => { skylimbReplay.clock.set(time); skylimbReplay.theatre.render(); }", k * step
+                "(time) => { skylimbReplay.clock.set(time); skylimbReplay.sceneView.render(); }", k * step
             )
             shot = page.screenshot(type="png", animations="disabled")
             frames.append(Image.open(io.BytesIO(shot)).convert("RGB"))

@@ -18,7 +18,7 @@ PAINTED = (
     " const g = c.getContext('2d'); g.drawImage(t.canvas, 0, 0, 64, 64);"
     " return new Set(g.getImageData(0, 0, 64, 64).data).size;"
 )
-"""Body of a function in the page: how many different values the pixels of the theatre `t` have."""
+"""Body of a function in the page: how many different values the pixels of the scene view `t` have."""
 
 _ARGUMENTS = [
     "--no-sandbox",

@@ -1,19 +1,19 @@
 // Shows the flights of a page again.
 
 import { choice, element, toggle } from "../shared/elements.js";
-import { Theatre } from "../shared/theatre.js";
+import { SceneView } from "../shared/scene_view.js";
 import { Clock } from "./clock.js";
 import { eventsOf, Marks } from "./events.js";
 import { Plots } from "./plots.js";
-import { Stage } from "./stage.js";
+import { RecordedFigure } from "./recorded_figure.js";
 
 const SPEEDS = [0.25, 0.5, 1, 2, 4, 8];
 const CURSOR_PERIOD = 0.06; // s between two moves of the plots' cursor: they cost more than the scene
 
 async function start(root, { flights, speed = 1 }) {
   const many = flights.length > 1;
-  const stages = await Promise.all(flights.map((flight) => Stage.of(flight)));
-  const clock = new Clock(Math.max(...stages.map((stage) => stage.end)));
+  const figures = await Promise.all(flights.map((flight) => RecordedFigure.of(flight)));
+  const clock = new Clock(Math.max(...figures.map((figure) => figure.end)));
   clock.speed = speed;
   const picture = element("div", { class: "picture", "data-count": flights.length }, element("canvas", {
     tabindex: "0", role: "img",
@@ -25,9 +25,9 @@ async function start(root, { flights, speed = 1 }) {
   const plotting = element("div", { class: "plots" });
   root.append(picture, bar, plotting);
 
-  let theatre = null;
+  let sceneView = null;
   try {
-    theatre = new Theatre(picture, stages);
+    sceneView = new SceneView(picture, figures);
   } catch (error) {
     picture.replaceChildren(element("p", { class: "sorry" }, `No three-dimensional picture here: ${error.message}`));
   }
@@ -36,22 +36,22 @@ async function start(root, { flights, speed = 1 }) {
   const marks = new Marks(clock);
   const state = { ghosts: false, chosen: null };
   const arrange = () => {
-    theatre?.arrange(state.ghosts, state.chosen);
-    theatre?.at(clock.time);
+    sceneView?.arrange(state.ghosts, state.chosen);
+    sceneView?.at(clock.time);
     const seen = state.chosen === null ? flights : [flights[state.chosen]];
     marks.show(eventsOf(seen));
     plots.show(state.chosen);
     label();
   };
   const label = () => {
-    const cells = theatre?.cells() ?? [];
+    const cells = sceneView?.cells() ?? [];
     const legend = (i) => {
       const { name, colour, failed } = flights[i];
       const dot = element("span", { class: "dot", style: { background: colour } });
       return [dot, failed ? `${name} (failed)` : name];
     };
-    names.replaceChildren(...(state.ghosts && theatre
-      ? [element("div", { class: "name", style: { left: "0", top: "0" } }, ...theatre.seen.flatMap((i) => [...legend(i), " "]))]
+    names.replaceChildren(...(state.ghosts && sceneView
+      ? [element("div", { class: "name", style: { left: "0", top: "0" } }, ...sceneView.seen.flatMap((i) => [...legend(i), " "]))]
       : cells.map(([i, left, top]) =>
         element("div", { class: "name", style: { left: `${100 * left}%`, top: `${100 * top}%` } }, ...legend(i)))));
   };
@@ -71,28 +71,28 @@ async function start(root, { flights, speed = 1 }) {
       }),
       toggle("ghosts", "All flights in one picture", false, (on) => { state.ghosts = on; arrange(); }));
   }
-  const pushed = stages.some((stage) => stage.events.length);
+  const pushed = figures.some((figure) => figure.events.length);
   bar.append(
-    toggle("follow", "The camera goes along", false, (on) => { if (theatre) theatre.follow = on; }),
-    toggle("arrows", `Thrusts (green, 2 cm/N), the contact force (red, 12 cm/N)${pushed ? ", pushes (blue, 12 cm/N)" : ""}`, true, (on) => theatre?.showArrows(on)));
-  if (stages.some((stage) => stage.pushes)) {
+    toggle("follow", "The camera goes along", false, (on) => { if (sceneView) sceneView.follow = on; }),
+    toggle("arrows", `Thrusts (green, 2 cm/N), the contact force (red, 12 cm/N)${pushed ? ", pushes (blue, 12 cm/N)" : ""}`, true, (on) => sceneView?.showArrows(on)));
+  if (figures.some((figure) => figure.pushes)) {
     bar.append(toggle("pushes", "How hard the tip could push, each way: at rest in its posture then, leaning by up to 20° (violet, 3 cm/N)", false, (on) => {
-      for (const stage of stages) stage.showPushes(on);
-      theatre?.at(clock.time);
+      for (const figure of figures) figure.showPushes(on);
+      sceneView?.at(clock.time);
     }));
   }
   const home = element("button", { type: "button", title: "The first view, the whole time" }, "reset");
-  home.addEventListener("click", () => { theatre?.reset(); plots.zoom(0, clock.end); });
+  home.addEventListener("click", () => { sceneView?.reset(); plots.zoom(0, clock.end); });
   bar.append(home);
 
   clock.addEventListener("state", () => {
     play.textContent = clock.playing ? "❚❚" : "▶";
     play.setAttribute("aria-label", clock.playing ? "Pause" : "Play");
-    if (!clock.playing) theatre?.adapt(60, false);
+    if (!clock.playing) sceneView?.adapt(60, false);
   });
   let marked = 0;
   clock.addEventListener("time", () => {
-    theatre?.at(clock.time);
+    sceneView?.at(clock.time);
     slider.value = clock.time;
     readout.textContent = `${clock.time.toFixed(2)} s`;
     const now = performance.now() / 1000;
@@ -115,20 +115,20 @@ async function start(root, { flights, speed = 1 }) {
   const tick = (now) => {
     clock.pass((now - last) / 1000);
     last = now;
-    theatre?.draw();
+    sceneView?.draw();
     frames++;
     if (now - since > 1000) {
       const rate = (1000 * frames) / (now - since);
-      root.dataset.framesPerSecond = ((1000 * ((theatre?.drawn ?? 0) - before)) / (now - since)).toFixed(1);
-      before = theatre?.drawn ?? 0;
-      theatre?.adapt(rate, clock.playing);
+      root.dataset.framesPerSecond = ((1000 * ((sceneView?.drawn ?? 0) - before)) / (now - since)).toFixed(1);
+      before = sceneView?.drawn ?? 0;
+      sceneView?.adapt(rate, clock.playing);
       [frames, since] = [0, now];
     }
     requestAnimationFrame(tick);
   };
   requestAnimationFrame(tick);
   root.dataset.ready = "true";
-  window.skylimbReplay = { clock, theatre, plots, state };
+  window.skylimbReplay = { clock, sceneView, plots, state };
 }
 
 const root = document.getElementById("replay");

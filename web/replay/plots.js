@@ -1,6 +1,6 @@
 // Curves over time: one cursor for all plots, zoomed together.
 
-import uPlot from "uplot";
+import { uPlot } from "vendor";
 import { curvesOf } from "../shared/curves.js";
 import { columns, lastNotAbove } from "../shared/decode.js";
 import { eventsOf, stripes } from "./events.js";
@@ -44,7 +44,7 @@ export class Plots {
 
   #plot(title, curves) {
     const style = getComputedStyle(this.holder);
-    const ink = style.getPropertyValue("--soft").trim() || "#666", line = style.getPropertyValue("--line").trim() || "#ddd";
+    const textColour = style.getPropertyValue("--soft").trim() || "#666", line = style.getPropertyValue("--line").trim() || "#ddd";
     const longest = curves.reduce((a, b) => (b.times.length > a.times.length ? b : a)).times;
     const filled = (values) => {
       if (values.length === longest.length) return values;
@@ -57,7 +57,7 @@ export class Plots {
     element.className = "panel";
     element.setAttribute("aria-label", `${title}, ${curves[0].unit}`);
     this.holder.append(element);
-    const axis = { stroke: ink, grid: { stroke: line, width: 1 }, ticks: { stroke: line, width: 1 }, font: "11px system-ui" };
+    const axis = { stroke: textColour, grid: { stroke: line, width: 1 }, ticks: { stroke: line, width: 1 }, font: "11px system-ui" };
     const plot = new uPlot({
       title: `${title} (${curves[0].unit})`,
       width: element.clientWidth || 400,

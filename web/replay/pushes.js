@@ -1,6 +1,6 @@
 // How hard the tip could push, each way: a skin around the tip, as far away as the push is great.
 
-import { BufferAttribute, BufferGeometry, Color, DoubleSide, Group, LineBasicMaterial, LineSegments, Mesh, MeshLambertMaterial, WireframeGeometry } from "three";
+import { BufferAttribute, BufferGeometry, Color, DoubleSide, Group, LineBasicMaterial, LineSegments, Mesh, MeshLambertMaterial, WireframeGeometry } from "vendor";
 import { columns, lastNotAbove } from "../shared/decode.js";
 
 export const METRES_PER_NEWTON = 0.03;

@@ -3,7 +3,7 @@
 import {
   ArrowHelper, BoxGeometry, BufferAttribute, BufferGeometry, CapsuleGeometry, Color, CylinderGeometry,
   DoubleSide, FrontSide, Group, Mesh, MeshLambertMaterial, PlaneGeometry, Quaternion, SphereGeometry, SRGBColorSpace, Vector3,
-} from "three";
+} from "vendor";
 
 export const METRES_PER_NEWTON = { thrust: 0.02, contact: 0.12 };
 const THRUST = 0x2e7d32, CONTACT = 0xb00020, PUSH = 0x1f6fd6;

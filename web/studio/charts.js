@@ -1,6 +1,6 @@
 // Strip charts of the last 30 s.
 
-import uPlot from "uplot";
+import { uPlot } from "vendor";
 import { curvesOf } from "../shared/curves.js";
 import { element } from "../shared/elements.js";
 import { SPAN } from "./past.js";
@@ -44,11 +44,11 @@ export class Charts {
 
   #chart(title, curves) {
     const style = getComputedStyle(this.holder);
-    const ink = style.getPropertyValue("--soft").trim(), line = style.getPropertyValue("--line").trim();
+    const textColour = style.getPropertyValue("--soft").trim(), line = style.getPropertyValue("--line").trim();
     const unit = curves[0].unit, least = LEAST_RANGE[unit] ?? 0.02;
     const holder = element("figure", { class: "panel", "aria-label": `${title}${unit && `, ${unit}`}, last ${SPAN} s` });
     this.holder.append(holder);
-    const axis = { stroke: ink, grid: { stroke: line, width: 1 }, ticks: { stroke: line, width: 1 }, font: "11px system-ui" };
+    const axis = { stroke: textColour, grid: { stroke: line, width: 1 }, ticks: { stroke: line, width: 1 }, font: "11px system-ui" };
     const plot = new uPlot({
       title: unit ? `${title} (${unit})` : title,
       width: holder.clientWidth || 300,

@@ -1,14 +1,14 @@
 // The studio's page: a live flight to see and to touch.
 
 import { button, element, toggle } from "../shared/elements.js";
-import { Theatre } from "../shared/theatre.js";
-import { Actor } from "./actor.js";
-import { Board } from "./board.js";
+import { SceneView } from "../shared/scene_view.js";
+import { LiveFigure } from "./live_figure.js";
+import { SurfaceTool } from "./surface_tool.js";
 import { Charts } from "./charts.js";
 import { Connection } from "./connection.js";
 import { Controls } from "./controls.js";
 import { Past } from "./past.js";
-import { Pencil } from "./pencil.js";
+import { DrawingTool } from "./drawing_tool.js";
 import { Poke } from "./poke.js";
 import { Shell } from "./shell.js";
 import { Transport } from "./transport.js";
@@ -35,7 +35,7 @@ function linksOf({ body_names: names, shapes }) {
 
 class Studio {
   constructor() {
-    this.actors = [];
+    this.figures = [];
     this.number = -1;
     this.state = { paused: false, over: false, speed: 1 };
     this.looking = null; // time of the past that is looked at
@@ -46,9 +46,9 @@ class Studio {
     this.charts = new Charts(find("charts"), this.past);
     this.controls = new Controls(find("panel-gains"), (...change) => this.#change(...change));
     this.poke = new Poke(this, find("panel-poke"));
-    this.board = new Board(this, find("panel-surface"));
-    this.pencil = new Pencil(this, find("panel-draw"));
-    this.tools = { poke: this.poke, surface: this.board, draw: this.pencil };
+    this.surfaceTool = new SurfaceTool(this, find("panel-surface"));
+    this.drawingTool = new DrawingTool(this, find("panel-draw"));
+    this.tools = { poke: this.poke, surface: this.surfaceTool, draw: this.drawingTool };
     find("stage").addEventListener("scroll", () => { this.chartsDue = true; }, { passive: true });
     addEventListener("scroll", () => { this.chartsDue = true; }, { passive: true });
     this.#buildPictureBar();
@@ -72,7 +72,7 @@ class Studio {
   }
 
   stale() {
-    if (this.theatre) this.theatre.stale = true;
+    if (this.sceneView) this.sceneView.stale = true;
   }
 
   #listenToLine() {
@@ -98,7 +98,7 @@ class Studio {
     line.on("restarted", ({ why }) => { shell.controllerError(null); this.note(why ? `Took off again: ${why}` : "Took off again"); });
     line.on("gain", ({ key, value, flight }) => this.controls.set(key, value, flight));
     line.on("kept", (kept) => { shell.kept(kept); });
-    line.on("rewound", () => { for (const actor of this.actors) actor.last = null; });
+    line.on("rewound", () => { for (const figure of this.figures) figure.last = null; });
     line.on("pace", (pace) => this.transport.pace(pace));
     line.on("over", () => { if (shell.seats.drives) this.say("scores"); });
     line.on("scores", (scores) => shell.showScores(scores));
@@ -106,15 +106,15 @@ class Studio {
 
   async #begin({ scene, controls, controllers, number }) {
     const { flights, layout } = scene, names = flights.map(({ name }) => name).join();
-    const actors = await Promise.all(flights.map((flight, i) => Actor.of(flight, layout.flights[i])));
-    this.#perform(actors, names !== this.names);
-    Object.assign(this, { actors, number, names, looking: null });
+    const figures = await Promise.all(flights.map((flight, i) => LiveFigure.of(flight, layout.flights[i])));
+    this.#show(figures, names !== this.names);
+    Object.assign(this, { figures, number, names, looking: null });
     this.past.clear();
     this.charts.begin(flights, layout);
     this.controls.show(controls, flights.map(({ name }) => name));
     this.poke.begin(linksOf(flights[0]));
-    this.board.begin(controls);
-    this.pencil.begin();
+    this.surfaceTool.begin(controls);
+    this.drawingTool.begin();
     this.shell.offer(controllers, flights.map(({ controller }) => controller));
     find("experiment").textContent = scene.experiment;
     find("ghosts").hidden = flights.length < 2;
@@ -123,9 +123,9 @@ class Studio {
     document.body.dataset.ready = "true";
   }
 
-  #perform(actors, home) {
+  #show(figures, home) {
     try {
-      if (this.theatre) this.theatre.perform(actors, home); else this.theatre = new Theatre(find("picture"), actors);
+      if (this.sceneView) this.sceneView.show(figures, home); else this.sceneView = new SceneView(find("picture"), figures);
     } catch (error) {
       this.note(`No three-dimensional picture here: ${error.message}`, "bad");
       return;
@@ -134,18 +134,18 @@ class Studio {
   }
 
   #arrange() {
-    this.theatre.arrange(find("ghosts").getAttribute("aria-pressed") === "true", null);
-    this.theatre.showArrows(find("arrows").getAttribute("aria-pressed") === "true");
+    this.sceneView.arrange(find("ghosts").getAttribute("aria-pressed") === "true", null);
+    this.sceneView.showArrows(find("arrows").getAttribute("aria-pressed") === "true");
     const legend = ({ scene: { name, colour } }) => [element("span", { class: "dot", style: { background: colour } }), name];
-    find("names").replaceChildren(...this.theatre.cells().map(([i, left, top]) => element("div", { class: "name", style: { left: `${100 * left}%`, top: `${100 * top}%` } },
-      ...(this.theatre.ghosts ? this.theatre.stages.flatMap((stage) => [...legend(stage), " "]) : legend(this.theatre.stages[i])))));
+    find("names").replaceChildren(...this.sceneView.cells().map(([i, left, top]) => element("div", { class: "name", style: { left: `${100 * left}%`, top: `${100 * top}%` } },
+      ...(this.sceneView.ghosts ? this.sceneView.figures.flatMap((figure) => [...legend(figure), " "]) : legend(this.sceneView.figures[i])))));
   }
 
   /** The past that the server has sent, once there is somebody to show it. */
   #recall() {
     if (this.early?.scene !== this.number) return;
     this.past.clear();
-    for (const actor of this.actors) actor.clear();
+    for (const figure of this.figures) figure.clear();
     for (const frame of this.early.frames) this.#remember(frame);
     this.early = null;
     this.fresh = true;
@@ -153,7 +153,7 @@ class Studio {
 
   #remember(frame) {
     this.past.add(frame);
-    for (const actor of this.actors) actor.draw(frame);
+    for (const figure of this.figures) figure.draw(frame);
   }
 
   #change({ key, flights }, value, flight) {
@@ -171,10 +171,10 @@ class Studio {
     const modes = MODES.map(([name, text, title], i) => button(text, { role: "radio", "aria-checked": name === this.mode, title: `${title} (${i + 1})`, dataset: { mode: name } }, () => this.setMode(name)));
     find("modes").append(...modes);
     find("views").append(
-      toggle("Follow", "The camera goes along", false, (on) => { if (this.theatre) this.theatre.follow = on; }),
+      toggle("Follow", "The camera goes along", false, (on) => { if (this.sceneView) this.sceneView.follow = on; }),
       Object.assign(toggle("Arrows", "Thrusts (green, 2 cm/N), contact force (red, 12 cm/N)", true, () => this.#arrange()), { id: "arrows" }),
       Object.assign(toggle("Ghosts", "Both flights in one picture", false, () => this.#arrange()), { id: "ghosts" }),
-      button("Home", { title: "The first view" }, () => this.theatre?.reset()));
+      button("Home", { title: "The first view" }, () => this.sceneView?.reset()));
     find("ghosts").hidden = true;
   }
 
@@ -189,11 +189,11 @@ class Studio {
     const canvas = find("picture").querySelector("canvas");
     let tool = null;
     canvas.addEventListener("pointerdown", (event) => {
-      if (event.button !== 0 || !this.theatre || this.looking !== null) return;
+      if (event.button !== 0 || !this.sceneView || this.looking !== null) return;
       const wanted = event.shiftKey ? this.poke : this.tools[this.mode];
       if (!wanted?.grab(event)) return;
       tool = wanted;
-      this.theatre.controls.enabled = false;
+      this.sceneView.controls.enabled = false;
       canvas.setPointerCapture(event.pointerId);
       event.stopImmediatePropagation();
     }, { capture: true });
@@ -201,7 +201,7 @@ class Studio {
     const end = () => {
       tool?.release();
       tool = null;
-      if (this.theatre) this.theatre.controls.enabled = true;
+      if (this.sceneView) this.sceneView.controls.enabled = true;
     };
     for (const kind of ["pointerup", "pointercancel", "lostpointercapture"]) canvas.addEventListener(kind, end);
     canvas.addEventListener("keydown", (event) => {
@@ -209,31 +209,31 @@ class Studio {
       const act = {
         " ": () => this.transport.toggle(), r: () => this.say("restart"),
         1: () => this.setMode("look"), 2: () => this.setMode("poke"), 3: () => this.setMode("surface"), 4: () => this.setMode("draw"),
-        ArrowLeft: () => this.theatre?.turn(-0.1, 0), ArrowRight: () => this.theatre?.turn(0.1, 0),
-        ArrowUp: () => this.theatre?.turn(0, 0.1), ArrowDown: () => this.theatre?.turn(0, -0.1),
-        "+": () => this.theatre?.zoom(0.9), "-": () => this.theatre?.zoom(1.1),
+        ArrowLeft: () => this.sceneView?.turn(-0.1, 0), ArrowRight: () => this.sceneView?.turn(0.1, 0),
+        ArrowUp: () => this.sceneView?.turn(0, 0.1), ArrowDown: () => this.sceneView?.turn(0, -0.1),
+        "+": () => this.sceneView?.zoom(0.9), "-": () => this.sceneView?.zoom(1.1),
       }[event.key];
       if (act) { event.preventDefault(); act(); }
     });
     canvas.addEventListener("keyup", () => this.poke.release());
     canvas.addEventListener("blur", () => this.poke.release());
-    new ResizeObserver(() => { if (this.theatre) this.#arrange(); }).observe(canvas);
+    new ResizeObserver(() => { if (this.sceneView) this.#arrange(); }).observe(canvas);
   }
 
   #run() {
     let frames = 0, since = performance.now(), drawn = 0, taken = 0, before = 0, shown = 0;
     const tick = (now) => {
       const frame = this.looking !== null ? this.past.at(this.looking) : this.past.frames[this.past.frames.length - 1];
-      if (frame && this.fresh && (!this.theatre?.bySoftware || now - shown > PAGE_PERIOD)) {
+      if (frame && this.fresh && (!this.sceneView?.bySoftware || now - shown > PAGE_PERIOD)) {
         this.fresh = false;
         shown = now;
-        for (const actor of this.actors) actor.take(frame);
-        this.theatre?.at(frame[0]);
+        for (const figure of this.figures) figure.take(frame);
+        this.sceneView?.at(frame[0]);
         this.poke.follow();
         this.transport.frame(frame[0], frame[1], !this.state.paused && !this.state.over);
         this.chartsDue = true;
       }
-      this.theatre?.draw();
+      this.sceneView?.draw();
       if (this.chartsDue && now - drawn > Math.max(CHART_PERIOD, 5 * taken)) {
         this.chartsDue = false;
         drawn = now;
@@ -243,9 +243,9 @@ class Studio {
       frames++;
       if (now - since > 1000) {
         const rate = (1000 * frames) / (now - since);
-        document.body.dataset.framesPerSecond = ((1000 * ((this.theatre?.drawn ?? 0) - before)) / (now - since)).toFixed(1);
-        before = this.theatre?.drawn ?? 0;
-        if (!document.hidden) this.theatre?.adapt(rate, !this.state.paused && !this.state.over);
+        document.body.dataset.framesPerSecond = ((1000 * ((this.sceneView?.drawn ?? 0) - before)) / (now - since)).toFixed(1);
+        before = this.sceneView?.drawn ?? 0;
+        if (!document.hidden) this.sceneView?.adapt(rate, !this.state.paused && !this.state.over);
         [frames, since] = [0, now];
       }
       requestAnimationFrame(tick);

@@ -1,8 +1,8 @@
 // Pokes: drag on a link, or hold a button, or hold an arrow key. The arrow leads from the link to the pointer.
 
-import { Plane, Vector3 } from "three";
+import { Plane, Vector3 } from "vendor";
 import { METRES_PER_NEWTON } from "../shared/figure.js";
-import { button, choice, element } from "../shared/elements.js";
+import { choice, element } from "../shared/elements.js";
 import { seldom } from "./connection.js";
 
 const STRONGEST = 20; // N
@@ -65,19 +65,19 @@ export class Poke {
   key(event) {
     const way = KEYS[event.key];
     if (!way) return false;
-    if (!event.repeat) this.#press(new Vector3(...way).transformDirection(this.studio.theatre.camera.matrixWorld));
+    if (!event.repeat) this.#press(new Vector3(...way).transformDirection(this.studio.sceneView.camera.matrixWorld));
     return true;
   }
 
   /** The link under a pointer, and where it is met. */
   linkAt(event) {
-    const ray = this.studio.theatre.rayAt(event);
+    const ray = this.studio.sceneView.rayAt(event);
     if (!ray) return null;
-    const actor = this.studio.actors[ray.flight];
-    const [hit] = ray.caster.intersectObjects(actor.bodies, true)
+    const figure = this.studio.figures[ray.flight];
+    const [hit] = ray.caster.intersectObjects(figure.bodies, true)
       .filter(({ object }) => !object.material.transparent); // a rotor's disc is only air
     const link = hit && this.links.find(({ body }) => body === hit.object.userData.body);
-    return link ? { flight: ray.flight, link, point: actor.bodies[link.body].worldToLocal(hit.point.clone()).toArray() } : null;
+    return link ? { flight: ray.flight, link, point: figure.bodies[link.body].worldToLocal(hit.point.clone()).toArray() } : null;
   }
 
   /** The pointer went down on the picture; whether a link is under it. */
@@ -101,11 +101,11 @@ export class Poke {
   /** The force goes from the point on the link, which moves, to the pointer. */
   follow() {
     if (!this.drag || !this.held) return;
-    const { theatre, actors } = this.studio, actor = actors[this.drag.flight];
-    const ray = theatre.rayAt(this.drag.event);
+    const { sceneView, figures } = this.studio, figure = figures[this.drag.flight];
+    const ray = sceneView.rayAt(this.drag.event);
     if (!ray || ray.flight !== this.drag.flight) return;
-    const from = actor.bodies[this.held.link.body].localToWorld(new Vector3(...this.held.point));
-    const plane = new Plane().setFromNormalAndCoplanarPoint(theatre.camera.getWorldDirection(new Vector3()), from);
+    const from = figure.bodies[this.held.link.body].localToWorld(new Vector3(...this.held.point));
+    const plane = new Plane().setFromNormalAndCoplanarPoint(sceneView.camera.getWorldDirection(new Vector3()), from);
     const to = ray.caster.ray.intersectPlane(plane, new Vector3());
     if (!to) return;
     const force = to.sub(from).divideScalar(METRES_PER_NEWTON.contact).clampLength(0, STRONGEST);
@@ -131,8 +131,8 @@ export class Poke {
 
   #show() {
     const { held, studio } = this;
-    for (const actor of studio.actors) {
-      actor.poke = held && { body: held.link.body, point: held.point, force: held.force.toArray() };
+    for (const figure of studio.figures) {
+      figure.poke = held && { body: held.link.body, point: held.point, force: held.force.toArray() };
     }
     studio.readForce(held ? `${held.force.length().toFixed(1)} N on ${held.link.name}` : "");
     this.hold.classList.toggle("held", Boolean(held));

@@ -8,10 +8,10 @@ const find = (id) => document.getElementById(id);
 const ENDED = "came to its end"; // the verdict on a flight that wasn't lost
 
 /** What became of the flights, in a line. */
-function verdictOf(verdicts, actors) {
+function verdictOf(verdicts, figures) {
   if (verdicts.every((text) => text === ENDED)) return "Over: came to its end";
   if (verdicts.length === 1) return `Lost: ${verdicts[0]}`;
-  return verdicts.map((text, i) => `${actors[i]?.scene.name ?? i}: ${text}`).join("; ");
+  return verdicts.map((text, i) => `${figures[i]?.scene.name ?? i}: ${text}`).join("; ");
 }
 
 export class Shell {
@@ -84,7 +84,7 @@ export class Shell {
     const lost = state.verdict?.some((text) => text !== ENDED);
     const [kind, text] = !this.online ? ["off", "No connection; trying again"]
       : looking !== null ? ["paused", "Looking back"]
-        : state.over ? [lost ? "bad" : "over", verdictOf(state.verdict ?? [], this.studio.actors)]
+        : state.over ? [lost ? "bad" : "over", verdictOf(state.verdict ?? [], this.studio.figures)]
           : state.paused ? ["paused", "Paused"] : ["flying", "Flying"];
     const status = find("status");
     if (status.textContent !== text || status.dataset.kind !== kind) {

@@ -49,7 +49,7 @@ def test_all_flights_stand_side_by_side_with_their_plots(page: sync_api.Page) ->
     names = ["PID", "Impedance", "Admittance (failed)", "Hybrid"]
     assert page.locator(".replay .name").all_inner_texts() == names
     assert page.locator(".replay .uplot").count() >= 4
-    drawn = page.evaluate("() => { const t = skylimbReplay.theatre; t.render(); " + PAINTED + " }")
+    drawn = page.evaluate("() => { const t = skylimbReplay.sceneView; t.render(); " + PAINTED + " }")
     assert drawn > 20  # a picture, not one colour
 
 
@@ -81,7 +81,7 @@ def test_a_click_on_a_plot_goes_to_that_time(page: sync_api.Page) -> None:
 
 def test_ghosts_are_one_picture_and_one_flight_has_all_its_curves(page: sync_api.Page) -> None:
     page.get_by_role("button", name="ghosts").click()
-    assert page.evaluate("skylimbReplay.theatre.cells().length") == 1
+    assert page.evaluate("skylimbReplay.sceneView.cells().length") == 1
     page.get_by_role("button", name="ghosts").click()
     page.get_by_label("Flights").select_option("Hybrid")
     assert page.locator(".replay .name").all_inner_texts() == ["Hybrid"]
@@ -97,7 +97,7 @@ def test_pushes_are_shown_around_the_tip_when_they_are_wanted(
     with silent_page(browser, offline=True) as page:
         page.goto(path.as_uri())
         page.wait_for_selector("#replay[data-ready]", timeout=20_000)
-        skin = "skylimbReplay.theatre.stages[0].pushes"
+        skin = "skylimbReplay.sceneView.figures[0].pushes"
         assert page.evaluate(f"{skin}.object.visible") is False
         page.get_by_role("button", name="pushes").click()
         assert page.evaluate(f"{skin}.object.visible") is True
@@ -153,7 +153,7 @@ def arrow(page: sync_api.Page, number: int, time: float) -> tuple[bool, np.ndarr
     seen, place, turn, length = page.evaluate(
         f"""() => {{
             skylimbReplay.clock.set({time});
-            const {{ arrow }} = skylimbReplay.theatre.stages[0].events.find((one) => one.number === {number});
+            const {{ arrow }} = skylimbReplay.sceneView.figures[0].events.find((one) => one.number === {number});
             const {{ visible, position, quaternion, cone }} = arrow;
             return [visible, position.toArray(), quaternion.toArray(), cone.position.y];
         }}"""
@@ -180,7 +180,7 @@ def test_a_push_has_an_arrow_while_it_lasts(pushed: Run, pushed_page: sync_api.P
     switch = pushed_page.get_by_role("button", name="arrows")
     assert "pushes (blue, 12 cm/N)" in (switch.get_attribute("title") or "")
     switch.click()
-    assert pushed_page.evaluate("skylimbReplay.theatre.stages[0].arrows.visible") is False
+    assert pushed_page.evaluate("skylimbReplay.sceneView.figures[0].arrows.visible") is False
 
 
 def test_events_are_marked_under_the_time_line_and_in_the_plots(pushed_page: sync_api.Page) -> None:

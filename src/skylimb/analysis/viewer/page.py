@@ -9,6 +9,7 @@ from pathlib import Path
 
 from skylimb.analysis.pages.pages import render_page
 from skylimb.analysis.recording import Run
+from skylimb.analysis.viewer import VENDOR
 from skylimb.base.errors import OutputError
 
 NEEDED = ("configuration", "tip_position", "cog_position")
@@ -33,12 +34,13 @@ def replay_html(runs: Mapping[str, Run], speed: float = 1.0) -> str:
     data = json.dumps(
         {**replay_payload(shown), "speed": speed}, separators=(",", ":"), allow_nan=False
     ).replace("<", "\\u003c")
-    style, program = ((_HERE / name).read_text(encoding="utf-8") for name in ("viewer.css", "viewer.js"))
+    files = (_HERE / "viewer.css", VENDOR, _HERE / "viewer.js")
+    style, vendor, program = (path.read_text(encoding="utf-8") for path in files)
     return (
         f"<style>{style}</style>\n"
         '<div class="replay" id="replay"></div>\n'
         f'<script type="application/json" id="replay-data">{data}</script>\n'
-        f"<script>{program}</script>\n"
+        f"<script>{vendor}</script>\n<script>{program}</script>\n"
     )
 
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from skylimb.apps.cli import output
 from skylimb.apps.cli.arguments import arg
-from skylimb.apps.cli.options import Experiment, Settings
+from skylimb.apps.cli.options import Experiment, Settings, within
 
 if TYPE_CHECKING:
     import numpy as np
@@ -43,11 +43,15 @@ def plan(
 
     for path in filter(None, (picture, apply)):
         require_new(path)
+    if force is not None:
+        within("--force", force, 0.001, 1000.0, "N")
     import skylimb
+    from skylimb.flight.loading import load_flight
     from skylimb.studies.planning.task_plan import EXPERIMENT, write_planned
 
+    loaded = load_flight(experiment, controller, set=set)  # a wrong name is refused before anything is said
     with output.working("looking for a posture"):
-        found = skylimb.plan(experiment, controller, force, set)
+        found = skylimb.plan(loaded.experiment, loaded.controller, force)
     _show(found)
     if picture:
         from skylimb.analysis.figures import style

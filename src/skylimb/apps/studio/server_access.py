@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from urllib.parse import parse_qs, urlsplit
 
+from skylimb.analysis.viewer import VENDOR
 from skylimb.base.errors import ConfigError
 
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
@@ -20,11 +21,12 @@ LOOPBACK = ("127.0.0.1", "localhost", "::1")
 _SHORTEST_TOKEN = 8
 _PAGE = Path(__file__).parent / "page"
 _FILES = {
-    "/": ("index.html", "text/html; charset=utf-8"),
-    "/studio.js": ("studio.js", "text/javascript; charset=utf-8"),
-    "/studio.css": ("studio.css", "text/css; charset=utf-8"),
+    "/": (_PAGE / "index.html", "text/html; charset=utf-8"),
+    "/vendor.js": (VENDOR, "text/javascript; charset=utf-8"),
+    "/studio.js": (_PAGE / "studio.js", "text/javascript; charset=utf-8"),
+    "/studio.css": (_PAGE / "studio.css", "text/css; charset=utf-8"),
 }
-PUBLIC = ("/studio.js", "/studio.css")
+PUBLIC = ("/vendor.js", "/studio.js", "/studio.css")
 """What everybody may have, without a token: the program, which knows nothing of the flight."""
 
 HEADERS = {
@@ -109,7 +111,7 @@ def checked_token(host: str, token: str) -> str:
 def file_of(path: str) -> tuple[bytes, str] | None:
     """Content and type of one of the page's own files; None for every other path."""
     found = _FILES.get(urlsplit(path).path)
-    return None if found is None else ((_PAGE / found[0]).read_bytes(), found[1])
+    return None if found is None else (found[0].read_bytes(), found[1])
 
 
 def _is_address(name: str) -> bool:

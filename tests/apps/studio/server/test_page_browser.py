@@ -71,7 +71,7 @@ def test_the_picture_moves(page: sync_api.Page) -> None:
     before = shown_time(page)
     until(page, f"skylimbStudio.past.end > {before} + 0.3")
     assert page.locator("#charts .uplot").count() >= 4
-    drawn = page.evaluate("() => { const t = skylimbStudio.theatre; t.render(); " + PAINTED + " }")
+    drawn = page.evaluate("() => { const t = skylimbStudio.sceneView; t.render(); " + PAINTED + " }")
     assert drawn > 20  # a picture, not one colour
 
 
@@ -131,7 +131,7 @@ def test_a_drag_on_a_link_pokes(page: sync_api.Page, studio: Any) -> None:
     page.get_by_role("radio", name="Poke").click()
     until(page, "skylimbStudio.past.end > 0.3")
     place = page.evaluate(
-        "() => { const s = skylimbStudio, b = s.theatre.canvas.getBoundingClientRect();"
+        "() => { const s = skylimbStudio, b = s.sceneView.canvas.getBoundingClientRect();"
         " for (let y = b.top + 40; y < b.bottom - 60; y += 4) for (let x = b.left; x < b.right; x += 4)"
         "  if ([[0, 0], [5, 0], [-5, 0], [0, 5], [0, -5]].every(([dx, dy]) =>"
         "   s.poke.linkAt({ clientX: x + dx, clientY: y + dy }))) return [x, y]; }"

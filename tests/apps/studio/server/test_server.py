@@ -29,7 +29,7 @@ def get(studio: Any, path: str = "/", **headers: str) -> tuple[int, str, dict[st
 
 
 def test_the_page_may_load_nothing_from_elsewhere(studio: Any) -> None:
-    for path in ("/", "/studio.js", "/studio.css"):
+    for path in ("/", "/vendor.js", "/studio.js", "/studio.css"):
         status, _, headers = get(studio, path)
         assert status == 200
         assert "default-src 'none'" in headers["Content-Security-Policy"]

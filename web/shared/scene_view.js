@@ -1,7 +1,6 @@
 // The canvas: all flights side by side under cameras that move together, or as ghosts in one picture.
 
-import { AmbientLight, Color, DirectionalLight, HemisphereLight, PerspectiveCamera, Raycaster, Scene, Spherical, Vector2, Vector3, WebGLRenderer } from "three";
-import { OrbitControls } from "three/addons/controls/OrbitControls.js";
+import { AmbientLight, Color, DirectionalLight, HemisphereLight, OrbitControls, PerspectiveCamera, Raycaster, Scene, Spherical, Vector2, Vector3, WebGLRenderer } from "vendor";
 
 /** Whether a processor draws, for which smooth edges cost too much. */
 function drawnBySoftware() {
@@ -17,8 +16,8 @@ const SHARE = 0.8; // of the time that pictures drawn by a processor may take: t
 const LONGEST_REST = 50; // ms
 const DETAILS = [1, 0.65, 0.45]; // points along each side, of 1
 
-export class Theatre {
-  constructor(holder, stages) {
+export class SceneView {
+  constructor(holder, figures) {
     this.holder = holder;
     this.canvas = holder.querySelector("canvas");
     this.bySoftware = drawnBySoftware();
@@ -32,49 +31,49 @@ export class Theatre {
     this.follow = false;
     this.detail = 1;
     this.drawn = 0;
-    this.perform(stages);
+    this.show(figures);
     new ResizeObserver(() => { this.stale = true; }).observe(this.canvas);
   }
 
   /** Show these flights from now on; the camera stays where it is unless it is to go home. */
-  perform(stages, home = true) {
-    for (const stage of this.stages ?? []) stage.dispose();
-    this.stages = stages;
-    this.scenes = stages.map((stage) => this.#scene(stage));
+  show(figures, home = true) {
+    for (const figure of this.figures ?? []) figure.dispose();
+    this.figures = figures;
+    this.scenes = figures.map((figure) => this.#scene(figure));
     this.together = this.#scene();
-    const { target, position } = stages[0].scene.camera;
+    const { target, position } = figures[0].scene.camera;
     this.home = [new Vector3(...position), new Vector3(...target)];
     this.arrange(false, null);
     if (home) this.reset();
   }
 
-  #scene(stage) {
+  #scene(figure) {
     const scene = new Scene();
     const sun = new DirectionalLight(0xffffff, 1.4);
     sun.position.set(-3, -4, 6);
     scene.add(new HemisphereLight(0xffffff, 0xb0aca4, 1.6), new AmbientLight(0xffffff, 0.7), sun);
-    if (stage) scene.add(stage.root);
+    if (figure) scene.add(figure.root);
     return scene;
   }
 
   /** The flights that are seen: all, or the chosen one. */
   get seen() {
-    return this.chosen === null ? this.stages.map((_, i) => i) : [this.chosen];
+    return this.chosen === null ? this.figures.map((_, i) => i) : [this.chosen];
   }
 
   arrange(ghosts, chosen) {
-    this.ghosts = ghosts && this.stages.length > 1;
+    this.ghosts = ghosts && this.figures.length > 1;
     this.chosen = chosen;
-    this.stages.forEach((stage, i) => {
-      (this.ghosts ? this.together : this.scenes[i]).add(stage.root);
-      stage.root.visible = this.seen.includes(i);
-      stage.asGhost(this.ghosts, i === this.seen[0]);
+    this.figures.forEach((figure, i) => {
+      (this.ghosts ? this.together : this.scenes[i]).add(figure.root);
+      figure.root.visible = this.seen.includes(i);
+      figure.asGhost(this.ghosts, i === this.seen[0]);
     });
     this.stale = true;
   }
 
   showArrows(shown) {
-    for (const stage of this.stages) stage.arrows.visible = shown;
+    for (const figure of this.figures) figure.arrows.visible = shown;
     this.stale = true;
   }
 
@@ -103,8 +102,8 @@ export class Theatre {
   }
 
   at(time) {
-    for (const i of this.seen) this.stages[i].at(Math.min(time, this.stages[i].end));
-    const centre = this.stages[this.seen[0]].centre;
+    for (const i of this.seen) this.figures[i].at(Math.min(time, this.figures[i].end));
+    const centre = this.figures[this.seen[0]].centre;
     if (this.follow && this.before) {
       const moved = new Vector3().subVectors(centre, this.before);
       this.camera.position.add(moved);
@@ -153,7 +152,7 @@ export class Theatre {
     this.camera.aspect = cell.aspect;
     this.camera.updateProjectionMatrix();
     this.camera.updateMatrixWorld();
-    this.stages[cell.flight].root.updateMatrixWorld(); // the last picture may be an older one
+    this.figures[cell.flight].root.updateMatrixWorld(); // the last picture may be an older one
     const caster = new Raycaster();
     caster.setFromCamera(cell.place, this.camera);
     return { flight: cell.flight, caster };
@@ -192,7 +191,7 @@ export class Theatre {
     for (const [i, left, top, w, h] of this.cells()) {
       const scene = this.ghosts ? this.together : this.scenes[i];
       scene.background = new Color(dark ? 0x1d2024 : 0xeef1f4);
-      this.stages[i].floor.color.set(dark ? 0x3a3f46 : 0xd9dce0);
+      this.figures[i].floor.color.set(dark ? 0x3a3f46 : 0xd9dce0);
       const box = [left * width, (1 - top - h) * height, w * width - 1, h * height - 1];
       this.renderer.setViewport(...box);
       this.renderer.setScissor(...box);

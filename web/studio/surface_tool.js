@@ -1,6 +1,6 @@
 // The surface: drag it, tilt it, make it slippery or soft, take it away.
 
-import { Plane, Vector3 } from "three";
+import { Plane, Vector3 } from "vendor";
 import { button, element } from "../shared/elements.js";
 import { seldom } from "./connection.js";
 
@@ -11,7 +11,7 @@ const SLIDERS = [
   ["slope", "Turn about v", "rad", -0.5, 0.5, 0.005], ["pitch", "Turn about u", "rad", -0.5, 0.5, 0.005],
 ];
 
-export class Board {
+export class SurfaceTool {
   constructor(studio, panel) {
     this.studio = studio;
     this.inputs = {};
@@ -83,11 +83,11 @@ export class Board {
   }
 
   grab(event) {
-    const ray = this.studio.theatre.rayAt(event);
-    const objects = ray && this.studio.actors[ray.flight].surfaceObjects;
+    const ray = this.studio.sceneView.rayAt(event);
+    const objects = ray && this.studio.figures[ray.flight].surfaceObjects;
     const [hit] = objects ? ray.caster.intersectObjects(objects, true) : [];
     if (!hit) return false;
-    const normal = this.studio.theatre.camera.getWorldDirection(new Vector3());
+    const normal = this.studio.sceneView.camera.getWorldDirection(new Vector3());
     this.drag = { x: event.clientX, y: event.clientY, from: hit.point, plane: new Plane().setFromNormalAndCoplanarPoint(normal, hit.point), before: { ...this.values } };
     return true;
   }
@@ -101,7 +101,7 @@ export class Board {
       this.sendTilt();
       return;
     }
-    const to = this.studio.theatre.rayAt(event)?.caster.ray.intersectPlane(plane, new Vector3());
+    const to = this.studio.sceneView.rayAt(event)?.caster.ray.intersectPlane(plane, new Vector3());
     if (!to) return;
     const moved = to.sub(from);
     for (const name of ["x", "y", "z"]) this.#set(name, before[name] + moved[name]);

@@ -1,25 +1,25 @@
 // One flight that can be shown at any time: its figure, and the lines on the surface.
 
-import { Group } from "three";
+import { Group } from "vendor";
 import { columns, lastNotAbove, mesh } from "../shared/decode.js";
 import { Figure } from "../shared/figure.js";
-import { Ink } from "../shared/ink.js";
+import { Lines } from "../shared/lines.js";
 import { Pushes } from "./pushes.js";
 
 const NOMINAL = 0x555555;
 
-export class Stage extends Figure {
+export class RecordedFigure extends Figure {
   static async of(flight) {
     const meshes = await Promise.all(flight.meshes.map(mesh));
     const parts = ["moments", "poses", "thrusts", "contact", "cog"].map((name) => (flight[name] ? columns(flight[name]) : []));
     const [[moments], poses, thrusts, contact, cog] = await Promise.all(parts);
     const surface = flight.surface ? await columns(flight.surface) : null;
-    const inks = await Promise.all(["nominal", "trace"].map(async (name) => {
+    const lines = await Promise.all(["nominal", "trace"].map(async (name) => {
       const { since, ends } = flight[name];
       return [(await columns(since))[0], await columns(ends)];
     }));
     const pushes = flight.pushes ? await Pushes.of(flight.pushes) : null;
-    return new Stage(flight, meshes, { moments, poses, thrusts, contact, cog, surface }, inks, pushes);
+    return new RecordedFigure(flight, meshes, { moments, poses, thrusts, contact, cog, surface }, lines, pushes);
   }
 
   constructor(flight, meshes, motion, [nominal, trace], pushes) {
@@ -28,8 +28,8 @@ export class Stage extends Figure {
     this.motion = motion;
     this.end = motion.moments[motion.moments.length - 1];
     this.drawn = new Group();
-    this.nominal = new Ink(...nominal, NOMINAL, 1.5);
-    this.trace = new Ink(...trace, flight.colour, 4);
+    this.nominal = new Lines(...nominal, NOMINAL, 1.5);
+    this.trace = new Lines(...trace, flight.colour, 4);
     this.drawn.add(this.nominal.object, this.trace.object);
     this.root.add(this.drawn);
     this.events = flight.events.filter((event) => event.push).map((event) => ({ ...event, arrow: this.addPush() }));

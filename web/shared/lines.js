@@ -1,12 +1,10 @@
 // A line of segments in three dimensions.
 
-import { LineMaterial } from "three/addons/lines/LineMaterial.js";
-import { LineSegments2 } from "three/addons/lines/LineSegments2.js";
-import { LineSegmentsGeometry } from "three/addons/lines/LineSegmentsGeometry.js";
+import { LineMaterial, LineSegments2, LineSegmentsGeometry } from "vendor";
 import { lastNotAbove } from "./decode.js";
 
 /** Segments that are seen from their own time on; `ends` are six columns: both ends of each. */
-export class Ink {
+export class Lines {
   constructor(since, ends, colour, width) {
     this.since = since;
     const count = since.length, points = new Float32Array(6 * count);

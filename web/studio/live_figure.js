@@ -1,9 +1,9 @@
 // One live flight in three dimensions: its figure at the newest frame, the reference line, and what the pen has drawn.
 
-import { Group, Matrix4, Quaternion, Vector3 } from "three";
+import { Group, Matrix4, Quaternion, Vector3 } from "vendor";
 import { columns, mesh } from "../shared/decode.js";
 import { Figure } from "../shared/figure.js";
-import { Ink, segments } from "../shared/ink.js";
+import { Lines, segments } from "../shared/lines.js";
 
 const NOMINAL = 0x555555;
 const MOST = 12000; // segments of the drawn line
@@ -11,11 +11,11 @@ const SPACING = 0.004; // m between its points
 const TOUCH = 0.05; // N from which the pen draws
 const LIFT = 0.003; // m by which the line stands before the surface
 
-export class Actor extends Figure {
+export class LiveFigure extends Figure {
   static async of(scene, layout) {
     const meshes = await Promise.all(scene.meshes.map(mesh));
     const { since, ends } = scene.nominal;
-    return new Actor(scene, meshes, layout, [(await columns(since))[0], await columns(ends)]);
+    return new LiveFigure(scene, meshes, layout, [(await columns(since))[0], await columns(ends)]);
   }
 
   constructor(scene, meshes, layout, nominal) {
@@ -24,7 +24,7 @@ export class Actor extends Figure {
     this.end = Infinity;
     this.drawn = new Group(); // the surface's axes, where it is now
     this.root.add(this.drawn);
-    this.nominal = new Ink(...nominal, NOMINAL, 1.5);
+    this.nominal = new Lines(...nominal, NOMINAL, 1.5);
     this.reference = new Group(); // W, as it was when the surface stood where it was at take-off
     this.reference.add(this.nominal.object);
     axesOf(scene.surface).invert().decompose(this.reference.position, this.reference.quaternion, this.reference.scale);

@@ -1,14 +1,13 @@
 // Draw on the surface with the mouse, or give an SVG file: the robot draws that.
 
-import { Vector3 } from "three";
 import { button, element } from "../shared/elements.js";
-import { segments } from "../shared/ink.js";
+import { segments } from "../shared/lines.js";
 
 const SPACING = 0.005; // m between two points of a stroke
 const LIFT = 0.006; // m by which the plan stands before the surface
 const LARGEST = 500_000; // bytes of an SVG
 
-export class Pencil {
+export class DrawingTool {
   constructor(studio, panel) {
     this.studio = studio;
     this.strokes = [];
@@ -73,23 +72,23 @@ export class Pencil {
 
   /** Where a pointer meets the surface: (u, v) in m from its middle. */
   #pointAt(event) {
-    const ray = this.studio.theatre.rayAt(event);
+    const ray = this.studio.sceneView.rayAt(event);
     if (!ray) return null;
-    const actor = this.studio.actors[ray.flight];
-    const [hit] = ray.caster.intersectObjects(actor.surfaceObjects, true);
+    const figure = this.studio.figures[ray.flight];
+    const [hit] = ray.caster.intersectObjects(figure.surfaceObjects, true);
     if (!hit) return null;
-    const { y: u, z: v } = actor.drawn.worldToLocal(hit.point.clone());
+    const { y: u, z: v } = figure.drawn.worldToLocal(hit.point.clone());
     return [u, v];
   }
 
   #show() {
-    for (const actor of this.studio.actors) {
-      if (actor.plan) { actor.drawn.remove(actor.plan); actor.plan.geometry.dispose(); actor.plan = null; }
+    for (const figure of this.studio.figures) {
+      if (figure.plan) { figure.drawn.remove(figure.plan); figure.plan.geometry.dispose(); figure.plan = null; }
       if (!this.strokes.length) continue;
       const place = ([u, v]) => [-LIFT, u, v];
       const points = this.strokes.flatMap((stroke) => stroke.slice(1).flatMap((end, k) => [...place(stroke[k]), ...place(end)]));
-      actor.plan = segments(new Float32Array(points), 0xd55e00, 3);
-      actor.drawn.add(actor.plan);
+      figure.plan = segments(new Float32Array(points), 0xd55e00, 3);
+      figure.drawn.add(figure.plan);
     }
     const points = this.strokes.reduce((sum, stroke) => sum + stroke.length, 0);
     this.fly.disabled = this.wipe.disabled = points < 2;
