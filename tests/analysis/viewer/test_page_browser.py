@@ -153,7 +153,8 @@ def arrow(page: sync_api.Page, number: int, time: float) -> tuple[bool, np.ndarr
     seen, place, turn, length = page.evaluate(
         f"""() => {{
             skylimbReplay.clock.set({time});
-            const {{ arrow }} = skylimbReplay.sceneView.figures[0].events.find((one) => one.number === {number});
+            const {{ events }} = skylimbReplay.sceneView.figures[0];
+            const {{ arrow }} = events.find((one) => one.number === {number});
             const {{ visible, position, quaternion, cone }} = arrow;
             return [visible, position.toArray(), quaternion.toArray(), cone.position.y];
         }}"""
