@@ -149,8 +149,8 @@ class Cascade:
             "reach_command": arm.reach,
             "shape_angle_command": posture.shape_angle,
         }
-        own = of_estimation, of_contact, of_shape, of_translation, of_attitude, of_allocation
-        for slot, recorded in zip(SLOTS, own, strict=True):
+        signals_of_laws = of_estimation, of_contact, of_shape, of_translation, of_attitude, of_allocation
+        for slot, recorded in zip(SLOTS, signals_of_laws, strict=True):
             monitor.recorded(slot, recorded)
             signals |= recorded
         new = Slots(estimation, contact, shape, translation, attitude, allocation)

@@ -148,9 +148,9 @@ def cascade_from_tables(
             those of the preset's keys that the new law has, and takes its defaults for the rest.
     """
     mapping = copy.deepcopy(dict(tables))
-    own = of_robot(mapping, robot.name, f"controller {path.stem}")
+    of_this_robot = of_robot(mapping, robot.name, f"controller {path.stem}")
     mapping.pop(ROBOTS, None)
-    for changes in (own, overrides or {}):
+    for changes in (of_this_robot, overrides or {}):
         _change(mapping, changes, path)
     # A table without a robot is a key in the wrong place, which the preset's check names.
     named = "robot" in mapping.get(CALIBRATION, {})

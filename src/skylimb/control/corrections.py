@@ -140,9 +140,9 @@ def _believed(robot: Robot, cog_offset: Vector3, scales: tuple[float, ...]) -> R
     def moved(link: Link) -> Link:
         if link.name != description.root:
             return link
-        own = link.inertial
+        inertial = link.inertial
         return dataclasses.replace(
-            link, inertial=Inertial(own.mass, own.com + offset / own.mass, own.inertia)
+            link, inertial=Inertial(inertial.mass, inertial.com + offset / inertial.mass, inertial.inertia)
         )
 
     def able(rotor: Rotor, scale: float) -> Rotor:

@@ -43,8 +43,8 @@ FIELDS = {
 
 def provided(slot: str, law: Any) -> frozenset[str] | None:
     """Fields that a law declares to give; None where it declares nothing."""
-    own = [field for field, giver in FIELDS.items() if giver == slot]
-    return _known("PROVIDES", law.PROVIDES, own) if hasattr(law, "PROVIDES") else None
+    given = [field for field, giver in FIELDS.items() if giver == slot]
+    return _known("PROVIDES", law.PROVIDES, given) if hasattr(law, "PROVIDES") else None
 
 
 def required(law: Any) -> frozenset[str] | None:

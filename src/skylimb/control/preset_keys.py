@@ -13,7 +13,7 @@ from skylimb.control.slots import SLOTS, Slot, law_names
 
 _LAW = Key("", "the law that fills the slot: one of these, or a Python file of your own")
 
-_OWN = {
+_OUTSIDE_TABLES = {
     "name": KeyInfo(Key("", "short name"), str, ""),
     "description": KeyInfo(Key("", "one line on what it is"), str, ""),
 }
@@ -30,7 +30,7 @@ def preset_tables(preset: Preset, robots: Mapping[str, Any] | None = None) -> It
         preset: whose.
         robots: what its file says of single robots.
     """
-    yield Table((), "", tuple((name, getattr(preset, name), info) for name, info in _OWN.items()))
+    yield Table((), "", tuple((name, getattr(preset, name), info) for name, info in _OUTSIDE_TABLES.items()))
     for slot, filled in zip(SLOTS, preset.slots, strict=True):
         yield from _slot_tables(slot, filled)
     if robots:

@@ -89,7 +89,7 @@ def find_law(slot: str, name: str, folder: Path) -> Any:
     """
     if name.endswith(".py"):
         needed = ("Gains", "initial_state", *traced_functions(slot))
-        return _own_law(slot, load_module(folder / name, needed), name)
+        return _user_law(slot, load_module(folder / name, needed), name)
     if name not in law_names(slot):
         raise unknown_name(f"{slot} law", name, law_names(slot))
     return importlib.import_module(f"{_folder(slot)}.{name}")
@@ -127,7 +127,7 @@ def right_key(key: str) -> str | None:
 
 
 @functools.lru_cache(maxsize=64)
-def _own_law(slot: str, module: ModuleType, name: str) -> UserLaw:
+def _user_law(slot: str, module: ModuleType, name: str) -> UserLaw:
     """A user's law; the same object as long as its files are the same, so that it is traced once."""
     return UserLaw(module, f"{slot} law '{name}'", traced_functions(slot))
 
