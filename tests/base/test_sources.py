@@ -128,7 +128,7 @@ _ALLOWED = {
     "studies/calibration/public.py": {"load"},
     "apps/robot_import/meshes.py": {"load"},
     "apps/robot_import/picture.py": {"load"},
-    "robots/kept_urdf.py": {"read_bytes", "read_text"},
+    "robots/links_file.py": {"read_text"},
     "robots/packages.py": {"read_text"},
     "flight/experiments/listing.py": {"read_text"},
     "control/planning/vectoring_files.py": {"read_text"},

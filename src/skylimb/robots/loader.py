@@ -23,9 +23,9 @@ from skylimb.robots.flight_file import (
     ShapeSection,
     VectoringSection,
 )
-from skylimb.robots.kept_urdf import Tree, keep_tree, known_tree
+from skylimb.robots.links_file import Tree, tree_of
 from skylimb.robots.model import Robot
-from skylimb.robots.urdf import clean_rotation, read_urdf
+from skylimb.robots.urdf import clean_rotation
 from skylimb.robots.validation import check_description
 
 FLIGHT_FILE = "flight.toml"
@@ -72,13 +72,8 @@ def load_flight_file(name_or_path: str | Path) -> FlightFile:
 
 @lru_cache(maxsize=16)
 def _load_unchanged(flight: Source, urdf: Source, gravity: float) -> Robot:
-    root_link = _flight_file(flight).root_link
-    known = known_tree(urdf, root_link)
-    description = dataclasses.replace(_describe(flight, urdf, known), gravity=gravity)
-    robot = Robot(description)
+    robot = Robot(dataclasses.replace(_describe(flight, urdf), gravity=gravity))
     check_robot(robot)
-    if known is None:
-        keep_tree((description.root, description.links, description.joints), urdf, root_link)
     return robot
 
 
@@ -130,28 +125,26 @@ def _digest(*sources: Source) -> str:
     return total.hexdigest()
 
 
-def _describe(flight_source: Source, urdf: Source, tree: Tree | None = None) -> RobotDescription:
-    description = describe(_flight_file(flight_source), flight_source, urdf, tree)
+def _describe(flight_source: Source, urdf: Source) -> RobotDescription:
+    flight = _flight_file(flight_source)
+    description = describe(flight, flight_source, urdf, tree_of(urdf, flight.root_link))
     check_description(description)
     return description
 
 
-def describe(
-    flight: FlightFile, flight_source: Source, urdf: Source, tree: Tree | None = None
-) -> RobotDescription:
+def describe(flight: FlightFile, flight_source: Source, urdf: Source, tree: Tree) -> RobotDescription:
     """What the two files say together; whether such a robot can exist is not checked here.
 
     Args:
         flight: what the flight TOML says.
         flight_source: that file.
         urdf: the other one.
-        tree: what stands in the URDF, where that is known; None reads it.
+        tree: what stands in the URDF.
 
     Raises:
-        DescriptionError: the URDF cannot be read.
         UnknownNameError: the flight file names a link or joint that is not there.
     """
-    root, links, joints = tree or read_urdf(urdf, flight.root_link)
+    root, links, joints = tree
     _require_known("measured_link", [flight.measured_link], [link.name for link in links])
     _require_known("tip.link", [flight.tip.link], [link.name for link in links])
     _require_known("rotors.link", [rotor.link for rotor in flight.rotors], [link.name for link in links])

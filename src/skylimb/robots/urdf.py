@@ -17,7 +17,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from skylimb.base.errors import DescriptionError, unknown_name
+from skylimb.base.errors import DescriptionError, missing_extra, unknown_name
 from skylimb.base.sources import Source
 from skylimb.robots.description import Inertial, Joint, Link, Visual
 from skylimb.robots.packages import find_file
@@ -57,10 +57,13 @@ def read_urdf(
 
 
 def _parse(source: Source) -> Any:
-    # yourdfpy pulls in trimesh, which `skylimb --help` should not pay for.
-    from yourdfpy import URDF
-
     content, path = source.content, source.path
+    try:
+        from yourdfpy import URDF
+    except ImportError:
+        raise DescriptionError(
+            f"'{path}' has not been read yet: {missing_extra('yourdfpy', 'import')}"
+        ) from None
     try:
         urdf = URDF.load(io.BytesIO(content), build_scene_graph=False, load_meshes=False)
     except Exception as error:  # yourdfpy and lxml let many kinds through: all of them mean "not a URDF"

@@ -24,7 +24,7 @@ from skylimb.apps.robot_import.urdf_text import read_urdf_text
 from skylimb.base.errors import SkylimbError
 from skylimb.base.sources import Source
 from skylimb.control.planning.posture import posture_family
-from skylimb.robots.description import Inertial, PostureFamily, RobotDescription
+from skylimb.robots.description import Inertial, RobotDescription
 from skylimb.robots.flight_check import (
     check_few_rotors,
     check_moving_bodies,
@@ -34,6 +34,7 @@ from skylimb.robots.flight_check import (
 from skylimb.robots.flight_file import FlightFile, PostureSection
 from skylimb.robots.loader import FLIGHT_FILE, describe, list_robots, read_description
 from skylimb.robots.model import Robot
+from skylimb.robots.urdf import read_urdf
 from skylimb.robots.validation import check_description, check_inertial
 
 _MASS = 1e-9
@@ -135,7 +136,8 @@ def check_robot_file(
     meshes, lost = settle_meshes(tree, text.path.parent, text.packages, convert=convert)
     urdf = Source(text.path, tree.text())
     flight_source = Source(text.path.with_name(FLIGHT_FILE), b"")
-    description = describe(flight, flight_source, urdf)
+    links = read_urdf(urdf)
+    description = describe(flight, flight_source, urdf, links)
     doubts += [*assumed, *lost]
     if flight.posture is not None and said.posture is None:
         description, flight = _with_posture(description, flight, doubts)
@@ -156,9 +158,9 @@ def _with_posture(
     description: RobotDescription, flight: FlightFile, doubts: list[Doubt]
 ) -> tuple[RobotDescription, FlightFile]:
     try:
-        family, _ = choose_posture(Robot(description))
+        family = choose_posture(Robot(description))
     except SkylimbError:
-        return description, flight  # what is wrong with it is told by the checks
+        return description, flight  # the checks say what is wrong with it
     nominal = np.round(family.offset + family.slope * family.theta_nominal, 3).tolist()
     doubts.append(
         Doubt(
@@ -174,10 +176,7 @@ def _with_posture(
         float(family.theta_max),
         float(family.theta_nominal),
     )
-    posture = PostureFamily(
-        family.offset, family.slope, section.theta_min, section.theta_max, section.theta_nominal
-    )
-    return replace(description, posture=posture), replace(flight, posture=section)
+    return replace(description, posture=family), replace(flight, posture=section)
 
 
 def _report(path: Path, description: RobotDescription, mass_in: float, doubts: list[Doubt]) -> RobotReport:

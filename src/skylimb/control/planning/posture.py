@@ -10,6 +10,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import casadi as ca
@@ -18,12 +19,15 @@ from numpy.polynomial import chebyshev
 
 from skylimb.base.errors import DescriptionError, UnreachableError
 from skylimb.control.planning.series import evaluate_chebyshev, fit_chebyshev, fit_circle
-from skylimb.robots import Robot
+from skylimb.robots import PostureFamily, Robot
 from skylimb.symbolic import is_symbolic
 
 _NEWTON_STEPS = 2
 _SLACK = 1e-9
 """A rounding error beyond the end of a range is inside of it."""
+
+_WIDEST, _NARROWEST = 0.35, 0.02
+"""How far theta of a family that is sought goes to both sides, at most and at least, rad."""
 
 
 @functools.lru_cache(maxsize=16)
@@ -35,6 +39,27 @@ def posture_family(robot: Robot) -> ReachFamily:
             way with theta.
     """
     return ReachFamily(robot)
+
+
+def widest_family(
+    robot: Robot, offset: np.ndarray, slope: np.ndarray, nominal: float
+) -> PostureFamily | None:
+    """Postures offset + slope theta (rad) as far about a nominal theta as a reach names one of them.
+
+    They go equally far to both sides, within the joint limits; None where that is hardly any way.
+    """
+    width = _WIDEST
+    while width > _NARROWEST:
+        family = PostureFamily(offset, slope, nominal - width, nominal + width, nominal)
+        try:
+            reach = ReachFamily(Robot(replace(robot.description, posture=family)))
+        except DescriptionError:  # beyond a limit, or it turns back
+            width *= 0.8
+            continue
+        width = min(nominal - reach.theta_min, reach.theta_max - nominal)
+        if width > _NARROWEST:
+            return replace(family, theta_min=nominal - width, theta_max=nominal + width)
+    return None
 
 
 class ReachFamily:
@@ -66,11 +91,13 @@ class ReachFamily:
         if self._rigid:  # one posture, one reach
             self.coefficients = (geometry(self.theta_nominal), 0.0, 0.0)
             self.reach_min = self.reach_max = self.reach_nominal = self.coefficients[0]
-            self._forward = self._inverse = None
             self._falling = False
             return
         self.coefficients = fit_circle(geometry, *self.described)
-        self._forward = fit_chebyshev(geometry, *self.described) if self.coefficients is None else None
+        if self.coefficients is None:
+            low, high = self.described
+            self._forward = fit_chebyshev(geometry, low, high)
+            self._derivative = chebyshev.chebder(self._forward) * 2.0 / (high - low)
         grid = np.linspace(self.theta_min, self.theta_max, 201)
         reach = np.array([self.reach(theta) for theta in grid])
         steps = np.diff(reach)
@@ -84,7 +111,8 @@ class ReachFamily:
         self._falling = bool(steps[0] < 0.0)
         self.reach_min, self.reach_max = float(reach.min()), float(reach.max())
         self.reach_nominal = self.reach(self.theta_nominal)
-        self._inverse = None if self.coefficients is not None else self._fit_inverse(geometry)
+        if self.coefficients is None:
+            self._inverse = self._fit_inverse(grid, reach)
 
     def joint_angles(self, theta: Any) -> Any:
         """Joint angles q = offset + slope theta: (nq,) rad, (..., nq) for an array, nq x 1 in CasADi."""
@@ -95,19 +123,21 @@ class ReachFamily:
 
     def reach(self, theta: Any) -> Any:
         """Reach r in m at the shape angle theta, over the description's range whatever the joint limits."""
-        low, high = self.described
-        symbolic = is_symbolic(theta)
-        angle = (
-            _hold(theta, low, high)
-            if symbolic
-            else self._checked(theta, low, high, "posture.theta_min, theta_max")
-        )
+        angle = self._described(theta)
         if self.coefficients is None:
-            assert self._forward is not None
-            return _number(evaluate_chebyshev(self._forward, low, high, angle))
+            return _number(evaluate_chebyshev(self._forward, *self.described, angle))
         A, B, C = self.coefficients
-        cos, sin = (ca.cos, ca.sin) if symbolic else (np.cos, np.sin)
+        cos, sin = (ca.cos, ca.sin) if is_symbolic(theta) else (np.cos, np.sin)
         return _number(A + B * cos(angle) + C * sin(angle))
+
+    def slope(self, theta: Any) -> Any:
+        """dr/dtheta in m/rad."""
+        angle = self._described(theta)
+        if self.coefficients is None:
+            return _number(evaluate_chebyshev(self._derivative, *self.described, angle))
+        _, B, C = self.coefficients
+        cos, sin = (ca.cos, ca.sin) if is_symbolic(theta) else (np.cos, np.sin)
+        return _number(C * cos(angle) - B * sin(angle))
 
     def shape_angle(self, reach: Any) -> Any:
         """The shape angle theta in rad that gives a reach in m.
@@ -128,66 +158,47 @@ class ReachFamily:
         turn = ca.acos(_hold(cosine, -1.0, 1.0)) if symbolic else np.arccos(np.clip(cosine, -1.0, 1.0))
         return _number(phi + turn if self._falling else phi - turn)
 
-    def slope(self, theta: Any) -> Any:
-        """dr/dtheta in m/rad."""
-        low, high = self.described
-        symbolic = is_symbolic(theta)
-        angle = (
-            _hold(theta, low, high)
-            if symbolic
-            else self._checked(theta, low, high, "posture.theta_min, theta_max")
-        )
-        if self.coefficients is None:
-            assert self._forward is not None
-            derivative = chebyshev.chebder(self._forward) * 2.0 / (high - low)
-            return _number(evaluate_chebyshev(derivative, low, high, angle))
-        _, B, C = self.coefficients
-        cos, sin = (ca.cos, ca.sin) if symbolic else (np.cos, np.sin)
-        return _number(C * cos(angle) - B * sin(angle))
-
     def _invert_series(self, reach: Any) -> Any:
         """The inverse polynomial, made exact by Newton steps on the forward one."""
-        assert self._forward is not None
-        assert self._inverse is not None
-        low, high = self.described
-        derivative = chebyshev.chebder(self._forward) * 2.0 / (high - low)
         theta = evaluate_chebyshev(self._inverse, self.reach_min, self.reach_max, reach)
         for _ in range(_NEWTON_STEPS):
-            error = evaluate_chebyshev(self._forward, low, high, theta) - reach
-            theta = theta - error / evaluate_chebyshev(derivative, low, high, theta)
+            error = evaluate_chebyshev(self._forward, *self.described, theta) - reach
+            theta = theta - error / evaluate_chebyshev(self._derivative, *self.described, theta)
         return _number(theta)
 
-    def _fit_inverse(self, geometry: Callable[[float], float]) -> np.ndarray:
-        from scipy.optimize import root_scalar
+    def _fit_inverse(self, thetas: np.ndarray, reach: np.ndarray) -> np.ndarray:
+        """The inverse polynomial; `thetas` and `reach` are a table of the forward one, (k,) each."""
+        order = np.argsort(reach)
 
-        low, high = self.theta_min, self.theta_max
-
-        def invert(reach: float) -> float:
-            if reach <= self.reach_min or reach >= self.reach_max:
-                return high if (reach <= self.reach_min) == self._falling else low
-            solution = root_scalar(lambda theta: geometry(theta) - reach, bracket=(low, high), xtol=1e-14)
-            return float(solution.root)
+        def invert(wanted: float) -> float:
+            theta = float(np.interp(wanted, reach[order], thetas[order]))
+            for _ in range(_NEWTON_STEPS + 2):
+                error = float(evaluate_chebyshev(self._forward, *self.described, theta)) - wanted
+                theta -= error / float(evaluate_chebyshev(self._derivative, *self.described, theta))
+            return min(max(theta, self.theta_min), self.theta_max)
 
         return fit_chebyshev(invert, self.reach_min, self.reach_max)
 
+    def _described(self, theta: Any) -> Any:
+        """Theta in the description's range: numbers beyond it are refused, symbols held inside."""
+        if is_symbolic(theta):
+            return _hold(theta, *self.described)
+        return self._checked(theta, *self.described, "posture.theta_min, theta_max")
+
     def _checked(self, theta: Any, low: float, high: float, limits: str) -> Any:
-        value = np.asarray(theta, dtype=float)
-        if not np.all((value >= low - _SLACK) & (value <= high + _SLACK)):
-            odd = float(np.ravel(value[~((value >= low - _SLACK) & (value <= high + _SLACK))])[0])
-            raise UnreachableError(
-                f"shape angle {odd:.4g} rad of '{self._robot_name}' is outside of {low:.4g} .. {high:.4g} "
-                f"rad ({limits})"
-            )
-        return value if value.ndim else float(value)
+        return self._within(theta, low, high, "shape angle", "rad", limits)
 
     def _checked_reach(self, reach: Any) -> Any:
-        value = np.asarray(reach, dtype=float)
-        inside = (value >= self.reach_min - _SLACK) & (value <= self.reach_max + _SLACK)
+        angles = f"shape angle {self.theta_min:.4g} .. {self.theta_max:.4g} rad"
+        return self._within(reach, self.reach_min, self.reach_max, "reach", "m", angles)
+
+    def _within(self, given: Any, low: float, high: float, what: str, unit: str, limits: str) -> Any:
+        value = np.asarray(given, dtype=float)
+        inside = (value >= low - _SLACK) & (value <= high + _SLACK)
         if not np.all(inside):
             raise UnreachableError(
-                f"reach {float(np.ravel(value[~inside])[0]):.4g} m of '{self._robot_name}' is outside of "
-                f"{self.reach_min:.4g} .. {self.reach_max:.4g} m (shape angle {self.theta_min:.4g} .. "
-                f"{self.theta_max:.4g} rad)"
+                f"{what} {float(np.ravel(value[~inside])[0]):.4g} {unit} of '{self._robot_name}' is outside "
+                f"of {low:.4g} .. {high:.4g} {unit} ({limits})"
             )
         return value if value.ndim else float(value)
 

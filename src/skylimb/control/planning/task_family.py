@@ -6,21 +6,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from skylimb.base.errors import DescriptionError, UnreachableError
-from skylimb.control.planning.posture import ReachFamily
+from skylimb.base.errors import UnreachableError
+from skylimb.control.planning.posture import widest_family
 from skylimb.control.planning.task_posture import Task, TaskPosture, judged_posture
 from skylimb.control.planning.tip_pose import tip_jacobian
 from skylimb.control.planning.vectoring_criteria import VectoringCriteria
 from skylimb.control.planning.vectoring_program import PathProgram
 from skylimb.control.planning.vectoring_search import evaluate, posture_function
-from skylimb.robots.description import PostureFamily
 from skylimb.robots.held_results import Limit, NotHeld
 from skylimb.robots.model import Robot
 
-_WIDEST = 0.35
-"""How far theta goes to both sides at most, rad."""
-
-_NARROWEST = 0.02
 _COARSE = 3
 """Degree of the polynomials that are found first."""
 
@@ -40,18 +35,11 @@ def standing_in(robot: Robot, joint_angles: np.ndarray, vectoring_angles: np.nda
         return Robot(replace(robot.description, vectoring_start=np.asarray(vectoring_angles, dtype=float)))
     away = np.linalg.pinv(tip_jacobian(robot, q, vectoring_angles), rcond=1e-6)[:, 0]
     fastest = float(np.max(np.abs(away)))
-    width = _WIDEST
-    while width > _NARROWEST and fastest > 1e-9:
-        family = PostureFamily(q, away / fastest, -width, width, 0.0)
-        there = replace(robot.description, posture=family, vectoring_start=np.asarray(vectoring_angles))
-        try:
-            reach = ReachFamily(Robot(there))
-        except DescriptionError:  # beyond a limit, or it turns back
-            width *= 0.8
-            continue
-        width = min(-reach.theta_min, reach.theta_max)
-        if width > _NARROWEST:
-            return Robot(replace(there, posture=replace(family, theta_min=-width, theta_max=width)))
+    if fastest > 1e-9:
+        there = Robot(replace(robot.description, vectoring_start=np.asarray(vectoring_angles)))
+        family = widest_family(there, q, away / fastest, 0.0)
+        if family is not None:
+            return Robot(replace(there.description, posture=family))
     raise UnreachableError(
         f"'{robot.name}' cannot move its tip to and fro at joint angles {np.round(q, 3).tolist()} rad within "
         "its joint limits"
