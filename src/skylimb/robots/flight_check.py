@@ -63,7 +63,7 @@ def check_few_rotors(robot: Robot) -> None:
     hover = find_hover(robot, q)
     if not hover:
         raise DescriptionError(f"{who}; {cannot_hover(robot, q, hover)}")
-    thrusts, angles = inputs_at(robot, q, hover)
+    thrusts, angles = (part[2:] for part in inputs_at(robot, q, hover.vectoring_angles, hover.thrusts))
     lacking = not_given(np.hstack([thrusts, angles]))
     if lacking:
         raise DescriptionError(f"{who}; it hovers, but neither thrusts nor vectoring angles give {lacking}")

@@ -5,7 +5,6 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 
-from skylimb.robots.held_results import Held
 from skylimb.robots.model import Robot
 
 AXES = ("lift", "roll torque", "pitch torque", "yaw torque")
@@ -14,15 +13,17 @@ _SHARE = 0.5
 """An axis counts as not given where this share of it lies in what the inputs leave out."""
 
 
-def inputs_at(robot: Robot, joint_angles: np.ndarray, hover: Held) -> tuple[np.ndarray, np.ndarray]:
-    """Lift and torques in root axes, N and N m, per newton of each thrust (4, n) and radian of each angle.
+def inputs_at(
+    robot: Robot, joint_angles: np.ndarray, vectoring_angles: np.ndarray, thrusts: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Wrench in root axes, N and N m, per newton of each thrust (6, n) and radian of each angle (6, nv).
 
-    The second, (4, nv), is how the hover's wrench changes as the vectoring joints turn.
+    The second is how the wrench of some thrusts (n,), N, changes as the vectoring joints turn.
     """
     psi = ca.SX.sym("psi", robot.n_vectoring)
-    wrench = robot.wrench_function(ca.DM(joint_angles), psi)[2:, :]
-    moving = ca.jacobian(wrench @ ca.DM(hover.thrusts), psi)
-    inputs = ca.Function("inputs", [psi], [wrench, moving])(hover.vectoring_angles)
+    wrench = robot.wrench_function(ca.DM(joint_angles), psi)
+    moving = ca.jacobian(wrench @ ca.DM(thrusts), psi)
+    inputs = ca.Function("inputs", [psi], [wrench, moving])(vectoring_angles)
     return inputs[0].full(), inputs[1].full()
 
 

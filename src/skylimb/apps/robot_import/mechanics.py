@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import casadi as ca
 import numpy as np
 
+from skylimb.robots.held_axes import inputs_at
 from skylimb.robots.held_results import Held, NotHeld
 from skylimb.robots.hover import find_hover, find_hovers
 from skylimb.robots.model import Robot
@@ -61,11 +61,7 @@ def actuation(robot: Robot) -> Actuation:
     at = hover.vectoring_angles if hover else robot.description.vectoring_start
     limits = np.array([rotor.thrust_max for rotor in robot.description.rotors])
     thrusts = hover.thrusts if hover else 0.5 * limits
-    psi = ca.SX.sym("psi", robot.n_vectoring)
-    wrench = robot.wrench_function(ca.DM(q), psi)
-    inputs = ca.horzcat(wrench, ca.jacobian(wrench @ ca.DM(thrusts), psi))
-    moving = ca.Function("moving", [psi], [inputs])(at).full()
-    fixed = moving[:, : robot.n_rotors]
+    fixed, moving = inputs_at(robot, q, at, thrusts)
     angles = [at, *(one.vectoring_angles for one in hovers)]
     condition = min(_condition(robot.wrench_function(q, psi).full()[2:]) for psi in angles)
     return Actuation(
@@ -74,7 +70,7 @@ def actuation(robot: Robot) -> Actuation:
         can_touch(robot, q, at),
         _rank(fixed),
         condition,
-        _rank(moving),
+        _rank(np.hstack([fixed, moving])),
         math.isfinite(condition),
     )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +25,8 @@ _SPINS = {1: "#0072B2", -1: "#D55E00"}
 _AXES = ("#B00020", "#2E7D32", "#1565C0")
 _INK, _GREY, _LINK = "#1A1A1A", "#9A9A9A", "#666666"
 _AROUND = np.linspace(0.0, 2.0 * np.pi, 25)
-_MOST_POINTS = 300
+_MOST_EDGES, _SHARP = 300, 0.3
+"""Edges of a shape that are drawn at most, and the angle between two faces from which on they are, rad."""
 
 
 def draw_robot(report: RobotReport, path: str | Path) -> None:
@@ -88,10 +90,9 @@ def _draw(axes: Any, description: RobotDescription, poses: dict[str, Pose], *, l
         axes.plot(*ends.T, color=_LINK, lw=2.0 if joint.kind == "fixed" else 3.0, solid_capstyle="round")
     for link in description.links:
         for shape in link.collisions or link.visuals:
-            for line in _outline(shape):
-                placed = poses[link.name][0] + line @ poses[link.name][1].T
-                axes.plot(*placed.T, color=_GREY, lw=0.5)
-                points += list(placed)
+            placed = poses[link.name][0] + _outline(shape) @ poses[link.name][1].T
+            axes.plot(*placed.T, color=_GREY, lw=0.5)
+            points += list(placed[np.isfinite(placed[:, 0])])
     size = float(np.ptp(np.array(points), axis=0).max()) or 1.0
     for joint in description.joints:
         if joint.kind != "fixed":
@@ -143,35 +144,25 @@ def _frame(axes: Any, points: np.ndarray, unseen: str) -> None:
             getattr(axes, f"set_{name}label")(f"{name} (m)", fontsize=7)
 
 
-def _outline(shape: Visual) -> list[np.ndarray]:
-    """Lines (k, 3) of a shape in its link's frame, m."""
-    if shape.shape == "box":
-        x, y, z = 0.5 * np.array(shape.size)
-        ring = np.array([[x, y], [-x, y], [-x, -y], [x, -y], [x, y]])
-        lines = [np.column_stack([ring, np.full(5, level)]) for level in (-z, z)]
-        lines += [np.array([[*corner, -z], [*corner, z]]) for corner in ring[:4]]
-    elif shape.shape == "cylinder":
-        radius, length = shape.size
-        ring = radius * np.column_stack([np.cos(_AROUND), np.sin(_AROUND)])
-        lines = [
-            np.column_stack([ring, np.full(len(ring), level)]) for level in (-0.5 * length, 0.5 * length)
-        ]
-    elif shape.shape == "sphere":
-        ring = shape.size[0] * np.column_stack([np.cos(_AROUND), np.sin(_AROUND), np.zeros(len(_AROUND))])
-        lines = [ring[:, order] for order in ([0, 1, 2], [0, 2, 1], [2, 0, 1])]
-    else:
-        lines = _mesh_outline(shape)
-    return [shape.xyz + line @ shape.R.T for line in lines]
+def _outline(shape: Visual) -> np.ndarray:
+    """Sharp edges of a shape's convex hull in its link's frame, m, (3 k, 3): ends of each, then a gap.
 
-
-def _mesh_outline(shape: Visual) -> list[np.ndarray]:
-    """Edges of the convex hull of a mesh, thinned; nothing for a file that cannot be read."""
+    None for a mesh that cannot be read.
+    """
     import trimesh
+    from trimesh import creation
 
+    made = {"box": creation.box, "cylinder": creation.cylinder, "sphere": partial(creation.icosphere, 1)}
     try:
-        mesh = trimesh.load(str(shape.mesh), force="mesh")
+        if shape.shape == "mesh":
+            mesh, scale = trimesh.load(str(shape.mesh), force="mesh"), np.array(shape.size)
+        else:
+            given = (shape.size,) if shape.shape == "box" else shape.size
+            mesh, scale = made[shape.shape](*given), np.ones(3)
         hull = mesh.convex_hull  # type: ignore[union-attr]
-        edges = hull.vertices[hull.edges_unique] * np.array(shape.size)
+        edges = hull.face_adjacency_edges[hull.face_adjacency_angles > _SHARP]
+        ends = hull.vertices[edges[:: max(1, len(edges) // _MOST_EDGES)]] * scale
     except Exception:  # readers of many kinds of files raise many kinds of errors; the picture goes on
-        return []
-    return list(edges[:: max(1, len(edges) // _MOST_POINTS)])
+        return np.zeros((0, 3))
+    ends = shape.xyz + ends @ shape.R.T
+    return np.concatenate([ends, np.full((len(ends), 1, 3), np.nan)], axis=1).reshape(-1, 3)

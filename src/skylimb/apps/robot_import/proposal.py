@@ -1,9 +1,10 @@
-"""The flight TOML of a recognised description; what is assumed, or said twice differently, is told."""
+"""The flight TOML of a recognised description, with a doubt for what is assumed or contradicts itself."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from pathlib import Path
 from xml.etree.ElementTree import Element
 
 import numpy as np
@@ -12,7 +13,7 @@ from skylimb.apps.robot_import.doubts import Doubt
 from skylimb.apps.robot_import.mapping import MappedRotor, Mapping
 from skylimb.apps.robot_import.roles import Roles
 from skylimb.apps.robot_import.tables import MotorTable, ServoTable
-from skylimb.apps.robot_import.tree import UrdfTree
+from skylimb.apps.robot_import.tree import UrdfTree, number
 from skylimb.base.errors import DescriptionError
 from skylimb.robots.description import GRAVITY, Servo
 from skylimb.robots.flight_file import (
@@ -34,6 +35,7 @@ _STICK = 0.15
 _BELIEVED = 1e3
 """Greatest thrust that a limit of a rotor's axle may mean, N; +-1e16 means none."""
 _FAR_APART = 0.05
+_NO_TABLE = MotorTable(Path(), None, None, None, None, None)
 _SERVOS = {"joints": Servo(50.0, 2.0, 3.0, 0.5), "gimbals": Servo(5.0, 0.1, 3.0, 10.0)}
 
 
@@ -99,44 +101,28 @@ def _level(n: int) -> PostureSection:
 
 
 def _rotors(
-    tree: UrdfTree,
-    roles: Roles,
-    axles: list[dict[str, float]],
-    sources: Sources,
-    doubts: list[Doubt],
+    tree: UrdfTree, roles: Roles, axles: list[dict[str, float]], sources: Sources, doubts: list[Doubt]
 ) -> tuple[RotorSection, ...]:
-    kappa, sense = _drag(tree, sources, doubts)
-    signs = [rotor.spin for rotor in roles.rotors]
-    told = any(sign == -1 for sign in signs)
-    if len(signs) > 1 and not told and kappa > 0.0:
-        doubts.append(
-            Doubt(
-                "spin of the rotors",
-                "is not said; they are taken to turn in alternation",
-                "say spin in a mapping file",
-            )
-        )
+    """Each number from the first that says it: mapping, URDF, motor table; else it is assumed."""
+    motors = sources.motors or _NO_TABLE
+    kappa, sense = _drag(tree, motors, doubts)
+    signed = any(rotor.spin == -1 for rotor in roles.rotors)
+    if len(roles.rotors) > 1 and not signed and kappa > 0.0:
+        guess = "is not said; they are taken to turn in alternation"
+        doubts.append(Doubt("spin of the rotors", guess, "say spin in a mapping file"))
     share = tree.total_mass() * GRAVITY / len(roles.rotors)
     sections = []
     for k, (rotor, axle) in enumerate(zip(roles.rotors, axles, strict=True)):
-        low, high = _thrusts(k, rotor, axle, share, sources, doubts)
-        spin = sense * (rotor.spin if told and rotor.spin else 1 if k % 2 == 0 else -1)
-        lag = rotor.lag or (sources.motors.lag if sources.motors else None)
-        if lag is None and k == 0:
-            doubts.append(
-                Doubt(
-                    "lag of the rotors",
-                    f"is not said; {LAG:g} s is assumed",
-                    "say lag, from a step of thrust",
-                )
-            )
+        low, high = _thrusts(rotor, axle, share, motors, doubts)
+        lag = _first(rotor.lag, motors.lag)
+        if lag is None:
+            guess = f"is not said; {LAG:g} s is assumed"
+            doubts.append(Doubt("lag of the rotors", guess, "say lag, from a step of thrust"))
         sections.append(
             RotorSection(
                 link=rotor.link,
-                spin=1 if spin > 0 else -1,
-                drag_torque_coefficient=kappa
-                if rotor.drag_torque_coefficient is None
-                else rotor.drag_torque_coefficient,
+                spin=sense * (rotor.spin if signed and rotor.spin else 1 - 2 * (k % 2)),  # type: ignore[arg-type]
+                drag_torque_coefficient=_first(rotor.drag_torque_coefficient, kappa) or 0.0,
                 thrust_min=low,
                 thrust_max=high,
                 lag=lag or LAG,
@@ -147,81 +133,50 @@ def _rotors(
     return tuple(sections)
 
 
-def _drag(tree: UrdfTree, sources: Sources, doubts: list[Doubt]) -> tuple[float, int]:
+def _first(*values: float | None) -> float | None:
+    """The first value that is said."""
+    return next((value for value in values if value is not None), None)
+
+
+def _drag(tree: UrdfTree, motors: MotorTable, doubts: list[Doubt]) -> tuple[float, int]:
     """Drag torque per thrust, and -1 where the file counts its sense of spin the other way round."""
-    element = tree.root.find("m_f_rate")
-    said = float("nan")
-    if element is not None:
-        try:
-            said = float(element.get("value") or "nan")
-        except ValueError:
-            said = float("nan")
-    table = sources.motors.drag_torque_coefficient if sources.motors else None
-    if math.isfinite(said):
-        if table is not None and abs(abs(said) - table) > _FAR_APART * max(abs(said), table):
-            doubts.append(
-                Doubt(
-                    "drag torque per thrust",
-                    f"is {abs(said):g} m in the URDF and {table:g} m in {_told(sources.motors)}; the "
-                    "URDF's is taken",
-                    "measure it, and correct one of the two",
-                )
-            )
-        return abs(said), -1 if said > 0.0 else 1
-    if table is not None:
-        return table, 1
-    doubts.append(
-        Doubt(
-            "drag torque per thrust",
-            f"is not said; {KAPPA:g} m is assumed",
-            "say drag_torque_coefficient in a mapping file",
-        )
-    )
-    return KAPPA, 1
+    said, table = number(tree.root.find("m_f_rate"), "value", math.nan), motors.drag_torque_coefficient
+    what = "drag torque per thrust"
+    if not math.isfinite(said):
+        if table is None:
+            guess = f"is not said; {KAPPA:g} m is assumed"
+            doubts.append(Doubt(what, guess, "say drag_torque_coefficient in a mapping file"))
+        return KAPPA if table is None else table, 1
+    if table is not None and abs(abs(said) - table) > _FAR_APART * max(abs(said), table):
+        value = f"is {abs(said):g} m in the URDF and {table:g} m in {_named(motors)}; the URDF's is taken"
+        doubts.append(Doubt(what, value, "measure it, and correct one of the two"))
+    return abs(said), -1 if said > 0.0 else 1
 
 
 def _thrusts(
-    k: int, rotor: MappedRotor, axle: dict[str, float], share: float, sources: Sources, doubts: list[Doubt]
+    rotor: MappedRotor, axle: dict[str, float], share: float, motors: MotorTable, doubts: list[Doubt]
 ) -> tuple[float, float]:
+    """Least and greatest thrust, N; `share` is the weight that a rotor carries, N."""
     low, high = axle.get("lower", math.nan), axle.get("upper", math.nan)
-    usable = (
-        math.isfinite(low) and math.isfinite(high) and 0.0 <= low < high < _BELIEVED and high != 2 * math.pi
-    )
-    motors = sources.motors
-    table = motors.thrust_max if motors else None
-    most = rotor.thrust_max or (high if usable else None)
-    if most is not None and table is not None and rotor.thrust_max is None:
-        if abs(most - table) > _FAR_APART * table and k == 0:
-            doubts.append(
-                Doubt(
-                    "greatest thrust",
-                    f"is {most:g} N in the URDF and {table:g} N in {_told(motors)}; the smaller is taken",
-                    "say thrust_max in a mapping file, as measured",
-                )
-            )
-        most = min(most, table)
-    if most is None:
-        most = table
+    if not (0.0 <= low < high < _BELIEVED and high != 2.0 * math.pi):
+        low, high = None, None
+    table, most, what = motors.thrust_max, rotor.thrust_max, "greatest thrust"
+    if not most and high is not None and table is not None:
+        most = min(high, table)
+        if abs(high - table) > _FAR_APART * table:
+            value = f"is {high:g} N in the URDF and {table:g} N in {_named(motors)}; the smaller is taken"
+            doubts.append(Doubt(what, value, "say thrust_max in a mapping file, as measured"))
+    most = _first(most or None, high, table)
     if most is None:
         most = round(THRUST_TO_WEIGHT * share, 2)
-        if k == 0:
-            doubts.append(
-                Doubt(
-                    "greatest thrust",
-                    f"is not said; {THRUST_TO_WEIGHT:g} times the weight is assumed, {most:g} N a rotor",
-                    "say thrust_max in a mapping file",
-                )
-            )
-    least = rotor.thrust_min if rotor.thrust_min is not None else low if usable else None
-    if least is None:
-        least = motors.thrust_min if motors and motors.thrust_min is not None else min(THRUST_MIN, 0.1 * most)
+        value = f"is not said; {THRUST_TO_WEIGHT:g} times the weight is assumed, {most:g} N a rotor"
+        doubts.append(Doubt(what, value, "say thrust_max in a mapping file"))
+    least = _first(rotor.thrust_min, low, motors.thrust_min, min(THRUST_MIN, 0.1 * most)) or 0.0
     return (least, most) if least < most else (0.0, most)
 
 
-def _told(motors: MotorTable | None) -> str:
+def _named(motors: MotorTable) -> str:
     """Name of the table, and the voltage that its thrust is for."""
-    if motors is None:
-        return ""
     return motors.path.name if motors.voltage is None else f"{motors.path.name} (at {motors.voltage:g} V)"
 
 

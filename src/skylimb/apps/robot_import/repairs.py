@@ -25,6 +25,8 @@ _POINT = 1e-3
 _LIMITS = {"effort": (3.0, "N m"), "velocity": (0.5, "rad/s")}
 """Assumed where a joint's limit is missing or not positive."""
 
+_ENTRIES = {"ixx": (0, 0), "iyy": (1, 1), "izz": (2, 2), "ixy": (0, 1), "ixz": (0, 2), "iyz": (1, 2)}
+
 _SPREAD = 1e-3
 """Share of the second moment that a mended inertia has at least along each axis."""
 
@@ -38,7 +40,7 @@ def repair(tree: UrdfTree, roles: Roles, *, mend: bool = False) -> list[Doubt]:
         mend: whether inertias of real links that no body has are replaced by the nearest one that a body has.
     """
     doubts: list[Doubt] = []
-    welded = sum(tree.mass(name) for name in _welded(tree, tree.base()))
+    welded = sum(tree.mass(name) for name in tree.subtree(tree.base(), fixed=True))
     for joint in [*filter(None, roles.spinning), *roles.locked]:
         tree.fix(joint)
     for joint in [*roles.shape, *roles.vectoring]:
@@ -99,18 +101,6 @@ def _plant_root(tree: UrdfTree, welded: float) -> list[Doubt]:
     ]
 
 
-def _welded(tree: UrdfTree, root: str) -> set[str]:
-    """Links that fixed joints hold to the root."""
-    found, open_ = {root}, [root]
-    while open_:
-        for joint in tree.below(open_.pop()):
-            child = tree.end(joint, "child") or ""
-            if joint.get("type") == "fixed" and child not in found:
-                found.add(child)
-                open_.append(child)
-    return found
-
-
 def _mend_inertia(tree: UrdfTree, name: str, mend: bool) -> list[Doubt]:
     inertial = _inertial(tree, name)
     if inertial is None:
@@ -162,13 +152,12 @@ def _inertial(tree: UrdfTree, name: str) -> Inertial | None:
     element = None if link is None else link.find("inertial/inertia")
     if element is None:
         return None
-    try:
-        xx, yy, zz, xy, xz, yz = (
-            float(element.get(key, "0")) for key in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
-        )
-    except ValueError:
-        return None
-    inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    inertia = np.zeros((3, 3))
+    for key, (i, j) in _ENTRIES.items():
+        try:
+            inertia[i, j] = inertia[j, i] = float(element.get(key, "0"))
+        except ValueError:
+            return None
     return Inertial(tree.mass(name), np.zeros(3), inertia)
 
 
@@ -176,9 +165,5 @@ def _write_inertia(tree: UrdfTree, name: str, inertia: np.ndarray) -> None:
     link = tree.link(name)
     element = None if link is None else link.find("inertial/inertia")
     assert element is not None  # it was read from there
-    for key, (i, j) in zip(
-        ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"),
-        ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)),
-        strict=True,
-    ):
-        element.set(key, repr(float(inertia[i, j])))
+    for key, place in _ENTRIES.items():
+        element.set(key, repr(float(inertia[place])))

@@ -87,8 +87,12 @@ def _spins(tree: UrdfTree, joint: Element, role: Role | None) -> bool:
         return role == "rotor"
     name, child = joint.get("name", ""), tree.end(joint, "child") or ""
     called = _ROTOR.match(name) or (_ROTOR.match(child) and not _VECTORING.match(name))
-    leaf = not any(tree.end(below, "child") in tree.subtree(child) for below in _moving_below(tree, child))
-    return bool(called) and leaf and joint.get("type") in _TURNS and not _SHAPE.match(name)
+    return (
+        bool(called)
+        and not _moving_below(tree, child)
+        and joint.get("type") in _TURNS
+        and not _SHAPE.match(name)
+    )
 
 
 def _moving_below(tree: UrdfTree, link: str) -> list[Element]:

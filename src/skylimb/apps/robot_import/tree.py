@@ -82,13 +82,13 @@ class UrdfTree:
             yield joint
             joint = self.above(self.end(joint, "parent") or "")
 
-    def subtree(self, link: str) -> set[str]:
-        """Names of the link and of all links below it."""
+    def subtree(self, link: str, fixed: bool = False) -> set[str]:
+        """Names of the link and of all links below it, or of those that fixed joints hold to it."""
         found, open_ = {link}, [link]
         while open_:
             for joint in self.below(open_.pop()):
                 child = self.end(joint, "child") or ""
-                if child not in found:
+                if child not in found and (not fixed or joint.get("type") == FIXED):
                     found.add(child)
                     open_.append(child)
         return found
@@ -111,7 +111,7 @@ class UrdfTree:
         """Mass that the file says of a link, kg; 0 where it says none."""
         element = self.link(link)
         mass = None if element is None else element.find("inertial/mass")
-        return _number(mass, "value", 0.0)
+        return number(mass, "value", 0.0)
 
     def total_mass(self) -> float:
         """Sum of all links' masses, kg."""
@@ -119,7 +119,7 @@ class UrdfTree:
 
     def limit(self, joint: Element, key: str) -> float:
         """A number of the joint's <limit>, NaN where there is none."""
-        return _number(joint.find("limit"), key, math.nan)
+        return number(joint.find("limit"), key, math.nan)
 
     def axis(self, joint: Element) -> np.ndarray:
         """The joint's axis (3,), as URDF has it: x where none is given."""
@@ -183,7 +183,8 @@ class UrdfTree:
         return ElementTree.tostring(root, encoding="utf-8", xml_declaration=True) + b"\n"
 
 
-def _number(element: Element | None, key: str, default: float) -> float:
+def number(element: Element | None, key: str, default: float) -> float:
+    """An attribute as a number, `default` where it is none."""
     try:
         return float((element.get(key) if element is not None else None) or "")
     except ValueError:
