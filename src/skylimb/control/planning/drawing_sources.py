@@ -6,13 +6,14 @@ are loaded when they are first used.
 
 from __future__ import annotations
 
+import importlib
 import io
 from typing import Any
 from xml.etree.ElementTree import ParseError
 
 import numpy as np
 
-from skylimb.base.errors import ConfigError, unknown_name
+from skylimb.base.errors import ConfigError, missing_extra, unknown_name
 from skylimb.base.sources import Source
 from skylimb.control.planning.drawing import MOST_POINTS, Strokes, clean, require_drawable
 
@@ -40,8 +41,7 @@ def svg_strokes(source: Source, file: str) -> Strokes:
     Raises:
         ConfigError: where the file is no SVG, has nothing to draw, or has text or pictures in it.
     """
-    from svgelements import SVG
-
+    SVG: Any = _extra("svgelements").SVG
     what = f"SVG file '{file}'"
     if not source.content:
         raise ConfigError(f"{what} is empty")
@@ -75,6 +75,7 @@ def text_strokes(text: str, font: str = "futural") -> Strokes:
     """One line of words in a Hershey font, in the font's units, x to the right and y up.
 
     Raises:
+        MissingExtraError: where the extra for drawings is not installed.
         UnknownNameError: where there is no such font.
         ConfigError: where the font lacks a letter, or there is nothing to draw.
     """
@@ -82,9 +83,7 @@ def text_strokes(text: str, font: str = "futural") -> Strokes:
         raise ConfigError(
             f"trajectory.text = {text[:20]!r}... has {len(text)} letters, more than {_MOST_LETTERS}"
         )
-    from HersheyFonts import HersheyFonts
-
-    letters: Any = HersheyFonts()
+    letters: Any = _extra("HersheyFonts").HersheyFonts()
     known = list(letters.default_font_names)
     if font not in known:
         raise unknown_name("font", font, known)
@@ -97,6 +96,13 @@ def text_strokes(text: str, font: str = "futural") -> Strokes:
         )
     lines = [np.array(stroke, dtype=float).reshape(-1, 2) for stroke in letters.strokes_for_text(text)]
     return clean([line * [1.0, -1.0] for line in lines], f"trajectory.text = {text!r}")
+
+
+def _extra(package: str) -> Any:
+    try:
+        return importlib.import_module(package)
+    except ImportError:
+        raise missing_extra(package, "draw") from None
 
 
 def _outlines(document: Any, what: str) -> list[tuple[list[Any], Any]]:

@@ -20,13 +20,10 @@ import numpy as np
 from skylimb.base.keys import refused
 from skylimb.control.planning.drawing import Strokes, fitted, nearest_first
 from skylimb.control.planning.drawing_sources import svg_strokes, text_strokes
-from skylimb.control.planning.own_path import OWN, own_path
 from skylimb.control.planning.pen_motion import pen_motion
 from skylimb.control.planning.smooth_step import STEEPEST, quintic, smooth_step
 from skylimb.control.planning.trajectory_config import TrajectoryConfig
-
-Samples = tuple[np.ndarray, np.ndarray, np.ndarray]
-"""Position (k, 2) in m, velocity in m/s, acceleration in m/s^2."""
+from skylimb.control.planning.user_path import USER, Samples, user_path
 
 _SHORTEST_RAMP = 1e-9
 """A shorter ramp is none, s; rates over it would be no numbers."""
@@ -183,14 +180,10 @@ def _drawing(config: TrajectoryConfig) -> Trajectory:
     return Trajectory(motion.duration, inside, motion.lifts, config.lift_time)
 
 
-def _own(config: TrajectoryConfig) -> Trajectory:
-    spline = own_path(
+def _user(config: TrajectoryConfig) -> Trajectory:
+    inside = user_path(
         config.file, config.function, config.duration, config.direction, config.speed, config.acceleration
     )
-
-    def inside(t: np.ndarray) -> Samples:
-        return spline(t), spline(t, 1), spline(t, 2)
-
     return Trajectory(config.duration, inside)
 
 
@@ -202,7 +195,7 @@ _SHAPES: dict[str, Callable[[TrajectoryConfig], Trajectory]] = {
     "lawnmower": _lawnmower,
     "waypoints": _waypoints,
     "drawing": _drawing,
-    OWN: _own,
+    USER: _user,
 }
 
 

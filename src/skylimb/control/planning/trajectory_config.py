@@ -12,7 +12,7 @@ from skylimb.base.keys import Key, configuration, refused
 from skylimb.base.sources import Source, read_source
 from skylimb.base.user_modules import load_module, sources_of_module
 from skylimb.control.planning.drawing import LARGEST
-from skylimb.control.planning.own_path import OWN
+from skylimb.control.planning.user_path import USER
 
 TURN = 2.0 * math.pi
 
@@ -139,7 +139,7 @@ class TrajectoryConfig:
     @cached_property
     def sources(self) -> tuple[Source, ...]:
         """The file as it was read, where there is one; with what a Python file imports beside it."""
-        if self.shape == OWN and self.file:
+        if self.shape == USER and self.file:
             return sources_of_module(load_module(Path(self.file), (self.function,)))
         return (read_source(self.file),) if self.file else ()
 
@@ -159,7 +159,7 @@ class TrajectoryConfig:
             raise ConfigError(
                 "trajectory.shape = 'drawing' needs either trajectory.file or trajectory.text, and not both"
             )
-        if self.shape == OWN and not (self.file and self.function and self.duration > 0.0):
+        if self.shape == USER and not (self.file and self.function and self.duration > 0.0):
             raise ConfigError(
                 "trajectory.shape = 'own' needs trajectory.file, trajectory.function and trajectory.duration"
             )

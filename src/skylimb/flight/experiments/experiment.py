@@ -21,9 +21,9 @@ from skylimb.control.loop.terminations import Terminations
 from skylimb.control.missions.configuration import ApproachConfig, PhaseConfig
 from skylimb.control.missions.excitation import ExcitationConfig
 from skylimb.control.missions.wrap import WrapConfig
-from skylimb.control.planning.own_path import spelled_out
 from skylimb.control.planning.posture_path import PostureConfig
 from skylimb.control.planning.trajectory_config import TrajectoryConfig
+from skylimb.control.planning.user_path import spelled_out
 from skylimb.control.slots import SLOTS, find_law, keys_of_law, law_names
 from skylimb.flight.events import Event, events_from_mapping
 from skylimb.flight.experiments.tolerances import Tolerances

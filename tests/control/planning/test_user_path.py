@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from skylimb.base.errors import ConfigError
-from skylimb.control.planning.own_path import own_path, spelled_out
 from skylimb.control.planning.trajectories import trajectory
 from skylimb.control.planning.trajectory_config import TrajectoryConfig
+from skylimb.control.planning.user_path import spelled_out, user_path
 from skylimb.flight.experiments.experiment import load_experiment
 
 HEART = {"file": str(Path(__file__).parents[3] / "examples" / "own_path.py"), "function": "heart"}
@@ -45,8 +45,8 @@ def test_a_function_of_time_is_flown_with_its_derivatives(write: Write) -> None:
 
 
 def test_one_array_does_as_well(write: Write) -> None:
-    spline = own_path(write("return np.stack([0.01 * t, 0 * t], axis=1)"), "mine", 2.0, 1, 0.1, 0.3)
-    np.testing.assert_allclose(spline(1.0), [0.01, 0.0])
+    spline = user_path(write("return np.stack([0.01 * t, 0 * t], axis=1)"), "mine", 2.0, 1, 0.1, 0.3)
+    np.testing.assert_allclose(spline(np.array(1.0))[0], [0.01, 0.0], atol=1e-15)
 
 
 @pytest.mark.parametrize(
@@ -66,7 +66,7 @@ def test_one_array_does_as_well(write: Write) -> None:
 @pytest.mark.filterwarnings("ignore:invalid value")
 def test_what_cannot_be_flown_is_refused(write: Write, body: str, message: str) -> None:
     with pytest.raises(ConfigError, match=message):
-        own_path(write(body), "mine", 2.0, 1, 0.1, 0.3)
+        user_path(write(body), "mine", 2.0, 1, 0.1, 0.3)
 
 
 def test_the_short_form_names_file_and_function(write: Write, tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""A path of a user's own: a Python function of time, sampled, checked and made smooth.
+"""A user's path: a Python function of time, sampled, checked and made smooth.
 
     # heart.py
     def heart(t):
@@ -13,18 +13,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import casadi as ca
 import numpy as np
 
 from skylimb.base.errors import ConfigError, UserCodeError
 from skylimb.base.user_code import UserCode
 from skylimb.base.user_modules import load_module
 
-if TYPE_CHECKING:
-    from scipy.interpolate import CubicSpline
+Samples = tuple[np.ndarray, np.ndarray, np.ndarray]
+"""Position (..., 2) in m, velocity in m/s, acceleration in m/s^2."""
 
-OWN = "own"
+USER = "own"
 """The shape's name in a configuration."""
 
 _STEP = 0.005
@@ -55,13 +56,13 @@ def spelled_out(tables: Mapping[str, Any]) -> dict[str, Any]:
         file, _, name = shape.rpartition(":")
     else:
         return dict(tables)
-    return {**tables, "shape": OWN, "file": file, "function": name}
+    return {**tables, "shape": USER, "file": file, "function": name}
 
 
-def own_path(
+def user_path(
     file: str, function: str, duration: float, direction: int, speed: float, acceleration: float
-) -> CubicSpline:
-    """The path (u, v) in m over time in s, twice continuously differentiable.
+) -> Callable[[np.ndarray], Samples]:
+    """The path (u, v) over times within its duration (s), twice continuously differentiable.
 
     Args:
         file: Python file.
@@ -75,17 +76,17 @@ def own_path(
         ConfigError: when the function fails, returns something else, is not finite, jumps, or is faster than
             allowed.
     """
-    from scipy.interpolate import CubicSpline  # slow to import, and few paths are functions
-
     what = f"path '{function}' of '{Path(file).name}'"
     called = getattr(load_module(Path(file), (function,)), function)
     count = int(np.clip(np.ceil(duration / _STEP), _FEWEST, _MOST)) + 1
     times = np.linspace(0.0, duration, count)
     points = _points(called, times, what)
     _require_continuous(called, times, points, what)
-    spline = CubicSpline(times, points[::direction])
-    for order, most, unit, key in ((1, speed, "m/s", "speed"), (2, acceleration, "m/s^2", "acceleration")):
-        size = np.linalg.norm(spline(times, order), axis=1)
+    spline = _cubic_spline(times, points[::direction])
+    _, *rates = spline(times)
+    most_allowed = (speed, "m/s", "speed"), (acceleration, "m/s^2", "acceleration")
+    for rate, (most, unit, key) in zip(rates, most_allowed, strict=True):
+        size = np.linalg.norm(rate, axis=1)
         worst = int(np.argmax(size))
         if size[worst] > most * (1.0 + 1e-6):
             raise ConfigError(
@@ -93,6 +94,21 @@ def own_path(
                 f"{most:g} {unit} is the most that is allowed: set it, or make the path slower"
             )
     return spline
+
+
+def _cubic_spline(times: np.ndarray, points: np.ndarray) -> Callable[[np.ndarray], Samples]:
+    """Through points (k, 2) at times (k,), with its derivatives; not-a-knot at both ends."""
+    curve, t = ca.interpolant("path", "bspline", [times], points.ravel()), ca.MX.sym("t")
+    velocity = ca.jacobian(curve(t), t)
+    function = ca.Function("path", [t], [curve(t), velocity, ca.jacobian(velocity, t)])
+
+    def sample(t: np.ndarray) -> Samples:
+        position, velocity, acceleration = (
+            part.full().T.reshape(*t.shape, 2) for part in function(t.reshape(1, -1))
+        )
+        return position, velocity, acceleration
+
+    return sample
 
 
 def _points(function: Callable[..., Any], times: np.ndarray, what: str) -> np.ndarray:
