@@ -12,9 +12,6 @@ from .control.controller import Controller as Controller
 from .control.controller import load_controller as load_controller
 from .control.estimation.records import Measurement as Measurement
 from .control.missions.reference import Reference as Reference
-from .control.planning.feasible_wrench import FeasibleWrench as FeasibleWrench
-from .control.planning.feasible_wrench import feasible_wrench as feasible_wrench
-from .control.planning.feasible_wrench import push_limit as push_limit
 from .control.records import Command as Command
 from .flight.drawing import draw as draw
 from .flight.experiments.experiment import Experiment as Experiment
@@ -31,6 +28,9 @@ from .robots.model import Robot as Robot
 from .studies.calibration.public import calibrate as calibrate
 from .studies.campaign.public import campaign as campaign
 from .studies.campaign.sweep import sweep as sweep
+from .studies.planning.feasible_wrench import FeasibleWrench as FeasibleWrench
+from .studies.planning.feasible_wrench import feasible_wrench as feasible_wrench
+from .studies.planning.feasible_wrench import push_limit as push_limit
 from .studies.planning.task_plan import plan as plan
 
 __version__: str

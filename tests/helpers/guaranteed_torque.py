@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from skylimb.robots import Robot
-from skylimb.robots.zonotope import zonotope
+from skylimb.studies.planning.zonotope import zonotope
 
 
 def guaranteed_torque(allocation: np.ndarray, thrust_max: Any) -> float:

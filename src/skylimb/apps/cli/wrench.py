@@ -13,9 +13,9 @@ from skylimb.base.errors import ConfigError
 if TYPE_CHECKING:
     import numpy as np
 
-    from skylimb.control.planning.feasible_wrench import FeasibleWrench
     from skylimb.robots.held_results import Held, NotHeld, Within
     from skylimb.robots.model import Robot
+    from skylimb.studies.planning.feasible_wrench import FeasibleWrench
 
     Pushes = dict[str, tuple[np.ndarray, dict[str, Held | NotHeld]]]
     """Name of a direction -> the direction, and what was found by column."""
@@ -56,7 +56,7 @@ def robot_wrench(
     if out:
         require_new(out)
     import skylimb
-    from skylimb.control.planning.feasible_wrench import unit_vector
+    from skylimb.studies.planning.feasible_wrench import unit_vector
 
     model = skylimb.load_robot(robot)
     q = _numbers("--posture", posture, model.n_joints)

@@ -31,34 +31,39 @@ def settle_meshes(
         Contents of the copies by their path, and a doubt for what was taken out.
     """
     copies: dict[str, bytes] = {}
-    names: dict[Path, str] = {}
-    lost: dict[str, str] = {}
+    settled: dict[str, tuple[str, str]] = {}
     for link in tree.root.findall("link"):
         for element in [*link.findall("visual"), *link.findall("collision")]:
             mesh = element.find("geometry/mesh")
             if mesh is None:
                 continue
             name = mesh.get("filename", "")
-            file = find_file(name, folder, packages)
-            if file is None:
-                lost[name] = "is not there"
-            elif not convert and (file.suffix.lower() in DRAWN):
-                mesh.set("filename", str(file))
-                continue
-            elif not convert:
-                lost[name] = f"is {file.suffix}, which `skylimb robot import` turns into STL"
+            if name not in settled:
+                settled[name] = _settled(find_file(name, folder, packages), copies if convert else None)
+            if settled[name][0]:
+                mesh.set("filename", settled[name][0])
             else:
-                content = _drawable(file)
-                if content is not None:
-                    if file not in names:
-                        suffix = file.suffix.lower() if file.suffix.lower() in DRAWN else ".stl"
-                        names[file] = _free_name(f"{file.stem}{suffix}", copies)
-                        copies[names[file]] = content
-                    mesh.set("filename", names[file])
-                    continue
-                lost[name] = "cannot be read"
-            link.remove(element)
-    return copies, _doubts(lost)
+                link.remove(element)
+    return copies, _doubts({name: why for name, (_, why) in settled.items() if why})
+
+
+def _settled(file: Path | None, copies: dict[str, bytes] | None) -> tuple[str, str]:
+    """What a mesh is called from now on, or else why it is left out; with `copies` it becomes one of them."""
+    if file is None:
+        return "", "is not there"
+    drawn = file.suffix.lower() in DRAWN
+    if copies is None:
+        return (
+            (str(file), "")
+            if drawn
+            else ("", f"is {file.suffix}, which `skylimb robot import` turns into STL")
+        )
+    content = _drawable(file)
+    if content is None:
+        return "", "cannot be read"
+    name = _free_name(f"{file.stem}{file.suffix.lower() if drawn else '.stl'}", copies)
+    copies[name] = content
+    return name, ""
 
 
 def _doubts(lost: dict[str, str]) -> list[Doubt]:

@@ -71,25 +71,18 @@ def _first(package: Path, names: list[str], file: str) -> Path | None:
 
 def _motor_table(path: Path) -> MotorTable:
     table = _read(path, "motor_info")
-    entries = [
-        entry
-        for name, entry in table.items()
-        if _REFERENCE.fullmatch(str(name)) and isinstance(entry, dict) and _number(entry.get("max_thrust"))
-    ]
-    entries.sort(key=lambda entry: _number(entry.get("voltage")) or 0.0)
+    entries = [entry for name, entry in table.items() if _REFERENCE.fullmatch(str(name))]
+    entries = [entry for entry in entries if _number(entry, "max_thrust")]
+    entries.sort(key=lambda entry: _number(entry, "voltage") or 0.0)
     middle = entries[(len(entries) - 1) // 2] if entries else {}
-    thrust, rate, kappa = (
-        _number(middle.get("max_thrust")),
-        _number(table.get("rotor_damping_rate")),
-        _number(table.get("m_f_rate")),
-    )
+    thrust, least = _number(middle, "max_thrust"), _number(table, "min_thrust")
+    kappa, rate = _number(table, "m_f_rate"), _number(table, "rotor_damping_rate")
     # Two fans share a thrust link where the table has the noise of two; it counts one fan.
     fans = 2.0 if "dual_rotor_moment_noise" in table else 1.0
-    least = _number(table.get("min_thrust"))
     return MotorTable(
         path,
         None if thrust is None else fans * thrust,
-        _number(middle.get("voltage")),
+        _number(middle, "voltage"),
         None if kappa is None else abs(kappa),
         None if least is None else max(0.0, fans * least),
         _STEP / rate - _STEP if rate is not None and 0.0 < rate < 1.0 else None,
@@ -99,9 +92,8 @@ def _motor_table(path: Path) -> MotorTable:
 def _servo_tables(path: Path) -> dict[str, ServoTable]:
     found = {}
     for group, entry in _read(path, "servo_controller").items():
-        simulation = entry.get("simulation") if isinstance(entry, dict) else None
-        gains = simulation.get("pid") if isinstance(simulation, dict) else None
-        p, d = (_number(gains.get(key)) if isinstance(gains, dict) else None for key in ("p", "d"))
+        gains = _table(_table(entry, "simulation"), "pid")
+        p, d = _number(gains, "p"), _number(gains, "d")
         if p is not None and p > 0.0:
             found[str(group)] = ServoTable(path, p, max(0.0, d or 0.0))
     return found
@@ -114,9 +106,16 @@ def _read(path: Path, key: str) -> dict[str, Any]:
         content = yaml.safe_load(read_source(path).content)
     except yaml.YAMLError as error:
         raise DescriptionError(f"'{path}' is no YAML: {' '.join(str(error).split())[:200]}") from None
+    return _table(content, key)
+
+
+def _table(content: Any, key: str) -> dict[str, Any]:
+    """A table in a table; an empty one where either is none."""
     table = content.get(key) if isinstance(content, dict) else None
     return table if isinstance(table, dict) else {}
 
 
-def _number(value: Any) -> float | None:
+def _number(content: Any, key: str) -> float | None:
+    """A number in a table; None where either is none."""
+    value = content.get(key) if isinstance(content, dict) else None
     return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else None

@@ -13,7 +13,7 @@ from scipy.spatial import ConvexHull
 
 from skylimb.analysis.figures import style
 from skylimb.base.rotations import rot_z
-from skylimb.control.planning.feasible_wrench import FeasibleWrench
+from skylimb.studies.planning.feasible_wrench import FeasibleWrench
 
 _AROUND = np.linspace(0.0, 2.0 * np.pi, 40)
 _AXES = ("+x", "-x", "+y", "-y", "+z", "-z")

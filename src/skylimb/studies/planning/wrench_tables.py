@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from skylimb.control.planning.feasible_wrench import FeasibleWrench
 from skylimb.robots.held_results import Held, NotHeld
-from skylimb.robots.zonotope import Polytope
+from skylimb.studies.planning.feasible_wrench import FeasibleWrench
+from skylimb.studies.planning.zonotope import Polytope
 
 _MOST_CORNERS = 12
 """Rotors up to which the corners of all wrenches are worked out."""

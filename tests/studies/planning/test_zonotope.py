@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import linprog
 from scipy.spatial import ConvexHull
 
-from skylimb.robots.zonotope import Polytope, zonotope, zonotope_volume
+from skylimb.studies.planning.zonotope import Polytope, zonotope, zonotope_volume
 
 
 class Zonotope:

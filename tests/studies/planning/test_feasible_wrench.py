@@ -8,15 +8,15 @@ import skylimb
 from made_robots import multirotor
 from skylimb.base.errors import ConfigError, UnreachableError
 from skylimb.base.rotations import rot_z
-from skylimb.control.planning.feasible_wrench import (
+from skylimb.robots import load_robot
+from skylimb.robots.held import can_hold
+from skylimb.robots.held_results import LEVEL, Within
+from skylimb.studies.planning.feasible_wrench import (
     FeasibleWrench,
     feasible_wrench,
     push_limit,
     unit_vector,
 )
-from skylimb.robots import load_robot
-from skylimb.robots.held import can_hold
-from skylimb.robots.held_results import LEVEL, Within
 from skylimb.studies.planning.wrench_figure import wrench_figure
 from skylimb.studies.planning.wrench_tables import as_tables, summary
 

@@ -1,7 +1,7 @@
 """What a robot can do in a posture: wrenches at its centre of gravity, and pushes of its tip.
 
 The joints are where they are, the vectoring angles are held, thrusts are within their limits. All of these
-sets are then zonotopes or slices of one (`robots.zonotope`):
+sets are then zonotopes or slices of one (`studies.planning.zonotope`):
 
     wrenches at the centre of gravity      Q lambda
     torque while it hovers                 those of them with the lift m g, whatever the side force
@@ -26,17 +26,12 @@ import numpy as np
 
 from skylimb.base.errors import ConfigError, UnreachableError
 from skylimb.base.rotations import hat, rot_z
-from skylimb.control.planning.posture import posture_family
-from skylimb.control.planning.posture_path import PostureConfig, posture_path
-from skylimb.control.planning.vectoring import vectoring_table
-from skylimb.control.planning.vectoring_path import vectoring_path
+from skylimb.control.missions.posture import posture_plan
+from skylimb.control.planning.posture_path import PostureConfig
 from skylimb.robots.held import greatest_push
 from skylimb.robots.held_results import TILT, USUAL, Held, NotHeld, Within
 from skylimb.robots.model import Robot, RobotState
-from skylimb.robots.zonotope import Polytope, zonotope, zonotope_volume
-
-_KNOT = 0.1
-"""Time between two knots on the way to a posture, s."""
+from skylimb.studies.planning.zonotope import Polytope, zonotope, zonotope_volume
 
 
 @dataclass(frozen=True)
@@ -171,10 +166,9 @@ def feasible_wrench(
         UnreachableError: joint angles beyond their limits.
         AllocationError: at these angles the rotors cannot carry the robot without torque.
     """
-    nominal = robot.nominal_posture()
-    q = nominal if joint_angles is None else np.asarray(joint_angles, dtype=float)
+    q = robot.nominal_posture() if joint_angles is None else np.asarray(joint_angles, dtype=float)
     _require_within_limits(robot, q)
-    psi = _vectoring_angles(robot, nominal, q) if vectoring_angles is None else np.asarray(vectoring_angles)
+    psi = _vectoring_angles(robot, q) if vectoring_angles is None else np.asarray(vectoring_angles)
     found = FeasibleWrench(robot, q, psi.astype(float))
     _ = found.state  # refuses wrong numbers of angles, and angles that carry nothing
     return found
@@ -191,16 +185,11 @@ def _require_within_limits(robot: Robot, q: np.ndarray) -> None:
             )
 
 
-def _vectoring_angles(robot: Robot, nominal: np.ndarray, q: np.ndarray) -> np.ndarray:
+def _vectoring_angles(robot: Robot, q: np.ndarray) -> np.ndarray:
     """Those of the nominal posture, taken along the way to q as a flight through that posture would."""
-    if robot.n_vectoring == 0:
-        return np.zeros(0)
-    angles = np.asarray(vectoring_table(robot).angles(posture_family(robot).theta_nominal), dtype=float)
-    if np.array_equal(q, nominal):
-        return angles
-    path = posture_path(PostureConfig(waypoints=(tuple(map(float, q)),), hold=0.0), robot, nominal)
-    times = np.append(np.arange(_KNOT, path.duration, _KNOT), path.duration)
-    return vectoring_path(robot, path.sample(times), angles)[-1]
+    waypoints = (tuple(map(float, q)),) if robot.n_joints else ()
+    plan = posture_plan(PostureConfig(waypoints=waypoints, hold=0.0), robot)
+    return plan.vectoring_angles(np.array([plan.duration]))[0]
 
 
 def push_limit(
