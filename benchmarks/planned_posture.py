@@ -88,7 +88,7 @@ def main() -> None:
             folder.mkdir(parents=True, exist_ok=True)
             write_planned(plan, folder / "planned")
         planned = str(folder / "planned" / EXPERIMENT)
-        own = plan.own.margin if plan.own else None
+        own = plan.nominal.margin if plan.nominal else None
         for posture, margin, flies in (
             ("the paper's", own, "paper"),
             ("planned", plan.planned.margin, planned),

@@ -15,8 +15,8 @@ from skylimb.control.planning.posture_limits import nearest_posture
 from skylimb.control.planning.vectoring_step import first_vectoring, settled_vectoring
 from skylimb.flight.held import _refused_hover
 from skylimb.flight.takeoff import take_off
-from skylimb.robots.held import can_hold
-from skylimb.robots.held_results import NotHeld, Within
+from skylimb.robots.equilibrium import can_hold
+from skylimb.robots.equilibrium_results import NotHeld, Within
 from skylimb.robots.touch import can_touch
 
 FORCE = "controller.translation.force"

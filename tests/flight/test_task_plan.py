@@ -19,8 +19,8 @@ from skylimb.control.planning.task_family import standing_in
 from skylimb.control.planning.task_posture import judged_posture, travel
 from skylimb.control.planning.tip_pose import link_distances, tip_position
 from skylimb.control.planning.vectoring_search import evaluate, posture_function
-from skylimb.robots.held import can_hold
-from skylimb.robots.held_results import NotHeld
+from skylimb.robots.equilibrium import can_hold
+from skylimb.robots.equilibrium_results import NotHeld
 from skylimb.studies.planning.task_plan import plan_posture, write_planned
 
 
@@ -43,10 +43,10 @@ def applied(tmp_path_factory, plan):
 
 
 def test_it_holds_what_a_servo_of_the_papers_posture_does_not(robot, plan):
-    assert isinstance(plan.own, NotHeld)
-    assert str(plan.own.limit) == "the servo of 'joint2' (3.3 N m)"
-    assert plan.own.greatest is not None
-    assert 2.0 < plan.own.greatest < plan.force == 3.0
+    assert isinstance(plan.nominal, NotHeld)
+    assert str(plan.nominal.limit) == "the servo of 'joint2' (3.3 N m)"
+    assert plan.nominal.greatest is not None
+    assert 2.0 < plan.nominal.greatest < plan.force == 3.0
     assert plan.planned.margin > 3.0
     turn = rot_z(-plan.planned.heading)
     for push, margin in zip(plan.task.pushes, plan.planned.margins, strict=True):

@@ -9,7 +9,7 @@ import pytest
 from made_robots import chain, joint, link
 from skylimb.base.errors import AllocationError, DescriptionError
 from skylimb.robots import load_robot, read_description
-from skylimb.robots.held_axes import not_given
+from skylimb.robots.controlled_axes import not_given
 from skylimb.robots.hover import find_hover
 from skylimb.robots.starts import within_limits
 

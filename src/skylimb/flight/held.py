@@ -1,6 +1,6 @@
 """Can the robot hover, can it touch, can it do this task? Where it cannot, no flight begins.
 
-- **Hover**: every nominal posture of the flight is held (`robots.held`) with `posture.margin` left.
+- **Hover**: every nominal posture of the flight is held (`robots.equilibrium`) with `posture.margin` left.
 - **Touch**: the tip is foremost along the contact axis.
 - **This task**: the nominal posture holds the force that the controller commands, along the contact axis.
 
@@ -33,8 +33,8 @@ from skylimb.control.planning.vectoring import ONLINE, vectoring_table
 from skylimb.control.planning.vectoring_step import RATE, planned_along
 from skylimb.flight.events import GainChange
 from skylimb.flight.experiments.experiment import Experiment
-from skylimb.robots.held import can_hold, greatest_push
-from skylimb.robots.held_results import Held, Limit, NotHeld, Within
+from skylimb.robots.equilibrium import can_hold, greatest_push
+from skylimb.robots.equilibrium_results import Held, Limit, NotHeld, Within
 from skylimb.robots.hover import cannot_hover
 from skylimb.robots.model import Robot
 from skylimb.robots.touch import can_touch

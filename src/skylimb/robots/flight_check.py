@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from skylimb.base.errors import AllocationError, DescriptionError
+from skylimb.robots.controlled_axes import inputs_at, not_given
 from skylimb.robots.description import Inertial
-from skylimb.robots.held_axes import inputs_at, not_given
-from skylimb.robots.held_results import Held, NotHeld
+from skylimb.robots.equilibrium_results import Held, NotHeld
 from skylimb.robots.hover import any_hover, cannot_hover, find_hover
 from skylimb.robots.model import Robot
 from skylimb.robots.starts import golden_steps, within_limits

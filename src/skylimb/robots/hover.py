@@ -1,4 +1,4 @@
-"""The steadiest hover of a posture: `robots.held` without a push, with vectoring angles free."""
+"""The steadiest hover of a posture: `robots.equilibrium` without a push, with vectoring angles free."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from skylimb.robots.held import can_hold, hovers
-from skylimb.robots.held_results import Held, NotHeld, Within
+from skylimb.robots.equilibrium import can_hold, hovers
+from skylimb.robots.equilibrium_results import Held, NotHeld, Within
 from skylimb.robots.model import Robot
 
 LEVEL = 5e-3

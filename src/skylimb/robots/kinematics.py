@@ -104,10 +104,10 @@ def composite(bodies: Sequence[Body], poses: Sequence[BodyPose]) -> tuple[Array,
     cog = sum((body.mass / mass * centre for body, centre in zip(bodies, centres, strict=True)), ca.SX(3, 1))
     moments = _symmetric(lambda i, j: 0)
     for body, pose, centre in zip(bodies, poses, centres, strict=True):
-        own = pose.R_zero @ (0.5 * np.trace(body.inertia) * np.eye(3) - body.inertia) @ pose.R_zero.T
+        S = pose.R_zero @ (0.5 * np.trace(body.inertia) * np.eye(3) - body.inertia) @ pose.R_zero.T
         d = centre - cog
         weighted = body.mass * d
-        moments += _turned_moments(pose, own) + _symmetric(lambda i, j, d=d, w=weighted: w[i] * d[j])
+        moments += _turned_moments(pose, S) + _symmetric(lambda i, j, d=d, w=weighted: w[i] * d[j])
     return cog, ca.trace(moments) * ca.SX.eye(3) - moments
 
 
@@ -117,7 +117,7 @@ def _symmetric(entry: Callable[[int, int], Any]) -> ca.SX:
     return ca.vertcat(*(ca.horzcat(*(upper[min(i, j), max(i, j)] for j in range(3))) for i in range(3)))
 
 
-def _turned_moments(pose: BodyPose, own: np.ndarray) -> ca.SX:
+def _turned_moments(pose: BodyPose, S: np.ndarray) -> ca.SX:
     """Rot S Rot^T for a constant symmetric S.
 
     With Rot = P + c E + s K the product is a constant plus terms in the sine and cosine of the angle and of
@@ -126,13 +126,13 @@ def _turned_moments(pose: BodyPose, own: np.ndarray) -> ca.SX:
     P = np.outer(pose.axis, pose.axis)
     E, K = np.eye(3) - P, hat(pose.axis)
     c, s = ca.cos(pose.angle), ca.sin(pose.angle)
-    across, turned = E @ own @ E, K @ own @ K.T
+    across, turned = E @ S @ E, K @ S @ K.T
     terms = [
-        (ca.SX(1), P @ own @ P + 0.5 * (across + turned)),
-        (c, P @ own @ E + E @ own @ P),
-        (s, P @ own @ K.T + K @ own @ P),
+        (ca.SX(1), P @ S @ P + 0.5 * (across + turned)),
+        (c, P @ S @ E + E @ S @ P),
+        (s, P @ S @ K.T + K @ S @ P),
         (c * c - s * s, 0.5 * (across - turned)),
-        (2.0 * c * s, 0.5 * (E @ own @ K.T + K @ own @ E)),
+        (2.0 * c * s, 0.5 * (E @ S @ K.T + K @ S @ E)),
     ]
     kept = [(factor, np.where(np.abs(part) < _NOTHING, 0.0, part)) for factor, part in terms]
     total = _symmetric(lambda i, j: sum(factor * part[i, j] for factor, part in kept if part[i, j] != 0.0))

@@ -21,8 +21,8 @@ from skylimb.analysis.viewer.pushes import (
 from skylimb.analysis.viewer.stance import Stance, stance_at
 from skylimb.base.rotations import rot_z, rotation_from_rpy
 from skylimb.control.planning.vectoring import vectoring_table
-from skylimb.robots.held import greatest_push
-from skylimb.robots.held_results import Within
+from skylimb.robots.equilibrium import greatest_push
+from skylimb.robots.equilibrium_results import Within
 from skylimb.robots.loads import loads_function
 from skylimb.robots.model import Robot
 

@@ -8,8 +8,8 @@ from skylimb.control.planning.joint_torque import joint_torque_function, rest_fu
 from skylimb.control.planning.vectoring_merit import SPARED, merit_function, uphill_function
 from skylimb.control.planning.vectoring_step import first_vectoring, settled_vectoring
 from skylimb.flight.takeoff import take_off
-from skylimb.robots.held import can_hold
-from skylimb.robots.held_results import NotHeld, Within
+from skylimb.robots.equilibrium import can_hold
+from skylimb.robots.equilibrium_results import NotHeld, Within
 
 BENT = np.array([0.11, 0.34, 0.14, -0.46, 0.40])
 AGAINST = np.array([-2.39, -1.59, -4.71, 0.49, 1.36, -1.49])

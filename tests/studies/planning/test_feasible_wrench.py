@@ -9,8 +9,8 @@ from made_robots import multirotor
 from skylimb.base.errors import ConfigError, UnreachableError
 from skylimb.base.rotations import rot_z
 from skylimb.robots import load_robot
-from skylimb.robots.held import can_hold
-from skylimb.robots.held_results import LEVEL, Within
+from skylimb.robots.equilibrium import can_hold
+from skylimb.robots.equilibrium_results import LEVEL, Within
 from skylimb.studies.planning.feasible_wrench import (
     FeasibleWrench,
     feasible_wrench,

@@ -4,8 +4,8 @@ At a moment the robot has its posture, its heading, and rotors that point where 
 push with p at its tip if forces and torques balance (`skylimb.base.statics`), with thrusts and the torques
 of its servos within their limits, leaning up to `LEAN` to any side. The farthest p = t d along a direction d
 is a linear programme but for the lean. So it is a few of them, each linear around the last and, after the
-first few, ever nearer to it; those of all directions are one, as they share nothing. `robots.held` asks the
-same of one direction, with joints and vectoring angles that move.
+first few, ever nearer to it; those of all directions are one, as they share nothing. `robots.equilibrium`
+asks the same of one direction, with joints and vectoring angles that move.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     import numpy as np
 
     from skylimb.control.planning.task_posture import TaskPosture
-    from skylimb.robots.held_results import NotHeld
+    from skylimb.robots.equilibrium_results import NotHeld
     from skylimb.studies.planning.task_plan import TaskPlan
 
 
@@ -58,7 +58,7 @@ def plan(
         from skylimb.studies.planning.task_figure import task_figure
 
         with new_file(picture) as path:
-            path.write_bytes(style.png(task_figure(found.robot, found.task, found.own, found.planned)))
+            path.write_bytes(style.png(task_figure(found.robot, found.task, found.nominal, found.planned)))
         print(f"Drawn into {picture}")
     if apply:
         write_planned(found, apply)
@@ -66,16 +66,16 @@ def plan(
 
 
 def _show(found: TaskPlan) -> None:
-    own, planned = _column(found.own), _column(found.planned)
+    own, planned = _column(found.nominal), _column(found.planned)
     title = f"{found.robot.name}, pressing with {found.force:g} N at {len(found.points)} points of the path"
     output.show_table(
         [(name, own.get(name, "-"), value) for name, value in planned.items()],
         *("", "own posture", "planned"),
         title=title,
     )
-    if not found.own:
-        least = f"; it can hold {found.own.greatest:.1f} N" if found.own.greatest else ""
-        print(f"Its own posture cannot do this task: {found.own}{least}")
+    if not found.nominal:
+        least = f"; it can hold {found.nominal.greatest:.1f} N" if found.nominal.greatest else ""
+        print(f"Its own posture cannot do this task: {found.nominal}{least}")
 
 
 def _column(posture: TaskPosture | NotHeld) -> dict[str, str]:

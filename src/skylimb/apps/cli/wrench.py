@@ -13,7 +13,7 @@ from skylimb.base.errors import ConfigError
 if TYPE_CHECKING:
     import numpy as np
 
-    from skylimb.robots.held_results import Held, NotHeld, Within
+    from skylimb.robots.equilibrium_results import Held, NotHeld, Within
     from skylimb.robots.model import Robot
     from skylimb.studies.planning.feasible_wrench import FeasibleWrench
 
@@ -80,7 +80,7 @@ def robot_wrench(
 
 def _asked(robot: Robot, tilt: float) -> dict[str, Within]:
     """What is asked of every direction, by the name of its column."""
-    from skylimb.robots.held_results import Within
+    from skylimb.robots.equilibrium_results import Within
 
     tilts = {"level": 0.0} | ({f"tilted up to {tilt:g} rad": tilt} if tilt > 0.0 else {})
     if robot.n_vectoring == 0:

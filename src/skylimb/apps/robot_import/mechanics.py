@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from skylimb.robots.held_axes import inputs_at
-from skylimb.robots.held_results import Held, NotHeld
+from skylimb.robots.controlled_axes import inputs_at
+from skylimb.robots.equilibrium_results import Held, NotHeld
 from skylimb.robots.hover import find_hover, find_hovers
 from skylimb.robots.model import Robot
 from skylimb.robots.touch import Touch, can_touch

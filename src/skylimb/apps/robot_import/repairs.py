@@ -1,4 +1,4 @@
-"""What an import changes in a URDF so that physics takes it, each change told as a doubt."""
+"""What an import changes in a URDF so that physics takes it, each change listed as a doubt."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ def _mend_inertia(tree: UrdfTree, name: str, mend: bool) -> list[Doubt]:
         check_inertial(name, inertial)
     except DescriptionError as error:
         if not np.isfinite(inertial.mass) or inertial.mass < 0.0 or not np.isfinite(inertial.inertia).all():
-            return []  # told, and refused, when the tree is read
+            return []  # refused with a message when the tree is read
         if inertial.mass < DUST:
             inertia = inertial.mass * _DUST_GYRATION**2 * np.eye(3)
             moments = _moments(inertial)

@@ -1,6 +1,7 @@
 """What a hover with least-norm thrusts leaves, for many postures at once: what holds here, holds.
 
-For four rotors it is all that there is; for more, `robots.held` may find thrusts where this finds none.
+For four rotors it is all that there is; for more, `robots.equilibrium` may find thrusts where this finds
+none.
 """
 
 from __future__ import annotations

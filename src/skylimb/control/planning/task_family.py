@@ -13,7 +13,7 @@ from skylimb.control.planning.tip_pose import tip_jacobian
 from skylimb.control.planning.vectoring_criteria import VectoringCriteria
 from skylimb.control.planning.vectoring_program import PathProgram
 from skylimb.control.planning.vectoring_search import evaluate, posture_function
-from skylimb.robots.held_results import Limit, NotHeld
+from skylimb.robots.equilibrium_results import Limit, NotHeld
 from skylimb.robots.model import Robot
 
 _COARSE = 3

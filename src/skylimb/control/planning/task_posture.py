@@ -1,12 +1,12 @@
 """The posture for a task: joint angles, heading and vectoring angles with the greatest worst margin.
 
 While the tip presses on the surface with each of some pushes (normal force and the drag of friction, along
-the path), the robot is at rest as `robots.held` has it: every thrust within its limits, no servo beyond its
-share, joints where the servos hold them, leaning for each push by a lean of its own. The least margin over
-the pushes is maximised over q, the heading, psi and all thrusts, within joint limits, with links apart and
-rotors clear of the surface: one nonlinear programme with exact derivatives from CasADi. It begins in the
-nominal posture and in some others, the same every time. Where nothing holds the pushes, the same programme
-says which share of them can be held.
+the path), the robot is at rest as `robots.equilibrium` has it: every thrust within its limits, no servo
+beyond its share, joints where the servos hold them, leaning for each push by a lean of its own. The least
+margin over the pushes is maximised over q, the heading, psi and all thrusts, within joint limits, with links
+apart and rotors clear of the surface: one nonlinear programme with exact derivatives from CasADi. It begins
+in the nominal posture and in some others, the same every time. Where nothing holds the pushes, the same
+programme says which share of them can be held.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ from skylimb.control.planning.tip_pose import link_distances
 from skylimb.control.planning.vectoring_criteria import TORQUE, VectoringCriteria
 from skylimb.control.planning.vectoring_program import ipopt
 from skylimb.control.planning.vectoring_search import bounded_by
-from skylimb.robots.held import can_hold
-from skylimb.robots.held_program import rests
-from skylimb.robots.held_results import TILT, NotHeld, Within
+from skylimb.robots.equilibrium import can_hold
+from skylimb.robots.equilibrium_program import rests
+from skylimb.robots.equilibrium_results import TILT, NotHeld, Within
 from skylimb.robots.model import Robot
 from skylimb.robots.starts import golden_steps
 from skylimb.symbolic import right_inverse
@@ -212,15 +212,15 @@ class _Program:
         self._robot, self._pushes = robot, pushes
         nq, nv, n = robot.n_joints, robot.n_vectoring, robot.n_rotors
         q, psi, yaw, t = ca.MX.sym("q", nq), ca.MX.sym("psi", nv), ca.MX.sym("yaw"), ca.MX.sym("t")
-        own, share, worth = ca.MX.sym("own", 2 + n + nq, pushes), ca.MX.sym("share"), ca.MX.sym("worth")
+        column, share, worth = ca.MX.sym("column", 2 + n + nq, pushes), ca.MX.sym("share"), ca.MX.sym("worth")
         p, normals, nominal = ca.MX.sym("p", 3, pushes), ca.MX.sym("normals", 3, pushes), ca.MX.sym("q0", nq)
-        rest, given, rooms, clear = _load_function(robot).map(pushes)(q, psi, yaw, own, share * p, normals)
+        rest, given, rooms, clear = _load_function(robot).map(pushes)(q, psi, yaw, column, share * p, normals)
         shape = _distances(robot)(q)
         kept, self._least, self._most = ca.MX(0, 1), list[float](), list[float]()
         if nv:
             within, self._least, self._most = _criteria_function(robot, criteria)
             kept = within(q, psi)
-        x = ca.vertcat(q, psi, yaw, ca.vec(own), t, share)
+        x = ca.vertcat(q, psi, yaw, ca.vec(column), t, share)
         g = ca.vertcat(ca.vec(rest), ca.vec(given), ca.vec(rooms) - t, ca.vec(clear), shape, kept)
         cost = -(1.0 - worth) * t - worth * share + _NEAR * (ca.sumsqr(q - nominal) + yaw**2)
         problem = {"x": x, "p": ca.vertcat(nominal, ca.vec(p), ca.vec(normals), worth), "f": cost, "g": g}
@@ -267,10 +267,10 @@ class _Program:
                 return None
             x0 = found["x"]
         x = found["x"].full().ravel()
-        own = x[nq + nv + 1 : -2].reshape(k, -1)
+        column = x[nq + nv + 1 : -2].reshape(k, -1)
         margins = self._rooms(found["x"], p).full().min(axis=0)
         heading = float(x[nq + nv])
-        return TaskPosture(x[:nq], x[nq : nq + nv], heading, own[:, 2 : 2 + n], margins, float(x[-1]))
+        return TaskPosture(x[:nq], x[nq : nq + nv], heading, column[:, 2 : 2 + n], margins, float(x[-1]))
 
 
 @functools.lru_cache(maxsize=16)
@@ -280,14 +280,14 @@ def _load_function(robot: Robot) -> ca.Function:
     The limits are the lean and the torques of all joints, as shares.
     """
     nq, nv, n = robot.n_joints, robot.n_vectoring, robot.n_rotors
-    q, psi, yaw, own = (
+    q, psi, yaw, column = (
         ca.SX.sym("q", nq),
         ca.SX.sym("psi", nv),
         ca.SX.sym("yaw"),
-        ca.SX.sym("own", 2 + n + nq),
+        ca.SX.sym("column", 2 + n + nq),
     )
     p, normal = ca.SX.sym("p", 3), ca.SX.sym("normal", 3)
-    lean, thrusts, bend = own[:2], own[2 : 2 + n], own[2 + n :]
+    lean, thrusts, bend = column[:2], column[2 : 2 + n], column[2 + n :]
     there, rotors, description = q + bend, robot.description.rotors, robot.description
     left, torques = rests(robot, there, psi, lean, thrusts, ca.SX(rot_z(-yaw)) @ p)
     servos = description.shape_servo, description.vectoring_servo
@@ -307,7 +307,7 @@ def _load_function(robot: Robot) -> ca.Function:
     clear = [ca.dot(off, point - state.tip_root) for point in (*middles, *(link.T for link in links))]
     rest = ca.vertcat(left / robot.weight, bent)
     return ca.Function(
-        "load", [q, psi, yaw, own, p, normal], [rest, given, rooms, ca.vertcat(*clear)], {"cse": True}
+        "load", [q, psi, yaw, column, p, normal], [rest, given, rooms, ca.vertcat(*clear)], {"cse": True}
     )
 
 

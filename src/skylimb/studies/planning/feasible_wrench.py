@@ -10,7 +10,7 @@ sets are then zonotopes or slices of one (`studies.planning.zonotope`):
 
 with r the tip from the centre of gravity, and level that {C} is. A robot of four rotors spans four of the six
 directions: with its angles held it has no force to the side while level. How hard it can push when it leans,
-moves its vectoring angles, and its servos give way is the question of `robots.held` (`push_limit`).
+moves its vectoring angles, and its servos give way is the question of `robots.equilibrium` (`push_limit`).
 
 The laboratory's two numbers take force and torque each by itself, with thrusts from zero: FCTmin is the
 distance of no torque from the nearest face of all torques, FCFmin that of the weight from the nearest face of
@@ -28,8 +28,8 @@ from skylimb.base.errors import ConfigError, UnreachableError
 from skylimb.base.rotations import hat, rot_z
 from skylimb.control.missions.posture import posture_plan
 from skylimb.control.planning.posture_path import PostureConfig
-from skylimb.robots.held import greatest_push
-from skylimb.robots.held_results import TILT, USUAL, Held, NotHeld, Within
+from skylimb.robots.equilibrium import greatest_push
+from skylimb.robots.equilibrium_results import TILT, USUAL, Held, NotHeld, Within
 from skylimb.robots.model import Robot, RobotState
 from skylimb.studies.planning.zonotope import Polytope, zonotope, zonotope_volume
 

@@ -1,4 +1,4 @@
-"""The picture of a planned posture beside the robot's own, from above, and what is left at each push."""
+"""The picture of a planned posture beside the nominal one, from above, and what is left at each push."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from skylimb.analysis.figures import style
 from skylimb.base.rotations import rot_z
 from skylimb.control.planning.task_posture import Task, TaskPosture
-from skylimb.robots.held_results import NotHeld
+from skylimb.robots.equilibrium_results import NotHeld
 from skylimb.robots.model import Robot
 
 _AROUND = np.linspace(0.0, 2.0 * np.pi, 40)
@@ -18,18 +18,18 @@ _DISC = 0.12  # m, as a rotor is drawn
 
 
 @style.styled
-def task_figure(robot: Robot, task: Task, own: TaskPosture | NotHeld, planned: TaskPosture) -> Figure:
+def task_figure(robot: Robot, task: Task, nominal: TaskPosture | NotHeld, planned: TaskPosture) -> Figure:
     """Both postures from above, tips on the surface, and the margin at each point of the path.
 
     Args:
         robot: whose postures they are.
         task: the pushes.
-        own: the nominal posture, if it holds them.
+        nominal: the nominal posture, if it holds them.
         planned: the one that was found.
     """
     figure = Figure(figsize=(style.WIDTH, 2.9), layout="constrained")
     above, margins = figure.subplots(1, 2, width_ratios=[1.2, 1.0])
-    shown = [("own", own, style.TRUTH), ("planned", planned, style.CURVES[0])]
+    shown = [("nominal", nominal, style.TRUTH), ("planned", planned, style.CURVES[0])]
     for name, posture, colour in shown:
         if not isinstance(posture, NotHeld):
             _draw_robot(above, robot, posture, colour, name)

@@ -34,7 +34,7 @@ from skylimb.flight.flying import fly_here
 from skylimb.flight.loading import load_flight
 from skylimb.flight.plan import mission_of
 from skylimb.flight.takeoff import take_off
-from skylimb.robots.held_results import NotHeld, Within
+from skylimb.robots.equilibrium_results import NotHeld, Within
 from skylimb.robots.loader import FLIGHT_FILE, load_robot
 from skylimb.robots.model import Robot
 
@@ -57,7 +57,7 @@ class TaskPlan:
         task: the pushes along the path.
         points: of the path, W, m, (k, 3).
         force: normal force, N.
-        own: the nominal posture, or what is in the way of the pushes there.
+        nominal: the nominal posture, or what is in the way of the pushes there.
         planned: the posture that was found.
         purpose: of the vectoring angles that the controller flies with.
         there: the robot standing in it.
@@ -69,7 +69,7 @@ class TaskPlan:
     task: Task
     points: np.ndarray
     force: float
-    own: TaskPosture | NotHeld
+    nominal: TaskPosture | NotHeld
     planned: TaskPosture
     purpose: str
     there: Robot
@@ -129,7 +129,7 @@ def plan_posture(
     task, points = _task(experiment, robot, needs.vectoring, wanted)
     table = vectoring_table(robot, needs.vectoring)
     psi = np.asarray(table.angles(robot.description.posture.theta_nominal), dtype=float)
-    own = judged_posture(
+    nominal = judged_posture(
         robot, task, robot.nominal_posture(), psi, within=Within(experiment.terminations.tilt)
     )
     nothing = np.zeros((len(points), robot.n_rotors))
@@ -138,7 +138,7 @@ def plan_posture(
     missed: list[NotHeld] = []
     for posture in _as_flown(robot, task, best_postures(robot, task, start), missed):
         plan = TaskPlan(
-            experiment, robot, task, points, wanted, own, posture[0], needs.vectoring, *posture[1:]
+            experiment, robot, task, points, wanted, nominal, posture[0], needs.vectoring, *posture[1:]
         )
         lost = _lost(plan, controller)
         if not lost:

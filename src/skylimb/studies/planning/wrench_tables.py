@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from skylimb.robots.held_results import Held, NotHeld
+from skylimb.robots.equilibrium_results import Held, NotHeld
 from skylimb.studies.planning.feasible_wrench import FeasibleWrench
 from skylimb.studies.planning.zonotope import Polytope
 

@@ -14,8 +14,8 @@ from made_robots import chain, multirotor
 from skylimb.base.rotations import rot_x, rot_y, rot_z
 from skylimb.control.planning.posture import posture_family
 from skylimb.control.planning.vectoring import vectoring_table
-from skylimb.robots.held import can_hold, greatest_push
-from skylimb.robots.held_results import LEVEL, TILT, Held, NotHeld, Within
+from skylimb.robots.equilibrium import can_hold, greatest_push
+from skylimb.robots.equilibrium_results import LEVEL, TILT, Held, NotHeld, Within
 from skylimb.robots.loader import list_robots, load_robot
 from skylimb.robots.model import Robot
 

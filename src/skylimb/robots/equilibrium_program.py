@@ -1,4 +1,4 @@
-"""The nonlinear programme of `robots.held`, in CasADi's expressions."""
+"""The nonlinear programme of `robots.equilibrium`, in CasADi's expressions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is kept, and what comes of the question whether it can be held (`robots.held`)."""
+"""What is kept, and what comes of the question whether it can be held (`robots.equilibrium`)."""
 
 from __future__ import annotations
 

@@ -29,8 +29,8 @@ from typing import Any
 import numpy as np
 
 from skylimb.base.rotations import rot_z
-from skylimb.robots.held_program import programme_of
-from skylimb.robots.held_results import LEVEL, USUAL, Held, Limit, NotHeld, Within
+from skylimb.robots.equilibrium_program import programme_of
+from skylimb.robots.equilibrium_results import LEVEL, USUAL, Held, Limit, NotHeld, Within
 from skylimb.robots.loads import loads_function
 from skylimb.robots.model import Robot
 from skylimb.robots.starts import golden_steps, within_limits
