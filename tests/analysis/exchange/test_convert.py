@@ -170,7 +170,7 @@ def test_a_bag_of_the_lab_becomes_a_log(flown: skylimb.Run, messages: list[Messa
     said = "\n".join(read.notes)
     for words in (
         "topics without a place in a log: /hydrus_xi/skylimb/cog_reference",
-        "joint_measured at 50 Hz: at each tick the last one",
+        "joint_angles_measured at 50 Hz: at each tick the last one",
         "thrusts_command is base_thrust: what a flight controller adds on board is in no topic",
         "imu: its rates are those of flight_controller, not of link1; left out",
     ):

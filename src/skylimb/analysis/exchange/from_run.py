@@ -11,7 +11,7 @@ import xarray as xr
 from skylimb.analysis.exchange.body import Bodies
 from skylimb.analysis.exchange.codec import message_of
 from skylimb.analysis.exchange.lab_messages import Names, TickView
-from skylimb.analysis.exchange.lab_topics import EACH_TICK, IN_LOGS, MOCAP, NAMESPACE, ROW, Topic, is_due
+from skylimb.analysis.exchange.lab_topics import COG, EACH_TICK, IN_LOGS, MOCAP, NAMESPACE, ROW, Topic, is_due
 from skylimb.analysis.exchange.run_topics import record_messages, row_table
 from skylimb.analysis.exchange.stream import Message
 from skylimb.analysis.recording.run import Run
@@ -29,7 +29,6 @@ _MEASURED = (
     *("root_angular_velocity_measured", "joint_angles_measured", "vectoring_angles_measured"),
 )
 _COMMAND = ("thrusts_command", "joint_angles_command", "vectoring_angles_command")
-_COG = ("cog_position_estimate", "cog_velocity_estimate", "attitude_estimate", "angular_velocity_estimate")
 
 
 def topics_of(log: xr.Dataset) -> list[Topic]:
@@ -87,8 +86,8 @@ def _views(log: xr.Dataset, robot: Robot, link: str, names: Names) -> Callable[[
         measured = [row.get(name, unknown[name]) for name in _MEASURED]
         thrusts, joints, vectoring = (row.get(name, none) for name in _COMMAND)
         cog = None
-        if all(name in row for name in _COG):
-            position, velocity, attitude, rates = (row[name] for name in _COG)
+        if all(name in row for name in COG.signals):
+            position, velocity, attitude, rates = (row[name] for name in COG.signals)
             cog = position, velocity, np.asarray(rotation_from_rpy(*attitude)), rates
         return TickView(
             stamp,

@@ -45,9 +45,14 @@ _BYTES = "std_msgs/msg/UInt8MultiArray"
 
 _ANGLES = ("joint_angles_measured", "vectoring_angles_measured")
 _POSED = ("root_position_measured", "root_quaternion_measured", *_ANGLES)
-_ESTIMATE = ("external_force_estimate", "external_torque_estimate")
+_ESTIMATE = {"external_force_estimate": "wrench.force", "external_torque_estimate": "wrench.torque"}
 _CONTACT = ("contact_force", "contact_torque")
-_COG = ("cog_position_estimate", "cog_velocity_estimate", "attitude_estimate", "angular_velocity_estimate")
+_COG = {
+    "cog_position_estimate": "pose.pose.position",
+    "cog_velocity_estimate": "twist.twist.linear",
+    "attitude_estimate": "pose.pose.orientation",
+    "angular_velocity_estimate": "twist.twist.angular",
+}
 
 ORDERS = tuple(
     Topic(f"teleop_command/{word}", _EMPTY) for word in ("start", "takeoff", "land", "halt", "force_landing")
@@ -59,7 +64,7 @@ IMU = Topic(
 JOINT_STATES = Topic("joint_states", _JOINTS, 50.0, made.joint_states, _ANGLES, {"measured": ""})
 FOUR_AXES = Topic(
     "four_axes/command", "spinal/msg/FourAxisCommand", 200.0, made.four_axes, ("thrusts_command",),
-    {"thrusts": "base_thrust"},
+    {"thrusts_command": "base_thrust"},
 )  # fmt: skip
 JOINTS_CTRL = Topic(
     "joints_ctrl", _JOINTS, 200.0, made.joints_ctrl, ("joint_angles_command",), {"command": ""}
@@ -69,18 +74,12 @@ GIMBALS_CTRL = Topic(
 )
 COG = Topic(
     "uav/cog/odom", _ODOMETRY, 100.0, made.cog_odometry, (*_COG, *_POSED),
-    {
-        "cog_position_estimate": "pose.pose.position",
-        "cog_velocity_estimate": "twist.twist.linear",
-        "attitude_estimate": "pose.pose.orientation",
-        "angular_velocity_estimate": "twist.twist.angular",
-    },
+    _COG,
 )  # fmt: skip
 BASELINK = Topic("uav/baselink/odom", _ODOMETRY, 100.0, made.baselink_odometry)
 WRENCH = Topic(
-    "estimated_external_wrench", _WRENCH, 100.0, made.wrench(*_ESTIMATE), _ESTIMATE,
-    dict(zip(_ESTIMATE, ("wrench.force", "wrench.torque"), strict=True)),
-)  # fmt: skip
+    "estimated_external_wrench", _WRENCH, 100.0, made.wrench(*_ESTIMATE), tuple(_ESTIMATE), _ESTIMATE
+)
 CONTACT = Topic("skylimb/contact_wrench", _WRENCH, 100.0, made.wrench(*_CONTACT), _CONTACT)
 REFERENCE = Topic(
     "skylimb/cog_reference", "geometry_msgs/msg/PointStamped", 100.0, made.cog_reference,

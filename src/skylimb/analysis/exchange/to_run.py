@@ -11,7 +11,7 @@ import numpy as np
 
 from skylimb.analysis.exchange.codec import plain_of
 from skylimb.analysis.exchange.frames import LinkFrames, frames_at, frames_function
-from skylimb.analysis.exchange.lab_topics import COG, IN_LOGS, RECORD, ROW, SOURCE, WRENCH
+from skylimb.analysis.exchange.lab_topics import IN_LOGS, RECORD, ROW, SOURCE
 from skylimb.analysis.exchange.messages import Joints
 from skylimb.analysis.exchange.run_topics import content_of, run_of
 from skylimb.analysis.exchange.series import Series
@@ -104,7 +104,7 @@ def _angles(signal: str, value: Joints) -> dict[str, list[float]]:
     for name, angle in sorted(zip(value.names, value.angles, strict=False)):
         for start, kind in (("joint", "joint"), ("gimbal", "vectoring")):
             if name.startswith(start):
-                found.setdefault(f"{kind}_{signal}", []).append(angle)
+                found.setdefault(f"{kind}_angles_{signal}", []).append(angle)
     return found
 
 
@@ -145,34 +145,23 @@ def _from_topics(
 
 def _signals(held: dict[str, np.ndarray], robot: Robot, link: str, said: list[str]) -> dict[str, np.ndarray]:
     """The signals of a log by name."""
-    sizes = {"joint": robot.n_joints, "vectoring": robot.n_vectoring, "rotor": robot.n_rotors}
+    sizes = {"joint": robot.n_joints, "vectoring": robot.n_vectoring, "thrusts": robot.n_rotors}
     found: dict[str, np.ndarray] = {}
-
-    def put(signal: str, name: str, dim: str) -> None:
-        values = held.get(signal)
-        if values is None:
-            return
-        if dim in sizes and values.shape[1] != sizes[dim]:
-            said.append(f"{name}: {values.shape[1]} values, {robot.name} has {sizes[dim]}; left out")
-        else:
+    for name, values in held.items():
+        size = sizes.get(name.partition("_")[0], values.shape[1])
+        if values.shape[1] != size:
+            said.append(f"{name}: {values.shape[1]} values, {robot.name} has {size}; left out")
+        elif name not in ("pose", "gyro"):
             found[name] = values
-
-    for kind in ("joint", "vectoring"):
-        for part in ("measured", "command"):
-            put(f"{kind}_{part}", f"{kind}_angles_{part}", kind)
-    put("thrusts", "thrusts_command", "rotor")
-    if "thrusts" in held:
+    if "thrusts_command" in held:
         said.append("thrusts_command is base_thrust: what a flight controller adds on board is in no topic")
-    for topic in (COG, WRENCH):
-        for name in topic.signals:
-            put(name, name, "axis")
     frames = _link_frames(found, robot, link)
     if "attitude_estimate" in found:
         _turn_to_C(found, frames, link, said)
     measured = robot.description.measured_link
     positions, attitudes = held["pose"][:, 0:3], held["pose"][:, 3:7]
-    sizes = np.linalg.norm(attitudes, axis=1)
-    attitudes = attitudes / np.where(sizes > 0.0, sizes, np.nan)[:, None]
+    lengths = np.linalg.norm(attitudes, axis=1)
+    attitudes = attitudes / np.where(lengths > 0.0, lengths, np.nan)[:, None]
     if link != measured and frames is None:
         said.append(f"no joint angles: the pose of {link} is taken for that of the measured link")
     elif link != measured and frames is not None:
