@@ -31,9 +31,9 @@ from skylimb.flight.realtime.pacer import Pacer
 from skylimb.flight.record import recorded
 from skylimb.flight.simulated_robot import SimulatedRobot, serve_plant
 from skylimb.flight.takeoff import take_off
-from skylimb.studies.campaign.bench import Job, fly_jobs
 from skylimb.studies.campaign.frozen import freeze
 from skylimb.studies.campaign.spec import CampaignSpec
+from skylimb.studies.campaign.worker import Job, fly_jobs
 
 GAIN = {"kind": "gain", "time": 0.5, "key": "translation.normalized_stiffness", "value": [4.0, 2.5, 1.4]}
 PUSH = {"kind": "push", "time": 0.9, "duration": 0.4, "force": [0.4, 0.2, 0.0]}
@@ -102,7 +102,7 @@ def by_studio(experiment: str, controller: str | None, given: dict[str, Any]) ->
 def by_campaign(experiment: str, controller: str | None, given: dict[str, Any]) -> Run:
     tables = {"experiment": experiment, "controllers": [controller], "draws": 1, "seed": 0, "vary": {}}
     spec = from_mapping(CampaignSpec, {**tables, "set": {**given, "seed": 0}}, "spec")
-    [flown] = fly_jobs(freeze(spec).to_mapping(), [Job(0, log="always")])
+    [flown] = fly_jobs(freeze(spec).text, [Job(0, log="always")])
     if flown.log is None:
         raise SkylimbError(str(flown.row["cause"]))
     return Run.of_content(flown.log, "log")

@@ -7,7 +7,7 @@ import numpy as np
 
 from skylimb.robots.kinematics import body_poses
 from skylimb.robots.loader import load_robot
-from skylimb.studies.calibration.mechanics import mechanics, packed, unpacked
+from skylimb.studies.calibration.mechanics import layout, mechanics
 
 ROBOT = load_robot("hydrus_xi_quad")
 RNG = np.random.default_rng(3)
@@ -16,15 +16,16 @@ RATES = RNG.uniform(-0.5, 0.5, ANGLES.shape)
 
 
 def test_it_is_the_robots_model() -> None:
-    made = mechanics(ROBOT, ANGLES, RATES)
+    rows = mechanics(ROBOT, ANGLES, RATES)
     for k, angles in enumerate(ANGLES):
+        made = layout(ROBOT.n_rotors).unpack(rows[k])
         state = ROBOT.at(angles[:3], angles[3:])
         R = state.R_root_C
-        assert np.allclose(made.cog[k], state.cog_root)
-        assert np.allclose(made.cog_rate[k], state.cog_jacobian @ RATES[k])
-        assert np.allclose(R.T @ made.forces[k], state.allocation_C[:3])
-        assert np.allclose(R.T @ made.torques[k], state.allocation_C[3:])
-        moments = made.moments[k] * ROBOT.mass
+        assert np.allclose(made.cog, state.cog_root)
+        assert np.allclose(made.cog_rate, state.cog_jacobian @ RATES[k])
+        assert np.allclose(R.T @ made.forces, state.allocation_C[:3])
+        assert np.allclose(R.T @ made.torques, state.allocation_C[3:])
+        moments = made.moments * ROBOT.mass
         assert np.allclose(R.T @ (np.trace(moments) * np.eye(3) - moments) @ R, state.inertia_C)
 
 
@@ -40,24 +41,19 @@ def test_the_joints_momentum_is_that_of_the_bodies() -> None:
             for body, pose in zip(ROBOT.bodies, poses, strict=True)
         ]
 
-    made = mechanics(ROBOT, ANGLES, RATES)
+    rows = mechanics(ROBOT, ANGLES, RATES)
     for k, angles in enumerate(ANGLES):
+        made = layout(ROBOT.n_rotors).unpack(rows[k])
         before, after = places(angles - step * RATES[k]), places(angles + step * RATES[k])
         total = np.zeros(3)
         for body, (c0, R0), (c1, R1) in zip(ROBOT.bodies, before, after, strict=True):
             R, W = 0.5 * (R0 + R1), (R1 - R0) @ R0.T / (2.0 * step)
             spin = np.array([W[2, 1], W[0, 2], W[1, 0]])
-            lever = 0.5 * (c0 + c1) - made.cog[k]
+            lever = 0.5 * (c0 + c1) - made.cog
             total += body.mass * np.cross(lever, (c1 - c0) / (2.0 * step)) + R @ body.inertia @ R.T @ spin
-        assert np.allclose(made.momentum[k] * ROBOT.mass, total, atol=1e-6)
+        assert np.allclose(made.momentum * ROBOT.mass, total, atol=1e-6)
 
 
 def numbers(constant: Any) -> np.ndarray:
     """A CasADi constant as numbers."""
     return np.asarray(ca.evalf(ca.SX(constant)).full())
-
-
-def test_packing_there_and_back() -> None:
-    made = mechanics(ROBOT, ANGLES, RATES)
-    for a, b in zip(made, unpacked(packed(made), ROBOT.n_rotors), strict=True):
-        assert np.array_equal(a, b)

@@ -1,4 +1,5 @@
 import hashlib
+import json
 import os
 import resource
 import signal
@@ -11,9 +12,9 @@ from typing import Any
 
 import pytest
 
-from skylimb.studies.campaign.bench import Flown, Job
 from skylimb.studies.campaign.frozen import Campaign, campaign_from_mapping
 from skylimb.studies.campaign.rows import FAILED, OK, make_row
+from skylimb.studies.campaign.worker import Flown, Job
 
 SHORTEST = """
 "approach.contact" = false
@@ -58,9 +59,9 @@ def write_spec(tmp_path: Path) -> SpecWriter:
     return partial(_write, tmp_path)
 
 
-def no_flight(tables: Mapping[str, Any], jobs: Sequence[Job]) -> list[Flown]:
+def no_flight(text: str, jobs: Sequence[Job]) -> list[Flown]:
     """What `fly_jobs` hands back, made of the job's digest in place of a flight."""
-    campaign = campaign_from_mapping(tables, "the campaign")
+    campaign = campaign_from_mapping(json.loads(text), "the campaign")
     flown = []
     for job in jobs:
         digest = hashlib.sha256(repr(job.key).encode()).digest()

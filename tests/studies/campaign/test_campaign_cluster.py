@@ -141,6 +141,15 @@ def test_a_job_that_dies_before_it_works_is_named(
     assert run_campaign(spec, folder, slurm="normal", workers=1, resume=True).complete
 
 
+def watching(jobs: dict[int, Any]) -> Any:
+    """An engine whose cluster has these jobs and no worker."""
+    from skylimb.studies.campaign.engines.slurm import SlurmEngine
+
+    client = SimpleNamespace(status="running", get_executor=lambda **options: None)
+    cluster = SimpleNamespace(scheduler=SimpleNamespace(workers={}), workers=jobs)
+    return SlurmEngine("", client, cluster)
+
+
 def test_a_job_that_waits_in_the_queue_is_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
     from skylimb.studies.campaign.engines import slurm as engine
 
@@ -148,7 +157,7 @@ def test_a_job_that_waits_in_the_queue_is_waited_for(monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(engine, "job_state", lambda job: engine.JobState(next(states), "1:0", "job.out"))
     monkeypatch.setattr(engine, "LOOK", 0.0)
     job = SimpleNamespace(job_id="7")
-    watch = engine.JobWatch(SimpleNamespace(scheduler=SimpleNamespace(workers={}), workers={0: job}))
+    watch = watching({0: job})
     for _ in range(3):
         watch.check()
     with pytest.raises(SkylimbError, match=r"SLURM job 7 .*exit code 1:0.*job\.out"):
@@ -162,7 +171,7 @@ def test_a_job_that_runs_without_coming_to_work_is_given_up(monkeypatch: pytest.
     monkeypatch.setattr(engine, "LOOK", 0.0)
     monkeypatch.setattr(engine, "CONNECT", -1.0)
     jobs = {0: SimpleNamespace(job_id="7"), 1: SimpleNamespace(job_id="8")}
-    watch = engine.JobWatch(SimpleNamespace(scheduler=SimpleNamespace(workers={}), workers=jobs))
+    watch = watching(jobs)
     with pytest.raises(SkylimbError, match=r"job 7 runs, but its worker has not come.*1 more"):
         watch.check()
 

@@ -1,3 +1,4 @@
+import json
 import multiprocessing
 import os
 import random
@@ -7,18 +8,16 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
-from concurrent.futures.process import BrokenProcessPool
 from contextlib import closing
 from pathlib import Path
 
 import psutil
 import pytest
-from pebble import ProcessExpired
 
 from skylimb.base.errors import CompileError, SkylimbError
 from skylimb.studies.campaign import run_campaign
 from skylimb.studies.campaign.engines import WorkerError
-from skylimb.studies.campaign.engines.local import LocalEngine
+from skylimb.studies.campaign.engines.local import LocalEngine, WorkerDiedError
 from skylimb.studies.campaign.folder import STORE_FILE, load_campaign
 from skylimb.studies.campaign.frozen import freeze
 from skylimb.studies.campaign.reading import load_spec
@@ -151,14 +150,14 @@ def test_nothing_is_lost_and_nothing_counts_twice_in_chaos(write_spec: SpecWrite
 
 
 def test_a_worker_that_is_killed_while_it_waits_is_replaced(write_spec: SpecWriter) -> None:
-    engine = LocalEngine(freeze(load_spec(write_spec())).to_mapping(), 1)
+    engine = LocalEngine(freeze(load_spec(write_spec())).text, 1)
     try:
         assert engine.submit(()).result() == []
         for child in multiprocessing.active_children():
             child.kill()
         try:
             assert engine.submit(()).result() == []
-        except BrokenProcessPool as error:  # the death was noticed only with the batch in hand
+        except WorkerDiedError as error:
             assert engine.deaths(error) == 0  # noqa: PT017
             assert engine.submit(()).result() == []
     finally:
@@ -167,22 +166,22 @@ def test_a_worker_that_is_killed_while_it_waits_is_replaced(write_spec: SpecWrit
 
 
 def test_workers_that_die_before_they_begin_end_the_campaign() -> None:
-    engine = LocalEngine({}, 1)
+    engine = LocalEngine("", 1)
     for _ in range(4):
-        assert engine.deaths(BrokenProcessPool()) == 0
+        assert engine.deaths(WorkerDiedError(had_begun=False)) == 0
     with pytest.raises(WorkerError, match=r"5 worker processes in a row .*__main__"):
-        engine.deaths(BrokenProcessPool())
-    assert engine.deaths(ProcessExpired("killed", code=-9, pid=1)) == 1
+        engine.deaths(WorkerDiedError(had_begun=False))
+    assert engine.deaths(WorkerDiedError(had_begun=True)) == 1
     assert engine.deaths(ValueError()) is None
 
 
 def test_workers_of_another_version_are_refused(write_spec: SpecWriter) -> None:
-    from skylimb.studies.campaign.bench import fly_jobs
+    from skylimb.studies.campaign.worker import fly_jobs
 
     tables = freeze(load_spec(write_spec())).to_mapping()
     tables["frozen"] = {**tables["frozen"], "versions": {**tables["frozen"]["versions"], "numpy": "1.0.0"}}
     with pytest.raises(SkylimbError, match=r"numpy .* begun with 1\.0\.0"):
-        fly_jobs(tables, ())
+        fly_jobs(json.dumps(tables), ())
 
 
 @pytest.mark.parametrize(
@@ -200,27 +199,27 @@ def test_an_engine_that_cannot_be_is_refused(
 def test_all_drivers_give_the_same_rows_to_the_bit(
     write_spec: SpecWriter, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from skylimb.studies.campaign import bench
+    from skylimb.studies.campaign import worker
 
     spec = load_spec(write_spec(vary='"controller.attitude.damping_ratio.2" = { choice = [0.7, 0.9] }'))
-    tables, jobs = freeze(spec).to_mapping(), [bench.Job(flight) for flight in range(8)]
-    best = bench.fly_jobs(tables, jobs)
-    monkeypatch.setattr(bench, "unavailable", lambda: "no C compiler")
-    assert bench.fly_jobs(tables, jobs) == best
+    campaign, jobs = freeze(spec).text, [worker.Job(flight) for flight in range(8)]
+    best = worker.fly_jobs(campaign, jobs)
+    monkeypatch.setattr(worker, "unavailable", lambda: "no C compiler")
+    assert worker.fly_jobs(campaign, jobs) == best
     assert {item.row["status"] for item in best} == {"OK"}
 
 
 def test_code_that_cannot_be_compiled_is_charged_to_no_flight(
     write_spec: SpecWriter, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from skylimb.studies.campaign import bench
+    from skylimb.studies.campaign import worker
 
     def refuse(*arguments: object) -> None:
         raise CompileError("the disk is full")
 
-    tables = freeze(load_spec(write_spec())).to_mapping()
+    campaign = freeze(load_spec(write_spec())).text
     for name in ("prepare", "scored"):
         with monkeypatch.context() as patch:
-            patch.setattr(bench, name, refuse)
+            patch.setattr(worker, name, refuse)
             with pytest.raises(CompileError, match="the disk is full"):
-                bench.fly_jobs(tables, [bench.Job(0)])
+                worker.fly_jobs(campaign, [worker.Job(0)])

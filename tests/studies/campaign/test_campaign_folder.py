@@ -245,15 +245,15 @@ def test_a_cache_that_cannot_be_written_decides_nothing(
     reason: str, write_spec: SpecWriter, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, contents: Contents
 ) -> None:
     """Neither a driver that cannot be used at all nor a tick that cannot be compiled changes a bit."""
-    from skylimb.studies.campaign import bench
+    from skylimb.studies.campaign import worker
 
     def refuse(jobs: object) -> None:
         raise CompileError("compiled code cannot be kept in the cache")
 
     spec = write_spec(draws=3, name="spec.toml")
     with monkeypatch.context() as patch:
-        patch.setattr(bench, "unavailable", lambda: reason)
-        patch.setattr(bench, "fly_native", refuse)
+        patch.setattr(worker, "unavailable", lambda: reason)
+        patch.setattr(worker, "fly_native", refuse)
         run_campaign(spec, tmp_path / "python", workers=0)
     run_campaign(spec, tmp_path / "best", workers=0)
     assert contents(tmp_path / "python") == contents(tmp_path / "best")

@@ -9,13 +9,13 @@ from pathlib import Path
 import pytest
 
 from skylimb.base.errors import ConfigError, OutputError
-from skylimb.studies.campaign.bench import Flown, Job
-from skylimb.studies.campaign.engines import WorkerError
+from skylimb.studies.campaign.engines import Engine, WorkerError
 from skylimb.studies.campaign.flight_queue import BATCH, FlightQueue, Interrupted, Progress, StopSign
 from skylimb.studies.campaign.frozen import Campaign, freeze
 from skylimb.studies.campaign.reading import load_spec
 from skylimb.studies.campaign.rows import OK, make_row
 from skylimb.studies.campaign.store import Store, open_store
+from skylimb.studies.campaign.worker import Flown, Job
 
 SpecWriter = Callable[..., Path]
 
@@ -24,7 +24,7 @@ class Death(Exception):
     """A worker died; it takes the number of workers that did."""
 
 
-class ScriptedEngine:
+class ScriptedEngine(Engine):
     """Hands back rows in a random order, after what a script says of each batch.
 
     Args:
@@ -39,9 +39,14 @@ class ScriptedEngine:
         script: Callable[[Sequence[Job]], BaseException | None] = lambda jobs: None,
         slots: int = 3,
     ) -> None:
-        self.slots, self.batches, self.checks = slots, [], 0
+        super().__init__("")
+        self._slots, self.batches, self.checks = slots, [], 0
         self._campaign, self._script, self._rng = campaign, script, random.Random(1)
         self._waiting: deque[tuple[Sequence[Job], Future[list[Flown]]]] = deque()
+
+    @property
+    def slots(self) -> int:
+        return self._slots
 
     def submit(self, jobs: Sequence[Job]) -> Future[list[Flown]]:
         future: Future[list[Flown]] = Future()

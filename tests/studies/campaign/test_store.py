@@ -16,12 +16,12 @@ from hypothesis import strategies as st
 
 from skylimb.base.errors import OutputError
 from skylimb.studies.campaign import report_campaign, run_campaign
-from skylimb.studies.campaign.bench import Flown, Job
 from skylimb.studies.campaign.folder import STORE_FILE, TABLE_FILE, load_campaign
 from skylimb.studies.campaign.frozen import Campaign, freeze
 from skylimb.studies.campaign.reading import load_spec
 from skylimb.studies.campaign.rows import OK, make_row
 from skylimb.studies.campaign.store import load_rows, open_store
+from skylimb.studies.campaign.worker import Flown, Job
 
 SpecWriter = Callable[..., Path]
 Contents = Callable[[Path], dict[str, bytes]]

@@ -8,8 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from skylimb.analysis.figures import style
-from skylimb.studies.calibration.information import WANTED, scaled
-from skylimb.studies.calibration.parameters import centers, spreads
+from skylimb.studies.calibration.parameters import centers, scaled, spreads
 from skylimb.studies.calibration.result import SIGMAS, Calibration
 
 _DPI = 150
@@ -89,7 +88,7 @@ def _information(made: Calibration) -> Figure:
     above.set_ylabel("std / wanted")
     drawn = below.imshow(np.abs(vectors[:, order]), cmap="Blues", vmin=0.0, vmax=1.0, aspect="auto")
     wanted = [
-        f"{label} ({f'{WANTED[one.name]:g} {one.unit}'.strip()})"
+        f"{label} ({f'{one.wanted:g} {one.unit}'.strip()})"
         for one in estimate.parameters
         for label in one.labels
     ]

@@ -21,6 +21,7 @@ from typing import Any, NamedTuple
 import casadi as ca
 import numpy as np
 
+from skylimb.base.packing import Layout
 from skylimb.base.rotations import cross
 from skylimb.robots.description import RobotDescription
 from skylimb.robots.kinematics import body_poses, composite
@@ -30,7 +31,7 @@ _BLOCK = 256
 
 
 class Mechanics(NamedTuple):
-    """The model at every tick, root link's axes; the first dimension is time, or it is missing.
+    """The model at one tick, root link's axes.
 
     Attributes:
         cog: c, m, (3,).
@@ -49,12 +50,10 @@ class Mechanics(NamedTuple):
     momentum: Any
 
 
-SIZES = {"cog": (3,), "cog_rate": (3,), "moments": (3, 3), "momentum": (3,)}
-
-
-def shapes(rotors: int) -> dict[str, tuple[int, ...]]:
-    """Shape of each entry of `Mechanics` for a robot with so many rotors."""
-    return {**SIZES, "forces": (3, rotors), "torques": (3, rotors)}
+def layout(rotors: int) -> Layout[Mechanics]:
+    """Where each part stands in a flat row, for a robot with so many rotors."""
+    by_rotor = np.zeros((3, rotors))
+    return Layout(Mechanics(np.zeros(3), np.zeros(3), by_rotor, by_rotor, np.zeros((3, 3)), np.zeros(3)))
 
 
 def root_mass(robot: Robot) -> tuple[float, np.ndarray]:
@@ -98,13 +97,12 @@ def _function(robot: Robot) -> ca.Function:
         (0.5 * ca.trace(inertia) * ca.SX.eye(3) - inertia) / mass,
         momentum / mass,
     )
-    # Row by row, as NumPy has it.
-    flat = ca.densify(ca.vertcat(*(ca.vec(ca.SX(part).T) for part in made)))
+    flat = ca.densify(layout(robot.n_rotors).pack(made))
     return ca.Function("mechanics", [angles, rates], [flat], {"cse": True}).map(_BLOCK)
 
 
-def mechanics(robot: Robot, angles: np.ndarray, rates: np.ndarray) -> Mechanics:
-    """The mechanics along a log.
+def mechanics(robot: Robot, angles: np.ndarray, rates: np.ndarray) -> np.ndarray:
+    """The mechanics along a log, a flat row a tick; see `layout`.
 
     Args:
         robot: as it is described.
@@ -112,29 +110,7 @@ def mechanics(robot: Robot, angles: np.ndarray, rates: np.ndarray) -> Mechanics:
         rates: rad/s, (k, nq + nv).
     """
     function, count = _function(robot), len(angles)
-    padded = -(-count // _BLOCK) * _BLOCK
-
-    def block(values: np.ndarray, start: int) -> np.ndarray:
-        rows = values[start : start + _BLOCK]
-        return np.concatenate([rows, np.zeros((_BLOCK - len(rows), rows.shape[1]))]).T
-
-    columns = [
-        function(block(angles, start), block(rates, start)).full() for start in range(0, padded, _BLOCK)
-    ]
-    flat = np.concatenate(columns, axis=1).T[:count]
-    return unpacked(flat, robot.n_rotors)
-
-
-def unpacked(flat: np.ndarray, rotors: int) -> Mechanics:
-    """Rows (k, size) as the named arrays."""
-    sizes = shapes(rotors)
-    ends = np.cumsum([int(np.prod(sizes[name])) for name in Mechanics._fields])
-    parts = np.split(flat, ends[:-1], axis=1)
-    return Mechanics(
-        *(part.reshape(len(flat), *sizes[name]) for name, part in zip(Mechanics._fields, parts, strict=True))
-    )
-
-
-def packed(made: Mechanics) -> np.ndarray:
-    """The named arrays as rows, (k, size)."""
-    return np.concatenate([np.asarray(part).reshape(len(part), -1) for part in made], axis=1)
+    missing = -count % _BLOCK
+    padded = (np.pad(values, ((0, missing), (0, 0))).T for values in (angles, rates))
+    blocks = zip(*(np.split(values, (count + missing) // _BLOCK, axis=1) for values in padded), strict=True)
+    return np.concatenate([function(*block).full() for block in blocks], axis=1).T[:count]

@@ -23,6 +23,7 @@ class Parameter:
         entries: names of its entries; one, empty, for a single number.
         center: what is believed before any flight, of every entry.
         spread: its standard deviation. It is wide, so that a flight decides and not the belief.
+        wanted: standard deviation that a good flight leaves.
         meaning: in a few words.
     """
 
@@ -31,6 +32,7 @@ class Parameter:
     entries: tuple[str, ...]
     center: tuple[float, ...]
     spread: float
+    wanted: float
     meaning: str
 
     @property
@@ -50,6 +52,7 @@ def parameters(robot: Robot) -> tuple[Parameter, ...]:
             axes,
             (0.0, 0.0, 0.0),
             0.035,
+            0.0026,
             "rotation vector from the true to the measured body axes",
         ),
         Parameter(
@@ -58,6 +61,7 @@ def parameters(robot: Robot) -> tuple[Parameter, ...]:
             axes,
             (0.0, 0.0, 0.0),
             0.02,
+            0.0015,
             "true less described centre of gravity, root link's axes",
         ),
         Parameter(
@@ -66,16 +70,18 @@ def parameters(robot: Robot) -> tuple[Parameter, ...]:
             rotors,
             (1.0,) * len(rotors),
             0.1,
+            0.005,
             "true over commanded thrust of each rotor, over the mass's scale",
         ),
-        Parameter("rotor_lag", "s", ("",), (lag,), 0.02, "time constant of the thrusts"),
-        Parameter("latency", "s", ("",), (0.02,), 0.02, "age of a measurement when it comes"),
+        Parameter("rotor_lag", "s", ("",), (lag,), 0.02, 0.005, "time constant of the thrusts"),
+        Parameter("latency", "s", ("",), (0.02,), 0.02, 0.002, "age of a measurement when it comes"),
         Parameter(
             "lean",
             "",
             axes[:2],
             (0.0, 0.0),
             0.01,
+            0.0026,
             "steady push along the axes of W over the weight: wind, or a world frame that leans",
         ),
         Parameter(
@@ -84,6 +90,7 @@ def parameters(robot: Robot) -> tuple[Parameter, ...]:
             ("",),
             (robot.description.gravity,),
             0.02,
+            0.05,  # it trades for the rotor scales in a hover, so it is wanted as well as they are
             "of the place, which is not the same everywhere",
         ),
     )
@@ -97,6 +104,16 @@ def centers(given: tuple[Parameter, ...]) -> np.ndarray:
 def spreads(given: tuple[Parameter, ...]) -> np.ndarray:
     """Standard deviations of that belief, flat."""
     return np.concatenate([np.full(len(one.center), one.spread) for one in given])
+
+
+def scaled(information: np.ndarray, given: tuple[Parameter, ...]) -> np.ndarray:
+    """Fisher information in units of the wanted accuracy, (p, p).
+
+    An eigenvalue above 1 means that its direction is known better than wanted. A flight is as good as the
+    smallest of them.
+    """
+    wanted = np.concatenate([np.full(len(one.center), one.wanted) for one in given])
+    return information * np.outer(wanted, wanted)
 
 
 def slices(given: tuple[Parameter, ...]) -> dict[str, slice]:

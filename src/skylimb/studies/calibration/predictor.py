@@ -21,7 +21,6 @@ from skylimb.flight.drivers.machine_code import fastest
 from skylimb.studies.calibration.scan import scan
 from skylimb.studies.calibration.step_model import MEASURED, STATES, StepModel, small_rotation
 from skylimb.studies.calibration.steps import Filtered, Noise, Predicted, Steps
-from skylimb.studies.calibration.triangular import cholesky, inverse_lower
 
 START = (0.05, 0.3, 0.05, 0.1)
 """How well p (m), v (m/s), R (rad) and l (m^2/s) are known before the first frame."""
@@ -39,8 +38,8 @@ def _functions(
     P, noise = ca.SX.sym("P", STATES, STATES), ca.SX.sym("noise", MEASURED + STATES)
     H = -seen[:, :STATES]
     M = P @ H.T
-    L = cholesky(H @ M + ca.diag(noise[:MEASURED]))
-    W = inverse_lower(L)
+    L = ca.chol(H @ M + ca.diag(noise[:MEASURED])).T
+    W = ca.densify(ca.solve(L, ca.SX.eye(MEASURED)))
     gain = M @ W.T @ W
     corrected = P - model.given.fresh * (gain @ M.T)
     A = ca.substitute([slope[:, :STATES]], [model.gain], [ca.SX.zeros(STATES, MEASURED)])[0]

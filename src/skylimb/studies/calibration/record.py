@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from skylimb.analysis.recording.run import Run
 from skylimb.robots.model import Robot
 from skylimb.studies.calibration.log import measured
-from skylimb.studies.calibration.mechanics import mechanics, packed
+from skylimb.studies.calibration.mechanics import mechanics
 from skylimb.studies.calibration.steps import Steps
 
 _LONGEST_STEP = 0.0101
@@ -171,7 +171,7 @@ def record_of(run: Run, robot: Robot) -> Record:
         angles,
         rates,
         seen.command,
-        packed(mechanics(robot, angles, rates)),
+        mechanics(robot, angles, rates),
     )
 
 

@@ -16,13 +16,12 @@ Momentum makes the joints' own motion exact, and needs no acceleration of anythi
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import casadi as ca
 import numpy as np
 
 from skylimb.base.rotations import cross, hat, vee
-from skylimb.studies.calibration.mechanics import Mechanics, shapes
+from skylimb.studies.calibration.mechanics import layout
+from skylimb.studies.calibration.steps import Steps
 
 STATES = 12
 """p, v, a small turn of R, l."""
@@ -47,40 +46,15 @@ def _rows(flat: ca.SX, rows: int, columns: int) -> ca.SX:
     return ca.reshape(flat, columns, rows).T
 
 
-class _Symbols(NamedTuple):
-    """What a step takes besides state, gain and covariance, in the order of `Steps`."""
-
-    middle: ca.SX
-    middle_rate: ca.SX
-    cog: ca.SX
-    cog_rate: ca.SX
-    thrusts: ca.SX
-    thrusts_by: ca.SX
-    early: ca.SX
-    early_by: ca.SX
-    position: ca.SX
-    attitude: ca.SX
-    fresh: ca.SX
-
-
-def _mechanics(flat: ca.SX, n: int) -> Mechanics:
-    sizes, parts, at = shapes(n), [], 0
-    for name in Mechanics._fields:
-        shape = sizes[name]
-        rows, columns = (shape[0], shape[1] if len(shape) > 1 else 1)
-        parts.append(_rows(flat[at : at + rows * columns], rows, columns))
-        at += rows * columns
-    return Mechanics(*parts)
-
-
 class StepModel:
     """One step in symbols, for a robot of so many rotors."""
 
     def __init__(self, n: int, mass: float, root: tuple[float, np.ndarray], dt: float) -> None:
         self.n, self.mass, self.root, self.dt = n, mass, root, dt
-        size = sum(int(np.prod(shape)) for shape in shapes(n).values())
+        self.layout = layout(n)
+        size = self.layout.size
         widths = (size, size, 3, 3, n, 2 * n, n, 2 * n, 3, 9, 1)
-        self.given = _Symbols(*(ca.SX.sym(k, w) for k, w in zip(_Symbols._fields, widths, strict=True)))
+        self.given = Steps(*(ca.SX.sym(k, w) for k, w in zip(Steps._fields, widths, strict=True)))
         self.parameters = 11 + n
         self.x, self.theta = ca.SX.sym("x", 3 + 3 + 9 + 3), ca.SX.sym("theta", self.parameters)
         self.dx, self.dtheta = ca.SX.sym("dx", STATES), ca.SX.sym("dtheta", self.parameters)
@@ -113,7 +87,7 @@ class StepModel:
             momentum + right[9:12],
         )
         lag, latency = dtheta[n + 6], dtheta[n + 7]
-        m = _mechanics(given.middle + given.middle_rate * latency, n)
+        m = self.layout.unpack(given.middle + given.middle_rate * latency)
         beside = ca.vertcat(lag, latency)
         thrusts = scale * (given.thrusts + ca.reshape(given.thrusts_by, n, 2) @ beside)
         early = scale * (given.early + ca.reshape(given.early_by, n, 2) @ beside)

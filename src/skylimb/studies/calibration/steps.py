@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -24,7 +24,7 @@ class Noise(NamedTuple):
 
 
 class Steps(NamedTuple):
-    """What is known of every step of a record, a row each; see `record`.
+    """What is known of every step of a record, a row each, or the symbols of one step; see `record`.
 
     Attributes:
         middle: mechanics in the middle of the step, flat, and their derivative by the latency.
@@ -40,17 +40,17 @@ class Steps(NamedTuple):
         fresh: 1 where a new frame is there to be used, else 0.
     """
 
-    middle: np.ndarray
-    middle_rate: np.ndarray
-    cog: np.ndarray
-    cog_rate: np.ndarray
-    thrusts: np.ndarray
-    thrusts_by: np.ndarray
-    early: np.ndarray
-    early_by: np.ndarray
-    position: np.ndarray
-    attitude: np.ndarray
-    fresh: np.ndarray
+    middle: Any
+    middle_rate: Any
+    cog: Any
+    cog_rate: Any
+    thrusts: Any
+    thrusts_by: Any
+    early: Any
+    early_by: Any
+    position: Any
+    attitude: Any
+    fresh: Any
 
 
 class Filtered(NamedTuple):

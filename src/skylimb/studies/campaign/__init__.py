@@ -20,10 +20,10 @@ How a campaign runs, from top to bottom:
     flight_queue <--------------------------------+
         |   ^                     jobs out, rows and logs back; a dead worker's jobs fly again
         v   |
-    engines: inline | local processes | cluster (Dask) | slurm
+    engines: inline | local processes | cluster (Dask, on SLURM too)
         |   ^
         v   |
-    bench.fly_jobs                            in the worker: one job -> one row
+    worker.fly_jobs                           in the worker: one job -> one row
     ...
     store                                     flights.sqlite while it flies, flights.parquet at the end
         | statistics, stopping                enough? else the next jobs

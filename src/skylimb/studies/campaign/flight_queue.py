@@ -16,10 +16,10 @@ from dataclasses import dataclass
 from types import FrameType
 
 from skylimb.base.errors import OutputError
-from skylimb.studies.campaign.bench import Flown, Job
 from skylimb.studies.campaign.engines import DEATHS, Engine, WorkerError
 from skylimb.studies.campaign.rows import LOST, QUARANTINED, make_row
 from skylimb.studies.campaign.store import Store
+from skylimb.studies.campaign.worker import Flown, Job
 
 BATCH = 4
 """Flights that a worker gets at once: the native driver flies them side by side."""

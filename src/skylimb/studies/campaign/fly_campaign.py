@@ -13,7 +13,6 @@ from skylimb.flight.experiments.experiment import robot_of
 from skylimb.flight.flyable import require_flyable
 from skylimb.flight.plan import mission_of
 from skylimb.simulation.plant import build_plant
-from skylimb.studies.campaign.bench import Job
 from skylimb.studies.campaign.engines import Engine, check_workers, make_engine
 from skylimb.studies.campaign.flight_queue import (
     FlightQueue,
@@ -38,6 +37,7 @@ from skylimb.studies.campaign.spec import CampaignSpec
 from skylimb.studies.campaign.stopping import enough, looks
 from skylimb.studies.campaign.store import load_rows, open_store
 from skylimb.studies.campaign.summary import Summary, summarize, summary_json
+from skylimb.studies.campaign.worker import Job
 
 
 @dataclass(frozen=True)
@@ -104,7 +104,7 @@ def run_campaign(
     total = campaign.flight(campaign.spec.draws, 0)
 
     def engine() -> Engine:
-        return make_engine(campaign.to_mapping(), workers, scheduler, slurm)
+        return make_engine(campaign.text, workers, scheduler, slurm)
 
     with opened_queue(campaign, folder, resume, engine, progress, total) as queue:
         store = queue.store

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import product
@@ -122,6 +123,11 @@ class Campaign:
             **({"files": self.files} if self.files else {}),
         }
         return {**self.spec.to_mapping(), FROZEN: frozen}
+
+    @property
+    def text(self) -> str:
+        """The same as JSON: what a worker on any machine needs to know."""
+        return json.dumps(self.to_mapping())
 
 
 def freeze(spec: CampaignSpec, purpose: str = "campaign") -> Campaign:

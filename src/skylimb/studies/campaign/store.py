@@ -17,7 +17,6 @@ from typing import Any
 
 from skylimb.analysis.recording import LOG_FILE, write_sources
 from skylimb.base.files import replace_text, replacing
-from skylimb.studies.campaign.bench import Flown, Job
 from skylimb.studies.campaign.folder import (
     STORE_FILE,
     TABLE_FILE,
@@ -29,6 +28,7 @@ from skylimb.studies.campaign.folder import (
 from skylimb.studies.campaign.frozen import Campaign
 from skylimb.studies.campaign.rows import QUARANTINED, Row
 from skylimb.studies.campaign.table import read_table, write_table
+from skylimb.studies.campaign.worker import Flown, Job
 
 _SCHEMA = """
 CREATE TABLE IF NOT EXISTS flights (

@@ -11,10 +11,10 @@ from __future__ import annotations
 import json
 import os
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -25,8 +25,8 @@ from skylimb.analysis.scores.user_scores import UserScore, load_user_scores, met
 from skylimb.base.config import to_mapping
 from skylimb.base.errors import ConfigError, unknown_name
 from skylimb.base.keys import tables_of, units_of
+from skylimb.control.controller import controller_units
 from skylimb.flight.experiments.experiment import Experiment, robot_of
-from skylimb.studies.campaign.bench import Job
 from skylimb.studies.campaign.distributions import Distribution
 from skylimb.studies.campaign.engines import check_workers, make_engine
 from skylimb.studies.campaign.flight_queue import Interrupted, Report
@@ -35,6 +35,7 @@ from skylimb.studies.campaign.folder import log_name
 from skylimb.studies.campaign.frozen import Campaign, freeze
 from skylimb.studies.campaign.rows import Row
 from skylimb.studies.campaign.spec import CampaignSpec
+from skylimb.studies.campaign.worker import Job
 
 FEW = 8
 """Flights below which starting workers takes longer than flying."""
@@ -95,22 +96,37 @@ def sweep(
         workers = 0
     with tempfile.TemporaryDirectory(prefix="skylimb-sweep-") as folder:
         home = Path(folder) / "sweep"
-        rows = _flown(campaign, home, total, workers, bool(logs), progress)
-        shape = [len(values) for values in grids.values()]
-        several = len(names) > 1
-        dims = [*grids, "controller"] if several else list(grids)
-        scores = xr.Dataset(
-            {
-                key: _scores(key, rows, campaign, shape, dims, several)
-                for key in (*spec.keys, "status", "cause")
-            },
-            coords={
-                **_coordinates(grids, campaign),
-                **({"controller": list(campaign.names)} if several else {}),
-            },
+        flown = _Flown([*grids, "controller"], [*map(len, grids.values()), len(names)])
+        rows = _rows(campaign, home, total, workers, bool(logs), progress)
+        found = xr.Dataset(
+            {key: flown.numbers(rows, key, score) for key, score in campaign.spec.scores.items()}
+            | {key: flown.placed(np.array([row[key] for row in rows], str)) for key in ("status", "cause")},
+            coords={**_coordinates(grids, campaign), "controller": list(campaign.names)},
             attrs={"experiment": campaign.experiment["name"], "controller": ", ".join(campaign.names)},
         )
-        return _signals(home, rows, logs, scores) if logs else scores
+        found = _with_signals(found, flown, home, rows, logs) if logs else found
+    return found if len(names) > 1 else found.isel(controller=0, drop=True)
+
+
+class _Flown(NamedTuple):
+    """What the flights are over: the swept keys, the first of which turns fastest, and the controllers."""
+
+    dims: list[str]
+    sizes: list[int]
+
+    def placed(
+        self, values: np.ndarray, dims: Sequence[Hashable] = (), attrs: Mapping[str, Any] | None = None
+    ) -> xr.Variable:
+        """A value a flight, (flights, ...), over the swept keys and the controllers."""
+        *keys, controllers = self.sizes
+        table = values.reshape(*reversed(keys), controllers, *values.shape[1:])
+        order = [*reversed(range(len(keys))), *range(len(keys), table.ndim)]
+        return xr.Variable((*self.dims, *dims), table.transpose(order), attrs)
+
+    def numbers(self, rows: Sequence[Row], key: str, score: Score) -> xr.Variable:
+        """A score of every flight."""
+        values = np.array([row[key] for row in rows], dtype=float)
+        return self.placed(values, attrs={"units": score.unit, "long_name": score.text()})
 
 
 def _grids(
@@ -144,40 +160,19 @@ def _files(use: Sequence[str | Path | ModuleType | UserScore]) -> tuple[str, ...
     return tuple(dict.fromkeys(files))
 
 
-def _flown(
+def _rows(
     campaign: Campaign, home: Path, total: int, workers: int | None, logs: bool, progress: Report | None
 ) -> list[Row]:
     """The row of every flight, in order."""
     jobs = [Job(flight, log="always" if logs else "never") for flight in range(total)]
     with opened_queue(
-        campaign, home, False, lambda: make_engine(campaign.to_mapping(), workers), progress, total
+        campaign, home, False, lambda: make_engine(campaign.text, workers), progress, total
     ) as queue:
         try:
             queue.fly(jobs)
         except Interrupted:
             raise KeyboardInterrupt from None
         return list(queue.store.by_flight.values())
-
-
-def _scores(
-    key: str,
-    rows: Sequence[Row],
-    campaign: Campaign,
-    shape: Sequence[int],
-    dims: Sequence[str],
-    several: bool,
-) -> xr.Variable:
-    """One column of the rows as an array over the swept keys; the first key turns fastest in the draws."""
-    count = len(campaign.names)
-    words = key in ("status", "cause")
-    values = np.array([row[key] for row in rows], dtype=object if words else float)
-    draws = values.reshape(-1, count)
-    table = np.stack([draws[:, index].reshape(shape, order="F") for index in range(count)], axis=-1)
-    score = Score() if words else campaign.spec.scores[key]
-    attributes = {} if words else {"units": score.unit, "long_name": score.text()}
-    return xr.Variable(
-        dims, (table if several else table[..., 0]).astype(str if words else float), attributes
-    )
 
 
 def _coordinates(grids: Mapping[str, Sequence[Any]], campaign: Campaign) -> dict[str, Any]:
@@ -192,8 +187,6 @@ def _coordinates(grids: Mapping[str, Sequence[Any]], campaign: Campaign) -> dict
 
 
 def _units(experiment: Experiment, campaign: Campaign) -> dict[str, str]:
-    from skylimb.control.controller import controller_units
-
     robot = robot_of(experiment)
     units = units_of(tables_of(experiment))
     for name in campaign.names:
@@ -202,8 +195,10 @@ def _units(experiment: Experiment, campaign: Campaign) -> dict[str, str]:
     return {**units, **{f"{key}.{i}": unit for key, unit in units.items() for i in range(8)}}
 
 
-def _signals(home: Path, rows: Sequence[Row], names: Sequence[str], scores: xr.Dataset) -> xr.Dataset:
-    """The scores with some signals of every flight, over time and the swept keys."""
+def _with_signals(
+    scores: xr.Dataset, flown: _Flown, home: Path, rows: Sequence[Row], names: Sequence[str]
+) -> xr.Dataset:
+    """The scores with some signals of every flight, over the swept keys and time."""
     paths = {row["flight"]: home / log_name(row) / LOG_FILE for row in rows}
     logs = {flight: Run.load(path).log for flight, path in paths.items() if path.is_file()}
     if not logs:  # every draw was refused
@@ -212,21 +207,10 @@ def _signals(home: Path, rows: Sequence[Row], names: Sequence[str], scores: xr.D
     for name in names:
         if name not in longest:
             raise unknown_name("signal", name, [str(known) for known in longest.data_vars])
-    dims, flown = scores["status"].dims, len(rows) // scores.sizes.get("controller", 1)
-    kept = {}
-    for name in names:
         signal = longest[name]
         values = np.full((len(rows), *signal.shape), np.nan)
         for flight, log in logs.items():
             values[flight, : log.sizes["time"]] = log[name].values
-        # By draw and controller; in the draws the first key turns fastest.
-        values = values.reshape(flown, -1, *signal.shape)
-        swept = [scores.sizes[dim] for dim in dims if dim != "controller"]
-        values = values.reshape(*reversed(swept), *values.shape[1:])
-        order = [*reversed(range(len(swept))), *range(len(swept), values.ndim)]
-        values = values.transpose(order)
-        if "controller" not in dims:
-            values = values.squeeze(len(swept))
-        kept[name] = xr.Variable((*dims, *signal.dims), values, signal.attrs)
-    coordinates = {dim: longest[dim] for name in names for dim in longest[name].dims if dim in longest.coords}
-    return scores.assign(kept).assign_coords(coordinates)
+        scores[name] = flown.placed(values, signal.dims, signal.attrs)
+        scores = scores.assign_coords({dim: longest[dim] for dim in signal.dims if dim in longest.coords})
+    return scores

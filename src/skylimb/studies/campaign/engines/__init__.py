@@ -6,12 +6,11 @@ nothing twice: what to do about a worker that died is decided by the queue.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from concurrent.futures import Future
-from typing import Any, Protocol
 
 from skylimb.base.errors import ConfigError, SkylimbError
-from skylimb.studies.campaign.bench import Flown, Job
+from skylimb.studies.campaign.worker import Flown, Job
 
 MOST_WORKERS = 1024
 
@@ -23,24 +22,31 @@ class WorkerError(SkylimbError):
     """Workers cannot be started or reached."""
 
 
-class Engine(Protocol):
-    """What the queue asks of an engine."""
+class Engine:
+    """What the queue asks of an engine; by default one that has no workers to lose.
+
+    Args:
+        campaign: as `Campaign.text` gives it.
+    """
+
+    def __init__(self, campaign: str) -> None:
+        self._campaign = campaign
 
     @property
     def slots(self) -> int:
         """How many batches it can have in hand."""
-        ...
+        return 1
 
     def submit(self, jobs: Sequence[Job]) -> Future[list[Flown]]:
         """Fly a batch; at most `slots` batches may be on their way at a time."""
-        ...
+        raise NotImplementedError
 
     def deaths(self, error: BaseException) -> int | None:
         """How many workers have died over a batch whose future holds `error`.
 
         0: its worker died before it began. None: the error is no worker's death.
         """
-        ...
+        del error
 
     def check(self) -> None:
         """Look whether anything can still come back; called while nothing does.
@@ -48,20 +54,16 @@ class Engine(Protocol):
         Raises:
             WorkerError: nothing will.
         """
-        ...
 
     def close(self) -> None:
         """Let the workers go, also those that are flying."""
-        ...
 
 
-def make_engine(
-    tables: Mapping[str, Any], workers: int | None = None, scheduler: str = "", slurm: str = ""
-) -> Engine:
+def make_engine(campaign: str, workers: int | None = None, scheduler: str = "", slurm: str = "") -> Engine:
     """The engine that a user asks for.
 
     Args:
-        tables: the campaign, as `Campaign.to_mapping` gives it.
+        campaign: as `Campaign.text` gives it.
         workers: processes on this machine, one a core by default, 0 for none; or jobs on SLURM, 4 by default.
         scheduler: address of a Dask scheduler.
         slurm: a SLURM queue.
@@ -73,18 +75,18 @@ def make_engine(
     if scheduler:
         from skylimb.studies.campaign.engines.cluster import connect
 
-        return connect(tables, scheduler)
+        return connect(campaign, scheduler)
     if slurm:
         from skylimb.studies.campaign.engines.slurm import on_slurm
 
-        return on_slurm(tables, slurm, workers or 4)
+        return on_slurm(campaign, slurm, workers or 4)
     if workers == 0:
         from skylimb.studies.campaign.engines.inline import InlineEngine
 
-        return InlineEngine(tables)
+        return InlineEngine(campaign)
     from skylimb.studies.campaign.engines.local import LocalEngine, cores
 
-    return LocalEngine(tables, workers or cores())
+    return LocalEngine(campaign, workers or cores())
 
 
 def check_workers(workers: int | None, scheduler: str = "", slurm: str = "") -> None:

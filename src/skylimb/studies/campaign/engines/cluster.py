@@ -7,13 +7,13 @@ wire.
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from concurrent.futures import CancelledError, Future
 from typing import TYPE_CHECKING, Any
 
 from skylimb.base.errors import missing_extra
-from skylimb.studies.campaign.bench import Flown, Job, fly_jobs
-from skylimb.studies.campaign.engines import DEATHS, WorkerError
+from skylimb.studies.campaign.engines import DEATHS, Engine, WorkerError
+from skylimb.studies.campaign.worker import Flown, Job, fly_jobs
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -22,25 +22,17 @@ _AHEAD = 2
 """Batches that are sent for each thread of a worker, so that it never waits for the next."""
 
 
-class ClusterEngine:
+class ClusterEngine(Engine):
     """An engine of Dask workers.
 
     Args:
-        tables: the campaign, as `Campaign.to_mapping` gives it.
+        campaign: as `Campaign.text` gives it.
         client: connected to the scheduler.
-        cluster: what to close with it, where this process has started it.
-        watch: called while nothing comes back; raises where nothing ever will.
     """
 
-    def __init__(
-        self,
-        tables: Mapping[str, Any],
-        client: Client,
-        cluster: Any = None,
-        watch: Callable[[], None] | None = None,
-    ) -> None:
-        self._tables, self._client, self._cluster, self._watch = dict(tables), client, cluster, watch
-        self._executor = client.get_executor(pure=False)
+    def __init__(self, campaign: str, client: Client) -> None:
+        super().__init__(campaign)
+        self._client, self._executor = client, client.get_executor(pure=False)
 
     @property
     def slots(self) -> int:
@@ -50,7 +42,7 @@ class ClusterEngine:
 
     def submit(self, jobs: Sequence[Job]) -> Future[list[Flown]]:
         """See `Engine`."""
-        return self._executor.submit(fly_jobs, self._tables, list(jobs))
+        return self._executor.submit(fly_jobs, self._campaign, list(jobs))
 
     def deaths(self, error: BaseException) -> int | None:
         """See `Engine`; Dask itself tries a batch again before it gives up."""
@@ -64,18 +56,14 @@ class ClusterEngine:
         """See `Engine`."""
         if self._client.status != "running":
             raise WorkerError("the connection to the cluster's scheduler is lost")
-        if self._watch is not None:
-            self._watch()
 
     def close(self) -> None:
         """See `Engine`."""
         self._executor.shutdown(wait=False)
         self._client.close()
-        if self._cluster is not None:
-            self._cluster.close()
 
 
-def connect(tables: Mapping[str, Any], address: str) -> ClusterEngine:
+def connect(campaign: str, address: str) -> ClusterEngine:
     """An engine on a scheduler that runs, such as tcp://HOST:8786.
 
     Raises:
@@ -84,7 +72,7 @@ def connect(tables: Mapping[str, Any], address: str) -> ClusterEngine:
     """
     distributed = imported("distributed")
     try:
-        return ClusterEngine(tables, distributed.Client(address, timeout="5s", set_as_default=False))
+        return ClusterEngine(campaign, distributed.Client(address, timeout="5s", set_as_default=False))
     except (OSError, ValueError) as error:
         first = (str(error).splitlines() or [type(error).__name__])[0]
         raise WorkerError(f"no Dask scheduler answers at '{address}': {first}") from error

@@ -1,4 +1,8 @@
-"""Flies on jobs of a SLURM queue, one Dask worker a job, and notices jobs whose worker never comes."""
+"""Flies on jobs of a SLURM queue, one Dask worker a job, and notices jobs whose worker never comes.
+
+dask-jobqueue submits the jobs and replaces those that end. It does not say why a job ended before its worker
+came; SLURM is asked for that.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +10,6 @@ import re
 import shutil
 import subprocess
 import time
-from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -45,11 +48,11 @@ class JobState(NamedTuple):
     output: str = ""
 
 
-def on_slurm(tables: Mapping[str, Any], queue: str, workers: int) -> ClusterEngine:
+def on_slurm(campaign: str, queue: str, workers: int) -> SlurmEngine:
     """An engine on jobs of a SLURM queue, one worker a job; the scheduler runs in this process.
 
     Args:
-        tables: the campaign.
+        campaign: as `Campaign.text` gives it.
         queue: SLURM's partition. Account, walltime and the like come from dask-jobqueue's own file.
         workers: how many jobs to ask for.
 
@@ -68,18 +71,20 @@ def on_slurm(tables: Mapping[str, Any], queue: str, workers: int) -> ClusterEngi
     cluster = jobqueue.SLURMCluster(queue=queue, **settings)
     # A job that ends, by its time limit for one, is replaced.
     cluster.adapt(minimum_jobs=workers, maximum_jobs=workers)
-    client = distributed.Client(cluster, set_as_default=False)
-    return ClusterEngine(tables, client, cluster, JobWatch(cluster).check)
+    return SlurmEngine(campaign, distributed.Client(cluster, set_as_default=False), cluster)
 
 
-class JobWatch:
-    """Watches jobs whose worker has never come: to the scheduler, their end is no worker's death.
+class SlurmEngine(ClusterEngine):
+    """An engine of SLURM jobs. It watches those whose worker never came: to Dask their end is no death.
 
     Args:
+        campaign: as `Campaign.text` gives it.
+        client: connected to the cluster.
         cluster: of dask-jobqueue.
     """
 
-    def __init__(self, cluster: Any) -> None:
+    def __init__(self, campaign: str, client: Any, cluster: Any) -> None:
+        super().__init__(campaign, client)
         self._cluster = cluster
         self._came: set[str] = set()
         self._running: dict[str, float] = {}
@@ -92,21 +97,26 @@ class JobWatch:
         Raises:
             WorkerError: when no job waits or runs any more, or none of those that run has come to work.
         """
+        super().check()
         working = {str(worker.name) for worker in list(self._cluster.scheduler.workers.values())}
         self._came |= working
         if working or time.monotonic() < self._looked + LOOK:
             return
         self._looked = time.monotonic()
-        jobs = {str(name): str(job.job_id) for name, job in list(self._cluster.workers.items())}
-        # A job's workers are called NAME, or NAME-0, NAME-1. A job that has worked is replaced when it ends.
-        if any(
-            not jobs[name] or any(f"{worker}-".startswith(f"{name}-") for worker in self._came)
-            for name in jobs
-        ):
+        jobs = {str(name): job.job_id for name, job in list(self._cluster.workers.items())}
+        # A job's workers are called NAME, or NAME-0, NAME-1. A job that has worked is replaced when it ends;
+        # one without a number is being submitted.
+        came = [name for name in jobs if any(f"{w}-".startswith(f"{name}-") for w in self._came)]
+        if came or not all(jobs.values()):
             return
-        lost = [job for job in jobs.values() if self._is_lost(job)]
+        lost = [str(job) for job in jobs.values() if self._is_lost(str(job))]
         if jobs and len(lost) == len(jobs):
             raise WorkerError(_described(lost[0], self._last[lost[0]], len(lost)))
+
+    def close(self) -> None:
+        """See `Engine`."""
+        super().close()
+        self._cluster.close()
 
     def _is_lost(self, job: str) -> bool:
         state = job_state(job)

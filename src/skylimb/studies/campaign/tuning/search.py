@@ -10,13 +10,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from skylimb.base.errors import missing_extra
-from skylimb.studies.campaign.bench import Job
 from skylimb.studies.campaign.flight_queue import FlightQueue
 from skylimb.studies.campaign.frozen import Campaign
 from skylimb.studies.campaign.rows import Row
 from skylimb.studies.campaign.spec import Search
 from skylimb.studies.campaign.statistics import is_success
 from skylimb.studies.campaign.tuning.gains import Gains, from_point, to_point
+from skylimb.studies.campaign.worker import Job
 
 _LOSS = 1e6
 """What a flight without success adds to a trial's cost: more than any metric can."""

@@ -53,7 +53,7 @@ def tune(
     starts = {name: present_gains(campaign, name, search) for name in campaign.names}
     total = len(campaign.names) * (search.trials * spec.draws + 2 * search.held_out)
     with opened_queue(
-        campaign, folder, resume, lambda: make_engine(campaign.to_mapping(), workers), progress, total
+        campaign, folder, resume, lambda: make_engine(campaign.text, workers), progress, total
     ) as queue:
         store = queue.store
         try:

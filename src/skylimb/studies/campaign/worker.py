@@ -23,7 +23,6 @@ from skylimb.analysis.recording.versions import versions
 from skylimb.analysis.scores.registry import measured
 from skylimb.analysis.scores.user_scores import with_user_scores
 from skylimb.base.errors import CompileError, ConfigError, SkylimbError, UserCodeError
-from skylimb.control.controller import Controller
 from skylimb.control.loop.flight import Flight
 from skylimb.flight.drivers.native import fly_native, unavailable
 from skylimb.flight.experiments.experiment import robot_of
@@ -31,7 +30,6 @@ from skylimb.flight.flying import fly_here
 from skylimb.flight.record import scored, with_origin
 from skylimb.flight.takeoff import Takeoff, prepare
 from skylimb.robots.loader import load_robot
-from skylimb.robots.model import Robot
 from skylimb.studies.campaign.folder import CONFIG_FILE, log_name
 from skylimb.studies.campaign.frozen import Campaign, campaign_from_mapping
 from skylimb.studies.campaign.rows import FAILED, REFUSED, Row, make_row
@@ -74,30 +72,29 @@ class Flown(NamedTuple):
     files: Mapping[str, bytes] = {}
 
 
-def fly_jobs(campaign: Mapping[str, Any], jobs: Sequence[Job]) -> list[Flown]:
+def fly_jobs(campaign: str, jobs: Sequence[Job]) -> list[Flown]:
     """Fly jobs of a campaign.
 
     Args:
-        campaign: as `Campaign.to_mapping` gives it; plain values that travel to any process.
+        campaign: as `Campaign.text` gives it, which travels to any process.
         jobs: what to fly.
 
     Raises:
         ConfigError: when this process has other versions than the campaign was begun with.
     """
     with _ONE_AT_A_TIME, _quiet_engine():
-        bench = _bench(_Hashable(campaign))
-        return bench.fly(jobs)
+        return _worker(campaign).fly(jobs)
 
 
-class Bench:
+class Worker:
     """A campaign's robot and controllers, loaded once."""
 
     def __init__(self, campaign: Campaign) -> None:
-        here = versions()
+        present = versions()
         for name, version in campaign.versions.items():
-            if here.get(name) != version:
+            if present.get(name) != version:
                 raise ConfigError(
-                    f"this worker has {name} {here.get(name)}, the campaign was begun with {version}; "
+                    f"this worker has {name} {present.get(name)}, the campaign was begun with {version}; "
                     "the rows would not be the same"
                 )
         self._campaign = campaign
@@ -106,7 +103,9 @@ class Bench:
                 raise ConfigError(
                     f"this worker has other files of robot '{name}' than the campaign was begun with"
                 )
-        self._controller = lru_cache(maxsize=64)(self._load)
+        self._controller = lru_cache(maxsize=64)(
+            lambda name, robot, gains: campaign.load(name, robot, json.loads(gains))
+        )
 
     def fly(self, jobs: Sequence[Job]) -> list[Flown]:
         """The row of each flight, and its log if it is wanted."""
@@ -178,42 +177,21 @@ class Bench:
         config = {f"{log_name(row)}/{CONFIG_FILE}": placed.config.encode()}
         return Flown(row, _bytes(placed), {**kept.sources, **config})
 
-    def _load(self, name: str, robot: Robot, gains: str) -> Controller:
-        return self._campaign.load(name, robot, json.loads(gains))
-
-
-class _Hashable(dict[str, Any]):
-    """Tables with an identity that `lru_cache` can use; they are not changed once they are made."""
-
-    def __init__(self, tables: Mapping[str, Any]) -> None:
-        super().__init__(tables)
-        self._text = repr(tables)
-
-    def __hash__(self) -> int:  # type: ignore[override]
-        return hash(self._text)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Hashable) and self._text == other._text
-
 
 @lru_cache(maxsize=4)
-def _bench(tables: _Hashable) -> Bench:
-    return Bench(campaign_from_mapping(tables, "the campaign"))
+def _worker(campaign: str) -> Worker:
+    return Worker(campaign_from_mapping(json.loads(campaign), "the campaign"))
 
 
 @contextmanager
 def _quiet_engine() -> Iterator[None]:
     """Keep the physics' warnings off the terminal and out of the folder; a row says what came of a flight."""
     before = mujoco.get_mju_user_warning()
-    mujoco.set_mju_user_warning(_ignore)
+    mujoco.set_mju_user_warning(lambda message: None)
     try:
         yield
     finally:
         mujoco.set_mju_user_warning(before)
-
-
-def _ignore(message: str) -> None:
-    """Say nothing."""
 
 
 def _bytes(run: Run) -> bytes:
