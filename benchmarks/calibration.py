@@ -21,12 +21,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from skylimb.studies.calibration.information import WANTED
 
 import skylimb
 from skylimb.analysis.scores.registry import measured
 from skylimb.base.errors import SkylimbError
 from skylimb.robots.loader import load_robot
-from skylimb.studies.calibration.information import WANTED
 from skylimb.studies.calibration.public import calibration_from
 from skylimb.studies.calibration.result import SIGMAS
 

@@ -6,9 +6,9 @@ from skylimb.studies.campaign.statistics import (
     Scores,
     compare_paired,
     failure_region,
+    parameters_by_information,
     rank,
     success_rate,
-    telling_parameters,
 )
 from skylimb.studies.campaign.statistics.intervals import bootstrap_interval, median
 from skylimb.studies.campaign.summary import medians
@@ -100,10 +100,10 @@ def test_paired_draws_see_what_unpaired_ones_cannot() -> None:
 def test_equal_controllers_share_a_rank_and_clear_ones_do_not() -> None:
     rng = np.random.default_rng(4)
     noise = rng.normal(size=(300, 3))
-    badness = noise + np.array([0.0, 0.0, 1.5])
-    assert rank(badness) == [1, 1, 3]
-    badness[:, 0] = np.inf
-    assert rank(badness) == [3, 1, 2]
+    costs = noise + np.array([0.0, 0.0, 1.5])
+    assert rank(costs) == [1, 1, 3]
+    costs[:, 0] = np.inf
+    assert rank(costs) == [3, 1, 2]
 
 
 def test_ranks_of_equal_controllers_are_rarely_told_apart() -> None:
@@ -125,7 +125,7 @@ def test_a_region_of_failure_is_found_and_told() -> None:
     assert region.failed >= 0.95 * region.draws
     threshold = next(c.value for c in region.conditions if c.parameter == "friction")
     assert threshold == pytest.approx(0.6, abs=0.02)
-    assert telling_parameters(parameters, failed[:, None])[-1] == "nothing"
+    assert parameters_by_information(parameters, failed[:, None])[-1] == "nothing"
 
 
 def test_no_region_is_told_where_there_is_none() -> None:

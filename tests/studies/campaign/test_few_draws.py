@@ -7,21 +7,21 @@ import pytest
 from scipy.stats import norm
 
 from skylimb.analysis.scores.axis_names import PAPER
-from skylimb.studies.campaign.figures import _running_median, plates
+from skylimb.studies.campaign.figures import _running_median, report_figures
 from skylimb.studies.campaign.maps import winner_map
 from skylimb.studies.campaign.points import FEW, _apart, points
 from skylimb.studies.campaign.report import _pairs
 from skylimb.studies.campaign.statistics import (
     Scores,
     compare_paired,
-    draws_to_tell,
+    draws_needed,
     fewest_draws,
     level_of_pair,
     rank,
 )
-from skylimb.studies.campaign.statistics.telling import POWER, better
+from skylimb.studies.campaign.statistics.sign_test import POWER, better
 from skylimb.studies.campaign.summary import Summary
-from skylimb.studies.campaign.who_wins import shown_ranks, to_tell, verdicts
+from skylimb.studies.campaign.who_wins import draws_needed_for, shown_ranks, verdicts
 
 KEY = "error_u_median"
 WHAT = "the median |y error| of the CoG to the mission"
@@ -35,7 +35,7 @@ def scores_of(values: np.ndarray, names: tuple[str, ...] = ("pid", "hybrid")) ->
 
 
 def summary_of(scores: Scores) -> Summary:
-    ranks = {KEY: rank(scores.badness(KEY))}
+    ranks = {KEY: rank(scores.cost(KEY))}
     return Summary(scores, {}, {}, {}, ranks, {}, [], [], PAPER)
 
 
@@ -68,7 +68,7 @@ def test_losses_count_and_equal_draws_do_not() -> None:
 def test_the_suggested_number_of_draws_finds_the_difference_about_as_often_as_promised() -> None:
     rng = np.random.default_rng(7)
     differences = rng.normal(0.5, 1.0, 4000)
-    count = draws_to_tell(differences, np.zeros(4000))
+    count = draws_needed(differences, np.zeros(4000))
     share = norm.cdf(0.5)
     assert count == pytest.approx((1.96 + 0.8416) ** 2 / (4 * (share - 0.5) ** 2), rel=0.15)
     size = int(count)
@@ -80,20 +80,20 @@ def test_the_spread_of_three_draws_is_that_of_a_sample() -> None:
     difference = np.array([0.2, 0.5, 0.8])  # mean 0.5, standard deviation of the sample 0.3
     share = norm.cdf(0.5 / 0.3)
     expected = math.ceil((1.959964 + 0.841621) ** 2 / (4 * (share - 0.5) ** 2))
-    assert draws_to_tell(difference, np.zeros(3)) == expected
+    assert draws_needed(difference, np.zeros(3)) == expected
 
 
 def test_what_never_differs_takes_for_ever() -> None:
-    assert draws_to_tell(np.ones(5), np.ones(5)) == math.inf
-    assert draws_to_tell(np.array([1.0, -1.0]), np.zeros(2)) == math.inf
+    assert draws_needed(np.ones(5), np.ones(5)) == math.inf
+    assert draws_needed(np.array([1.0, -1.0]), np.zeros(2)) == math.inf
 
 
 def test_clear_differences_take_the_fewest_draws_and_losses_are_counted() -> None:
     clear = np.array([1.0, 1.1, 1.2])
-    assert draws_to_tell(clear, clear + 5.0 + 0.01 * clear) == 8  # Noether's number for p = 1
-    both = draws_to_tell(np.array([1.0, 1.0]), np.full(2, np.inf))
+    assert draws_needed(clear, clear + 5.0 + 0.01 * clear) == 8  # Noether's number for p = 1
+    both = draws_needed(np.array([1.0, 1.0]), np.full(2, np.inf))
     assert both == math.ceil((1.959964 + 0.841621) ** 2 / (4 * 0.25**2))  # by Laplace p = 3/4
-    half = draws_to_tell(np.array([1.0, 1.0, 1.0, 1.0]), np.array([np.inf, np.inf, 1.0, 1.0]))
+    half = draws_needed(np.array([1.0, 1.0, 1.0, 1.0]), np.array([np.inf, np.inf, 1.0, 1.0]))
     assert half == pytest.approx(2 * both, abs=2)  # every other draw is a tie
 
 
@@ -101,19 +101,19 @@ def test_three_draws_give_no_rank_and_say_how_many_would() -> None:
     few = summary_of(scores_of(np.array([[0.114, 0.078], [0.117, 0.080], [0.118, 0.081]])))
     assert verdicts(few) == []
     assert shown_ranks(few.ranks[KEY]) == [0, 0]
-    assert to_tell(few, KEY) == [f"PID and Hybrid: about 8 draws would tell them apart in {WHAT}"]
+    assert draws_needed_for(few, KEY) == [f"PID and Hybrid: about 8 draws would tell them apart in {WHAT}"]
     alike = summary_of(scores_of(np.ones((3, 2))))
-    assert to_tell(alike, KEY) == [f"PID and Hybrid: no difference in {WHAT}"]
+    assert draws_needed_for(alike, KEY) == [f"PID and Hybrid: no difference in {WHAT}"]
     many = summary_of(scores_of(np.stack([np.linspace(0.1, 0.2, 12), np.linspace(0.3, 0.4, 12)], axis=1)))
     assert shown_ranks(many.ranks[KEY]) == [1, 2]
-    assert to_tell(many, KEY) == []
+    assert draws_needed_for(many, KEY) == []
 
 
 def test_a_large_number_of_draws_is_not_told_to_the_last_one() -> None:
     rng = np.random.default_rng(1)
     values = rng.normal(0.1, 0.01, (6, 2))
     values[:, 1] = values[:, 0] + np.array([1, -1, 1, -1, 1, -0.8]) * 1e-3
-    (line,) = to_tell(summary_of(scores_of(values)), KEY)
+    (line,) = draws_needed_for(summary_of(scores_of(values)), KEY)
     number = line.split("about ")[1].split()[0] if "about" in line else "10000"
     assert int(number) % 100 == 0
 
@@ -121,7 +121,7 @@ def test_a_large_number_of_draws_is_not_told_to_the_last_one() -> None:
 def test_few_draws_are_drawn_as_points_with_their_numbers() -> None:
     values = np.array([[0.11, 0.08], [0.12, np.nan], [0.13, 0.09]])
     scores = scores_of(values)
-    (plate,) = plates(scores, KEY, PAPER)
+    (plate,) = report_figures(scores, KEY, PAPER)
     assert plate.name == "points"
     (ax,) = (ax for ax in points(scores, PAPER).axes if ax.axison)
     drawn = np.concatenate([np.asarray(c.get_offsets()) for c in ax.collections])
@@ -138,8 +138,8 @@ def test_draws_that_end_alike_share_a_place() -> None:
 
 def test_no_empty_figure_is_drawn() -> None:
     lost = Scores(("pid", "hybrid"), np.arange(3), np.zeros((3, 2), bool), np.zeros((3, 2), bool), {}, {}, {})
-    assert plates(lost, KEY, PAPER) == []
-    assert [plate.name for plate in plates(spread(FEW), KEY, PAPER)] == ["profiles", "trends"]
+    assert report_figures(lost, KEY, PAPER) == []
+    assert [plate.name for plate in report_figures(spread(FEW), KEY, PAPER)] == ["profiles", "trends"]
 
 
 def test_a_difference_that_losses_decide_says_whose_whichever_way_the_metric_is_good() -> None:
@@ -149,10 +149,10 @@ def test_a_difference_that_losses_decide_says_whose_whichever_way_the_metric_is_
         ("pid", "hybrid"), np.arange(3), finished, finished,
         {KEY: values, "contact_fraction": values}, {}, {},
     )  # fmt: skip
-    badness = {key: scores.badness(key) for key in scores.metrics}
+    costs = {key: scores.cost(key) for key in scores.metrics}
     paired = {
         key: {("pid", "hybrid"): compare_paired(column[:, 0], column[:, 1], 0)}
-        for key, column in badness.items()
+        for key, column in costs.items()
     }
     summary = Summary(scores, {}, {}, paired, {}, {}, [], [], PAPER)
     assert [line[4] for line in _pairs(summary)] == ["first lost (first lost .. first lost)"] * 2
@@ -170,9 +170,9 @@ def spread(draws: int, lost: int = 0) -> Scores:
 
 def test_maps_need_draws_that_fill_their_cells_and_failures_that_happened() -> None:
     """A cell with a single draw has no winner, and a map of no failure is an empty figure."""
-    assert [plate.name for plate in plates(spread(31), KEY, PAPER)] == ["profiles", "trends"]
-    assert "winners" in {plate.name for plate in plates(spread(40), KEY, PAPER)}
-    assert "failures" in {plate.name for plate in plates(spread(40, lost=3), KEY, PAPER)}
+    assert [plate.name for plate in report_figures(spread(31), KEY, PAPER)] == ["profiles", "trends"]
+    assert "winners" in {plate.name for plate in report_figures(spread(40), KEY, PAPER)}
+    assert "failures" in {plate.name for plate in report_figures(spread(40, lost=3), KEY, PAPER)}
     cells = winner_map(spread(200), KEY, "surface.friction", "approach.depth").axes[0].patches
     assert 16 <= len(cells) <= 25
 

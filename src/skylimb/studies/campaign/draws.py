@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import qmc
 
-from skylimb.base.config import put
+from skylimb.base.config import put, to_mapping
 from skylimb.studies.campaign.spec import CampaignSpec
 
 _BLOCK = 1024
@@ -91,13 +91,7 @@ def changed(mapping: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str,
     Raises:
         ConfigError: when a key leads through something that is neither table nor list.
     """
-    copy = _copy(mapping)
+    copy = to_mapping(mapping, keep_none=True)
     for key, value in changes.items():
         put(copy, key, value)
     return copy
-
-
-def _copy(node: Any) -> Any:
-    if isinstance(node, Mapping):
-        return {key: _copy(value) for key, value in node.items()}
-    return [_copy(value) for value in node] if isinstance(node, list | tuple) else node

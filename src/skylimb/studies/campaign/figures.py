@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import base64
+from textwrap import fill
 from typing import NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
-from scipy.stats import rankdata
 
 from skylimb.analysis.figures import style
 from skylimb.analysis.scores.axis_names import AxisNames
-from skylimb.studies.campaign.maps import CLEAR_WIN, colours_of, failure_map, has_cells, winner_map
+from skylimb.studies.campaign.maps import CLEAR_WIN, failure_map, has_cells, winner_map
+from skylimb.studies.campaign.panels import add_legend, colours_of, panels
 from skylimb.studies.campaign.points import FEW, points
-from skylimb.studies.campaign.statistics import Scores, telling_parameters
-from skylimb.studies.campaign.statistics.intervals import finite
+from skylimb.studies.campaign.statistics import Scores, parameters_by_information
+from skylimb.studies.campaign.statistics.intervals import finite, rank_correlation
 
 _MOST_PARAMETERS = 4
 _CURVE_BINS = 8
@@ -46,8 +47,8 @@ _WINNERS = (
 )
 
 
-class Plate(NamedTuple):
-    """A picture with its words; `source` is the picture itself, as a data URL."""
+class ReportFigure(NamedTuple):
+    """A figure with its words; `source` is the picture itself, as a data URL."""
 
     name: str
     title: str
@@ -55,86 +56,65 @@ class Plate(NamedTuple):
     source: str
 
 
-def plates(scores: Scores, score: str, axes: AxisNames) -> list[Plate]:
+def report_figures(scores: Scores, score: str, axes: AxisNames) -> list[ReportFigure]:
     """Every picture that the flights allow for."""
     if not scores.ranked:
         return []  # nobody finished
     if len(scores.draws) < FEW:
-        return [_plate("points", "Every flight", _POINTS, points(scores, axes))]
+        return [_finished("points", "Every flight", _POINTS, points(scores, axes))]
     if score not in scores.metrics:
         return []
     label = scores.declared[score].text(axes)
-    made = [_plate("profiles", "How good, how often", _PROFILES, profiles(scores, axes))]
-    numeric = [name for name, values in scores.parameters.items() if values.dtype.kind in "fi"]
-    shown = [
-        name for name in tellers(scores, score) if name in numeric and len(set(scores.parameters[name])) > 1
-    ]
+    made = [_finished("profiles", "How good, how often", _PROFILES, profiles(scores, axes))]
+    ordered = [name for name in by_influence(scores, score) if scores.parameters[name].dtype.kind in "fi"]
+    shown = [name for name in ordered if len(set(scores.parameters[name])) > 1]
     if shown:
         figure = trends(scores, score, shown[:_MOST_PARAMETERS], axes)
-        made.append(_plate("trends", "What it depends on", _TRENDS.format(label), figure))
+        made.append(_finished("trends", "What it depends on", _TRENDS.format(label), figure))
     if len(shown) > 1 and not scores.success.all():
         figure = failure_map(scores, shown[0], shown[1])
-        made.append(_plate("failures", "Where each controller fails", _FAILURES, figure))
+        made.append(_finished("failures", "Where each controller fails", _FAILURES, figure))
     if len(shown) > 1 and len(scores.controllers) > 1 and has_cells(scores, shown[0], shown[1]):
         figure = winner_map(scores, score, shown[0], shown[1])
         words = _WINNERS.format(label[:1].lower() + label[1:], CLEAR_WIN)
-        made.append(_plate("winners", "Who wins where", words, figure))
+        made.append(_finished("winners", "Who wins where", words, figure))
     return made
 
 
-def tellers(scores: Scores, score: str) -> list[str]:
+def by_influence(scores: Scores, score: str) -> list[str]:
     """Parameters by how much they tell: about failures where there are some, else about the score."""
     failed = ~scores.success
     if failed.any() and not failed.all():
-        return telling_parameters(scores.parameters, failed)
+        return parameters_by_information(scores.parameters, failed)
 
     def strength(name: str) -> float:
         values = scores.parameters[name]
-        if values.dtype.kind not in "fi" or len(set(values)) < 2:
+        if values.dtype.kind not in "fi":
             return 0.0
-        found = [_rank_correlation(values, finite(column)) for column in scores.badness(score).T]
-        return max(found)
+        # A symmetric valley says as much as a slope: the distance from the middle counts, too.
+        both = (values, np.abs(values - np.median(values)))
+        found = [rank_correlation(x, finite(column)) for column in scores.cost(score).T for x in both]
+        return float(np.nanmax(np.abs([0.0, *found])))
 
     return sorted(scores.parameters, key=lambda name: -strength(name))
-
-
-def _rank_correlation(first: np.ndarray, second: np.ndarray) -> float:
-    """|Spearman|, of the values and of their distance from the middle: a symmetric valley tells as much."""
-    if np.ptp(second) == 0.0:
-        return 0.0
-    middle = np.abs(first - np.median(first))
-    return max(abs(_spearman(x, second)) for x in (first, middle) if np.ptp(x) > 0.0)
-
-
-def _spearman(first: np.ndarray, second: np.ndarray) -> float:
-    return float(np.corrcoef(rankdata(first), rankdata(second))[0, 1])
 
 
 @style.styled
 def profiles(scores: Scores, axes_names: AxisNames) -> Figure:
     """The distribution of each metric that controllers are ranked by, a curve a controller."""
-    keys = scores.ranked
-    rows, columns = style.panels(len(keys), 4)
-    figure = Figure((style.WIDTH, 1.75 * rows + 0.4), layout="constrained")
-    axes = figure.subplots(rows, columns, squeeze=False)
-    colours = colours_of(scores)
-    for index, ax in enumerate(axes.flat):
-        if index >= len(keys):
-            ax.set_axis_off()
-            continue
-        values, count = scores.badness(keys[index]), len(scores.draws)
-        score = scores.declared[keys[index]]
-        for name, column in zip(scores.controllers, values.T, strict=True):
-            there = score.sign * np.sort(column[np.isfinite(column)])
-            ax.step(there, np.arange(1, len(there) + 1) / count, where="post", color=colours[name])
-        ax.set_xlabel(_broken(score.titled(axes_names)))
+    figure, axes = panels(scores.ranked, 1.75)
+    for key, ax in axes.items():
+        score = scores.declared[key]
+        for column, colour in zip(scores.cost(key).T, colours_of(scores), strict=True):
+            finished = score.sign * np.sort(column[np.isfinite(column)])
+            share = np.arange(1, len(finished) + 1) / len(column)
+            ax.step(finished, share, where="post", color=colour)
+        ax.set_xlabel(fill(score.titled(axes_names), 26))
         ax.set_ylim(0.0, 1.02)
         if score.sign < 0.0:
             ax.invert_xaxis()
-    axes[0, 0].set_ylabel("share of draws")
-    style.legend_below(
-        figure, [style.swatch(colours[name], style.label(name)) for name in scores.controllers]
-    )
+    figure.axes[0].set_ylabel("share of draws")
+    add_legend(figure, scores)
     return figure
 
 
@@ -143,25 +123,21 @@ def trends(scores: Scores, score: str, parameters: list[str], axes_names: AxisNa
     """The score of every flight over some parameters, with medians along them."""
     figure = Figure((style.WIDTH, 2.6), layout="constrained")
     axes = figure.subplots(1, len(parameters), squeeze=False, sharey=True)[0]
-    colours, values = colours_of(scores), scores.metrics[score]
+    values = scores.metrics[score]
     bottom, top = style.limits([values[scores.finished]], 0.08)
     dots = {"s": 4, "alpha": 0.35} if len(scores.draws) > _MANY else {"s": 14, "alpha": 0.8}
     for ax, parameter in zip(axes, parameters, strict=True):
         x = scores.parameters[parameter].astype(float)
-        for index, name in enumerate(scores.controllers):
-            there = scores.finished[:, index]
-            ax.scatter(x[there], values[there, index], color=colours[name], linewidths=0, **dots)
-            ax.scatter(
-                x[~there], np.full((~there).sum(), top), s=12, marker="x", color=colours[name], linewidths=0.8
-            )
-            ax.plot(*_running_median(x[there], values[there, index]), color=colours[name])
+        for column, flown, colour in zip(values.T, scores.finished.T, colours_of(scores), strict=True):
+            ax.scatter(x[flown], column[flown], color=colour, linewidths=0, **dots)
+            at_top = np.full((~flown).sum(), top)
+            ax.scatter(x[~flown], at_top, s=12, marker="x", color=colour, linewidths=0.8)
+            ax.plot(*_running_median(x[flown], column[flown]), color=colour)
         ax.set_xlabel(parameter.replace(".", ".\n", 1))
         ax.locator_params(axis="x", nbins=4)
         ax.set_ylim(bottom, top + 0.03 * (top - bottom))
-    axes[0].set_ylabel(_broken(scores.declared[score].titled(axes_names)))
-    style.legend_below(
-        figure, [style.swatch(colours[name], style.label(name)) for name in scores.controllers]
-    )
+    axes[0].set_ylabel(fill(scores.declared[score].titled(axes_names), 26))
+    add_legend(figure, scores)
     return figure
 
 
@@ -178,17 +154,6 @@ def _running_median(x: np.ndarray, y: np.ndarray) -> tuple[list[float], list[flo
     return [float(np.median(x[group])) for group in groups], [float(np.median(y[group])) for group in groups]
 
 
-def _broken(text: str, width: int = 26) -> str:
-    lines, line = [], ""
-    for word in text.split():
-        if line and len(line) + len(word) >= width:
-            lines.append(line)
-            line = word
-        else:
-            line = f"{line} {word}".strip()
-    return "\n".join([*lines, line])
-
-
-def _plate(name: str, title: str, caption: str, figure: Figure) -> Plate:
+def _finished(name: str, title: str, caption: str, figure: Figure) -> ReportFigure:
     source = f"data:image/png;base64,{base64.b64encode(style.png(figure, 170)).decode('ascii')}"
-    return Plate(name, title, caption, source)
+    return ReportFigure(name, title, caption, source)

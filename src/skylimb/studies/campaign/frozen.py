@@ -34,6 +34,9 @@ from skylimb.studies.campaign.spec import CampaignSpec
 FORMAT_VERSION = 4
 """Of a campaign's folder."""
 
+_RESOLVED = ("purpose", "robots", "versions", "experiment", "controllers", "use", "files")
+"""What a folder keeps of a campaign besides its spec, in this order."""
+
 CHECKED_DRAWS = 20_000
 """Draws that are checked before take-off; later ones are checked when they are flown."""
 
@@ -112,17 +115,9 @@ class Campaign:
 
     def to_mapping(self) -> dict[str, Any]:
         """What the folder's spec.toml holds: the spec, and a table with all that was resolved."""
-        frozen = {
-            "format": FORMAT_VERSION,
-            "purpose": self.purpose,
-            "robots": self.robots,
-            "versions": self.versions,
-            "experiment": self.experiment,
-            "controllers": self.controllers,
-            **({"use": self.use} if self.use else {}),
-            **({"files": self.files} if self.files else {}),
-        }
-        return {**self.spec.to_mapping(), FROZEN: frozen}
+        resolved = {name: getattr(self, name) for name in _RESOLVED}
+        frozen = {name: value for name, value in resolved.items() if value or name not in ("use", "files")}
+        return {**self.spec.to_mapping(), FROZEN: {"format": FORMAT_VERSION, **frozen}}
 
     @property
     def text(self) -> str:
@@ -189,10 +184,8 @@ def campaign_from_mapping(mapping: Mapping[str, Any], where: str) -> Campaign:
             f"{where} has folder format {frozen['format']}, this skylimb has {FORMAT_VERSION}: fly anew, "
             "into another folder"
         )
-    names = ("experiment", "controllers", "robots", "versions", "purpose")
-    resolved = {name: frozen[name] for name in names}
-    optional = {name: frozen.get(name, {}) for name in ("use", "files")}
-    return Campaign(spec_from_mapping(mapping, where), **resolved, **optional)
+    resolved = {name: frozen[name] for name in _RESOLVED if name in frozen}
+    return Campaign(spec_from_mapping(mapping, where), **resolved)
 
 
 def differences(begun: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:

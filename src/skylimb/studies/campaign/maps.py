@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from skylimb.analysis.figures import style
+from skylimb.studies.campaign.panels import add_legend, colours_of, panels
 from skylimb.studies.campaign.statistics import Scores
 
 CLEAR_WIN = 0.6
@@ -26,24 +27,17 @@ _IN_CELL = 8
 @style.styled
 def failure_map(scores: Scores, first: str, second: str) -> Figure:
     """Successes and failures over two parameters, a panel a controller."""
-    count = len(scores.controllers)
-    rows, columns = style.panels(count, 4)
-    figure = Figure((style.WIDTH, 1.9 * rows + 0.5), layout="constrained")
-    axes = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
+    figure, axes = panels(scores.controllers, 1.9, (first, second))
     x, y = (scores.parameters[name].astype(float) for name in (first, second))
     image: Any = None
-    for index, name in enumerate(scores.controllers):
-        ax, failed = axes.flat[index], ~scores.success[:, index]
-        edges_x, edges_y, share = _failure_share(x, y, failed)
+    for (name, ax), failed in zip(axes.items(), ~scores.success.T, strict=True):
         image = ax.pcolormesh(
-            edges_x, edges_y, share, cmap="Reds", vmin=0.0, vmax=1.0, alpha=0.75, linewidth=0
+            *_failure_share(x, y, failed), cmap="Reds", vmin=0.0, vmax=1.0, alpha=0.75, linewidth=0
         )
         ax.scatter(x[~failed], y[~failed], s=3, color=style.TRUTH, linewidths=0)
         ax.scatter(x[failed], y[failed], s=10, marker="x", color=style.FAILURE, linewidths=0.8)
         ax.set_title(f"{style.label(name)}\n{failed.sum()} of {len(failed)} failed")
-    style.label_outer(axes, count, first, second)
-    bar = figure.colorbar(image, ax=axes, shrink=0.8, pad=0.01)
-    bar.set_label("share of failures")
+    figure.colorbar(image, ax=figure.axes, shrink=0.8, pad=0.01, label="share of failures")
     return figure
 
 
@@ -52,23 +46,16 @@ def winner_map(scores: Scores, score: str, first: str, second: str) -> Figure:
     """The controller that wins most of the draws in each cell of two parameters; see `has_cells`."""
     figure = Figure((0.62 * style.WIDTH, 3.0), layout="constrained")
     ax = figure.subplots()
-    colours, values = colours_of(scores), scores.badness(score)
+    values = scores.cost(score)
     best = np.where(np.isfinite(values.min(axis=1)), np.argmin(values, axis=1), -1)
     x, y = (scores.parameters[name].astype(float) for name in (first, second))
     edges_x, edges_y = _edges(x, _cells(len(x))), _edges(y, _cells(len(y)))
     for low, high in pairwise(edges_x):
         for below, above in pairwise(edges_y):
             inside = best[(x >= low) & (x <= high) & (y >= below) & (y <= above)]
-            _cell(
-                ax, (low, below, high - low, above - below), inside, [colours[n] for n in scores.controllers]
-            )
-    ax.set_xlim(edges_x[0], edges_x[-1])
-    ax.set_ylim(edges_y[0], edges_y[-1])
-    ax.set_xlabel(first)
-    ax.set_ylabel(second)
-    style.legend_below(
-        figure, [style.swatch(colours[name], style.label(name)) for name in scores.controllers]
-    )
+            _cell(ax, (low, below, high - low, above - below), inside, colours_of(scores))
+    ax.set(xlim=edges_x[[0, -1]], ylim=edges_y[[0, -1]], xlabel=first, ylabel=second)
+    add_legend(figure, scores)
     return figure
 
 
@@ -125,8 +112,3 @@ def _failure_share(
     near = min(max(5, len(x) // 20), len(x))
     nearest = np.argpartition(distance, near - 1, axis=-1)[..., :near]
     return edges[0], edges[1], failed[nearest].mean(axis=-1)
-
-
-def colours_of(scores: Scores) -> dict[str, str]:
-    """The colour of each controller."""
-    return dict(zip(scores.controllers, style.colours_of(scores.controllers), strict=True))

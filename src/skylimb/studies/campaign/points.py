@@ -12,7 +12,7 @@ from matplotlib.ticker import MaxNLocator
 
 from skylimb.analysis.figures import style
 from skylimb.analysis.scores.axis_names import AxisNames
-from skylimb.studies.campaign.maps import colours_of
+from skylimb.studies.campaign.panels import add_legend, colours_of, panels
 from skylimb.studies.campaign.statistics import Scores
 
 FEW = 8
@@ -26,25 +26,12 @@ def points(scores: Scores, names: AxisNames) -> Figure:
     A grey line joins the flights of one draw and ends with its number. A cross beyond the worst of the values
     is a lost flight.
     """
-    keys = scores.ranked
-    rows, columns = style.panels(len(keys), 4)
-    figure = Figure((style.WIDTH, 1.9 * rows + 0.5), layout="constrained")
-    axes = figure.subplots(rows, columns, squeeze=False)
-    for index, ax in enumerate(axes.flat):
-        if index >= len(keys):
-            ax.set_axis_off()
-            continue
-        _panel(ax, scores, keys[index], names)
-    colours = colours_of(scores)
+    figure, axes = panels(scores.ranked, 1.9)
+    for key, ax in axes.items():
+        _panel(ax, scores, key, names)
+    draw = Line2D([], [], color=style.TRUTH, linewidth=0.7, label="one draw, with its number")
     lost = Line2D([], [], color=style.FAILURE, marker="x", linestyle="", markersize=4.5, label="lost flight")
-    style.legend_below(
-        figure,
-        [
-            *(style.swatch(colours[name], style.label(name)) for name in scores.controllers),
-            Line2D([], [], color=style.TRUTH, linewidth=0.7, label="one draw, with its number"),
-            *([] if scores.finished.all() else [lost]),
-        ],
-    )
+    add_legend(figure, scores, draw, *([] if scores.finished.all() else [lost]))
     return figure
 
 
@@ -61,13 +48,11 @@ def _panel(ax: Axes, scores: Scores, key: str, names: AxisNames) -> None:
         ax.plot(places, row, color=style.TRUTH, linewidth=0.7, zorder=1)
         if np.isfinite(row[-1]):
             ends.append((float(row[-1]), int(draw)))
-    colours = list(colours_of(scores).values())
-    for place, colour in zip(places, colours, strict=True):
-        kept = there[:, place]
-        ax.scatter(np.full(kept.sum(), place), values[kept, place], s=16, color=colour, zorder=3)
-        lost = ~scores.finished[:, place]
+    for place, colour in zip(places, colours_of(scores), strict=True):
+        column, lost = values[there[:, place], place], ~scores.finished[:, place]
+        ax.scatter(np.full(len(column), place), column, s=16, color=colour, zorder=3)
         beyond = np.full(lost.sum(), worst)
-        ax.scatter(np.full(lost.sum(), place), beyond, s=20, marker="x", color=style.FAILURE, zorder=3)
+        ax.scatter(np.full(len(beyond), place), beyond, s=20, marker="x", color=style.FAILURE, zorder=3)
     for height, text in _apart(ends, 0.07 * (high - low)):
         ax.text(places[-1] + 0.12, height, text, fontsize=6.5, va="center", color=style.INK)
     ax.set_ylabel(fill(scores.declared[key].titled(names), 30), fontsize=7)

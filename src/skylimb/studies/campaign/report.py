@@ -18,16 +18,16 @@ from skylimb.analysis.scores.score import Score, grouped
 from skylimb.analysis.viewer.page import replay_html
 from skylimb.base.config import to_mapping, value_of, write_toml
 from skylimb.studies.campaign.draws import changed
-from skylimb.studies.campaign.figures import plates
+from skylimb.studies.campaign.figures import report_figures
 from skylimb.studies.campaign.folder import log_name
 from skylimb.studies.campaign.frozen import Campaign
-from skylimb.studies.campaign.maps import colours_of
+from skylimb.studies.campaign.panels import colours_of
 from skylimb.studies.campaign.points import FEW
 from skylimb.studies.campaign.rows import QUARANTINED, Row
 from skylimb.studies.campaign.statistics import Paired, Rate, fewest_draws
-from skylimb.studies.campaign.statistics.telling import POWER
+from skylimb.studies.campaign.statistics.sign_test import POWER
 from skylimb.studies.campaign.summary import Summary
-from skylimb.studies.campaign.who_wins import shown_ranks, to_tell, verdicts, within
+from skylimb.studies.campaign.who_wins import draws_needed_for, shown_ranks, verdicts, within
 
 TEMPLATE = Path(__file__).with_name("report_template.html")
 
@@ -70,7 +70,7 @@ def render_report(
         quarantined=[row for row in summary.lost if row["status"] == QUARANTINED],
         refused=list(scores.refused.items())[:_MOST_LISTED],
         refused_count=len(scores.refused),
-        controllers=[(style.label(name), colour) for name, colour in colours_of(scores).items()],
+        controllers=list(zip(map(style.label, names), colours_of(scores), strict=True)),
         rates=_rates(summary),
         rate_called=campaign.spec.called,
         groups=[
@@ -78,7 +78,7 @@ def render_report(
             for title, part in grouped(declared[key] for key in summary.medians).items()
         ],
         verdicts=verdicts(summary),
-        to_tell=to_tell(summary, score),
+        draws_needed=draws_needed_for(summary, score),
         power=f"{POWER:.0%}",
         range_only=len(scores.draws) < fewest_draws(),
         flown=_flown(summary, score) if len(scores.draws) < FEW else [],
@@ -87,7 +87,7 @@ def render_report(
             (style.label(name), _region(summary, name, "failure" if campaign.spec.success else "loss"))
             for name in names
         ],
-        plates=plates(scores, score, axes),
+        figures=report_figures(scores, score, axes),
         axes=axes,
         score=within(declared[score].text(axes)),
         worst=[

@@ -35,7 +35,7 @@ def widest_interval(campaign: Campaign, rows: Mapping[int, Row], draws: int) -> 
         return max(rate.high - rate.low for rate in rates)
     if stop.until not in scores.metrics:
         return float("inf")
-    columns = list(scores.badness(stop.until).T)
+    columns = list(scores.cost(stop.until).T)
     # A controller alone is compared with nothing: what is left is the interval of its own median.
     pairs = list(combinations(columns, 2)) or [(columns[0], np.zeros(count))]
     found = [compare_paired(first, second, campaign.spec.seed) for first, second in pairs]

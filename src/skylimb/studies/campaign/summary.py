@@ -66,7 +66,7 @@ def summarize(campaign: Campaign, rows: Mapping[int, Row]) -> Summary:
     names, count = scores.controllers, len(scores.draws)
     seed = campaign.spec.seed
     compared = ["success", *scores.ranked] if count else []
-    badness = {key: scores.badness(key) for key in compared}
+    costs = {key: scores.cost(key) for key in compared}
     return Summary(
         scores=scores,
         rates={name: success_rate(int(scores.success[:, i].sum()), count) for i, name in enumerate(names)},
@@ -76,9 +76,9 @@ def summarize(campaign: Campaign, rows: Mapping[int, Row]) -> Summary:
                 (names[a], names[b]): compare_paired(values[:, a], values[:, b], seed)
                 for a, b in combinations(range(len(names)), 2)
             }
-            for key, values in badness.items()
+            for key, values in costs.items()
         },
-        ranks={key: rank(values) for key, values in badness.items()},
+        ranks={key: rank(values) for key, values in costs.items()},
         regions={
             name: failure_region(scores.parameters, ~scores.success[:, i]) if count else None
             for i, name in enumerate(names)
@@ -110,7 +110,7 @@ def medians(scores: Scores, key: str, seed: int) -> list[tuple[float, float, flo
         rates = [success_rate(int(count), len(scores.draws)) for count in kept.sum(axis=0)]
         return [(rate.rate, rate.low, rate.high) for rate in rates]
     found = []
-    for index, column in enumerate(scores.badness(key).T):
+    for index, column in enumerate(scores.cost(key).T):
         if scores.finished[:, index].any() and np.isnan(scores.metrics[key][:, index]).all():
             found.append((np.nan, np.nan, np.nan))
             continue

@@ -19,7 +19,7 @@ except ImportError:
     raise missing_extra("pyarrow", "campaign") from None
 
 ROW_GROUP = 256
-"""Rows that are stored together: as many are flown again when a part of the file cannot be read."""
+"""Rows that are stored together."""
 
 _DIGEST = b"skylimb"
 """Under this name the file has the digest of its campaign and its rows."""
@@ -52,25 +52,18 @@ def _digest(campaign: Campaign, rows: Sequence[Row]) -> bytes:
 
 
 def read_table(path: Path, campaign: Campaign) -> tuple[list[Row], int]:
-    """The sound rows of a table, and how many are damaged; no file is an empty table.
+    """The rows of a table, and how many are damaged; no file is an empty table.
 
-    A part of the file that cannot be read is left out. Where all can be read, and is not what was written for
-    this campaign, nothing in the file can be trusted.
+    Where the file cannot be read, or holds something else than was written for this campaign, nothing in it
+    can be trusted.
     """
     if not path.is_file():
         return [], 0
-    rows: list[Row] = []
-    damaged = 0
+    count = 1
     try:
-        with pq.ParquetFile(path, page_checksum_verification=True) as file:
-            for group in range(file.num_row_groups):
-                try:
-                    rows += file.read_row_group(group).to_pylist()
-                except (pa.ArrowException, OSError):
-                    damaged += file.metadata.row_group(group).num_rows
-            digest = (file.schema_arrow.metadata or {}).get(_DIGEST)
+        count = pq.read_metadata(path).num_rows
+        table = pq.read_table(path, page_checksum_verification=True)
+        rows, digest = table.to_pylist(), (table.schema.metadata or {}).get(_DIGEST)
     except (pa.ArrowException, OSError, UnicodeDecodeError):
-        return [], 1
-    if not damaged and digest != _digest(campaign, rows):
-        return [], len(rows)
-    return rows, damaged
+        return [], count
+    return (rows, 0) if digest == _digest(campaign, rows) else ([], count)

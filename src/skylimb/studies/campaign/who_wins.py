@@ -8,8 +8,8 @@ from itertools import combinations
 import numpy as np
 
 from skylimb.analysis.figures import style
-from skylimb.studies.campaign.statistics import draws_to_tell, level_of_pair
-from skylimb.studies.campaign.statistics.telling import better
+from skylimb.studies.campaign.statistics import draws_needed, level_of_pair
+from skylimb.studies.campaign.statistics.sign_test import better
 from skylimb.studies.campaign.summary import Summary
 
 _MOST = 10_000
@@ -35,19 +35,19 @@ def verdicts(summary: Summary) -> list[str]:
     return said
 
 
-def to_tell(summary: Summary, score: str) -> list[str]:
+def draws_needed_for(summary: Summary, score: str) -> list[str]:
     """For each pair that these draws don't tell apart in the score, about how many draws would."""
     scores, names = summary.scores, summary.scores.controllers
     if score not in scores.metrics:
         return []
-    values, level = scores.badness(score), level_of_pair(len(names))
+    values, level = scores.cost(score), level_of_pair(len(names))
     what = within(scores.declared[score].text(summary.axes))
     lines = []
     for a, b in combinations(range(len(names)), 2):
         if better(values[:, a], values[:, b], level):
             continue
         both = f"{style.label(names[a])} and {style.label(names[b])}"
-        count = draws_to_tell(values[:, a], values[:, b], level)
+        count = draws_needed(values[:, a], values[:, b], level)
         some = f"about {_rounded(count)} draws" if count <= _MOST else f"more than {_MOST} draws"
         lines.append(
             f"{both}: {some} would tell them apart in the {what}"

@@ -45,7 +45,7 @@ class Unknown:
 
 
 @dataclass(frozen=True)
-class Kept:
+class Fixed:
     """Something that the paper leaves open as well, and that is the same in every draw."""
 
     name: str
@@ -64,7 +64,7 @@ class Prior:
     """
 
     unknowns: tuple[Unknown, ...]
-    kept: tuple[Kept, ...]
+    kept: tuple[Fixed, ...]
     digest: str
     _plain: dict[str, Any]
 
@@ -99,7 +99,7 @@ def load_prior(path: Path = PRIOR) -> Prior:
     return Prior(
         tuple(Unknown(key, entry, *reasons[key]) for key, entry in spec.vary.items()),
         tuple(
-            Kept(key, str(entry.get("value", "")), entry["reason"])
+            Fixed(key, str(entry.get("value", "")), entry["reason"])
             for key, entry in tables.get("kept", {}).items()
         ),
         hashlib.sha256(path.read_bytes()).hexdigest(),

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from scipy.stats import rankdata
 
 from skylimb.studies.campaign.frozen import Campaign
 from skylimb.studies.campaign.rows import parameters
+from skylimb.studies.campaign.statistics.intervals import rank_correlation
 
 
 def unknown_columns(campaign: Campaign, draws: int) -> dict[str, np.ndarray]:
@@ -47,10 +47,4 @@ def unknown_columns(campaign: Campaign, draws: int) -> dict[str, np.ndarray]:
 def correlations(columns: Mapping[str, np.ndarray], values: np.ndarray) -> dict[str, float]:
     """Spearman's rank correlation of a number with every unknown, over the flights that finished."""
     there = np.isfinite(values)
-    return {name: _rank_correlation(column[there], values[there]) for name, column in columns.items()}
-
-
-def _rank_correlation(first: np.ndarray, second: np.ndarray) -> float:
-    if len(first) < 3 or np.ptp(first) == 0.0 or np.ptp(second) == 0.0:
-        return float("nan")
-    return float(np.corrcoef(rankdata(first), rankdata(second))[0, 1])
+    return {name: rank_correlation(column[there], values[there]) for name, column in columns.items()}

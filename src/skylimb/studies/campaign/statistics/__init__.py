@@ -7,9 +7,9 @@ lost ones are equal; none is ever left out.
 from skylimb.studies.campaign.statistics.intervals import LEVEL, Rate, success_rate
 from skylimb.studies.campaign.statistics.paired import Paired, compare_paired
 from skylimb.studies.campaign.statistics.ranking import level_of_pair, rank
-from skylimb.studies.campaign.statistics.regions import Region, failure_region, telling_parameters
+from skylimb.studies.campaign.statistics.regions import Region, failure_region, parameters_by_information
 from skylimb.studies.campaign.statistics.scores import Scores, is_success, scores_of
-from skylimb.studies.campaign.statistics.telling import draws_to_tell, fewest_draws
+from skylimb.studies.campaign.statistics.sign_test import draws_needed, fewest_draws
 
 __all__ = [
     "LEVEL",
@@ -18,13 +18,13 @@ __all__ = [
     "Region",
     "Scores",
     "compare_paired",
-    "draws_to_tell",
+    "draws_needed",
     "failure_region",
     "fewest_draws",
     "is_success",
     "level_of_pair",
+    "parameters_by_information",
     "rank",
     "scores_of",
     "success_rate",
-    "telling_parameters",
 ]

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.stats import binomtest, bootstrap
+from scipy.stats import binomtest, bootstrap, spearmanr
 
 LEVEL = 0.95
 """Of every interval that is shown."""
@@ -73,3 +73,11 @@ def finite(values: np.ndarray) -> np.ndarray:
 def unbounded(value: float | np.floating) -> float:
     """A number back from `finite`: anything that a huge one went into is infinite."""
     return float(np.copysign(np.inf, value)) if abs(value) > _HUGE * 1e-6 else float(value)
+
+
+def rank_correlation(first: np.ndarray, second: np.ndarray) -> float:
+    """Spearman's rank correlation; NaN where one of them is constant, or there are fewer than three."""
+    if len(first) < 3 or np.ptp(first) == 0.0 or np.ptp(second) == 0.0:
+        return float("nan")
+    found: Any = spearmanr(first, second)
+    return float(found.statistic)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skylimb.studies.campaign.statistics.intervals import LEVEL, bootstrap_interval, median
-from skylimb.studies.campaign.statistics.telling import better, draws_to_tell
+from skylimb.studies.campaign.statistics.sign_test import better, draws_needed
 
 
 def dominance_interval(
@@ -53,7 +53,7 @@ class Paired(NamedTuple):
 
 
 def compare_paired(first: np.ndarray, second: np.ndarray, seed: int) -> Paired:
-    """Compare two controllers' badness (smaller is better, a loss is infinite) over paired draws.
+    """Compare two controllers' costs (smaller is better, a loss is infinite) over paired draws.
 
     Args:
         first: (n,).
@@ -72,5 +72,5 @@ def compare_paired(first: np.ndarray, second: np.ndarray, seed: int) -> Paired:
         int(np.sum(sign > 0)), int(np.sum(sign == 0)), int(np.sum(sign < 0)),
         float(np.mean(sign)), dominance_low, dominance_high,
         float(np.mean(both)) / spread if spread > 0.0 else float("nan"), len(both),
-        better(first, second), draws_to_tell(first, second),
+        better(first, second), draws_needed(first, second),
     )  # fmt: skip

@@ -7,10 +7,10 @@ from itertools import combinations
 import numpy as np
 
 from skylimb.studies.campaign.statistics.intervals import LEVEL
-from skylimb.studies.campaign.statistics.telling import better
+from skylimb.studies.campaign.statistics.sign_test import better
 
 
-def rank(badness: np.ndarray, level: float = LEVEL) -> list[int]:
+def rank(costs: np.ndarray, level: float = LEVEL) -> list[int]:
     """Ranks of the controllers, from 1; equal ranks are ties.
 
     One controller beats another where an exact sign test tells them apart. Its level is raised for the number
@@ -18,13 +18,13 @@ def rank(badness: np.ndarray, level: float = LEVEL) -> list[int]:
     number of controllers that beat it.
 
     Args:
-        badness: (n, controllers), smaller is better, a loss is infinite.
+        costs: (n, controllers), smaller is better, a loss is infinite.
         level: for all comparisons together.
     """
-    count = badness.shape[1]
+    count = costs.shape[1]
     beaten = [0] * count
     for a, b in combinations(range(count), 2):
-        verdict = better(badness[:, a], badness[:, b], level_of_pair(count, level))
+        verdict = better(costs[:, a], costs[:, b], level_of_pair(count, level))
         beaten[b] += verdict > 0
         beaten[a] += verdict < 0
     return [1 + number for number in beaten]

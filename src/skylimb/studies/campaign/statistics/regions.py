@@ -92,8 +92,8 @@ def failure_region(parameters: Mapping[str, np.ndarray], failed: np.ndarray) -> 
     )
 
 
-def telling_parameters(parameters: Mapping[str, np.ndarray], failed: np.ndarray) -> list[str]:
-    """Parameters by how much one condition on each tells about failing, the most telling first.
+def parameters_by_information(parameters: Mapping[str, np.ndarray], failed: np.ndarray) -> list[str]:
+    """Parameters by how much one condition on each says about failing, the most informative first.
 
     Args:
         parameters: name -> what was drawn, (n,).

@@ -47,7 +47,7 @@ class Scores:
             if each.directed and each.ranked and key in self.metrics
         ]
 
-    def badness(self, name: str) -> np.ndarray:
+    def cost(self, name: str) -> np.ndarray:
         """What is compared, (n, controllers): a metric by its goal, infinite for a loss; "success" is 0."""
         if name == "success":
             return 1.0 - self.success

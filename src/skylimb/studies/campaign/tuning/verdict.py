@@ -28,7 +28,7 @@ class Tuned:
         after: the best found.
         cost: of the best, over the draws of the search.
         trials: how many sets of gains were flown.
-        held_out: the tuned against the untuned controller over the held-out draws, by badness.
+        held_out: the tuned against the untuned controller over the held-out draws, by costs.
         successes: on the held-out draws, tuned and untuned.
     """
 
@@ -109,21 +109,21 @@ def judge(
     tuned, columns = {}, []
     for index, name in enumerate(campaign.names):
         after, before = flown[2 * index], flown[2 * index + 1]
-        columns.append(_badness(campaign, after, search))
+        columns.append(_costs(campaign, after, search))
         tuned[name] = Tuned(
             name,
             starts[name],
             found[name].gains,
             found[name].cost,
             len(trials[name]),
-            compare_paired(columns[-1], _badness(campaign, before, search), seed),
+            compare_paired(columns[-1], _costs(campaign, before, search), seed),
             (_successes(campaign, after), _successes(campaign, before)),
         )
     ranks = rank(np.column_stack(columns))
     return tuned, dict(zip(campaign.names, ranks, strict=True))
 
 
-def _badness(campaign: Campaign, rows: Sequence[Row], search: Search) -> np.ndarray:
+def _costs(campaign: Campaign, rows: Sequence[Row], search: Search) -> np.ndarray:
     values = [row[search.objective] if is_success(campaign, row) else None for row in rows]
     sign = campaign.spec.scores[search.objective].sign
     return np.array([np.inf if value is None else sign * value for value in values])

@@ -20,7 +20,7 @@ def better(first: np.ndarray, second: np.ndarray, level: float = LEVEL) -> int:
     probability 1/2 were they alike. It holds for any number of draws.
 
     Args:
-        first: badness of each draw, smaller is better, a loss is infinite, (n,).
+        first: costs of each draw, smaller is better, a loss is infinite, (n,).
         second: of the other in the same draws, (n,).
         level: one less the share of equal pairs that are called different.
     """
@@ -35,7 +35,7 @@ def fewest_draws(level: float = LEVEL) -> int:
     return math.floor(1.0 - math.log2(1.0 - level)) + 1
 
 
-def draws_to_tell(first: np.ndarray, second: np.ndarray, level: float = LEVEL) -> float:
+def draws_needed(first: np.ndarray, second: np.ndarray, level: float = LEVEL) -> float:
     """About how many draws would tell two controllers apart if they differ as these draws show.
 
     Noether's formula for the sign test, n = (z_(1 - a/2) + z_power)^2 / (4 (p - 1/2)^2) with a = 1 - level,
@@ -44,7 +44,7 @@ def draws_to_tell(first: np.ndarray, second: np.ndarray, level: float = LEVEL) -
     flight was lost or nothing spreads it is the share of draws won, by Laplace's rule.
 
     Args:
-        first: badness of each draw, smaller is better, a loss is infinite, (n,).
+        first: costs of each draw, smaller is better, a loss is infinite, (n,).
         second: of the other in the same draws, (n,).
         level: see `better`.
 
