@@ -19,8 +19,7 @@ def require_excited(record: Record) -> None:
     Raises:
         ConfigError: with what moved, and what should have.
     """
-    used = np.concatenate([np.arange(*piece) for piece in record.pieces])
-    used = used[record.fresh[used]]
+    used = record.frames
     turned = record.attitude[used] - record.attitude[used].mean(axis=0)
     moved = (
         float(record.position[used].std(axis=0).max()),
@@ -37,8 +36,7 @@ def require_excited(record: Record) -> None:
 
 def motion_of(record: Record) -> str:
     """What moved in a record, and how far, in a sentence."""
-    used = np.concatenate([np.arange(*piece) for piece in record.pieces])
-    used = used[record.fresh[used]]
+    used = record.frames
     place = np.ptp(record.position[used], axis=0)
     rpy = Rotation.from_matrix(record.attitude[used]).as_euler("xyz")
     tilt = np.abs(rpy[:, :2]).max()

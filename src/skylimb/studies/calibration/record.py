@@ -65,6 +65,12 @@ class Record:
         """Time that is used, s."""
         return float(sum(end - begin for begin, end in self.pieces)) * self.dt
 
+    @property
+    def frames(self) -> np.ndarray:
+        """Ticks of the frames that are used."""
+        used = np.concatenate([np.arange(*piece) for piece in self.pieces])
+        return used[self.fresh[used]]
+
     def thrusts(self, lag: float) -> tuple[np.ndarray, np.ndarray]:
         """Thrusts behind a lag at every tick, N, (k, n), and their derivative by it, N/s."""
         a = float(np.exp(-self.dt / lag))

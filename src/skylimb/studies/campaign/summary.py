@@ -155,7 +155,7 @@ def summary_json(campaign: Campaign, rows: Mapping[int, Row], summary: Summary) 
         "refused_draws": {str(index): cause for index, cause in scores.refused.items()},
         "versions": campaign.versions,
     }
-    return json.dumps(_plain(content), indent=2, allow_nan=False) + "\n"
+    return json_text(content)
 
 
 def _region(region: Region | None) -> dict[str, Any] | None:
@@ -164,11 +164,25 @@ def _region(region: Region | None) -> dict[str, Any] | None:
     return {**region._asdict(), "conditions": [str(condition) for condition in region.conditions]}
 
 
-def _plain(node: Any) -> Any:
-    if isinstance(node, dict):
-        return {key: _plain(value) for key, value in node.items()}
-    if isinstance(node, list | tuple):
-        return [_plain(value) for value in node]
-    if isinstance(node, float | np.floating) and not math.isfinite(node):
-        return None if math.isnan(node) else ("inf" if node > 0 else "-inf")
-    return node.item() if isinstance(node, np.generic) else node
+def json_text(content: Any, indent: int = 2, digits: int = 17) -> str:
+    """JSON of numbers as NumPy has them: NaN is null, infinite ones are the strings "inf" and "-inf".
+
+    Args:
+        content: mappings, sequences and numbers.
+        indent: of each level.
+        digits: significant ones; 17 give every bit.
+    """
+
+    def plain(node: Any) -> Any:
+        if isinstance(node, dict):
+            return {key: plain(value) for key, value in node.items()}
+        if isinstance(node, list | tuple):
+            return [plain(value) for value in node]
+        node = node.item() if isinstance(node, np.generic) else node
+        if not isinstance(node, float):
+            return node
+        if math.isfinite(node):
+            return float(f"{node:.{digits}g}")
+        return None if math.isnan(node) else f"{node:g}"
+
+    return json.dumps(plain(content), indent=indent, allow_nan=False) + "\n"

@@ -72,36 +72,44 @@ def errata_figure(runs: Mapping[str, Run]) -> Figure:
     return figure
 
 
+def _curve(
+    ax: Axes, run: Run, shown: np.ndarray, height: np.ndarray, line: tuple[str, str], since: float = 0.0
+) -> None:
+    """A flight's curve over the ticks that are shown; a cross marks the end of one that was lost.
+
+    Args:
+        ax: where.
+        run: flown.
+        shown: whether each tick is, (k,).
+        height: what is drawn, (k,).
+        line: its colour and what it is called.
+        since: time that is the panel's zero, s.
+    """
+    times = run.log.time.values[shown] - since
+    ax.plot(times, height[shown], color=line[0], label=line[1])
+    if run.failed:
+        ax.plot(times[-1], height[shown][-1], "x", color=style.FAILURE, markersize=6)
+
+
 def _lift(ax: Axes, runs: Mapping[str, Run]) -> None:
-    for name, colour, text in (
-        ("lift", RIGHT, "f_cmd"),
-        ("lift as printed", WRONG, "m f_cmd, as printed"),
-    ):
+    for name, line in (("lift", (RIGHT, "f_cmd")), ("lift as printed", (WRONG, "m f_cmd, as printed"))):
         log = runs[name].log
-        time, height = (
-            log.time.values,
-            log.cog_position.values[:, 2] - log.cog_position_reference.values[:, 2],
-        )
-        shown = time <= _PENDING
-        ax.plot(time[shown], height[shown], color=colour, label=text)
-        if runs[name].failed:
-            ax.plot(time[shown][-1], height[shown][-1], "x", color=style.FAILURE, markersize=6)
+        height = log.cog_position.values[:, 2] - log.cog_position_reference.values[:, 2]
+        _curve(ax, runs[name], log.time.values <= _PENDING, height, line)
     ax.set(title="eq:thrust translation 2", xlabel="time (s)", ylabel="height above the reference (m)")
     ax.legend()
 
 
 def _arm(ax: Axes, runs: Mapping[str, Run]) -> None:
-    for name, colour, text in (
-        ("arm", RIGHT, "corrected"),
-        ("arm, eq:admittance control", WRONG, "eq:admittance control, as printed"),
-        ("arm, eq:difference method1", OTHER, "eq:difference method1, as printed"),
+    approach = _begin(runs["arm"], "approach")
+    for name, line in (
+        ("arm", (RIGHT, "corrected")),
+        ("arm, eq:admittance control", (WRONG, "eq:admittance control, as printed")),
+        ("arm, eq:difference method1", (OTHER, "eq:difference method1, as printed")),
     ):
         log = runs[name].log
-        since = log.time.values >= _begin(runs["arm"], "approach")
-        moved = (log.reach_command - log.reach_reference).values
-        ax.plot(log.time.values[since], 1e3 * moved[since], color=colour, label=text)
-        if runs[name].failed:
-            ax.plot(log.time.values[-1], 1e3 * moved[-1], "x", color=style.FAILURE, markersize=6)
+        moved = 1e3 * (log.reach_command - log.reach_reference).values
+        _curve(ax, runs[name], log.time.values >= approach, moved, line)
     ax.axvline(_begin(runs["arm"], "slide"), color=style.TRUTH, linewidth=0.7)
     ax.set(title="the arm's admittance", xlabel="time (s)", ylabel="commanded extension (mm)")
     ax.set_ylim(-95.0, 150.0)  # room for the legend above
@@ -126,21 +134,17 @@ def _leak(ax: Axes) -> None:
 
 
 def _follow(ax: Axes, runs: Mapping[str, Run]) -> None:
-    log = runs["positions sent"].log
+    log, start = runs["positions sent"].log, _begin(runs["positions sent"], "slide")
     sliding = in_phase(log, "slide")
-    start = log.time.values[np.argmax(sliding)]
     ax.plot(
         log.time.values[sliding] - start, log.cog_position_reference.values[sliding, 1],
         color=style.REFERENCE, linestyle=(0, (4, 2.5)), linewidth=0.9, label="reference",
     )  # fmt: skip
-    for name, colour, text in (
-        ("velocities sent", RIGHT, "e_v with p_ref'"),
-        ("positions sent", WRONG, "p_ref' = 0"),
+    for name, line in (
+        ("velocities sent", (RIGHT, "e_v with p_ref'")),
+        ("positions sent", (WRONG, "p_ref' = 0")),
     ):
         log = runs[name].log
-        sliding = in_phase(log, "slide")
-        ax.plot(
-            log.time.values[sliding] - start, log.cog_position.values[sliding, 1], color=colour, label=text
-        )
+        _curve(ax, runs[name], in_phase(log, "slide"), log.cog_position.values[:, 1], line, start)
     ax.set(title="eq:error of rotation (impedance)", xlabel="time of the slide (s)", ylabel="CoG in y (m)")
     ax.legend()

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import json
 import math
 from typing import Any
-
-import numpy as np
 
 from skylimb.analysis.scores.registry import SCORES
 from skylimb.base.config import to_mapping
 from skylimb.studies.campaign.frozen import Campaign
 from skylimb.studies.campaign.statistics import LEVEL
+from skylimb.studies.campaign.summary import json_text
 from skylimb.studies.reproduction.prior import Prior
 from skylimb.studies.reproduction.result import HIGH, LOW, Judged, Number, Result, Spread
 
@@ -76,7 +74,7 @@ def result_json(prior: Prior, campaign: Campaign, result: Result) -> str:
         },
         "versions": campaign.versions,
     }
-    return json.dumps(_plain(content), indent=1, allow_nan=False) + "\n"
+    return json_text(content, 1, DIGITS)
 
 
 def _number(number: Number) -> dict[str, Any]:
@@ -108,15 +106,3 @@ def _claim(judged: Judged) -> dict[str, Any]:
         "true_of_the_printed_numbers": judged.paper,
         "by_reading": {value: rate._asdict() for value, rate in judged.split.items()},
     }
-
-
-def _plain(node: Any) -> Any:
-    if isinstance(node, dict):
-        return {key: _plain(value) for key, value in node.items()}
-    if isinstance(node, list | tuple):
-        return [_plain(value) for value in node]
-    if isinstance(node, np.generic):
-        node = node.item()
-    if isinstance(node, float):
-        return float(f"{node:.{DIGITS}g}") if math.isfinite(node) else None
-    return node

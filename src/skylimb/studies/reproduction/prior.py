@@ -40,8 +40,8 @@ class Unknown:
     def words(self) -> str:
         """The distribution in words, as in the file."""
         (kind, value), *options = to_mapping(self.distribution).items()
-        more = "".join(f", {name} {_short(entry)}" for name, entry in options)
-        return f"{kind.replace('_', ' ')} {_short(value)}{more}"
+        more = "".join(f", {name} {value_text(entry)}" for name, entry in options)
+        return f"{kind.replace('_', ' ')} {value_text(value)}{more}"
 
 
 @dataclass(frozen=True)
@@ -114,7 +114,8 @@ def _reason(key: str, entry: dict[str, Any]) -> str:
     return reason
 
 
-def _short(value: Any) -> str:
+def value_text(value: Any) -> str:
+    """A drawn value, or what it is drawn from."""
     if isinstance(value, list):
-        return f"[{', '.join(_short(entry) for entry in value)}]"
+        return f"[{', '.join(map(value_text, value))}]"
     return f"{value:.4g}" if isinstance(value, float) else str(value)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from skylimb.analysis.figures import style
 from skylimb.analysis.pages.pages import inlined, render_page
@@ -15,7 +14,7 @@ from skylimb.studies.campaign.frozen import Campaign
 from skylimb.studies.campaign.statistics import Rate
 from skylimb.studies.reproduction.files import command
 from skylimb.studies.reproduction.otherwise import flown_otherwise
-from skylimb.studies.reproduction.prior import Prior
+from skylimb.studies.reproduction.prior import Prior, value_text
 from skylimb.studies.reproduction.result import BESIDE, HIGH, LOW, NUMBERS, Result, Spread, label
 
 TEMPLATE = Path(__file__).with_name("report_template.html")
@@ -101,10 +100,3 @@ def rate_text(rate: Rate) -> str:
     if not rate.draws:
         return "no draw"
     return f"{100 * rate.rate:.0f} % ({100 * rate.low:.0f} .. {100 * rate.high:.0f})"
-
-
-def value_text(value: Any) -> str:
-    """A drawn value."""
-    if isinstance(value, list):
-        return f"[{', '.join(value_text(entry) for entry in value)}]"
-    return f"{value:.4g}" if isinstance(value, float) else str(value)
