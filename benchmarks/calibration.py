@@ -21,7 +21,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from skylimb.studies.calibration.information import WANTED
 
 import skylimb
 from skylimb.analysis.scores.registry import measured
@@ -90,7 +89,7 @@ def identification(rows: Sequence[Mapping[str, Any]]) -> list[str]:
             size = factor * np.abs(error[:, at])
             lines.append(
                 f"| `{label}` | {np.median(size):.3g} / {np.percentile(size, 90):.3g} {unit} | "
-                f"{factor * WANTED[one_of.name]:.3g} {unit} | "
+                f"{factor * one_of.wanted:.3g} {unit} | "
                 f"{factor * np.median(deviation[:, at]):.2g} {unit} | {100.0 * covered[at]:.0f} % |"
             )
             at += 1

@@ -107,24 +107,24 @@ class Record:
     def _between(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Mechanics at any times, between two ticks in a straight line, and their slope."""
         where = np.clip(times / self.dt, 0.0, len(self.flat) - 1.001)
-        here = np.floor(where).astype(int)
-        part = (where - here)[:, None]
-        step = self.flat[here + 1] - self.flat[here]
-        return self.flat[here] + part * step, step / self.dt
+        tick = np.floor(where).astype(int)
+        part = (where - tick)[:, None]
+        step = self.flat[tick + 1] - self.flat[tick]
+        return self.flat[tick] + part * step, step / self.dt
 
     def _integrals(self, times: np.ndarray, lag: float) -> _Integrals:
         """The thrusts' first and second integral up to any times, and their derivatives by lag and time."""
         thrusts, thrusts_lag = self.thrusts(lag)
         where = np.clip(times / self.dt, 0.0, len(thrusts) - 1e-9)
-        here = np.floor(where).astype(int)
+        tick = np.floor(where).astype(int)
         away, away_lag = thrusts - self.command, thrusts_lag
         whole = _within(np.full((len(thrusts), 1), self.dt), lag, self.command, away, away_lag)
         # At the beginning of every tick: what all ticks before it have brought.
         once = _before(whole.once[:2])
         twice = _before(whole.twice[:2] + self.dt * once)
-        s = ((where - here) * self.dt)[:, None]
-        part = _within(s, lag, self.command[here], away[here], away_lag[here])
-        once, twice = once[:, here], twice[:, here]
+        s = ((where - tick) * self.dt)[:, None]
+        part = _within(s, lag, self.command[tick], away[tick], away_lag[tick])
+        once, twice = once[:, tick], twice[:, tick]
         first = np.concatenate([once + part.once[:2], part.once[2:]])
         second = np.concatenate([twice + once * s + part.twice[:2], first[:1]])
         return _Integrals(first, second)

@@ -125,11 +125,11 @@ class StepModel:
         small = ca.vertcat(self.dx, self.dtheta)
         at = [small], [ca.vertcat(zero_x, zero_theta)]
 
-        def here(expression: ca.SX) -> ca.SX:
+        def at_zero(expression: ca.SX) -> ca.SX:
             (value,) = ca.substitute([expression], *at)
             return value
 
         following = ca.vertcat(plain[0], plain[1], ca.vec(plain[2].T), plain[3])
-        slope = here(ca.jacobian(beside, small))
+        slope = at_zero(ca.jacobian(beside, small))
         residual = self.residual(self.dx, self.dtheta)
-        return following, slope, here(residual), here(ca.jacobian(residual, small))
+        return following, slope, at_zero(residual), at_zero(ca.jacobian(residual, small))

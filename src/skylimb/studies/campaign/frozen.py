@@ -169,7 +169,7 @@ def freeze(spec: CampaignSpec, purpose: str = "campaign") -> Campaign:
     for name, robot in product(campaign.names, robots.values()):
         controller = campaign.load(name, robot)
         if "code" in controllers[name] and is_traceable(controller):
-            # A user's law that cannot be compiled is told now, before a folder is begun.
+            # A user's law that cannot be compiled is refused now, before a folder is begun.
             controller_step(controller, campaign.experiment_of(campaign.draw(0)).control_period)
     return campaign
 

@@ -13,7 +13,7 @@ from skylimb.studies.campaign.statistics.sign_test import better
 from skylimb.studies.campaign.summary import Summary
 
 _MOST = 10_000
-"""Draws beyond which a number of draws is no longer told."""
+"""Draws beyond which a number of draws is no longer named."""
 
 
 def shown_ranks(ranks: Sequence[int]) -> list[int]:
