@@ -11,7 +11,8 @@ import pytest
 from skylimb.control.cascade import Cascade
 from skylimb.control.translation import pid
 from skylimb.flight.takeoff import Takeoff, take_off
-from skylimb.simulation.tick import CompiledTick, forget_ticks
+from skylimb.simulation import tick
+from skylimb.simulation.tick import CompiledTick
 
 
 def compiled(set: dict[str, Any] | None = None, name: str = "pid", law: Any = None) -> CompiledTick:
@@ -54,7 +55,7 @@ def test_numbers_share_a_function_and_keep_to_their_flight() -> None:
     one, other = compiled(), compiled(changes)
     assert other.function is one.function
     assert not np.array_equal(other.state, one.state)
-    forget_ticks()
+    tick._traced.clear()
     fresh = compiled(changes)
     assert fresh.function is not one.function
     np.testing.assert_array_equal(other.state, fresh.state)

@@ -54,7 +54,7 @@ def scene_spec(
         # One robot is one island: looking for more takes a fourteenth of a step, and changes no bit.
         spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_ISLAND
     add_tool(spec, description.tip, parts.geoms, surface.contact, tip_geom=TIP_GEOM, foot=foot, peg=peg)
-    touched = parts.geom if peg is None else None
+    touched = parts.geoms[0] if peg is None else None
     add_contact_sensor(spec, TIP_GEOM, touched, substeps, whole_body=(foot, peg) != (None, None))
     return spec, parts
 

@@ -14,7 +14,7 @@ from skylimb.base.errors import ConfigError
 from skylimb.base.rotations import quaternion_from_rotation
 from skylimb.simulation.compiling import engine_library
 from skylimb.simulation.surfaces import Surface
-from skylimb.simulation.surfaces.geom import BODY, GEOM, JOINT, Geom, Hinge, Shaped
+from skylimb.simulation.surfaces.geom import BODY, JOINT, Geom, Hinge, Shaped
 
 HINGE = "surface_hinge"
 LEVER = "surface_lever"
@@ -47,19 +47,15 @@ class SurfaceParts:
     """Names that a surface has in the physics model.
 
     Attributes:
-        body: its body.
-        geom: the geom that the tip collides with.
         joint: the slide of a moving surface, or None. The loop writes `Surface.motion` into its qpos and
             qvel.
         hinge: the hinge of a part that the engine turns, or None.
-        geoms: all that is touched.
+        geoms: all that is touched; a ball touches the first.
     """
 
-    body: str
-    geom: str
     joint: str | None
-    hinge: str | None = None
-    geoms: tuple[str, ...] = ()
+    hinge: str | None
+    geoms: tuple[str, ...]
 
 
 def add_surface(spec: mujoco.MjSpec, surface: Surface) -> SurfaceParts:
@@ -81,9 +77,7 @@ def add_surface(spec: mujoco.MjSpec, surface: Surface) -> SurfaceParts:
     # Collision geometry without end must not set the scale of what is looked at.
     spec.stat.extent, spec.stat.center = _VIEW, surface.position
     touched = tuple(geom.name for geom in surface.geoms if geom.name)
-    return SurfaceParts(
-        BODY, GEOM, JOINT if surface.moves else None, None if turning is None else HINGE, touched
-    )
+    return SurfaceParts(JOINT if surface.moves else None, None if turning is None else HINGE, touched)
 
 
 def _weigh(body: mujoco.MjsBody, mass: float, inertia: float) -> None:

@@ -149,11 +149,6 @@ _traced: OrderedDict[tuple[Any, ...], _Traced] = OrderedDict()
 _MOST_TRACED = 64
 
 
-def forget_ticks() -> None:
-    """Trace every tick anew from now on, as after a change of code in a running process."""
-    _traced.clear()
-
-
 def compile_tick(
     controller: TraceableController, plant: Plant, sensors: SensorConfig, root: np.ndarray, dt: float
 ) -> CompiledTick:

@@ -24,7 +24,7 @@ def make_scene(surface, radius=TIP_RADIUS):
     body.add_geom(
         name="tip", type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[radius, 0, 0], mass=1.0, contype=0, conaffinity=0
     )
-    add_contact_pair(spec, "tip", parts.geom, surface.contact)
+    add_contact_pair(spec, "tip", parts.geoms[0], surface.contact)
     model = spec.compile()
     tune_contact_pair(model, surface.contact)
     data = mujoco.MjData(model)
@@ -63,7 +63,7 @@ def gap_of():
         ball.add_geom(name="ball", type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[TIP_RADIUS, 0.0, 0.0])
         model = spec.compile()
         data = mujoco.MjData(model)
-        touched = [model.geom(name).id for name in parts.geoms or (parts.geom,)]
+        touched = [model.geom(name).id for name in parts.geoms]
 
         def gap(point, angle=0.0):
             data.qpos[:], data.mocap_pos[0] = angle, point

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from skylimb.base.keys import configuration
 from skylimb.simulation.surfaces.geom import GEOM, Geom
@@ -20,10 +19,6 @@ class Board(Surface):
     """A flat board, without end for the contact; `size` is what is drawn of it."""
 
     kind: Literal["board"] = "board"
-
-    def height(self, u: ArrayLike, v: ArrayLike) -> np.ndarray:
-        """The height above the flat plane: zero everywhere."""
-        return np.zeros(np.broadcast(u, v).shape)
 
     def local_closest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The projection onto the plane w = 0, and the normal -w."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import abc
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -26,6 +26,9 @@ _THICKNESS = 0.02  # m, of what is looked at
 class CurvedSurface(Surface, abc.ABC):
     """A surface with a `Shape`."""
 
+    curved_along_v: ClassVar[bool] = False
+    """Whether the shape also changes along v; if not it is drawn with two points along it."""
+
     @abc.abstractmethod
     def make_shape(self) -> Shape:
         """The shape in the surface's own axes."""
@@ -46,11 +49,6 @@ class CurvedSurface(Surface, abc.ABC):
     def drawn_v(self) -> np.ndarray:
         """(m,) places along v, m, at which the surface is drawn and recorded."""
         return np.linspace(-0.5, 0.5, _DRAWN_BOTH if self.curved_along_v else 2) * self.size[1]
-
-    @property
-    def curved_along_v(self) -> bool:
-        """Whether the shape also changes along v; if not it is drawn with two points along it."""
-        return False
 
     def height(self, u: ArrayLike, v: ArrayLike) -> np.ndarray:
         """The shape's w at (u, v), m; NaN where there is none."""

@@ -6,7 +6,6 @@ is: once a control tick is exact to the distance that the tip travels in one.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import field
 from functools import cached_property
 from typing import Annotated, Any
@@ -105,24 +104,18 @@ class FrictionMap:
         return checked_rows(self.table, "surface.friction_map.table")
 
     def over(
-        self, base: tuple[float, float], size: tuple[float, float]
-    ) -> Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
-        """A function of (u, v) that gives friction and adhesion (N), from a surface's own and its size."""
+        self, base: tuple[float, float], size: tuple[float, float], u: np.ndarray, v: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Friction and adhesion (N) at (u, v), m, on a surface with its own two and this size."""
         values = self.values()
-        grid = None if values is None else on_grid(values)
-
-        def coefficients(u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-            u, v = np.asarray(u, dtype=float), np.asarray(v, dtype=float)
-            friction, adhesion = np.full(u.shape, base[0]), np.full(u.shape, base[1])
-            if grid is not None:
-                friction = _bilinear(grid, u / size[0] + 0.5, v / size[1] + 0.5)
-            for patch in self.patches.values():
-                inside = np.clip(0.5 - patch.distance(u, v) / self.blend, 0.0, 1.0)
-                friction = friction + inside * (patch.friction - friction)
-                adhesion = adhesion + inside * (patch.adhesion - adhesion)
-            return friction, adhesion
-
-        return coefficients
+        friction, adhesion = np.full(u.shape, base[0]), np.full(u.shape, base[1])
+        if values is not None:
+            friction = _bilinear(on_grid(values), u / size[0] + 0.5, v / size[1] + 0.5)
+        for patch in self.patches.values():
+            inside = np.clip(0.5 - patch.distance(u, v) / self.blend, 0.0, 1.0)
+            friction = friction + inside * (patch.friction - friction)
+            adhesion = adhesion + inside * (patch.adhesion - adhesion)
+        return friction, adhesion
 
 
 def _bilinear(grid: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 
@@ -26,6 +26,7 @@ class HeightMap(CurvedSurface):
     largest u.
     """
 
+    curved_along_v: ClassVar[bool] = True
     kind: Literal["heightmap"] = "heightmap"
     file: Annotated[
         str, Key("", "an image (its brightness, 0 to 1), or numbers in .npy, .csv or .txt", file=True)
@@ -75,11 +76,6 @@ class HeightMap(CurvedSurface):
             )
         if not self.resolution < min(self.size):
             raise refused(self, "resolution", f"is no grid on {self.size[0]:g} m x {self.size[1]:g} m")
-
-    @property
-    def curved_along_v(self) -> bool:
-        """True: a relief may change along both axes."""
-        return True
 
     @cached_property
     def sources(self) -> tuple[Source, ...]:

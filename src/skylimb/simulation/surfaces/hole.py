@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import Annotated, ClassVar, Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from skylimb.base.errors import ConfigError
 from skylimb.base.keys import Key, configuration
@@ -41,6 +40,8 @@ class Hole(Surface):
     opens it, as wide as it is deep. The block ends at its edges, also for the contact.
     """
 
+    many: ClassVar[bool] = True
+    path_on_plane: ClassVar[bool] = True
     kind: Literal["hole"] = "hole"
     size: Annotated[tuple[float, float], Key("m", "extent of the block along u and v", 0.05, 2.0)] = (
         0.4,
@@ -63,11 +64,6 @@ class Hole(Surface):
                 f"surface.size = {list(self.size)} m: a block with a hole is as high as wide, and wider than "
                 f"{2.4 * (self.radius + self.chamfer):.3g} m"
             )
-
-    @property
-    def many(self) -> bool:
-        """It is touched at several boxes."""
-        return True
 
     @property
     def tightest_hollow(self) -> float:
@@ -101,10 +97,6 @@ class Hole(Surface):
         floor = np.array([self.depth + below, 0.0, 0.0])
         return (*found, Block(floor, np.array([below, 0.7 * half, 0.7 * half]), np.eye(3)))
 
-    def height(self, u: ArrayLike, v: ArrayLike) -> np.ndarray:
-        """Zero everywhere: the face's plane."""
-        return np.zeros(np.broadcast(u, v).shape)
-
     def local_closest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """On the nearest of its boxes; of a point inside several the one whose face is farthest."""
         points = np.asarray(points, dtype=float)
@@ -115,13 +107,6 @@ class Hole(Surface):
             for values in (feet, normals)
         ]
         return chosen[0], chosen[1]
-
-    def distance_along(
-        self, points: np.ndarray, direction: np.ndarray | None = None, time: Any = None
-    ) -> np.ndarray:
-        """To the face's plane, where the path lies."""
-        direction = np.asarray(self.contact_axis if direction is None else direction, dtype=float)
-        return -self.to_local(points)[..., 0] / float(self.R_WS[:, 0] @ direction)
 
     @property
     def geoms(self) -> tuple[Geom, ...]:

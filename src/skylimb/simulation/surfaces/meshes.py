@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 from functools import cached_property
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 
@@ -27,6 +27,7 @@ class MeshSurface(CurvedSurface):
     with it to `tolerance`.
     """
 
+    curved_along_v: ClassVar[bool] = True
     kind: Literal["mesh"] = "mesh"
     size: tuple[float, float] = (0.8, 0.8)
     file: Annotated[str, Key("", "STL, OBJ, PLY or another format that trimesh reads", file=True)] = ""
@@ -53,11 +54,6 @@ class MeshSurface(CurvedSurface):
         if not self.file:
             raise ConfigError("surface 'mesh' needs surface.file, the path of an STL or OBJ file")
         _ = self.shape  # the mesh's checks
-
-    @property
-    def curved_along_v(self) -> bool:
-        """True: a mesh may change along both axes."""
-        return True
 
     @property
     def sources(self) -> tuple[Source, ...]:

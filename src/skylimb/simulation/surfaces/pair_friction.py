@@ -46,15 +46,12 @@ class FrictionTable(NamedTuple):
 
 def friction_table(surface: Surface) -> FrictionTable:
     """Sample a surface at half its friction map's own blending width, or a thousandth of its size."""
-    if surface.friction_map is None:
-        frictions, adhesions = np.array([[surface.friction]]), np.array([[surface.adhesion]])
-    else:
-        pitch = 0.5 * surface.friction_map.blend
-        nu, nv = (min(_MOST_CELLS, max(1, math.ceil(extent / pitch))) for extent in surface.size)
-        mid_u = ((np.arange(nu) + 0.5) / nu - 0.5) * surface.size[0]
-        mid_v = ((np.arange(nv) + 0.5) / nv - 0.5) * surface.size[1]
-        over = surface.friction_map.over((surface.friction, surface.adhesion), surface.size)
-        frictions, adhesions = over(*np.meshgrid(mid_u, mid_v, indexing="ij"))
+    pitch = 0.5 * surface.friction_map.blend if surface.friction_map else np.inf
+    cells = [min(_MOST_CELLS, max(1, math.ceil(extent / pitch))) for extent in surface.size]
+    middles = [
+        ((np.arange(n) + 0.5) / n - 0.5) * extent for n, extent in zip(cells, surface.size, strict=True)
+    ]
+    frictions, adhesions = surface.sliding_friction(*np.meshgrid(*middles, indexing="ij"))
     axes = (surface.position, surface.motion_axis, *surface.R_WS.T)
     half, slip = 0.5 * np.array(surface.size), (surface.static_ratio, surface.static_speed)
     numbers = np.concatenate([*axes, half, frictions.shape, slip])

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import abc
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -31,15 +31,21 @@ from skylimb.simulation.surfaces.surface_keys import SurfaceKeys
 class Surface(SurfaceKeys, abc.ABC):
     """A surface in the world: its keys, and what follows from them and from its shape."""
 
+    many: ClassVar[bool] = False
+    """Whether it is touched in several places at once (`Hole`)."""
+
+    path_on_plane: ClassVar[bool] = False
+    """Whether a path lies on its flat plane w = 0, whatever stands out of that or lies behind it."""
+
     # What a kind of surface says about its shape, in its own axes. Points are (..., 3) arrays of (w, u, v).
 
     @abc.abstractmethod
     def local_closest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The surface point closest to each, and the outward unit normal (toward the robot) there."""
 
-    @abc.abstractmethod
     def height(self, u: ArrayLike, v: ArrayLike) -> np.ndarray:
         """The surface's w at (u, v), m: how far it recedes from its flat plane; NaN where there is none."""
+        return np.zeros(np.broadcast(u, v).shape)
 
     @property
     @abc.abstractmethod
@@ -78,11 +84,14 @@ class Surface(SurfaceKeys, abc.ABC):
     ) -> tuple[np.ndarray, np.ndarray]:
         """Coulomb coefficient and adhesion (N) at world points (..., 3) and slip speeds (...), m/s."""
         local = self.to_local(points, time)
-        u, v = local[..., 1], local[..., 2]
-        friction, adhesion = np.full(u.shape, self.friction), np.full(u.shape, self.adhesion)
-        if self.friction_map is not None:
-            friction, adhesion = self.friction_map.over((self.friction, self.adhesion), self.size)(u, v)
+        friction, adhesion = self.sliding_friction(local[..., 1], local[..., 2])
         return friction * static_excess(np.square(slip), self.static_ratio, self.static_speed), adhesion
+
+    def sliding_friction(self, u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Coulomb coefficient in motion and adhesion (N) at places (...) of its flat plane, m."""
+        if self.friction_map is None:
+            return np.full(u.shape, self.friction), np.full(u.shape, self.adhesion)
+        return self.friction_map.over((self.friction, self.adhesion), self.size, u, v)
 
     @property
     def moves(self) -> bool:
@@ -106,11 +115,6 @@ class Surface(SurfaceKeys, abc.ABC):
     def turns(self) -> bool:
         """Whether a part of it turns on a hinge."""
         return self.hinge is not None
-
-    @property
-    def many(self) -> bool:
-        """Whether it is touched in several places at once (`Hole`)."""
-        return False
 
     @cached_property
     def R_WS(self) -> np.ndarray:
@@ -171,10 +175,13 @@ class Surface(SurfaceKeys, abc.ABC):
         """Distance (...) from world points (..., 3) to the surface along a unit `direction`, m.
 
         By default along the contact axis: positive ahead of the surface, negative behind it. NaN where the
-        surface turns away from that direction before it is met.
+        surface turns away from that direction before it is met. A path that is on the flat plane
+        (`path_on_plane`) is met there.
         """
         direction = np.asarray(self.contact_axis if direction is None else direction, dtype=float)
         points = np.asarray(points, dtype=float)
+        if self.path_on_plane:
+            return -self.to_local(points)[..., 0] / float(self.R_WS[:, 0] @ direction)
 
         def local(along: np.ndarray) -> np.ndarray:
             return self.to_local(points + along[..., None] * direction, time)

@@ -50,6 +50,7 @@ class UserSurface(CurvedSurface):
 
     kind: Annotated[str, Key("", "the Python file", file=True)] = ""
     module: ClassVar[ModuleType]
+    curved_along_v: ClassVar[bool] = True
 
     def check(self) -> None:
         """Refuse a file that gives no smooth surface within `size`."""
@@ -77,11 +78,6 @@ class UserSurface(CurvedSurface):
             return ()
         with UserCode(self._what):
             return cls(**{name: getattr(self, name) for name in fields_of(cls)})
-
-    @property
-    def curved_along_v(self) -> bool:
-        """True: it may change along both axes."""
-        return True
 
     def make_shape(self) -> Formula | _Closest:
         """The file's function in symbols."""

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Annotated, Any, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from skylimb.base.errors import ConfigError
 from skylimb.base.keys import Key, configuration
@@ -28,6 +27,7 @@ class Valve(Surface):
     `angle` 0 of the hinge is the first stop, where the lever points from the hinge along `lever_angle`.
     """
 
+    path_on_plane: ClassVar[bool] = True
     kind: Literal["valve"] = "valve"
     lever_angle: Annotated[
         float, Key("rad", "direction of the lever at its first stop, from u toward v", low=-6.3, high=6.3)
@@ -61,10 +61,6 @@ class Valve(Surface):
     def _half(self) -> np.ndarray:
         return np.array([_HALF_DEPTH, 0.5 * (self.outer - self.inner), 0.5 * self.thickness])
 
-    def height(self, u: ArrayLike, v: ArrayLike) -> np.ndarray:
-        """Zero everywhere: the plane in which the tip's front goes."""
-        return np.zeros(np.broadcast(u, v).shape)
-
     def local_closest(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """On the lever at its first stop; inside of it the nearest face counts."""
         # Axes of the lever: w, along it from its middle, across it.
@@ -72,13 +68,6 @@ class Valve(Surface):
         middle = np.array([0.0, 0.5 * (self.inner + self.outer), 0.0])
         foot, normal, _ = closest_on_box(np.asarray(points, dtype=float) @ axes - middle, self._half)
         return (foot + middle) @ axes.T, normal @ axes.T
-
-    def distance_along(
-        self, points: np.ndarray, direction: np.ndarray | None = None, time: Any = None
-    ) -> np.ndarray:
-        """To the flat plane, where the path lies: the lever is met from the side."""
-        direction = np.asarray(self.contact_axis if direction is None else direction, dtype=float)
-        return -self.to_local(points)[..., 0] / float(self.R_WS[:, 0] @ direction)
 
     @property
     def geoms(self) -> tuple[Geom, ...]:

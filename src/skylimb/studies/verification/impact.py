@@ -87,7 +87,7 @@ def _oblique(rng: np.random.Generator) -> tuple[float, float]:
     at = np.array(board.position) - [RADIUS + 1e-6, 0.0, 0.0] - arm
     spec, body, parts = scene(board, 4.0, [0.3, 0.25, 0.4], at, arm)
     body.add_freejoint()
-    add_contact_pair(spec, "tip", parts.geom, board.contact)
+    add_contact_pair(spec, "tip", parts.geoms[0], board.contact)
     model = spec.compile()
     tune_contact_pair(model, board.contact)
     data = mujoco.MjData(model)

@@ -172,8 +172,8 @@ class Bench:
                 biastype=mujoco.mjtBias.mjBIAS_AFFINE,
                 biasprm=[0.0, 0.0, -_SERVO] + [0.0] * 7,
             )
-        add_contact_pair(spec, "tip", parts.geom, surface.contact)
-        add_contact_sensor(spec, "tip", parts.geom, 1)
+        add_contact_pair(spec, "tip", parts.geoms[0], surface.contact)
+        add_contact_sensor(spec, "tip", parts.geoms[0], 1)
         for name, kind in _SENSORS:
             spec.add_sensor(name=name, type=kind, objtype=mujoco.mjtObj.mjOBJ_SITE, objname="tip")
         self.model = spec.compile()

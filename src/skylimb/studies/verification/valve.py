@@ -124,7 +124,7 @@ def _rig(arm: float, valve: Valve, timestep: float = 1e-3) -> _Rig:
     spec, body, parts = scene(valve, _MASS, 1e-3, [0.0, 0.0, 0.0], ball, timestep=timestep)
     body.add_joint(name="arm", type=mujoco.mjtJoint.mjJNT_HINGE, axis=[1.0, 0.0, 0.0])
     body.ipos = ball
-    add_contact_pair(spec, "tip", parts.geom, valve.contact)
+    add_contact_pair(spec, "tip", parts.geoms[0], valve.contact)
     model = spec.compile()
     tune_contact_pair(model, valve.contact)
     dofs = [int(model.jnt_dofadr[model.joint(name).id]) for name in ("arm", HINGE)]
