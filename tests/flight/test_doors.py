@@ -15,7 +15,7 @@ import skylimb
 from short_flights import HOLD
 from skylimb.analysis.recording import Run
 from skylimb.apps.ros1.grounded import GroundedPlant
-from skylimb.apps.studio.lineup import Lineup
+from skylimb.apps.studio.flight_setup import FlightSetup
 from skylimb.apps.studio.live_flight import LiveFlight
 from skylimb.base.config import from_mapping
 from skylimb.base.errors import SkylimbError
@@ -92,7 +92,7 @@ def by_clock(experiment: str, controller: str | None, given: dict[str, Any]) -> 
 
 
 def by_studio(experiment: str, controller: str | None, given: dict[str, Any]) -> Run:
-    (takeoff,) = Lineup(experiment, (controller,), keys=given).takeoffs()
+    (takeoff,) = FlightSetup(experiment, (controller,), keys=given).takeoffs()
     flight = LiveFlight(takeoff)
     while flight.tick():
         pass

@@ -22,7 +22,7 @@ def poses(session, scene, flight=0):
 
 
 def test_a_frame_has_what_the_scene_says(session):
-    scene, frame = session.fleet.scene(), session.frame()
+    scene, frame = session.live.scene(), session.frame()
     json.dumps(scene, allow_nan=False)
     assert frame.dtype == np.float32
     assert len(frame) == scene["layout"]["size"]
@@ -35,7 +35,7 @@ def test_a_frame_has_what_the_scene_says(session):
 
 
 def test_a_frame_shows_where_the_robot_is(session):
-    scene = session.fleet.scene()
+    scene = session.live.scene()
     session.advance(80)
     flight = session.flights[0]
     place = scene["layout"]["flights"][0]
@@ -57,7 +57,7 @@ def test_all_flights_fly_in_lockstep_until_all_are_over(session):
     while session.advance(200):
         pass
     assert session.over
-    assert session.fleet.verdict == ["came to its end", "came to its end"]
+    assert session.live.verdict == ["came to its end", "came to its end"]
     assert [event["event"] for event in session.events()] == ["over"]
     assert session.advance(1) == 0
     assert session.events() == []
@@ -94,15 +94,15 @@ def test_a_gain_changes_in_flight_and_is_kept_by_a_restart(session):
     key = "controller.translation.damping_ratio"
     session.advance(20)
     assert session.set_gain(0, key, [1.5, 1.5, 1.5]) == "in flight"
-    (control,) = [one for one in session.fleet.controls() if one["key"] == key]
+    (control,) = [one for one in session.live.controls() if one["key"] == key]
     assert control["flights"] == [0]
     assert control["values"] == [[1.5, 1.5, 1.5]]
     assert control["acts"] == "in flight"
     session.advance(40)
     session.restart()
-    assert session.time == session.fleet.period
+    assert session.time == session.live.period
     assert of_kind(session.flights[0].experiment, GainChange) == []
-    (control,) = [one for one in session.fleet.controls() if one["key"] == key]
+    (control,) = [one for one in session.live.controls() if one["key"] == key]
     assert control["values"] == [[1.5, 1.5, 1.5]]
 
 
@@ -146,9 +146,9 @@ def test_a_rewound_poke_is_no_longer_held(session):
 
 def test_scores_so_far_are_told_in_words_with_units(session):
     session.advance(300)
-    assert session.fleet.scores() == {"flights": ["Hybrid", "PID"], "groups": []}  # nothing slides yet
+    assert session.live.scores() == {"flights": ["Hybrid", "PID"], "groups": []}  # nothing slides yet
     session.advance(300)
-    scores = session.fleet.scores()
+    scores = session.live.scores()
     rows = {row["label"]: row for group in scores["groups"] for row in group["rows"]}
     tilt = rows["largest tilt"]
     assert tilt["unit"] == "rad"
@@ -156,7 +156,7 @@ def test_scores_so_far_are_told_in_words_with_units(session):
 
 
 def test_the_surface_is_moved_from_where_it_was_at_take_off(session):
-    scene = session.fleet.scene()
+    scene = session.live.scene()
     surface = session.flights[0].experiment.surface
     before = poses(session, scene)[-1]
     assert before[:3] == pytest.approx(surface.position, abs=1e-6)
@@ -185,7 +185,7 @@ def test_the_surface_is_moved_from_where_it_was_at_take_off(session):
 def test_a_key_of_the_surface_acts_in_flight_and_is_kept_by_a_restart(session):
     session.advance(10)
     assert session.set_key("surface.friction", 0.25) == "in flight"
-    (control,) = [one for one in session.fleet.controls() if one["key"] == "surface.friction"]
+    (control,) = [one for one in session.live.controls() if one["key"] == "surface.friction"]
     assert (control["value"], control["acts"]) == (0.25, "in flight")
     session.restart()
     assert session.flights[0].experiment.surface.friction == 0.25

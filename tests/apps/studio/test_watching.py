@@ -37,7 +37,7 @@ def test_an_exception_in_flight_is_told_with_its_line_and_the_other_flight_goes_
     assert "raise ZeroDivisionError" in file.read_text().splitlines()[error["line"] - 1]
     assert session.flights[0].over
     assert session.flights[1].ticks == 61
-    assert "too late" in session.fleet.verdict[0]
+    assert "too late" in session.live.verdict[0]
     assert not session.over
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from skylimb.apps.catalogue.entries import KINDS, Entry, entries, tables_of_entry
+from skylimb.apps.catalogue.entries import Entry, entries, tables_of_entry
 from skylimb.base.keys import Table, brief, tables_of
 from skylimb.flight.experiments.experiment import Settings
 from skylimb.simulation.surfaces.surface_keys import SurfaceKeys
@@ -19,6 +19,9 @@ an experiment is changed by `--set KEY=VALUE`, a key of a controller by `--set c
 In an editor: `skylimb keys --schema DIR` writes JSON schemas. With the extension Even Better TOML, VS Code
 completes and checks a file whose first line names one, as in `#:schema DIR/experiment.schema.json`.
 """
+
+_EVENTS = "What happens in flight: tables `[[events]]` of an experiment. `kind` names one."
+_LAWS = "A controller has six slots; `controller.SLOT.law` names the law of each."
 
 
 def keys_page() -> str:
@@ -41,23 +44,13 @@ def _lines() -> Iterator[str]:
         yield f"### {entry.short}\n"
         yield f"{entry.meaning}\n"
         yield from _rows([_less(table, shared) for table in tables_of_entry(entry)])
-    yield "## Events\n"
-    yield "What happens in flight: tables `[[events]]` of an experiment. `kind` names one.\n"
-    for entry in _of(known, "event"):
-        yield f"### {entry.name}\n"
-        yield f"{entry.meaning}\n"
-        yield from _rows(tables_of_entry(entry))
+    yield from _entries(known, "event", "Events", _EVENTS)
     yield "## Paths\n"
     yield "`trajectory.shape` names one.\n"
     for entry in _of(known, "path"):
-        yield f"- `{entry.short}`: {entry.meaning}" if entry.meaning else f"- `{entry.short}`"
+        yield f"- `{entry.short}`" + f": {entry.meaning}" * bool(entry.meaning)
     yield ""
-    yield "## Controllers\n"
-    yield "A controller has six slots; `controller.SLOT.law` names the law of each.\n"
-    for entry in _of(known, "law"):
-        yield f"### {entry.name}\n"
-        yield f"{entry.meaning}\n"
-        yield from _rows(tables_of_entry(entry))
+    yield from _entries(known, "law", "Controllers", _LAWS)
     for entry in _of(known, "file"):
         yield f"## {'Campaign' if entry.name == 'campaign' else 'Robot: flight.toml'}\n"
         for table in tables_of_entry(entry):
@@ -68,8 +61,17 @@ def _lines() -> Iterator[str]:
         yield f"| `{entry.short}` | {_cell(entry.meaning)} |"
 
 
+def _entries(known: Iterable[Entry], kind: str, title: str, introduction: str) -> Iterator[str]:
+    """A section with every entry of a kind and its keys."""
+    yield f"## {title}\n"
+    yield f"{introduction}\n"
+    for entry in _of(known, kind):
+        yield f"### {entry.name}\n"
+        yield f"{entry.meaning}\n"
+        yield from _rows(tables_of_entry(entry))
+
+
 def _of(known: Iterable[Entry], kind: str) -> list[Entry]:
-    assert kind in KINDS
     return [entry for entry in known if entry.kind == kind]
 
 

@@ -27,7 +27,7 @@ _NAME = re.compile(r"[\w][\w .+-]{0,79}")
 
 
 @dataclass(frozen=True)
-class Kept:
+class KeptFlights:
     """What was kept.
 
     Attributes:
@@ -52,7 +52,7 @@ class Kept:
         return said.decode(errors="replace").strip().rpartition("\n")[2] if self.report.returncode > 1 else ""
 
 
-def keep(flights: Sequence[LiveFlight], names: Sequence[str], out: Path, name: str = "") -> Kept:
+def keep(flights: Sequence[LiveFlight], names: Sequence[str], out: Path, name: str = "") -> KeptFlights:
     """Write the flights so far into a new folder.
 
     A flight that is not over is kept as stopped here, and so is repeated: its experiment has `stop_at`.
@@ -82,7 +82,7 @@ def keep(flights: Sequence[LiveFlight], names: Sequence[str], out: Path, name: s
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
     )
-    return Kept(folder, f"skylimb run {shlex.quote(str(config))}", report)
+    return KeptFlights(folder, f"skylimb run {shlex.quote(str(config))}", report)
 
 
 def so_far(flight: LiveFlight) -> Run:

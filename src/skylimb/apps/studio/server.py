@@ -180,14 +180,14 @@ class StudioServer:
             command = messages.read_command(message)
         except ConfigError as error:
             page.bucket.take()
-            if page.may_complain():
+            if page.refusals.take():
                 self._tell(page, "refused", {"text": str(error)})
             return
         if isinstance(command, messages.Got):
             page.got = max(page.got, min(command.frame, page.sent))
             page.news.set()
         elif not page.bucket.take():
-            if page.may_complain():
+            if page.refusals.take():
                 self._tell(page, "refused", {"text": "too many messages; some are not obeyed"})
         elif isinstance(command, messages.TakeOver):
             self._seats.take(page)

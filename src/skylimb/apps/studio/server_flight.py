@@ -42,14 +42,14 @@ class FlightThread:
 
     def __init__(self, session: Session, say: Say, controllers: Sequence[str]) -> None:
         self._session, self._say, self._controllers = session, say, list(controllers)
-        self.pace = Pacing(session.fleet.period)
+        self.pacing = Pacing(session.live.period)
         self._keys: dict[str, Any] = {}
         self._commands: queue.Queue[Any] = queue.Queue(_MOST_WAITING)
         self._stopped = False
         self._state: dict[str, Any] = {}
         self._acts: dict[type, Callable[[Any], object]] = {
             messages.Pause: lambda c: self._pause(c.paused),
-            messages.Speed: lambda c: setattr(self.pace, "speed", c.times),
+            messages.Speed: lambda c: setattr(self.pacing, "speed", c.times),
             messages.Restart: lambda _: session.restart(),
             messages.Rewind: lambda c: self._rewind(c.seconds),
             messages.Gain: lambda c: self._set_gain(c.flight, c.key, c.value),
@@ -62,7 +62,7 @@ class FlightThread:
             messages.Keep: lambda c: session.keep(c.name),
             messages.Draw: lambda c: session.draw(c.strokes if c.svg is None else c.svg),
             messages.Controllers: lambda c: self._set_controllers(c.names),
-            messages.Scores: lambda _: say("scores", session.fleet.scores()),
+            messages.Scores: lambda _: say("scores", session.live.scores()),
         }
 
     def command(self, command: Any) -> bool:
@@ -87,17 +87,17 @@ class FlightThread:
             self._obey_all()
             resting = self._session.paused or self._session.over
             if not resting:
-                self.pace.fly(self._session.advance)
+                self.pacing.fly(self._session.advance)
             now = time.perf_counter()
             if now >= next_frame:
                 self._show()
                 next_frame = max(next_frame + FRAME_PERIOD, now)
             if now >= next_poll:
                 self._session.poll()
-                self._say("pace", {"late": self.pace.late, "flown": self.pace.flown})
+                self._say("pace", {"late": self.pacing.late, "flown": self.pacing.flown})
                 next_poll = now + POLL_PERIOD
             wait = next_frame - time.perf_counter()
-            time.sleep(max(0.0, min(IDLE, wait if resting else min(wait, self.pace.wait))))
+            time.sleep(max(0.0, min(IDLE, wait if resting else min(wait, self.pacing.wait))))
 
     def _show(self) -> None:
         session = self._session
@@ -107,10 +107,10 @@ class FlightThread:
                 self._show_scene()
             else:
                 self._say(name, {key: value for key, value in event.items() if key != "event"})
-        self._say("frame", session.frame(self.pace.reached))
-        state = {"paused": session.paused, "over": session.over, "speed": self.pace.speed}
+        self._say("frame", session.frame(self.pacing.reached))
+        state = {"paused": session.paused, "over": session.over, "speed": self.pacing.speed}
         if session.over:
-            state["verdict"] = session.fleet.verdict
+            state["verdict"] = session.live.verdict
         if state != self._state:
             self._state = state
             self._say("state", state)
@@ -118,15 +118,15 @@ class FlightThread:
     def _show_scene(self) -> None:
         session = self._session
         gc.collect()  # the flights before are rings of objects, large ones, that would stay for long
-        controls = session.fleet.controls()
+        controls = session.live.controls()
         self._keys = {control["key"]: control for control in controls}
         for control in controls:
             control["whole"] = isinstance(control["value"], int) and control["kind"] == "number"
-        before = self.pace
-        self.pace = Pacing(session.fleet.period)  # the period is among what may have changed
-        self.pace.speed, self.pace.late, self.pace.flown = before.speed, before.late, before.flown
+        before = self.pacing
+        self.pacing = Pacing(session.live.period)  # the period is among what may have changed
+        self.pacing.speed, self.pacing.late, self.pacing.flown = before.speed, before.late, before.flown
         self._say(
-            "scene", {"scene": session.fleet.scene(), "controls": controls, "controllers": self._controllers}
+            "scene", {"scene": session.live.scene(), "controls": controls, "controllers": self._controllers}
         )
 
     def _obey_all(self) -> None:
@@ -146,11 +146,11 @@ class FlightThread:
 
     def _pause(self, paused: bool) -> None:
         self._session.paused = paused
-        self.pace.restart()
+        self.pacing.restart()
 
     def _rewind(self, seconds: float) -> None:
         self._session.rewind(seconds)
-        self.pace.restart()
+        self.pacing.restart()
 
     def _set_gain(self, flight: int | None, key: str, value: Any) -> None:
         self._session.set_gain(flight, key, self._allowed(key, value))
@@ -186,7 +186,7 @@ class FlightThread:
     def _tell_again(self, command: Any) -> None:
         """What a key is, after a change of it was refused."""
         if isinstance(command, messages.Gain | messages.SetKey) and command.key in self._keys:
-            now = {control["key"]: control["value"] for control in self._session.fleet.controls()}
+            now = {control["key"]: control["value"] for control in self._session.live.controls()}
             self._say("gain", {"key": command.key, "value": now.get(command.key), "flight": None})
 
 

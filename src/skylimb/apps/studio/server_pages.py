@@ -47,6 +47,8 @@ class Page:
     Attributes:
         name: it keeps it over a reload, so that it comes back to its seat.
         texts: events that it has yet to be sent.
+        bucket: lets its messages through.
+        refusals: lets through what it is told of refused ones.
         news: set when there may be something to send.
         sent: number of the newest frame that it was sent.
         got: number of the newest frame that it has confirmed.
@@ -57,25 +59,17 @@ class Page:
     texts: deque[str] = field(default_factory=lambda: deque(maxlen=200))
     news: asyncio.Event = field(default_factory=asyncio.Event)
     bucket: TokenBucket = field(default_factory=lambda: TokenBucket(rate=200.0, burst=400.0))
+    refusals: TokenBucket = field(default_factory=lambda: TokenBucket(rate=1.0, burst=1.0))
     sent: int = 0
     got: int = 0
     sent_at: float = 0.0
     history_due: bool = False
-    complained: float = -1e9
 
     def may_be_sent(self, number: int) -> bool:
         """Whether a frame with this number should go out now."""
         if number <= self.sent:
             return False
         return self.sent - self.got < UNCONFIRMED or time.monotonic() - self.sent_at > FORGIVEN
-
-    def may_complain(self) -> bool:
-        """Whether a refusal may be told; one a second is enough."""
-        now = time.monotonic()
-        if now - self.complained < 1.0:
-            return False
-        self.complained = now
-        return True
 
 
 class Seats:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,21 +14,24 @@ import numpy as np
 from skylimb.apps.studio.changes import with_gain
 from skylimb.apps.studio.controls import IN_FLIGHT, PREFIX
 from skylimb.apps.studio.drawings import keep_drawing, strokes_as_svg
-from skylimb.apps.studio.events import Events
-from skylimb.apps.studio.fleet import Fleet
-from skylimb.apps.studio.hand import Hand
-from skylimb.apps.studio.lineup import Lineup
+from skylimb.apps.studio.flight_setup import FlightSetup
+from skylimb.apps.studio.held_push import HeldPush
 from skylimb.apps.studio.live_flight import LiveFlight
+from skylimb.apps.studio.live_flights import LiveFlights
 from skylimb.apps.studio.surface_edits import DURATION, surface_change, surface_keys_in_flight, with_surface
 from skylimb.apps.studio.watching import Watcher, files_of_controller
 from skylimb.base.errors import ConfigError, SkylimbError, unknown_name
+from skylimb.base.user_code import place_of
 from skylimb.control.controller import Controller
 from skylimb.flight.events import SurfaceChange
 from skylimb.flight.experiments.experiment import Experiment
 from skylimb.flight.loading import DEFAULT_CONTROLLER
 
 if TYPE_CHECKING:
-    from skylimb.apps.studio.keeping import Kept
+    from skylimb.apps.studio.keeping import KeptFlights
+
+_MOST_EVENTS = 1000
+"""Events that are kept when nobody takes any; older ones are dropped."""
 
 RESTARTED = "restarted"
 """What a change did that no flight can take in flight."""
@@ -46,7 +51,7 @@ class Session:
         out: folder for all that is kept; it is made when something is.
 
     Attributes:
-        fleet: the flights, and what a page shows of them.
+        live: the flights, and what a page shows of them.
         paused: whether `advance` does nothing.
     """
 
@@ -60,50 +65,52 @@ class Session:
     ) -> None:
         self.out = Path(out)
         self.paused = False
-        self._events = Events()
-        self._reports: list[Kept] = []
-        self._begin(Lineup(experiment, tuple(controllers) or (None,), seed, dict(set or {})))
+        self._events: deque[dict[str, Any]] = deque(maxlen=_MOST_EVENTS)
+        self._reports: list[KeptFlights] = []
+        self._begin(FlightSetup(experiment, tuple(controllers) or (None,), seed, dict(set or {})))
 
-    def _begin(self, lineup: Lineup) -> None:
+    def _begin(self, setup: FlightSetup) -> None:
         """Take off anew; what cannot be flown raises, and leaves everything as it was."""
-        self.fleet = fleet = Fleet(lineup)
-        self._hand = Hand()
+        self.live = live = LiveFlights(setup)
+        self._held_push = HeldPush()
         self._was_over = False
         self._watcher = Watcher(
             path
-            for given, flight in zip(lineup.controllers, fleet.flights, strict=True)
+            for given, flight in zip(setup.controllers, live.flights, strict=True)
             for path in files_of_controller(given, flight.takeoff.controller)
         )
 
-    def _begin_again(self, lineup: Lineup, why: str) -> None:
-        self._begin(lineup)
+    def _begin_again(self, setup: FlightSetup, why: str) -> None:
+        self._begin(setup)
         self._tell(RESTARTED, why=why)
         self._tell("scene")
 
-    # What is known of it; more of it is the fleet's.
+    # What is known of it; more of it is the live's.
 
     @property
     def flights(self) -> tuple[LiveFlight, ...]:
         """The flights, in the order of their controllers."""
-        return self.fleet.flights
+        return self.live.flights
 
     @property
     def time(self) -> float:
         """Time since take-off of the flight that came farthest, s."""
-        return self.fleet.time
+        return self.live.time
 
     @property
     def over(self) -> bool:
         """Whether no flight goes on."""
-        return self.fleet.over
+        return self.live.over
 
     def frame(self, speed: float = 0.0) -> np.ndarray:
-        """What a page needs now; see `Fleet.frame`. `speed` is what the flights reach, over real time."""
-        return self.fleet.frame(speed, self.paused)
+        """What a page needs now, see `LiveFlights.frame`; `speed` is what is reached, over real time."""
+        return self.live.frame(speed, self.paused)
 
     def events(self) -> list[dict[str, Any]]:
         """What has happened since the last call: `event`, `time` and what belongs to it."""
-        return self._events.take()
+        found = list(self._events)
+        self._events.clear()
+        return found
 
     # What people do.
 
@@ -117,7 +124,7 @@ class Session:
                 self._try(number, flight.tick)
             flown += 1
         if self.over and not self._was_over:
-            self._tell("over", verdict=self.fleet.verdict)
+            self._tell("over", verdict=self.live.verdict)
         self._was_over = self.over
         return flown
 
@@ -128,21 +135,21 @@ class Session:
             "in flight" or "restarted".
         """
         key, value = key.removeprefix(PREFIX), _value(value)
-        fleet = self.fleet
-        chosen = fleet.flights if flight is None else [fleet.flight(flight)]
-        having = [one for one in chosen if key in fleet.gains_to_set(one)]
+        live = self.live
+        chosen = live.flights if flight is None else [live.flight(flight)]
+        having = [one for one in chosen if key in live.gains_to_set(one)]
         if not having:
-            raise unknown_name("gain", key, {name for one in chosen for name in fleet.gains_to_set(one)})
+            raise unknown_name("gain", key, {name for one in chosen for name in live.gains_to_set(one)})
         if isinstance(value, str) and value.endswith(".py"):
             raise ConfigError(f"{key} = '{value}': a file of your own is named where the studio is started")
-        if all(fleet.changes_in_flight(one, key) for one in having):
-            fleet.branch({one: with_gain(one.experiment, one.time, key, value) for one in having})
+        if all(live.changes_in_flight(one, key) for one in having):
+            live.branch({one: with_gain(one.experiment, one.time, key, value) for one in having})
             return IN_FLIGHT
-        gains = fleet.gains()
+        gains = list(live.gains())
         for one in having:
             number = self.flights.index(one)
             gains[number] = {**_without_law(gains[number], key), key: value}
-        self._begin_again(fleet.lineup.with_gains(gains), f"{key} = {value}")
+        self._begin_again(replace(live.setup, gains=tuple(gains)), f"{key} = {value}")
         return RESTARTED
 
     def set_key(self, key: str, value: Any) -> str:
@@ -153,26 +160,26 @@ class Session:
         """
         if key.startswith(PREFIX):
             return self.set_gain(None, key, value)
-        known = [control["key"] for control in self.fleet.controls()]
+        known = [control["key"] for control in self.live.controls()]
         if key not in known:
             raise unknown_name("key that can be set here", key, known)
         value = _value(value)
-        lineup = self.fleet.lineup.with_keys({key: value})
+        setup = self.live.setup.with_keys({key: value})
         if key in surface_keys_in_flight(self.flights[0].experiment) and not self.over:
             name = key.removeprefix("surface.")
             self._change_surface(SurfaceChange(self.time, duration=DURATION, **{name: value}))
-            self.fleet.lineup = lineup
+            self.live.setup = setup
             return IN_FLIGHT
-        self._begin_again(lineup.with_gains(self.fleet.gains()), f"{key} = {value}")
+        self._begin_again(replace(setup, gains=self.live.gains()), f"{key} = {value}")
         return RESTARTED
 
     def poke(self, link: str, point: Sequence[float], force: Sequence[float]) -> None:
         """Push with a force (N, W) at a point (m) of a link, in its axes, until it is changed or released."""
-        self._hand.push(self.fleet, link, point, force)
+        self._held_push.push(self.live, link, point, force)
 
     def release(self) -> None:
         """Take the pushing force off."""
-        self._hand.release(self.fleet)
+        self._held_push.release(self.live)
 
     def surface(
         self,
@@ -195,32 +202,34 @@ class Session:
         self._change_surface(surface_change(self.time, first, position, tilt, friction, stiffness, present))
 
     def _change_surface(self, change: SurfaceChange) -> None:
-        self.fleet.branch({one: with_surface(one.experiment, change) for one in self.flights if not one.over})
+        self.live.branch({one: with_surface(one.experiment, change) for one in self.flights if not one.over})
 
     def restart(self) -> None:
         """Fly again from take-off; gains keep what they were changed to, pushes and moves are left out."""
-        self._begin_again(self._lineup_now(), "")
+        self._begin_again(self._setup_now(), "")
 
     def set_controllers(self, controllers: Sequence[str | Controller]) -> None:
         """Fly these controllers beside each other, from take-off, with their own gains."""
-        self._begin_again(self.fleet.lineup.of(tuple(controllers) or (DEFAULT_CONTROLLER,)), "")
+        self._begin_again(
+            replace(self.live.setup, controllers=tuple(controllers) or (DEFAULT_CONTROLLER,), gains=()), ""
+        )
 
     def rewind(self, seconds: float) -> None:
         """Go back by some seconds; what comes then is flown anew, without what people did after that time."""
         if not (math.isfinite(seconds) and seconds >= 0.0):
             raise ConfigError(f"seconds = {seconds:g} to rewind should be 0 or more")
-        tick = max(1, round((self.time - seconds) / self.fleet.period))
+        tick = max(1, round((self.time - seconds) / self.live.period))
         for number, flight in enumerate(self.flights):
             self._try(number, lambda flight=flight: flight.rewind(tick))
         self._was_over = self.over
-        self._hand.rewound(self.fleet)
+        self._held_push.rewound(self.live)
         self._tell("rewound")
 
-    def keep(self, name: str = "") -> Kept:
+    def keep(self, name: str = "") -> KeptFlights:
         """Keep the flights so far in a folder below `out`; see `keeping.keep`. They go on."""
         from skylimb.apps.studio.keeping import keep  # figures are slow to load
 
-        kept = keep(self.flights, self.fleet.names, self.out, name)
+        kept = keep(self.flights, self.live.names, self.out, name)
         self._reports.append(kept)
         self._tell("kept", folder=str(kept.folder), command=kept.command)
         return kept
@@ -243,7 +252,7 @@ class Session:
         path = keep_drawing(svg, self.out)
         keys |= {"trajectory.shape": "drawing", "trajectory.file": str(path.resolve()), "trajectory.text": ""}
         try:
-            self._begin_again(self._lineup_now().with_keys(keys), "a new drawing")
+            self._begin_again(self._setup_now().with_keys(keys), "a new drawing")
         except SkylimbError:
             path.unlink()
             raise
@@ -262,24 +271,26 @@ class Session:
                 self._tell("report", folder=str(kept.folder))
         edited = [path.name for path in self._watcher.changed()]
         if edited:
-            self._try(None, lambda: self._begin_again(self._lineup_now(), f"{', '.join(edited)} was edited"))
+            self._try(None, lambda: self._begin_again(self._setup_now(), f"{', '.join(edited)} was edited"))
 
     # How it is done.
 
-    def _lineup_now(self) -> Lineup:
+    def _setup_now(self) -> FlightSetup:
         """What is flown, with the gains as they have become."""
-        return self.fleet.lineup.with_gains(self.fleet.gains())
+        return replace(self.live.setup, gains=self.live.gains())
 
     def _try(self, flight: int | None, act: Callable[[], object]) -> None:
         """Do something that runs the user's code; what goes wrong there is an event, and ends nothing."""
         try:
             act()
         except SkylimbError as error:
-            number = {} if flight is None else {"flight": flight}
-            self._events.fail(error, self.time, **number)
+            what: dict[str, Any] = {} if flight is None else {"flight": flight}
+            if place := place_of(error):  # in a file of the user's
+                what |= {"file": place.file, "line": place.line}
+            self._tell("error", text=str(error), **what)
 
     def _tell(self, event: str, **what: Any) -> None:
-        self._events.add(event, self.time, **what)
+        self._events.append({"event": event, "time": self.time, **what})
 
 
 def _value(value: Any) -> Any:

@@ -122,7 +122,7 @@ def test_a_poke_of_2_newtons_is_felt(page: sync_api.Page, studio: Any) -> None:
     page.keyboard.up("Space")
     wait_for(lambda: of_kind(studio.session.flights[0].experiment, Push)[-1].duration < 20)
     flight = studio.session.flights[0]
-    first = round((begun + 1.0) / studio.session.fleet.period)
+    first = round((begun + 1.0) / studio.session.live.period)
     estimate = flight.recent[first : first + 80, flight.slices["external_force_estimate"]]
     np.testing.assert_allclose(estimate.mean(axis=0), [0.0, 2.0, 0.0], atol=0.3)
 

@@ -9,9 +9,9 @@ import numpy as np
 
 from skylimb.analysis.figures.palette import colours_of, label
 from skylimb.apps.studio.controls import controls_of
+from skylimb.apps.studio.flight_setup import FlightSetup
 from skylimb.apps.studio.frames import FlightView
 from skylimb.apps.studio.gains import gain_keys, settled_gains
-from skylimb.apps.studio.lineup import Lineup
 from skylimb.apps.studio.live_flight import LiveFlight
 from skylimb.base.errors import ConfigError
 from skylimb.flight.experiments.experiment import Experiment
@@ -22,19 +22,19 @@ RUNNING, PAUSED, OVER = 0, 1, 2
 _HEAD = 3  # numbers of a frame before those of the flights: time, speed, state
 
 
-class Fleet:
-    """The flights of a line-up, from take-off.
+class LiveFlights:
+    """The flights of a setup, from take-off.
 
     Args:
-        lineup: what is flown.
+        setup: what is flown.
 
     Raises:
         SkylimbError: when a flight of it cannot be flown.
     """
 
-    def __init__(self, lineup: Lineup) -> None:
-        self.lineup = lineup
-        self.flights = tuple(LiveFlight(takeoff) for takeoff in lineup.takeoffs())
+    def __init__(self, setup: FlightSetup) -> None:
+        self.setup = setup
+        self.flights = tuple(LiveFlight(takeoff) for takeoff in setup.takeoffs())
         self._first = [flight.experiment for flight in self.flights]
         self._keys = {flight: gain_keys(flight.takeoff.controller) for flight in self.flights}
         controllers = [flight.takeoff.controller.name for flight in self.flights]
@@ -99,13 +99,13 @@ class Fleet:
         for flight, takeoff in ready.items():
             flight.go_on(takeoff)
 
-    def gains(self) -> list[dict[str, Any]]:
-        """The gains of each flight that the line-up has changed, with what has changed in flight."""
-        given = self.lineup.gains or ({},) * len(self.flights)
-        return [
+    def gains(self) -> tuple[dict[str, Any], ...]:
+        """The gains of each flight that the setup has changed, with what has changed in flight."""
+        given = self.setup.gains or ({},) * len(self.flights)
+        return tuple(
             {**own, **settled_gains(flight.experiment, first)}
             for own, flight, first in zip(given, self.flights, self._first, strict=True)
-        ]
+        )
 
     def controls(self) -> list[dict[str, Any]]:
         """Every gain and key as a control; see `controls.controls_of`."""

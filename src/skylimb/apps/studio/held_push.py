@@ -1,57 +1,57 @@
-"""The hand that pokes: one push at a time, held until it is changed or released."""
+"""The push of whoever pokes: one at a time, held until it is changed or released."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 from skylimb.apps.studio.changes import with_events, without_push
-from skylimb.apps.studio.fleet import Fleet
+from skylimb.apps.studio.live_flights import LiveFlights
 from skylimb.base.errors import ConfigError
 from skylimb.flight.events import Push
 
 
-class Hand:
-    """Pushes the robots of a fleet; what it holds lasts to the flights' end unless it lets go."""
+class HeldPush:
+    """Pushes the robots of a live; what it holds lasts to the flights' end unless it lets go."""
 
     def __init__(self) -> None:
         self._held: list[tuple[float, Push | None]] = [(0.0, None)]
 
-    def push(self, fleet: Fleet, link: str, point: Sequence[float], force: Sequence[float]) -> None:
+    def push(self, live: LiveFlights, link: str, point: Sequence[float], force: Sequence[float]) -> None:
         """Push with a force (N, W) at a point (m) of a link, in its axes, in place of what is held."""
         if not any(force):
-            self.release(fleet)
+            self.release(live)
             return
-        time, held = fleet.time, self._held[-1][1]
+        time, held = live.time, self._held[-1][1]
         push = Push(
             time=time,
-            duration=round(max(fleet.end - time, fleet.period), 9),
+            duration=round(max(live.end - time, live.period), 9),
             force=_vector(force, "force"),
             link=link,
             point=_vector(point, "point"),
         )
-        fleet.branch(
+        live.branch(
             {
                 one: with_events(without_push(one.experiment, held, time) if held else one.experiment, push)
-                for one in fleet.flights
+                for one in live.flights
                 if not one.over
             }
         )
         self._held.append((time, push))
 
-    def release(self, fleet: Fleet) -> None:
+    def release(self, live: LiveFlights) -> None:
         """Take the pushing force off."""
         held = self._held[-1][1]
         if held is None:
             return
-        time = fleet.time
-        fleet.branch({one: without_push(one.experiment, held, time) for one in fleet.flights if not one.over})
+        time = live.time
+        live.branch({one: without_push(one.experiment, held, time) for one in live.flights if not one.over})
         self._held.append((time, None))
 
-    def rewound(self, fleet: Fleet) -> None:
-        """The fleet was set back: let go of what was held at that time."""
-        time = fleet.time
+    def rewound(self, live: LiveFlights) -> None:
+        """The live was set back: let go of what was held at that time."""
+        time = live.time
         self._held = [entry for entry in self._held if entry[0] <= time + 1e-9] or [(0.0, None)]
-        self.release(fleet)
+        self.release(live)
 
 
 def _vector(numbers: Sequence[float], what: str) -> tuple[float, float, float]:

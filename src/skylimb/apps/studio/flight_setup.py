@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -17,7 +17,7 @@ MOST_FLIGHTS = 4
 
 
 @dataclass(frozen=True)
-class Lineup:
+class FlightSetup:
     """Everything that a take-off of all flights needs.
 
     Attributes:
@@ -40,17 +40,9 @@ class Lineup:
                 f"{len(self.controllers)} controllers are too many beside each other: at most {MOST_FLIGHTS}"
             )
 
-    def of(self, controllers: Sequence[str | Controller | None]) -> Lineup:
-        """The same with other controllers, with their own gains."""
-        return replace(self, controllers=tuple(controllers), gains=())
-
-    def with_keys(self, keys: Mapping[str, Any]) -> Lineup:
+    def with_keys(self, keys: Mapping[str, Any]) -> FlightSetup:
         """The same with some keys of the experiment changed."""
         return replace(self, keys={**self.keys, **keys})
-
-    def with_gains(self, gains: Sequence[Mapping[str, Any]]) -> Lineup:
-        """The same with these gains of each flight."""
-        return replace(self, gains=tuple(gains))
 
     def takeoffs(self) -> list[Takeoff]:
         """One take-off for each controller.
