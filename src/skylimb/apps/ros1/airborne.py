@@ -11,7 +11,7 @@ from skylimb.apps.ros1.landing import Landing
 from skylimb.apps.ros1.requests import RefusedError, Requests
 from skylimb.apps.ros1.script import Script, after_tick
 from skylimb.apps.ros1.sensors import nothing_measured
-from skylimb.apps.ros1.setup import FlightSetup
+from skylimb.apps.ros1.setup import PilotSetup
 from skylimb.apps.ros1.states import Flying
 from skylimb.apps.ros1.targets import Place, Targets, duration_of
 from skylimb.apps.ros1.tick import Inputs, Request, Tick
@@ -48,7 +48,7 @@ class Airborne:
         state: of the controller.
     """
 
-    def __init__(self, setup: FlightSetup, now: float, body: Body, theta: float) -> None:
+    def __init__(self, setup: PilotSetup, now: float, body: Body, theta: float) -> None:
         self._setup, self.theta = setup, theta
         limits = setup.limits
         here = Place(body.cog, body.yaw, theta)

@@ -16,7 +16,7 @@ from skylimb.apps.ros1.limits import FlightLimits
 from skylimb.apps.ros1.references import References
 from skylimb.apps.ros1.requests import RefusedError, Requests
 from skylimb.apps.ros1.script import require_from_hover
-from skylimb.apps.ros1.setup import FlightSetup
+from skylimb.apps.ros1.setup import PilotSetup
 from skylimb.apps.ros1.states import FlightState, Flying, Seen, advance
 from skylimb.apps.ros1.targets import Target
 from skylimb.apps.ros1.tick import Inputs, Received, Tick
@@ -68,7 +68,7 @@ class Pilot:
         needs, first = needs_of(controller), next(iter(missions.values())).first
         self.robot, self.missions, self.period = robot, missions, period
         self.references = References(robot, link, first, needs.vectoring)
-        self.setup = FlightSetup(
+        self.setup = PilotSetup(
             robot,
             controller,
             self.references,

@@ -19,7 +19,7 @@ FLOOR = -0.5
 
 
 @dataclass(frozen=True)
-class FlightSetup:
+class PilotSetup:
     """What a pilot flies with.
 
     Attributes:
