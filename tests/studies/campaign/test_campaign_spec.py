@@ -85,7 +85,7 @@ def test_a_campaign_of_grids_needs_no_number_of_draws(write_spec: SpecWriter) ->
         ('"surface.friction" = { uniform = [-0.5, 0.8] }', ["surface.friction", "-0.5"]),
         ('"surface.friction" = { uniform = [0.8, 0.1] }', ["surface.friction", "lower"]),
         ('"surface.friction" = { uniform = [0.1, 0.8], sise = 2 }', ["sise", "size"]),
-        ('"surface.friction" = { uniform = [0.1] }', ["surface.friction", "length 2"]),
+        ('"surface.friction" = { uniform = [0.1] }', ["surface.friction", "needs 2"]),
         ('"surface.friction" = { uniform = [0.1, 0.2], choice = [1] }', ["surface.friction", "exactly one"]),
         ('"surface.friction" = 0.4', ["surface.friction", "uniform"]),
         ('"surface.friction" = { choice = [] }', ["surface.friction", "one or more"]),
