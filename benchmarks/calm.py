@@ -28,7 +28,7 @@ from skylimb.control.contact_machine import SLIDE
 from skylimb.control.controller import load_controller
 from skylimb.flight.drivers.native import fly_native
 from skylimb.flight.experiments.experiment import load_experiment
-from skylimb.flight.record import recorded
+from skylimb.flight.simulated_run import recorded
 from skylimb.flight.takeoff import prepare
 from skylimb.robots.loader import load_robot
 

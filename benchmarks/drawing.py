@@ -27,7 +27,7 @@ from skylimb.analysis.recording.run import Run
 from skylimb.analysis.scores.drawn_strokes import tails
 from skylimb.control.corrections import Corrections
 from skylimb.flight.drivers.native import fly_native
-from skylimb.flight.record import recorded
+from skylimb.flight.simulated_run import recorded
 from skylimb.flight.takeoff import take_off
 from skylimb.robots.loader import load_robot
 

@@ -25,7 +25,7 @@ from skylimb.control.controller import load_controller, resolved_tables
 from skylimb.control.planning.posture import posture_family
 from skylimb.flight.drivers.native import fly_native
 from skylimb.flight.experiments.experiment import load_experiment
-from skylimb.flight.record import recorded
+from skylimb.flight.simulated_run import recorded
 from skylimb.flight.takeoff import prepare
 from skylimb.robots import Robot
 from skylimb.robots.loader import load_robot

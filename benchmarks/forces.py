@@ -26,8 +26,8 @@ from skylimb.control.controller import load_controller
 from skylimb.control.needs import needs_of
 from skylimb.flight.drivers.native import fly_native
 from skylimb.flight.experiments.experiment import Experiment, load_experiment
-from skylimb.flight.held import held_against_drag
-from skylimb.flight.record import recorded
+from skylimb.flight.feasible import pressed_against_drag
+from skylimb.flight.simulated_run import recorded
 from skylimb.flight.takeoff import prepare
 from skylimb.robots.loader import load_robot
 
@@ -71,7 +71,7 @@ def flown(some: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
     rows = []
     for cell, takeoff, flight in zip(some, ready, fly_native(ready), strict=True):
         found = scored(recorded(takeoff, flight))
-        held = held_against_drag(takeoff.experiment, robot, needs_of(takeoff.controller), MOST).force
+        held = pressed_against_drag(takeoff.experiment, robot, needs_of(takeoff.controller), MOST).force
         rows.append(
             {
                 **cell,

@@ -34,7 +34,7 @@ from skylimb.base.keys import keys_of
 from skylimb.control.loop.flight import Flight
 from skylimb.flight.drivers.native import fly_native
 from skylimb.flight.experiments.tolerances import Tolerances
-from skylimb.flight.record import recorded
+from skylimb.flight.simulated_run import recorded
 from skylimb.flight.takeoff import Takeoff, take_off
 from skylimb.studies.verification.stability import (
     active_bands,

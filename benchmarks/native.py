@@ -27,7 +27,7 @@ from skylimb.control.loop.loop import Loop
 from skylimb.flight.drivers.compiled import CompiledDriver
 from skylimb.flight.drivers.native import compile_native, fly_native, unavailable
 from skylimb.flight.drivers.world import world
-from skylimb.flight.record import scored
+from skylimb.flight.simulated_run import scored
 from skylimb.flight.takeoff import Takeoff, take_off
 from skylimb.simulation.engine_timer import without_timer
 
@@ -41,7 +41,7 @@ _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 def prepare(experiment: str, controller: str) -> Takeoff:
     """Everything before a flight."""
     (takeoff,) = take_off(experiment, (controller,))
-    compile_native(takeoff.tick, takeoff.plant)
+    compile_native(takeoff.tick.function)
     return takeoff
 
 

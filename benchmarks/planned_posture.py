@@ -20,7 +20,7 @@ from transformations import PAGE
 
 import skylimb
 from skylimb.flight.drivers.native import fly_native
-from skylimb.flight.record import recorded
+from skylimb.flight.simulated_run import recorded
 from skylimb.flight.takeoff import take_off
 from skylimb.studies.planning.task_plan import EXPERIMENT, plan_posture, write_planned
 

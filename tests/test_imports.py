@@ -31,7 +31,7 @@ def loaded_by(code: str) -> set[str]:
         ("from skylimb.base.files import replace_text", HEAVY | DRAWING),
         ("from skylimb.analysis.scores.metrics import metrics", DRAWING | {"mujoco", "casadi"}),
         ("from skylimb.analysis import write_report, write_videos", {"mujoco", "casadi", "av"}),
-        ("import skylimb.flight.plan, skylimb.flight.linked", DRAWING | {"mujoco", "xarray"}),
+        ("import skylimb.flight.plan, skylimb.flight.realtime.fly_robot", DRAWING | {"mujoco", "xarray"}),
         ("import skylimb; skylimb.run", DRAWING),
     ],
 )

@@ -344,7 +344,7 @@ def test_a_twist_beyond_the_rotors_tilts_the_robot_half_as_far(preset: str) -> N
 
 def test_the_native_driver_flies_the_same_to_the_bit(preset: str) -> None:
     (takeoff,) = take_off("push", (preset,), 0, {**TWIST, "trajectory.duration": 1.5})
-    compile_native(takeoff.tick, takeoff.plant)  # else it would be flown by the other driver
+    compile_native(takeoff.tick.function)  # else it would be flown by the other driver
     (native,) = fly_native([takeoff])
     here = fly_here(takeoff)
     assert native.ticks == here.ticks

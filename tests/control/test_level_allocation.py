@@ -240,7 +240,7 @@ def test_a_sideways_push_leaves_the_body_level(preset: str, robot_name: str, for
 def test_the_native_driver_flies_the_same_to_the_bit(preset: str) -> None:
     short = {**PUSH, "events.0.force": [0.0, 5.0, 0.0], "trajectory.duration": 1.5}
     (takeoff,) = take_off("push", (preset,), 0, short)
-    compile_native(takeoff.tick, takeoff.plant)
+    compile_native(takeoff.tick.function)
     (native,) = fly_native([takeoff])
     here = fly_here(takeoff)
     for name in ("thrusts_command", "vectoring_move", "allocation_residual_force"):

@@ -71,7 +71,7 @@ def test_a_control_rate_below_that_of_the_plans_is_refused():
 
 def test_the_files_of_a_run_bring_no_table(preset, tmp_path):
     """A robot of one's own, whose table would be among them."""
-    from skylimb.flight.sources import _robot_files
+    from skylimb.flight.run_files import _robot_files
 
     folder = Path(tmp_path) / "mine"
     folder.mkdir()

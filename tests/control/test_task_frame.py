@@ -355,7 +355,7 @@ def test_it_is_stable_in_contact(robot: Robot) -> None:
 def test_the_native_driver_flies_the_same_to_the_bit() -> None:
     short = {**BOARD, "approach.standoff": 0.02, "trajectory.shape": "hold", "trajectory.duration": 0.5}
     (takeoff,) = take_off("paper", ("task_frame",), 0, short)
-    compile_native(takeoff.tick, takeoff.plant)
+    compile_native(takeoff.tick.function)
     (native,) = fly_native([takeoff])
     here = fly_here(takeoff)
     for name in ("thrusts_command", "tip_move", "tip_torque_estimate"):

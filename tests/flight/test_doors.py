@@ -22,14 +22,14 @@ from skylimb.base.errors import SkylimbError
 from skylimb.control.records import Command
 from skylimb.flight.drivers.native import fly_native
 from skylimb.flight.flying import fly_here
-from skylimb.flight.linked import fly_linked
 from skylimb.flight.loading import plan_flights
-from skylimb.flight.on_clock import fly_on_clock
+from skylimb.flight.realtime.fly_on_clock import fly_on_clock
+from skylimb.flight.realtime.fly_robot import fly_robot
 from skylimb.flight.realtime.link import Datagram
 from skylimb.flight.realtime.messages import Names, encode
 from skylimb.flight.realtime.pacer import Pacer
-from skylimb.flight.record import recorded
-from skylimb.flight.simulated_robot import SimulatedRobot, serve_plant
+from skylimb.flight.realtime.simulated_robot import SimulatedRobot, serve_plant
+from skylimb.flight.simulated_run import recorded
 from skylimb.flight.takeoff import take_off
 from skylimb.studies.campaign.frozen import freeze
 from skylimb.studies.campaign.spec import CampaignSpec
@@ -179,9 +179,9 @@ def test_a_simulated_robot_behind_a_link_has_the_events_of_its_plant(
 def test_a_robot_behind_a_link_refuses_events_of_a_plant() -> None:
     for kind in ("push", "surface"):
         with pytest.raises(SkylimbError, match=f"a robot behind a link cannot apply '{kind}'"):
-            fly_linked(Silent(), "paper", "hybrid", settings(EVENTS[kind]), patience=0.0)
+            fly_robot(Silent(), "paper", "hybrid", settings(EVENTS[kind]), patience=0.0)
     with pytest.raises(SkylimbError, match="no measurement came"):
-        fly_linked(Silent(), "paper", "hybrid", settings(GAIN), patience=0.0)
+        fly_robot(Silent(), "paper", "hybrid", settings(GAIN), patience=0.0)
 
 
 def test_who_does_not_control_refuses_events_of_a_controller() -> None:
@@ -239,7 +239,7 @@ REFUSED: dict[str, tuple[str, str, dict[str, Any], str]] = {
 BEFORE: dict[str, Callable[[str, str, dict[str, Any]], Any]] = {
     **APPLY,
     "campaign": by_campaign,
-    "link": lambda experiment, controller, given: fly_linked(
+    "link": lambda experiment, controller, given: fly_robot(
         Silent(), experiment, controller, given, patience=0.0
     ),
     "ros": lambda experiment, controller, given: plan_flights(experiment, (controller,), set=given),

@@ -136,7 +136,7 @@ def test_exported_c_flies_the_same_flight(
         ctypes.CDLL(str(tmp_path / "controller.so")), controller_step(controller, 0.005), needs_of(controller)
     )
     wanted = fly_here(takeoff)
-    found = fly_here(Takeoff(dataclasses.replace(takeoff.plan, controller=flown)))
+    found = fly_here(dataclasses.replace(takeoff, controller=flown))
     assert (found.ticks, found.cause) == (wanted.ticks, wanted.cause)
     assert found.signal("contact_duty").max() > 0.0
     for signal in wanted.layout.slices:

@@ -14,7 +14,7 @@ from skylimb.apps.cli.main import main
 from skylimb.base.errors import ConfigError
 from skylimb.flight.export.host import FLIGHT, export_with_flight, host_input
 from skylimb.flight.flying import fly
-from skylimb.flight.record import recorded
+from skylimb.flight.simulated_run import recorded
 from skylimb.flight.takeoff import Takeoff
 
 STRICT = ("-std=c99", "-O1", "-g", "-Wall", "-Wextra", "-Werror", "-ffp-contract=off")

@@ -15,7 +15,7 @@ from skylimb.control.missions.clock import Clock, reference_between
 from skylimb.control.needs import needs_of
 from skylimb.control.preset import preset_mapping
 from skylimb.flight.flying import fly, fly_here
-from skylimb.flight.takeoff import Takeoff, take_off
+from skylimb.flight.takeoff import take_off
 
 MISSION = {
     "phases.hover": 0.2,
@@ -80,7 +80,7 @@ def flights(controller: str, patience: float) -> tuple[Flight, Flight, Flight]:
         initial_state=inner.initial_state,
         step=inner.step,
     )
-    slow = Takeoff(dataclasses.replace(takeoff.plan, controller=hidden))
+    slow = dataclasses.replace(takeoff, controller=hidden)
     return fly_here(takeoff), fly_here(slow), fly(takeoff)
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from skylimb.control.cascade import Cascade
 from skylimb.control.translation import pid
-from skylimb.flight.takeoff import Takeoff, take_off
+from skylimb.flight.takeoff import take_off
 from skylimb.simulation import tick
 from skylimb.simulation.tick import CompiledTick
 
@@ -22,7 +22,7 @@ def compiled(set: dict[str, Any] | None = None, name: str = "pid", law: Any = No
     if law is not None:
         slot = dataclasses.replace(cascade.preset.slots.translation, law=law)
         cascade = dataclasses.replace(cascade, preset=cascade.preset.with_slot("translation", slot))
-    return Takeoff(dataclasses.replace(takeoff.plan, controller=cascade)).tick
+    return dataclasses.replace(takeoff, controller=cascade).tick
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,7 @@
 """A flight as a run: its log, and everything that produced it.
 
 Whoever flew, the run is made here: `flight_run` of any flight, `documented` with what only a record that is
-kept needs. What is known of a simulated flight besides is in `flights.record`.
+kept needs. What is known of a simulated flight besides is in `flight.simulated_run`.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from skylimb.control.thrusts import thrust_limits
 from skylimb.flight.events import event_tables
 from skylimb.flight.experiments.experiment import Experiment
 from skylimb.flight.plan import FlightPlan
-from skylimb.flight.sources import kept_sources
+from skylimb.flight.run_files import run_files
 
 CONTACT_STATE, CONTACT_REASON = "contact_state", "contact_reason"
 """Signals of a controller whose contact law is a state machine."""
@@ -107,7 +107,7 @@ def documented(
         made_with: versions of what computed it, besides those of every run.
         scene: the simulated world as MJCF text; empty for a real one.
     """
-    experiment, kept = plan.experiment.to_mapping(), kept_sources(plan)
+    experiment, kept = plan.experiment.to_mapping(), run_files(plan)
     changes = experiment.pop("recorded", {}).get("changes", [])
     config = to_mapping({**experiment, "controller": resolved_tables(plan.controller)})
     for key, place in kept.places.items():

@@ -11,6 +11,7 @@ from skylimb.analysis.scores.user_scores import UserScore, load_user_scores
 from skylimb.base.config import flatten
 from skylimb.base.errors import ConfigError, unknown_name
 from skylimb.base.keys.key import shown
+from skylimb.base.sources import read_source
 from skylimb.control.cascade import calibrated
 from skylimb.control.controller import (
     Controller,
@@ -23,7 +24,6 @@ from skylimb.control.preset import preset_names
 from skylimb.control.slots import SLOTS
 from skylimb.flight.experiments.experiment import Experiment, experiment_with, load_experiment, robot_of
 from skylimb.flight.plan import FlightPlan, plan_flight
-from skylimb.flight.sources import originals
 from skylimb.robots.model import Robot
 
 Use = str | Path | ModuleType | UserScore
@@ -52,11 +52,15 @@ def plan_flights(
             one.experiment,
             one.robot,
             one.controller,
-            originals(experiment, item),
+            tuple(map(read_source, _toml_files(experiment, item))),
             (*load_user_scores(one.experiment.recorded.get("use", ())), *given_own),
         )
         for item, one in zip(controllers, loaded, strict=True)
     ]
+
+
+def _toml_files(*named: object) -> list[str]:
+    return [name for name in named if isinstance(name, str) and name.endswith(".toml")]
 
 
 class Loaded(NamedTuple):

@@ -1,7 +1,7 @@
 """The plan of a flight: all that is known and checked before take-off, without an engine.
 
-A simulated flight is a plan with a plant (`flights.takeoff`), the flight of a real robot a plan with a link
-(`flights.linked`). Every door takes one, and none checks by itself what `require_plan` checks.
+A simulated flight is a plan with a plant (`flight.takeoff`), the flight of a real robot a plan with a link
+(`flight.realtime.fly_robot`). Every way to fly takes one, and none checks again what `require_plan` checks.
 """
 
 from __future__ import annotations
@@ -9,11 +9,12 @@ from __future__ import annotations
 import functools
 from collections.abc import Hashable
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
 from skylimb.analysis.scores.user_scores import UserScore
+from skylimb.base.sources import Source
 from skylimb.control.controller import Controller, is_traceable
 from skylimb.control.missions.configuration import MissionConfig
 from skylimb.control.missions.frame import contact_frame
@@ -24,11 +25,10 @@ from skylimb.control.missions.table import Window, window_of
 from skylimb.control.needs import Needs, needs_of
 from skylimb.control.planning.posture_path import PostureConfig
 from skylimb.flight.derived import Derived
-from skylimb.flight.events import Event, Stage, Timeline, require_events, timeline
+from skylimb.flight.events import Stage, Timeline, require_events, timeline
 from skylimb.flight.experiments.experiment import Experiment
+from skylimb.flight.feasible import require_feasible
 from skylimb.flight.flyable import require_flyable, standing_out
-from skylimb.flight.held import require_held
-from skylimb.flight.sources import Bundle
 from skylimb.robots.model import Robot
 from skylimb.simulation.plant_config import require_plant
 from skylimb.simulation.surfaces import Surface
@@ -42,15 +42,15 @@ class FlightPlan:
         experiment: what is flown.
         robot: as it is described.
         controller: what flies it; it may believe in another robot.
-        originals: files that its user named, kept for people to read; see `flights.sources`.
-        own: metrics and figures of the user's own.
+        originals: TOML files that its user named, for people to read: the configuration has their values.
+        own: metrics and figures of the user.
         derived: what was computed from all of that.
     """
 
     experiment: Experiment
     robot: Robot
     controller: Controller
-    originals: tuple[Bundle, ...] = ()
+    originals: tuple[Source, ...] = ()
     own: tuple[UserScore, ...] = ()
     derived: Derived = field(default_factory=Derived, repr=False, compare=False)
 
@@ -72,18 +72,8 @@ class FlightPlan:
     @property
     def mission(self) -> Mission:
         """The references of the flight."""
-        experiment = self.experiment
-        return self.derived.of(
-            _mission,
-            self.derived.of(MissionConfig, *_asked(experiment)),
-            experiment.contact_axis,
-            experiment.path_center,
-            experiment.posture,
-            experiment.surface,
-            self.robot,
-            self.needs.vectoring,
-            self.period,
-        )
+        inputs = _mission_inputs(self.experiment, self.robot, self.needs.vectoring)
+        return self.derived.of(_mission, *inputs)
 
     @property
     def window(self) -> Window:
@@ -94,7 +84,7 @@ class FlightPlan:
     @property
     def times(self) -> np.ndarray:
         """Times since take-off of every tick that the flight may have, s."""
-        return self.derived.of(_flight_times, self.mission, self.window.paced)
+        return self.derived.of(Mission.flight_times, self.mission, self.window.paced)
 
     @property
     def count(self) -> int:
@@ -109,11 +99,11 @@ class FlightPlan:
         touches = "foot" if plant.foot is not None else "peg" if plant.peg is not None else "ball"
         return Stage(self.robot, self.controller, self.experiment.surface, touches)
 
-    def timeline(self, stage: Stage, times: np.ndarray) -> Timeline:
-        """What the events do at every tick; computed once for one stage and one time grid."""
-        return self.derived.of(_timeline, self.experiment.events, stage, times)
+    def timeline(self, times: np.ndarray) -> Timeline:
+        """What the events do at the ticks that begin at these times, s; here those on the controller."""
+        return self.derived.of(timeline, self.experiment.events, self.stage, times)
 
-    def changed(self, experiment: Experiment) -> FlightPlan:
+    def changed(self, experiment: Experiment) -> Self:
         """The same flight of another experiment; what its changes do not touch is not computed again.
 
         Raises:
@@ -128,7 +118,7 @@ def plan_flight(
     experiment: Experiment,
     robot: Robot,
     controller: Controller,
-    originals: tuple[Bundle, ...] = (),
+    originals: tuple[Source, ...] = (),
     own: tuple[UserScore, ...] = (),
 ) -> FlightPlan:
     """A plan that was checked.
@@ -137,8 +127,8 @@ def plan_flight(
         experiment: what to fly.
         robot: the description that plant and nominal posture are made from.
         controller: what flies it.
-        originals: files that its user named, for people to read.
-        own: metrics and figures of the user's own.
+        originals: TOML files that its user named, for people to read.
+        own: metrics and figures of the user.
 
     Raises:
         ConfigError: when it cannot be flown; see `require_plan`.
@@ -161,7 +151,7 @@ def require_plan(plan: FlightPlan) -> None:
         controller.require(plan.period)
     require_plant(robot.description, experiment.surface, experiment.plant, plan.period)
     require_events(experiment.events, plan.stage, np.inf)
-    require_held(experiment, robot, controller)
+    require_feasible(experiment, robot, controller)
     require_flyable(experiment.surface, robot, plan.mission)
     require_events(experiment.events, plan.stage, float(plan.times[-1]))
 
@@ -174,39 +164,33 @@ def mission_of(experiment: Experiment, robot: Robot, vectoring: str = "torque") 
         robot: the description that the nominal posture is made from.
         vectoring: which vectoring angles the nominal posture has (`Needs.vectoring`).
     """
-    return _mission(
-        MissionConfig(*_asked(experiment)),
-        experiment.contact_axis,
-        experiment.path_center,
-        experiment.posture,
-        experiment.surface,
-        robot,
-        vectoring,
-        experiment.control_period,
-    )
+    return _mission(*_mission_inputs(experiment, robot, vectoring))
 
 
-def _asked(experiment: Experiment) -> tuple[Any, ...]:
-    """What a `MissionConfig` is made of."""
-    return (
+def _mission_inputs(experiment: Experiment, robot: Robot, vectoring: str) -> tuple[Any, ...]:
+    """What a mission depends on, in the order of `_mission`."""
+    asked = (
         experiment.phases,
         experiment.approach,
         experiment.trajectory,
         experiment.excitation,
         experiment.wrap,
     )
+    place = experiment.contact_axis, experiment.path_center, experiment.posture
+    return asked, *place, experiment.surface, experiment.control_period, robot, vectoring
 
 
 def _mission(
-    config: MissionConfig,
+    asked: tuple[Any, ...],
     contact_axis: tuple[float, float, float],
     center: tuple[float, float, float],
     posture: PostureConfig,
     surface: Surface,
+    dt: float,
     robot: Robot,
     vectoring: str,
-    dt: float,
 ) -> Mission:
+    config = MissionConfig(*asked)
     plan = config, contact_axis, center, posture, robot, vectoring, dt
     # A path that is read from a file may change from one flight to the next.
     shared = config.trajectory.shape not in ("drawing", "own") and _is_hashable(plan)
@@ -236,14 +220,6 @@ def _planned(
         dt,
         clearance,
     )
-
-
-def _flight_times(mission: Mission, paced: bool) -> np.ndarray:
-    return mission.flight_times(paced)
-
-
-def _timeline(events: tuple[Event, ...], stage: Stage, times: np.ndarray) -> Timeline:
-    return timeline(events, stage, times)
 
 
 def _is_hashable(value: Hashable) -> bool:

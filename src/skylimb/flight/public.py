@@ -14,7 +14,7 @@ from skylimb.control.corrections import Calibrated
 from skylimb.flight.experiments.experiment import Experiment
 from skylimb.flight.flying import begin_loop, fly
 from skylimb.flight.loading import Use
-from skylimb.flight.record import recorded
+from skylimb.flight.simulated_run import recorded
 from skylimb.flight.stepped import SteppedFlight
 from skylimb.flight.takeoff import Takeoff, take_off
 
@@ -107,4 +107,4 @@ def _flown(takeoff: Takeoff, progress: Progress | None) -> Run:
         if progress is not None:
             progress(takeoff.controller.name, done, total)
 
-    return with_user_scores(recorded(takeoff, fly(takeoff, report)), takeoff.plan.own)
+    return with_user_scores(recorded(takeoff, fly(takeoff, report)), takeoff.own)

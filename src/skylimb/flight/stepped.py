@@ -6,7 +6,7 @@ import numpy as np
 
 from skylimb.analysis.recording.run import Run
 from skylimb.control.loop.loop import Loop
-from skylimb.flight.record import recorded
+from skylimb.flight.simulated_run import recorded
 from skylimb.flight.takeoff import Takeoff
 
 
@@ -24,36 +24,26 @@ class SteppedFlight:
     """
 
     def __init__(self, takeoff: Takeoff, loop: Loop) -> None:
-        self._takeoff, self._loop = takeoff, loop
-
-    @property
-    def takeoff(self) -> Takeoff:
-        """What is flown."""
-        return self._takeoff
-
-    @property
-    def loop(self) -> Loop:
-        """The loop that flies it."""
-        return self._loop
+        self.takeoff, self.loop = takeoff, loop
 
     @property
     def time(self) -> float:
         """Time since take-off, s."""
-        return self._loop.time
+        return self.loop.time
 
     @property
     def over(self) -> bool:
         """Whether the flight has ended or is lost."""
-        return self._loop.over
+        return self.loop.over
 
     def tick(self) -> bool:
         """Fly one control tick; false once the flight is over."""
-        return self._loop.tick()
+        return self.loop.tick()
 
     def signal(self, name: str) -> np.ndarray:
         """The values of one signal so far, (ticks,) or (ticks, width)."""
-        return self._loop.signal(name)
+        return self.loop.signal(name)
 
     def finish(self) -> Run:
         """The run; a flight that is stopped before its end has status FAILED and says so."""
-        return recorded(self._takeoff, self._loop.finish())
+        return recorded(self.takeoff, self.loop.finish())

@@ -64,7 +64,7 @@ def node(carrier: Carrier) -> tuple[Node, Both, list[str]]:
     takeoff, controller = ready("hybrid")
     pacer, said = Clock().pacer(takeoff.period), list[str]()
     missions = {"paper": takeoff.mission}
-    both = Both(takeoff, Flyer(takeoff.plan, controller, missions, lab_link(takeoff.robot), pacer))
+    both = Both(takeoff, Flyer(takeoff, controller, missions, lab_link(takeoff.robot), pacer))
     bridge: Any = carrier
     return Node(both, bridge, pacer, said.append), both, said
 

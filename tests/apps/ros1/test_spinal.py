@@ -117,7 +117,7 @@ class Wire:
         self.pacer = pacer
         self.robot = Simulated(inner, link, pacer, servos=config.servos)
         missions = {"paper": takeoff.mission}
-        self.pilot = Controlled(Flyer(takeoff.plan, controller, missions, link, pacer), config)
+        self.pilot = Controlled(Flyer(takeoff, controller, missions, link, pacer), config)
         self.up, self.down = deque[Outgoing](), deque[Outgoing]()
         self.k, self.silent, self.said = 0, False, list[str]()
         self.names = Counter[str]()

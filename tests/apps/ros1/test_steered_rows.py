@@ -12,7 +12,7 @@ import skylimb
 from skylimb.analysis.report.controller_replay import differences
 from skylimb.apps.ros1.states import FlightState, Order
 from skylimb.apps.ros1.steered_rows import SteeredRecord
-from skylimb.flight.record import recorded
+from skylimb.flight.simulated_run import recorded
 from steered import Steered
 
 PREVIEW = str(Path(__file__).parents[3] / "examples" / "laws" / "preview.toml")
@@ -59,7 +59,7 @@ def flown(request: pytest.FixtureRequest) -> tuple[Steered, SteeredRecord, tuple
 def test_it_is_replayed_to_the_same_numbers(flown: tuple[Steered, SteeredRecord, tuple[int, int]]) -> None:
     robot, record, _ = flown
     takeoff = robot.takeoff
-    run = record.run(takeoff.plan)
+    run = record.run(takeoff)
     again = skylimb.replay(run)
     assert not any("ahead" in note for note in again.notes)
     for name in ("thrusts_command", "joint_angles_command", "external_force_estimate"):

@@ -13,7 +13,7 @@ from skylimb.base.errors import ConfigError, OutputError
 from skylimb.flight.drivers.native import fly_native
 from skylimb.flight.events import GainChange, Push, SurfaceChange
 from skylimb.flight.flying import fly_here
-from skylimb.flight.record import recorded
+from skylimb.flight.simulated_run import recorded
 from skylimb.flight.takeoff import take_off
 
 SIGNALS = (

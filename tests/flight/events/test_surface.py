@@ -13,7 +13,7 @@ from skylimb.flight.events import SurfaceChange
 from skylimb.flight.events.surface import surface_table
 from skylimb.flight.experiments.experiment import experiment_from_mapping, load_experiment
 from skylimb.flight.flying import begin_loop, fly_here
-from skylimb.flight.record import recorded
+from skylimb.flight.simulated_run import recorded
 from skylimb.flight.takeoff import take_off
 from skylimb.simulation.surfaces import surface_from_mapping
 

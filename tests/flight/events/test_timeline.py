@@ -111,7 +111,7 @@ def test_events_of_one_time_that_do_not_contradict_may_be(events: list[dict[str,
 
 def test_a_timeline_is_what_each_kind_does() -> None:
     (takeoff,) = take_off("paper", ("following",), set={**HOLD, "events": [SURFACE, PUSH, GAIN]})
-    found, times = takeoff.timeline, takeoff.times
+    found, times = takeoff.timeline(takeoff.times), takeoff.times
     assert found.gains is not None
     assert found.model is not None
     gain = np.interp(times, [1.0, 1.5], [takeoff.controller.gains().translation.force, 2.0])
@@ -125,7 +125,7 @@ def test_a_timeline_is_what_each_kind_does() -> None:
 
 def test_without_a_plant_only_the_controllers_events_are_there() -> None:
     (plan,) = plan_flights("paper", ("following",), set={**HOLD, "events": [SURFACE, PUSH, GAIN]})
-    found = plan.timeline(plan.stage, plan.times)
+    found = plan.timeline(plan.times)
     assert found.gains is not None
     assert found.model is None
     assert found.wrenches == ()
@@ -133,7 +133,7 @@ def test_without_a_plant_only_the_controllers_events_are_there() -> None:
 
 def test_a_flight_without_events_has_an_empty_timeline() -> None:
     (takeoff,) = take_off("paper", ("hybrid",), set=HOLD)
-    found = takeoff.timeline
+    found = takeoff.timeline(takeoff.times)
     assert (found.gains, found.model, found.wrenches) == (None, None, ())
 
 

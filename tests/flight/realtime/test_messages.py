@@ -18,14 +18,14 @@ from skylimb.control.missions.reference import zero_reference
 from skylimb.control.thrusts import thrust_limits
 from skylimb.flight.realtime.compiled_controller import CompiledController
 from skylimb.flight.realtime.guard import GuardedController
-from skylimb.flight.realtime.link import MOST, Datagram, LinkedVehicle
+from skylimb.flight.realtime.link import MOST, Datagram, RemoteVehicle
 from skylimb.flight.realtime.messages import (
     LONGEST,
+    CommandMessage,
     Names,
     RefusedMessageError,
     StateMessage,
-    decode_command,
-    decode_state,
+    decode,
     encode,
 )
 from skylimb.robots.model import Robot
@@ -60,7 +60,7 @@ class Vehicle:
     def __init__(self, robot: Robot) -> None:
         self.wire, self.time, self.told = Wire(), 0.0, list[float]()
         self.names = Names(robot)
-        self.vehicle = LinkedVehicle(robot, self.wire, lambda: self.time, self.told.append)
+        self.vehicle = RemoteVehicle(robot, self.wire, lambda: self.time, self.told.append)
 
     def state(self, measurement: Measurement, seq: int, stamp: float | None = None) -> StateMessage:
         return self.names.state_message(seq, seq * DT if stamp is None else stamp, measurement)
@@ -73,7 +73,7 @@ def linked(robot: Robot) -> Vehicle:
 
 def test_a_message_goes_there_and_back(robot: Robot, hovering: Make) -> None:
     names, sent = Names(robot), hovering(velocity=np.array([1.0, 2.0, 1e-300]))
-    message = decode_state(encode(names.state_message(7, 0.1, sent)))
+    message = decode(encode(names.state_message(7, 0.1, sent)), StateMessage)
     assert (message.seq, message.stamp) == (7, 0.1)
     for one, two in zip(sent, names.measurement(message), strict=True):
         np.testing.assert_array_equal(one, two)
@@ -144,7 +144,7 @@ def test_a_command_names_its_joints(linked: Vehicle, robot: Robot, hovering: Mak
     linked.vehicle.measure()
     command = skylimb.Command(np.arange(4.0), np.arange(3.0), np.arange(4.0))
     linked.vehicle.apply(command)
-    message = decode_command(linked.wire.sent[0])
+    message = decode(linked.wire.sent[0], CommandMessage)
     assert (message.seq, message.stamp) == (0, 0.25)
     for one, two in zip(linked.names.command(message), command, strict=True):
         np.testing.assert_array_equal(one, two)
@@ -152,7 +152,7 @@ def test_a_command_names_its_joints(linked: Vehicle, robot: Robot, hovering: Mak
     assert linked.vehicle.fault() == ""
     linked.vehicle.greet()
     with pytest.raises(RefusedMessageError):
-        decode_command(linked.wire.sent[-1])
+        decode(linked.wire.sent[-1], CommandMessage)
 
 
 ODD: tuple[Any, ...] = (
@@ -194,7 +194,7 @@ def test_ten_thousand_spoiled_messages(robot: Robot, hovering: Make) -> None:
     rng, linked, time = np.random.default_rng(3), Vehicle(robot), 0.0
     controller: Any = skylimb.load_controller("following", robot)
     guard = GuardedController(CompiledController(controller, DT), robot)
-    linked.vehicle = LinkedVehicle(robot, linked.wire, lambda: linked.time, guard.taken)
+    linked.vehicle = RemoteVehicle(robot, linked.wire, lambda: linked.time, guard.taken)
     reference = zero_reference(3, 4)._replace(
         position=np.array([0.0, 0.0, 1.0]), reach=1.0, contact_axis=np.array([1.0, 0.0, 0.0]),
         sliding_axis=np.array([0.0, 1.0, 0.0]), joint_angles=hovering().joint_angles,
@@ -216,7 +216,7 @@ def test_ten_thousand_spoiled_messages(robot: Robot, hovering: Make) -> None:
         assert np.all((command.joint_angles >= bottom) & (command.joint_angles <= top)), k
         assert np.isfinite(command.vectoring_angles).all(), k
         linked.vehicle.apply(command)
-        decode_command(linked.wire.sent.pop())
+        decode(linked.wire.sent.pop(), CommandMessage)
     assert np.isfinite(state).all()
     assert flown > 100
     assert len(linked.vehicle.counts) >= 5
@@ -227,6 +227,6 @@ def test_bytes_that_are_nothing_are_refused() -> None:
     rng = np.random.default_rng(0)
     for length in (0, 1, 3, 100, LONGEST, LONGEST + 1):
         with pytest.raises(RefusedMessageError):
-            decode_state(rng.bytes(length))
+            decode(rng.bytes(length), StateMessage)
     with pytest.raises(RefusedMessageError):
-        decode_command(b"\xdf\xff\xff\xff\xff")
+        decode(b"\xdf\xff\xff\xff\xff", CommandMessage)

@@ -15,7 +15,7 @@ from skylimb.apps.cli.main import main
 from skylimb.base.errors import ConfigError, UnknownNameError
 from skylimb.control.corrections import Corrections
 from skylimb.flight.flying import fly
-from skylimb.flight.record import recorded
+from skylimb.flight.simulated_run import recorded
 from skylimb.flight.takeoff import Takeoff
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
@@ -91,7 +91,7 @@ def test_a_users_controller_is_replayed(make_takeoff: Make, tmp_path: Path, comp
 
 
 def test_another_observer_sees_the_same_push(make_takeoff: Make, flown: skylimb.Run) -> None:
-    """The estimator is told the thrusts that were flown, not those that this controller commands."""
+    """The estimator works with the thrusts that were flown, not those that this controller commands."""
     replayed = skylimb.replay(flown, "following")
     commanded = replayed.log.thrusts_command.values - flown.log.thrusts_command.values
     assert abs(commanded).max() > 3.0  # open loop, nothing follows what it commands
@@ -156,7 +156,7 @@ def test_a_log_of_a_real_robot_lacks_things(flown: skylimb.Run) -> None:
 
 def test_without_thrusts_the_wrench_means_nothing_and_that_is_said(flown: skylimb.Run) -> None:
     said = " ".join(skylimb.replay(bare(flown, *POSE), "hybrid").notes)
-    assert "no thrusts_command: the estimator is told what the replayed controller commands" in said
+    assert "no thrusts_command: the estimator gets what the replayed controller commands" in said
     assert "no vectoring_angles_measured: those of the nominal posture" in said
 
 

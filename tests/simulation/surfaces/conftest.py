@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from skylimb.flight.drivers.native import fly_native
-from skylimb.flight.record import scored
+from skylimb.flight.simulated_run import scored
 from skylimb.simulation.contact import add_contact_pair, set_contact_options, tune_contact_pair
 from skylimb.simulation.surface_bodies import add_surface
 

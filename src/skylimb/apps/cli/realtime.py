@@ -21,7 +21,7 @@ from skylimb.apps.cli.options import (
 from skylimb.base.errors import ConfigError
 
 if TYPE_CHECKING:
-    from skylimb.flight.guarded import ClockedFlight
+    from skylimb.flight.realtime.clocked_flight import ClockedFlight
     from skylimb.flight.realtime.timing import Timing
 
 TIMING_FILE = "timing.json"
@@ -70,7 +70,7 @@ def fly(
     from skylimb.flight.realtime.udp import UdpLink, address_of
 
     if serve:
-        from skylimb.flight.simulated_robot import serve_plant
+        from skylimb.flight.realtime.simulated_robot import serve_plant
 
         link = UdpLink(address_of(serve, anywhere))
         print(f"the plant of {experiment} listens on {serve}; Ctrl-C ends it", flush=True)
@@ -90,18 +90,18 @@ def fly(
             progress("on the clock", done, total)
 
         if realtime:
-            from skylimb.flight.on_clock import fly_on_clock
+            from skylimb.flight.realtime.fly_on_clock import fly_on_clock
 
             flown = fly_on_clock(
                 experiment, controller, set=settings, limits=limits, progress=report, calibration=calibration
             )
         else:
-            from skylimb.flight.linked import fly_linked
+            from skylimb.flight.realtime.fly_robot import fly_robot
 
             peer = address_of(udp, anywhere)
             link = UdpLink(address_of(listen, anywhere), peer)
             try:
-                flown = fly_linked(
+                flown = fly_robot(
                     link, experiment, controller, settings, limits, progress=report, calibration=calibration
                 )
             finally:

@@ -17,7 +17,7 @@ from skylimb.apps.ros1.profile import PendingRun, profile_topics
 from skylimb.apps.ros1.tick import Received, Tick
 from skylimb.control.estimation.records import Measurement
 from skylimb.control.loop.flight import unfinished
-from skylimb.flight.record import recorded
+from skylimb.flight.simulated_run import recorded
 from skylimb.flight.takeoff import Takeoff
 
 _SENSED = (MOCAP, IMU, JOINT_STATES)

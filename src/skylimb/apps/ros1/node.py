@@ -15,7 +15,7 @@ from skylimb.apps.ros1.bridge.process import Bridge
 from skylimb.apps.ros1.messages import Arrived, Outgoing
 from skylimb.apps.ros1.profile import Profile
 from skylimb.apps.ros1.tick import Tick
-from skylimb.flight.guarded import without_garbage
+from skylimb.flight.realtime.clocked_flight import without_garbage
 from skylimb.flight.realtime.pacer import Pacer
 from skylimb.flight.realtime.timing import Timing
 from skylimb.simulation.engine_timer import without_timer

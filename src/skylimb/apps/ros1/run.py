@@ -27,9 +27,9 @@ from skylimb.control.thrusts import thrust_limits
 from skylimb.flight.events import require_applied
 from skylimb.flight.experiments.experiment import load_experiment
 from skylimb.flight.flyable import require_flyable
-from skylimb.flight.guarded import compiled
 from skylimb.flight.loading import parted, plan_flights
 from skylimb.flight.plan import FlightPlan, plan_flight
+from skylimb.flight.realtime.clocked_flight import compiled
 from skylimb.flight.realtime.pacer import Pacer
 from skylimb.flight.realtime.timing import Timing
 from skylimb.flight.takeoff import simulated

@@ -18,7 +18,7 @@ from skylimb.apps.studio.live_flight import LiveFlight
 from skylimb.base.config import write_toml
 from skylimb.base.errors import ConfigError
 from skylimb.control.controller import is_configurable
-from skylimb.flight.record import recorded
+from skylimb.flight.simulated_run import recorded
 
 PRESET_FILE = "preset.toml"
 """The controller with its gains as they were in the end, to be named with --controller."""
@@ -90,7 +90,7 @@ def so_far(flight: LiveFlight) -> Run:
     takeoff, flown = flight.takeoff, flight.flight()
     if not flight.ended:
         takeoff = takeoff.changed(replace(flight.experiment, stop_at=flight.time))
-    return with_user_scores(recorded(takeoff, flown), takeoff.plan.own)
+    return with_user_scores(recorded(takeoff, flown), takeoff.own)
 
 
 def preset_now(flight: LiveFlight) -> str:

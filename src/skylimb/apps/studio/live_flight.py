@@ -206,7 +206,7 @@ class LiveFlight:
 
     def _use(self, takeoff: Takeoff) -> None:
         """Let what changes in flight act from here on."""
-        events = takeoff.timeline
+        events = takeoff.timeline(takeoff.times)
         # Of a push that is over nothing may stay behind; one that lasts is written anew at every tick.
         self._data.qfrc_applied[:] = 0.0
         for numbers, before in self._written:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import copy
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import mujoco
 import numpy as np
 
-from skylimb.flight.events import ModelRows, Timeline, Wrench
+from skylimb.flight.events import ModelRows, Timeline
 from skylimb.simulation.plant import Plant
 from skylimb.simulation.robot_bodies import TIP_SITE
 from skylimb.simulation.surfaces import PairFriction
@@ -41,11 +41,6 @@ def acts(plant: Plant, data: mujoco.MjData, times: np.ndarray, events: Timeline)
     return (*writing(plant, events), *standing(plant, data, times), *pushing(plant, data, events))
 
 
-def writing(plant: Plant, events: Timeline) -> list[Act]:
-    """What events write into the plant's model."""
-    return [] if events.model is None else [_model_writer(plant.model, events.model)]
-
-
 def standing(plant: Plant, data: mujoco.MjData, times: np.ndarray) -> list[Act]:
     """What the surface does by itself: it moves, and its friction varies."""
     found: list[Act] = []
@@ -62,11 +57,6 @@ def standing(plant: Plant, data: mujoco.MjData, times: np.ndarray) -> list[Act]:
     return found
 
 
-def pushing(plant: Plant, data: mujoco.MjData, events: Timeline) -> list[Act]:
-    """What pushes the robot."""
-    return [_pusher(events.wrenches, plant.model, data)] if events.wrenches else []
-
-
 def bound_places(model: mujoco.MjModel, rows: ModelRows) -> list[tuple[np.ndarray, slice]]:
     """The engine's memory of every place that is written, and its columns in a row."""
     found = []
@@ -79,9 +69,12 @@ def bound_places(model: mujoco.MjModel, rows: ModelRows) -> list[tuple[np.ndarra
     return found
 
 
-def _model_writer(model: mujoco.MjModel, rows: ModelRows) -> Act:
-    """Writes a row into the model where it is not what the row before was."""
-    places, values = bound_places(model, rows), rows.values
+def writing(plant: Plant, events: Timeline) -> list[Act]:
+    """What events write into the plant's model: a row where it is not what the row before was."""
+    rows = events.model
+    if rows is None:
+        return []
+    places, values = bound_places(plant.model, rows), rows.values
     new = np.concatenate([[True], np.any(values[1:] != values[:-1], axis=1)])
     begun = False
 
@@ -92,7 +85,7 @@ def _model_writer(model: mujoco.MjModel, rows: ModelRows) -> Act:
                 numbers[:] = values[k, columns]
             begun = True
 
-    return write
+    return [write]
 
 
 def friction_writer(plant: Plant, data: mujoco.MjData, times: np.ndarray) -> Act:
@@ -110,8 +103,11 @@ def friction_writer(plant: Plant, data: mujoco.MjData, times: np.ndarray) -> Act
     return write
 
 
-def _pusher(wrenches: Sequence[Wrench], model: mujoco.MjModel, data: mujoco.MjData) -> Act:
-    """Sets all wrenches before the steps of a tick."""
+def pushing(plant: Plant, data: mujoco.MjData, events: Timeline) -> list[Act]:
+    """What pushes the robot: all wrenches are set before the steps of a tick."""
+    wrenches, model = events.wrenches, plant.model
+    if not wrenches:
+        return []
     numbers = [(w.begin, w.end, w.body, bool(w.local), *map(np.array, (w.force, w.torque))) for w in wrenches]
     points = [tuple(wrench.point) for wrench in wrenches]
 
@@ -138,4 +134,4 @@ def _pusher(wrenches: Sequence[Wrench], model: mujoco.MjModel, data: mujoco.MjDa
                 )
             mujoco.mj_applyFT(model, data, force, torque, at, body, data.qfrc_applied)
 
-    return push
+    return [push]

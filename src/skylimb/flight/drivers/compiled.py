@@ -9,7 +9,6 @@ import mujoco
 import numpy as np
 
 from skylimb.base.bound_function import BoundFunction
-from skylimb.base.packing import Layout
 from skylimb.flight.drivers.acts import Act
 from skylimb.flight.events import GainRows
 from skylimb.simulation.engine_warnings import raised_warnings
@@ -44,6 +43,12 @@ class CompiledDriver:
         gains: those that change in flight.
         start: the mission's tick of the first row of `rows.references`; above 0 for a flight that goes on
             from its middle.
+
+    Attributes:
+        tick: flies one tick; gives the whole tick of the mission that comes next.
+        layout: where each signal stands in a row of the log.
+        log: one row of signals a tick; NaN where nothing has been flown yet.
+        gains: of the controller, flat.
     """
 
     def __init__(
@@ -56,42 +61,14 @@ class CompiledDriver:
         gains: GainRows | None = None,
         start: int = 0,
     ) -> None:
-        self._layout, self._data = tick.signals, data
-        self._log = np.full((len(rows), tick.signals.size), np.nan)
+        self.layout, self._model, self._data = tick.signals, plant.model, data
+        self.log = np.full((len(rows), tick.signals.size), np.nan)
         # State and next state change places at every tick, so that nothing is copied.
         self._states = (tick.state.copy(), tick.state.copy())
         self.gains = tick.gains.copy()
         # The row of the mission that comes next: as an array, so that a saved one can be put back.
         self._at = np.zeros(1, dtype=int)
-        self._fly = _bound_tick(
-            tick,
-            plant,
-            data,
-            rows,
-            self.gains,
-            self._states,
-            self._log,
-            tuple(acts),
-            gains,
-            start,
-            self._at,
-        )
-        self._model = plant.model
-
-    @property
-    def tick(self) -> Callable[[int], int]:
-        """Fly one tick; the whole tick of the mission that comes next."""
-        return self._fly
-
-    @property
-    def layout(self) -> Layout[dict[str, Any]]:
-        """Where each signal stands in a row of the log."""
-        return self._layout
-
-    @property
-    def log(self) -> np.ndarray:
-        """One row of signals a tick; NaN where nothing has been flown yet."""
-        return self._log
+        self.tick = self._bound_tick(tick, plant, rows, tuple(acts), gains, start)
 
     def state(self, k: int) -> np.ndarray:
         """The flat state before tick `k`, the next one to be flown; overwritten two ticks later."""
@@ -114,52 +91,48 @@ class CompiledDriver:
             state[:] = before
         self._at[0] = saved.at
 
+    def _bound_tick(
+        self,
+        tick: CompiledTick,
+        plant: Plant,
+        rows: FlightRows,
+        acts: tuple[Act, ...],
+        changing: GainRows | None,
+        start: int,
+    ) -> Callable[[int], int]:
+        """One tick as a function whose every name is local: the fastest that Python has."""
+        data, gains, states, log, next_row = self._data, self.gains, self._states, self.log, self._at
+        step, model, substeps = mujoco.mj_step, plant.model, plant.substeps
+        row, signals = np.zeros(tick.rows.size), np.zeros(tick.signals.size)
+        window = tick.window.rows
+        reference = np.zeros((window, rows.references.shape[1]))
+        # One evaluation for even ticks and one for odd ones.
+        plant_now = data.qpos, data.qvel, data.act, data.history
+        bound = [
+            BoundFunction(
+                tick.function,
+                (states[i], *plant_now, row, reference, gains),
+                (states[1 - i], data.ctrl, signals),
+            )
+            for i in (0, 1)
+        ]
+        evaluations = [one.evaluate for one in bound]
+        known, references, clock = rows.ticks, rows.references, tick.clock
 
-def _bound_tick(
-    tick: CompiledTick,
-    plant: Plant,
-    data: mujoco.MjData,
-    rows: FlightRows,
-    gains: np.ndarray,
-    states: tuple[np.ndarray, np.ndarray],
-    log: np.ndarray,
-    acts: tuple[Act, ...],
-    changing: GainRows | None,
-    start: int,
-    here: np.ndarray,
-) -> Callable[[int], int]:
-    """One tick as a function whose every name is local: the fastest that Python has."""
-    step, model, substeps = mujoco.mj_step, plant.model, plant.substeps
-    row, signals = np.zeros(tick.rows.size), np.zeros(tick.signals.size)
-    window = tick.window.rows
-    reference = np.zeros((window, rows.references.shape[1]))
-    # One evaluation for even ticks and one for odd ones.
-    plant_now = data.qpos, data.qvel, data.act, data.history
-    bound = [
-        BoundFunction(
-            tick.function,
-            (states[i], *plant_now, row, reference, gains),
-            (states[1 - i], data.ctrl, signals),
-        )
-        for i in (0, 1)
-    ]
-    evaluations = [one.evaluate for one in bound]
-    known, references, clock = rows.ticks, rows.references, tick.clock
+        def fly(k: int, keep_alive: Any = bound) -> int:
+            at = int(next_row[0])
+            row[:] = known[k]
+            reference[:] = references[at : at + window]
+            if changing is not None:
+                gains[changing.columns] = changing.values[k]
+            odd = k & 1
+            evaluations[odd]()
+            log[k] = signals
+            for act in acts:
+                act(k)
+            step(model, data, substeps)
+            at = k + 1 if clock is None else int(states[1 - odd][clock]) - start
+            next_row[0] = at
+            return at + start
 
-    def fly(k: int, keep_alive: Any = bound) -> int:
-        at = int(here[0])
-        row[:] = known[k]
-        reference[:] = references[at : at + window]
-        if changing is not None:
-            gains[changing.columns] = changing.values[k]
-        odd = k & 1
-        evaluations[odd]()
-        log[k] = signals
-        for act in acts:
-            act(k)
-        step(model, data, substeps)
-        at = k + 1 if clock is None else int(states[1 - odd][clock]) - start
-        here[0] = at
-        return at + start
-
-    return fly
+        return fly

@@ -37,6 +37,10 @@ class FreeDriver:
         mission: the references of the flight.
         count: ticks that the flight may have.
         gains: those that change in flight, where the controller's are one flat array.
+
+    Attributes:
+        layout: signals of the vehicle, then those of the controller; complete after the first tick.
+        log: one row of signals a tick.
     """
 
     def __init__(
@@ -60,19 +64,9 @@ class FreeDriver:
         )
         self._own: list[tuple[str, int, int, tuple[int, ...]]] = []
         self._names: Set[str] = frozenset()
-        self._layout, self._width = vehicle.layout, vehicle.layout.size
-        self._log = np.zeros((0, self._width))
+        self.layout, self._width = vehicle.layout, vehicle.layout.size
+        self.log = np.zeros((0, self._width))
         self._spent, self._ticks = 0.0, 0
-
-    @property
-    def layout(self) -> Layout[dict[str, Any]]:
-        """Signals of the vehicle, then those of the controller; complete after the first tick."""
-        return self._layout
-
-    @property
-    def log(self) -> np.ndarray:
-        """One row of signals a tick."""
-        return self._log
 
     def fault(self) -> str:
         """The vehicle's own fault."""
@@ -108,7 +102,7 @@ class FreeDriver:
             pace, own = float(own[PACE]), {**own, MISSION_TIME: self._clock.ticks * dt}
         if k == 0:
             self._begin_log({name: _number(value) for name, value in own.items()})
-        row = self._log[k]
+        row = self.log[k]
         row[: self._width] = vehicle.record(measurement, command)
         self._record(row, own)
         vehicle.apply(command)
@@ -124,13 +118,13 @@ class FreeDriver:
     def _begin_log(self, own: dict[str, Any]) -> None:
         # Only now is it known which signals this controller records.
         layout = Layout(own)
-        self._layout = Layout(_zeros(self._vehicle.layout) | _zeros(layout))
+        self.layout = Layout(_zeros(self._vehicle.layout) | _zeros(layout))
         self._own = [
             (name, part.start + self._width, part.stop + self._width, layout.shapes[name])
             for name, part in layout.slices.items()
         ]
         self._names = own.keys()
-        self._log = np.full((self._count, self._layout.size), np.nan)
+        self.log = np.full((self._count, self.layout.size), np.nan)
 
     def _record(self, row: np.ndarray, own: Mapping[str, Any]) -> None:
         """Write the controller's own signals, which have to be those of the first tick."""
@@ -154,17 +148,11 @@ class FreeDriver:
         """The command as arrays of the right sizes."""
         parts = []
         for field, length in self._sizes:
-            value = getattr(command, field, ())
-            if type(value) is np.ndarray and value.dtype == float and value.shape == (length,):
-                parts.append(value)  # the usual case, without a call
-                continue
-            value = np.asarray(value, dtype=float)
-            if value.shape != (length,):
-                value = value.ravel()
-                if len(value) != length:
-                    raise ConfigError(
-                        f"{self._what} gave {len(value)} {field}; {self._robot.name} takes {length}"
-                    )
+            value = np.asarray(getattr(command, field, ()), dtype=float).reshape(-1)
+            if len(value) != length:
+                raise ConfigError(
+                    f"{self._what} gave {len(value)} {field}; {self._robot.name} takes {length}"
+                )
             parts.append(value)
         return Command(*parts)
 

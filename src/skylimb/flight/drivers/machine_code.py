@@ -20,7 +20,7 @@ _loaded: OrderedDict[int, tuple[ca.Function, ctypes.CDLL, int]] = OrderedDict()
 _MOST_LOADED = 64
 
 
-def loaded(function: ca.Function) -> tuple[ctypes.CDLL, int]:
+def compile_native(function: ca.Function) -> tuple[ctypes.CDLL, int]:
     """The library of a function and the address of its code; built or taken from the cache.
 
     Raises:

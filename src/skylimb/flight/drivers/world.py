@@ -37,6 +37,6 @@ def world(takeoff: Takeoff, times: np.ndarray | None = None) -> World:
         times: of every tick that it may have, s; by default those of its mission.
     """
     times = takeoff.times if times is None else times
-    events = takeoff.timeline_until(times)
+    events = takeoff.timeline(times)
     plant, data = written_plant(takeoff.plant, events), takeoff.data()
     return World(plant, data, acts(plant, data, times, events), events)

@@ -127,3 +127,37 @@ class ModelRows:
 
 Act = Any
 """What a kind of event does: `GainRows`, `ModelRows`, or a tuple of `Wrench` (push.py)."""
+
+
+class Change(NamedTuple):
+    """Numbers that go to new values: from when on, in how long, s, and to which, (m,)."""
+
+    time: float
+    duration: float
+    to: np.ndarray
+
+
+def write_changes(
+    table: np.ndarray, columns: Any, changes: Sequence[Change], times: np.ndarray, smooth: bool = False
+) -> None:
+    """Write changes of the same numbers into a table.
+
+    Each begins at what the numbers are at its time, also in the middle of an earlier change.
+
+    Args:
+        table: a row for every tick.
+        columns: where the numbers stand in it.
+        changes: in any order.
+        times: of the ticks, s.
+        smooth: as a smooth step; else along a straight line.
+    """
+    ordered = sorted(changes, key=lambda change: change.time)
+    begins = [int(np.searchsorted(times, change.time - 1e-9)) for change in ordered]
+    # Up to the next change, which reads there where it begins.
+    for change, begin, following in zip(ordered, begins, [*begins, len(times)][1:], strict=True):
+        rows = slice(begin, following + 1)
+        since = times[rows] - change.time
+        part = np.clip(since / change.duration, 0.0, 1.0) if change.duration > 0.0 else np.ones(len(since))
+        part = (part * part * (3.0 - 2.0 * part) if smooth else part)[:, None]
+        # Written so that it is the new value to the bit in the end.
+        table[rows, columns] = (1.0 - part) * table[begin : begin + 1, columns] + part * change.to

@@ -17,7 +17,7 @@ from skylimb.base.errors import ConfigError, unknown_name
 from skylimb.base.keys import Key, configuration
 from skylimb.base.packing import Layout
 from skylimb.control.controller import is_traceable
-from skylimb.flight.events.event import Event, GainRows, Stage
+from skylimb.flight.events.event import Change, Event, GainRows, Stage, write_changes
 
 
 @configuration
@@ -89,19 +89,8 @@ def gain_rows(
     """
     columns = np.unique(np.concatenate([np.r_[layout.slices[change.key]] for change in changes]))
     values = np.tile(gains[columns], (len(times), 1))
-    ordered = sorted(changes, key=lambda change: change.time)
-    firsts = [int(np.searchsorted(times, change.time - 1e-9)) for change in ordered]
-    until = dict.fromkeys((change.key for change in changes), len(times))
-    ends = []
-    for change, first in zip(reversed(ordered), reversed(firsts), strict=True):
-        # Up to the next change of the same gain, which reads there where it begins.
-        ends.append(min(until[change.key] + 1, len(times)))
-        until[change.key] = first
-    for change, first, end in zip(ordered, firsts, reversed(ends), strict=True):
-        where = np.searchsorted(columns, np.r_[layout.slices[change.key]])
-        since = times[first:end] - change.time
-        part = np.clip(since / change.duration, 0.0, 1.0) if change.duration > 0.0 else np.ones(len(since))
-        before, after = values[first, where].copy(), np.ravel(change.value)
-        # Written so that it is the new value to the bit in the end.
-        values[first:end, where] = (1.0 - part[:, None]) * before + part[:, None] * after
+    for key in dict.fromkeys(change.key for change in changes):
+        where = np.searchsorted(columns, np.r_[layout.slices[key]])
+        alike = [Change(one.time, one.duration, np.ravel(one.value)) for one in changes if one.key == key]
+        write_changes(values, where, alike, times)
     return GainRows(columns, values)

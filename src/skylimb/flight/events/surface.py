@@ -17,7 +17,7 @@ import numpy as np
 from skylimb.base.errors import ConfigError
 from skylimb.base.keys import Key, configuration, refused
 from skylimb.base.rotations import quaternion_from_rotation, quaternion_product
-from skylimb.flight.events.event import Event, ModelRows, Place, Stage
+from skylimb.flight.events.event import Change, Event, ModelRows, Place, Stage, write_changes
 from skylimb.simulation.contact_keys import PAIR_NAME
 from skylimb.simulation.surface_state import COLUMNS, POSE, first_row, state_of
 from skylimb.simulation.surfaces import Surface
@@ -133,23 +133,13 @@ def surface_table(changes: Sequence[SurfaceChange], surface: Surface, times: np.
         times: of every tick that the flight may have, s.
     """
     table = np.tile(first_row(surface), (len(times), 1))
-    ordered = sorted(changes, key=lambda change: change.time)
     for name, columns in COLUMNS.items():
-        own = [change for change in ordered if getattr(change, name) is not None]
-        begins = [int(np.searchsorted(times, change.time - 1e-9)) for change in own]
-        # Up to the next change of the same, which reads there where it begins.
-        ends = [*begins[1:], len(times) - 1] if own else []
-        for change, begin, end in zip(own, begins, ends, strict=True):
-            if begin >= len(times):
-                break
-            rows = table[begin : end + 1, columns]
-            duration = 0.0 if name == "present" else change.duration
-            since = times[begin : end + 1] - change.time
-            part = np.clip(since / duration, 0.0, 1.0) if duration > 0.0 else np.ones(len(since))
-            part = (part * part * (3.0 - 2.0 * part))[:, None]
-            before, after = rows[0].copy(), np.ravel(np.asarray(getattr(change, name), dtype=float))
-            # Written so that it is the new value to the bit in the end.
-            rows[:] = (1.0 - part) * before + part * after
+        alike = [
+            Change(one.time, 0.0 if name == "present" else one.duration, np.ravel(np.asarray(value, float)))
+            for one in changes
+            if (value := getattr(one, name)) is not None
+        ]
+        write_changes(table, columns, alike, times, smooth=True)
     return table
 
 

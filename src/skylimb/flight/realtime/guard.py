@@ -16,6 +16,7 @@ from skylimb.control.missions.reference import Reference
 from skylimb.control.needs import needs_of
 from skylimb.control.records import Command
 from skylimb.control.thrusts import thrust_limits
+from skylimb.flight.realtime.decision import Action, Evidence, decide
 from skylimb.flight.realtime.pacer import Pacer
 from skylimb.flight.realtime.retreat import Retreat
 from skylimb.flight.realtime.watchdog import Limits, State, Watchdog
@@ -47,6 +48,10 @@ class GuardedController:
         pacer: tells how late a tick is; None for a flight without a wall clock.
         limits: when to hold and when to retreat.
         floor: height of the centre of gravity at which the descent of a retreat ends, m.
+
+    Attributes:
+        flown: the reference that the controller was last given: the mission's, or that of the retreat.
+        counts: how often each fault was met.
     """
 
     def __init__(
@@ -63,23 +68,19 @@ class GuardedController:
         self.watchdog = Watchdog(robot, self._limits)
         joints, vectoring = robot.joint_limits(), _vectoring_limits(robot)
         self._bounds = (thrust_limits(robot), joints, vectoring)
-        self._last: tuple[Command, dict[str, Any]] | None = None
-        self._broken: tuple[Retreat, int] | None = None
-        self._ticks = self._without = 0
+        # What was commanded and recorded last; set at the first tick.
+        self._last: tuple[Command, dict[str, Any]] = Command(*(low for low, _ in self._bounds)), {}
+        self._retreat: Retreat | None = None
+        self._retreated_at = self._ticks = self._without = 0
         self._taken: float | None = None
         self._now = -_INSTANT
-        self._flown: Reference | None = None
+        self.flown: Reference | None = None
         self.counts: Counter[str] = Counter()
 
     @property
     def retreating(self) -> bool:
         """Whether the flight was broken off."""
-        return self._broken is not None
-
-    @property
-    def flown(self) -> Reference | None:
-        """The reference that the controller was last given: the mission's, or that of the retreat."""
-        return self._flown
+        return self._retreat is not None
 
     def taken(self, time: float) -> None:
         """When the next tick's measurement was taken, s since the first tick; by default at that tick."""
@@ -102,45 +103,57 @@ class GuardedController:
     def step(
         self, gains: Any, state: Any, measurement: Measurement, reference: Reference, dt: float
     ) -> tuple[Any, Command, Mapping[str, Any]]:
-        """Fly, hold or retreat."""
+        """Look, decide (`decision.py`), and do what was decided."""
+        judged, missed = self._judged(measurement, dt), self._pacer is not None and self._pacer.missed
+        measured = self.watchdog.good is not None
+        believed = self.watchdog.good or measurement
+        if self._ticks == 0:
+            self._last = self._still(reference), {}
+        if missed:
+            self._note("missed tick")
+        if self._ticks == 0 and not measured:
+            # The signals' names come from a tick that is not flown.
+            _, _, own = self._controller.step(gains, state, _at_rest(reference), reference, dt)
+            self._last = self._last[0], {name: np.full(np.shape(own[name]), np.nan) for name in own}
+        overdue = self._without > self._limits.overruns
+        seen = Evidence(judged, missed, overdue, measured, self._ticks > 0 or not measured)
+        decision = decide(self.retreating, seen)
+        if decision.broken_off and self._retreat is None:
+            _log.warning("retreat at %.3f s", self._now)
+            self._retreat, self._retreated_at = Retreat(reference, self._floor), self._ticks
+        new, held = state, decision.held
+        if decision.action in (Action.FLY, Action.GO_BACK):
+            self.flown = self._asked(reference, dt)
+            made, wanted, own = self._controller.step(gains, state, believed, self.flown, dt)
+            command = self._within(wanted)
+            if command is None:  # nothing of this tick is remembered
+                held, self._without = True, self._without + 1
+                self._last = self._last[0], self._last[1] or dict(own)
+            else:
+                new, self._without = made, 0
+                self._last = command, dict(own)
+        elif decision.action == Action.DESCEND:
+            self._last = self._descent(believed), self._last[1]
+        else:
+            self._without += 1
+        self._ticks += 1
+        command, own = self._last
+        return new, command, {**own, **self._signals(held)}
+
+    def _judged(self, measurement: Measurement, dt: float) -> State:
+        """What the watchdog says of a measurement at the time of this tick."""
         now = self._ticks * dt if self._pacer is None else self._pacer.time()
         # A late tick and the one that catches up may read the same time; their measurements are two.
-        self._now = now = max(now, self._now + _INSTANT)
-        taken, self._taken = now if self._taken is None else self._taken, None
-        judged = self.watchdog.judge(measurement, taken, now)
-        if self._broken is None and (judged == State.RETREAT or self._without > self._limits.overruns):
-            _log.warning("retreat at %.3f s", now)
-            self._broken = Retreat(reference, self._floor), self._ticks
-        held = judged == State.HOLD or (self._pacer is not None and self._pacer.missed)
-        if held and self._pacer is not None and self._pacer.missed:
-            self._note("missed tick")
-        known = self.watchdog.good
-        if known is None and self._last is None:
-            # Nothing is known yet: the signals' names come from a tick that is not flown.
-            _, _, own = self._controller.step(gains, state, _at_rest(reference), reference, dt)
-            self._last = self._still(reference), {name: np.full(np.shape(own[name]), np.nan) for name in own}
-        if judged == State.RETREAT and known is not None and self._last is not None:
-            new, (command, own) = state, (self._blind(known), self._last[1])
-        elif self._last is not None and (held or known is None):
-            new, (command, own) = state, self._last
-            self._without += 1
-        else:
-            if self._broken is not None:
-                reference = self._broken[0].at((self._ticks - self._broken[1]) * dt)
-                reference = reference._replace(ahead=(reference,) * len(self.needs.preview))
-            given = measurement if known is None else known
-            self._flown = reference
-            new, command, own = self._controller.step(gains, state, given, reference, dt)
-            command, own = self._within(command), dict(own)
-            if command is None:
-                held = True
-                new, (command, own) = state, self._last or (self._still(reference), own)
-                self._without += 1
-            else:
-                self._without = 0
-        self._last = command, own
-        self._ticks += 1
-        return new, command, {**own, **self._signals(held)}
+        self._now = max(now, self._now + _INSTANT)
+        taken, self._taken = self._now if self._taken is None else self._taken, None
+        return self.watchdog.judge(measurement, taken, self._now)
+
+    def _asked(self, reference: Reference, dt: float) -> Reference:
+        """The reference of this tick: the mission's, or on the way back that of the retreat."""
+        if self._retreat is None:
+            return reference
+        back = self._retreat.at((self._ticks - self._retreated_at) * dt)
+        return back._replace(ahead=(back,) * len(self.needs.preview))
 
     def _signals(self, held: bool) -> dict[str, float]:
         late, latency = (0.0, 0.0) if self._pacer is None else (self._pacer.late, self._pacer.elapsed())
@@ -176,7 +189,7 @@ class GuardedController:
         joints = np.clip(reference.joint_angles, q_low, q_high)
         return Command(low, joints, np.clip(reference.vectoring_angles, psi_low, psi_high))
 
-    def _blind(self, known: Measurement) -> Command:
+    def _descent(self, known: Measurement) -> Command:
         """A little less than hover thrusts in the last known posture: level, if the robot was level.
 
         Nobody holds an attitude without measuring it. A flight controller with a loop of its own does.
@@ -185,9 +198,7 @@ class GuardedController:
             hover = self._robot.at(known.joint_angles, known.vectoring_angles).hover_thrusts
         except SkylimbError:  # a posture in which the rotors cannot carry the robot
             hover = self._bounds[0][0]
-        thrusts = np.clip(BLIND * hover, *self._bounds[0])
-        assert self._last is not None  # whoever knows a measurement has flown a tick
-        return self._last[0]._replace(thrusts=thrusts)
+        return self._last[0]._replace(thrusts=np.clip(BLIND * hover, *self._bounds[0]))
 
 
 def _at_rest(reference: Reference) -> Measurement:

@@ -5,11 +5,10 @@ from __future__ import annotations
 import logging
 from collections import Counter
 from collections.abc import Callable, Hashable, Iterable
-from typing import Any, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from skylimb.base.packing import Layout
 from skylimb.control.estimation.records import Measurement
 from skylimb.control.loop.vehicle import measured_layout
 from skylimb.control.records import Command
@@ -17,7 +16,7 @@ from skylimb.flight.realtime.messages import (
     Names,
     RefusedMessageError,
     StateMessage,
-    decode_state,
+    decode,
     encode,
 )
 from skylimb.robots.model import Robot
@@ -53,7 +52,7 @@ class Link(Protocol):
         ...
 
 
-class LinkedVehicle:
+class RemoteVehicle:
     """A vehicle behind a link.
 
     Only the first sender that was understood is listened to. A measurement that has not come stands for the
@@ -63,7 +62,11 @@ class LinkedVehicle:
         robot: what flies.
         link: carries the messages.
         now: a clock that never goes back, s.
-        taken: is told when the measurement of a tick was taken, s on that clock.
+        taken: called with when the measurement of a tick was taken, s on that clock.
+
+    Attributes:
+        layout: measurement and command: nobody knows more of a robot.
+        counts: how often each fault was met.
     """
 
     def __init__(
@@ -79,21 +82,9 @@ class LinkedVehicle:
         self._offset = np.inf  # least (time of arrival - stamp): the two clocks, without the link's delay
         self._stamp, self._seq, self._sent = -np.inf, -1, 0
         self.counts: Counter[str] = Counter()
-        unknown = np.full(3, np.nan)
-        self._measured = Measurement(
-            unknown,
-            np.full(4, np.nan),
-            unknown,
-            unknown,
-            np.full(robot.n_joints, np.nan),
-            np.full(robot.n_vectoring, np.nan),
-        )
-        self._layout = measured_layout(robot)
-
-    @property
-    def layout(self) -> Layout[dict[str, Any]]:
-        """Measurement and command: nobody knows more of a robot."""
-        return self._layout
+        sizes = 3, 4, 3, 3, robot.n_joints, robot.n_vectoring
+        self._measured = Measurement(*(np.full(size, np.nan) for size in sizes))
+        self.layout = measured_layout(robot)
 
     @property
     def heard(self) -> bool:
@@ -118,21 +109,16 @@ class LinkedVehicle:
         return self._measured
 
     def _take(self, datagram: Datagram) -> None:
-        message = decode_state(datagram.data)
-        measurement = self._names.measurement(message)
-        if self._sender is None:
-            self._sender = datagram.sender
-        elif datagram.sender != self._sender:
+        message = decode(datagram.data, StateMessage)
+        measurement, now = self._names.measurement(message), self._now()
+        if self.heard and datagram.sender != self._sender:
             raise RefusedMessageError("second sender")
-        self._keep(message, measurement)
-
-    def _keep(self, message: StateMessage, measurement: Measurement) -> None:
+        self._sender = datagram.sender
         if message.stamp <= self._stamp or message.seq <= self._seq:
             raise RefusedMessageError("repeated or out of order")
         # Believed, they would make every message after them one that is out of order.
         if self.heard and self._seq >= 0 and message.seq > self._seq + LEAP:
             raise RefusedMessageError("number leaps")
-        now = self._now()
         if message.stamp + self._offset > now + AHEAD and np.isfinite(self._offset):
             raise RefusedMessageError("stamp from the future")
         self._offset = min(self._offset, now - message.stamp)

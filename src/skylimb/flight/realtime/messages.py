@@ -71,38 +71,21 @@ class RefusedMessageError(ValueError):
     """A message that is none: its text is the fault's name."""
 
 
-_state, _command = msgspec.msgpack.Decoder(StateMessage), msgspec.msgpack.Decoder(CommandMessage)
-_encoder = msgspec.msgpack.Encoder()
-
-
 def encode(message: StateMessage | CommandMessage) -> bytes:
     """The message as a msgpack map."""
-    return _encoder.encode(message)
+    return msgspec.msgpack.encode(message)
 
 
-def decode_state(data: bytes) -> StateMessage:
-    """The state in a datagram.
-
-    Raises:
-        RefusedMessageError: when there is none.
-    """
-    return _decoded(_state, data)
-
-
-def decode_command(data: bytes) -> CommandMessage:
-    """The command in a datagram.
+def decode(data: bytes, kind: type[T]) -> T:
+    """The message of a kind (`StateMessage`, `CommandMessage`) in a datagram.
 
     Raises:
         RefusedMessageError: when there is none.
     """
-    return _decoded(_command, data)
-
-
-def _decoded(decoder: msgspec.msgpack.Decoder[T], data: bytes) -> T:
     if len(data) > LONGEST:
         raise RefusedMessageError("message too long")
     try:
-        return decoder.decode(data)
+        return msgspec.msgpack.decode(data, type=kind)
     # Strings that are no UTF-8 and numbers that no double holds have errors of their own.
     except (msgspec.MsgspecError, ValueError, OverflowError, RecursionError):
         raise RefusedMessageError("no message of ours") from None

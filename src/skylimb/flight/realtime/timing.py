@@ -7,6 +7,8 @@ from itertools import pairwise
 
 import numpy as np
 
+from skylimb.flight.realtime.pacer import Pacer
+
 QUANTILES = (("p50", 0.5), ("p99", 0.99), ("p99.9", 0.999), ("worst", 1.0))
 EDGES_US = (0, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10_000, np.inf)
 """Edges of the histogram's bins, microseconds."""
@@ -73,8 +75,6 @@ class Timing:
 
 def bare_timing(period: float, count: int) -> Timing:
     """The same ticks with nothing to do in them: what the machine itself costs."""
-    from skylimb.flight.realtime.pacer import Pacer
-
     pacer, late, latency = Pacer(period), np.zeros(count), np.zeros(count)
     pacer.start(0.01)
     for k in range(count):

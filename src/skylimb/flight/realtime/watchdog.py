@@ -60,20 +60,19 @@ class Watchdog:
     Args:
         robot: gives the sizes of a measurement.
         limits: when a measurement is no longer believed.
+
+    Attributes:
+        good: the last measurement that was believed.
+        counts: how often each fault was met.
     """
 
     def __init__(self, robot: Robot, limits: Limits | None = None) -> None:
         self._limits = limits or Limits()
         self._shapes = ((3,), (4,), (3,), (3,), (robot.n_joints,), (robot.n_vectoring,))
         self.counts: Counter[str] = Counter()
-        self._good: Measurement | None = None
+        self.good: Measurement | None = None
         self._time = -np.inf  # of the last good one
         self._started: float | None = None
-
-    @property
-    def good(self) -> Measurement | None:
-        """The last measurement that was believed."""
-        return self._good
 
     def judge(self, measurement: Measurement | None, taken: float, now: float) -> State:
         """What is to be done with a measurement.
@@ -89,12 +88,12 @@ class Watchdog:
         if fault:
             self._note(fault)
         elif measurement is not None and taken > self._time:
-            self._good, self._time = measurement, taken
+            self.good, self._time = measurement, taken
         age = now - max(self._time, self._started - self._limits.hold_after)
         if age > self._limits.retreat_after:
             self._note("retreat")
             return State.RETREAT
-        if age > self._limits.hold_after or self._good is None:
+        if age > self._limits.hold_after or self.good is None:
             self._note("too old")
             return State.HOLD
         return State.FLY
@@ -131,10 +130,10 @@ class Watchdog:
 
     def _jumps(self, parts: list[np.ndarray], taken: float) -> bool:
         """Whether no robot comes from the last good pose to this one in the time between."""
-        if self._good is None:
+        if self.good is None:
             return False
         # Two samples of one tick may differ by noise.
         elapsed = max(taken - self._time, 0.01)
-        along = min(1.0, abs(float(np.dot(parts[1], self._good.quaternion))))
-        way = float(np.linalg.norm(parts[0] - self._good.position))
+        along = min(1.0, abs(float(np.dot(parts[1], self.good.quaternion))))
+        way = float(np.linalg.norm(parts[0] - self.good.position))
         return way > self._limits.speed * elapsed or 2.0 * np.arccos(along) > self._limits.turning * elapsed

@@ -1,4 +1,4 @@
-"""A cascade whose estimator is told the thrusts that were flown, not those that the cascade commands."""
+"""A controller whose estimator works with the thrusts that were flown, not with those that it commands."""
 
 from __future__ import annotations
 
@@ -10,14 +10,13 @@ import numpy as np
 from skylimb.control.cascade import Cascade
 from skylimb.control.controller import TraceableController
 from skylimb.control.corrections import Corrections, for_rotors
-from skylimb.control.estimation.records import Signals, Wrench
+from skylimb.control.estimation.records import Measurement, Signals, Wrench
+from skylimb.control.missions.reference import Reference
 from skylimb.control.records import Allocated, Demand, LawInput
 from skylimb.control.rotor_lag import lagging_thrusts
 from skylimb.control.slots import Slot
 from skylimb.control.thrusts import rotor_wrench
 from skylimb.symbolic import Array, where
-
-_ALLOCATION = "allocation"
 
 
 class AllocationAsFlown:
@@ -56,10 +55,8 @@ class AllocationAsFlown:
             mean, end = led.mean, led.end
         others = rotor_wrench(inputs.estimate.body, mean)
         # Also false for thrusts that are no numbers.
-        other: Any = 0.0
-        for i in range(inputs.robot.n_rotors):
-            other = other + (abs(self._flown[i] - command[i]) > 0.0)
-        other = other > 0.0
+        differ = [abs(self._flown[i] - command[i]) > 0.0 for i in range(inputs.robot.n_rotors)]
+        other: Any = sum(differ, 0.0) > 0.0
         wrench = Wrench(
             where(other, others.force, given.wrench.force), where(other, others.torque, given.wrench.torque)
         )
@@ -68,10 +65,29 @@ class AllocationAsFlown:
         return new, given._replace(wrench=wrench), signals
 
 
-def as_flown(controller: TraceableController, flown: Array) -> TraceableController:
-    """The controller with its estimator told these thrusts; one without slots as it is."""
-    if not isinstance(controller, Cascade):
-        return controller
-    slot = controller.preset.slots.allocation
-    told = Slot(slot.name, AllocationAsFlown(slot.law, flown, controller.corrections), slot.gains)
-    return dataclasses.replace(controller, preset=controller.preset.with_slot(_ALLOCATION, told))
+class WithFlownThrusts:
+    """A controller whose estimator works with the thrusts that were flown, which stand behind its gains.
+
+    Args:
+        controller: a cascade; one without slots works with its own thrusts as ever.
+    """
+
+    def __init__(self, controller: TraceableController) -> None:
+        self._controller = controller
+        self.name, self.robot, self.require = controller.name, controller.robot, controller.require
+        self.initial_state = controller.initial_state
+
+    def gains(self) -> Any:
+        """The controller's gains, and the thrusts that were flown."""
+        return self._controller.gains(), np.zeros(self.robot.n_rotors)
+
+    def step(self, gains: Any, state: Any, measurement: Measurement, reference: Reference, dt: float) -> Any:
+        """One tick of the controller, which remembers and reports what was flown."""
+        own, flown = gains
+        controller = self._controller
+        if isinstance(controller, Cascade):
+            slot = controller.preset.slots.allocation
+            law = AllocationAsFlown(slot.law, flown, controller.corrections)
+            preset = controller.preset.with_slot("allocation", Slot(slot.name, law, slot.gains))
+            controller = dataclasses.replace(controller, preset=preset)
+        return controller.step(own, state, measurement, reference, dt)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-import casadi as ca
 import numpy as np
 
 from skylimb.base.bound_function import BoundFunction
@@ -14,17 +13,16 @@ from skylimb.base.packing import Layout, pack_rows
 from skylimb.base.user_code import described_user_error
 from skylimb.control.controller import Controller, TraceableController, is_traceable
 from skylimb.control.estimation.records import Measurement
-from skylimb.control.missions.clock import Clock
+from skylimb.control.loop.loop import Progress
+from skylimb.control.missions.clock import entries, reference_between
 from skylimb.control.missions.mission import Mission
-from skylimb.control.missions.reference import zero_reference
-from skylimb.control.missions.table import Window, reference_table, window_of
+from skylimb.control.missions.reference import Reference
+from skylimb.control.missions.table import window_of
 from skylimb.control.needs import needs_of
 from skylimb.control.records import Command
-from skylimb.flight.replay.as_flown import as_flown
+from skylimb.control.traced_step import traced_step
+from skylimb.flight.replay.as_flown import WithFlownThrusts
 from skylimb.flight.replay.recorded import Recorded
-
-Progress = Callable[[int, int], None]
-"""Called now and then with (ticks done, ticks in all)."""
 
 _REPORTED = 200
 """Ticks between two calls of a `Progress`."""
@@ -41,6 +39,8 @@ def open_loop(
 ) -> dict[str, np.ndarray]:
     """Every signal that a controller records and its command, at every tick of a recorded flight.
 
+    At a tick whose command was held in flight the controller is not asked, as it was not then.
+
     Args:
         controller: what is to work on it.
         recorded: what was measured, what was commanded, and where the mission's clock was.
@@ -54,120 +54,122 @@ def open_loop(
     Returns:
         By name, the ticks first; commands under the names of a log.
     """
+    references = packed_references(controller, recorded, mission, dt, ahead)
     if is_traceable(controller):
-        return _traced(controller, recorded, mission, dt, gains, progress, ahead)
-    return _in_python(controller, recorded, mission, dt, progress, ahead)
+        return _traced(controller, recorded, references, dt, gains, progress)
+    return _in_python(controller, recorded, references, Layout(mission.first), dt, progress)
+
+
+def packed_references(
+    controller: Controller, recorded: Recorded, mission: Mission, dt: float, ahead: np.ndarray | None = None
+) -> np.ndarray:
+    """The reference of every tick with those ahead that the controller wants, (ticks, width).
+
+    Args:
+        controller: says how far ahead it looks.
+        recorded: where the mission's clock was.
+        mission: the references of the flight.
+        dt: control period, s.
+        ahead: the references ahead that were flown, packed; None to read them from the mission.
+    """
+    count, last, layout = len(recorded), len(mission.times) - 1, Layout(mission.first)
+    here = np.minimum(recorded.clock.ticks.astype(int), last)
+
+    def row(later: int) -> Reference:
+        index = np.minimum(here + later, last)
+        return Reference(*(entry[index] for entry in entries(mission.reference)))
+
+    def packed(later: int) -> np.ndarray:
+        paced = recorded.paced
+        shown = reference_between(row(later), row(later + 1), recorded.clock) if paced else row(later)
+        return pack_rows(layout, shown, count)
+
+    preview = window_of(needs_of(controller).preview, False, dt).preview
+    later = [packed(ticks) for ticks in preview] if ahead is None else [ahead.reshape(count, -1)]
+    return np.hstack([packed(0), *later])
+
+
+def _over_ticks(recorded: Recorded, tick: Callable[[int], Any], progress: Progress | None) -> list[Any]:
+    """What every tick gives; one that was held in flight gives the same as the one before."""
+    rows: list[Any] = []
+    count = len(recorded)
+    for k in range(count):
+        rows.append(rows[-1] if k and recorded.held[k] else tick(k))
+        if progress is not None and ((k + 1) % _REPORTED == 0 or k + 1 == count):
+            progress(k + 1, count)
+    return rows
 
 
 def _traced(
     controller: TraceableController,
     recorded: Recorded,
-    mission: Mission,
+    references: np.ndarray,
     dt: float,
     changing: tuple[np.ndarray, np.ndarray] | None,
     progress: Progress | None,
-    ahead: np.ndarray | None,
 ) -> dict[str, np.ndarray]:
-    controller.require(dt)
-    robot, count = controller.robot, len(recorded)
-    window = Window(window_of(controller.needs.preview, False, dt).preview, recorded.paced)
-    references = Layout(zero_reference(robot.n_joints, robot.n_vectoring))
-    table = reference_table(mission, references, window)
-    measurements = Layout(_first(recorded.measurement))
-    measured = pack_rows(measurements, recorded.measurement, count)
-    initial, gains = controller.initial_state(), controller.gains()
-    states, gains_layout = Layout(initial), Layout(gains)
-    sizes = {
-        "state": states.size,
-        "measurement": measurements.size,
-        "references": references.size * window.rows,
-        "clock": 2,
-        "gains": gains_layout.size,
-        "flown": robot.n_rotors,
-    }
-    x, m, r, c, p, flown = symbols = [ca.SX.sym(name, size) for name, size in sizes.items()]
-    new, command, inner = as_flown(controller, flown).step(
-        gains_layout.unpack(p),
-        states.unpack(x),
-        measurements.unpack(m),
-        window.read(references, r, Clock(c[0], c[1])),
-        dt,
+    step = traced_step(WithFlownThrusts(controller), dt, len(controller.needs.preview), "open_loop")
+    measured = pack_rows(step.inputs.measurement, recorded.measurement, len(recorded))
+    state, measurement, reference, gains = given = [np.zeros(layout.size) for layout in step.inputs]
+    new_state, command, signals = (
+        np.zeros_like(state),
+        np.zeros(step.commands.size),
+        np.zeros(step.signals.size),
     )
-    made = {**dict(inner), **_named(command)}
-    signals = Layout(made)
-    outputs = [ca.densify(states.pack(new)), ca.densify(signals.pack(made))]
-    function = ca.Function("open_loop", symbols, outputs, [*sizes], ["next_state", "signals"], {"cse": True})
+    bound = BoundFunction(step.function, given, (new_state, command, signals))
+    state[:], gains[:] = step.state, step.gains
 
-    given = [np.zeros(size) for size in sizes.values()]
-    after, row = np.zeros(states.size), np.zeros(signals.size)
-    bound = BoundFunction(function, given, (after, row))
-    given[0][:], given[4][:] = states.pack(initial), gains_layout.pack(gains)
-    log, last = np.empty((count, signals.size)), len(mission.times) - 1
-    for k in range(count):
-        if k and recorded.held[k]:
-            log[k] = log[k - 1]
-            continue
-        at = min(int(recorded.clock.ticks[k]), last)
-        given[1][:] = measured[k]
-        rows = table[at : at + window.rows]
-        if ahead is not None:
-            rows = rows.copy()
-            rows[list(window.preview)] = ahead[k]
-        given[2][:] = rows.ravel()
-        given[3][:] = recorded.clock.ticks[k], recorded.clock.pace[k]
+    def tick(k: int) -> np.ndarray:
+        measurement[:], reference[:] = measured[k], references[k]
         if changing is not None:
-            given[4][changing[0]] = changing[1][k]
-        given[5][:] = recorded.command.thrusts[k]
+            gains[changing[0]] = changing[1][k]
+        gains[-controller.robot.n_rotors :] = recorded.command.thrusts[k]
         bound.evaluate()
-        log[k], given[0][:] = row, after
-        _report(progress, k, count)
-    return {name: log[:, part].reshape(count, *signals.shapes[name]) for name, part in signals.slices.items()}
+        state[:] = new_state
+        return np.concatenate([signals, command])
+
+    table = np.array(_over_ticks(recorded, tick, progress))
+    found = _columns(step.signals, table[:, : step.signals.size])
+    return found | _named(_columns(step.commands, table[:, step.signals.size :]))
+
+
+def _columns(layout: Layout[Any], table: np.ndarray) -> dict[str, np.ndarray]:
+    return {
+        name: table[:, part].reshape(len(table), *layout.shapes[name]) for name, part in layout.slices.items()
+    }
 
 
 def _in_python(
     controller: Controller,
     recorded: Recorded,
-    mission: Mission,
+    references: np.ndarray,
+    entry: Layout[Reference],
     dt: float,
     progress: Progress | None,
-    ahead: np.ndarray | None,
 ) -> dict[str, np.ndarray]:
     """The same for a controller that cannot be traced; what it believes of its thrusts is its own affair."""
-    what, preview = f"controller '{controller.name}'", window_of(needs_of(controller).preview, False, dt)
-    gains, state, rows = controller.gains(), controller.initial_state(), list[Mapping[str, Any]]()
-    last = len(mission.times) - 1
-    layout = Layout(mission.first)
-    for k in range(len(recorded)):
-        if k and recorded.held[k]:
-            rows.append(rows[-1])
-            continue
-        measurement = Measurement(*(entry[k].copy() for entry in recorded.measurement))
-        clock = Clock(min(float(recorded.clock.ticks[k]), float(last)), float(recorded.clock.pace[k]))
-        reference = mission.at(clock, preview.preview)
-        if ahead is not None:
-            reference = reference._replace(ahead=tuple(layout.unpack(row) for row in ahead[k]))
+    what, gains, state = f"controller '{controller.name}'", controller.gains(), controller.initial_state()
+    names: list[str] = []
+
+    def tick(k: int) -> Mapping[str, Any]:
+        nonlocal state
+        measurement = Measurement(*(part[k].copy() for part in recorded.measurement))
+        first, *ahead = (entry.unpack(row) for row in references[k].reshape(-1, entry.size))
+        reference = first._replace(ahead=tuple(ahead))
         try:
-            state, command, own = controller.step(gains, state, measurement, reference, dt)
+            state, command, signals = controller.step(gains, state, measurement, reference, dt)
         except Exception as error:
             raise described_user_error(f"{what} at t = {k * dt:.3f} s", error) from error
-        rows.append({**own, **_named(command)})
-        if rows[-1].keys() != rows[0].keys():
-            odd = sorted(rows[-1].keys() ^ rows[0].keys())
+        row = {**signals, **_named(Command(*command)._asdict())}
+        names[:] = names or row
+        if odd := sorted(row.keys() ^ set(names)):
             raise ConfigError(f"{what} records other signals than at its first tick: {', '.join(odd)}")
-        _report(progress, k, len(recorded))
-    return {
-        name: np.array([np.asarray(row[name], dtype=float).squeeze() for row in rows]) for name in rows[0]
-    }
+        return row
+
+    rows = _over_ticks(recorded, tick, progress)
+    return {name: np.array([np.asarray(row[name], dtype=float).squeeze() for row in rows]) for name in names}
 
 
-def _named(command: Command) -> dict[str, Any]:
-    return {f"{name}_command": part for name, part in command._asdict().items()}
-
-
-def _first(measurement: Measurement) -> Measurement:
-    return Measurement(*(entry[0] for entry in measurement))
-
-
-def _report(progress: Progress | None, k: int, count: int) -> None:
-    if progress is not None and ((k + 1) % _REPORTED == 0 or k + 1 == count):
-        progress(k + 1, count)
+def _named(command: Mapping[str, Any]) -> dict[str, Any]:
+    """A command's parts under their names in a log."""
+    return {f"{name}_command": part for name, part in command.items()}

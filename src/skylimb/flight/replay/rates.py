@@ -29,11 +29,14 @@ def angular_velocities(times: np.ndarray, quaternions: np.ndarray) -> np.ndarray
         times: s, (k,).
         quaternions: w x y z, (k, 4); one that repeats the one before is no new frame.
     """
-    from scipy.spatial.transform import Rotation
-
     fresh = _fresh(quaternions)
-    attitudes = Rotation.from_quat(quaternions[fresh], scalar_first=True)
-    return _filtered(times, fresh, (attitudes[:-1].inv() * attitudes[1:]).as_rotvec())
+    before, after = quaternions[fresh][:-1], quaternions[fresh][1:]
+    # The turn in between, conj(before) * after, as a rotation vector; a quaternion and its negative are one.
+    w = np.sum(before * after, axis=1, keepdims=True)
+    turn = before[:, :1] * after[:, 1:] - after[:, :1] * before[:, 1:] - np.cross(before[:, 1:], after[:, 1:])
+    size = np.linalg.norm(turn, axis=1, keepdims=True)
+    angle = 2.0 * np.arctan2(size, abs(w)) * np.where(w < 0.0, -1.0, 1.0)
+    return _filtered(times, fresh, turn * (angle / np.where(size > 0.0, size, 1.0)))
 
 
 def _fresh(rows: np.ndarray) -> np.ndarray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -101,38 +101,55 @@ def recorded(log: xr.Dataset, robot: Robot, period: float, vectoring: str) -> Re
     """
     times = np.asarray(log.time.values, dtype=float)
     said: list[str] = []
-    position = _held(log, MEASURED[0], 3, said)
-    quaternion = _held(log, MEASURED[1], 4, said)
-    for name, values in zip(MEASURED[:2], (position, quaternion), strict=True):
+    pose = [_held(log, name, width, said) for name, width in zip(MEASURED, (3, 4), strict=False)]
+    for name, values in zip(MEASURED, pose, strict=False):
         if values is None:
             raise ConfigError(f"the log has no '{name}': without a measured pose nothing can be replayed")
-    assert position is not None
-    assert quaternion is not None
-    velocity = _held(log, MEASURED[2], 3, said)
-    if velocity is None:
-        velocity = velocities(times, position)
-        said.append(f"no {MEASURED[2]}: differences of the positions, low pass 20 Hz")
-    angular_velocity = _held(log, MEASURED[3], 3, said)
-    if angular_velocity is None:
-        angular_velocity = angular_velocities(times, quaternion)
-        said.append(f"no {MEASURED[3]}: differences of the attitudes, low pass 20 Hz")
-    joints = _angles(log, "joint_angles", robot.n_joints, _nominal(robot, vectoring)[0], said)
-    vectored = _angles(log, "vectoring_angles", robot.n_vectoring, _nominal(robot, vectoring)[1], said)
-    thrusts = _held(log, "thrusts_command", robot.n_rotors, said)
-    if thrusts is None:
-        thrusts = np.full((len(times), robot.n_rotors), np.nan)
-        said.append(
-            "no thrusts_command: the estimator is told what the replayed controller commands, so its "
-            "external wrench is that controller's own error"
-        )
+    position, quaternion = (np.asarray(values) for values in pose)
+
+    def entry(name: str, width: int, otherwise: Callable[[], np.ndarray], words: str) -> np.ndarray:
+        values = _held(log, name, width, said)
+        if values is None:
+            said.append(f"no {name}: {words}")
+            return otherwise()
+        return values
+
+    velocity = entry(
+        MEASURED[2],
+        3,
+        lambda: velocities(times, position),
+        "differences of the positions, low pass 20 Hz",
+    )
+    angular_velocity = entry(
+        MEASURED[3],
+        3,
+        lambda: angular_velocities(times, quaternion),
+        "differences of the attitudes, low pass 20 Hz",
+    )
+    measured, commanded = list[np.ndarray](), list[np.ndarray]()
+    sizes = robot.n_joints, robot.n_vectoring
+    for name, width, angles in zip(MEASURED[4:], sizes, _nominal(robot, vectoring), strict=True):
+        command = _held(log, name.replace("_measured", "_command"), width, said)
+        instead = np.tile(angles, (len(times), 1)) if command is None else command
+        words = "those of the nominal posture" if command is None else "the commanded ones"
+        measured.append(entry(name, width, lambda instead=instead: instead, words))
+        commanded.append(measured[-1] if command is None else command)
+    thrusts = entry(
+        "thrusts_command",
+        robot.n_rotors,
+        lambda: np.full((len(times), robot.n_rotors), np.nan),
+        "the estimator gets what the replayed controller commands, so its external wrench is that "
+        "controller's own error",
+    )
     clock, paced = _clock(log, period, said)
+    held = np.asarray(log[HELD].values, dtype=float) > 0.0 if HELD in log else np.zeros(len(times), bool)
     return Recorded(
         times,
-        Measurement(position, quaternion, velocity, angular_velocity, joints[0], vectored[0]),
-        Command(thrusts, joints[1], vectored[1]),
+        Measurement(position, quaternion, velocity, angular_velocity, *measured),
+        Command(thrusts, *commanded),
         clock,
         paced,
-        _flags(log, HELD) > 0.0,
+        held,
         tuple(said),
     )
 
@@ -153,27 +170,6 @@ def _held(log: xr.Dataset, name: str, width: int, said: list[str]) -> np.ndarray
     rows = np.maximum.accumulate(np.where(bad, 0, np.arange(len(bad))))
     rows[: int(np.argmin(bad))] = int(np.argmin(bad))
     return values[rows]
-
-
-def _flags(log: xr.Dataset, name: str) -> np.ndarray:
-    """A number at every tick, (k,); 0 where the log has none."""
-    if name not in log.variables:
-        return np.zeros(len(log.time))
-    return np.nan_to_num(np.asarray(log[name].values, dtype=float))
-
-
-def _angles(
-    log: xr.Dataset, name: str, width: int, nominal: np.ndarray, said: list[str]
-) -> tuple[np.ndarray, np.ndarray]:
-    """Measured and commanded angles of some joints, each (k, width)."""
-    measured = _held(log, f"{name}_measured", width, said)
-    command = _held(log, f"{name}_command", width, said)
-    usual = np.tile(nominal, (len(log.time), 1))
-    if measured is None:
-        instead = "the commanded ones" if command is not None else "those of the nominal posture"
-        said.append(f"no {name}_measured: {instead}")
-        measured = command if command is not None else usual
-    return measured, command if command is not None else measured
 
 
 def _nominal(robot: Robot, vectoring: str) -> Sequence[np.ndarray]:

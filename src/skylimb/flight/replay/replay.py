@@ -65,7 +65,7 @@ def replay(
 
     With the configuration that flew, the recorded estimates and commands come out again to the bit. With
     another one the run has what would have been estimated and commanded; truth and measurements stay those of
-    the flight. The estimator is told the thrusts that were flown, whatever the controller would have
+    the flight. The estimator works with the thrusts that were flown, whatever the controller would have
     commanded. Nothing is simulated.
 
     Args:

@@ -27,7 +27,7 @@ from skylimb.control.loop.flight import Flight
 from skylimb.flight.drivers.native import fly_native, unavailable
 from skylimb.flight.experiments.experiment import robot_of
 from skylimb.flight.flying import fly_here
-from skylimb.flight.record import scored, with_origin
+from skylimb.flight.simulated_run import scored, with_origin
 from skylimb.flight.takeoff import Takeoff, prepare
 from skylimb.robots.loader import load_robot
 from skylimb.studies.campaign.folder import CONFIG_FILE, log_name

@@ -40,7 +40,7 @@ class Sensed:
         robot = takeoff.robot
         self.pacer = Pacer(takeoff.period, lambda: self.time, self._sleep, spin=0.0)
         missions = {"paper": takeoff.mission}
-        self.profile = Controlled(Flyer(takeoff.plan, controller, missions, lab_link(robot), self.pacer))
+        self.profile = Controlled(Flyer(takeoff, controller, missions, lab_link(robot), self.pacer))
         names, first = Names(robot), takeoff.mission.first
         angles = (*np.asarray(first.joint_angles).tolist(), *np.asarray(first.vectoring_angles).tolist())
         self.joints = Joints(0.0, (*names.joints, *names.gimbals), angles)

@@ -42,7 +42,7 @@ class Wired:
         self.pacer = Pacer(takeoff.period, lambda: self.time, self._sleep, spin=0.0)
         missions = {"paper": takeoff.mission}
         link = lab_link(takeoff.robot)
-        self.both = Both(takeoff, Flyer(takeoff.plan, controller, missions, link, self.pacer))
+        self.both = Both(takeoff, Flyer(takeoff, controller, missions, link, self.pacer))
         self.limits = (thrust_limits(takeoff.robot), takeoff.robot.joint_limits())
         self.said: list[str] = []
         self.pacer.start()

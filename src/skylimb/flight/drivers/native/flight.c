@@ -30,7 +30,7 @@ typedef struct {
   mjfGeneric previous; /* control callback of the program around us, or null */
 } Engine;
 
-/* `Flight`, the record of one flight, is declared here from its twin in record.py, which says what its fields are. */
+/* `Flight`, the record of one flight, is declared here from its twin in flight_struct.py, which says what its fields are. */
 @WRENCH@
 @WRITTEN@
 @FLIGHT@

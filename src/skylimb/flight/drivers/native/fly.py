@@ -11,12 +11,12 @@ import numpy as np
 from mujoco.batch import Batch, SimulationError
 
 from skylimb.control.loop.flight import Flight, unfinished
-from skylimb.control.loop.loop import CHECK_INTERVAL, Loop, fault_cause
+from skylimb.control.loop.loop import CHECK_INTERVAL, Loop, Progress, fault_cause
 from skylimb.control.loop.terminations import find_loss
 from skylimb.flight.drivers.compiled import CompiledDriver
-from skylimb.flight.drivers.native.function import compile_native
+from skylimb.flight.drivers.machine_code import compile_native
+from skylimb.flight.drivers.native.flight_struct import MARK, NativeFlight, begin_flight
 from skylimb.flight.drivers.native.library import control_callback, unavailable
-from skylimb.flight.drivers.native.record import MARK, Aloft, begin_flight
 from skylimb.flight.drivers.world import world
 from skylimb.flight.takeoff import Takeoff
 from skylimb.simulation.engine_timer import without_timer
@@ -24,9 +24,6 @@ from skylimb.simulation.engine_warnings import raised_warnings
 
 CHUNK = 20 * CHECK_INTERVAL
 """Ticks after which lost flights are taken out, and Ctrl-C is heard."""
-
-Progress = Callable[[int, int], None]
-"""Called now and then with (ticks flown, ticks in all), over all flights."""
 
 _STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 _USERDATA = int(mujoco.mjtState.mjSTATE_USERDATA)
@@ -45,19 +42,17 @@ def fly_native(
     Args:
         takeoffs: in any order and mixture; their controllers can be traced.
         threads: that fly at the same time, the caller's included.
-        progress: called with how far all the flights are.
+        progress: called with (ticks flown, ticks in all), over all flights.
     """
+    flights, groups = dict[int, Flight](), dict[tuple[int, ...], list[int]]()
     total, behind = sum(takeoff.count for takeoff in takeoffs), 0
-    flights: list[Flight | None] = [None] * len(takeoffs)
     reason = unavailable()
     if reason:
         warnings.warn(f"flying one by one, with the compiled driver: {reason}", UserWarning, stacklevel=2)
-    groups: dict[tuple[int, ...], list[int]] = {}
     for index, takeoff in enumerate(takeoffs):
         model = takeoff.plant.model
-        groups.setdefault((int(model.signature), int(model.nbuffer), takeoff.plant.substeps), []).append(
-            index
-        )
+        structure = int(model.signature), int(model.nbuffer), takeoff.plant.substeps
+        groups.setdefault(structure, []).append(index)
     for members in groups.values():
 
         def report(flown: int, behind: int = behind) -> None:
@@ -66,11 +61,10 @@ def fly_native(
 
         group = [takeoffs[index] for index in members]
         made = [_fly_compiled(takeoff) for takeoff in group] if reason else _fly_group(group, threads, report)
-        for index, flight in zip(members, made, strict=True):
-            flights[index] = flight
+        flights |= zip(members, made, strict=True)
         behind += sum(takeoff.count for takeoff in group)
         report(0, behind)
-    return [flight for flight in flights if flight is not None]
+    return [flights[index] for index in range(len(takeoffs))]
 
 
 def _fly_compiled(takeoff: Takeoff) -> Flight:
@@ -82,7 +76,7 @@ def _fly_compiled(takeoff: Takeoff) -> Flight:
 
 def _fly_group(takeoffs: Sequence[Takeoff], threads: int, report: Callable[[int], None]) -> list[Flight]:
     """Flights of one structure."""
-    flights = [_begin(takeoff) for takeoff in takeoffs]
+    flights = [begin_flight(takeoff, compile_native(takeoff.tick.function)[1]) for takeoff in takeoffs]
     substeps, first = takeoffs[0].plant.substeps, takeoffs[0].plant.model
     batch = Batch(first, len(flights), min(threads, len(flights)))
     # A state's parts stand in the order of their bits.
@@ -105,11 +99,7 @@ def _fly_group(takeoffs: Sequence[Takeoff], threads: int, report: Callable[[int]
     return [_finish(flight) for flight in flights]
 
 
-def _begin(takeoff: Takeoff) -> Aloft:
-    return begin_flight(takeoff, compile_native(takeoff.tick, takeoff.plant).address)
-
-
-def _step(batch: Batch, flights: Sequence[Aloft], ids: list[int], steps: int) -> None:
+def _step(batch: Batch, flights: Sequence[NativeFlight], ids: list[int], steps: int) -> None:
     """Continue some flights, and note what the engine warned of since the callback last looked."""
     before = batch.warning[..., 1].copy()
     for index in ids:
@@ -129,18 +119,17 @@ def _step(batch: Batch, flights: Sequence[Aloft], ids: list[int], steps: int) ->
             record.warnings[:] = new[index].tolist()
 
 
-def _finish(flight: Aloft) -> Flight:
+def _finish(flight: NativeFlight) -> Flight:
     """The verdict on a flight that has ended."""
-    flown = flight.flown
-    made = Flight(flight.log, flight.layout, flown, "")
-    lost = find_loss(made, flight.mission, flight.limits)
+    mission, layout, flown = flight.takeoff.mission, flight.takeoff.tick.signals, flight.flown
+    made = Flight(flight.log, layout, flown, "")
+    lost = find_loss(made, mission, flight.takeoff.experiment.terminations)
     warned = int(flight.record.warned)
     if warned >= 0 and (lost is None or lost[0] >= warned):
-        fault = raised_warnings(list(flight.record.warnings))
-        lost = (warned - 1, fault_cause(fault, warned, flight.mission))
+        lost = warned - 1, fault_cause(raised_warnings(list(flight.record.warnings)), warned, mission)
     if lost is not None:
-        return Flight(flight.log, flight.layout, lost[0] + 1, lost[1])
+        return Flight(flight.log, layout, lost[0] + 1, lost[1])
     if not flight.over:
         raise RuntimeError(f"the flight stopped at tick {flown} without being lost")
     # A pace above 1 may leap over the mission's last tick.
-    return made if flight.record.at > flight.record.last else unfinished(flight.mission, made)
+    return made if flight.record.at > flight.record.last else unfinished(mission, made)

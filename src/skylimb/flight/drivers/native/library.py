@@ -13,7 +13,7 @@ import mujoco
 
 from skylimb.base.c_code import c_source
 from skylimb.base.errors import CompileError
-from skylimb.flight.drivers.native.record import FlightRecord, Written
+from skylimb.flight.drivers.native.flight_struct import FlightStruct, Written
 from skylimb.flight.events import Wrench
 from skylimb.simulation.c_struct import c_declaration
 from skylimb.simulation.compiling import built_library, engine_library, load_library
@@ -57,7 +57,7 @@ def callback_library() -> ctypes.CDLL:
     for mark, text in (
         ("@WRENCH@", c_declaration(Wrench)),
         ("@WRITTEN@", c_declaration(Written)),
-        ("@FLIGHT@", c_declaration(FlightRecord, "Flight")),
+        ("@FLIGHT@", c_declaration(FlightStruct, "Flight")),
         ("@FRICTION@", c_source(friction_function())),
     ):
         source = source.replace(mark, text)

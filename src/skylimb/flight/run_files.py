@@ -6,10 +6,10 @@ import hashlib
 import inspect
 import os
 import sys
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from skylimb.analysis.recording.origin import SOURCES
 from skylimb.analysis.scores.user_scores import UserScore
@@ -18,13 +18,10 @@ from skylimb.base.keys import files_of
 from skylimb.base.sources import Source, read_source
 from skylimb.base.user_modules import sources_of_module
 from skylimb.control.controller import Controller
-from skylimb.control.needs import needs_of
 from skylimb.control.planning.vectoring import vectoring_file
 from skylimb.control.slots import SLOTS
+from skylimb.flight.plan import FlightPlan
 from skylimb.robots.model import Robot
-
-if TYPE_CHECKING:
-    from skylimb.flight.plan import FlightPlan
 
 _USED = "use"
 """Key of a bundle with metrics; no key of the configuration."""
@@ -47,14 +44,14 @@ class Bundle:
 
 
 @dataclass(frozen=True)
-class Kept:
-    """What a run's folder keeps of its files.
+class RunFiles:
+    """What a run's folder has of the files that it was flown with.
 
     Attributes:
         files: place in the folder -> content.
         places: dotted key of the configuration -> place of the file that it names.
         problems: why the run cannot be flown again from its folder, one line each.
-        used: places of the files with metrics and figures of the user's own.
+        used: places of the files with metrics and figures of the user.
     """
 
     files: Mapping[str, bytes]
@@ -63,80 +60,73 @@ class Kept:
     used: tuple[str, ...] = ()
 
 
-def kept_sources(plan: FlightPlan) -> Kept:
+def run_files(plan: FlightPlan) -> RunFiles:
     """The copies of every user's file that a flight depends on; what comes with skylimb is not among them."""
     files: dict[str, bytes] = {}
     places: dict[str, str] = {}
     used: list[str] = []
-    problems = list(_controller_problems(plan.controller))
-    for bundle in (*_bundles(plan), *_metric_bundles(plan.own), *plan.originals):
+    controller_bundles, problems = _of_controller(plan.controller)
+    for bundle in (*_of_experiment(plan), *controller_bundles, *_of_metrics(plan.own), *_originals(plan)):
         if not bundle.files or bundle.files[0].shipped:
             continue
-        root = _root(bundle.files)
+        root, first = _root(bundle.files), bundle.files[0].path
         if root is None:
-            first = bundle.files[0].path.name
-            problems.append(f"{bundle.key}: '{first}' needs files that lie far from it")
-            root = bundle.files[0].path.parent
-        inside = [source for source in bundle.files if source.path.is_relative_to(root)]
-        names = [source.path.relative_to(root).as_posix() for source in inside]
-        first = bundle.files[0].path
+            problems.append(f"{bundle.key}: '{first.name}' needs files that lie far from it")
+            root = first.parent
+        inside = {
+            source.path.relative_to(root).as_posix(): source
+            for source in bundle.files
+            if source.path.is_relative_to(root)
+        }
         called = first.parent.name if bundle.key == "robot" else first.stem
-        folder = f"{SOURCES}/{called}-{_digest(names, inside)}"
-        files |= {f"{folder}/{name}": source.content for name, source in zip(names, inside, strict=True)}
+        folder = f"{SOURCES}/{called}-{_digest(inside)}"
+        files |= {f"{folder}/{name}": source.content for name, source in inside.items()}
+        place = f"{folder}/{next(iter(inside))}"
         if bundle.key == _USED:
-            used.append(f"{folder}/{names[0]}")
+            used.append(place)
         elif bundle.key:
-            places[bundle.key] = f"{folder}/{names[0]}"
-    return Kept(files, places, tuple(problems), tuple(used))
+            places[bundle.key] = place
+    return RunFiles(files, places, tuple(problems), tuple(used))
 
 
-def originals(experiment: Any, controller: Any) -> tuple[Bundle, ...]:
+def _originals(plan: FlightPlan) -> Iterator[Bundle]:
     """The TOML files that a user named, for people to read: the run's configuration has all their values."""
-    names = [name for name in (experiment, controller) if isinstance(name, str) and name.endswith(".toml")]
-    return tuple(Bundle("", (read_source(name),)) for name in names)
+    return (Bundle("", (source,)) for source in plan.originals)
 
 
-def _bundles(plan: FlightPlan) -> Iterator[Bundle]:
+def _of_experiment(plan: FlightPlan) -> Iterator[Bundle]:
     for key, owner in files_of(plan.experiment):
-        if key == "robot":
-            yield Bundle(key, _robot_files(plan.robot, needs_of(plan.controller).vectoring))
-        else:
-            yield Bundle(key, owner.sources)
-    yield from _controller_bundles(plan.controller)
+        files = _robot_files(plan.robot, plan.needs.vectoring) if key == "robot" else owner.sources
+        yield Bundle(key, files)
 
 
-def _metric_bundles(own: Sequence[UserScore]) -> Iterator[Bundle]:
+def _of_metrics(own: Sequence[UserScore]) -> Iterator[Bundle]:
     """The files of metrics and figures; none of functions that a script handed over."""
     modules = dict.fromkeys(sys.modules.get(one.function.__module__) for one in own)
-    for module in modules:
-        yield Bundle(_USED, sources_of_module(module))
+    return (Bundle(_USED, sources_of_module(module)) for module in modules)
 
 
-def _controller_bundles(controller: Controller) -> Iterator[Bundle]:
+def _of_controller(controller: Controller) -> tuple[list[Bundle], list[str]]:
+    """The files of a controller, and why it cannot be made again from them."""
     preset, sources = getattr(controller, "preset", None), getattr(controller, "sources", ())
     if preset is not None:
-        for name, slot in zip(SLOTS, preset.slots, strict=True):
-            yield Bundle(f"controller.{name}.law", getattr(slot.law, "sources", ()))
-    elif sources:
-        yield Bundle("controller.file", sources)
-    else:
-        yield Bundle("", _code_of(controller))
-
-
-def _controller_problems(controller: Controller) -> Iterator[str]:
-    """Why a controller cannot be made again from what the run's folder has."""
-    preset = getattr(controller, "preset", None)
-    if preset is not None:
-        for name, slot in zip(SLOTS, preset.slots, strict=True):
-            if not getattr(slot.law, "sources", ()) and not _is_ours(slot.law):
-                yield f"the {name} law '{slot.name}' was handed over as an object, not as a file"
-    elif not getattr(controller, "sources", ()):
-        code = _code_of(controller)
-        kept = f"a copy of {code[0].path.name} is kept" if code else "its class stands in no file"
-        yield (
-            f"controller '{controller.name}' was handed over as an object, and how it was made is not known "
-            f"({kept}); a Python file with controller(robot) can be flown again"
-        )
+        laws = [
+            (name, slot, getattr(slot.law, "sources", ()))
+            for name, slot in zip(SLOTS, preset.slots, strict=True)
+        ]
+        return [Bundle(f"controller.{name}.law", files) for name, _, files in laws], [
+            f"the {name} law '{slot.name}' was handed over as an object, not as a file"
+            for name, slot, files in laws
+            if not files and not _is_ours(slot.law)
+        ]
+    if sources:
+        return [Bundle("controller.file", sources)], []
+    code = _code_of(controller)
+    kept = f"a copy of {code[0].path.name} is kept" if code else "its class stands in no file"
+    return [Bundle("", code)], [
+        f"controller '{controller.name}' was handed over as an object, and how it was made is not known "
+        f"({kept}); a Python file with controller(robot) can be flown again"
+    ]
 
 
 def _is_ours(law: Any) -> bool:
@@ -179,8 +169,8 @@ def _root(files: Sequence[Source]) -> Path | None:
     return root if len(home.relative_to(root).parts) < _FARTHEST else None
 
 
-def _digest(names: Iterable[str], files: Iterable[Source]) -> str:
+def _digest(files: Mapping[str, Source]) -> str:
     total = hashlib.sha256()
-    for name, source in zip(names, files, strict=True):
+    for name, source in files.items():
         total.update(f"{name}\0{source.digest}\0".encode())
     return total.hexdigest()[:8]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import time
 from collections.abc import Mapping
 from typing import Any
@@ -13,18 +12,25 @@ from skylimb.base.errors import OutputError
 from skylimb.control.controller import Controller
 from skylimb.control.corrections import Calibrated
 from skylimb.control.loop.flight import Flight, flown_mission, mission_signals
+from skylimb.control.loop.loop import Progress
 from skylimb.control.loop.terminations import Stretch, Terminations, distance, tilt
+from skylimb.control.missions.clock import Clock
 from skylimb.control.missions.mission import Mission
-from skylimb.control.missions.reference import Reference
 from skylimb.flight.drivers.free import FreeDriver
 from skylimb.flight.events import CONTROLLER_KINDS, require_applied
 from skylimb.flight.experiments.experiment import Experiment
 from skylimb.flight.flight_run import documented, flight_run
-from skylimb.flight.guarded import ClockedFlight, Progress, guarded, timing_of, without_garbage
 from skylimb.flight.loading import plan_flights
 from skylimb.flight.plan import FlightPlan
+from skylimb.flight.realtime.clocked_flight import (
+    ClockedFlight,
+    each_second,
+    guarded_controller,
+    ticks_on_clock,
+    timing_of,
+)
 from skylimb.flight.realtime.guard import GuardedController
-from skylimb.flight.realtime.link import Link, LinkedVehicle
+from skylimb.flight.realtime.link import Link, RemoteVehicle
 from skylimb.flight.realtime.pacer import Pacer
 from skylimb.flight.realtime.retreat import BACK, BACK_SPEED, DESCENT
 from skylimb.flight.realtime.watchdog import Limits
@@ -33,7 +39,7 @@ PATIENCE = 5.0
 """Seconds that the first measurement is waited for."""
 
 
-def fly_linked(
+def fly_robot(
     link: Link,
     experiment: str | Experiment = "paper",
     controller: str | Controller | None = None,
@@ -68,8 +74,8 @@ def fly_linked(
     (plan,) = plan_flights(experiment, (controller,), None, set, calibration=calibration)
     require_applied(plan.experiment.events, CONTROLLER_KINDS, "a robot behind a link")
     clock = pacer or Pacer(plan.period)
-    guard = guarded(plan, clock, limits)
-    vehicle = LinkedVehicle(plan.robot, link, clock.clock, lambda time: guard.taken(time - clock.started))
+    guard = guarded_controller(plan, clock, limits)
+    vehicle = RemoteVehicle(plan.robot, link, clock.clock, lambda time: guard.taken(time - clock.started))
     flight, whole = _fly(plan, guard, vehicle, clock, patience, progress)
     values = {name: flight.signal(name) for name in flight.layout.slices}
     values |= mission_signals(flown_mission(whole, flight), flight.ticks)
@@ -82,7 +88,7 @@ def fly_linked(
 def _fly(
     plan: FlightPlan,
     guard: GuardedController,
-    vehicle: LinkedVehicle,
+    vehicle: RemoteVehicle,
     clock: Pacer,
     patience: float,
     progress: Progress | None,
@@ -92,35 +98,30 @@ def _fly(
     last, total = len(mission.times) - 1, len(mission.flight_times(guard.needs.paced))
     landing = BACK / BACK_SPEED + max(0.0, float(mission.reference.position[-1, 2])) / DESCENT
     extra = int(np.ceil(landing / clock.period))
-    whole = _with_rest(mission, total - last - 1 + extra)
-    events = plan.timeline(plan.stage, np.arange(total + extra) * plan.period)
-    driver = FreeDriver(guard, vehicle, plan.robot, whole, total + extra, events.gains)
+    # The mission's last row goes on while the robot lands.
+    count = total + extra
+    whole = mission.along(Clock(np.arange(float(count)), np.ones(count)))
+    events = plan.timeline(np.arange(count) * plan.period)
+    driver = FreeDriver(guard, vehicle, plan.robot, whole, count, events.gains)
     _wait_for(vehicle, clock, patience)
-    every, done, cause = round(1.0 / clock.period), 0, ""
-    with without_garbage():
-        clock.start(clock.period)
-        for k in range(total + extra):
-            clock.wait(k)
-            at, done = driver.tick(k), k + 1
-            if guard.retreating:
-                cause = cause or ("broken off by the guard" if at <= last else "")
-                extra -= 1
-                if extra <= 0:
-                    break
-            elif at > last or k + 1 >= total:
-                guard.retreat()
-                at = last + 1
-            else:
-                lost = _lost(driver, whole, limits, k, at)
-                if lost:
-                    guard.retreat(lost)
-                    cause = lost
-            if progress is not None and done % every == 0:
-                progress(min(at, last + 1), last + 1)
-    return Flight(driver.log, driver.layout, done, cause), whole
+    flown, cause, landed_at = 0, "", count
+    for k in ticks_on_clock(clock):
+        at, flown = driver.tick(k), k + 1
+        if guard.retreating:
+            landed_at = min(landed_at, k + extra)
+            cause = cause or ("broken off by the guard" if at <= last else "")
+        elif at > last or flown >= total:
+            guard.retreat()  # the mission is over: land
+        elif lost := _lost(driver, whole, limits, k, at):
+            guard.retreat(lost)
+            cause = lost
+        if flown >= landed_at:
+            break
+        each_second(clock, progress, flown, at, last + 1)
+    return Flight(driver.log, driver.layout, flown, cause), whole
 
 
-def _wait_for(vehicle: LinkedVehicle, clock: Pacer, patience: float) -> None:
+def _wait_for(vehicle: RemoteVehicle, clock: Pacer, patience: float) -> None:
     """Return once a measurement has come."""
     end = time.monotonic() + patience
     clock.start()
@@ -141,24 +142,8 @@ def _lost(driver: FreeDriver, mission: Mission, limits: Terminations, k: int, at
     position = row[places["root_position_measured"]][None]
     quaternion = row[places["root_quaternion_measured"]][None]
     if not (np.isfinite(position).all() and np.isfinite(quaternion).all()):
-        return ""  # the watchdog's affair
+        return ""  # the watchdog sees to that
     reference = mission.reference.position[min(at, len(mission.times) - 1)][None]
     seen = Stretch(position, quaternion, reference, np.array([True]))
     found = [words for check in (tilt, distance) for lost, words in [check(seen, limits)] if lost[0]]
     return found[0] if found else ""
-
-
-def _with_rest(mission: Mission, ticks: int) -> Mission:
-    """The mission with its last row for some ticks more."""
-
-    def longer(entry: np.ndarray) -> np.ndarray:
-        return np.concatenate([entry, np.repeat(entry[-1:], ticks, axis=0)])
-
-    reference, held = mission.reference, Reference._fields[:-1]
-    return dataclasses.replace(
-        mission,
-        times=np.arange(len(mission.times) + ticks) * mission.period,
-        reference=reference._replace(**{name: longer(getattr(reference, name)) for name in held}),
-        phase=longer(mission.phase),
-        tip_path=longer(mission.tip_path),
-    )

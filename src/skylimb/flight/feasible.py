@@ -39,10 +39,10 @@ from skylimb.robots.hover import cannot_hover
 from skylimb.robots.model import Robot
 from skylimb.robots.touch import can_touch
 
-CALM_SHARE = 0.5
+DOUBTFUL_SHARE = 0.5
 """Of what can be held against slope and drag: up to here the force leaves enough over."""
 
-MOST_SHARE = 0.6
+REFUSED_SHARE = 0.6
 """Of the same: beyond this flights are lost."""
 
 Direction = tuple[float, ...]
@@ -55,13 +55,13 @@ _SAME = 1e-3
 """Postures closer than this in every joint are one, rad."""
 
 
-def require_held(experiment: Experiment, robot: Robot, controller: Controller) -> None:
+def require_feasible(experiment: Experiment, robot: Robot, controller: Controller) -> None:
     """Raise a `ConfigError` for what the robot cannot hold: its postures, and the controller's force.
 
     The vectoring angles are those that the flight begins with, or goes through; a controller that plans them
     in flight is rehearsed. A force counts with what events make of it. One that leaves too little over is
-    refused as well: above `MOST_SHARE` of what can be held against slope and drag, unless `approach.doubtful`
-    is "fly". Above `CALM_SHARE` a warning says so.
+    refused as well: above `REFUSED_SHARE` of what can be held against slope and drag, unless
+    `approach.doubtful` is "fly". Above `DOUBTFUL_SHARE` a warning says so.
 
     Args:
         experiment: to fly.
@@ -151,11 +151,11 @@ def _require_reserve(experiment: Experiment, robot: Robot, needs: Needs) -> None
     friction = float(getattr(experiment.surface, "friction", 0.0))
     if friction <= 0.0:
         return
-    enough = needs.force / CALM_SHARE
-    held = held_against_drag(experiment, robot, needs, enough)
+    enough = needs.force / DOUBTFUL_SHARE
+    held = pressed_against_drag(experiment, robot, needs, enough)
     if held.force >= enough:
         return
-    refused = needs.force > MOST_SHARE * held.force
+    refused = needs.force > REFUSED_SHARE * held.force
     slope = float(getattr(experiment.surface, "slope", 0.0))
     leaning = f" and a slope of {np.degrees(slope):.3g} degrees" if slope else ""
     above = "60 % of that, flights are lost or do not keep it"
@@ -165,7 +165,7 @@ def _require_reserve(experiment: Experiment, robot: Robot, needs: Needs) -> None
         f"a force of {needs.force:g} N is {'too much' if refused else 'doubtful'}: at a friction of "
         f"{friction:g}{leaning} {robot.name} can hold about {held.force:.1f} N at rest while the pen is "
         f"dragged to every side ({held.limit} ends it). Above {above}; "
-        f"{(MOST_SHARE if refused else CALM_SHARE) * held.force:.1f} N and less"
+        f"{(REFUSED_SHARE if refused else DOUBTFUL_SHARE) * held.force:.1f} N and less"
     )
     if not refused or experiment.approach.doubtful == "fly":
         warnings.warn(f"{words} are safer", UserWarning, stacklevel=2)
@@ -180,7 +180,7 @@ class Pressed(NamedTuple):
     limit: Limit | None
 
 
-def held_against_drag(experiment: Experiment, robot: Robot, needs: Needs, most: float) -> Pressed:
+def pressed_against_drag(experiment: Experiment, robot: Robot, needs: Needs, most: float) -> Pressed:
     """The greatest force up to `most` that can be held at rest with slope and drag to every side.
 
     Raises:

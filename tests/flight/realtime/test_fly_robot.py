@@ -16,12 +16,12 @@ from short_flights import HOLD
 from skylimb.analysis.report.controller_replay import differences
 from skylimb.apps.cli.main import main
 from skylimb.base.errors import ConfigError, OutputError
-from skylimb.flight.linked import fly_linked
-from skylimb.flight.on_clock import ClockedFlight
+from skylimb.flight.realtime.fly_on_clock import ClockedFlight
+from skylimb.flight.realtime.fly_robot import fly_robot
 from skylimb.flight.realtime.link import Datagram
 from skylimb.flight.realtime.pacer import Pacer
+from skylimb.flight.realtime.simulated_robot import SimulatedRobot, serve_plant
 from skylimb.flight.realtime.udp import UdpLink, address_of
-from skylimb.flight.simulated_robot import SimulatedRobot, serve_plant
 from skylimb.flight.takeoff import take_off
 
 
@@ -78,7 +78,7 @@ def flown(
             return super().receive(most)
 
     link = Greeting(near.coming, near.leaving, "robot")
-    return fly_linked(link, "paper", controller, {**HOLD, **changes}, pacer=clock), robot
+    return fly_robot(link, "paper", controller, {**HOLD, **changes}, pacer=clock), robot
 
 
 @pytest.mark.parametrize("controller", ["hybrid", "following"])
@@ -134,7 +134,7 @@ def test_over_udp_on_the_wall_clock() -> None:
     served = threading.Thread(target=lambda: ticks.append(serve_plant(robot, "paper", short)))
     served.start()
     try:
-        over = fly_linked(near, "paper", "hybrid", short, patience=30.0)
+        over = fly_robot(near, "paper", "hybrid", short, patience=30.0)
     finally:
         served.join(timeout=60.0)
         near.close()
@@ -148,7 +148,7 @@ def test_over_udp_on_the_wall_clock() -> None:
 def test_where_nobody_answers_nothing_flies() -> None:
     link = UdpLink(("127.0.0.1", 0), ("127.0.0.1", 9))
     with pytest.raises(OutputError, match=r"no measurement came within 0.05 s \(nothing was heard\)"):
-        fly_linked(link, "paper", "hybrid", patience=0.05)
+        fly_robot(link, "paper", "hybrid", patience=0.05)
     link.close()
 
 

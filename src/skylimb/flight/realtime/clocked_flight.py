@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import gc
-from collections.abc import Callable, Iterator, Mapping
+import itertools
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
@@ -11,6 +12,7 @@ from typing import Any
 from skylimb.analysis.recording.run import Run
 from skylimb.control.controller import is_traceable
 from skylimb.control.loop.flight import Flight
+from skylimb.control.loop.loop import Progress
 from skylimb.flight.drivers.machine_code import fastest
 from skylimb.flight.plan import FlightPlan
 from skylimb.flight.realtime.compiled_controller import CompiledController
@@ -18,9 +20,6 @@ from skylimb.flight.realtime.guard import GuardedController
 from skylimb.flight.realtime.pacer import Pacer
 from skylimb.flight.realtime.timing import Timing
 from skylimb.flight.realtime.watchdog import Limits
-
-Progress = Callable[[int, int], None]
-"""Called once a second with (ticks of the mission flown, ticks in all)."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +43,9 @@ def compiled(plan: FlightPlan) -> Any:
     return CompiledController(controller, plan.period, fastest) if is_traceable(controller) else controller
 
 
-def guarded(plan: FlightPlan, clock: Pacer | None, limits: Limits | None = None) -> GuardedController:
+def guarded_controller(
+    plan: FlightPlan, clock: Pacer | None, limits: Limits | None = None
+) -> GuardedController:
     """The controller of a plan under its guard."""
     return GuardedController(compiled(plan), plan.robot, clock, limits)
 
@@ -68,3 +69,18 @@ def without_garbage() -> Iterator[None]:
         gc.unfreeze()
         if enabled:
             gc.enable()
+
+
+def ticks_on_clock(clock: Pacer) -> Iterator[int]:
+    """The number of every tick when it is due, with no pause for collecting garbage."""
+    with without_garbage():
+        clock.start(clock.period)
+        for k in itertools.count():
+            clock.wait(k)
+            yield k
+
+
+def each_second(clock: Pacer, progress: Progress | None, ticks: int, done: int, total: int) -> None:
+    """Call `progress` once a second, with how much of the mission was flown after so many ticks."""
+    if progress is not None and ticks % round(1.0 / clock.period) == 0:
+        progress(min(done, total), total)

@@ -13,7 +13,7 @@ from skylimb.apps.robot_import.checking import check_robot_file
 from skylimb.base.errors import AllocationError, ConfigError
 from skylimb.control.planning.posture_limits import nearest_posture
 from skylimb.control.planning.vectoring_step import first_vectoring, settled_vectoring
-from skylimb.flight.held import _refused_hover
+from skylimb.flight.feasible import _refused_hover
 from skylimb.flight.takeoff import take_off
 from skylimb.robots.equilibrium import can_hold
 from skylimb.robots.equilibrium_results import NotHeld, Within

@@ -11,8 +11,9 @@ from skylimb.control.records import Command
 from skylimb.flight.drivers.world import world
 from skylimb.flight.events import PLANT_KINDS, require_applied
 from skylimb.flight.flying import simulated_vehicle
+from skylimb.flight.realtime.clocked_flight import ticks_on_clock
 from skylimb.flight.realtime.link import MOST, Link
-from skylimb.flight.realtime.messages import Names, RefusedMessageError, decode_command, encode
+from skylimb.flight.realtime.messages import CommandMessage, Names, RefusedMessageError, decode, encode
 from skylimb.flight.realtime.pacer import Pacer
 from skylimb.flight.takeoff import Takeoff, take_off
 from skylimb.simulation.engine_timer import without_timer
@@ -32,29 +33,27 @@ class SimulatedRobot:
     Args:
         takeoff: what flies; its controller is not used.
         link: to whoever controls it.
+
+    Attributes:
+        flown: ticks of physics.
     """
 
     def __init__(self, takeoff: Takeoff, link: Link) -> None:
         # Whoever controls it may take longer than the mission: to wait, and to land. The noise comes again.
         self._rows = len(takeoff.rows) + round(LONGER / takeoff.period)
         rows = np.resize(takeoff.rows.ticks, (self._rows, takeoff.rows.ticks.shape[1]))
-        here = world(takeoff, np.arange(self._rows) * takeoff.period)
+        simulated = world(takeoff, np.arange(self._rows) * takeoff.period)
         self._period, self._link, self._names = takeoff.period, link, Names(takeoff.robot)
-        self._ticks = self._seq = 0
-        self._vehicle = simulated_vehicle(takeoff, here, rows)
+        self.flown = self._seq = 0
+        self._vehicle = simulated_vehicle(takeoff, simulated, rows)
         self._measurement = self._vehicle.measure()
         self._command: Command | None = None
-        self.position = lambda: np.array(here.data.qpos[0:3])
-
-    @property
-    def flown(self) -> int:
-        """Ticks of physics."""
-        return self._ticks
+        self.position = lambda: np.array(simulated.data.qpos[0:3])
 
     @property
     def over(self) -> bool:
         """Whether what is known of the flight beforehand is used up."""
-        return self._ticks >= self._rows - 1
+        return self.flown >= self._rows - 1
 
     def sense(self) -> None:
         """Send the state."""
@@ -67,13 +66,13 @@ class SimulatedRobot:
         fresh = False
         for datagram in self._link.receive(MOST)[0]:
             try:
-                self._command, fresh = self._names.command(decode_command(datagram.data)), True
+                self._command, fresh = self._names.command(decode(datagram.data, CommandMessage)), True
             except RefusedMessageError:
                 continue  # whoever sends other things is not flying this robot
         if self._command is not None and not self.over:
             self._vehicle.apply(self._command)
             self._measurement = self._vehicle.measure()
-            self._ticks += 1
+            self.flown += 1
         return fresh
 
 
@@ -93,14 +92,13 @@ def serve_plant(
     """
     (takeoff,) = take_off(experiment, (None,), set=set)
     require_applied(takeoff.experiment.events, PLANT_KINDS, "a simulated robot behind a link")
-    clock, silent, k = pacer or Pacer(takeoff.period), 0, 0
+    clock, silent = pacer or Pacer(takeoff.period), 0
     with without_timer():
         robot = SimulatedRobot(takeoff, link)
-        clock.start(clock.period)
-        while not robot.over and silent * clock.period < SILENCE:
-            clock.wait(k)
+        for _ in ticks_on_clock(clock):
+            if robot.over or silent * clock.period >= SILENCE:
+                break
             robot.sense()
             fresh = robot.act()
             silent = 0 if fresh or not robot.flown else silent + 1
-            k += 1
     return robot.flown

@@ -8,17 +8,22 @@ from typing import Any
 from skylimb.analysis.scores.user_scores import with_user_scores
 from skylimb.control.controller import Controller
 from skylimb.control.corrections import Calibrated
-from skylimb.control.loop.flight import Flight
-from skylimb.control.loop.loop import Loop
+from skylimb.control.loop.loop import Loop, Progress
 from skylimb.flight.drivers.free import FreeDriver
 from skylimb.flight.drivers.world import world
 from skylimb.flight.experiments.experiment import Experiment
 from skylimb.flight.flying import simulated_vehicle
-from skylimb.flight.guarded import ClockedFlight, Progress, guarded, timing_of, without_garbage
+from skylimb.flight.realtime.clocked_flight import (
+    ClockedFlight,
+    each_second,
+    guarded_controller,
+    ticks_on_clock,
+    timing_of,
+)
 from skylimb.flight.realtime.pacer import Pacer
 from skylimb.flight.realtime.watchdog import Limits
-from skylimb.flight.record import recorded
-from skylimb.flight.takeoff import Takeoff, take_off
+from skylimb.flight.simulated_run import recorded
+from skylimb.flight.takeoff import take_off
 from skylimb.simulation.engine_timer import without_timer
 
 
@@ -44,35 +49,21 @@ def fly_on_clock(
         set: see there.
         limits: when to hold and when to retreat.
         pacer: makes the pacer for a control period, s.
-        progress: called with how far the flight is.
+        progress: called once a second with (ticks of the mission flown, ticks in all).
         calibration: as of `skylimb.run`.
     """
     (takeoff,) = take_off(experiment, (controller,), seed, set, calibration=calibration)
     clock = pacer(takeoff.period)
-    guard = guarded(takeoff.plan, clock, limits)
+    guard = guarded_controller(takeoff, clock, limits)
+    mission, rows, simulated = takeoff.mission, takeoff.rows, world(takeoff)
     with without_timer():
-        loop = _loop(takeoff, guard)
-        flight = _fly(loop, clock, progress)
-    run = with_user_scores(recorded(takeoff, flight), takeoff.plan.own)
-    return ClockedFlight(run, timing_of(flight, takeoff.period), {**guard.counts, **guard.watchdog.counts})
-
-
-def _loop(takeoff: Takeoff, controller: Controller) -> Loop:
-    here, rows = world(takeoff), takeoff.rows
-    vehicle = simulated_vehicle(takeoff, here, rows.ticks)
-    driver = FreeDriver(controller, vehicle, here.plant.robot, takeoff.mission, len(rows), here.events.gains)
-    return Loop(driver, takeoff.mission, takeoff.experiment.terminations, takeoff.count)
-
-
-def _fly(loop: Loop, clock: Pacer, progress: Progress | None) -> Flight:
-    """Tick by tick, each when it is due."""
-    total, every, k = len(loop.mission.times), round(1.0 / clock.period), 0
-    with without_garbage():
-        clock.start(clock.period)
-        while True:
-            clock.wait(k)
+        vehicle = simulated_vehicle(takeoff, simulated, rows.ticks)
+        driver = FreeDriver(guard, vehicle, simulated.plant.robot, mission, len(rows), simulated.events.gains)
+        loop = Loop(driver, mission, takeoff.experiment.terminations, takeoff.count)
+        for k in ticks_on_clock(clock):
             if not loop.tick():
-                return loop.finish()
-            k += 1
-            if progress is not None and k % every == 0:
-                progress(min(k, total), total)
+                break
+            each_second(clock, progress, k + 1, k + 1, len(mission.times))
+    run = with_user_scores(recorded(takeoff, loop.finish()), takeoff.own)
+    timing = timing_of(loop.finish(), takeoff.period)
+    return ClockedFlight(run, timing, {**guard.counts, **guard.watchdog.counts})

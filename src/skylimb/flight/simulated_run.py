@@ -28,7 +28,7 @@ def recorded(takeoff: Takeoff, flight: Flight, mission: Mission | None = None) -
 def with_origin(run: Run, takeoff: Takeoff) -> Run:
     """A scored run with all that produced it."""
     made_with = {"compiler": compiler_version()}
-    return documented(run, takeoff.plan, _moved(takeoff), made_with, takeoff.plant.scene)
+    return documented(run, takeoff, _moved(takeoff), made_with, takeoff.plant.scene)
 
 
 def scored(takeoff: Takeoff, flight: Flight, mission: Mission | None = None) -> Run:
@@ -39,7 +39,7 @@ def scored(takeoff: Takeoff, flight: Flight, mission: Mission | None = None) -> 
         flight: its raw record.
         mission: what was asked, where its user chose another than the plan's.
     """
-    plan, plant = takeoff.plan, takeoff.plant
+    plan, plant = takeoff, takeoff.plant
     mission = flown_mission(mission or plan.mission, flight)
     truth = flight_truth(plant, flight, mission, takeoff.surface_table)
     attributes = {
