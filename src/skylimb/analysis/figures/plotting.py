@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import xarray as xr
 from matplotlib.figure import Figure
 
 from skylimb.analysis.figures import style
-from skylimb.analysis.figures.marks import event_signs, mark_events
+from skylimb.analysis.figures.panels import Curve, Panel, panels_figure
 from skylimb.analysis.figures.report_figures import REPORT_FIGURES
 from skylimb.analysis.recording import Run
 from skylimb.base.errors import unknown_name
+
+_REFERENCE = {"linestyle": style.DASHED, "linewidth": 0.9}
 
 USUAL = "cog_tracking"
 """What is drawn where no name is given."""
@@ -45,26 +48,23 @@ def _showing_itself(figure: Figure) -> Figure:
 
 @style.styled
 def _over_time(runs: Mapping[str, Run], signal: str) -> Figure:
-    """A panel a run, a curve an entry of the signal."""
-    figure = Figure(figsize=(style.WIDTH, 1.6 * len(runs) + 0.4), layout="constrained")
-    axes = figure.subplots(len(runs), 1, sharex=True, sharey=True, squeeze=False).flat
-    for ax, (name, run) in zip(axes, runs.items(), strict=True):
-        values = run.log[signal]
-        flat = values.transpose("time", ...).values.reshape(len(values.time), -1)
-        step = style.thin(len(flat))
-        ax.plot(values.time.values[step], flat[step])
-        name_of_reference = f"{signal.removesuffix('_normal')}_reference"
-        if name_of_reference in run.log:
-            reference = run.log[name_of_reference].transpose("time", ...).values.reshape(len(flat), -1)
-            ax.set_prop_cycle(None)
-            ax.plot(values.time.values[step], reference[step], linestyle=style.DASHED, linewidth=0.9)
-        mark_events(ax, run.log, numbered=True)
-        if values.ndim == 2 and values.dims[1] in values.coords:
-            ax.legend(values[values.dims[1]].values, loc="upper right", ncols=flat.shape[1])
-        unit = values.attrs.get("units", "")
-        ax.set_ylabel(f"{signal} ({unit})" if unit else signal)
-        style.title(ax, name, run)
-    axes[-1].set_xlabel("time (s)")
-    if signs := event_signs(runs):
-        style.legend_below(figure, signs)
-    return figure
+    """A curve for each entry of the signal, and its reference dashed."""
+    unit = next(iter(runs.values())).log[signal].attrs.get("units", "")
+    curves = {name: _curves(run.log, signal) for name, run in runs.items()}
+    panel = Panel(f"{signal} ({unit})" if unit else signal, curves)
+    return panels_figure(runs, [panel], shades=lambda _: ())
+
+
+def _curves(log: xr.Dataset, signal: str) -> list[Curve]:
+    found = []
+    for name, look in ((signal, {}), (f"{signal.removesuffix('_normal')}_reference", _REFERENCE)):
+        if name in log:
+            values = log[name].transpose("time", ...)
+            flat = values.values.reshape(len(values.time), -1)
+            named = values.ndim == 2 and values.dims[1] in values.coords and name == signal
+            labels = values[values.dims[1]].values if named else [None] * flat.shape[1]
+            found += [
+                Curve(flat[:, k], {"color": f"C{k % 7}", "label": label, **look})
+                for k, label in enumerate(labels)
+            ]
+    return found

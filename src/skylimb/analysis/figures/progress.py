@@ -7,16 +7,11 @@ from collections.abc import Mapping
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import MaxNLocator
 
 from skylimb.analysis.figures import style
-from skylimb.analysis.figures.marks import event_signs, mark_events
+from skylimb.analysis.figures.panels import Curve, Panel, panels_figure
 from skylimb.analysis.recording import Run
-from skylimb.analysis.scores.signals import in_contact, spans
 from skylimb.analysis.scores.task import TOOLS, Tool
-
-BRIDGE = 0.25
-"""Seconds: shading is not interrupted by a shorter pause."""
 
 _SHOWN = {"rad": (np.degrees(1.0), "\N{DEGREE SIGN}"), "m": (1e3, "mm")}
 """Scale and unit in which a tool's way is drawn."""
@@ -39,35 +34,22 @@ def task_progress(runs: Mapping[str, Run]) -> Figure:
         A figure with one panel a run, all on the same scale, in degrees or millimetres; empty panels where
         the runs have no tool in common.
     """
-    tool = common_tool(runs)
+    tool, colour = common_tool(runs), style.colours(runs)
     scale, unit = _SHOWN[tool.unit] if tool else (1.0, "")
-    ways = {name: scale * run.log[tool.signal].values for name, run in runs.items()} if tool else {}
-    wanted = {name: scale * tool.commanded(run.log) for name, run in runs.items()} if tool else {}
-    span = style.limits([*ways.values(), np.array(list(wanted.values()))])
-    rows, columns = style.panels(len(runs))
-    figure = Figure(figsize=(style.WIDTH * max(columns, 3) / 4, 2.2 * rows + 0.4), layout="constrained")
-    axes = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
-    colour = style.colours(runs)
-    for ax, (name, run) in zip(axes.flat, runs.items(), strict=False):
-        time = run.log.time.values
-        style.shade(ax, spans(time, in_contact(run.log), BRIDGE), style.CONTACT)
-        mark_events(ax, run.log, numbered=True)
-        if name in ways:
-            ax.axhline(wanted[name], **style.AS_REFERENCE)
-            keep = style.thin(len(time))
-            ax.plot(time[keep], ways[name][keep], color=colour[name])
-        style.title(ax, name, run)
-        ax.set(ylim=span)
-        ax.xaxis.set_major_locator(MaxNLocator(5, integer=True))
     title = tool.title.lower() if tool else "no tool"
-    style.label_outer(axes, len(runs), "time (s)", f"{title} ({unit})" if tool else title)
-    style.legend_below(
-        figure,
-        [
-            style.in_all_colours(runs, title),
-            Line2D([], [], label="commanded", **style.AS_REFERENCE),
-            style.swatch(style.CONTACT, "in contact"),
-            *event_signs(runs),
-        ],
-    )
-    return figure
+
+    def curves(name: str) -> list[Curve]:
+        if tool is None:
+            return []
+        log = runs[name].log
+        wanted = np.full(log.sizes["time"], scale * tool.commanded(log))
+        way = Curve(scale * log[tool.signal].values, {"color": colour[name]})
+        return [Curve(wanted, style.AS_REFERENCE), way]
+
+    panel = Panel(f"{title} ({unit})" if tool else title, {name: curves(name) for name in runs})
+    signs = [
+        style.in_all_colours(runs, title),
+        Line2D([], [], label="commanded", **style.AS_REFERENCE),
+        style.swatch(style.CONTACT, "in contact"),
+    ]
+    return panels_figure(runs, [panel], signs)
