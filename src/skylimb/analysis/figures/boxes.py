@@ -14,8 +14,8 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
 from skylimb.analysis.figures import style
-from skylimb.analysis.paper.paper_numbers import published_beside
 from skylimb.analysis.recording import Run
+from skylimb.analysis.recording.publication import publication
 from skylimb.analysis.scores.axis_names import common_names
 from skylimb.analysis.scores.signals import Direction, contact_axis, in_phase, sliding_axes
 
@@ -122,7 +122,7 @@ def _panel(ax: Axes, runs: Mapping[str, Run], metric: str, quantity: Quantity) -
             ink = style.FAILURE if run.failed else style.TRUTH
             middle = {"transform": ax.get_xaxis_transform(), "ha": "center", "va": "center"}
             ax.text(place, 0.5, text, rotation=90, color=ink, **middle)
-        number = published_beside(run, metric)
+        number = publication().number(run, metric)
         if number is not None:
             ax.plot(
                 place - 0.38, number, "D", color=style.INK, markerfacecolor="white", markersize=4.5, zorder=5

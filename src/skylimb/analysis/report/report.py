@@ -12,10 +12,8 @@ from typing import Any
 from skylimb.analysis.figures import REPORT_FIGURES, palette
 from skylimb.analysis.figures.report_figures import ReportFigure
 from skylimb.analysis.pages.pages import inlined, render_page
-from skylimb.analysis.paper.claims import check_claims
-from skylimb.analysis.paper.paper_configuration import EXPERIMENT, not_the_papers
-from skylimb.analysis.paper.paper_numbers import SOURCE, published_beside
 from skylimb.analysis.recording import LOG_FILE, Run
+from skylimb.analysis.recording.publication import publication
 from skylimb.analysis.scores.axis_names import AxisNames, common_names
 from skylimb.analysis.scores.declared import shown_scores
 from skylimb.analysis.scores.score import Score
@@ -89,7 +87,8 @@ def render_report(
     first = next(iter(runs.values()))
     config = _config(first)
     axes = common_names(run.log for run in runs.values())
-    claims, groups = check_claims(runs), _groups(runs, axes)
+    paper, groups = publication(), _groups(runs, axes)
+    claims = paper.claims(runs)
     return render_page(
         TEMPLATE,
         title=_title(runs),
@@ -120,10 +119,10 @@ def render_report(
         ],
         happened=_happened(runs),
         compared=any(cell.paper for _, rows in groups for _, _, cells in rows for cell in cells),
-        otherwise=not_the_papers({palette.label(name): run for name, run in runs.items()}),
+        otherwise=paper.otherwise({palette.label(name): run for name, run in runs.items()}),
         claims=claims,
         held=sum(claim.holds for claim in claims),
-        source=SOURCE,
+        source=paper.source,
         plates=[
             (plate, inlined(folder / "figures" / f"{plate.name}.png", "image/png"))
             for plate in (*REPORT_FIGURES, *own)
@@ -167,7 +166,7 @@ def _groups(runs: Mapping[str, Run], axes: AxisNames) -> list[tuple[str, list[Li
 def _line(runs: Mapping[str, Run], score: Score, axes: AxisNames) -> Line:
     cells = []
     for run in runs.values():
-        number = score.printed(published_beside(run, score.name))
+        number = score.printed(publication().number(run, score.name))
         cells.append(Cell(score.printed(run.metrics.get(score.name)) or "–", number))
     return score.line(axes), score.unit, cells
 
@@ -203,7 +202,7 @@ def _facts(config: Mapping[str, Any]) -> list[tuple[str, str]]:
 
 def _command(runs: Mapping[str, Run]) -> str:
     first = next(iter(runs.values()))
-    experiment, seed = first.log.attrs.get("experiment", EXPERIMENT), first.log.attrs.get("seed", 0)
+    experiment, seed = first.log.attrs.get("experiment", "paper"), first.log.attrs.get("seed", 0)
     controllers = " ".join(run.controller for run in runs.values())
     if _is_drawing(_config(first)):  # its experiment ships under no name
         experiment = "config.toml"

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from skylimb.analysis.paper.paper_configuration import is_the_papers
 from skylimb.analysis.recording import Run
+from skylimb.studies.reproduction.paper_configuration import is_the_papers
 
 SOURCE = (
     "Z. Luo, M. Lei, J. Li, Y. Chen, Z. Xiong, M. Zhao: Hybrid Impedance-Admittance Control with Multi-Link "

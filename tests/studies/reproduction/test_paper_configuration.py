@@ -6,7 +6,11 @@ import tomllib
 
 import pytest
 
-from skylimb.analysis.paper.paper_configuration import (
+from skylimb.base.config import put
+from skylimb.control.controller import load_controller, resolved_tables
+from skylimb.flight.experiments.experiment import load_experiment
+from skylimb.robots.loader import load_robot
+from skylimb.studies.reproduction.paper_configuration import (
     CONTROLLERS,
     FILE,
     NOTHING,
@@ -16,10 +20,6 @@ from skylimb.analysis.paper.paper_configuration import (
     is_the_papers,
     not_the_papers,
 )
-from skylimb.base.config import put
-from skylimb.control.controller import load_controller, resolved_tables
-from skylimb.flight.experiments.experiment import load_experiment
-from skylimb.robots.loader import load_robot
 
 
 def flown(controller="hybrid", **changes):

@@ -4,31 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 
-from skylimb.analysis.paper.paper_claims import CLAIMS, PaperClaim
-from skylimb.analysis.paper.paper_configuration import is_the_papers
-from skylimb.analysis.paper.paper_numbers import PUBLISHED
 from skylimb.analysis.recording import Run
+from skylimb.analysis.recording.publication import Claim
 from skylimb.analysis.scores.registry import measured
-
-
-@dataclass(frozen=True)
-class Claim:
-    """A statement of the paper's with its numbers and ours.
-
-    Attributes:
-        text: the statement.
-        paper: what the paper prints for it.
-        ours: the same from the runs.
-        holds: whether it is true of the runs.
-    """
-
-    text: str
-    paper: str
-    ours: str
-    holds: bool
-
+from skylimb.studies.reproduction.paper_claims import CLAIMS, PaperClaim
+from skylimb.studies.reproduction.paper_configuration import is_the_papers
+from skylimb.studies.reproduction.paper_numbers import PUBLISHED
 
 _CHECKED = {
     "impedance resists friction": "m",
