@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import lazy_loader
 
-from skylimb.analysis.recording.publication import use_publication
+from skylimb.analysis.recording.provided import provide
 
 if TYPE_CHECKING:
     from skylimb.analysis.recording.publication import Publication
@@ -30,4 +30,4 @@ def _paper() -> Publication:
     return PAPER
 
 
-use_publication(_paper)
+provide(publication=_paper)

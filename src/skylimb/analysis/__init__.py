@@ -6,14 +6,15 @@ It reads runs and nothing else, so that a real flight's log is as welcome as a s
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import lazy_loader
 
-from skylimb.analysis.recording.views import Views, use_views
+from skylimb.analysis.recording.provided import provide
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from skylimb.analysis.recording.run import Run
 
 __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
@@ -37,4 +38,4 @@ def _html(run: Run) -> str:
     return run_html(run)
 
 
-use_views(Views(_plot, _show, _html))
+provide(plot=_plot, show=_show, html=_html)

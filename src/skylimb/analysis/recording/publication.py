@@ -1,7 +1,6 @@
 """Published numbers that stand beside those of a run, in tables, box plots and reports.
 
-What was published, and beside which flights it may stand, is known above this package: `skylimb` names it
-here before anything of this package is used.
+What was published, and beside which flights it may stand, is known above this package (`provided`).
 """
 
 from __future__ import annotations
@@ -9,6 +8,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
+
+from skylimb.analysis.recording.provided import provided
 
 if TYPE_CHECKING:
     from skylimb.analysis.recording.run import Run
@@ -49,14 +50,6 @@ class Publication:
     otherwise: Callable[[Mapping[str, Run]], list[str]]
 
 
-_used: list[Callable[[], Publication]] = []
-
-
-def use_publication(found: Callable[[], Publication]) -> None:
-    """Show what `found` gives from now on; it is called when it is first needed."""
-    _used[:] = [found]
-
-
 def publication() -> Publication:
     """What is published."""
-    return _used[0]()
+    return provided("publication")

@@ -14,7 +14,7 @@ import numpy as np
 
 from skylimb.analysis.recording.netcdf import netcdf_bytes
 from skylimb.analysis.recording.origin import moved, read_sources
-from skylimb.analysis.recording.views import views
+from skylimb.analysis.recording.provided import provided
 from skylimb.base.errors import OutputError, unknown_name
 from skylimb.base.files import new_file
 
@@ -148,7 +148,7 @@ class Run:
 
     def _repr_html_(self) -> str:
         """Verdict, scores and small plots, for a notebook."""
-        return views().html(self)
+        return provided("html", self)
 
     def plot(self, what: str = "") -> Any:
         """A matplotlib figure of the run: one of the report's figures by name, or a signal over time.
@@ -159,11 +159,11 @@ class Run:
         Raises:
             UnknownNameError: when it is neither.
         """
-        return views().plot({self.name: self}, what)
+        return provided("plot", {self.name: self}, what)
 
     def show(self) -> Any:
         """The flight to watch in a notebook, in three dimensions, with plots that follow the time."""
-        return views().show({self.name: self})
+        return provided("show", {self.name: self})
 
     def save(self, path: str | Path) -> Path:
         """Write the run as one compressed NetCDF-4 file; numbers keep every bit.

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from skylimb.analysis.recording.provided import provided
 from skylimb.analysis.recording.run import Run
-from skylimb.analysis.recording.views import views
 
 
 class Runs(dict[str, Run]):
@@ -20,8 +20,8 @@ class Runs(dict[str, Run]):
         Raises:
             UnknownNameError: when it is neither.
         """
-        return views().plot(self, what)
+        return provided("plot", self, what)
 
     def show(self) -> Any:
         """The flights to watch beside each other in a notebook, with plots that follow the time."""
-        return views().show(self)
+        return provided("show", self)
