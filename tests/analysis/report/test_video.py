@@ -52,21 +52,25 @@ def test_encoded_pictures_come_back(tmp_path):
 
 def test_the_trace_grows_on_the_face_of_the_board(make_run):
     log = make_run(error=(0.0, 0.0, 0.0)).log
-    ink = scene.trace_ink(log, np.array([1.0, 0.0, 0.0]))
-    drawn = np.sum(np.linalg.norm(ink.ends[:, 1] - ink.ends[:, 0], axis=1))
+    drawn_line = scene.pen_trace(log, np.array([1.0, 0.0, 0.0]))
+    drawn = np.sum(np.linalg.norm(drawn_line.ends[:, 1] - drawn_line.ends[:, 0], axis=1))
     tip = log.tip_position.values[log.contact.values > 0]
     assert drawn == pytest.approx(np.sum(np.linalg.norm(np.diff(tip, axis=0), axis=1)), rel=0.02)
-    assert (np.diff(ink.since) > 0).all()
-    assert log.contact.values[ink.since].all()
+    assert (np.diff(drawn_line.since) > 0).all()
+    assert log.contact.values[drawn_line.since].all()
     view = mujoco.MjvScene(mujoco.MjModel.from_xml_string("<mujoco/>"), 2000)
     board = board_of(log)
     assert board is not None
-    lines = scene.Lines([ink], board, np.zeros((log.sizes["time"], 3)))
-    for since, expected in ((int(ink.since[0]) - 1, 0), (int(ink.since[9]), 10), (int(ink.since[4]), 5)):
+    lines = scene.Lines([drawn_line], board, np.zeros((log.sizes["time"], 3)))
+    for since, expected in (
+        (int(drawn_line.since[0]) - 1, 0),
+        (int(drawn_line.since[9]), 10),
+        (int(drawn_line.since[4]), 5),
+    ):
         view.ngeom = 0
         lines.draw(view, since)
         assert view.ngeom == expected
-    offset = (view.geoms[5].pos - ink.ends[5].mean(axis=0)) @ board.normal
+    offset = (view.geoms[5].pos - drawn_line.ends[5].mean(axis=0)) @ board.normal
     assert offset == pytest.approx(scene.LIFT, rel=1e-3)
 
 
@@ -80,13 +84,13 @@ def drawn_places(lines, view, sample, others=0):
 def test_lines_are_the_same_whichever_moments_were_drawn_before(make_run, moving):
     log = make_run(error=(0.0, 0.0, 0.0)).log
     board = board_of(log)
-    inks = [scene.nominal_ink(log, board), scene.trace_ink(log, np.array([1.0, 0.0, 0.0]))]
+    drawn_lines = [scene.nominal_line(log, board), scene.pen_trace(log, np.array([1.0, 0.0, 0.0]))]
     motion = np.linspace(0.0, 0.1 if moving else 0.0, log.sizes["time"])[:, None] * np.array([1.0, 0.0, 0.0])
     view = mujoco.MjvScene(mujoco.MjModel.from_xml_string("<mujoco/>"), 2000)
-    lines = scene.Lines(inks, board, motion)
-    early, late = int(inks[1].since[3]), int(inks[1].since[40])
-    at_once = drawn_places(scene.Lines(inks, board, motion), view, late)
-    assert len(at_once) == len(inks[0].since) + 41
+    lines = scene.Lines(drawn_lines, board, motion)
+    early, late = int(drawn_lines[1].since[3]), int(drawn_lines[1].since[40])
+    at_once = drawn_places(scene.Lines(drawn_lines, board, motion), view, late)
+    assert len(at_once) == len(drawn_lines[0].since) + 41
     for sample in (early, late):
         grown = drawn_places(lines, view, sample)
     np.testing.assert_array_equal(grown, at_once)
@@ -94,16 +98,16 @@ def test_lines_are_the_same_whichever_moments_were_drawn_before(make_run, moving
     np.testing.assert_array_equal(drawn_places(lines, view, late, others=7), at_once)
     np.testing.assert_array_equal(drawn_places(lines, view, late), at_once)
     few = mujoco.MjvScene(mujoco.MjModel.from_xml_string("<mujoco/>"), 20)
-    assert len(drawn_places(scene.Lines(inks, board, motion), few, late)) == 20
+    assert len(drawn_places(scene.Lines(drawn_lines, board, motion), few, late)) == 20
 
 
 def test_a_line_moves_with_its_surface_from_when_it_was_drawn(make_run):
     log = make_run(error=(0.0, 0.0, 0.0)).log
     board = board_of(log)
-    ink = scene.trace_ink(log, np.array([1.0, 0.0, 0.0]))
+    drawn_line = scene.pen_trace(log, np.array([1.0, 0.0, 0.0]))
     motion = np.arange(log.sizes["time"])[:, None] * np.array([1e-4, 0.0, 0.0])
     view = mujoco.MjvScene(mujoco.MjModel.from_xml_string("<mujoco/>"), 2000)
-    lines, since = scene.Lines([ink], board, motion), int(ink.since[5])
+    lines, since = scene.Lines([drawn_line], board, motion), int(drawn_line.since[5])
     first, later = drawn_places(lines, view, since), drawn_places(lines, view, since + 100)
     np.testing.assert_allclose(later[5] - first[5], [0.01, 0.0, 0.0], atol=1e-6)
 
@@ -192,8 +196,8 @@ def test_what_cannot_be_filmed_is_refused(make_run, tmp_path):
 
 
 def test_the_drawing_process_explains_itself(tmp_path, capsys):
-    options = ["--size", "320", "180", "--fps", "10", "--speed", "2"]
-    assert main([str(tmp_path / "none.nc"), str(tmp_path / "x.mp4"), *options]) == 1
+    how = '{"size": [320, 180], "fps": 10, "speed": 2, "threads": 0}'
+    assert main([str(tmp_path / "none.nc"), str(tmp_path / "x.mp4"), how]) == 1
     assert "none.nc' does not exist" in capsys.readouterr().err
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from skylimb.analysis.recording import Run
-from skylimb.analysis.scores.force import TOLD_FROM, commanded, force_error, force_limits, limited_by
+from skylimb.analysis.scores.force import NAMED_FROM, commanded, force_error, force_limits, limited_by
 
 SLIDE = 4
 
@@ -104,4 +104,4 @@ def test_thrusts_integral_tank_and_friction_have_their_shares(make_log):
 
 
 def test_what_did_not_last_is_not_told():
-    assert limited_by({"eased": TOLD_FROM / 2.0, "error_eased": -1.0}) == ""
+    assert limited_by({"eased": NAMED_FROM / 2.0, "error_eased": -1.0}) == ""

@@ -91,16 +91,14 @@ def _figure(runs: Mapping[str, Run], quantities: list[tuple[str, str, Quantity]]
     handles: list[Any] = [
         Patch(
             facecolor="#DDDDDD",
-            edgecolor=style.INK,
+            edgecolor=style.DARK,
             linewidth=0.8,
             label=f"quartiles and median; whiskers {WHISKERS[0]:g} to {WHISKERS[1]:g} %",
         )
     ]
     if printed:
-        handles.append(
-            Line2D([], [], marker="D", color=style.INK, markerfacecolor="white", linestyle="", markersize=4.5,
-                   label="median in the paper")
-        )  # fmt: skip
+        look = {"color": style.DARK, "markerfacecolor": "white", "linestyle": "", "markersize": 4.5}
+        handles.append(Line2D([], [], marker="D", label="median in the paper", **look))
     style.legend_below(figure, handles)
     return figure
 
@@ -119,13 +117,19 @@ def _panel(ax: Axes, runs: Mapping[str, Run], metric: str, quantity: Quantity) -
             _box(ax, place, values, colour[name])
         else:
             text = "failed" if run.failed else "no data"
-            ink = style.FAILURE if run.failed else style.TRUTH
+            shade = style.FAILURE if run.failed else style.TRUTH
             middle = {"transform": ax.get_xaxis_transform(), "ha": "center", "va": "center"}
-            ax.text(place, 0.5, text, rotation=90, color=ink, **middle)
+            ax.text(place, 0.5, text, rotation=90, color=shade, **middle)
         number = publication().number(run, metric)
         if number is not None:
             ax.plot(
-                place - 0.38, number, "D", color=style.INK, markerfacecolor="white", markersize=4.5, zorder=5
+                place - 0.38,
+                number,
+                "D",
+                color=style.DARK,
+                markerfacecolor="white",
+                markersize=4.5,
+                zorder=5,
             )
             printed = True
     names = [style.label(name) for name in runs]
@@ -143,7 +147,7 @@ def _panel(ax: Axes, runs: Mapping[str, Run], metric: str, quantity: Quantity) -
 
 def _box(ax: Axes, place: int, values: np.ndarray, colour: str) -> None:
     low, first, median, third, high = np.percentile(values, [WHISKERS[0], 25, 50, 75, WHISKERS[1]])
-    edge = {"color": style.INK, "linewidth": 0.8}
+    edge = {"color": style.DARK, "linewidth": 0.8}
     ax.bxp(
         [{"med": median, "q1": first, "q3": third, "whislo": low, "whishi": high, "fliers": []}],
         positions=[place],
@@ -151,13 +155,13 @@ def _box(ax: Axes, place: int, values: np.ndarray, colour: str) -> None:
         patch_artist=True,
         showfliers=False,
         manage_ticks=False,
-        boxprops={"facecolor": colour, "edgecolor": style.INK, "linewidth": 0.8, "alpha": 0.75},
-        medianprops={"color": style.INK, "linewidth": 1.6},
+        boxprops={"facecolor": colour, "edgecolor": style.DARK, "linewidth": 0.8, "alpha": 0.75},
+        medianprops={"color": style.DARK, "linewidth": 1.6},
         whiskerprops=edge,
         capprops=edge,
     )
     above = {"textcoords": "offset points", "xytext": (0, 3), "ha": "center", "fontsize": 6.5}
-    ax.annotate(f"{median:.3f}".replace("-", "\N{MINUS SIGN}"), (place, high), color=style.INK, **above)
+    ax.annotate(f"{median:.3f}".replace("-", "\N{MINUS SIGN}"), (place, high), color=style.DARK, **above)
 
 
 def _error(log: xr.Dataset, axis: Direction) -> np.ndarray:

@@ -66,7 +66,7 @@ def drawn_line(runs: Mapping[str, Run]) -> Figure:
     lines: Any = None
     for ax, (name, run) in zip(axes.flat, runs.items(), strict=False):
         for line in wanted[name]:
-            ax.plot(*line.T, color=style.INK, linewidth=0.5, zorder=3)
+            ax.plot(*line.T, color=style.DARK, linewidth=0.5, zorder=3)
         lines = LineCollection(list(_pieces(*drawn[name][:2])), norm=scale, cmap="viridis_r", linewidth=1.8)
         lines.set_array(_between(drawn[name]))
         ax.add_collection(lines)
@@ -80,7 +80,7 @@ def drawn_line(runs: Mapping[str, Run]) -> Figure:
     style.legend_below(
         figure,
         [
-            Line2D([], [], color=style.INK, linewidth=0.5, label="reference"),
+            Line2D([], [], color=style.DARK, linewidth=0.5, label="reference"),
             Line2D([], [], color="#3b7d8c", linewidth=1.8, label="drawn, coloured by force"),
         ],
     )

@@ -48,7 +48,7 @@ def cog_tracking(runs: Mapping[str, Run]) -> Figure:
         The reference is the mission's; where the control law had a target of its own, that is dotted.
     """
     colour = style.colours(runs)
-    target = {"color": style.INK, "linestyle": DOTTED, "linewidth": 0.9}
+    target = {"color": style.DARK, "linestyle": DOTTED, "linewidth": 0.9}
 
     def curves(name: str, which: int) -> list[Curve]:
         log = runs[name].log
@@ -109,7 +109,7 @@ def contact_direction(runs: Mapping[str, Run]) -> Figure:
     signs = [
         style.in_all_colours(runs, "displacement, estimated force"),
         band,
-        Line2D([], [], color=style.INK, linewidth=0.8, label="true force"),
+        Line2D([], [], color=style.DARK, linewidth=0.8, label="true force"),
         style.swatch(style.CONTACT, "in contact"),
         style.swatch(style.ADAPTATION, "in contact, arm adapting"),
         *([style.swatch(style.LOST, "surface lost, looked for again")] * lost),
@@ -150,5 +150,5 @@ def _forces(log: xr.Dataset, colour: str) -> list[Curve]:
         found.append(Curve(near.mean(axis=-1), {"color": colour}))
     if "contact_force" in log:
         truth = around(axis.along(log.contact_force.values), count).mean(axis=-1)
-        found.append(Curve(truth, {"color": style.INK, "linewidth": 0.8}))
+        found.append(Curve(truth, {"color": style.DARK, "linewidth": 0.8}))
     return found

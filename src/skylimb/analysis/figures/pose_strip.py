@@ -64,8 +64,10 @@ def poses(runs: Mapping[str, Run]) -> Figure:
         for ax in row:
             ax.set(aspect="equal", xlim=across, ylim=upward, xticks=[], yticks=[])
             ax.spines[:].set_visible(False)
-        ink = style.FAILURE if run.failed else colour[name]
-        row[0].set_ylabel(f"{style.label(name)}{' (failed)' if run.failed else ''}", color=ink, weight="bold")
+        shade = style.FAILURE if run.failed else colour[name]
+        row[0].set_ylabel(
+            f"{style.label(name)}{' (failed)' if run.failed else ''}", color=shade, weight="bold"
+        )
         for ax, index in zip(row, instants[name], strict=False):
             _pose(ax, run.log, index, colour[name])
     for ax, fraction in zip(axes[0], FRACTIONS, strict=True):
@@ -76,14 +78,14 @@ def poses(runs: Mapping[str, Run]) -> Figure:
         [
             style.in_all_colours(runs, "links", linewidth=2.6),
             Line2D([], [], color=GHOST, linewidth=2.6, label="before contact, at the reference"),
-            Line2D([], [], color=style.INK, marker="P", markersize=5, linestyle="", label="CoG"),
+            Line2D([], [], color=style.DARK, marker="P", markersize=5, linestyle="", label="CoG"),
             Line2D(
                 [],
                 [],
                 color="white",
                 marker="P",
                 markersize=5,
-                markeredgecolor=style.INK,
+                markeredgecolor=style.DARK,
                 linestyle="",
                 label="its reference",
             ),
@@ -122,8 +124,8 @@ def _pose(ax: Axes, log: xr.Dataset, index: int, colour: str) -> None:
         ax.plot(line[:, 0], line[:, 1], color=BOARD, linewidth=2.0)
     ax.plot(chain[:, 0], chain[:, 1], color=colour, linewidth=2.6)
     ax.plot(chain[:-1, 0], chain[:-1, 1], "o", color="white", markeredgecolor=colour, markersize=3.6)
-    ax.plot(*reference[:2], "P", color="white", markersize=5, markeredgecolor=style.INK, markeredgewidth=0.5)
-    ax.plot(*cog[:2], "P", color=style.INK, markersize=5, markeredgecolor="white", markeredgewidth=0.5)
+    ax.plot(*reference[:2], "P", color="white", markersize=5, markeredgecolor=style.DARK, markeredgewidth=0.5)
+    ax.plot(*cog[:2], "P", color=style.DARK, markersize=5, markeredgecolor="white", markeredgewidth=0.5)
     along = contact_axis(log).along(cog - reference)
     lines = [f"moved {along:+.2f} m in {axis_names(log).n}".replace("-", "\N{MINUS SIGN}")]
     if "reach" in log:
@@ -140,7 +142,7 @@ def _ghost(log: xr.Dataset, index: int) -> np.ndarray:
 
 def _scale_bar(ax: Axes, left: float, top: float) -> None:
     place = left + 0.45 + np.array([0.0, SCALE])
-    ax.plot(place, [top - 0.06] * 2, color=style.INK, linewidth=1.0)
+    ax.plot(place, [top - 0.06] * 2, color=style.DARK, linewidth=1.0)
     ax.text(place.mean(), top - 0.1, f"{SCALE} m", fontsize=6.5, ha="center", va="top")
 
 

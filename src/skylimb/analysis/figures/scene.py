@@ -28,7 +28,7 @@ _FLAT = np.eye(3).ravel()
 
 
 @dataclass(frozen=True)
-class Ink:
+class DrawnLine:
     """Segments of a line on the surface.
 
     Attributes:
@@ -96,7 +96,7 @@ def eye_and_target(camera: mujoco.MjvCamera) -> dict[str, list[float]]:
     return {"target": target.tolist(), "position": (target - camera.distance * ahead).tolist()}
 
 
-def trace_ink(log: xr.Dataset, rgb: np.ndarray) -> Ink:
+def pen_trace(log: xr.Dataset, rgb: np.ndarray) -> DrawnLine:
     """What the pen draws, growing with time."""
     since, ends = [], []
     for stroke in strokes(log):
@@ -105,17 +105,17 @@ def trace_ink(log: xr.Dataset, rgb: np.ndarray) -> Ink:
         ends.append(np.stack([points[keep[:-1]], points[keep[1:]]], axis=1))
         since.append(stroke.start + keep[1:])
     if not ends:
-        return Ink(np.zeros(0, dtype=int), np.zeros((0, 2, 3)), _rgba(rgb), 0.011)
-    return Ink(np.concatenate(since), np.concatenate(ends), _rgba(rgb), 0.011)
+        return DrawnLine(np.zeros(0, dtype=int), np.zeros((0, 2, 3)), _rgba(rgb), 0.011)
+    return DrawnLine(np.concatenate(since), np.concatenate(ends), _rgba(rgb), 0.011)
 
 
-def nominal_ink(log: xr.Dataset, board: Board | None) -> Ink:
+def nominal_line(log: xr.Dataset, board: Board | None) -> DrawnLine:
     """The nominal path, dashed, seen from the beginning."""
     path = nominal_path(log, board) if in_phase(log, "slide").any() else np.zeros((0, 3))
     keep = _spaced(path)
     ends = np.stack([path[keep[:-1]], path[keep[1:]]], axis=1)
     dashes = ends[np.arange(len(ends)) % 6 < 3]
-    return Ink(np.zeros(len(dashes), dtype=int), dashes, _rgba(np.array([0.35, 0.35, 0.35])), 0.005)
+    return DrawnLine(np.zeros(len(dashes), dtype=int), dashes, _rgba(np.array([0.35, 0.35, 0.35])), 0.005)
 
 
 class Lines:
@@ -124,17 +124,17 @@ class Lines:
     Successive moments are cheap: a segment that stands in the scene already is not made again.
 
     Args:
-        inks: the lines.
+        lines: the lines.
         board: whose face they lie on; flat on it where it is a plane.
         motion: where the surface stands at each sample, W, m, shape (time, 3).
     """
 
-    def __init__(self, inks: Sequence[Ink], board: Board | None, motion: np.ndarray) -> None:
-        order = np.argsort(np.concatenate([ink.since for ink in inks]), kind="stable")
-        self._since = np.concatenate([ink.since for ink in inks])[order]
-        self._ends = np.concatenate([ink.ends for ink in inks])[order]
-        self._rgba = np.concatenate([np.tile(ink.rgba, (len(ink.since), 1)) for ink in inks])[order]
-        self._width = np.concatenate([np.full(len(ink.since), ink.width) for ink in inks])[order]
+    def __init__(self, lines: Sequence[DrawnLine], board: Board | None, motion: np.ndarray) -> None:
+        order = np.argsort(np.concatenate([line.since for line in lines]), kind="stable")
+        self._since = np.concatenate([line.since for line in lines])[order]
+        self._ends = np.concatenate([line.ends for line in lines])[order]
+        self._rgba = np.concatenate([np.tile(line.rgba, (len(line.since), 1)) for line in lines])[order]
+        self._width = np.concatenate([np.full(len(line.since), line.width) for line in lines])[order]
         self._board, self._motion = board, motion
         self._moves = bool(np.any(motion != motion[:1]))
         self._first = self._made = 0

@@ -47,7 +47,7 @@ TRUTH = "#9A9A9A"
 CONTACT = "#FBEFB5"
 ADAPTATION = "#F8D5E2"
 LOST = "#C9DDF0"
-INK = "#1A1A1A"
+DARK = "#1A1A1A"
 FAILURE = "#B00020"
 
 DASHED = (0, (4, 2.5))
@@ -62,7 +62,7 @@ RC: dict[Any, Any] = {
     "axes.labelsize": 8,
     "axes.linewidth": 0.6,
     "axes.edgecolor": "#444444",
-    "axes.labelcolor": INK,
+    "axes.labelcolor": DARK,
     "axes.spines.top": False,
     "axes.spines.right": False,
     "axes.axisbelow": True,
@@ -74,8 +74,8 @@ RC: dict[Any, Any] = {
     "ytick.major.width": 0.6,
     "xtick.major.size": 2.5,
     "ytick.major.size": 2.5,
-    "xtick.color": INK,
-    "ytick.color": INK,
+    "xtick.color": DARK,
+    "ytick.color": DARK,
     "lines.linewidth": 1.2,
     "lines.solid_capstyle": "round",
     "legend.fontsize": 7.5,
@@ -105,7 +105,7 @@ def styled(function: Callable[Parameters, Result]) -> Callable[Parameters, Resul
 def title(ax: Axes, name: str, run: Run) -> None:
     """Head a panel with the run's name; a failed flight says so."""
     ax.set_title(
-        f"{label(name)} (failed)" if run.failed else label(name), color=FAILURE if run.failed else INK
+        f"{label(name)} (failed)" if run.failed else label(name), color=FAILURE if run.failed else DARK
     )
 
 

@@ -6,7 +6,7 @@ crashes takes this process with it and nothing else.
 
 from __future__ import annotations
 
-import argparse
+import json
 import sys
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -56,7 +56,7 @@ def pictures(run: Run, size: tuple[int, int], fps: float, speed: float) -> Itera
     rgb = np.array(ImageColor.getrgb(palette.colours({run.name: run})[run.name])) / 255
     configuration = log.configuration.values
     motion = scene.surface_motion(model, configuration)
-    lines = scene.Lines([scene.nominal_ink(log, board), scene.trace_ink(log, rgb)], board, motion)
+    lines = scene.Lines([scene.nominal_line(log, board), scene.pen_trace(log, rgb)], board, motion)
     overlay = Overlay(run, size, speed)
     with mujoco.Renderer(model, height=size[1], width=size[0], max_geom=4000) as renderer:
         for sample in frame_samples(log.time.values, fps, speed):
@@ -104,20 +104,13 @@ def _reported(frames: Iterable[np.ndarray], total: int) -> Iterator[np.ndarray]:
 
 def main(arguments: list[str] | None = None) -> int:
     """Entry point of the drawing process."""
-    parser = argparse.ArgumentParser(prog="film")
-    parser.add_argument("log", type=Path)
-    parser.add_argument("film", type=Path)
-    parser.add_argument("--size", nargs=2, type=int, required=True)
-    parser.add_argument("--fps", type=int, required=True)
-    parser.add_argument("--speed", type=float, required=True)
-    parser.add_argument("--threads", type=int, default=0)
-    given = parser.parse_args(arguments)
+    log, film, given = sys.argv[1:] if arguments is None else arguments
+    how = json.loads(given)  # size, fps, speed, threads
     try:
-        run = Run.load(given.log)
-        size = given.size[0], given.size[1]
-        total = len(frame_samples(run.log.time.values, given.fps, given.speed))
-        frames = _reported(pictures(run, size, given.fps, given.speed), total)
-        encode(frames, given.film, size, given.fps, given.threads)
+        run = Run.load(log)
+        size, fps, speed = tuple(how["size"]), how["fps"], how["speed"]
+        total = len(frame_samples(run.log.time.values, fps, speed))
+        encode(_reported(pictures(run, size, fps, speed), total), Path(film), size, fps, how["threads"])
     except (OutputError, ValueError, KeyError, FFmpegError, mujoco.FatalError) as error:
         print(f"{type(error).__name__}: {error}", file=sys.stderr)
         return 1

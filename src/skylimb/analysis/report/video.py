@@ -7,6 +7,7 @@ in this process was long ago, and a broken graphics driver may crash.
 from __future__ import annotations
 
 import importlib.util
+import json
 import os
 import subprocess
 import sys
@@ -135,8 +136,8 @@ def film_record(
             f"no video of '{run.name}': no off-screen renderer works here (tried MUJOCO_GL = {tried})"
         )
     with new_file(path) as aside:
-        options = ["--size", str(size[0]), str(size[1]), "--fps", str(fps), "--speed", str(speed)]
-        command = [*_film(), str(log), str(aside), *options, "--threads", str(threads)]
+        how = json.dumps({"size": size, "fps": fps, "speed": speed, "threads": threads})
+        command = [*_film(), str(log), str(aside), how]
         _draw(command, _environment(renderer, threads), run.name, progress)
     return Path(path)
 

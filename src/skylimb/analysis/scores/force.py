@@ -64,7 +64,7 @@ LIMITS = (
     Limit("integral", "the force integral at its limit"),
     Limit("tank", "the integral faded, its energy tank nearly empty"),
 )
-"""What is looked for, in the order in which it is told."""
+"""What is looked for, in the order in which words name them."""
 
 
 def commanded(log: xr.Dataset) -> np.ndarray:
@@ -233,8 +233,8 @@ def _held(log: xr.Dataset) -> dict[str, np.ndarray]:
     return {limit.name: held[limit.name] for limit in LIMITS if limit.name in held}
 
 
-TOLD_FROM = 0.05
-"""Share of the time from which a limit is told in words."""
+NAMED_FROM = 0.05
+"""Share of the time from which a limit is named in words."""
 
 
 def limited_by(limits: Mapping[str, Any]) -> str:
@@ -243,6 +243,6 @@ def limited_by(limits: Mapping[str, Any]) -> str:
     Args:
         limits: as `force_limits` gives them.
     """
-    lasting = [each for each in LIMITS if limits.get(each.name, 0.0) >= TOLD_FROM]
+    lasting = [each for each in LIMITS if limits.get(each.name, 0.0) >= NAMED_FROM]
     lasting.sort(key=lambda each: -limits[each.name])
     return ", ".join(f"{each.words} {100.0 * limits[each.name]:.0f} % of the time" for each in lasting)

@@ -49,12 +49,12 @@ def metrics(log: xr.Dataset) -> dict[str, Any]:
         "missed": [],
         "checks": {},
         "force_limits": {} if run.failed else force_limits(log),
-        "strokes": [] if run.failed else [_told(stroke) for stroke in strokes_of(log)],
+        "strokes": [] if run.failed else [_numbers_of(stroke) for stroke in strokes_of(log)],
     }
     held = {} if log.attrs.get("tolerances", "{}") == "{}" else numbers_of(run, _FOR_THE_VERDICT)
     scores = [score for each in METRICS for score in each.scores]
     return {**found, **verdict(Run("", "", log, {**found, **held}), scores)}
 
 
-def _told(stroke: Fidelity) -> dict[str, Number]:
+def _numbers_of(stroke: Fidelity) -> dict[str, Number]:
     return {name: Score().number(value) for name, value in stroke._asdict().items()}

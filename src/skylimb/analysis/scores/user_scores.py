@@ -27,7 +27,7 @@ from skylimb.analysis.recording.run import Run
 from skylimb.analysis.scores.declared import declared_in, declaring
 from skylimb.analysis.scores.metrics import metrics
 from skylimb.analysis.scores.registry import SCORES, TOLERANCES
-from skylimb.analysis.scores.score import Metric, Number
+from skylimb.analysis.scores.score import Metric, Number, Score
 from skylimb.analysis.scores.verdict import verdict
 from skylimb.base.errors import ConfigError, UserCodeError, unknown_name
 from skylimb.base.user_code import UserCode
@@ -138,38 +138,41 @@ def user_numbers(run: Run, metric: Metric) -> dict[str, Number]:
 
 def with_user_scores(
     run: Run,
-    own: Iterable[UserScore],
+    use: Iterable[UserScore],
     sets: Iterable[str] = (),
-    told: Callable[[UserCodeError], None] | None = None,
+    on_error: Callable[[UserCodeError], None] | None = None,
 ) -> Run:
-    """The run with the scores of a user's metrics among its own, judged by them as well.
+    """The run with the scores of a user's metrics among its others, judged by them as well.
 
     Args:
         run: a flight.
-        own: metrics and figures.
+        use: metrics and figures.
         sets: those with a set (`on_demand`) are computed where it is among these.
-        told: called with what goes wrong in a metric, whose scores are None then; None raises it.
+        on_error: called with what goes wrong in a metric, whose scores are None then; None raises it.
     """
-    asked = {"", *sets}
-    used = [each for each in metrics_of(own) if each.on_demand in asked]
+    used = [each for each in metrics_of(use) if each.on_demand in {"", *sets}]
+    if not used:
+        return run
     numbers: dict[str, Number] = {}
     for each in used:
         try:
             numbers |= user_numbers(run, each)
         except UserCodeError as error:
-            if told is None:
+            if on_error is None:
                 raise
-            told(error)
+            on_error(error)
             numbers |= dict.fromkeys(each.columns)
     scores = [score for each in used for score in each.scores]
-    if not scores:
-        return run
-    scored = replace(run, metrics={**run.metrics, **numbers})
-    return declaring(replace(scored, metrics={**scored.metrics, **verdict(scored, scores)}), scores)
+    return declaring(_judged(replace(run, metrics={**run.metrics, **numbers}), scores), scores)
 
 
 def scored_again(run: Run) -> Run:
     """A record scored anew; the numbers of a user's metrics stay as they are, and are judged again."""
-    own = declared_in(run.log)
-    fresh = replace(run, metrics={**metrics(run.log), **{name: run.metrics.get(name) for name in own}})
-    return replace(fresh, metrics={**fresh.metrics, **verdict(fresh, own.values())}) if own else fresh
+    declared = declared_in(run.log)
+    kept = {name: run.metrics.get(name) for name in declared}
+    fresh = replace(run, metrics={**metrics(run.log), **kept})
+    return _judged(fresh, declared.values()) if declared else fresh
+
+
+def _judged(run: Run, scores: Iterable[Score]) -> Run:
+    return replace(run, metrics={**run.metrics, **verdict(run, scores)})

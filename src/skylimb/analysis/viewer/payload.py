@@ -78,8 +78,8 @@ def _scene(run: Run) -> dict[str, Any]:
         **packed_events(model, log, samples),
         "pushes": packed_pushes(model, log),
         "surface": packed(motion[samples]) if moves else None,
-        "nominal": _ink(scene.nominal_ink(log, board), board, motion, times),
-        "trace": _ink(scene.trace_ink(log, np.zeros(3)), board, motion, times),
+        "nominal": _segments(scene.nominal_line(log, board), board, motion, times),
+        "trace": _segments(scene.pen_trace(log, np.zeros(3)), board, motion, times),
         "camera": scene.eye_and_target(scene.camera_of(log, board)),
     }
 
@@ -92,8 +92,8 @@ def _touch(log: xr.Dataset) -> np.ndarray:
     return np.concatenate([log.tip_position.values, force], axis=1)
 
 
-def _ink(ink: scene.Ink, board: Any, motion: np.ndarray, times: np.ndarray) -> dict[str, Any]:
+def _segments(line: scene.DrawnLine, board: Any, motion: np.ndarray, times: np.ndarray) -> dict[str, Any]:
     """Segments of a line with the time from which each is seen, where the surface was first."""
     normal = board.normal if board is not None else np.zeros(3)
-    ends = taken_back(ink.ends + scene.LIFT * normal, motion[ink.since])
-    return {"since": packed(times[ink.since]), "ends": packed(ends.reshape(len(ends), 6))}
+    ends = taken_back(line.ends + scene.LIFT * normal, motion[line.since])
+    return {"since": packed(times[line.since]), "ends": packed(ends.reshape(len(ends), 6))}

@@ -83,7 +83,7 @@ def _information(made: Calibration) -> Figure:
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(1, 2.4))
     at = np.arange(len(values))
     above.bar(at, deviations, color=style.CURVES[0])
-    above.axhline(1.0, color=style.INK, linewidth=0.8, linestyle=":")
+    above.axhline(1.0, color=style.DARK, linewidth=0.8, linestyle=":")
     above.set_yscale("log")
     above.set_ylabel("std / wanted")
     drawn = below.imshow(np.abs(vectors[:, order]), cmap="Blues", vmin=0.0, vmax=1.0, aspect="auto")

@@ -54,7 +54,7 @@ def _panel(ax: Axes, scores: Scores, key: str, names: AxisNames) -> None:
         beyond = np.full(lost.sum(), worst)
         ax.scatter(np.full(len(beyond), place), beyond, s=20, marker="x", color=style.FAILURE, zorder=3)
     for height, text in _apart(ends, 0.07 * (high - low)):
-        ax.text(places[-1] + 0.12, height, text, fontsize=6.5, va="center", color=style.INK)
+        ax.text(places[-1] + 0.12, height, text, fontsize=6.5, va="center", color=style.DARK)
     ax.set_ylabel(fill(scores.declared[key].titled(names), 30), fontsize=7)
     room = 0.08 * (high - low)
     ax.set(xlim=(-0.4, places[-1] + 0.6), ylim=(low - room, high + room), xticks=[])

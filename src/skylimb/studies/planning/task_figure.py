@@ -37,12 +37,12 @@ def task_figure(robot: Robot, task: Task, nominal: TaskPosture | NotHeld, planne
             margins.plot(points, posture.margins, "o-", color=colour, ms=3, lw=1.0, label=name)
     normal = task.normals.mean(axis=0)[:2]
     along = 0.5 * np.array([-normal[1], normal[0]]) / max(float(np.hypot(*normal)), 1e-9)
-    above.plot(*np.array([-along, along]).T, color=style.INK, lw=3.0)
+    above.plot(*np.array([-along, along]).T, color=style.DARK, lw=3.0)
     above.set(
         xlabel="along the contact axis from the tip, m", ylabel="y, m", aspect="equal", title="From above"
     )
     above.legend()
-    margins.axhline(0.0, color=style.INK, lw=0.6)
+    margins.axhline(0.0, color=style.DARK, lw=0.6)
     margins.set(
         xlabel="point of the path", ylabel="torque left about any axis, N m", title="While it presses"
     )

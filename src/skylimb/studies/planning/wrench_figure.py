@@ -57,7 +57,7 @@ def _draw_robot(axes: Any, feasible: FeasibleWrench) -> None:
     chain = np.array(
         [place(point) for point in robot.skeleton(feasible.joint_angles, feasible.vectoring_angles)]
     )
-    axes.plot(*chain.T, color=style.INK, lw=2.0)
+    axes.plot(*chain.T, color=style.DARK, lw=2.0)
     poses = robot.link_poses(feasible.joint_angles, feasible.vectoring_angles)
     for rotor, thrust in zip(robot.description.rotors, state.hover_thrusts, strict=True):
         origin, R = poses[rotor.link]
@@ -67,11 +67,11 @@ def _draw_robot(axes: Any, feasible: FeasibleWrench) -> None:
         up = 0.02 * thrust * turned[:, 2]
         axes.quiver(*at, *up, color=style.CURVES[0], lw=0.9, arrow_length_ratio=0.15)
     axes.plot(0.0, 0.0, 0.0, "*", color=style.CURVES[4], ms=7, label="centre of gravity")
-    axes.plot(*chain[-1], "o", color=style.INK, ms=3)
+    axes.plot(*chain[-1], "o", color=style.DARK, ms=3)
     axes.view_init(elev=32.0, azim=-75.0)
     axes.set_axis_off()
     corner = chain.min(axis=0) - np.array([0.0, 0.15, 0.0])
-    axes.plot(*np.array([corner, corner + np.array([0.5, 0.0, 0.0])]).T, color=style.INK, lw=1.0)
+    axes.plot(*np.array([corner, corner + np.array([0.5, 0.0, 0.0])]).T, color=style.DARK, lw=1.0)
     axes.text(*(corner + np.array([0.25, -0.28, 0.0])), "0.5 m along the tip link", fontsize=6, ha="center")
 
 

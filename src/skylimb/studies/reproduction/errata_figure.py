@@ -126,7 +126,7 @@ def _leak(ax: Axes) -> None:
         ax.bar(
             np.arange(3) + 0.25 * (index - 1), leak[index], width=0.22, color=colour, label=f"force in {axis}"
         )
-    ax.axhline(0.0, color=style.INK, linewidth=1.2)
+    ax.axhline(0.0, color=style.DARK, linewidth=1.2)
     ax.text(0.02, 0.04, "printed: zero", transform=ax.transAxes, fontsize=7)
     ax.set_xticks(range(3), ["1 N m of roll", "of pitch", "of yaw"])
     ax.set(title="eq:thrust rotation 1: the leak Q_t pinv(Q_r)", ylabel="N")

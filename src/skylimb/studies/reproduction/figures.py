@@ -46,11 +46,11 @@ def numbers_figure(campaign: Campaign, rows: Mapping[int, Row], result: Result) 
                 ]
                 across = place + scatter.uniform(-0.3, 0.3, len(points))
                 ax.plot(across, points, mark, color=colour, markersize=1.7, alpha=0.45, linewidth=0)
-            ax.plot([place, place], [number.ours.low, number.ours.high], color=style.INK, linewidth=1.4)
-            ax.plot([place - 0.18, place + 0.18], [number.ours.median] * 2, color=style.INK, linewidth=1.6)
+            ax.plot([place, place], [number.ours.low, number.ours.high], color=style.DARK, linewidth=1.4)
+            ax.plot([place - 0.18, place + 0.18], [number.ours.median] * 2, color=style.DARK, linewidth=1.6)
             if np.isfinite(number.paper):
                 face = "white" if number.inside else style.FAILURE
-                mark = {"color": style.INK, "markerfacecolor": face, "markersize": 5, "zorder": 5}
+                mark = {"color": style.DARK, "markerfacecolor": face, "markersize": 5, "zorder": 5}
                 ax.plot(place + 0.3, number.paper, "D", **mark)  # pyright: ignore[reportArgumentType]
         ax.set_title(_SHORT[key], fontsize=7.5)
         ax.set_ylabel(SCORES[key].unit)
@@ -62,8 +62,8 @@ def numbers_figure(campaign: Campaign, rows: Mapping[int, Row], result: Result) 
         [
             style.in_colours(colours, "positions sent", marker="o", markersize=3, linestyle=""),
             style.in_colours(colours, "velocities sent", marker="^", markersize=3, linestyle=""),
-            Line2D([], [], color=style.INK, label=f"median, {100 * LOW:.0f} to {100 * HIGH:.0f} %"),
-            Line2D([], [], marker="D", color=style.INK, markerfacecolor="w", label="paper", linestyle=""),
+            Line2D([], [], color=style.DARK, label=f"median, {100 * LOW:.0f} to {100 * HIGH:.0f} %"),
+            Line2D([], [], marker="D", color=style.DARK, markerfacecolor="w", label="paper", linestyle=""),
         ],
     )
     return figure
@@ -92,7 +92,7 @@ def claims_figure(result: Result) -> Figure:
         rate = judged.rate
         colour = "#0072B2" if rate.rate >= 0.9 else ("#8C6D00" if rate.rate >= 0.5 else "#D55E00")
         ax.barh(place, rate.rate, color=colour, alpha=0.75, height=0.62)
-        ax.plot([rate.low, rate.high], [place, place], color=style.INK, linewidth=1.1)
+        ax.plot([rate.low, rate.high], [place, place], color=style.DARK, linewidth=1.1)
         ax.text(1.02, place, _share(judged), va="center", fontsize=7)
     ax.set_yticks(range(count), [judged.claim.name for judged in result.claims])
     ax.set(xlim=(0.0, 1.32), ylim=(count - 0.4, -0.6), xlabel="share of all draws in which it holds")
@@ -123,7 +123,7 @@ def sensitivity_figure(result: Result) -> Figure:
     for (row, column), value in np.ndenumerate(table):
         if np.isfinite(value) and abs(value) >= _CLEAR_ABOVE:
             text = f"{value:.2f}".replace("0.", ".").replace("-", "\u2212")
-            colour = "white" if abs(value) > 0.6 else style.INK
+            colour = "white" if abs(value) > 0.6 else style.DARK
             ax.text(column, row, text, ha="center", va="center", fontsize=5.5, color=colour)
     ax.set_yticks(range(len(unknowns)), unknowns, fontsize=6)
     ax.set_xticks(
