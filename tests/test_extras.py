@@ -24,6 +24,7 @@ def without(package: str, *arguments: str) -> subprocess.CompletedProcess[str]:
     [
         ("pyarrow", "campaign", ("campaign", str(CAMPAIGN))),
         ("cma", "tune", ("tune", str(TUNE))),
+        ("websockets", "studio", ("studio",)),
         ("distributed", "cluster", ("campaign", str(CAMPAIGN), "--scheduler", "tcp://127.0.0.1:1")),
     ],
 )

@@ -7,6 +7,7 @@ from typing import Annotated
 
 from skylimb.apps.cli.arguments import arg
 from skylimb.apps.cli.options import Experiment, Seed, Settings, within
+from skylimb.base.errors import missing_extra
 
 
 def studio(
@@ -43,7 +44,12 @@ def studio(
 
     token = checked_token(host, token)
     within("--port", port, 0, 65535)
-    from skylimb.apps.studio.server_run import serve
+    try:
+        from skylimb.apps.studio.server_run import serve
+    except ModuleNotFoundError as error:
+        if (error.name or "").partition(".")[0] != "websockets":
+            raise
+        raise missing_extra("websockets", "studio") from None
 
     serve(
         experiment, controller, set or {}, seed, Path(out), host=host, port=port, token=token, browser=browser
