@@ -96,7 +96,7 @@ $(BIN)/python:
 # The stamps say which part of pyproject.toml is installed; they are renewed when the file changes.
 $(VENV)/run.stamp: pyproject.toml constraints.txt | $(BIN)/python
 	@echo "Installing skylimb into $(VENV) (once; about a minute)"
-	@$(PIP) --editable '.[campaign,video]'
+	@$(PIP) --editable '.[report,video]'
 	@touch $@
 
 $(VENV)/dev.stamp: $(VENV)/run.stamp

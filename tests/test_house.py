@@ -18,12 +18,13 @@ import pytest
 import skylimb
 from skylimb.apps.cli.arguments import parse
 from skylimb.apps.cli.verbs import VERBS
+from skylimb.base.errors import EXTRAS
 
 ROOT = Path(__file__).parents[1]
 DOCUMENTS = sorted([ROOT / "README.md", ROOT / "CHANGELOG.md", *(ROOT / "docs").glob("*.md")])
 NO_ORDER = {"skylimb.simulation.surfaces"}
 """Rooms of a wing that has no other: the order of the wings rules them."""
-OPTIONAL = ("campaign", "cluster", "logs", "ros", "tune", "video")
+OPTIONAL = ("compiler", *EXTRAS)
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 
 documents = pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
@@ -129,6 +130,8 @@ def test_commands_in_the_documents_can_be_typed(document: Path) -> None:
             assert set(words) <= set(made), line
         elif program == "skylimb":
             verb, *rest = words
+            if rest and f"{verb} {rest[0]}" in VERBS:
+                verb, *rest = f"{verb} {rest[0]}", *rest[1:]
             assert parse(verb, VERBS[verb], rest), line
         else:
             assert program in {".", "python"}, line
@@ -280,6 +283,18 @@ def test_nothing_tells_of_the_machine_it_was_made_on() -> None:
         for leak in leaks:
             found = re.search(leak, text)
             assert found is None, f"{path.relative_to(ROOT)}: {found[0] if found else ''}"
+
+
+@pytest.mark.parametrize("extra", EXTRAS)
+def test_a_missing_package_names_the_extra_that_installs_it(extra: str) -> None:
+    installed = {canonical(line) for line in PROJECT["project"]["optional-dependencies"][extra]}
+    providers = packages_distributions()
+    for package in EXTRAS[extra]:
+        assert {canonical(provider) for provider in providers[package]} & installed, package
+
+
+def test_what_flies_needs_few_packages() -> None:
+    assert len(PROJECT["project"]["dependencies"]) <= 12
 
 
 def test_the_page_of_the_python_interface_has_every_name() -> None:

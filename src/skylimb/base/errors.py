@@ -55,14 +55,35 @@ class MissingExtraError(SkylimbError):
     """A package that only one of the extras installs, and that is not here."""
 
 
-def missing_extra(package: str, extra: str) -> MissingExtraError:
-    """An error that names the package and the command that installs it.
+EXTRAS = {
+    "report": ("matplotlib", "jinja2", "PIL", "fontTools", "cycler"),
+    "draw": ("svgelements", "HersheyFonts"),
+    "studio": ("websockets",),
+    "campaign": ("pyarrow", "scipy"),
+    "cluster": ("dask", "distributed", "dask_jobqueue"),
+    "import": ("yourdfpy", "trimesh", "xacrodoc", "collada"),
+    "logs": ("rosbags", "mcap"),
+    "ros": ("yaml",),
+    "tune": ("cma",),
+    "video": ("av",),
+}
+"""Packages that an extra of skylimb installs, as Python imports them; SciPy comes with several."""
+
+
+def missing_extra(package: str) -> MissingExtraError:
+    """An error that names a package of an extra, and the command that installs it.
 
     Args:
         package: as Python imports it.
-        extra: of skylimb, which installs it.
     """
+    extra = next(extra for extra, packages in EXTRAS.items() if package in packages)
     return MissingExtraError(f"'{package}' is not installed: pip install 'skylimb[{extra}]'")
+
+
+def of_an_extra(error: ImportError) -> MissingExtraError | None:
+    """What to install where an import failed for want of an extra; None where something else is wrong."""
+    package = (error.name or "").partition(".")[0]
+    return missing_extra(package) if any(package in packages for packages in EXTRAS.values()) else None
 
 
 def nearest(name: str, known: Iterable[str]) -> str | None:

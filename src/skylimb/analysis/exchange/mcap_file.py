@@ -18,7 +18,7 @@ def _mcap() -> Any:
         import mcap.reader
         import mcap.writer
     except ImportError:
-        raise missing_extra("mcap", "logs") from None
+        raise missing_extra("mcap") from None
     return mcap
 
 

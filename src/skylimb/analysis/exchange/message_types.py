@@ -38,7 +38,7 @@ def message_types(definitions: dict[str, str] | None = None) -> Typestore:
     try:
         from rosbags.typesys import Stores, get_types_from_msg, get_typestore
     except ImportError:
-        raise missing_extra("rosbags", "logs") from None
+        raise missing_extra("rosbags") from None
     store = get_typestore(Stores.ROS1_NOETIC)
     for name, text in {**TF, **(DEFINITIONS if definitions is None else definitions)}.items():
         new = get_types_from_msg(text, name)

@@ -9,17 +9,16 @@ from __future__ import annotations
 import csv
 import io
 import json
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from skylimb.analysis.figures import user_figures, write_figures
 from skylimb.analysis.recording import LOG_FILE, Run, write_sources
-from skylimb.analysis.report.report import render_report
 from skylimb.analysis.scores.declared import scores_of
 from skylimb.analysis.scores.registry import NUMERIC_KEYS, SCORES
 from skylimb.analysis.scores.user_scores import UserFigure, scored_again
-from skylimb.base.errors import OutputError
+from skylimb.base.errors import OutputError, of_an_extra
 from skylimb.base.files import new_folder, replace_text, writing
 
 CONFIG_FILE = "config.toml"
@@ -178,7 +177,19 @@ def _record(run: Run, folder: Path) -> None:
 
 
 def _draw(runs: Mapping[str, Run], folder: Path, videos_follow: bool, figures: Sequence[UserFigure]) -> None:
-    """Draw the figures of all runs together, and put the report around them."""
+    """Draw the figures of all runs together, and put the report around them.
+
+    Where the extra is not installed that draws, a warning says so: the flight and its scores are kept.
+    """
+    try:
+        from skylimb.analysis.figures import user_figures, write_figures
+        from skylimb.analysis.report.report import render_report
+    except ImportError as error:
+        extra = of_an_extra(error)
+        if extra is None:
+            raise
+        warnings.warn(f"no figures and no report: {extra}", UserWarning, stacklevel=2)
+        return
     own = user_figures(runs, figures)
     write_figures(runs, folder / FIGURES_FOLDER, own)
     replace_text(folder / REPORT_FILE, render_report(runs, folder, videos_follow, own))

@@ -128,7 +128,7 @@ def film_record(
             f"no video of '{run.name}': width and height must be even, got {size[0]} x {size[1]}"
         )
     if importlib.util.find_spec("av") is None:
-        raise OutputError(f"no video of '{run.name}': {missing_extra('av', 'video')}")
+        raise OutputError(f"no video of '{run.name}': {missing_extra('av')}")
     renderer = find_renderer()
     if renderer is None:
         tried = ", ".join(_candidates())

@@ -16,7 +16,7 @@ from collections.abc import Sequence
 
 from skylimb.apps.cli.arguments import parse, verb_help
 from skylimb.apps.cli.verbs import VERBS
-from skylimb.base.errors import SkylimbError, unknown_name
+from skylimb.base.errors import SkylimbError, of_an_extra, unknown_name
 
 DEBUG = "--debug"
 """Option of every verb: the whole traceback of an error, before its one line."""
@@ -49,6 +49,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if debug:
             traceback.print_exception(error)
         return _complain(str(error), 2)
+    except ImportError as error:
+        extra = of_an_extra(error)
+        if extra is None:
+            raise
+        if debug:
+            traceback.print_exception(error)
+        return _complain(str(extra), 2)
     except KeyboardInterrupt:
         return _complain("interrupted; what was not finished is not kept", 130)
     except BrokenPipeError:

@@ -126,7 +126,7 @@ def _read(file: str, name: str) -> tuple[Any, tuple[Source, ...]]:
         import trimesh
         from trimesh.resolvers import FilePathResolver
     except ImportError:
-        raise missing_extra("trimesh", "import") from None
+        raise missing_extra("trimesh") from None
     try:
         source = read_source(file)
     except ConfigError as error:

@@ -37,7 +37,7 @@ def values_in(source: Source, name: str) -> np.ndarray:
         try:
             from PIL import Image
         except ImportError:
-            raise missing_extra("PIL", "report") from None
+            raise missing_extra("PIL") from None
         with Image.open(content) as image:
             # "I" keeps the 16 bits of a deep image, which "L" would cut to 8.
             deep = image.mode.startswith("I")

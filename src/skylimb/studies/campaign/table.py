@@ -16,7 +16,7 @@ try:
     import pyarrow as pa
     import pyarrow.parquet as pq
 except ImportError:
-    raise missing_extra("pyarrow", "campaign") from None
+    raise missing_extra("pyarrow") from None
 
 ROW_GROUP = 256
 """Rows that are stored together."""

@@ -157,5 +157,5 @@ def _scipy() -> tuple[Any, Any]:
     try:
         from scipy import optimize, spatial
     except ImportError:
-        raise missing_extra("scipy", "report") from None
+        raise missing_extra("scipy") from None
     return spatial, optimize

@@ -87,4 +87,4 @@ def imported(name: str) -> Any:
     try:
         return importlib.import_module(name)
     except ImportError:
-        raise missing_extra(name, "cluster") from None
+        raise missing_extra(name) from None

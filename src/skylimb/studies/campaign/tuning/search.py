@@ -112,4 +112,4 @@ def strategies() -> Any:
     try:
         return importlib.import_module("cma")
     except ImportError:
-        raise missing_extra("cma", "tune") from None
+        raise missing_extra("cma") from None
