@@ -62,7 +62,7 @@ def _parse(source: Source) -> Any:
         from yourdfpy import URDF
     except ImportError:
         raise DescriptionError(
-            f"'{path}' has not been read yet: {missing_extra('yourdfpy', 'import')}"
+            f"'{path}' has not been read yet: {missing_extra('yourdfpy')}"
         ) from None
     try:
         urdf = URDF.load(io.BytesIO(content), build_scene_graph=False, load_meshes=False)

@@ -102,7 +102,7 @@ def _extra(package: str) -> Any:
     try:
         return importlib.import_module(package)
     except ImportError:
-        raise missing_extra(package, "draw") from None
+        raise missing_extra(package) from None
 
 
 def _outlines(document: Any, what: str) -> list[tuple[list[Any], Any]]:
