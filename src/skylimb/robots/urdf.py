@@ -61,9 +61,7 @@ def _parse(source: Source) -> Any:
     try:
         from yourdfpy import URDF
     except ImportError:
-        raise DescriptionError(
-            f"'{path}' has not been read yet: {missing_extra('yourdfpy')}"
-        ) from None
+        raise DescriptionError(f"'{path}' has not been read yet: {missing_extra('yourdfpy')}") from None
     try:
         urdf = URDF.load(io.BytesIO(content), build_scene_graph=False, load_meshes=False)
     except Exception as error:  # yourdfpy and lxml let many kinds through: all of them mean "not a URDF"
