@@ -4,7 +4,7 @@
 #   make test    the tests; make test-slow those that take long, too
 #   make bench   how fast the closed loop is, and where its time goes, in Python and natively
 #   make bench-rivals  the same flights beside what else one could use; installs 2 GB and more below out/rivals
-#   make bench-page    all that docs/benchmarks.md says, measured anew (a quarter of an hour, on an idle machine)
+#   make bench-page    all that docs/reports/benchmarks.md says, measured anew (a quarter of an hour, on an idle machine)
 #   make web     bundle what reports and the studio run in a browser (needs Node)
 #   make picture film the moving picture of the README (needs a Chromium)
 #   make docs    the documentation as a site; leaves site/index.html

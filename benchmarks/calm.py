@@ -5,7 +5,7 @@
 The draws of benchmarks/following.py, once with the preset's gains and once with `STEADIER`; then what these
 do on other surfaces, beside docs/following.json. docs/calm.json keeps the scores of every flight, one line a
 setting, and a setting that it holds is not flown again. The tables between the markers of
-docs/following_results.md and docs/images/following_calm.png are made anew.
+docs/reports/following_results.md and docs/images/following_calm.png are made anew.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from skylimb.robots.loader import load_robot
 
 DOCS = Path(__file__).parents[1] / "docs"
 PAGE, NUMBERS, FIGURE = (
-    DOCS / "following_results.md",
+    DOCS / "reports" / "following_results.md",
     DOCS / "calm.json",
     DOCS / "images" / "following_calm.png",
 )

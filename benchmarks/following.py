@@ -5,8 +5,9 @@
 Draws: friction 0.1 .. 0.8, stiffness of the pen 1 .. 20 N/mm (evenly in its logarithm), thrust +-2 % overall
 and per rotor, misaligned attitude +-1 degree about each axis, mass +-1 %, centre of gravity +-10 mm along
 each axis, latency 10 .. 30 ms (20 assumed), both directions of the circle; on the paper's board 14 and 20
-degrees toward both sides. docs/following.json keeps every number, and the tables of docs/following_results.md
-are written anew. `--tables` writes them from the numbers that were kept, `--only TEXT` flies the rows with
+degrees toward both sides. docs/following.json keeps every number, and the tables of
+docs/reports/following_results.md are written anew.
+`--tables` writes them from the numbers that were kept, `--only TEXT` flies the rows with
 that text in their name and keeps all others.
 
 Both presets are held to the same three things: the centre of gravity to the mission's reference, the pen to
@@ -279,7 +280,7 @@ def kept_numbers() -> dict[str, Any]:
 
 
 def beside_table(numbers: Mapping[str, Any]) -> list[str]:
-    """Both presets on every surface, by what they share; docs/results.md shows it."""
+    """Both presets on every surface, by what they share; docs/reports/results.md shows it."""
     shared = SHOWN[:6]
     lines = ["| surface | preset | lost | " + " | ".join(name for name, _, _ in shared) + " |"]
     lines.append("|---" * (3 + len(shared)) + "|")
@@ -318,7 +319,7 @@ def compact(numbers: Mapping[str, Any]) -> str:
 
 def fill(name: str, text: str) -> None:
     """Put a text between the page's markers."""
-    page = DOCS / "following_results.md"
+    page = DOCS / "reports" / "following_results.md"
     begin, end = f"<!-- begin: {name} -->", f"<!-- end: {name} -->"
     old = page.read_text(encoding="utf-8")
     pattern = re.escape(begin) + ".*?" + re.escape(end)

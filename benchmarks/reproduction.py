@@ -1,4 +1,4 @@
-"""Fly the reproduction and write its section of docs/results.md around the words in pages/reproduction.md.
+"""Fly the reproduction and write its section of docs/reports/results.md around pages/reproduction.md.
 
     python benchmarks/reproduction.py             (about ten minutes on two cores)
     python benchmarks/reproduction.py DIR         (takes the folder that `skylimb reproduce` left)
@@ -170,7 +170,7 @@ def main(arguments: list[str]) -> None:
         with tempfile.TemporaryDirectory() as temporary:
             reproduce(Path(temporary) / "reproduction")
             take(Path(temporary) / "reproduction")
-    page = DOCS / "results.md"
+    page = DOCS / "reports" / "results.md"
     text = page.read_text(encoding="utf-8")
     before, after = text[: text.index(BEGIN)], text[text.index(END) + len(END) :]
     page.write_text(before + section() + after, encoding="utf-8")

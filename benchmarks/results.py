@@ -1,6 +1,6 @@
-"""Measure what docs/results.md and docs/contact.md say, and write them around the words in pages/.
+"""Measure what docs/reports/results.md and docs/reports/contact.md say, and write them around pages/.
 
-    python benchmarks/results.py          (about ten minutes; writes docs/*.md and docs/images/)
+    python benchmarks/results.py          (about ten minutes; writes docs/reports/*.md and docs/images/)
 
 Every number of those pages comes from here, so that they can be made again after a change. The reproduction's
 ensemble is flown by reproduction.py, that of `following` and the hybrid by following.py; their sections are
@@ -190,7 +190,7 @@ def write_page(name: str, places: Mapping[str, list[str]]) -> None:
     page = (HERE / "pages" / name).read_text(encoding="utf-8")
     for place, lines in places.items():
         page = page.replace(place, "\n".join(lines))
-    (DOCS / name).write_text(page, encoding="utf-8")
+    (DOCS / "reports" / name).write_text(page, encoding="utf-8")
 
 
 def main() -> None:

@@ -1,4 +1,4 @@
-"""Measure what docs/benchmarks.md says, and write it with docs/benchmarks.json around the words in pages/.
+"""Measure what docs/reports/benchmarks.md says, and write it around pages/benchmarks.md.
 
 make bench-page          (a quarter of an hour on two idle cores, more where rivals are installed first)
 python benchmarks/speed.py --flights 100 --repeats 2 --out out/speed          (a first look)
@@ -186,9 +186,9 @@ def main() -> int:
     page = (HERE / "pages" / "benchmarks.md").read_text(encoding="utf-8")
     for place, text in places(data).items():
         page = page.replace(place, text)
-    options.out.mkdir(parents=True, exist_ok=True)
+    (options.out / "reports").mkdir(parents=True, exist_ok=True)
     (options.out / "benchmarks.json").write_text(json.dumps(data, indent=2) + "\n", encoding="utf-8")
-    (options.out / "benchmarks.md").write_text(page, encoding="utf-8")
+    (options.out / "reports" / "benchmarks.md").write_text(page, encoding="utf-8")
     return 1 if any("**short**" in line for line in wanted(data)) else 0
 
 

@@ -2,7 +2,8 @@
 
     python benchmarks/stability.py          (three minutes; docs/stability.json, a figure, a section)
 
-Gains are read from the preset. The section between the markers of docs/following_results.md is written anew.
+Gains are read from the preset. Written anew is the section between the markers of
+docs/reports/following_results.md.
 """
 
 from __future__ import annotations
@@ -42,7 +43,7 @@ from skylimb.studies.verification.stability import (
 
 DOCS = Path(__file__).parents[1] / "docs"
 PAGE, NUMBERS, FIGURE = (
-    DOCS / "following_results.md",
+    DOCS / "reports" / "following_results.md",
     DOCS / "stability.json",
     DOCS / "images" / "stability.png",
 )

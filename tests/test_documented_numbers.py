@@ -40,7 +40,7 @@ def rows(page: str, heading: str) -> list[list[str]]:
 
 
 def test_the_table_of_following_is_the_preset(following: dict[str, Any]) -> None:
-    table = rows("following_results.md", "### Its numbers\n")
+    table = rows("reports/following_results.md", "### Its numbers\n")
     assert len(table) > 20
     for key, value, _ in table:
         assert entry(following, key.strip("`")) == eval(value, {"__builtins__": {}}), key
@@ -76,7 +76,7 @@ def test_the_guide_of_following_names_the_presets_values(following: dict[str, An
 def test_the_text_of_following_quotes_the_preset(
     following: dict[str, Any], sentence: str, keys: list[str], scale: float | tuple[float, ...]
 ) -> None:
-    text = (DOCS / "following_results.md").read_text(encoding="utf-8")
+    text = (DOCS / "reports" / "following_results.md").read_text(encoding="utf-8")
     found = re.search(sentence.replace("#", NUMBER).replace(" ", r"\s+"), text)
     assert found is not None, sentence
     scales = scale if isinstance(scale, tuple) else (scale,) * len(keys)
@@ -86,7 +86,7 @@ def test_the_text_of_following_quotes_the_preset(
 
 
 def test_the_history_of_the_delay_is_as_long_as_the_page_says() -> None:
-    text = (DOCS / "following_results.md").read_text(encoding="utf-8")
+    text = (DOCS / "reports" / "following_results.md").read_text(encoding="utf-8")
     found = re.search(r"history's (\d+) ticks: (\d+) ms at (\d+) Hz", text)
     assert found is not None
     ticks, reach, rate = map(float, found.groups())

@@ -21,7 +21,7 @@ from skylimb.apps.cli.verbs import VERBS
 from skylimb.base.errors import EXTRAS
 
 ROOT = Path(__file__).parents[1]
-DOCUMENTS = sorted([ROOT / "README.md", ROOT / "CHANGELOG.md", *(ROOT / "docs").glob("*.md")])
+DOCUMENTS = sorted([ROOT / "README.md", ROOT / "CHANGELOG.md", *(ROOT / "docs").rglob("*.md")])
 NO_ORDER = {"skylimb.simulation.surfaces"}
 """Rooms of a wing that has no other: the order of the wings rules them."""
 OPTIONAL = ("compiler", *EXTRAS)

@@ -265,4 +265,4 @@ def test_the_documentation_shows_the_committed_result() -> None:
     spec.loader.exec_module(writer)
     section = writer.section()
     assert "@" not in section
-    assert section in (REPOSITORY / "docs" / "results.md").read_text(encoding="utf-8")
+    assert section in (REPOSITORY / "docs" / "reports" / "results.md").read_text(encoding="utf-8")
