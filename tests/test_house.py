@@ -153,8 +153,8 @@ def test_python_in_the_documents_runs() -> None:
 
 
 def test_files_in_the_guide_are_what_they_say(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    guide = (ROOT / "docs" / "extending.md").read_text(encoding="utf-8")
-    written = re.findall(r"^```\w+\n# file: (\S+)\n(.*?)^```", guide, re.DOTALL | re.MULTILINE)
+    guides = [path.read_text(encoding="utf-8") for path in sorted((ROOT / "docs").glob("extending*.md"))]
+    written = re.findall(r"^```\w+\n# file: (\S+)\n(.*?)^```", "\n".join(guides), re.DOTALL | re.MULTILINE)
     for name, text in written:
         (tmp_path / name).write_text(text, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
