@@ -7,7 +7,7 @@ besides), the same ones for every robot. The preset is the shipped one, with wha
 Errors are medians over the flights of each one's score; beside them, in brackets, error over reach against
 that of the quad. Force has no length in it: its bracket is the plain ratio. Numbers are kept in
 docs/following_robots.json after every few flights, with a digest of the controller, so that an interrupted
-run goes on and one with other gains begins anew; the table is written into docs/robots.md.
+run goes on and one with other gains begins anew; the table is written into docs/reports/robots.md.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ from skylimb.robots.loader import load_robot
 QUAD = "hydrus_xi_quad"
 ROBOTS = (QUAD, "tilted_hexarotor", "tiltable_hexarotor", "dragon", "hydrus_quad")
 TOGETHER = 5
-PAGE = Path(__file__).parents[1] / "docs" / "robots.md"
-KEPT = PAGE.with_name("following_robots.json")
+PAGE = Path(__file__).parents[1] / "docs" / "reports" / "robots.md"
+KEPT = PAGE.parents[1] / "following_robots.json"
 BEGIN, END = "<!-- following: written by benchmarks/following_robots.py -->", "<!-- end of following -->"
 SHOWN = (
     ("y, mm", "error_u_median", 1e3),

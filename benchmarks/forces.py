@@ -4,8 +4,8 @@
 
 The paper's circle on boards of five slopes and four frictions, six wanted forces, two seeds for each preset:
 480 flights. docs/forces.json keeps every one, a line each; one that it holds is not flown again. The table
-between the markers of docs/scores.md is written anew: flights by the share of the wanted force in what
-`flights.held` holds against slope and drag.
+between the markers of docs/reports/scores.md is written anew: flights by the share of the wanted force in
+what `flights.held` holds against slope and drag.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from skylimb.flight.takeoff import prepare
 from skylimb.robots.loader import load_robot
 
 DOCS = Path(__file__).parents[1] / "docs"
-PAGE, NUMBERS = DOCS / "scores.md", DOCS / "forces.json"
+PAGE, NUMBERS = DOCS / "reports" / "scores.md", DOCS / "forces.json"
 PRESETS = ("following", "drawing")
 SLOPES, FRICTIONS = (20, -20, 0, 14, -14), (0.2, 0.4, 0.6, 0.8)
 FORCES, SEEDS = (0.5, 1.0, 2.0, 3.0, 4.0, 5.0), (0, 1)

@@ -153,7 +153,7 @@ def contact_page() -> tuple[list[str], list[str]]:
                 shutil.copy(folder / row.figure, images / row.figure)
     table = ["| claim | measured | theory | tolerance | cases | |", "|---|---|---|---|---|---|"]
     table += [_claim(row) for row in rows]
-    figures = [f"![{row.claim}](images/contact/{row.figure})" for row in rows if row.figure]
+    figures = [f"![{row.claim}](../images/contact/{row.figure})" for row in rows if row.figure]
     return table, figures
 
 

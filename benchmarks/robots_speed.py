@@ -4,7 +4,7 @@
 
 Each robot flies the board that ships for it with the presets `hybrid` and `following`, by the Python driver
 (benchmarks/loop.py) and by the native one (benchmarks/native.py). `--write` puts the table into
-docs/robots.md. Run it on an idle machine. Exits with 1 when a ratio falls short of 0.90 and 1.00.
+docs/reports/robots.md. Run it on an idle machine. Exits with 1 when a ratio falls short of 0.90 and 1.00.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from typing import NamedTuple
 import loop
 import native  # beside this file, as `loop` is
 
-PAGE = Path(__file__).parents[1] / "docs" / "robots.md"
+PAGE = Path(__file__).parents[1] / "docs" / "reports" / "robots.md"
 EXPERIMENTS = (
     "paper",
     "ceiling",
@@ -66,7 +66,7 @@ def main() -> int:
     """Measure all; 1 when one falls short."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--repeats", type=int, default=7)
-    parser.add_argument("--write", action="store_true", help="put the table into docs/robots.md")
+    parser.add_argument("--write", action="store_true", help="put the table into docs/reports/robots.md")
     options = parser.parse_args()
     rows = []
     for name in EXPERIMENTS:

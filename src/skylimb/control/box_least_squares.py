@@ -16,8 +16,8 @@ a face, free the entry whose bound pulls the most the wrong way, or end.
 Why it ends. Each problem is strictly convex, and the bounds that hold are linearly independent, so every
 freed entry moves inward and lowers the cost. A face has one least point, so none is met twice: a round ends
 after at most 3^n faces, with at most n bounds in a row before each. That bound is far away in practice: a
-million random problems with 4, 6 and 8 entries took 24 iterations at most (docs/allocation.md). So they
-stop at `ITERATIONS`. Wherever they stop, x is inside of the box and costs no more than x_wanted cut off.
+million random problems with 4, 6 and 8 entries took 24 iterations at most (docs/reports/allocation.md). So
+they stop at `ITERATIONS`. Wherever they stop, x is inside of the box and costs no more than x_wanted cut off.
 
 A point that is inside of the box from the start costs a comparison: iterations are skipped, not computed in
 vain, by a branch that CasADi and its C code share.

@@ -6,7 +6,7 @@
 
 A force along the surface's own normal, with the drag of its friction to every side, has to leave something
 over for the flight: of flights that wanted more than 60 % of what the model holds, half were lost and most of
-the others did not keep their force (docs/scores.md has the count).
+the others did not keep their force (docs/reports/scores.md has the count).
 """
 
 from __future__ import annotations

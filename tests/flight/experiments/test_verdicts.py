@@ -1,4 +1,4 @@
-"""What docs/scores.md says of shipped flights: which are done as commanded, and why a hard press is not."""
+"""What docs/reports/scores.md says of shipped flights: which are done, and why a hard press is not."""
 
 import re
 from pathlib import Path
@@ -7,7 +7,7 @@ import pytest
 
 import skylimb
 
-PAGE = (Path(__file__).parents[3] / "docs" / "scores.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parents[3] / "docs" / "reports" / "scores.md").read_text(encoding="utf-8")
 FORCE = "controller.translation.force"
 
 
