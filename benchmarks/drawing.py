@@ -7,7 +7,7 @@ high, on the paper's board, seeds 0 to 3. **unknown**: examples/skylimb.svg with
 frictions of the draws of benchmarks/following.py, each without and with the calibration that
 docs/calibration.json keeps of the same draw (its error is put on top of the truth; the calibration is not
 flown again). All at 0.05 m/s, as `skylimb draw` does. docs/drawing.json keeps every flight, a line each; one
-that it holds is not flown again. The tables of docs/drawing.md are written anew.
+that it holds is not flown again. The tables of docs/reports/drawing.md are written anew.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from following import draws  # the same draws, beside this file
 
 HERE = Path(__file__).parent
 DOCS = HERE.parent / "docs"
-PAGE, NUMBERS = DOCS / "drawing.md", DOCS / "drawing.json"
+PAGE, NUMBERS = DOCS / "reports" / "drawing.md", DOCS / "drawing.json"
 SEEDS = (0, 1, 2, 3)
 PEN: Mapping[str, Any] = {
     "trajectory.shape": "drawing",

@@ -6,8 +6,9 @@ Pushes: the hovering robot is pushed sideways in a random level direction; how f
 each with robots that do not know themselves, surfaces that are not where they should be, and sensors that are
 late. A task is done when the flight's own verdict says so. Stability: of the linearised loop while the tip
 presses. Passivity: of the tip's admittance.
-The sections between the markers of docs/full_actuation.md are written anew. docs/full_actuation.json keeps
-the verdict and the errors of every task's flight; with --resume those that it has are not flown again.
+The sections between the markers of docs/reports/full_actuation.md are written anew.
+docs/full_actuation.json keeps the verdict and the errors of every task's flight; with --resume those that it
+has are not flown again.
 """
 
 from __future__ import annotations
@@ -45,8 +46,8 @@ from skylimb.studies.verification.stability import (
     tip_port,
 )
 
-PAGE = Path(__file__).parents[1] / "docs" / "full_actuation.md"
-KEPT = PAGE.with_suffix(".json")
+PAGE = Path(__file__).parents[1] / "docs" / "reports" / "full_actuation.md"
+KEPT = PAGE.parents[1] / "full_actuation.json"
 BATCH = 20
 SEED = 8
 """Of the tasks' draws. Controllers were tuned on draws of the seed 7, so nothing was tuned on these."""

@@ -5,7 +5,7 @@
 Per draw the friction is between 0.2 and 0.6, the slope between 10 and 25 degrees as the paper's, and the
 seed of the noise another (`SEED` and the draw's number). The plan is made once a controller, for the
 experiment as it ships. Plans and scores are kept in out/planned_posture, so that an interrupted run goes on;
-remove it after a change of the planner. The table is written into docs/feasibility.md.
+remove it after a change of the planner. The table is written into docs/reports/feasibility.md.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from skylimb.studies.planning.task_plan import EXPERIMENT, plan_posture, write_p
 
 SEED = 7
 TOGETHER = 10
-KEPT = PAGE.parents[1] / "out" / "planned_posture"
+KEPT = PAGE.parents[2] / "out" / "planned_posture"
 MEASURES = ("contact_force_normal_std", "pen_line_rms", "contact_fraction")
 BEGIN, END = "<!-- planned: written by benchmarks/planned_posture.py -->", "<!-- end of planned -->"
 HEAD = (

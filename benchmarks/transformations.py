@@ -12,7 +12,7 @@ way of `posture_roadmap` is taken.
 The free-flight experiment flies at `SPEED` with a second of hold, the sensors' noise seeded by the piece, by
 `pid` and what `FLOWN_WITH` changes in it for a robot. What was planned is kept tour by tour in
 out/transformations, so that an interrupted run goes on. Rows are kept in docs/transformations.json and
-written into docs/feasibility.md.
+written into docs/reports/feasibility.md.
 """
 
 from __future__ import annotations
@@ -51,9 +51,9 @@ MILESTONES = 20  # postures besides, which a way may lead through
 CLEARANCE = 0.15  # m
 PIECE = {"dragon": 6}  # transformations a flight; eight by others. Its ways are long, and 600 s are the most
 TOGETHER = 4  # flights at once
-PAGE = Path(__file__).parents[1] / "docs" / "feasibility.md"
-PLANS = PAGE.parents[1] / "out" / "transformations"
-KEPT = PAGE.with_name("transformations.json")
+PAGE = Path(__file__).parents[1] / "docs" / "reports" / "feasibility.md"
+PLANS = PAGE.parents[2] / "out" / "transformations"
+KEPT = PAGE.parents[1] / "transformations.json"
 LAW: dict[str, Any] = {
     "allocation.leak.compensate": True,
     "allocation.hold_lift": True,

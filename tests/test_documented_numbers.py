@@ -121,3 +121,13 @@ def test_the_defaults_of_a_campaign_are_those_of_its_class() -> None:
             owner = stop if key.startswith("stop.") else spec
             assert str(getattr(owner, key.removeprefix("stop."))) == default.strip("`"), key
     assert known >= 5
+
+
+def test_the_guide_of_fully_actuated_flight_counts_as_its_report() -> None:
+    counts = r"^\|.*\| `(\w+)` \| (\d+ of \d+) \| (\d+) \|"
+    guide, report = (
+        re.findall(counts, (DOCS / folder / "full_actuation.md").read_text(encoding="utf-8"), re.MULTILINE)
+        for folder in (".", "reports")
+    )
+    assert len(report) == 6
+    assert guide == report

@@ -5,5 +5,5 @@
     made = skylimb.calibrate("calibration", seed=3)
     print(made.verdict)
 
-`docs/calibration.md` says what a flight can show, and how.
+`docs/calibration.md` says what a flight can show, `docs/reports/calibration.md` how it is estimated.
 """
