@@ -6,7 +6,8 @@ Draws are those of benchmarks/following.py: thrust +-2 % overall and per rotor, 
 about each axis, mass +-1 %, centre of gravity +-10 mm along each axis, latency 10 .. 30 ms. Each is
 calibrated by the experiment `calibration`, then flies the paper's board with and without its calibration.
 docs/calibration.json keeps every number, a line a draw, and the tables of docs/reports/calibration.md are
-written anew. Draws that it holds are not flown again: a run that was cut off goes on. `--tables` flies nothing.
+written anew. Draws that it holds are not flown again: a run that was cut off goes on. `--tables`
+flies nothing.
 """
 
 from __future__ import annotations
