@@ -23,9 +23,10 @@ def statements(source: str) -> int:
     """Statements of a Python file, without imports and docstrings."""
     found = 0
     for node in ast.walk(ast.parse(source)):
-        text = isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
-        if isinstance(node, ast.stmt) and not isinstance(node, ast.Import | ast.ImportFrom):
-            found += not (text and isinstance(node.value.value, str))
+        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
+            found += not isinstance(node.value.value, str)
+        elif isinstance(node, ast.stmt) and not isinstance(node, ast.Import | ast.ImportFrom):
+            found += 1
     return found
 
 

@@ -6,8 +6,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-import pytest
-
 PROGRAM = """
 import sys
 
@@ -104,7 +102,5 @@ def test_the_core_flies_a_controller_with_numpy_and_casadi_alone(tmp_path: Path)
         timeout=300,
         check=False,
     )
-    if "yourdfpy is blocked" in ended.stderr or "platformdirs is blocked" in ended.stderr:
-        pytest.xfail("shipped robots are still read from their URDF, by yourdfpy and a cache")
     assert ended.returncode == 0, ended.stderr[-3000:]
     assert ended.stdout.startswith("flown")

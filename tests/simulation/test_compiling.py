@@ -20,7 +20,7 @@ needs_compiler = pytest.mark.skipif(not compiling.compilers(), reason="no C comp
 @pytest.fixture
 def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """A user's cache of this test alone, and no folders of this process yet."""
-    monkeypatch.setattr(platformdirs, "user_cache_dir", lambda name: str(tmp_path / name))
+    monkeypatch.setattr(platformdirs, "user_cache_path", lambda name: tmp_path / name)
     compiling._process_folder.cache_clear()
     yield tmp_path / "skylimb"
     compiling._process_folder.cache_clear()
@@ -128,7 +128,7 @@ def test_where_nothing_can_be_written_every_place_is_named(
 def test_without_a_home_nothing_is_left_in_the_working_directory(
     elsewhere: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(platformdirs, "user_cache_dir", lambda name: f"~/.cache/{name}")
+    monkeypatch.setattr(platformdirs, "user_cache_path", lambda name: Path(f"~/.cache/{name}"))
     monkeypatch.chdir(tmp_path)
     before = set(tmp_path.iterdir())
     compiling._process_folder.cache_clear()

@@ -36,17 +36,21 @@ class Controller(Protocol):
     @property
     def name(self) -> str:
         """Short name for records and figures."""
+        ...
 
     def gains(self) -> Any:
         """Numbers that may change in flight."""
+        ...
 
     def initial_state(self) -> Any:
         """What the controller remembers before the first tick."""
+        ...
 
     def step(
         self, gains: Any, state: Any, measurement: Measurement, reference: Reference, dt: float
     ) -> tuple[Any, Command, Mapping[str, Any]]:
         """One tick of `dt` seconds: the new state, the command, and signals to record under their names."""
+        ...
 
 
 @runtime_checkable
@@ -55,19 +59,23 @@ class ConfigurableController(Controller, Protocol):
 
     def with_gains(self, changes: Mapping[str, Any]) -> ConfigurableController:
         """The same with other values of some gains, by dotted key."""
+        ...
 
     @property
     def signals(self) -> Mapping[str, Signal]:
         """Unit, frame and meaning of its own signals, where they are declared."""
+        ...
 
     def check_gain(self, key: str, value: Any, where: str) -> None:
         """Raise a `ConfigError` that begins with `where` unless the gain of this key may have this value."""
 
     def key_tables(self) -> Iterator[Table]:
         """Every key that it was made from, with value, unit, range and meaning."""
+        ...
 
     def tables(self) -> dict[str, Any]:
         """All that it was made from as plain tables, for a run's record."""
+        ...
 
 
 @runtime_checkable
@@ -77,13 +85,16 @@ class TraceableController(ConfigurableController, Protocol):
     @property
     def robot(self) -> Robot:
         """The controller's model of the robot."""
+        ...
 
     @property
     def needs(self) -> Needs:
         """What it needs of the loop."""
+        ...
 
     def structure(self) -> Hashable:
         """Everything that its traced step depends on besides numbers: laws, robot, structure of its state."""
+        ...
 
     def require(self, dt: float) -> None:
         """Raise a `ConfigError` when it cannot work at a control period of `dt` s."""

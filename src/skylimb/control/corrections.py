@@ -90,6 +90,7 @@ class HasCorrections(Protocol):
     @property
     def corrections(self) -> Corrections:
         """What a controller uses of it."""
+        ...
 
 
 Calibrated = str | Path | Corrections | HasCorrections

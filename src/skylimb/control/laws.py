@@ -28,9 +28,11 @@ class Law(Protocol):
     @property
     def Gains(self) -> type:
         """A frozen dataclass: the keys of the slot's table in a preset."""
+        ...
 
     def initial_state(self, gains: Any, start: Start, /) -> Any:
         """The law's state before the first tick."""
+        ...
 
 
 class EstimationLaw(Law, Protocol):
@@ -38,9 +40,11 @@ class EstimationLaw(Law, Protocol):
 
     def step(self, gains: Any, state: Any, sensed: Sensed, /) -> tuple[Any, Estimate, Signals]:
         """The estimate of this tick."""
+        ...
 
     def commanded(self, gains: Any, state: Any, estimate: Estimate, rotors: Wrench, dt: float, /) -> Any:
         """The state that knows which wrench the rotors really make until the next tick."""
+        ...
 
 
 class ContactLaw(Law, Protocol):
@@ -48,6 +52,7 @@ class ContactLaw(Law, Protocol):
 
     def step(self, gains: Any, state: Any, inputs: LawInput, /) -> tuple[Any, ContactView, Signals]:
         """What the laws after it may know of the contact."""
+        ...
 
 
 class ShapeLaw(Law, Protocol):
@@ -57,6 +62,7 @@ class ShapeLaw(Law, Protocol):
         self, gains: Any, state: Any, inputs: LawInput, reach_limits: tuple[float, float], /
     ) -> tuple[Any, ArmTarget, Signals]:
         """The wanted reach, m, within its limits."""
+        ...
 
 
 class TranslationLaw(Law, Protocol):
@@ -64,6 +70,7 @@ class TranslationLaw(Law, Protocol):
 
     def step(self, gains: Any, state: Any, inputs: LawInput, /) -> tuple[Any, Array, Signals]:
         """f_cmd in W, N, (3,); a signal "cog_position_target" where it leads the centre of gravity."""
+        ...
 
 
 class AttitudeLaw(Law, Protocol):
@@ -73,6 +80,7 @@ class AttitudeLaw(Law, Protocol):
         self, gains: Any, state: Any, inputs: LawInput, R_target: Array, /
     ) -> tuple[Any, Array, Signals]:
         """tau_cmd in C, N m, (3,), for a target attitude R_W,Cref."""
+        ...
 
 
 class AllocationLaw(Law, Protocol):
@@ -80,11 +88,13 @@ class AllocationLaw(Law, Protocol):
 
     def aim(self, gains: Any, state: Any, inputs: LawInput, force: Array, /) -> Array:
         """The part of the wanted force that the tilt of the robot has to give, W, N, (3,)."""
+        ...
 
     def step(
         self, gains: Any, state: Any, inputs: LawInput, demand: Demand, /
     ) -> tuple[Any, Allocated, Signals]:
         """The command, and the wrench that comes of it."""
+        ...
 
 
 class Laws(NamedTuple):

@@ -16,7 +16,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from skylimb.base.files import replace_text
+from skylimb.base.files import cache_folder, replace_text
 from skylimb.base.sources import Source
 from skylimb.robots.description import Joint, Link
 from skylimb.robots.urdf import read_urdf
@@ -35,16 +35,17 @@ def tree_of(urdf: Source, root_link: str | None) -> Tree:
         MissingExtraError: there is none, and the package that reads URDFs is not installed.
         SkylimbError: as `read_urdf`.
     """
-    import platformdirs
-
     key = _key(urdf, root_link)
-    cached = platformdirs.user_cache_path("skylimb") / "links" / f"{key}.json"
     # A copy of a robot that ships finds that one's file.
     shipped = sorted(Path(__file__).parent.glob("*/*.links.json"))
-    for path in (urdf.path.with_suffix(".links.json"), cached, *shipped):
+    for path in (urdf.path.with_suffix(".links.json"), *shipped):
         tree = _read(path, key)
         if tree is not None:
             return tree
+    cached = cache_folder() / "links" / f"{key}.json"
+    tree = _read(cached, key)
+    if tree is not None:
+        return tree
     tree = read_urdf(urdf, root_link)
     if cached.is_absolute() and _complete(urdf, tree):
         with contextlib.suppress(OSError):

@@ -19,9 +19,8 @@ from importlib.metadata import PackageNotFoundError, version
 from importlib.util import find_spec
 from pathlib import Path
 
-import platformdirs
-
 from skylimb.base.errors import CompileError
+from skylimb.base.files import cache_folder
 
 # The engine's own binaries ask for AVX on these machines; with it, code is a seventh shorter.
 _WIDE = ("-mavx",) if platform.machine().lower() in ("x86_64", "amd64") else ()
@@ -43,7 +42,7 @@ def built_library(folder: str, stem: str, source: str) -> Path:
     Raises:
         CompileError: when no compiler is found or none accepts the source.
     """
-    library, cache = _library_name(folder, stem, source), _cache()
+    library, cache = _library_name(folder, stem, source), cache_folder()
     try:
         return _built_below(cache, library, source)
     # A compiler on a full disk fails as it does over a wrong source, so both are tried elsewhere.
@@ -69,7 +68,7 @@ def met_before(folder: str, stem: str, source: str) -> bool:
     A library pays only after some flights. So whoever flies once asks this first: the answer is no the first
     time, and yes from then on. Where the cache cannot be written it stays no.
     """
-    path = _cache() / _library_name(folder, stem, source)
+    path = cache_folder() / _library_name(folder, stem, source)
     mark = path.with_suffix(".met")
     if path.is_file() or mark.is_file():
         return True
@@ -82,11 +81,7 @@ def met_before(folder: str, stem: str, source: str) -> bool:
 
 def built_before(folder: str, stem: str, source: str) -> bool:
     """Whether this machine's cache has the library of a C source."""
-    return (_cache() / _library_name(folder, stem, source)).is_file()
-
-
-def _cache() -> Path:
-    return Path(platformdirs.user_cache_dir("skylimb"))
+    return (cache_folder() / _library_name(folder, stem, source)).is_file()
 
 
 def _library_name(folder: str, stem: str, source: str) -> Path:

@@ -7,7 +7,6 @@ from typing import Annotated
 
 from skylimb.apps.cli.arguments import arg
 from skylimb.apps.cli.options import Experiment, Seed, Settings, within
-from skylimb.base.errors import missing_extra
 
 
 def studio(
@@ -44,12 +43,7 @@ def studio(
 
     token = checked_token(host, token)
     within("--port", port, 0, 65535)
-    try:
-        from skylimb.apps.studio.server_run import serve
-    except ModuleNotFoundError as error:
-        if (error.name or "").partition(".")[0] != "websockets":
-            raise
-        raise missing_extra("websockets", "studio") from None
+    from skylimb.apps.studio.server_run import serve
 
     serve(
         experiment, controller, set or {}, seed, Path(out), host=host, port=port, token=token, browser=browser

@@ -25,17 +25,21 @@ class Driver(Protocol):
     @property
     def layout(self) -> Layout[dict[str, Any]]:
         """Where each signal stands in a row of the log; known after the first tick at the latest."""
+        ...
 
     @property
     def log(self) -> np.ndarray:
         """One row of signals a tick; NaN where nothing has been flown yet."""
+        ...
 
     @property
     def tick(self) -> Callable[[int], int]:
         """Flies tick `k` and returns the whole tick of the mission that comes next."""
+        ...
 
     def fault(self) -> str:
         """Why the vehicle's state can no longer be trusted; empty while it can."""
+        ...
 
 
 class Loop:

@@ -21,9 +21,11 @@ class Vehicle(Protocol):
     @property
     def layout(self) -> Layout[dict[str, Any]]:
         """Where each signal stands in what `record` returns."""
+        ...
 
     def measure(self) -> Measurement:
         """What the sensors say now."""
+        ...
 
     def record(self, measurement: Measurement, command: Command) -> np.ndarray:
         """The tick's signals besides the controller's own: measurement, command, and truth where it is known.
@@ -35,12 +37,14 @@ class Vehicle(Protocol):
         Returns:
             Flat, in the order of `layout`.
         """
+        ...
 
     def apply(self, command: Command) -> None:
         """Pass the command on; returns when the next tick is due."""
 
     def fault(self) -> str:
         """Why the vehicle's state can no longer be trusted; empty while it can."""
+        ...
 
 
 def measured_layout(robot: Robot) -> Layout[dict[str, Any]]:

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from skylimb.base.files import replace_text
+from skylimb.base.files import cache_folder, replace_text
 from skylimb.control.planning.vectoring_criteria import TORQUE, VectoringCriteria
 from skylimb.control.planning.vectoring_digest import robot_digest
 from skylimb.control.planning.vectoring_search import search_vectoring
@@ -52,13 +52,16 @@ def table_file(criteria: VectoringCriteria) -> str:
 
 
 def _stored(robot: Robot, criteria: VectoringCriteria, digest: str) -> np.ndarray:
-    cached, name = _cache_file(digest), table_file(criteria)
+    name = table_file(criteria)
     # A robot that differs from a shipped one only where the table does not look finds that one's table.
-    shipped = sorted(SHIPPED.glob(f"*/{name}"))
-    for path in (robot.description.folder / name, *shipped, cached):
+    for path in (robot.description.folder / name, *sorted(SHIPPED.glob(f"*/{name}"))):
         found = _read(path, digest, robot.n_vectoring)
         if found is not None:
             return found
+    cached = cache_folder() / "vectoring" / f"{digest[:32]}.toml"
+    found = _read(cached, digest, robot.n_vectoring)
+    if found is not None:
+        return found
     # A user who waits for minutes should know what for, so this is no mere information.
     _log.warning("searching for the vectoring angles of '%s': seconds to minutes, once", robot.name)
     found = np.round(search_vectoring(robot, criteria), _DECIMALS)
@@ -68,12 +71,6 @@ def _stored(robot: Robot, criteria: VectoringCriteria, digest: str) -> np.ndarra
         # Without a cache everything works, only slower.
         _log.warning("cannot keep the vectoring angles of '%s' in '%s': %s", robot.name, cached, error)
     return found
-
-
-def _cache_file(digest: str) -> Path:
-    import platformdirs
-
-    return platformdirs.user_cache_path("skylimb") / "vectoring" / f"{digest[:32]}.toml"
 
 
 def _read(path: Path, digest: str, n_vectoring: int) -> np.ndarray | None:

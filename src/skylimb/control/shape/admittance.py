@@ -39,7 +39,7 @@ class State(NamedTuple):
     rate: float | Array
 
 
-def initial_state(gains: Gains, start: Start) -> State:
+def initial_state(gains: object, start: Start) -> State:
     """At rest at the nominal reach."""
     return State(start.reach, 0.0)
 
