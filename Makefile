@@ -2,6 +2,7 @@
 #
 #   make demo    fly the paper's experiment with its four controllers; leaves out/demo/report.html
 #   make test    the tests; make test-slow those that take long, too
+#   make bare    fly in two bare environments: what `pip install .` brings, and the core with NumPy and CasADi alone
 #   make bench   how fast the closed loop is, and where its time goes, in Python and natively
 #   make bench-rivals  the same flights beside what else one could use; installs 2 GB and more below out/rivals
 #   make bench-page    all that docs/reports/benchmarks.md says, measured anew (a quarter of an hour, on an idle machine)
@@ -23,7 +24,7 @@ PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constr
 DEMO := out/demo
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-slow bench bench-rivals bench-page web picture docs lint format clean constraints
+.PHONY: help demo test test-slow bare bench bench-rivals bench-page web picture docs lint format clean constraints
 .DELETE_ON_ERROR:
 
 help:
@@ -44,6 +45,19 @@ test: $(VENV)/dev.stamp
 # Statistics and long searches; CI runs them as well.
 test-slow: $(VENV)/dev.stamp
 	$(BIN)/pytest -n 2 -m slow
+
+# What flies must not need what only an extra brings. Both environments are made anew.
+bare: | $(BIN)/python
+	rm -rf out/bare out/core
+	$(BIN)/python -m venv out/bare
+	out/bare/bin/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt .
+	out/bare/bin/skylimb run --controller following --out out/bare/flight
+	test -s out/bare/flight/log.nc && test ! -e out/bare/flight/report.html
+	$(BIN)/python -m venv out/core
+	out/core/bin/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt \
+	  numpy casadi msgspec lazy-loader
+	out/core/bin/python -m pip install --quiet --disable-pip-version-check --no-deps .
+	out/core/bin/python tests/helpers/core_alone.py
 
 bench: $(VENV)/run.stamp
 	$(BIN)/python benchmarks/loop.py
