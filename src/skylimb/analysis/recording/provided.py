@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from skylimb.base.errors import of_an_extra
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
@@ -20,5 +22,12 @@ def provide(**makers: Callable[..., Any]) -> None:
 
 
 def provided(name: str, *arguments: Any) -> Any:
-    """The thing of that name, made from some arguments."""
-    return _makers[name](*arguments)
+    """The thing of that name, made from some arguments.
+
+    Raises:
+        MissingExtraError: a package that only an extra installs is missing; the message names it.
+    """
+    try:
+        return _makers[name](*arguments)
+    except ImportError as error:
+        raise of_an_extra(error) or error from None
