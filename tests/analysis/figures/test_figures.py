@@ -17,7 +17,7 @@ from skylimb.analysis.figures import REPORT_FIGURES, boxes, over_time, pose_stri
 from skylimb.analysis.figures.style import CONTROLLER_COLOURS, colours
 from skylimb.analysis.recording import Run
 
-FILES = {plate.name for plate in REPORT_FIGURES if not plate.draws and not plate.tools}
+FILES = {picture.name for picture in REPORT_FIGURES if not picture.draws and not picture.tools}
 
 
 @pytest.fixture
@@ -44,10 +44,10 @@ def texts(figure):
 
 
 @pytest.mark.parametrize("count", [1, 3, 6])
-@pytest.mark.parametrize("plate", REPORT_FIGURES, ids=lambda plate: plate.name)
-def test_every_figure_draws_any_number_of_runs(make_run, plate, count, tmp_path):
+@pytest.mark.parametrize("picture", REPORT_FIGURES, ids=lambda picture: picture.name)
+def test_every_figure_draws_any_number_of_runs(make_run, picture, count, tmp_path):
     runs = {f"flight {i}": make_run("hybrid", f"flight {i}", slide=2.0, dt=0.02) for i in range(count)}
-    for path in style.save(plate.draw(runs), tmp_path / plate.name):
+    for path in style.save(picture.draw(runs), tmp_path / picture.name):
         assert path.stat().st_size > 3000
 
 
@@ -78,19 +78,19 @@ def test_the_laws_own_target_is_drawn_beside_the_missions_reference(make_log):
     assert "the law's own target" not in [text.get_text() for text in plain.legends[0].get_texts()]
 
 
-@pytest.mark.parametrize("plate", REPORT_FIGURES, ids=lambda plate: plate.name)
-def test_a_failed_flight_is_named_as_one(four_runs, plate):
-    words = " ".join(texts(plate.draw(four_runs))) + " ".join(
-        ax.get_ylabel() for ax in plate.draw(four_runs).axes
+@pytest.mark.parametrize("picture", REPORT_FIGURES, ids=lambda picture: picture.name)
+def test_a_failed_flight_is_named_as_one(four_runs, picture):
+    words = " ".join(texts(picture.draw(four_runs))) + " ".join(
+        ax.get_ylabel() for ax in picture.draw(four_runs).axes
     )
     assert "failed" in words
 
 
-@pytest.mark.parametrize("plate", REPORT_FIGURES, ids=lambda plate: plate.name)
-def test_a_flight_lost_before_it_touched_is_drawn_too(make_log, plate, tmp_path, coarse):
+@pytest.mark.parametrize("picture", REPORT_FIGURES, ids=lambda picture: picture.name)
+def test_a_flight_lost_before_it_touched_is_drawn_too(make_log, picture, tmp_path, coarse):
     log = make_log(status="FAILED", cause="fell").isel(time=slice(0, 150))
     runs = {"pid": Run("pid", "pid", log, {}), "hybrid": Run("hybrid", "hybrid", log, {})}
-    for path in style.save(plate.draw(runs), tmp_path / plate.name):
+    for path in style.save(picture.draw(runs), tmp_path / picture.name):
         assert path.exists()
 
 
@@ -100,7 +100,7 @@ def test_only_figures_that_compare_need_several_runs(make_run, tmp_path, coarse)
     names = {path.name for path in (tmp_path / "one").iterdir()}
     assert names == {
         f"{name}.{kind}"
-        for name in FILES - {plate.name for plate in REPORT_FIGURES if plate.compares}
+        for name in FILES - {picture.name for picture in REPORT_FIGURES if picture.compares}
         for kind in ("png", "pdf")
     }
     write_figures({"a": run, "b": run}, tmp_path / "two")
@@ -223,9 +223,9 @@ def test_a_clock_that_was_held_back_takes_no_pose_from_the_others(make_run):
     assert [any("reach" in text.get_text() for text in ax.texts) for ax in unpaced.axes].count(True) == 8
 
 
-@pytest.mark.parametrize("plate", REPORT_FIGURES, ids=lambda plate: plate.name)
-def test_nothing_is_cut_off_at_the_edge(four_runs, plate):
-    figure = plate.draw(four_runs)
+@pytest.mark.parametrize("picture", REPORT_FIGURES, ids=lambda picture: picture.name)
+def test_nothing_is_cut_off_at_the_edge(four_runs, picture):
+    figure = picture.draw(four_runs)
     style.png(figure)
     box, (wide, tall) = figure.get_tightbbox(), figure.get_size_inches()
     assert box.x0 > -0.01

@@ -44,15 +44,15 @@ def test_a_pose_shows_how_far_the_body_was_moved(make_run):
 def test_a_drawing_has_no_figure_that_joins_its_strokes(make_run):
     run = make_run(slide=2.0)
     drawing = Run("a", "following", run.log.assign(reference_line=run.log.tilt), {})
-    traces = next(plate for plate in REPORT_FIGURES if plate.name == "pen_traces")
+    traces = next(picture for picture in REPORT_FIGURES if picture.name == "pen_traces")
     assert traces.suits({"a": run})
     assert not traces.suits({"a": drawing})
 
 
 def test_no_caption_speaks_of_a_path_that_may_be_another():
-    for plate in REPORT_FIGURES:
-        assert "circle" not in plate.caption
-        assert "lap" not in plate.caption.split()
+    for picture in REPORT_FIGURES:
+        assert "circle" not in picture.caption
+        assert "lap" not in picture.caption.split()
 
 
 def test_a_drawings_file_is_named_without_its_folder():

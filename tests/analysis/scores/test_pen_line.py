@@ -106,12 +106,12 @@ def test_who_stands_behind_the_robot_has_plus_y_to_the_left(make_log):
 
 
 def test_the_figure_shows_drawings_only(make_log, make_run):
-    plate = next(plate for plate in REPORT_FIGURES if plate.name == "drawing")
+    picture = next(picture for picture in REPORT_FIGURES if picture.name == "drawing")
     asked = [[[-0.3, 0.0], [0.3, 0.0]], [[0.0, -0.2], [0.0, 0.2]]]
     log = with_drawing(make_log(), asked, lambda s: (-0.3 + 0.6 * s, 0.01 * np.sin(20 * s)))
     run = Run("hybrid", "hybrid", log)
-    assert plate.suits({"hybrid": run})
-    assert not plate.suits({"hybrid": make_run()})
+    assert picture.suits({"hybrid": run})
+    assert not picture.suits({"hybrid": make_run()})
     figure = drawn_line({"hybrid": run, "other": run})
     texts = [
         text.get_text() for ax in figure.axes if (legend := ax.get_legend()) for text in legend.get_texts()

@@ -75,8 +75,8 @@ def test_the_figure_and_the_panels_hold_what_was_commanded(worked, make_log):
     solid, dashed = figure.axes[0].lines[1], figure.axes[0].lines[0]
     assert np.asarray(dashed.get_ydata())[0] == pytest.approx(np.degrees(1.5))
     assert np.max(np.asarray(solid.get_ydata())) == pytest.approx(np.degrees(1.5), rel=1e-2)
-    (plate,) = (plate for plate in REPORT_FIGURES if plate.tools)
-    assert plate.suits({"one": run})
-    assert not plate.suits({"one": run, "two": Run("plain", "plain", make_log(), {})})
+    (picture,) = (picture for picture in REPORT_FIGURES if picture.tools)
+    assert picture.suits({"one": run})
+    assert not picture.suits({"one": run, "two": Run("plain", "plain", make_log(), {})})
     titles = [panel["title"] for panel in packed_panels(worked)["panels"]]
     assert {"Turn of the valve", "Depth of the peg's end"} <= set(titles)

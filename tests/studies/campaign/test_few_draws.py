@@ -121,8 +121,8 @@ def test_a_large_number_of_draws_is_not_told_to_the_last_one() -> None:
 def test_few_draws_are_drawn_as_points_with_their_numbers() -> None:
     values = np.array([[0.11, 0.08], [0.12, np.nan], [0.13, 0.09]])
     scores = scores_of(values)
-    (plate,) = report_figures(scores, KEY, PAPER)
-    assert plate.name == "points"
+    (picture,) = report_figures(scores, KEY, PAPER)
+    assert picture.name == "points"
     (ax,) = (ax for ax in points(scores, PAPER).axes if ax.axison)
     drawn = np.concatenate([np.asarray(c.get_offsets()) for c in ax.collections])
     assert {round(float(y), 3) for _, y in drawn} >= {0.11, 0.12, 0.13, 0.08, 0.09}
@@ -139,7 +139,7 @@ def test_draws_that_end_alike_share_a_place() -> None:
 def test_no_empty_figure_is_drawn() -> None:
     lost = Scores(("pid", "hybrid"), np.arange(3), np.zeros((3, 2), bool), np.zeros((3, 2), bool), {}, {}, {})
     assert report_figures(lost, KEY, PAPER) == []
-    assert [plate.name for plate in report_figures(spread(FEW), KEY, PAPER)] == ["profiles", "trends"]
+    assert [picture.name for picture in report_figures(spread(FEW), KEY, PAPER)] == ["profiles", "trends"]
 
 
 def test_a_difference_that_losses_decide_says_whose_whichever_way_the_metric_is_good() -> None:
@@ -170,9 +170,9 @@ def spread(draws: int, lost: int = 0) -> Scores:
 
 def test_maps_need_draws_that_fill_their_cells_and_failures_that_happened() -> None:
     """A cell with a single draw has no winner, and a map of no failure is an empty figure."""
-    assert [plate.name for plate in report_figures(spread(31), KEY, PAPER)] == ["profiles", "trends"]
-    assert "winners" in {plate.name for plate in report_figures(spread(40), KEY, PAPER)}
-    assert "failures" in {plate.name for plate in report_figures(spread(40, lost=3), KEY, PAPER)}
+    assert [picture.name for picture in report_figures(spread(31), KEY, PAPER)] == ["profiles", "trends"]
+    assert "winners" in {picture.name for picture in report_figures(spread(40), KEY, PAPER)}
+    assert "failures" in {picture.name for picture in report_figures(spread(40, lost=3), KEY, PAPER)}
     cells = winner_map(spread(200), KEY, "surface.friction", "approach.depth").axes[0].patches
     assert 16 <= len(cells) <= 25
 

@@ -29,14 +29,16 @@ def plotted(runs: Mapping[str, Run], what: str = "") -> Figure:
     Raises:
         UnknownNameError: when it is neither.
     """
-    for plate in REPORT_FIGURES:
-        if plate.name == (what or USUAL):
-            return _showing_itself(plate.draw(runs))
+    for picture in REPORT_FIGURES:
+        if picture.name == (what or USUAL):
+            return _showing_itself(picture.draw(runs))
     signals = {
         str(name) for run in runs.values() for name in run.log.data_vars if "time" in run.log[name].dims
     }
     if what not in signals:
-        raise unknown_name("figure or signal", what, [*(plate.name for plate in REPORT_FIGURES), *signals])
+        raise unknown_name(
+            "figure or signal", what, [*(picture.name for picture in REPORT_FIGURES), *signals]
+        )
     return _showing_itself(_over_time({name: run for name, run in runs.items() if what in run.log}, what))
 
 

@@ -195,5 +195,5 @@ def write_figures(runs: Mapping[str, Run], folder: Path, own: Iterable[ReportFig
         OSError: when a file cannot be written.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    wanted = [plate for plate in (*REPORT_FIGURES, *own) if plate.suits(runs)]
-    return [style.save(plate.draw(runs), folder / plate.name)[0] for plate in wanted]
+    wanted = [picture for picture in (*REPORT_FIGURES, *own) if picture.suits(runs)]
+    return [style.save(picture.draw(runs), folder / picture.name)[0] for picture in wanted]

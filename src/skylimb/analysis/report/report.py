@@ -123,10 +123,10 @@ def render_report(
         claims=claims,
         held=sum(claim.holds for claim in claims),
         source=paper.source,
-        plates=[
-            (plate, inlined(folder / "figures" / f"{plate.name}.png", "image/png"))
-            for plate in (*REPORT_FIGURES, *own)
-            if (folder / "figures" / f"{plate.name}.png").is_file()
+        pictures=[
+            (picture, inlined(folder / "figures" / f"{picture.name}.png", "image/png"))
+            for picture in (*REPORT_FIGURES, *own)
+            if (folder / "figures" / f"{picture.name}.png").is_file()
         ],
         replay=replay_html(runs),
         films=_films(runs, folder, videos_follow),

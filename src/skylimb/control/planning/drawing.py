@@ -12,7 +12,7 @@ from skylimb.base.errors import ConfigError
 _MEETING = 1e-4
 """Ends nearer than this part of the drawing's larger side count as one point."""
 _LONGEST = 200.0
-"""Length of line, m, above which a width is a mistake rather than a wish."""
+"""Length of line, m, above which a width is a mistake rather than meant."""
 MOST_STROKES, MOST_POINTS = 1_000, 20_000
 """Strokes of a drawing and points of its lines at most: each stroke takes seconds of flight."""
 SMALLEST, LARGEST = 0.01, 5.0

@@ -76,7 +76,7 @@ def render_report(prior: Prior, campaign: Campaign, result: Result, pictures: Ma
         keys=[(key, digits(key), SCORES[key].unit) for key in NUMBERS],
         prior=prior,
         otherwise=flown_otherwise(prior, campaign),
-        plates=[(name, *CAPTIONS[name], inlined(path, "image/png")) for name, path in pictures.items()],
+        pictures=[(name, *CAPTIONS[name], inlined(path, "image/png")) for name, path in pictures.items()],
         command=command(result.draws),
         source=SOURCE,
         versions=campaign.versions,
