@@ -42,7 +42,9 @@ def tree_of(urdf: Source, root_link: str | None) -> Tree:
         tree = _read(path, key)
         if tree is not None:
             return tree
-    cached = cache_folder() / "links" / f"{key}.json"
+    # The same URDF elsewhere has meshes of its own beside it.
+    place = hashlib.sha256(str(urdf.path.parent.absolute()).encode()).hexdigest()[:8]
+    cached = cache_folder() / "links" / f"{key}-{place}.json"
     tree = _read(cached, key)
     if tree is not None:
         return tree

@@ -13,9 +13,9 @@ import pytest
 import xarray as xr
 
 from skylimb.analysis import write_comparison, write_report, write_run, write_videos
-from skylimb.analysis.figures import style
+from skylimb.analysis.figures import report_figures, style
 from skylimb.analysis.recording import Run, load_runs
-from skylimb.analysis.report import output, videos
+from skylimb.analysis.report import report, videos
 from skylimb.analysis.report.report import render_report
 from skylimb.analysis.scores.registry import NUMERIC_KEYS
 from skylimb.base.errors import OutputError
@@ -32,7 +32,7 @@ def coarse_pictures():
 @pytest.fixture
 def no_figures(monkeypatch):
     """For what has nothing to do with figures."""
-    monkeypatch.setattr(output, "write_figures", lambda *_: [])
+    monkeypatch.setattr(report_figures, "write_figures", lambda *_: [])
 
 
 @pytest.fixture(scope="module")
@@ -188,7 +188,7 @@ def test_an_existing_folder_is_refused_before_anything_is_drawn(make_run, tmp_pa
     run = make_run(slide=1.0)
     (tmp_path / "out").mkdir()
     (tmp_path / "out/mine").write_text("mine")
-    monkeypatch.setattr(output, "write_figures", lambda *_: pytest.fail("must not draw"))
+    monkeypatch.setattr(report_figures, "write_figures", lambda *_: pytest.fail("must not draw"))
     with pytest.raises(OutputError, match="exists already"):
         write(run if write is write_run else {"a": run}, tmp_path / "out")
     assert [path.name for path in tmp_path.rglob("*")] == ["out", "mine"]
@@ -198,7 +198,7 @@ def test_an_error_on_the_way_leaves_nothing(make_run, tmp_path, monkeypatch, no_
     def fail(*_):
         raise RuntimeError("disk on fire")
 
-    monkeypatch.setattr(output, "render_report", fail)
+    monkeypatch.setattr(report, "render_report", fail)
     with pytest.raises(RuntimeError, match="disk on fire"):
         write_comparison({"a": make_run(slide=1.0)}, tmp_path / "deep" / "out")
     assert list(tmp_path.iterdir()) == []
@@ -307,7 +307,7 @@ def test_a_full_disk_is_one_line(make_run, tmp_path, monkeypatch, no_figures):
 
     run = make_run(slide=1.0)
     folder = write_run(run, tmp_path / "out")
-    monkeypatch.setattr(output, "write_figures", full)
+    monkeypatch.setattr(report_figures, "write_figures", full)
     with pytest.raises(OutputError, match=r"^cannot write '.*other': No space left on device$"):
         write_run(run, tmp_path / "other")
     with pytest.raises(OutputError, match=r"^cannot write '.*out': No space left on device$"):

@@ -182,17 +182,17 @@ def _draw(runs: Mapping[str, Run], folder: Path, videos_follow: bool, figures: S
     Where the extra is not installed that draws, a warning says so: the flight and its scores are kept.
     """
     try:
-        from skylimb.analysis.figures import user_figures, write_figures
-        from skylimb.analysis.report.report import render_report
+        from skylimb.analysis.figures import report_figures
+        from skylimb.analysis.report import report
     except ImportError as error:
         extra = of_an_extra(error)
         if extra is None:
             raise
         warnings.warn(f"no figures and no report: {extra}", UserWarning, stacklevel=2)
         return
-    own = user_figures(runs, figures)
-    write_figures(runs, folder / FIGURES_FOLDER, own)
-    replace_text(folder / REPORT_FILE, render_report(runs, folder, videos_follow, own))
+    own = report_figures.user_figures(runs, figures)
+    report_figures.write_figures(runs, folder / FIGURES_FOLDER, own)
+    replace_text(folder / REPORT_FILE, report.render_report(runs, folder, videos_follow, own))
 
 
 def _metrics_json(run: Run) -> str:

@@ -64,7 +64,7 @@ def within(option: str, value: float, low: float, high: float, unit: str = "") -
     """
     if not low <= value <= high:
         unit = f" {unit}" if unit else ""
-        raise ConfigError(f"{option} = {value:g}{unit} is outside {low:g} .. {high:g}{unit}")
+        raise ConfigError(f"{option} = {value:g}{unit} is outside of {low:g} .. {high:g}{unit}")
 
 
 def stem(name: str) -> str:
