@@ -5,6 +5,7 @@ stand in which the robot hangs. `make bare` runs this where nothing else is inst
 """
 
 import sys
+from typing import Any
 
 ALLOWED = {"numpy", "casadi", "msgspec", "lazy_loader", "skylimb"}
 
@@ -39,7 +40,7 @@ from skylimb.robots.loader import load_robot
 
 DT, TICKS = 0.005, 60
 robot = load_robot("hydrus_xi_quad")
-controller = load_controller("following", robot)
+controller: Any = load_controller("following", robot)
 plan = posture_plan(PostureConfig(), robot, controller.needs.vectoring)
 config = MissionConfig(PhaseConfig(0.05, 0.05, 0.05, 0.05), ApproachConfig(contact=False))
 mission = plan_mission(config, contact_frame((1.0, 0.0, 0.0)), np.array([1.5, 0.0, 1.0]), plan, DT)
@@ -60,7 +61,7 @@ class Held:
             first.joint_angles,
             first.vectoring_angles,
         )
-        self.command = None
+        self.command: Any = None
 
     def measure(self):
         return self.measured
