@@ -18,7 +18,7 @@ def printed(notebook: Any) -> list[str]:
     for cell in notebook.cells:
         for output in cell.get("outputs", ()):
             text = output.get("text") or output.get("data", {}).get("text/plain", "")
-            if not text.startswith(("<Figure", "<xarray", "Run(")):
+            if not text.startswith(("<Figure", "<xarray")):
                 texts.append(text)
     return texts
 
