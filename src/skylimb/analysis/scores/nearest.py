@@ -6,8 +6,6 @@ a block of the ones is compared only with those blocks of the others that can ho
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 
 _BLOCK = 16
@@ -22,19 +20,25 @@ def nearest(points: np.ndarray, among: np.ndarray, count: int = 1) -> np.ndarray
         among: (k, 2), m, at least `count` of them; those that follow each other lie close together.
         count: at most 8.
     """
-    numbers = np.arange(len(among))
-    blocks = list(_blocks(numbers))
-    circles = [_circle(among[block]) for block in blocks]
-    centres, radii = np.array([centre for centre, _ in circles]), np.array([radius for _, radius in circles])
     found = np.empty((len(points), count), dtype=int)
-    for block in _blocks(np.arange(len(points))):
-        centre, radius = _circle(points[block])
-        away = np.linalg.norm(centres - centre, axis=1)
-        # The nearest of any of these points are no farther than this, with room for rounding.
-        near = away - radii <= (away + radii).min() + 2.0 * radius + 1e-9
-        candidates = np.concatenate([blocks[k] for k in np.flatnonzero(near)])
-        squares = np.sum((points[block][:, None] - among[candidates]) ** 2, axis=-1)
-        found[block] = candidates[np.argpartition(squares, count - 1, axis=1)[:, :count]]
+    if not len(points):
+        return found
+    begins, sizes, centres, radii = _blocks(points)
+    _, their_sizes, their_centres, their_radii = _blocks(among)
+    away = np.linalg.norm(centres[:, None] - their_centres, axis=2)
+    # The nearest of any of a block's points are no farther than this, with room for rounding.
+    reach = (away + their_radii).min(axis=1) + 2.0 * radii + 1e-9
+    near = np.repeat(away - their_radii <= reach[:, None], their_sizes, axis=1)
+    for begin, size, held in zip(begins, sizes, near, strict=True):
+        candidates = np.flatnonzero(held)
+        apart = points[begin : begin + size, None] - among[candidates]
+        squares = np.einsum("ijk,ijk->ij", apart, apart)
+        chosen = (
+            squares.argmin(axis=1)[:, None]
+            if count == 1
+            else np.argpartition(squares, count - 1, axis=1)[:, :count]
+        )
+        found[begin : begin + size] = candidates[chosen]
     return found
 
 
@@ -43,11 +47,14 @@ def distances(points: np.ndarray, among: np.ndarray) -> np.ndarray:
     return np.linalg.norm(points - among[nearest(points, among)[:, 0]], axis=1)
 
 
-def _blocks(numbers: np.ndarray) -> Iterator[np.ndarray]:
-    """Equal parts, so that none has fewer than half of `_BLOCK` but where there are no more."""
-    yield from np.array_split(numbers, -(-len(numbers) // _BLOCK)) if len(numbers) else ()
+def _blocks(points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Equal parts of a row of points: where each begins, its size, and a circle around it: middle, radius.
 
-
-def _circle(points: np.ndarray) -> tuple[np.ndarray, float]:
-    centre = points.mean(axis=0)
-    return centre, float(np.linalg.norm(points - centre, axis=1).max())
+    Parts have `_BLOCK` points or up to half as few, so that each holds `count` points where there are many.
+    """
+    parts = -(-len(points) // _BLOCK)
+    edges = np.linspace(0, len(points), parts + 1).astype(int)
+    begins, sizes = edges[:-1], np.diff(edges)
+    centres = np.add.reduceat(points, begins) / sizes[:, None]
+    spread = np.linalg.norm(points - np.repeat(centres, sizes, axis=0), axis=1)
+    return begins, sizes, centres, np.maximum.reduceat(spread, begins)
