@@ -64,7 +64,7 @@ def test_ziglang_builds_it_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     if not zig:
         pytest.skip("the ziglang package is not installed")
     monkeypatch.setattr(compiling, "compilers", lambda: zig)
-    monkeypatch.setattr(compiling, "_cache", lambda: tmp_path)
+    monkeypatch.setattr(compiling, "cache_folder", lambda: tmp_path)
     for surface in (SineWall(), Step(), HeightMap(heights=RELIEF)):
         _, text = collision.whole_source(of(surface).source)
         library = compiling.load_library(compiling.built_library("collision", "collision", text))
