@@ -303,7 +303,10 @@ def caught(scores: list[dict[str, Any]]) -> str:
 
 
 def compact(numbers: Mapping[str, Any]) -> str:
-    """JSON with four digits a number and a line an ensemble, in columns."""
+    """JSON with four digits a number and a line an ensemble, in columns of numbers and words.
+
+    What the verdict says of each flight at length is left out: no table has it, and it is most of the bytes.
+    """
 
     def short(value: Any) -> Any:
         return float(f"{value:.4g}") if isinstance(value, float) else value
@@ -312,7 +315,8 @@ def compact(numbers: Mapping[str, Any]) -> str:
     for key, kept in numbers.items():
         value = kept
         if isinstance(kept, list):
-            value = {name: [short(score.get(name)) for score in kept] for name in kept[0]}
+            plain = [name for name in kept[0] if not any(isinstance(s.get(name), list | dict) for s in kept)]
+            value = {name: [short(score.get(name)) for score in kept] for name in plain if name != "missed"}
         lines.append(f"{json.dumps(key)}: {json.dumps(value)}")
     return "{\n" + ",\n".join(lines) + "\n}\n"
 
