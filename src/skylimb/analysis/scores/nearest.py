@@ -1,60 +1,79 @@
-"""Which points of a line are nearest to some others, without looking at every pair.
+"""Which point of a line is nearest to each of some others, without looking at every pair.
 
 Neighbours on a line, and samples one after the other, lie close together. So both are taken in blocks, and
-a block of the ones is compared only with those blocks of the others that can hold what is nearest.
+a block of the ones is compared only with those blocks of the others that can hold what is nearest. All such
+pairs of blocks are compared at once, which takes as long as a search in SciPy's tree.
 """
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 
 _BLOCK = 16
 """Points that are taken together."""
+_PAIRS = 256
+"""Pairs of blocks that are compared at once, so that what they need stays in the processor's cache."""
 
 
-def nearest(points: np.ndarray, among: np.ndarray, count: int = 1) -> np.ndarray:
-    """The numbers of the `count` nearest of the points `among`, in any order, (n, count).
+class _Blocks(NamedTuple):
+    """A row of points in blocks; the last one is filled up with its last point.
+
+    Attributes:
+        numbers: of the points, (blocks, 16).
+        points: (blocks, 16, 2), m.
+        centres: of the circle around each block, (blocks, 2), m.
+        radii: (blocks,), m.
+    """
+
+    numbers: np.ndarray
+    points: np.ndarray
+    centres: np.ndarray
+    radii: np.ndarray
+
+
+def nearest(points: np.ndarray, among: np.ndarray) -> np.ndarray:
+    """The number of the nearest of the points `among`, the first of equals, (n,).
 
     Args:
         points: (n, 2), m.
-        among: (k, 2), m, at least `count` of them; those that follow each other lie close together.
-        count: at most 8.
+        among: (k, 2), m, at least one; those that follow each other lie close together.
     """
-    found = np.empty((len(points), count), dtype=int)
+    found = np.empty(len(points), dtype=int)
     if not len(points):
         return found
-    begins, sizes, centres, radii = _blocks(points)
-    _, their_sizes, their_centres, their_radii = _blocks(among)
-    away = np.linalg.norm(centres[:, None] - their_centres, axis=2)
+    ours, theirs = _blocks(points), _blocks(among)
+    away = np.hypot(*(ours.centres[:, None] - theirs.centres).transpose(2, 0, 1))
     # The nearest of any of a block's points are no farther than this, with room for rounding.
-    reach = (away + their_radii).min(axis=1) + 2.0 * radii + 1e-9
-    near = np.repeat(away - their_radii <= reach[:, None], their_sizes, axis=1)
-    for begin, size, held in zip(begins, sizes, near, strict=True):
-        candidates = np.flatnonzero(held)
-        apart = points[begin : begin + size, None] - among[candidates]
-        squares = np.einsum("ijk,ijk->ij", apart, apart)
-        chosen = (
-            squares.argmin(axis=1)[:, None]
-            if count == 1
-            else np.argpartition(squares, count - 1, axis=1)[:, :count]
-        )
-        found[begin : begin + size] = candidates[chosen]
+    reach = (away + theirs.radii).min(axis=1) + 2.0 * ours.radii + 1e-9
+    first, second = np.nonzero(away - theirs.radii <= reach[:, None])
+    begins = np.searchsorted(first, np.arange(len(ours.numbers) + 1))
+    begin = 0
+    while begin < len(ours.numbers):
+        end = max(begin + 1, np.searchsorted(begins, begins[begin] + _PAIRS, side="right") - 1)
+        pairs = slice(begins[begin], begins[end])
+        own, other = ours.points[first[pairs]], theirs.points[second[pairs]]
+        apart = other[:, :, None] - own[:, None]
+        squares = apart[..., 0] ** 2 + apart[..., 1] ** 2
+        least = np.minimum.reduceat(squares.min(axis=1), begins[begin:end] - begins[begin], axis=0)
+        pair, place, point = np.nonzero(squares == least[first[pairs] - begin][:, None])
+        # Written backwards: of equals the first one stays.
+        held = ours.numbers[first[pairs][pair], point][::-1]
+        found[held] = theirs.numbers[second[pairs][pair], place][::-1]
+        begin = end
     return found
 
 
 def distances(points: np.ndarray, among: np.ndarray) -> np.ndarray:
     """The distance of each point to the nearest of the points `among`, m, (n,)."""
-    return np.linalg.norm(points - among[nearest(points, among)[:, 0]], axis=1)
+    return np.linalg.norm(points - among[nearest(points, among)], axis=1)
 
 
-def _blocks(points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Equal parts of a row of points: where each begins, its size, and a circle around it: middle, radius.
-
-    Parts have `_BLOCK` points or up to half as few, so that each holds `count` points where there are many.
-    """
-    parts = -(-len(points) // _BLOCK)
-    edges = np.linspace(0, len(points), parts + 1).astype(int)
-    begins, sizes = edges[:-1], np.diff(edges)
-    centres = np.add.reduceat(points, begins) / sizes[:, None]
-    spread = np.linalg.norm(points - np.repeat(centres, sizes, axis=0), axis=1)
-    return begins, sizes, centres, np.maximum.reduceat(spread, begins)
+def _blocks(points: np.ndarray) -> _Blocks:
+    count = -(-len(points) // _BLOCK)
+    numbers = np.minimum(np.arange(count * _BLOCK), len(points) - 1).reshape(count, _BLOCK)
+    held = points[numbers]
+    centres = held.mean(axis=1)
+    radii = np.linalg.norm(held - centres[:, None], axis=2).max(axis=1)
+    return _Blocks(numbers, held, centres, radii)

@@ -106,8 +106,9 @@ def pen_deviation(log: xr.Dataset) -> np.ndarray:
         return np.zeros(0)
     begins = np.vstack([line[:-1] for line in lines])
     ends = np.vstack([line[1:] for line in lines])
-    # The pieces are so short that the nearest one is among those with the nearest middles.
-    candidates = nearest(drawn, 0.5 * (begins + ends), min(3, len(begins)))
+    # The pieces are so short that the nearest one has the nearest middle, or is a neighbour of that one.
+    middle = nearest(drawn, 0.5 * (begins + ends))
+    candidates = np.clip(middle[:, None] + np.arange(-1, 2), 0, len(begins) - 1)
     return _to_pieces(drawn[:, None, :], begins[candidates], ends[candidates]).min(axis=1)
 
 
