@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 
 from of_kind import of_kind
-from skylimb.apps.studio.changes import with_events, with_gain, without_push
+from skylimb.apps.studio.changes import with_events, with_gain, with_push
 from skylimb.apps.studio.live_flight import LiveFlight
 from skylimb.base.errors import ConfigError
 from skylimb.flight.drivers.native import fly_native
 from skylimb.flight.events import Push
+from skylimb.flight.experiments.experiment import Experiment
 from skylimb.flight.flying import fly_here
 from skylimb.flight.takeoff import Takeoff, prepare, take_off
 
@@ -17,6 +18,10 @@ def flown_anew(flight: LiveFlight) -> Takeoff:
     """The take-off that a live flight's experiment describes, made from scratch."""
     takeoff = flight.takeoff
     return prepare(flight.experiment, takeoff.robot, takeoff.controller)
+
+
+def branch(flight: LiveFlight, experiment: Experiment) -> None:
+    flight.go_on(flight.takeoff.changed(experiment))
 
 
 def to_tick(flight: LiveFlight, tick: int) -> None:
@@ -32,17 +37,17 @@ def edited(takeoff: Takeoff) -> LiveFlight:
     """A flight that was pushed, changed, rewound into the push, and pushed otherwise from there."""
     flight = LiveFlight(takeoff)
     to_tick(flight, 100)
-    flight.branch(with_gain(flight.experiment, flight.time, KEY, (1.4, 1.3, 1.2)))
+    branch(flight, with_gain(flight.experiment, flight.time, KEY, (1.4, 1.3, 1.2)))
     to_tick(flight, 150)
-    flight.branch(with_events(flight.experiment, PUSH))
+    branch(flight, with_events(flight.experiment, PUSH))
     to_tick(flight, 300)
-    flight.branch(without_push(flight.experiment, PUSH, flight.time))
+    branch(flight, with_push(flight.experiment, flight.first, flight.time))
     to_tick(flight, 330)
     flight.rewind(230)
     assert flight.ticks == 230
     assert of_kind(flight.experiment, Push) == [PUSH]
-    flight.branch(without_push(flight.experiment, PUSH, flight.time))
-    flight.branch(with_gain(flight.experiment, flight.time, KEY, (1.1, 1.2, 1.3)))
+    branch(flight, with_push(flight.experiment, flight.first, flight.time))
+    branch(flight, with_gain(flight.experiment, flight.time, KEY, (1.1, 1.2, 1.3)))
     to_tick(flight, 420)
     return flight
 
@@ -80,9 +85,9 @@ def test_a_branch_that_cannot_be_changes_nothing(short):
     flight = LiveFlight(takeoff)
     before = flight.experiment
     with pytest.raises(ConfigError, match="unknown gain"):
-        flight.branch(with_gain(before, flight.time, "translation.dampin_ratio", 1.0))
+        branch(flight, with_gain(before, flight.time, "translation.dampin_ratio", 1.0))
     with pytest.raises(ConfigError, match="link of a push"):
-        flight.branch(with_events(before, Push(0.0, duration=1.0, force=(1.0, 0.0, 0.0), link="leg")))
+        branch(flight, with_events(before, Push(0.0, duration=1.0, force=(1.0, 0.0, 0.0), link="leg")))
     assert flight.experiment is before
     assert flight.tick()
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from skylimb.apps.cli import output
 from skylimb.apps.cli.arguments import arg
@@ -23,7 +24,6 @@ from skylimb.apps.cli.options import (
 from skylimb.base.errors import ConfigError
 
 if TYPE_CHECKING:
-    from skylimb.analysis.recording.run import Run
     from skylimb.analysis.scores.user_scores import UserFigure
 
 
@@ -175,8 +175,8 @@ def draw(
         from skylimb.analysis import write_run
 
         write_run(drawn, folder, videos_follow=video)
-    output.show_table(_rows(drawn), title=drawn.log.attrs["experiment"], justify="lr")
-    output.verdicts({drawn.name: drawn})
+    output.scores({drawn.name: drawn})
+    _show_worst_stroke(drawn.metrics["strokes"])
     return output.hand_over({drawn.name: drawn}, folder, video)
 
 
@@ -186,49 +186,12 @@ def _word(name: str) -> str:
     return kept.strip("._")[:40] or "drawing"
 
 
-def _rows(drawn: Run) -> list[tuple[str, str]]:
-    """What the terminal shows of a drawing; no numbers of a failed flight."""
-    from skylimb.analysis.scores.pen_line import DRAWN_WITHIN, drawn_fraction
-    from skylimb.analysis.scores.signals import in_phase
-
-    rows = [("Status", output.status(drawn)), ("Controller", drawn.name)]
-    if drawn.failed:
-        return rows
-    time = drawn.log.time.values[in_phase(drawn.log, "slide")]
-    within = f"within {1e3 * DRAWN_WITHIN:g} mm"
-    return [
-        *rows,
-        ("Pen off its reference, root mean square", _millimetres(drawn.metrics["pen_line_rms"])),
-        ("Pen off its reference, largest", _millimetres(drawn.metrics["pen_line_max"])),
-        (f"Reference line drawn {within}", f"{100.0 * drawn_fraction(drawn.log):.0f} %"),
-        *_faithful(drawn),
-        ("Time for the drawing", f"{float(time[-1] - time[0]):.1f} s" if len(time) else "-"),
-    ]
-
-
-def _faithful(drawn: Run) -> list[tuple[str, str]]:
-    """In which order, what is missing, what is too much, and what was drawn in the air."""
-    scores, strokes = drawn.metrics, drawn.metrics["strokes"]
-    if scores["line_frechet"] is None:
-        return []
-    length, found = scores["line_length"], scores["line_length_drawn"]
-    rows = [
-        ("Frechet distance, in the strokes' order", _millimetres(scores["line_frechet"])),
-        ("Farthest place of the reference from what was drawn", _millimetres(scores["line_missing_max"])),
-        (
-            "Length drawn, of the reference's",
-            f"{found:.2f} of {length:.2f} m ({100.0 * found / length:.0f} %)",
-        ),
-        ("Touch while lifted", f"{scores['lift_touch_time']:.1f} of {scores['lift_time']:.1f} s"),
-    ]
+def _show_worst_stroke(strokes: Sequence[Mapping[str, Any]]) -> None:
+    """Which of several strokes is farthest from its reference."""
+    if len(strokes) < 2:
+        return
     distances = [math.inf if stroke["frechet"] is None else stroke["frechet"] for stroke in strokes]
-    if len(distances) > 1:
-        worst = max(range(len(distances)), key=distances.__getitem__)
-        apart = "not drawn" if math.isinf(distances[worst]) else _millimetres(distances[worst])
-        which = f"number {worst + 1} of {len(strokes)}, {1e3 * strokes[worst]['length']:.0f} mm long"
-        rows.append(("Worst stroke by its Frechet distance", f"{apart} ({which})"))
-    return rows
-
-
-def _millimetres(length: float | None) -> str:
-    return "-" if length is None or math.isnan(length) else f"{1e3 * length:.1f} mm"
+    worst = distances.index(max(distances))
+    length, apart = 1e3 * strokes[worst]["length"], 1e3 * distances[worst]
+    which = f"worst stroke: number {worst + 1} of {len(strokes)}, {length:.0f} mm long"
+    print(f"{which}, {'not drawn' if math.isinf(apart) else f'{apart:.1f} mm away (Frechet distance)'}")

@@ -21,16 +21,30 @@ def with_events(experiment: Experiment, *more: Event, without: Sequence[Event] =
 
 def with_gain(experiment: Experiment, time: float, key: str, value: Any) -> Experiment:
     """The experiment with a gain that changes at `time` (s); one of the same moment is replaced."""
-    if isinstance(value, Sequence):
-        value = tuple(map(float, value))
     same = [
         one for one in experiment.events if isinstance(one, GainChange) and (one.time, one.key) == (time, key)
     ]
     return with_events(experiment, GainChange(time, key, value, duration=DURATION), without=same)
 
 
-def without_push(experiment: Experiment, held: Push, time: float) -> Experiment:
-    """The experiment with a push that ends at `time` (s), or never was where it would begin then."""
-    shorter = round(time - held.time, 9)
-    ended = (dataclasses.replace(held, duration=shorter),) if shorter > 0.0 else ()
-    return with_events(experiment, *ended, without=(held,))
+def with_push(experiment: Experiment, first: Experiment, time: float, *push: Push) -> Experiment:
+    """The experiment in which a push by hand ends at `time` (s), and another may begin there.
+
+    Args:
+        experiment: in which a push by hand lasts until it is let go.
+        first: of the take-off, whose own pushes are nobody's.
+        time: since take-off, s.
+        push: that takes the place of the one that is held; none to push no more.
+    """
+    by_hand = [one for one in experiment.events if isinstance(one, Push) and one not in first.events]
+    held = [one for one in by_hand if one.time + one.duration > time + 1e-9]
+    shorter = [(one, round(time - one.time, 9)) for one in held]
+    ended = [dataclasses.replace(one, duration=duration) for one, duration in shorter if duration > 0.0]
+    return with_events(experiment, *ended, *push, without=held)
+
+
+def settled_gains(experiment: Experiment, first: Experiment | None = None) -> dict[str, Any]:
+    """What every gain that changes in flight comes to, without those that change in `first` as well."""
+    own = first.events if first else ()
+    gains = (one for one in experiment.events if isinstance(one, GainChange) and one not in own)
+    return {change.key: change.value for change in sorted(gains, key=lambda change: change.time)}

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 import typing
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
+from skylimb.apps.studio.changes import settled_gains
 from skylimb.apps.studio.live_flight import LiveFlight
 from skylimb.apps.studio.surface_edits import surface_keys_in_flight
 from skylimb.base.keys import KeyInfo, rows_of, tables_of
@@ -25,20 +26,16 @@ _LEFT_OUT = ("events", "recorded", "controller")
 _NOT_TO_TURN = ("name", "description", "stop_at")
 
 
-def controls_of(flights: Sequence[LiveFlight], settled: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+def controls_of(flights: Sequence[LiveFlight]) -> list[dict[str, Any]]:
     """The controls of some flights of one experiment: its keys, then the gains of their controllers.
-
-    Args:
-        flights: of one experiment.
-        settled: of each flight, the gains that were changed in flight and what they are now.
 
     Returns:
         For each: `key`, `unit`, `meaning`, `low` and `high` (None without an end), `value`, `kind` (number,
-        switch, choice, vector or text), `choices`, `acts` (`IN_FLIGHT` or `RESTART`). Gains, whose keys begin
-        with "controller.", also have `flights`, the numbers of those that have it, and `values`, one for each
-        of them.
+        switch, choice, vector or text), `whole` (of a number), `choices`, `acts` (`IN_FLIGHT` or `RESTART`).
+        Gains, whose keys begin with "controller.", also have `flights`, the numbers of those that have it,
+        and `values`, one for each of them.
     """
-    return [*_of_experiment(flights[0]), *_of_controllers(flights, settled)]
+    return [*_of_experiment(flights[0]), *_of_controllers(flights)]
 
 
 def _of_experiment(flight: LiveFlight) -> Iterator[dict[str, Any]]:
@@ -52,26 +49,24 @@ def _of_experiment(flight: LiveFlight) -> Iterator[dict[str, Any]]:
         yield _control(key, now.get(key, value), info, IN_FLIGHT if key in now else RESTART, choices)
 
 
-def _of_controllers(
-    flights: Sequence[LiveFlight], settled: Sequence[Mapping[str, Any]]
-) -> Iterator[dict[str, Any]]:
+def _of_controllers(flights: Sequence[LiveFlight]) -> Iterator[dict[str, Any]]:
     found: dict[str, dict[str, Any]] = {}
-    for number, (flight, gains) in enumerate(zip(flights, settled, strict=True)):
+    for number, flight in enumerate(flights):
         controller = flight.takeoff.controller
         if not is_configurable(controller):
             continue
-        changing = Layout(controller.gains()).slices if is_traceable(controller) else {}
-        for key, given, info in rows_of(controller.key_tables()):
+        flown = Layout(controller.gains()).slices if is_traceable(controller) else {}
+        now = controller.with_gains(settled_gains(flight.experiment))
+        for key, value, info in rows_of(now.key_tables()):
             if key in _NOT_TO_TURN or info.key.file:
                 continue
-            value = gains.get(key, given)
-            acts = IN_FLIGHT if key in changing else RESTART
-            if key not in found:
-                found[key] = {**_control(f"{PREFIX}{key}", value, info, acts), "flights": [], "values": []}
-            found[key]["flights"].append(number)
-            found[key]["values"].append(_plain(value))
+            acts = IN_FLIGHT if key in flown else RESTART
+            new = {**_control(f"{PREFIX}{key}", value, info, acts), "flights": [], "values": []}
+            control = found.setdefault(key, new)
+            control["flights"].append(number)
+            control["values"].append(new["value"])
             if acts == RESTART:
-                found[key]["acts"] = RESTART
+                control["acts"] = RESTART
     yield from found.values()
 
 
@@ -80,6 +75,7 @@ def _control(
 ) -> dict[str, Any]:
     choices = info.choices if choices is None else choices
     numbers = info.key if has_numbers(info.type) else None
+    kind = _kind(info, value, choices)
     return {
         "key": key,
         "unit": info.unit,
@@ -87,7 +83,8 @@ def _control(
         "low": _end(numbers.low if numbers.low is not None else numbers.above) if numbers else None,
         "high": _end(numbers.high if numbers.high is not None else numbers.below) if numbers else None,
         "value": _plain(value),
-        "kind": _kind(info, value, choices),
+        "kind": kind,
+        "whole": kind == "number" and isinstance(value, int),
         "choices": list(choices),
         "acts": acts,
     }

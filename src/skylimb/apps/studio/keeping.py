@@ -13,7 +13,7 @@ from pathlib import Path
 from skylimb.analysis.recording import Run
 from skylimb.analysis.report.output import CONFIG_FILE, home, write_records
 from skylimb.analysis.scores.user_scores import with_user_scores
-from skylimb.apps.studio.gains import settled_gains
+from skylimb.apps.studio.changes import settled_gains
 from skylimb.apps.studio.live_flight import LiveFlight
 from skylimb.base.config import write_toml
 from skylimb.base.errors import ConfigError

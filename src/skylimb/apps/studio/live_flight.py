@@ -7,7 +7,6 @@ tick with that experiment. So what is kept is what was flown, and nothing acts o
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -30,25 +29,16 @@ SPACING = 1.0
 """Seconds between two moments that are kept; what lies between them is flown again."""
 
 
-class _Moment(NamedTuple):
-    """The driver's state before a tick."""
-
-    tick: int
-    saved: Saved
-
-
-class _Branch(NamedTuple):
-    """From which tick on which experiment was flown."""
-
-    tick: int
-    takeoff: Takeoff
-
-
 class LiveFlight:
     """One take-off, flown tick by tick. Its first tick is flown at once: only then is known what is recorded.
 
     Args:
         takeoff: what is flown; its plant is left as it is.
+
+    Attributes:
+        takeoff: what is flown now.
+        cause: why its controller failed; empty while it has not.
+        surface: state of the surface at every tick, as it is planned now, (ticks, width).
 
     Raises:
         SkylimbError: when the controller fails at its first tick.
@@ -67,8 +57,9 @@ class LiveFlight:
         here = World(plant, self._data, (self._act,), Timeline())
         self._driver = simulated_driver(takeoff, here, whole=True, build=False)
         self._written: list[tuple[np.ndarray, np.ndarray]] = []
-        self._moments: list[_Moment] = []
-        self._branches = [_Branch(0, takeoff)]
+        # By tick: the driver's state before it, and what was flown from it on.
+        self._moments: dict[int, Saved] = {}
+        self._branches = {0: takeoff}
         self._loop = self._loop_from(0)
         self.cause = ""
         self._use(takeoff)
@@ -79,14 +70,19 @@ class LiveFlight:
             act(k)
 
     def _loop_from(self, tick: int) -> Loop:
-        takeoff = self._branches[-1].takeoff
+        takeoff = self.takeoff
         limits = takeoff.experiment.terminations
         return Loop(self._driver, takeoff.mission, limits, takeoff.count, start=tick)
 
     @property
     def takeoff(self) -> Takeoff:
         """What is flown now."""
-        return self._branches[-1].takeoff
+        return next(reversed(self._branches.values()))
+
+    @property
+    def first(self) -> Experiment:
+        """That it took off with."""
+        return self._first.experiment
 
     @property
     def experiment(self) -> Experiment:
@@ -119,13 +115,8 @@ class LiveFlight:
         return self._loop.over
 
     @property
-    def row(self) -> np.ndarray:
-        """The signals of the last tick, flat; `slices` says where each stands."""
-        return self._driver.log[self.ticks - 1]
-
-    @property
     def recent(self) -> np.ndarray:
-        """The signals of every tick so far, (ticks, size)."""
+        """The signals of every tick so far, (ticks, size); `slices` says where each stands."""
         return self._driver.log[: self.ticks]
 
     @property
@@ -163,23 +154,10 @@ class LiveFlight:
         """The flight so far; one that is not over counts as stopped here."""
         return self._loop.stopped()
 
-    def branch(self, experiment: Experiment) -> None:
-        """Go on with another experiment from here; what was flown of it so far has to be the same.
-
-        Args:
-            experiment: differs from this one in its events.
-
-        Raises:
-            ConfigError: when a change cannot be; nothing has changed then.
-        """
-        self.go_on(self.takeoff.changed(experiment))
-
     def go_on(self, takeoff: Takeoff) -> None:
         """Go on from here with a take-off that this one was changed to (`Takeoff.changed`)."""
         self._use(takeoff)
-        if self._branches[-1].tick == self.ticks:
-            self._branches.pop()
-        self._branches.append(_Branch(self.ticks, takeoff))
+        self._branches[self.ticks] = takeoff
 
     def rewind(self, tick: int) -> None:
         """Go back to the moment after `tick` ticks, with the experiment of then.
@@ -191,12 +169,13 @@ class LiveFlight:
             SkylimbError: when a controller in Python fails on the way.
         """
         tick = max(1, min(tick, self.ticks))
-        branches = [branch for branch in self._branches if branch.tick <= tick]
-        moments = [moment for moment in self._moments if moment.tick <= tick]
+        branches = {at: takeoff for at, takeoff in self._branches.items() if at <= tick}
+        moments = {at: saved for at, saved in self._moments.items() if at <= tick}
         if moments and isinstance(self._driver, CompiledDriver):
-            self._driver.put_back(moments[-1].saved)
+            last = max(moments)
+            self._driver.put_back(moments[last])
             self._moments, self._branches = moments, branches
-            self._loop, self.cause = self._loop_from(moments[-1].tick), ""
+            self._loop, self.cause = self._loop_from(last), ""
         else:
             self._take_off()
             self._branches = branches
@@ -231,7 +210,7 @@ class LiveFlight:
         """Keep this moment where one is due."""
         assert isinstance(self._driver, CompiledDriver)
         every = max(1, round(SPACING / self.takeoff.period))
-        if tick % every == 0 and not (self._moments and self._moments[-1].tick >= tick):
-            self._moments.append(_Moment(tick, self._driver.saved()))
+        if tick % every == 0 and tick not in self._moments:
+            self._moments[tick] = self._driver.saved()
             oldest = tick - round(HISTORY / self.takeoff.period) - every
-            self._moments = [moment for moment in self._moments if moment.tick == 0 or moment.tick >= oldest]
+            self._moments = {at: kept for at, kept in self._moments.items() if at == 0 or at >= oldest}

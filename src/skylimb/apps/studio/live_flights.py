@@ -8,12 +8,11 @@ from typing import Any
 import numpy as np
 
 from skylimb.analysis.figures.palette import colours_of, label
+from skylimb.apps.studio.changes import settled_gains
 from skylimb.apps.studio.controls import controls_of
 from skylimb.apps.studio.flight_setup import FlightSetup
 from skylimb.apps.studio.frames import FlightView
-from skylimb.apps.studio.gains import gain_keys, settled_gains
 from skylimb.apps.studio.live_flight import LiveFlight
-from skylimb.base.errors import ConfigError
 from skylimb.flight.experiments.experiment import Experiment
 
 RUNNING, PAUSED, OVER = 0, 1, 2
@@ -28,6 +27,9 @@ class LiveFlights:
     Args:
         setup: what is flown.
 
+    Attributes:
+        known: the controls at take-off by their keys: what may be set, and when that acts.
+
     Raises:
         SkylimbError: when a flight of it cannot be flown.
     """
@@ -35,8 +37,7 @@ class LiveFlights:
     def __init__(self, setup: FlightSetup) -> None:
         self.setup = setup
         self.flights = tuple(LiveFlight(takeoff) for takeoff in setup.takeoffs())
-        self._first = [flight.experiment for flight in self.flights]
-        self._keys = {flight: gain_keys(flight.takeoff.controller) for flight in self.flights}
+        self.known = {control["key"]: control for control in self.controls()}
         controllers = [flight.takeoff.controller.name for flight in self.flights]
         self.names = numbered(controllers, "-")
         self._views = [
@@ -71,24 +72,6 @@ class LiveFlights:
         """Of each flight, in words: that it flies, that it is over, or why it was lost."""
         return [_verdict(flight) for flight in self.flights]
 
-    def flight(self, number: int) -> LiveFlight:
-        """The flight with this number, from 0.
-
-        Raises:
-            ConfigError: when there is none.
-        """
-        if not 0 <= number < len(self.flights):
-            raise ConfigError(f"flight {number}: there are {len(self.flights)}, numbered from 0")
-        return self.flights[number]
-
-    def gains_to_set(self, flight: LiveFlight) -> frozenset[str]:
-        """Keys of the gains of a flight's controller that may be set; none names a file."""
-        return self._keys[flight].settable
-
-    def changes_in_flight(self, flight: LiveFlight, key: str) -> bool:
-        """Whether a gain can change without a new take-off."""
-        return key in self._keys[flight].in_flight and flight.time < flight.end
-
     def branch(self, experiments: Mapping[LiveFlight, Experiment]) -> None:
         """Let flights go on with other experiments; all or none.
 
@@ -103,13 +86,13 @@ class LiveFlights:
         """The gains of each flight that the setup has changed, with what has changed in flight."""
         given = self.setup.gains or ({},) * len(self.flights)
         return tuple(
-            {**own, **settled_gains(flight.experiment, first)}
-            for own, flight, first in zip(given, self.flights, self._first, strict=True)
+            {**own, **settled_gains(flight.experiment, flight.first)}
+            for own, flight in zip(given, self.flights, strict=True)
         )
 
     def controls(self) -> list[dict[str, Any]]:
         """Every gain and key as a control; see `controls.controls_of`."""
-        return controls_of(self.flights, [settled_gains(flight.experiment) for flight in self.flights])
+        return controls_of(self.flights)
 
     def scores(self) -> dict[str, Any]:
         """The scores so far of every flight; see `scores.score_table`."""

@@ -13,7 +13,8 @@ import threading
 import time
 import traceback
 from collections.abc import Callable
-from typing import Any
+from dataclasses import replace
+from typing import Any, Self
 from urllib.parse import parse_qs, urlsplit
 
 import msgspec
@@ -25,7 +26,7 @@ from websockets.http11 import Request, Response
 
 from skylimb.apps.studio import messages
 from skylimb.apps.studio.server_access import HEADERS, PUBLIC, Access, file_of
-from skylimb.apps.studio.server_pages import FRAME, HISTORY, History, Page, Seats, header
+from skylimb.apps.studio.server_pages import FRAME, HISTORY, SEAT_KEPT, History, Page, Seats
 from skylimb.base.errors import ConfigError, OutputError
 
 SOCKET = "/socket"
@@ -34,56 +35,51 @@ SOCKET = "/socket"
 MOST_PAGES = 16
 """Pages that may be connected at once."""
 
-_LOOK = 1.0
-"""Seconds between two looks at who has left."""
-
 Obey = Callable[[Any], bool]
 """Takes a checked command; false where too many wait."""
 
 
 class StudioServer:
-    """Serves pages in a thread of its own.
+    """Serves pages in a thread of its own, inside of `with`.
 
     Args:
         host: an address or name of this machine.
         port: 0 for a free one.
         token: empty where none is needed.
-        obey: hands commands to the flight.
+
+    Attributes:
+        access: where it listens.
+        obey: hands commands to the flight; none is taken before there is one.
+
+    Raises:
+        OutputError: on entering, when the port cannot be had.
     """
 
-    def __init__(self, host: str, port: int, token: str, obey: Obey) -> None:
-        self._wanted = (host, port, token)
-        self._obey = obey
+    def __init__(self, host: str, port: int, token: str) -> None:
+        self.access = Access(host, port, token)
+        self.obey: Obey = lambda command: False
         self._seats, self._history = Seats(), History()
-        self._hello: dict[str, Any] | None = None
-        self._state: dict[str, Any] = {}
-        self._trouble: dict[str, Any] | None = None
+        self._known: dict[str, dict[str, Any]] = {}
         self._scene = self._number = 0
         self._frame = b""
         self._loop = asyncio.new_event_loop()
-        self._done = asyncio.Event()
-        self._ready = threading.Event()
-        self._problem: OSError | None = None
-        self._thread = threading.Thread(target=self._serve, name="studio server", daemon=True)
-        self.access = Access(host, port, token)
+        self._thread = threading.Thread(target=self._loop.run_forever, name="studio server", daemon=True)
 
-    def start(self) -> str:
-        """Begin to listen; the address of the page.
-
-        Raises:
-            OutputError: when the port cannot be had.
-        """
+    def __enter__(self) -> Self:
         self._thread.start()
-        self._ready.wait()
-        if self._problem is not None:
-            host, port, _ = self._wanted
-            raise OutputError(f"--port = {port} on {host} cannot be listened on: {self._problem.strerror}")
-        return self.access.url
+        try:
+            self._server = asyncio.run_coroutine_threadsafe(self._listen(), self._loop).result()
+        except OSError as error:
+            self._loop.call_soon_threadsafe(self._loop.stop)
+            wanted = f"--port = {self.access.port} on {self.access.host}"
+            raise OutputError(f"{wanted} cannot be listened on: {error.strerror}") from None
+        self.access = replace(self.access, port=int(next(iter(self._server.sockets)).getsockname()[1]))
+        return self
 
-    def stop(self) -> None:
-        """Close every page and stop."""
-        self._loop.call_soon_threadsafe(self._done.set)
+    def __exit__(self, *exception: object) -> None:
+        asyncio.run_coroutine_threadsafe(self._close(), self._loop)
         self._thread.join(timeout=5.0)
+        self._loop.close()
 
     def say(self, event: str, content: Any) -> None:
         """Tell the pages of an event; from any thread."""
@@ -92,25 +88,14 @@ class StudioServer:
 
     # What follows runs in the server's own thread.
 
-    def _serve(self) -> None:
-        asyncio.set_event_loop(self._loop)
-        try:
-            self._loop.run_until_complete(self._live())
-        except OSError as error:
-            self._problem = error
-            self._ready.set()
-        finally:
-            self._loop.close()
-
-    async def _live(self) -> None:
-        host, port, token = self._wanted
+    async def _listen(self) -> Server:
         logger = logging.getLogger("skylimb.apps.studio")
         logger.addHandler(logging.NullHandler())
         logger.propagate = False  # a scanner's broken handshake is no news for the terminal
-        async with serve(
+        return await serve(
             self._talk,
-            host,
-            port,
+            self.access.host,
+            self.access.port,
             process_request=self._answer,
             max_size=messages.LONGEST + 100_000,
             max_queue=64,
@@ -120,12 +105,12 @@ class StudioServer:
             close_timeout=1.0,
             server_header=None,
             logger=logger,
-        ) as server:
-            self.access = Access(host, _port_of(server), token)
-            self._ready.set()
-            seats = asyncio.create_task(self._mind_the_seat())
-            await self._done.wait()
-            seats.cancel()
+        )
+
+    async def _close(self) -> None:
+        self._server.close()
+        await self._server.wait_closed()
+        self._loop.stop()
 
     def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
         """The page's files, and who is let in; None lets the WebSocket begin."""
@@ -157,7 +142,8 @@ class StudioServer:
     async def _talk(self, connection: ServerConnection) -> None:
         """One page, from its connection to its end."""
         path = connection.request.path if connection.request else ""
-        page = Page(parse_qs(urlsplit(path).query).get("page", [""])[0][:64] or f"page {id(connection)}")
+        name = parse_qs(urlsplit(path).query).get("page", [""])[0]
+        page = Page(name[:64] or f"page {id(connection)}")
         self._seats.enter(page)
         self._greet(page)
         self._tell_who_drives()
@@ -171,7 +157,12 @@ class StudioServer:
         finally:
             writer.cancel()
             if self._seats.leave(page):
-                self._obey(messages.Release())  # nobody holds the poke any more
+                self.obey(messages.Release())  # nobody holds the poke any more
+                self._loop.call_later(SEAT_KEPT + 0.1, self._give_free_seat)
+            self._tell_who_drives()
+
+    def _give_free_seat(self) -> None:
+        if self._seats.give_free_seat():
             self._tell_who_drives()
 
     def _read(self, page: Page, message: str | bytes) -> None:
@@ -180,25 +171,28 @@ class StudioServer:
             command = messages.read_command(message)
         except ConfigError as error:
             page.bucket.take()
-            if page.refusals.take():
-                self._tell(page, "refused", {"text": str(error)})
+            self._refuse(page, str(error))
             return
         if isinstance(command, messages.Got):
             page.got = max(page.got, min(command.frame, page.sent))
             page.news.set()
         elif not page.bucket.take():
-            if page.refusals.take():
-                self._tell(page, "refused", {"text": "too many messages; some are not obeyed"})
+            self._refuse(page, "too many messages; some are not obeyed")
         elif isinstance(command, messages.TakeOver):
             self._seats.take(page)
-            self._obey(messages.Release())
+            self.obey(messages.Release())
             self._tell_who_drives()
-        elif self._hello is None:
+        elif not self._known:
             self._tell(page, "refused", {"text": "the flight is still being put together"})
         elif not self._seats.drives(page):
             self._tell(page, "refused", {"text": "this page watches; take over to drive"})
-        elif not self._obey(command):
+        elif not self.obey(command):
             self._tell(page, "refused", {"text": "too much waits to be done; this is not"})
+
+    def _refuse(self, page: Page, why: str) -> None:
+        """Say why a message is not obeyed; of many refusals only some are said."""
+        if page.refusals.take():
+            self._tell(page, "refused", {"text": why})
 
     def _take(self, event: str, content: Any) -> None:
         """One event from the flight."""
@@ -212,27 +206,22 @@ class StudioServer:
         elif event == "scene":
             self._scene += 1
             self._history.clear()
-            self._frame, self._trouble = b"", None
-            self._hello = {**content, "number": self._scene}
+            self._frame = b""
+            self._known.pop("error", None)
+            self._known["hello"] = {**content, "number": self._scene}
             for page in self._seats.pages:
                 self._greet(page)
         else:
-            if event == "state":
-                self._state = content
-            elif event == "error":
-                self._trouble = content
+            if event in ("state", "error"):
+                self._known[event] = content
             for page in self._seats.pages:
                 self._tell(page, event, content)
 
     def _greet(self, page: Page) -> None:
-        """All that a page needs to begin; nothing while the flight is still being put together."""
-        if self._hello is not None:
-            self._tell(page, "hello", {**self._hello, "drives": self._seats.drives(page)})
-            if self._state:  # it comes right behind the first scene
-                self._tell(page, "state", self._state)
-            if self._trouble is not None:
-                self._tell(page, "error", self._trouble)
-            page.history_due = True
+        """All that a page needs to begin, the scene first; nothing before the flight is put together."""
+        for event, content in self._known.items():
+            self._tell(page, event, content)
+        page.history_due = bool(self._known)
 
     def _tell_who_drives(self) -> None:
         watchers = len(self._seats.pages) - 1
@@ -240,7 +229,9 @@ class StudioServer:
             self._tell(page, "seats", {"drives": self._seats.drives(page), "others": watchers})
 
     def _tell(self, page: Page, event: str, content: dict[str, Any]) -> None:
-        page.texts.append(_json({"event": event, **content}))
+        # NumPy's numbers become Python's; a number that is none becomes null.
+        said = msgspec.json.encode({"event": event, **content}, enc_hook=lambda value: value.item())
+        page.texts.append(said.decode())
         page.news.set()
 
     async def _write(self, connection: ServerConnection, page: Page) -> None:
@@ -260,14 +251,9 @@ class StudioServer:
                 await connection.send(self._numbers(FRAME, missed + self._frame))
 
     def _numbers(self, kind: int, frames: bytes) -> bytes:
-        """One message with some frames, the newest last."""
-        return header(kind, self._number, self._scene, len(self._frame) // 4) + frames
-
-    async def _mind_the_seat(self) -> None:
-        while True:
-            await asyncio.sleep(_LOOK)
-            if self._seats.give_free_seat():
-                self._tell_who_drives()
+        """One message with some frames, the newest last, behind a header of 16 bytes."""
+        header = np.array([kind, self._number, self._scene, len(self._frame) // 4], dtype="<u4")
+        return header.tobytes() + frames
 
 
 def _complain(task: asyncio.Task[None]) -> None:
@@ -277,18 +263,9 @@ def _complain(task: asyncio.Task[None]) -> None:
         traceback.print_exception(error)
 
 
-def _json(content: dict[str, Any]) -> str:
-    """JSON; a number that is none becomes null."""
-    return msgspec.json.encode(content, enc_hook=lambda value: value.item()).decode()
-
-
 def _response(status: http.HTTPStatus, body: bytes, kind: str = "text/plain; charset=utf-8") -> Response:
     headers = Headers(**HEADERS)
     headers["Content-Type"] = kind
     headers["Content-Length"] = str(len(body))
     headers["Connection"] = "close"
     return Response(status.value, status.phrase, headers, body)
-
-
-def _port_of(server: Server) -> int:
-    return int(next(iter(server.sockets)).getsockname()[1])

@@ -9,11 +9,9 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from skylimb.apps.studio import messages
-from skylimb.apps.studio.controls import IN_FLIGHT, RESTART
 from skylimb.apps.studio.pacing import Pacing
 from skylimb.apps.studio.session import Session
-from skylimb.base.errors import ConfigError, SkylimbError, choice_error, unknown_name
-from skylimb.base.keys.key import is_number, shown
+from skylimb.base.errors import SkylimbError, choice_error
 
 FRAME_PERIOD = 0.02
 """Seconds between two frames that are made; a page gets as many of them as it can show."""
@@ -38,21 +36,23 @@ class FlightThread:
         session: what is flown; nobody else may call it.
         say: takes `frame`, `scene`, `state`, `gain`, `refused`, `scores`, and the session's own events.
         controllers: the names that a page may choose.
+
+    Attributes:
+        paused: whether nothing is flown.
     """
 
     def __init__(self, session: Session, say: Say, controllers: Sequence[str]) -> None:
         self._session, self._say, self._controllers = session, say, list(controllers)
         self.pacing = Pacing(session.live.period)
-        self._keys: dict[str, Any] = {}
         self._commands: queue.Queue[Any] = queue.Queue(_MOST_WAITING)
-        self._stopped = False
+        self._stopped = self.paused = False
         self._state: dict[str, Any] = {}
         self._acts: dict[type, Callable[[Any], object]] = {
             messages.Pause: lambda c: self._pause(c.paused),
             messages.Speed: lambda c: setattr(self.pacing, "speed", c.times),
             messages.Restart: lambda _: session.restart(),
             messages.Rewind: lambda c: self._rewind(c.seconds),
-            messages.Gain: lambda c: self._set_gain(c.flight, c.key, c.value),
+            messages.Gain: lambda c: self._set_key(c.key, c.value, c.flight),
             messages.SetKey: lambda c: self._set_key(c.key, c.value),
             messages.Poke: lambda c: session.poke(c.link, c.point, c.force),
             messages.Release: lambda _: session.release(),
@@ -85,7 +85,7 @@ class FlightThread:
         next_frame = next_poll = time.perf_counter()
         while not self._stopped:
             self._obey_all()
-            resting = self._session.paused or self._session.over
+            resting = self.paused or self._session.over
             if not resting:
                 self.pacing.fly(self._session.advance)
             now = time.perf_counter()
@@ -107,8 +107,8 @@ class FlightThread:
                 self._show_scene()
             else:
                 self._say(name, {key: value for key, value in event.items() if key != "event"})
-        self._say("frame", session.frame(self.pacing.reached))
-        state = {"paused": session.paused, "over": session.over, "speed": self.pacing.speed}
+        self._say("frame", session.live.frame(self.pacing.reached, self.paused))
+        state = {"paused": self.paused, "over": session.over, "speed": self.pacing.speed}
         if session.over:
             state["verdict"] = session.live.verdict
         if state != self._state:
@@ -118,16 +118,11 @@ class FlightThread:
     def _show_scene(self) -> None:
         session = self._session
         gc.collect()  # the flights before are rings of objects, large ones, that would stay for long
-        controls = session.live.controls()
-        self._keys = {control["key"]: control for control in controls}
-        for control in controls:
-            control["whole"] = isinstance(control["value"], int) and control["kind"] == "number"
         before = self.pacing
         self.pacing = Pacing(session.live.period)  # the period is among what may have changed
         self.pacing.speed, self.pacing.late, self.pacing.flown = before.speed, before.late, before.flown
-        self._say(
-            "scene", {"scene": session.live.scene(), "controls": controls, "controllers": self._controllers}
-        )
+        scene, controls = session.live.scene(), session.live.controls()
+        self._say("scene", {"scene": scene, "controls": controls, "controllers": self._controllers})
 
     def _obey_all(self) -> None:
         """Obey all that waits; of several pokes in a row only the last, as each of them is a branch."""
@@ -145,20 +140,16 @@ class FlightThread:
                 self._tell_again(command)
 
     def _pause(self, paused: bool) -> None:
-        self._session.paused = paused
+        self.paused = paused
         self.pacing.restart()
 
     def _rewind(self, seconds: float) -> None:
         self._session.rewind(seconds)
         self.pacing.restart()
 
-    def _set_gain(self, flight: int | None, key: str, value: Any) -> None:
-        self._session.set_gain(flight, key, self._allowed(key, value))
+    def _set_key(self, key: str, value: Any, flight: int | None = None) -> None:
+        self._session.set_key(key, value, flight)
         self._say("gain", {"key": key, "value": value, "flight": flight})
-
-    def _set_key(self, key: str, value: Any) -> None:
-        self._session.set_key(key, self._allowed(key, value))
-        self._say("gain", {"key": key, "value": value, "flight": None})
 
     def _set_controllers(self, names: list[str]) -> None:
         for name in names:
@@ -166,53 +157,8 @@ class FlightThread:
                 raise choice_error("controller", name, self._controllers)
         self._session.set_controllers(names)
 
-    def _allowed(self, key: str, value: Any) -> Any:
-        """The value of a key that stands on the page and names no file: a page reads none.
-
-        Raises:
-            ConfigError: for any other.
-        """
-        control = self._keys.get(key)
-        if control is None:
-            raise unknown_name("key", key, self._keys)
-        if isinstance(value, str) and value not in control["choices"] and _names_a_file(value):
-            raise ConfigError(f"{key} = '{value[:60]}' names a file; name it on the command line with --set")
-        if not _is_of_kind(control, value):
-            raise ConfigError(
-                f"{key} = {shown(value)} is no {control['kind']}; it is {shown(control['value'])}"
-            )
-        return value
-
     def _tell_again(self, command: Any) -> None:
         """What a key is, after a change of it was refused."""
-        if isinstance(command, messages.Gain | messages.SetKey) and command.key in self._keys:
+        if isinstance(command, messages.Gain | messages.SetKey) and command.key in self._session.live.known:
             now = {control["key"]: control["value"] for control in self._session.live.controls()}
             self._say("gain", {"key": command.key, "value": now.get(command.key), "flight": None})
-
-
-def _is_of_kind(control: dict[str, Any], value: Any) -> bool:
-    """Whether a value is of a control's kind; its range is the configuration's to check."""
-    now = control["value"]
-    if value is None:
-        return now is None or control["acts"] == RESTART
-    match control["kind"]:
-        case "choice":
-            return value in control["choices"]
-        case "switch":
-            return isinstance(value, bool)
-        case "number":
-            return is_number(value)
-        case "vector":
-            of_numbers = isinstance(value, list) and all(map(is_number, value))
-            return (
-                of_numbers and len(value) == len(now)
-                if control["acts"] == IN_FLIGHT
-                else isinstance(value, list)
-            )
-    return isinstance(value, str)
-
-
-def _names_a_file(text: str) -> bool:
-    """Whether a text reads like a path or a file's name, with or without a function behind it."""
-    stem, dot, ending = text.partition(":")[0].rpartition(".")
-    return "/" in text or "\\" in text or bool(stem and dot and ending.isalnum() and not ending.isdigit())

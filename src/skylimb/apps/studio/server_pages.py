@@ -148,8 +148,3 @@ class History:
                 break
             found.append(frame.tobytes())
         return b"".join(reversed(found))
-
-
-def header(kind: int, number: int, scene: int, width: int) -> bytes:
-    """What stands in front of every binary message, 16 bytes."""
-    return np.array([kind, number, scene, width], dtype="<u4").tobytes()

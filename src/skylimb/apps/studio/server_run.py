@@ -8,8 +8,7 @@ import threading
 import webbrowser
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from types import TracebackType
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any
 
 from skylimb.apps.studio.server import StudioServer
 from skylimb.base.sources import read_source
@@ -28,60 +27,20 @@ _MMAP_THRESHOLD, _LARGE = -3, 1 << 20
 """Option of mallopt (malloc.h), and the size from which on an array gets memory of its own, bytes."""
 
 
-class Studio:
-    """Pages on one side, a session that they watch and drive on the other. It listens inside of `with`.
+def flight_of(server: StudioServer, session: Session, controllers: Sequence[str] = ()) -> FlightThread:
+    """The thread in which a session flies that the server's pages watch and drive; its `run` flies it.
 
     Args:
-        host: an address or name of this machine.
-        port: 0 for a free one.
-        token: empty where none is needed.
-
-    Attributes:
-        url: the page's address.
-
-    Raises:
-        OutputError: on entering, when the port cannot be had.
+        server: where the pages are.
+        session: what is flown.
+        controllers: names that a page may choose besides those that ship.
     """
+    from skylimb.apps.studio.server_flight import FlightThread
 
-    def __init__(self, host: str, port: int, token: str) -> None:
-        self.server = StudioServer(host, port, token, self._obey)
-        self._flight: FlightThread | None = None
-        self.url = ""
-
-    def __enter__(self) -> Self:
-        self.url = self.server.start()
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.server.stop()
-
-    def _obey(self, command: Any) -> bool:
-        return self._flight is not None and self._flight.command(command)
-
-    def take(self, session: Session, controllers: Sequence[str] = ()) -> FlightThread:
-        """Let pages watch and drive a session; its `run` flies it.
-
-        Args:
-            session: what is flown.
-            controllers: names that a page may choose besides those that ship.
-        """
-        from skylimb.apps.studio.server_flight import FlightThread
-
-        names = dict.fromkeys([*controllers, *list_controllers()])
-        self._flight = FlightThread(session, self.server.say, list(names))
-        return self._flight
-
-    def fly(self, session: Session, controllers: Sequence[str] = ()) -> None:
-        """Fly a session in this thread until Ctrl-C."""
-        flight = self.take(session, controllers)
-        before = sys.getswitchinterval()
-        sys.setswitchinterval(_SWITCH_INTERVAL)
-        try:
-            flight.run()
-        finally:
-            sys.setswitchinterval(before)
+    names = dict.fromkeys([*controllers, *list_controllers()])
+    flight = FlightThread(session, server.say, list(names))
+    server.obey = flight.command
+    return flight
 
 
 def serve(
@@ -104,15 +63,18 @@ def serve(
         SkylimbError: when it cannot be flown, or the port cannot be had.
     """
     _check_names(experiment, controllers, settings)
-    with Studio(host, port, token) as studio:
-        print(f"skylimb studio: {studio.url}  (Ctrl-C ends it)", flush=True)
+    with StudioServer(host, port, token) as server:
+        url = server.access.url
+        print(f"skylimb studio: {url}  (Ctrl-C ends it)", flush=True)
         if browser:
-            threading.Thread(target=webbrowser.open, args=(studio.url,), daemon=True).start()
+            threading.Thread(target=webbrowser.open, args=(url,), daemon=True).start()
         try:
             from skylimb.apps.studio.session import Session
 
             _give_large_arrays_back()
-            studio.fly(Session(experiment, controllers, settings, seed, out), controllers)
+            flight = flight_of(server, Session(experiment, controllers, settings, seed, out), controllers)
+            sys.setswitchinterval(_SWITCH_INTERVAL)
+            flight.run()
         except KeyboardInterrupt:
             print()
 

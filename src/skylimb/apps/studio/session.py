@@ -9,13 +9,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from skylimb.apps.studio.changes import with_gain
+from skylimb.apps.studio.changes import with_gain, with_push
 from skylimb.apps.studio.controls import IN_FLIGHT, PREFIX
 from skylimb.apps.studio.drawings import keep_drawing, strokes_as_svg
 from skylimb.apps.studio.flight_setup import FlightSetup
-from skylimb.apps.studio.held_push import HeldPush
 from skylimb.apps.studio.live_flight import LiveFlight
 from skylimb.apps.studio.live_flights import LiveFlights
 from skylimb.apps.studio.surface_edits import DURATION, surface_change, surface_keys_in_flight, with_surface
@@ -23,7 +20,7 @@ from skylimb.apps.studio.watching import Watcher, files_of_controller
 from skylimb.base.errors import ConfigError, SkylimbError, unknown_name
 from skylimb.base.user_code import place_of
 from skylimb.control.controller import Controller
-from skylimb.flight.events import SurfaceChange
+from skylimb.flight.events import Push, SurfaceChange
 from skylimb.flight.experiments.experiment import Experiment
 from skylimb.flight.loading import DEFAULT_CONTROLLER
 
@@ -52,7 +49,6 @@ class Session:
 
     Attributes:
         live: the flights, and what a page shows of them.
-        paused: whether `advance` does nothing.
     """
 
     def __init__(
@@ -64,7 +60,6 @@ class Session:
         out: str | Path = "studio",
     ) -> None:
         self.out = Path(out)
-        self.paused = False
         self._events: deque[dict[str, Any]] = deque(maxlen=_MOST_EVENTS)
         self._reports: list[KeptFlights] = []
         self._begin(FlightSetup(experiment, tuple(controllers) or (None,), seed, dict(set or {})))
@@ -72,7 +67,6 @@ class Session:
     def _begin(self, setup: FlightSetup) -> None:
         """Take off anew; what cannot be flown raises, and leaves everything as it was."""
         self.live = live = LiveFlights(setup)
-        self._held_push = HeldPush()
         self._was_over = False
         self._watcher = Watcher(
             path
@@ -102,10 +96,6 @@ class Session:
         """Whether no flight goes on."""
         return self.live.over
 
-    def frame(self, speed: float = 0.0) -> np.ndarray:
-        """What a page needs now, see `LiveFlights.frame`; `speed` is what is reached, over real time."""
-        return self.live.frame(speed, self.paused)
-
     def events(self) -> list[dict[str, Any]]:
         """What has happened since the last call: `event`, `time` and what belongs to it."""
         found = list(self._events)
@@ -115,9 +105,7 @@ class Session:
     # What people do.
 
     def advance(self, ticks: int) -> int:
-        """Fly some ticks of every flight that goes on; returns how many, 0 when paused or over."""
-        if self.paused:
-            return 0
+        """Fly some ticks of every flight that goes on; returns how many, 0 when all are over."""
         flown = 0
         while flown < ticks and not self.over:
             for number, flight in enumerate(self.flights):
@@ -128,42 +116,41 @@ class Session:
         self._was_over = self.over
         return flown
 
-    def set_gain(self, flight: int | None, key: str, value: Any) -> str:
-        """Change a gain of one flight, or of all that have it (None), in flight where that can be.
+    def set_key(self, key: str, value: Any, flight: int | None = None) -> str:
+        """Change a key of the experiment, or a gain of one flight or of all that have it (None).
+
+        It acts in flight where it can; else the flights take off anew.
 
         Returns:
             "in flight" or "restarted".
         """
-        key, value = key.removeprefix(PREFIX), _value(value)
-        live = self.live
-        chosen = live.flights if flight is None else [live.flight(flight)]
-        having = [one for one in chosen if key in live.gains_to_set(one)]
-        if not having:
-            raise unknown_name("gain", key, {name for one in chosen for name in live.gains_to_set(one)})
-        if isinstance(value, str) and value.endswith(".py"):
-            raise ConfigError(f"{key} = '{value}': a file of your own is named where the studio is started")
-        if all(live.changes_in_flight(one, key) for one in having):
+        control = self.live.known.get(key)
+        if control is None:
+            raise unknown_name("key that can be set here", key, self.live.known)
+        if isinstance(value, str) and value not in control["choices"] and _names_a_file(value):
+            raise ConfigError(f"{key} = '{value[:60]}' names a file; name it on the command line with --set")
+        if key.startswith(PREFIX):
+            return self._set_gain(control, _value(value), flight)
+        return self._set_of_experiment(key, _value(value))
+
+    def _set_gain(self, control: Mapping[str, Any], value: Any, flight: int | None) -> str:
+        live, key = self.live, control["key"].removeprefix(PREFIX)
+        chosen = control["flights"] if flight is None else [flight]
+        if not set(chosen) <= set(control["flights"]):
+            raise ConfigError(
+                f"flight {flight} has no gain '{key}'; those that have it are {control['flights']}"
+            )
+        having = [self.flights[number] for number in chosen]
+        if control["acts"] == IN_FLIGHT and all(one.time < one.end for one in having):
             live.branch({one: with_gain(one.experiment, one.time, key, value) for one in having})
             return IN_FLIGHT
         gains = list(live.gains())
-        for one in having:
-            number = self.flights.index(one)
+        for number in chosen:
             gains[number] = {**_without_law(gains[number], key), key: value}
         self._begin_again(replace(live.setup, gains=tuple(gains)), f"{key} = {value}")
         return RESTARTED
 
-    def set_key(self, key: str, value: Any) -> str:
-        """Change a key of the experiment, or a gain of all flights; a key restarts the flights.
-
-        Returns:
-            "in flight" or "restarted".
-        """
-        if key.startswith(PREFIX):
-            return self.set_gain(None, key, value)
-        known = [control["key"] for control in self.live.controls()]
-        if key not in known:
-            raise unknown_name("key that can be set here", key, known)
-        value = _value(value)
+    def _set_of_experiment(self, key: str, value: Any) -> str:
         setup = self.live.setup.with_keys({key: value})
         if key in surface_keys_in_flight(self.flights[0].experiment) and not self.over:
             name = key.removeprefix("surface.")
@@ -175,11 +162,21 @@ class Session:
 
     def poke(self, link: str, point: Sequence[float], force: Sequence[float]) -> None:
         """Push with a force (N, W) at a point (m) of a link, in its axes, until it is changed or released."""
-        self._held_push.push(self.live, link, point, force)
+        if not any(force):
+            self.release()
+            return
+        time, live = self.time, self.live
+        lasting = round(max(live.end - time, live.period), 9)
+        self._push(Push(time, duration=lasting, force=_value(force), link=link, point=_value(point)))
 
     def release(self) -> None:
         """Take the pushing force off."""
-        self._held_push.release(self.live)
+        self._push()
+
+    def _push(self, *push: Push) -> None:
+        """Let go of what is held, and push so instead."""
+        going = [one for one in self.flights if not one.over]
+        self.live.branch({one: with_push(one.experiment, one.first, self.time, *push) for one in going})
 
     def surface(
         self,
@@ -222,7 +219,7 @@ class Session:
         for number, flight in enumerate(self.flights):
             self._try(number, lambda flight=flight: flight.rewind(tick))
         self._was_over = self.over
-        self._held_push.rewound(self.live)
+        self.release()  # what was held at that time is held no more
         self._tell("rewound")
 
     def keep(self, name: str = "") -> KeptFlights:
@@ -296,6 +293,12 @@ class Session:
 def _value(value: Any) -> Any:
     """A value from a page as a configuration has it."""
     return tuple(map(_value, value)) if isinstance(value, list | tuple) else value
+
+
+def _names_a_file(text: str) -> bool:
+    """Whether a text reads like a path or a file's name, with or without a function behind it."""
+    stem, dot, ending = text.partition(":")[0].rpartition(".")
+    return "/" in text or "\\" in text or bool(stem and dot and ending.isalnum() and not ending.isdigit())
 
 
 def _without_law(gains: Mapping[str, Any], key: str) -> dict[str, Any]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
@@ -20,24 +19,13 @@ class Watcher:
     """
 
     def __init__(self, files: Iterable[Path]) -> None:
-        self._seen = {path: (_stamp(path), _digest(path)) for path in files}
+        self._seen = {path: _digest(path) for path in files}
 
     def changed(self) -> list[Path]:
-        """The files whose content is another one than at the last call; a file that is gone is none of them.
-
-        The content is read only of files whose time or size differs.
-        """
-        found = []
-        for path, (stamp, digest) in self._seen.items():
-            now = _stamp(path)
-            if now is None or now == stamp:
-                continue
-            content = _digest(path)
-            if content is None:
-                continue
-            self._seen[path] = (now, content)
-            if content != digest:
-                found.append(path)
+        """The files with another content than at the last call; one that is gone is none of them."""
+        now = {path: _digest(path) for path in self._seen}
+        found = [path for path, digest in now.items() if digest not in (None, self._seen[path])]
+        self._seen |= {path: now[path] for path in found}
         return found
 
 
@@ -53,14 +41,6 @@ def files_of_controller(given: str | Controller | None, controller: Controller) 
     owners = (controller, *(slot.law for slot in slots))
     sources = [source for owner in owners for source in getattr(owner, "sources", ())]
     return list(dict.fromkeys([*named, *(source.path for source in sources if not source.shipped)]))
-
-
-def _stamp(path: Path) -> tuple[int, int] | None:
-    try:
-        found = os.stat(path)
-    except OSError:
-        return None
-    return found.st_mtime_ns, found.st_size
 
 
 def _digest(path: Path) -> str | None:

@@ -15,7 +15,8 @@ import pytest
 from websockets.sync.client import ClientConnection, connect
 
 from skylimb.apps.studio.messages import Speed
-from skylimb.apps.studio.server_run import Studio
+from skylimb.apps.studio.server import StudioServer
+from skylimb.apps.studio.server_run import flight_of
 from skylimb.apps.studio.session import Session
 
 PATIENCE = 60.0
@@ -73,9 +74,9 @@ class Client:
 class Running:
     """A studio in a thread of its own."""
 
-    def __init__(self, studio: Studio, session: Session, controllers: Sequence[str]) -> None:
-        self.studio, self.session, self.url = studio, session, studio.url
-        self.flight = studio.take(session, controllers)
+    def __init__(self, server: StudioServer, session: Session, controllers: Sequence[str]) -> None:
+        self.server, self.session, self.url = server, session, server.access.url
+        self.flight = flight_of(server, session, controllers)
         self._thread = threading.Thread(target=self.flight.run, daemon=True)
 
     def start(self) -> None:
@@ -91,7 +92,7 @@ class Running:
 
     @property
     def port(self) -> int:
-        return self.studio.server.access.port
+        return self.server.access.port
 
     @contextmanager
     def page(self, name: str = "first", token: str = "", **headers: Any) -> Iterator[Client]:
@@ -108,8 +109,8 @@ class Running:
 def running(out: Path, *controllers: str, token: str = "") -> Iterator[Running]:
     """A studio on a free flight, until the end of the block."""
     session = Session("free_flight", controllers, out=out)
-    with Studio("127.0.0.1", 0, token) as open_studio:
-        found = Running(open_studio, session, controllers)
+    with StudioServer("127.0.0.1", 0, token) as server:
+        found = Running(server, session, controllers)
         found.start()
         yield found
         found.stop()

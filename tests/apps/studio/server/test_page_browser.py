@@ -207,10 +207,10 @@ def test_the_past_can_be_looked_at_and_gone_on_from(page: sync_api.Page, studio:
     page.get_by_label("Look back, seconds").evaluate(
         "(slider) => { slider.value = -1; slider.dispatchEvent(new Event('input')); }"
     )
-    wait_for(lambda: studio.session.paused)
+    wait_for(lambda: studio.flight.paused)
     seen = page.evaluate("skylimbStudio.looking")
     page.get_by_role("button", name="Go on from here").click()
-    wait_for(lambda: not studio.session.paused)
+    wait_for(lambda: not studio.flight.paused)
     until(page, f"skylimbStudio.looking === null && skylimbStudio.past.end < {seen} + 1.0")
 
 
