@@ -53,15 +53,12 @@ def target_error(run: Run) -> dict[str, float]:
 
 def _median_off(run: Run, reference: str) -> list[float]:
     """Median of the distance along both sliding axes and the contact axis, m."""
-    place, wanted = (while_sliding(run.log, name) for name in ("cog_position", reference))
+    off = while_sliding(run.log, "cog_position") - while_sliding(run.log, reference)
     axes = (*sliding_axes(run.log), contact_axis(run.log))
-    if place is None or wanted is None:
-        return [np.nan] * len(axes)
-    return [float(np.median(np.abs(axis.along(place - wanted)))) for axis in axes]
+    return [float(np.median(np.abs(axis.along(off)))) for axis in axes]
 
 
 @metric(unit="rad", smaller_is_better=True, group=CONTACT, row="largest tilt")
 def tilt_max(run: Run) -> float:
     """Largest tilt."""
-    tilt = while_sliding(run.log, "tilt")
-    return np.nan if tilt is None else float(np.max(tilt))
+    return float(np.max(while_sliding(run.log, "tilt")))

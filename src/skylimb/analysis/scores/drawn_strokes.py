@@ -24,7 +24,7 @@ from skylimb.analysis.recording.run import Run
 from skylimb.analysis.scores.nearest import distances
 from skylimb.analysis.scores.pen_line import dense, drawn_samples, reference_line
 from skylimb.analysis.scores.score import DRAWING, Score, Tolerance, metric
-from skylimb.analysis.scores.signals import in_contact, in_phase, phase_names
+from skylimb.analysis.scores.signals import in_contact, in_phase, phase_names, stretches
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -217,8 +217,8 @@ def _begins(log: xr.Dataset) -> np.ndarray:
     """
     lifted, touching = _lifted(log), in_contact(log)
     found = [0]
-    for begin, end in _runs(lifted):
-        away = [(stop - start, start, stop) for start, stop in _runs(~touching[begin:end])]
+    for begin, end in stretches(lifted):
+        away = [(stop - start, start, stop) for start, stop in stretches(~touching[begin:end])]
         _, start, stop = max(away, default=(0, 0, end - begin))
         found.append(begin + (start + stop) // 2)
     return np.array(found)
@@ -229,12 +229,6 @@ def _lifted(log: xr.Dataset) -> np.ndarray:
     if "lift" not in phase_names(log):
         return np.zeros(log.sizes["time"], dtype=bool)
     return in_phase(log, "lift")
-
-
-def _runs(mask: np.ndarray) -> list[tuple[int, int]]:
-    """Begin and end (past the last) of every stretch of samples in which the mask holds."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(np.int8), [0]])))
-    return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
 
 
 def _pieces(samples: np.ndarray, points: np.ndarray) -> Iterator[np.ndarray]:

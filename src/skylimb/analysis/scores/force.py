@@ -16,7 +16,14 @@ import numpy as np
 
 from skylimb.analysis.recording.run import Run
 from skylimb.analysis.scores.score import FORCE, Score, Tolerance, metric
-from skylimb.analysis.scores.signals import contact_axis, in_contact, in_phase, moving_mean, while_sliding
+from skylimb.analysis.scores.signals import (
+    contact_axis,
+    in_contact,
+    in_phase,
+    moving_mean,
+    recorded,
+    while_sliding,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -95,7 +102,7 @@ def _missed_swing(run: Run) -> str:
 def estimated_force_median(run: Run) -> float:
     """Median estimated force in {signed}."""
     force = while_sliding(run.log, "external_force_estimate")
-    return np.nan if force is None else float(np.median(contact_axis(run.log).along(force)))
+    return float(np.median(contact_axis(run.log).along(force)))
 
 
 @metric(
@@ -120,9 +127,7 @@ def estimated_force_median(run: Run) -> float:
 def contact_force_normal(run: Run) -> dict[str, float]:
     """The normal contact force."""
     force = while_sliding(run.log, "contact_force_normal")
-    if force is None:
-        return dict.fromkeys(("mean", "std", "peak"), np.nan)
-    peak = np.max(moving_mean(run.log.time.values[in_phase(run.log, "slide")], force, PEAK_WINDOW))
+    peak = np.max(moving_mean(while_sliding(run.log, "time"), force, PEAK_WINDOW))
     return {"mean": float(np.mean(force)), "std": float(np.std(force)), "peak": float(peak)}
 
 
@@ -136,12 +141,12 @@ def contact_force_normal(run: Run) -> dict[str, float]:
 )
 def touch_force_peak(run: Run) -> float:
     """Peak of the normal force at the first touch."""
-    log, touching = run.log, in_contact(run.log)
-    if not touching.any() or "contact_force_normal" not in log:
+    force, touching = recorded(run.log, "contact_force_normal"), in_contact(run.log)
+    if not touching.any():
         return np.nan
-    time, begin = log.time.values, log.time.values[np.argmax(touching)]
+    time, begin = run.log.time.values, run.log.time.values[np.argmax(touching)]
     first = (time >= begin) & (time < begin + TOUCH_TIME)
-    return float(np.max(moving_mean(time[first], log.contact_force_normal.values[first], PEAK_WINDOW)))
+    return float(np.max(moving_mean(time[first], force[first], PEAK_WINDOW)))
 
 
 @metric(

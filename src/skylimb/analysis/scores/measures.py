@@ -37,10 +37,7 @@ _paper = partial(metric, on_demand="paper", ranked=False)
 )
 def force_slow_std(run: Run) -> float:
     """How much the normal force swings."""
-    force = while_sliding(run.log, "contact_force_normal")
-    if force is None:
-        return np.nan
-    time = run.log.time.values[in_phase(run.log, "slide")]
+    time, force = (while_sliding(run.log, name) for name in ("time", "contact_force_normal"))
     return float(np.std(moving_mean(time, force, FORCE_WINDOW)))
 
 
@@ -50,15 +47,13 @@ def force_slow_std(run: Run) -> float:
 )
 def near_fraction(run: Run) -> float:
     """How long the pen can write."""
-    gap = while_sliding(run.log, "surface_gap")
-    return np.nan if gap is None else float(np.mean(gap < NEAR))
+    return float(np.mean(while_sliding(run.log, "surface_gap") < NEAR))
 
 
 @_contact(unit="m")
 def cog_travel(run: Run) -> float:
     """Way of the centre of gravity along the contact axis, peak to peak."""
-    place = while_sliding(run.log, "cog_position")
-    return np.nan if place is None else float(np.ptp(contact_axis(run.log).along(place)))
+    return float(np.ptp(contact_axis(run.log).along(while_sliding(run.log, "cog_position"))))
 
 
 @_contact(unit="s")
@@ -76,23 +71,20 @@ def quartile_distance(values: np.ndarray) -> float:
 def estimated_force_spread(run: Run) -> float:
     """Distance between the quartiles of the estimated force in {signed}."""
     force = while_sliding(run.log, "external_force_estimate")
-    return np.nan if force is None else quartile_distance(contact_axis(run.log).along(force))
+    return quartile_distance(contact_axis(run.log).along(force))
 
 
 @_paper(unit="m", smaller_is_better=True)
 def error_u_spread(run: Run) -> float:
     """Distance between the quartiles of the |{u} error| of the CoG to the mission."""
-    place, wanted = (while_sliding(run.log, name) for name in ("cog_position", "cog_position_reference"))
-    if place is None or wanted is None:
-        return np.nan
-    return quartile_distance(np.abs(sliding_axes(run.log)[0].along(place - wanted)))
+    off = while_sliding(run.log, "cog_position") - while_sliding(run.log, "cog_position_reference")
+    return quartile_distance(np.abs(sliding_axes(run.log)[0].along(off)))
 
 
 @_paper(unit="m")
 def reach_span(run: Run) -> float:
     """Span of the arm's reach (5 to 95 % of the time)."""
-    reach = while_sliding(run.log, "reach")
-    return np.nan if reach is None else float(np.subtract(*np.percentile(reach, [95, 5])))
+    return float(np.subtract(*np.percentile(while_sliding(run.log, "reach"), [95, 5])))
 
 
 @metric(
@@ -133,7 +125,7 @@ def trace(run: Run) -> dict[str, float]:
 def slip_variation(run: Run) -> float:
     """Standard deviation of the pen's speed over its mean."""
     slip = while_sliding(run.log, "slip_speed")
-    if slip is None or np.count_nonzero(_drawing(run)) < _FEW:
+    if np.count_nonzero(_drawing(run)) < _FEW:
         return np.nan
     slip = np.where(np.isfinite(slip), slip, 0.0)
     return float(np.std(slip) / np.mean(slip)) if np.mean(slip) > 0.0 else np.nan

@@ -21,6 +21,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from skylimb.analysis.scores.axis_names import GENERIC, AxisNames
+from skylimb.analysis.scores.signals import NoNumberError
 from skylimb.base.errors import ConfigError, UserCodeError, choice_error
 
 if TYPE_CHECKING:
@@ -195,7 +196,10 @@ class Metric:
         Raises:
             UserCodeError: when the function returns something else than it should.
         """
-        found = self.function(run)
+        try:
+            found = self.function(run)
+        except NoNumberError:
+            return dict.fromkeys(self.columns)
         if isinstance(found, Mapping) != bool(self.keys) or (self.keys and set(found) != set(self.keys)):
             wanted = f"a dict with {', '.join(self.keys)}" if self.keys else "a number"
             hint = "; name them: @skylimb.metric(keys=(...))" if isinstance(found, Mapping) else ""

@@ -44,11 +44,28 @@ def in_phase(log: xr.Dataset, name: str) -> np.ndarray:
     return np.asarray(log.variables["phase"].values == known[name])
 
 
-def while_sliding(log: xr.Dataset, signal: str) -> np.ndarray | None:
-    """The samples of a signal over the sliding period, (k, ...); None where the log lacks it."""
+class NoNumberError(Exception):
+    """What a score is made of is not in a log, so that the flight has no number there."""
+
+
+def recorded(log: xr.Dataset, signal: str) -> np.ndarray:
+    """The samples of a signal, (time, ...).
+
+    Raises:
+        NoNumberError: where the log lacks it.
+    """
     if signal not in log:
-        return None
-    return log.variables[signal].values[np.flatnonzero(in_phase(log, "slide"))]
+        raise NoNumberError(signal)
+    return log.variables[signal].values
+
+
+def while_sliding(log: xr.Dataset, signal: str) -> np.ndarray:
+    """The samples of a signal over the sliding period, (k, ...).
+
+    Raises:
+        NoNumberError: where the log lacks it.
+    """
+    return recorded(log, signal)[np.flatnonzero(in_phase(log, "slide"))]
 
 
 class Direction(NamedTuple):
@@ -171,14 +188,18 @@ def spans(time: np.ndarray, mask: np.ndarray, bridge: float = 0.0) -> list[tuple
         mask: booleans, shape (n,).
         bridge: gaps up to this long (s) don't interrupt a stretch: a bouncing pen is still drawing.
     """
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(np.int8), [0]])))
     found: list[tuple[float, float]] = []
-    for begin, end in zip(edges[::2], edges[1::2] - 1, strict=True):
-        if found and time[begin] - found[-1][1] <= bridge:
-            found[-1] = (found[-1][0], float(time[end]))
-        else:
-            found.append((float(time[begin]), float(time[end])))
+    for begin, end in stretches(mask):
+        joined = bool(found) and time[begin] - found[-1][1] <= bridge
+        first = found.pop()[0] if joined else float(time[begin])
+        found.append((first, float(time[end - 1])))
     return found
+
+
+def stretches(mask: np.ndarray) -> list[tuple[int, int]]:
+    """Begin and end (past the last) of every stretch of samples in which the mask, (n,), holds."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(np.int8), [0]])))
+    return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
 
 
 def moving_mean(time: np.ndarray, values: np.ndarray, window: float) -> np.ndarray:

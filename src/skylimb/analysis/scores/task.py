@@ -13,7 +13,7 @@ import numpy as np
 
 from skylimb.analysis.recording.run import Run
 from skylimb.analysis.scores.score import TASK, Tolerance, metric
-from skylimb.analysis.scores.signals import in_contact, in_phase
+from skylimb.analysis.scores.signals import in_contact, in_phase, recorded
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -66,8 +66,8 @@ def tools_of(log: xr.Dataset) -> Iterator[Tool]:
 )
 def valve_left(run: Run) -> float:
     """Turn that the valve lacks of its stop in the end."""
-    log = run.log
-    return VALVE.commanded(log) - float(log.valve_angle[-1]) if VALVE.signal in log else np.nan
+    turned = float(recorded(run.log, VALVE.signal)[-1])
+    return VALVE.commanded(run.log) - turned
 
 
 @metric(
@@ -81,10 +81,8 @@ def valve_left(run: Run) -> float:
 )
 def peg_left(run: Run) -> float:
     """Greatest distance of the peg's end from the floor of its hole in the end."""
-    log = run.log
-    if PEG.signal not in log:
-        return np.nan
-    return PEG.commanded(log) - float(log.peg_depth.values[_in_the_end(log)].min())
+    depths = recorded(run.log, PEG.signal)[_in_the_end(run.log)]
+    return PEG.commanded(run.log) - float(depths.min())
 
 
 @metric(
@@ -98,11 +96,8 @@ def peg_left(run: Run) -> float:
 )
 def foot_angle_mean(run: Run) -> float:
     """Mean angle between foot and surface in the end while it touches; none where it does not."""
-    log = run.log
-    if FOOT.signal not in log:
-        return np.nan
-    last = _in_the_end(log)
-    angles = log.foot_angle.values[last[in_contact(log)[last]]]
+    last = _in_the_end(run.log)
+    angles = recorded(run.log, FOOT.signal)[last[in_contact(run.log)[last]]]
     return float(np.mean(angles)) if len(angles) else np.nan
 
 

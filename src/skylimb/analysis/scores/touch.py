@@ -22,9 +22,8 @@ def contact_fraction(run: Run) -> float:
     """Fraction of the time in contact (truth)."""
     # The duty counts physics steps and so does not depend on the control rate; the flag says "any touch in
     # the tick".
-    signal = next((name for name in ("contact_duty", "contact") if name in run.log), "")
-    touch = while_sliding(run.log, signal)
-    return np.nan if touch is None else float(np.mean(touch.astype(float)))
+    touch = while_sliding(run.log, "contact_duty" if "contact_duty" in run.log else "contact")
+    return float(np.mean(touch.astype(float)))
 
 
 @metric(
