@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
+from itertools import zip_longest
+from typing import Any
 
-import numpy as np
-import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from skylimb.analysis.figures import style
 from skylimb.analysis.figures.marks import event_signs, mark_events
+from skylimb.analysis.figures.panels import draw
+from skylimb.analysis.figures.plotting import entries
 from skylimb.analysis.recording import Run
+from skylimb.analysis.scores.signals import at_ticks
 
 FIGURES = {
     "estimates": (
@@ -34,10 +37,8 @@ FIGURES = {
 }
 """Figures, each with the signals that have a row in it."""
 
-_LETTERS = 16
-"""In a line beside a row of panels."""
-
-_RECORDED, _REPLAYED = style.TRUTH, style.CURVES[0]
+_RECORDED: dict[str, Any] = {"color": style.TRUTH, "linewidth": 2.2}
+_REPLAYED: dict[str, Any] = {"color": style.CURVES[0], "linewidth": 0.7}
 
 
 def replayed_figures(recorded: Run, replayed: Run) -> dict[str, Figure]:
@@ -51,50 +52,31 @@ def replayed_figures(recorded: Run, replayed: Run) -> dict[str, Figure]:
 
 @style.styled
 def _beside(recorded: Run, replayed: Run, signals: Sequence[str]) -> Figure:
-    """A row a signal and a panel an entry: recorded thick and grey, replayed thin and blue on top of it."""
-    pairs = [(_entries(recorded.log, name), _entries(replayed.log, name)) for name in signals]
-    columns = max(len(was) or len(now) for was, now in pairs)
+    """A row a signal and a panel an entry, on the clock of the record: the replay in blue on top of it."""
+    was = at_ticks(recorded.log, replayed.log)
+    rows = [
+        list(zip_longest(entries(was, name, _RECORDED), entries(replayed.log, name, _REPLAYED)))
+        for name in signals
+    ]
+    columns = max(map(len, rows))
     figure = Figure(figsize=(style.WIDTH, 1.15 * len(signals) + 0.5), layout="constrained")
     axes = figure.subplots(len(signals), columns, sharex=True, squeeze=False)
-    begin = float(recorded.log.time.values[0])
-    for row, name, (was, now) in zip(axes, signals, pairs, strict=True):
-        labels = list(was or now)
-        for ax, label in zip(row, labels, strict=False):
-            for curves, run, start, look in (
-                (was, recorded, begin, {"color": _RECORDED, "linewidth": 2.2}),
-                (now, replayed, 0.0, {"color": _REPLAYED, "linewidth": 0.7}),
-            ):
-                if label in curves:
-                    step = style.thin(len(curves[label]))
-                    ax.plot(run.log.time.values[step] - start, curves[label][step], **look)
-            if label:
-                ax.set_title(label)
-            mark_events(ax, recorded.log, numbered=ax is axes[0, 0], shift=begin)
-        for ax in row[len(labels) :]:
+    for row, name, pairs in zip(axes, signals, rows, strict=True):
+        for ax, pair in zip(row, pairs, strict=False):
+            curves = list(filter(None, pair))
+            draw(ax, was, curves, legend=False)
+            ax.set_title(curves[0].look["label"] or "")
+            mark_events(ax, was, numbered=ax is axes[0, 0])
+        for ax in row[len(pairs) :]:
             ax.set_axis_off()
-        source = replayed.log if name in replayed.log else recorded.log
-        unit = source[name].attrs.get("units", "")
-        words = name.removesuffix("_estimate").removesuffix("_command").replace("_", " ")
-        words = textwrap.fill(words, _LETTERS)
+        unit = (replayed.log if name in replayed.log else was)[name].attrs.get("units", "")
+        words = textwrap.fill(name.removesuffix("_estimate").removesuffix("_command").replace("_", " "), 16)
         row[0].set_ylabel(f"{words}\n({unit})" if unit else words)
     for ax in axes[-1]:
         ax.set_xlabel("time (s)")
     signs = (
-        Line2D([], [], color=_RECORDED, linewidth=2.2, label=f"recorded: {recorded.controller}"),
-        Line2D([], [], color=_REPLAYED, linewidth=0.9, label=f"replayed: {replayed.controller}"),
+        Line2D([], [], label=f"recorded: {recorded.controller}", **_RECORDED),
+        Line2D([], [], label=f"replayed: {replayed.controller}", **_REPLAYED),
     )
     style.legend_below(figure, [*signs, *event_signs({recorded.name: recorded})])
     return figure
-
-
-def _entries(log: xr.Dataset, name: str) -> dict[str, np.ndarray]:
-    """The entries of a signal by what each is called; none where the log has no such signal."""
-    if name not in log:
-        return {}
-    variable = log[name]
-    if variable.ndim == 1:
-        return {"": variable.values}
-    dimension = variable.dims[1]
-    count = variable.shape[1]
-    names = variable[dimension].values if dimension in variable.coords else range(count)
-    return {str(label): variable.values[:, i] for i, label in enumerate(names)}

@@ -38,7 +38,7 @@ _LINE, _EDGES, _LETTER = 0.06, 0.07, 0.055
 _TO = "\N{EN DASH}"
 
 
-def mark_events(ax: Axes, log: xr.Dataset, numbered: bool = False, shift: float = 0.0) -> None:
+def mark_events(ax: Axes, log: xr.Dataset, numbered: bool = False) -> None:
     """Draw a thin line where each event began, and a pale band while it lasted; nothing where there was none.
 
     Lines and numbers that would lie on each other become one: "3-7" stands for five events.
@@ -47,7 +47,6 @@ def mark_events(ax: Axes, log: xr.Dataset, numbered: bool = False, shift: float 
         ax: panel with the time of the flight from left to right.
         log: of the flight.
         numbered: whether the events' numbers stand at the upper edge, as in one of a flight's panels.
-        shift: time that is 0 in the panel, s.
     """
     events = events_of(log)
     if not events:
@@ -61,14 +60,14 @@ def mark_events(ax: Axes, log: xr.Dataset, numbered: bool = False, shift: float 
         line, colour = LOOKS.get(kind, OTHER)
         own = [event for event in events if event.kind == kind]
         for first, last in _stretches(own, end):
-            ax.axvspan(first - shift, last - shift, color=colour, alpha=_BAND, linewidth=0, zorder=0.5)
+            ax.axvspan(first, last, color=colour, alpha=_BAND, linewidth=0, zorder=0.5)
         for time, _ in _heaps(own, lambda _: _LINE * inch):
-            ax.axvline(time - shift, color=colour, linestyle=line, linewidth=0.7, zorder=1.5)
+            ax.axvline(time, color=colour, linestyle=line, linewidth=0.7, zorder=1.5)
     for time, text in _heaps(events, lambda text: (_EDGES + _LETTER * len(text)) * inch) if numbered else ():
         late = time > end - 0.1 * (end - begin)
         ax.annotate(
             text,
-            (time - shift, 1.0),
+            (time, 1.0),
             xycoords=("data", "axes fraction"),
             xytext=(-1.5 if late else 1.5, -0.5),
             textcoords="offset points",

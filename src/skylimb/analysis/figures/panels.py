@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from matplotlib.artist import Artist
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
@@ -89,7 +90,7 @@ def panels_figure(
             mark_events(ax, run.log, numbered=ax is column[0])
             for stretches, colour in shades(run.log):
                 style.shade(ax, stretches, colour)
-            _draw(ax, run.log, panel.curves[name])
+            draw(ax, run.log, panel.curves[name])
             ax.set(xlim=(0.0, end), ylim=span)
             ax.tick_params(labelbottom=lowest and ax is column[-1], labelleft=place % columns == 0)
             if place % columns == 0:
@@ -102,7 +103,8 @@ def panels_figure(
     return figure
 
 
-def _draw(ax: Any, log: xr.Dataset, curves: Sequence[Curve]) -> None:
+def draw(ax: Axes, log: xr.Dataset, curves: Sequence[Curve], legend: bool = True) -> None:
+    """Draw the curves of one panel, thinned, with a legend of those that have a label."""
     keep = style.thin(log.sizes["time"])
     time = log.time.values[keep]
     for curve in curves:
@@ -111,5 +113,5 @@ def _draw(ax: Any, log: xr.Dataset, curves: Sequence[Curve]) -> None:
             ax.fill_between(time, *values.T, **curve.look)
         else:
             ax.plot(time, values, **curve.look)
-    if labels := ax.get_legend_handles_labels()[1]:
+    if (labels := ax.get_legend_handles_labels()[1]) and legend:
         ax.legend(loc="upper right", ncols=len(labels))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import xarray as xr
 from matplotlib.figure import Figure
@@ -58,15 +59,24 @@ def _over_time(runs: Mapping[str, Run], signal: str) -> Figure:
 
 
 def _curves(log: xr.Dataset, signal: str) -> list[Curve]:
-    found = []
-    for name, look in ((signal, {}), (f"{signal.removesuffix('_normal')}_reference", _REFERENCE)):
-        if name in log:
-            values = log[name].transpose("time", ...)
-            flat = values.values.reshape(len(values.time), -1)
-            named = values.ndim == 2 and values.dims[1] in values.coords and name == signal
-            labels = values[values.dims[1]].values if named else [None] * flat.shape[1]
-            found += [
-                Curve(flat[:, k], {"color": f"C{k % 7}", "label": label, **look})
-                for k, label in enumerate(labels)
-            ]
-    return found
+    reference = entries(log, f"{signal.removesuffix('_normal')}_reference", _REFERENCE)
+    return [*entries(log, signal), *(Curve(each.values, each.look | {"label": None}) for each in reference)]
+
+
+def entries(log: xr.Dataset, signal: str, look: Mapping[str, Any] = {}) -> list[Curve]:
+    """A curve for each entry of a signal, labelled as its dimension calls it; none where there is no signal.
+
+    Args:
+        log: of a flight.
+        signal: its name.
+        look: besides the label, and the colours that tell entries apart.
+    """
+    if signal not in log:
+        return []
+    values = log[signal].transpose("time", ...)
+    flat = values.values.reshape(len(values.time), -1)
+    named = values.ndim == 2 and values.dims[1] in values.coords
+    labels = values[values.dims[1]].values if named else [None] * flat.shape[1]
+    return [
+        Curve(flat[:, k], {"color": f"C{k % 7}", "label": label, **look}) for k, label in enumerate(labels)
+    ]

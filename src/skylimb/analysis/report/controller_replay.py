@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skylimb.analysis.recording import Run
+from skylimb.analysis.scores.signals import at_ticks
 
 REPLAYED = "replayed"
 """Attribute of a replayed run's log: the name of the run that was recorded."""
@@ -41,15 +42,12 @@ class Difference(NamedTuple):
 
 def differences(recorded: Run, replayed: Run) -> list[Difference]:
     """Every estimate and command that both runs have, in the order of the log; rows are matched by time."""
-    there, here = recorded.log, replayed.log
-    rows = (
-        np.searchsorted(there.time.values, here.time.values + there.time.values[0] + 1e-9, side="right") - 1
-    )
+    here, there = replayed.log, at_ticks(recorded.log, replayed.log)
     found = []
     for name in here.data_vars:
         if here[name].attrs.get("kind") not in _KINDS or name not in there.variables:
             continue
-        was, now = np.asarray(there[name].values)[rows], np.asarray(here[name].values)
+        was, now = there[name].values, here[name].values
         if was.shape != now.shape:
             continue
         found.append(_difference(str(name), here[name].attrs.get("units", ""), here.time.values, was, now))

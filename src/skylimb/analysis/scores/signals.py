@@ -219,6 +219,12 @@ def moving_mean(time: np.ndarray, values: np.ndarray, window: float) -> np.ndarr
     return (total[count:] - total[:-count]) / count
 
 
+def at_ticks(log: xr.Dataset, other: xr.Dataset) -> xr.Dataset:
+    """The last sample of a log at each tick of another, whose clock is 0 at the first sample."""
+    begin = log.time.values[0]
+    return log.isel(time=np.searchsorted(log.time.values, other.time.values + begin + 1e-9, side="right") - 1)
+
+
 def samples_within(time: np.ndarray, window: float) -> int:
     """How many samples of evenly spaced times (s), shape (n,), a window (s) holds; at least one."""
     return max(1, round(window / float(np.median(np.diff(time))))) if len(time) > 1 else 1

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import itertools
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -38,90 +39,87 @@ class Curve(NamedTuple):
     values: np.ndarray
 
 
+Line = tuple[str, str, str, str]
+"""A curve of one signal: label, role and when it is seen (see `Curve`), and the signal's name."""
+
+_POSITION: tuple[Line, ...] = (
+    ("reference", "reference", BOTH, "cog_position_reference"),
+    ("truth", "truth", BOTH, "cog_position"),
+    ("estimate", "estimate", ALONE, "cog_position_estimate"),
+)
+_FORCE: tuple[Line, ...] = (
+    ("truth", "truth", BOTH, "contact_force"),
+    ("estimate", "estimate", ALONE, "external_force_estimate"),
+)
+_REACH: tuple[Line, ...] = (
+    ("reference", "reference", BOTH, "reach_reference"),
+    ("command", "command", ALONE, "reach_command"),
+    ("truth", "truth", BOTH, "reach"),
+)
+_LARGEST: tuple[Line, ...] = (("largest of all rotors", "truth", COMPARED, "thrusts"),)
+
+
 def packed_panels(log: xr.Dataset) -> dict[str, Any]:
     """The panels of a flight, and the numbers of all their curves in one pack.
 
     Returns:
         `panels`: title, unit and curves, each with the number of its column; `signals`: time and columns.
     """
-    times = log.time.values
-    every = samples_within(times, 1.0 / RATE)
-    keep = slice(None, None, every)
+    keep = slice(None, None, samples_within(log.time.values, 1.0 / RATE))
+    column = itertools.count(1)
     panels: list[dict[str, Any]] = []
-    columns: list[np.ndarray] = [times[keep]]
-    for title, unit, curves in _panels(log):
-        entries = []
-        for curve in curves:
-            entries.append(
-                {"label": curve.label, "role": curve.role, "seen": curve.seen, "column": len(columns)}
-            )
-            columns.append(curve.values[keep])
-        if entries:
-            panels.append({"title": title, "unit": unit, "curves": entries})
-    return {"panels": panels, "signals": packed(np.stack(columns, axis=1))}
+    values = [log.time.values]
+    for title, unit, found in _panels(log):
+        curves = [
+            {"label": each.label, "role": each.role, "seen": each.seen, "column": next(column)}
+            for each in found
+        ]
+        values += [each.values for each in found]
+        panels += [{"title": title, "unit": unit, "curves": curves}] if curves else []
+    return {"panels": panels, "signals": packed(np.stack(values, axis=1)[keep])}
 
 
 def _panels(log: xr.Dataset) -> Iterator[tuple[str, str, list[Curve]]]:
-    for axis in (*sliding_axes(log), contact_axis(log)):
-        curves = [
-            Curve(label, role, seen, axis.along(log[name].values))
-            for label, role, seen, name in (
-                ("reference", "reference", BOTH, "cog_position_reference"),
-                ("truth", "truth", BOTH, "cog_position"),
-                ("estimate", "estimate", ALONE, "cog_position_estimate"),
-            )
-            if name in log
-        ]
-        yield f"Centre of gravity along {axis}", "m", curves
-    yield "Pressing force", "N", list(_forces(log))
+    toward = contact_axis(log)
+    for axis in (*sliding_axes(log), toward):
+        yield f"Centre of gravity along {axis}", "m", _curves(log, _POSITION, axis.along)
+    yield "Pressing force", "N", _curves(log, _FORCE, lambda force: -smoothed(log, toward.along(force)))
     for tool in tools_of(log):
         truth = log[tool.signal].values
         commanded = np.full(len(truth), tool.commanded(log))
-        wanted = Curve("commanded", "reference", BOTH, commanded)
-        yield tool.title, tool.unit, [wanted, Curve("truth", "truth", BOTH, truth)]
-    yield "Thrust", "N", list(_thrusts(log))
-    yield "Reach of the arm", "m", list(_reach(log))
-    yield "Joint angles", "rad", list(_angles(log, "joint"))
-    yield "Vectoring angles", "rad", list(_angles(log, "vectoring"))
+        yield (
+            tool.title,
+            tool.unit,
+            [
+                Curve("commanded", "reference", BOTH, commanded),
+                Curve("truth", "truth", BOTH, truth),
+            ],
+        )
+    largest = _curves(log, _LARGEST, lambda thrusts: thrusts.max(axis=1))
+    yield "Thrust", "N", [*largest, *_entries(log, "thrusts", "truth")]
+    yield "Reach of the arm", "m", _curves(log, _REACH, np.asarray)
+    for kind in ("joint", "vectoring"):
+        angles = _entries(log, f"{kind}_angles", "truth")
+        commands = _entries(log, f"{kind}_angles_command", "command") if angles else []
+        yield f"{kind.capitalize()} angles", "rad", [*angles, *commands]
 
 
-def _forces(log: xr.Dataset) -> Iterator[Curve]:
-    axis = contact_axis(log)
-    for label, role, seen, name in (
-        ("truth", "truth", BOTH, "contact_force"),
-        ("estimate", "estimate", ALONE, "external_force_estimate"),
-    ):
-        if name in log:
-            yield Curve(label, role, seen, -smoothed(log, axis.along(log[name].values)))
+def _curves(log: xr.Dataset, lines: Iterable[Line], of: Callable[[np.ndarray], np.ndarray]) -> list[Curve]:
+    """The lines of a panel that the log has signals for; `of` makes a number a sample of each."""
+    there = [line for line in lines if line[3] in log]
+    return [Curve(label, role, seen, of(log[signal].values)) for label, role, seen, signal in there]
 
 
-def _thrusts(log: xr.Dataset) -> Iterator[Curve]:
-    if "thrusts" not in log:
-        return
-    thrusts = log.thrusts.values
-    yield Curve("largest of all rotors", "truth", COMPARED, thrusts.max(axis=1))
-    for name, values in zip(log.rotor.values, thrusts.T, strict=True):
-        yield Curve(str(name), "truth", ALONE, values)
-
-
-def _angles(log: xr.Dataset, kind: str) -> Iterator[Curve]:
-    truth, command = f"{kind}_angles", f"{kind}_angles_command"
-    if truth not in log:
-        return
-    for i, name in enumerate(log[kind].values):
-        yield Curve(str(name), "truth", ALONE, log[truth].values[:, i])
-        if command in log:
-            yield Curve(f"{name} command", "command", ALONE, log[command].values[:, i])
-
-
-def _reach(log: xr.Dataset) -> Iterator[Curve]:
-    for label, role, seen, name in (
-        ("reference", "reference", BOTH, "reach_reference"),
-        ("command", "command", ALONE, "reach_command"),
-        ("truth", "truth", BOTH, "reach"),
-    ):
-        if name in log:
-            yield Curve(label, role, seen, log[name].values)
+def _entries(log: xr.Dataset, signal: str, role: str) -> list[Curve]:
+    """A curve for each entry of a signal, by the name that its dimension has for it."""
+    if signal not in log:
+        return []
+    suffix = " command" * (role == "command")
+    names = log[log[signal].dims[1]].values
+    return [
+        Curve(f"{name}{suffix}", role, ALONE, values)
+        for name, values in zip(names, log[signal].values.T, strict=True)
+    ]
 
 
 def smoothed(log: xr.Dataset, values: np.ndarray) -> np.ndarray:
