@@ -9,6 +9,7 @@ import numpy as np
 
 from short_flights import CIRCLE
 from skylimb.analysis.exchange.frames import lab_link
+from skylimb.apps.ros1.flyer import Flyer
 from skylimb.apps.ros1.grounded import GroundedPlant
 from skylimb.apps.ros1.pilot import Pilot
 from skylimb.apps.ros1.states import FlightState, Order
@@ -41,7 +42,7 @@ class Steered:
         self.time, self.k = 0, 0
         self.pacer = Pacer(period, lambda: self.time, self._sleep, spin=0.0)
         missions = {"paper": self.takeoff.mission}
-        self.pilot = Pilot(self.robot, chosen, missions, lab_link(self.robot), self.pacer, period)
+        self.pilot = Pilot(Flyer(self.takeoff, chosen, missions, lab_link(self.robot), self.pacer))
         self.acknowledges, self.measures = True, True
         self.battery: float | None = None
         self.said: list[str] = []

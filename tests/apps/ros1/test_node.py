@@ -11,9 +11,9 @@ from typing import Any
 from skylimb.analysis.exchange.frames import lab_link
 from skylimb.analysis.exchange.lab_topics import DIAGNOSTICS, RECORD, ROW, STATE
 from skylimb.apps.ros1.both import Both
+from skylimb.apps.ros1.flyer import Flyer
 from skylimb.apps.ros1.messages import Arrived, Outgoing
 from skylimb.apps.ros1.node import Node
-from skylimb.apps.ros1.piloted import Flyer
 from skylimb.flight.realtime.pacer import Pacer
 from steered import ready
 

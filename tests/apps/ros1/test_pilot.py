@@ -229,7 +229,7 @@ def test_a_controller_that_fails_brings_the_robot_down() -> None:
 
     robot = Steered()
     failing: Any = Fails()
-    robot.pilot.setup = dataclasses.replace(robot.pilot.setup, controller=failing)
+    robot.pilot.flyer = dataclasses.replace(robot.pilot.flyer, controller=failing)
     robot.tick()
     robot.tick(Order.START)
     robot.until(FlightState.ARM_ON)

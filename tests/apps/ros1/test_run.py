@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from skylimb.apps.ros1.run import Options, missions_of
+from skylimb.apps.ros1.run import missions_of
 from skylimb.base.errors import ConfigError, UnknownNameError
 from steered import ready
 
@@ -18,7 +18,7 @@ def test_missions_have_the_names_of_their_experiments(tmp_path: Path) -> None:
     )
     drawing = tmp_path / "letter.toml"
     drawing.write_text(text + "[surface]\nposition = [1.5, 0.0, 1.2]\n", encoding="utf-8")
-    missions = missions_of(takeoff, Options("both", missions=("free_flight", str(drawing))))
+    missions = missions_of(takeoff, ("free_flight", str(drawing)))
     assert [*missions] == ["paper", "free_flight", "letter"]
     assert missions["paper"] is takeoff.mission
     assert missions["letter"].contact
@@ -27,8 +27,8 @@ def test_missions_have_the_names_of_their_experiments(tmp_path: Path) -> None:
 def test_missions_that_cannot_be_flown_are_refused(tmp_path: Path) -> None:
     takeoff, _ = ready("hybrid")
     with pytest.raises(UnknownNameError, match="did you mean 'free_flight'"):
-        missions_of(takeoff, Options("both", missions=("free_fligt",)))
+        missions_of(takeoff, ("free_fligt",))
     slow = tmp_path / "slow.toml"
     slow.write_text("controller_rate = 100.0\n", encoding="utf-8")
     with pytest.raises(ConfigError, match="mission 'slow' is at 100 Hz, the node at 200 Hz"):
-        missions_of(takeoff, Options("both", missions=(str(slow),)))
+        missions_of(takeoff, (str(slow),))

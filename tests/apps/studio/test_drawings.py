@@ -20,7 +20,7 @@ def test_strokes_are_drawn_where_they_were_made(session):
     path = session.draw(STROKES)
     assert path.parent == session.out / "drawings"
     assert [event["event"] for event in session.events()] == ["restarted", "scene"]
-    takeoff = session.flights[0].takeoff
+    takeoff = session.live.flights[0].takeoff
     surface, frame = takeoff.experiment.surface, takeoff.mission.frame
     found = drawing_strokes(takeoff.experiment.trajectory).lines
     for line, stroke in zip(found, STROKES, strict=True):
@@ -34,16 +34,16 @@ def test_strokes_are_drawn_where_they_were_made(session):
 
 def test_an_svg_is_drawn_in_the_size_of_the_path(session):
     session.draw('<svg xmlns="http://www.w3.org/2000/svg"><path d="M 0 0 L 30 10" stroke="black"/></svg>')
-    (line,) = drawing_strokes(session.flights[0].experiment.trajectory).lines
-    assert np.ptp(line[:, 0]) == pytest.approx(session.flights[0].experiment.trajectory.width)
+    (line,) = drawing_strokes(session.live.flights[0].experiment.trajectory).lines
+    assert np.ptp(line[:, 0]) == pytest.approx(session.live.flights[0].experiment.trajectory.width)
 
 
 @pytest.mark.parametrize(
     "drawing", ["no svg", [], [[[0.0, 0.0]]], [[[0.0, "a"]]], [[[0.0, 0.0], [9.0, 0.0]]], "<svg/>" * 400_000]
 )
 def test_what_cannot_be_drawn_changes_nothing(session, drawing):
-    flights = session.flights
+    flights = session.live.flights
     with pytest.raises(ConfigError):
         session.draw(drawing)
-    assert session.flights == flights
+    assert session.live.flights == flights
     assert not list(session.out.glob("drawings/*"))

@@ -65,7 +65,7 @@ def kept(session):
 @pytest.mark.parametrize("name", ["hybrid", "following"])
 def test_a_kept_flight_is_repeated_to_the_bit_by_any_driver(session, kept, name):
     run = load_runs(kept.folder)[name]
-    assert run.log.sizes["time"] == session.flights[0].ticks
+    assert run.log.sizes["time"] == session.live.flights[0].ticks
     (takeoff,) = take_off(str(kept.folder / name / "config.toml"), (None,))
     experiment = takeoff.experiment
     assert len(of_kind(experiment, SurfaceChange)) == 2
@@ -76,7 +76,7 @@ def test_a_kept_flight_is_repeated_to_the_bit_by_any_driver(session, kept, name)
         assert again.cause == run.cause
         for signal in SIGNALS:
             assert np.array_equal(again.log[signal].values, run.log[signal].values, equal_nan=True), signal
-    live = session.flights[["hybrid", "following"].index(name)]
+    live = session.live.flights[["hybrid", "following"].index(name)]
     assert np.array_equal(run.log.configuration.values, live.recent[:, live.slices["configuration"]])
 
 
@@ -92,10 +92,10 @@ def test_a_kept_folder_has_the_preset_as_it_became_and_a_report(session, kept):
 
 
 def test_the_flights_go_on_after_they_were_kept(session, kept):
-    before = session.flights[0].ticks
+    before = session.live.flights[0].ticks
     assert session.advance(3) == 3
-    assert session.flights[0].ticks == before + 3
-    assert session.flights[0].experiment.stop_at is None
+    assert session.live.flights[0].ticks == before + 3
+    assert session.live.flights[0].experiment.stop_at is None
 
 
 def test_a_kept_flight_says_that_it_was_stopped(kept):

@@ -37,23 +37,23 @@ def test_a_frame_has_what_the_scene_says(session):
 def test_a_frame_shows_where_the_robot_is(session):
     scene = session.live.scene()
     session.advance(80)
-    flight = session.flights[0]
+    flight = session.live.flights[0]
     place = scene["layout"]["flights"][0]
     frame = session.live.frame(0.0, False)
     root = flight.recent[-1, flight.slices["configuration"]][:7]
     body = scene["flights"][0]["body_names"].index(flight.takeoff.robot.description.root)
     assert poses(session, scene)[body] == pytest.approx(root, abs=1e-6)
-    assert frame[0] == pytest.approx(session.time)
+    assert frame[0] == pytest.approx(session.live.time)
     thrusts = slice(*place["thrusts"])
     assert frame[thrusts] == pytest.approx(flight.recent[-1, flight.slices["thrusts"]], rel=1e-6)
 
 
 def test_all_flights_fly_in_lockstep_until_all_are_over(session):
     assert session.advance(10) == 10
-    assert [flight.ticks for flight in session.flights] == [11, 11]
+    assert [flight.ticks for flight in session.live.flights] == [11, 11]
     while session.advance(200):
         pass
-    assert session.over
+    assert session.live.over
     assert session.live.verdict == ["came to its end", "came to its end"]
     assert [event["event"] for event in session.events()] == ["over"]
     assert session.advance(1) == 0
@@ -64,13 +64,13 @@ def test_a_poke_pushes_all_flights_until_it_is_released(session):
     session.advance(150)  # until the bias of the estimated force has been taken off
     session.poke("link4", [0.1, 0.0, 0.0], [0.0, 2.0, 0.0])
     session.advance(60)
-    for flight in session.flights:
+    for flight in session.live.flights:
         assert 1.0 < flight.recent[-1, flight.slices["external_force_estimate"]][1] < 3.0
     session.poke("link4", [0.1, 0.0, 0.0], [0.0, 0.0, 1.0])
     session.advance(20)
     session.release()
     session.release()
-    for flight in session.flights:
+    for flight in session.live.flights:
         first, second = of_kind(flight.experiment, Push)
         assert (first.time, first.duration) == (0.755, 0.3)
         assert (second.time, second.duration) == (1.055, 0.1)
@@ -84,7 +84,7 @@ def test_a_poke_of_the_wrong_shape_or_size_is_refused(session):
     ):
         with pytest.raises(SkylimbError):
             session.poke(link, point, force)
-    assert of_kind(session.flights[0].experiment, Push) == []
+    assert of_kind(session.live.flights[0].experiment, Push) == []
 
 
 def test_a_gain_changes_in_flight_and_is_kept_by_a_restart(session):
@@ -97,8 +97,8 @@ def test_a_gain_changes_in_flight_and_is_kept_by_a_restart(session):
     assert control["acts"] == "in flight"
     session.advance(40)
     session.restart()
-    assert session.time == session.live.period
-    assert of_kind(session.flights[0].experiment, GainChange) == []
+    assert session.live.time == session.live.period
+    assert of_kind(session.live.flights[0].experiment, GainChange) == []
     (control,) = [one for one in session.live.controls() if one["key"] == key]
     assert control["values"] == [[1.5, 1.5, 1.5]]
 
@@ -114,9 +114,9 @@ def test_a_key_restarts_and_a_wrong_one_changes_nothing(session):
             session.set_key(key, value)
     with pytest.raises(ConfigError):
         session.set_key("controller.translation.law", "evil.py", 0)
-    assert session.time == pytest.approx(0.105)
+    assert session.live.time == pytest.approx(0.105)
     assert session.set_key("sensors.latency", 0.01) == "restarted"
-    assert session.flights[1].experiment.sensors.latency == 0.01
+    assert session.live.flights[1].experiment.sensors.latency == 0.01
     assert [event["event"] for event in session.events()] == ["restarted", "scene"]
     assert session.set_key("controller.shape.law", "fixed", 0) == "restarted"
 
@@ -135,12 +135,12 @@ def test_a_rewound_poke_is_no_longer_held(session):
     session.release()
     session.advance(50)
     session.rewind(0.35)
-    (push,) = of_kind(session.flights[0].experiment, Push)
+    (push,) = of_kind(session.live.flights[0].experiment, Push)
     assert push.duration == pytest.approx(0.15)
-    assert session.time == pytest.approx(0.405)
+    assert session.live.time == pytest.approx(0.405)
     session.advance(1)
     session.rewind(10.0)
-    assert of_kind(session.flights[0].experiment, Push) == []
+    assert of_kind(session.live.flights[0].experiment, Push) == []
 
 
 def test_scores_so_far_are_told_in_words_with_units(session):
@@ -156,13 +156,13 @@ def test_scores_so_far_are_told_in_words_with_units(session):
 
 def test_the_surface_is_moved_from_where_it_was_at_take_off(session):
     scene = session.live.scene()
-    surface = session.flights[0].experiment.surface
+    surface = session.live.flights[0].experiment.surface
     before = poses(session, scene)[-1]
     assert before[:3] == pytest.approx(surface.position, abs=1e-6)
     session.surface(position=[0.0, 0.05, -0.02], tilt=[0.1, 0.0])
     session.surface(friction=0.2)
     session.advance(20)
-    (change,) = of_kind(session.flights[0].experiment, SurfaceChange)
+    (change,) = of_kind(session.live.flights[0].experiment, SurfaceChange)
     assert change.position == pytest.approx((1.5, 0.05, 1.18))
     assert (change.slope, change.pitch) == pytest.approx((surface.slope + 0.1, surface.pitch))
     assert 0.0 < poses(session, scene)[-1][1] < 0.05
@@ -187,8 +187,8 @@ def test_a_key_of_the_surface_acts_in_flight_and_is_kept_by_a_restart(session):
     (control,) = [one for one in session.live.controls() if one["key"] == "surface.friction"]
     assert (control["value"], control["acts"]) == (0.25, "in flight")
     session.restart()
-    assert session.flights[0].experiment.surface.friction == 0.25
-    assert of_kind(session.flights[0].experiment, SurfaceChange) == []
+    assert session.live.flights[0].experiment.surface.friction == 0.25
+    assert of_kind(session.live.flights[0].experiment, SurfaceChange) == []
     with pytest.raises(SkylimbError):
         session.surface(friction=-1.0)
     with pytest.raises(SkylimbError):

@@ -35,10 +35,10 @@ def test_an_exception_in_flight_is_told_with_its_line_and_the_other_flight_goes_
     assert error["file"] == str(file)
     assert "too late" in error["text"]
     assert "raise ZeroDivisionError" in file.read_text().splitlines()[error["line"] - 1]
-    assert session.flights[0].over
-    assert session.flights[1].ticks == 61
+    assert session.live.flights[0].over
+    assert session.live.flights[1].ticks == 61
     assert "too late" in session.live.verdict[0]
-    assert not session.over
+    assert not session.live.over
 
 
 def test_an_edited_file_is_flown_from_take_off(session, file):
@@ -48,19 +48,19 @@ def test_an_edited_file_is_flown_from_take_off(session, file):
     told = events(session, "restarted", "scene")
     assert "still.py was edited" in told[0]["why"]
     session.advance(40)
-    assert session.flights[0].ticks == 41
+    assert session.live.flights[0].ticks == 41
     session.poll()
     assert events(session, "restarted") == []
 
 
 def test_a_file_with_a_mistake_leaves_the_flights_as_they_are(session, file):
     session.advance(10)
-    flights = session.flights
+    flights = session.live.flights
     file.write_text("def controller(robot:\n")
     session.poll()
     (error,) = events(session, "error")
     assert (error["file"], error["line"]) == (str(file), 1)
-    assert session.flights == flights
+    assert session.live.flights == flights
     assert session.advance(5) == 5
     session.poll()
     assert events(session, "error") == []
@@ -75,12 +75,12 @@ def test_a_flight_in_python_is_poked_and_rewound(session, file):
     session.advance(20)
     session.poke("link1", [0.0, 0.0, 0.0], [0.0, 1.0, 0.0])
     session.advance(20)
-    there = session.flights[0].recent.copy()
+    there = session.live.flights[0].recent.copy()
     session.advance(10)
     session.rewind(0.05)
-    assert session.flights[0].ticks == 41
-    assert np.array_equal(session.flights[0].recent, there, equal_nan=True)
-    (push,) = of_kind(session.flights[0].experiment, Push)
+    assert session.live.flights[0].ticks == 41
+    assert np.array_equal(session.live.flights[0].recent, there, equal_nan=True)
+    (push,) = of_kind(session.live.flights[0].experiment, Push)
     assert push.duration == pytest.approx(0.1)
 
 

@@ -112,10 +112,15 @@ def pen_trace(log: xr.Dataset, rgb: np.ndarray) -> DrawnLine:
 def nominal_line(log: xr.Dataset, board: Board | None) -> DrawnLine:
     """The nominal path, dashed, seen from the beginning."""
     path = nominal_path(log, board) if in_phase(log, "slide").any() else np.zeros((0, 3))
+    ends = dashes(path)
+    return DrawnLine(np.zeros(len(ends), dtype=int), ends, _rgba(np.array([0.35, 0.35, 0.35])), 0.005)
+
+
+def dashes(path: np.ndarray) -> np.ndarray:
+    """A path, (n, 3), as dashes: the ends of their segments, (k, 2, 3)."""
     keep = _spaced(path)
     ends = np.stack([path[keep[:-1]], path[keep[1:]]], axis=1)
-    dashes = ends[np.arange(len(ends)) % 6 < 3]
-    return DrawnLine(np.zeros(len(dashes), dtype=int), dashes, _rgba(np.array([0.35, 0.35, 0.35])), 0.005)
+    return ends[np.arange(len(ends)) % 6 < 3]
 
 
 class Lines:

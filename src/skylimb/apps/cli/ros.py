@@ -51,25 +51,23 @@ def ros(
     """
     within("--cells", cells, 1, 20)
     folder = new_folder(out, "ros") if out else None
-    from skylimb.apps.ros1.run import Options, run, write
+    from skylimb.apps.ros1.run import run, write
 
     flown = run(
-        Options(
-            profile,
-            robot,
-            experiment,
-            mission,
-            controller,
-            set or {},
-            messages,
-            namespace,
-            link,
-            cells,
-            anywhere,
-            bare,
-            config,
-        ),
-        lambda words: print(words, flush=True),
+        profile,
+        robot=robot,
+        experiment=experiment,
+        missions=mission,
+        controller=controller,
+        settings=set,
+        messages=messages,
+        namespace=namespace,
+        link=link,
+        cells=cells,
+        anywhere=anywhere,
+        bare=bare,
+        config=config,
+        say=lambda words: print(words, flush=True),
     )
     print(flown.timing.verdict())
     for name, count in flown.faults.items():

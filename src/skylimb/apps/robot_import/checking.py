@@ -75,17 +75,17 @@ class RobotReport:
     @property
     def can_hover(self) -> bool:
         """Whether nothing forbids a flight: it can be read, built and held in the air."""
-        return not any(doubt.fatal for doubt in self.doubts)
-
-    @property
-    def can_touch(self) -> bool:
-        """Whether it can hover, and its tip comes first to a surface."""
-        return self.can_hover and self.actuation is not None and bool(self.actuation.touch)
+        return not self.reasons
 
     @property
     def reasons(self) -> tuple[Doubt, ...]:
         """What forbids to hover."""
         return tuple(doubt for doubt in self.doubts if doubt.fatal)
+
+    @property
+    def can_touch(self) -> bool:
+        """Whether it can hover, and its tip comes first to a surface."""
+        return self.can_hover and self.actuation is not None and bool(self.actuation.touch)
 
     @property
     def mass(self) -> float:
@@ -227,7 +227,9 @@ def _gyration(inertial: Inertial) -> float | None:
     return float(np.sqrt(largest / inertial.mass)) if largest > 0.0 else None
 
 
-def _faults(check: Callable[[], None], what: str, remedy: str = "correct it in the files") -> Iterator[Doubt]:
+def _faults(
+    check: Callable[[], object], what: str, remedy: str = "correct it in the files"
+) -> Iterator[Doubt]:
     try:
         check()
     except SkylimbError as error:
@@ -243,7 +245,7 @@ def _flight_doubts(robot: Robot, acting: Actuation) -> Iterator[Doubt]:
         yield from _faults(
             lambda: check_robot(robot), "hover", "look at rotor frames, spins, masses and the nominal posture"
         )
-        yield from _faults(lambda: _reach(robot), "the postures", "say [posture] in a mapping file")
+        yield from _faults(lambda: posture_family(robot), "the postures", "say [posture] in a mapping file")
     if acting.thrust_to_weight < _LIFT:
         yield Doubt(
             "thrust over weight",
@@ -276,10 +278,6 @@ def _flight_doubts(robot: Robot, acting: Actuation) -> Iterator[Doubt]:
             f"is {acting.condition:.0f}",
             f"a posture with better levers; {_CONDITION:g} or less is advised",
         )
-
-
-def _reach(robot: Robot) -> None:
-    posture_family(robot)
 
 
 def _collision_doubts(found: SelfCollision, mass: float) -> Iterator[Doubt]:

@@ -77,13 +77,8 @@ def actuation(robot: Robot) -> Actuation:
 
 def _condition(matrix: np.ndarray) -> float:
     """Greatest over least singular value of (4, n), infinite where the rank is below four."""
-    values = np.linalg.svd(matrix, compute_uv=False)
-    full = len(values) == 4 and bool(values[-1] > _RANK * values[0])
-    return float(values[0] / values[-1]) if full else math.inf
+    return float(np.linalg.cond(matrix)) if _rank(matrix) == 4 else math.inf
 
 
 def _rank(matrix: np.ndarray) -> int:
-    if not np.isfinite(matrix).all():
-        return 0
-    values = np.linalg.svd(matrix, compute_uv=False)
-    return int(np.count_nonzero(values > _RANK * max(float(values[0]), 1e-300)))
+    return int(np.linalg.matrix_rank(matrix, rtol=_RANK)) if np.isfinite(matrix).all() else 0

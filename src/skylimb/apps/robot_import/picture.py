@@ -132,16 +132,11 @@ def _frame(axes: Any, points: np.ndarray, unseen: str) -> None:
     """Equal scales about the middle of all points."""
     low, high = points.min(axis=0), points.max(axis=0)
     half, middle = 0.55 * float((high - low).max() or 1.0), 0.5 * (low + high)
-    axes.set_xlim(middle[0] - half, middle[0] + half)
-    axes.set_ylim(middle[1] - half, middle[1] + half)
-    axes.set_zlim(middle[2] - half, middle[2] + half)
     axes.set_box_aspect((1.0, 1.0, 1.0))
     axes.tick_params(labelsize=6)
-    for name in "xyz":
-        if name == unseen:
-            getattr(axes, f"set_{name}ticks")([])
-        else:
-            getattr(axes, f"set_{name}label")(f"{name} (m)", fontsize=7)
+    for name, at in zip("xyz", middle, strict=True):
+        axes.set(**{f"{name}lim": (at - half, at + half)})
+        axes.set(**{f"{name}ticks": []} if name == unseen else {f"{name}label": f"{name} (m)"})
 
 
 def _outline(shape: Visual) -> np.ndarray:

@@ -10,7 +10,8 @@ from skylimb.robots.description import Joint, RobotDescription
 
 def report_text(report: RobotReport) -> str:
     """The whole report, one finding a line."""
-    parts = [_heading(report), _bodies(report), _rotors(report.description), _joints(report.description)]
+    heading = f"{report.description.name}  ({report.path})"
+    parts = [heading, _bodies(report), _rotors(report.description), _joints(report.description)]
     parts += [_abilities(report), _collisions(report), _doubts(report), verdict(report)]
     return "\n".join(filter(None, parts))
 
@@ -24,10 +25,6 @@ def verdict(report: RobotReport) -> str:
         why = f": {report.actuation.touch}" if report.actuation is not None else ""
         return f"{name} can hover and cannot touch{why}"
     return f"{name} loads and cannot hover: {report.reasons[0].what}: {report.reasons[0].value}"
-
-
-def _heading(report: RobotReport) -> str:
-    return f"{report.description.name}  ({report.path})"
 
 
 def _bodies(report: RobotReport) -> str:

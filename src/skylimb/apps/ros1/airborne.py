@@ -7,11 +7,11 @@ from collections import Counter
 import numpy as np
 
 from skylimb.analysis.exchange.body import Body
+from skylimb.apps.ros1.flyer import Flyer
 from skylimb.apps.ros1.landing import Landing
 from skylimb.apps.ros1.requests import RefusedError, Requests
 from skylimb.apps.ros1.script import Script, after_tick
 from skylimb.apps.ros1.sensors import nothing_measured
-from skylimb.apps.ros1.setup import PilotSetup
 from skylimb.apps.ros1.states import Flying
 from skylimb.apps.ros1.targets import Place, Targets, duration_of
 from skylimb.apps.ros1.tick import Inputs, Request, Tick
@@ -36,7 +36,7 @@ class Airborne:
     """A guarded controller, led along targets, a mission or a landing.
 
     Args:
-        setup: what is flown with.
+        flyer: who flies, and with what.
         now: s.
         body: where the robot stands.
         theta: shape angle of its posture, rad.
@@ -48,19 +48,19 @@ class Airborne:
         state: of the controller.
     """
 
-    def __init__(self, setup: PilotSetup, now: float, body: Body, theta: float) -> None:
-        self._setup, self.theta = setup, theta
-        limits = setup.limits
+    def __init__(self, flyer: Flyer, now: float, body: Body, theta: float) -> None:
+        self._flyer, self.theta = flyer, theta
+        limits = flyer.limits
         here = Place(body.cog, body.yaw, theta)
         above = here._replace(position=np.array([*body.cog[:2], limits.takeoff_height]))
         self._spool = now + SPOOL_TIME
         duration = max(duration_of(here, above, limits, RISE), limits.shortest_way)
         self.targets = Targets(here, self._spool).go(above, self._spool, duration)
-        self._guard = setup.guard()
+        self._guard = flyer.guard()
         self._gains, self.state = self._guard.gains(), self._guard.initial_state()
-        q, psi, _, _ = setup.references.posture(theta)
-        self._hover = np.asarray(setup.robot.at(q, psi).hover_thrusts)
-        self._bounds = thrust_limits(setup.robot)
+        q, psi, _, _ = flyer.references.posture(theta)
+        self._hover = np.asarray(flyer.robot.at(q, psi).hover_thrusts)
+        self._bounds = thrust_limits(flyer.robot)
         self._landing: Landing | None = None
         self.script: Script | None = None
         self._failure = ""
@@ -90,7 +90,7 @@ class Airborne:
 
     def broken(self, body: Body | None) -> str:
         """Why the flight has to be broken off; empty while it has not."""
-        reference, limits = self.reference, self._setup.limits
+        reference, limits = self.reference, self._flyer.limits
         if self._failure:
             return self._failure
         if self._guard.retreating:
@@ -109,7 +109,7 @@ class Airborne:
         """Lead it down from here, back from the surface first where it may touch one."""
         touching = self.script is not None and self.script.begun and self.script.mission.contact
         if self.reference is not None:
-            self._landing = Landing(self.reference, now, touching, self._setup.limits.descent)
+            self._landing = Landing(self.reference, now, touching, self._flyer.limits.descent)
         self.script = None
 
     def lead_to(self, requests: Requests, request: Request, inputs: Inputs) -> None:
@@ -131,9 +131,9 @@ class Airborne:
         if self.script is not None:
             raise RefusedError(f"'{self.script.name}' is being flown")
         self.script = Script(name, mission)
-        there = self._setup.references.place_of(mission.first)
+        there = self._flyer.references.place_of(mission.first)
         here = self.targets.at(now)[0].place
-        self.targets = self.targets.go(there, now, duration_of(here, there, self._setup.limits))
+        self.targets = self.targets.go(there, now, duration_of(here, there, self._flyer.limits))
 
     def fly(self, flying: Flying, inputs: Inputs, body: Body | None, said: list[str]) -> Tick:
         """One tick."""
@@ -144,55 +144,55 @@ class Airborne:
             command = self._hovering(part * SPOOL_SHARE)
             return Tick(flying, command, True, None, {}, None, body, tuple(said))
         reference, script = self._lead(now, body)
-        measurement = inputs.measurement or nothing_measured(self._setup.robot)
+        measurement = inputs.measurement or nothing_measured(self._flyer.robot)
         self._guard.taken(inputs.taken)
         try:
             self.state, command, signals = self._guard.step(
-                self._gains, self.state, measurement, reference, self._setup.period
+                self._gains, self.state, measurement, reference, self._flyer.period
             )
         except Exception as error:  # a user's own controller: the robot must come down all the same
             if not self._failure:
-                said.append(f"controller '{self._setup.controller.name}' failed: {error}")
+                said.append(f"controller '{self._flyer.controller.name}' failed: {error}")
             self._failure, self._failed = "the controller failed", self._failed + 1
             # Level and down: nobody holds the attitude but the flight controller.
             return Tick(flying, self._hovering(BLIND), True, reference, {}, None, body, tuple(said))
         if script is not None and script.begun:
-            self.script = after_tick(script, float(signals[PACE]) if self._setup.paced else None)
+            self.script = after_tick(script, float(signals[PACE]) if self._flyer.plan.needs.paced else None)
             self._end_mission(self.script, now, said)
         flown = self.reference or reference
         return Tick(flying, command, True, flown, signals, script, body, tuple(said))
 
     def _hovering(self, share: float) -> Command:
         """A share of the hover thrusts, in the posture that is commanded."""
-        q, psi, _, _ = self._setup.references.posture(self.theta)
+        q, psi, _, _ = self._flyer.references.posture(self.theta)
         return Command(np.clip(share * self._hover, *self._bounds), q, psi)
 
     def _lead(self, now: float, body: Body | None) -> tuple[Reference, Script | None]:
         """The reference of now, and the mission that it is of."""
-        setup, script = self._setup, self.script
+        flyer, script = self._flyer, self.script
         if self._landing is not None:
             height = float(self._landing.last.position[2]) if body is None else float(body.cog[2])
             reference = self._landing.at(now, height)
-            return reference._replace(ahead=(reference,) * len(setup.preview)), None
+            return reference._replace(ahead=(reference,) * len(flyer.preview)), None
         if script is not None and not script.begun and not self.targets.legs:
             script = self.script = Script(script.name, script.mission, begun=True)
         if script is not None and script.begun:
-            return script.reference(setup.preview), script
+            return script.reference(flyer.preview), script
         self.targets, target = self.targets.at(now)
         self.theta = target.place.theta
-        return setup.held(target), script
+        return flyer.held(target), script
 
     def _end_mission(self, script: Script, now: float, said: list[str]) -> None:
         """Back to hover where the mission ends, or away from the surface where it was given up."""
         if not (script.over or script.given_up):
             return
         last = script.mission.row(min(int(script.clock.ticks), len(script.mission.times) - 1))
-        place = self._setup.references.place_of(last)
+        place = self._flyer.references.place_of(last)
         self.targets = self.targets.hold(place, now)
         if script.over:
             said.append(f"mission '{script.name}': flown; hovering at its end")
         else:
             away = place._replace(position=place.position - BACK * np.asarray(last.contact_axis))
-            self.targets = self.targets.go(away, now, self._setup.limits.shortest_way)
+            self.targets = self.targets.go(away, now, self._flyer.limits.shortest_way)
             said.append(f"mission '{script.name}': given up, held back for too long; hovering away from it")
         self.script = None

@@ -10,9 +10,10 @@ import numpy as np
 from skylimb.analysis.exchange.body import Bodies
 from skylimb.analysis.exchange.lab_topics import IMU, JOINT_STATES, MOCAP
 from skylimb.apps.ros1.accelerometer import Accelerometer
+from skylimb.apps.ros1.flyer import Flyer
 from skylimb.apps.ros1.grounded import GroundedPlant
 from skylimb.apps.ros1.messages import Outgoing, published
-from skylimb.apps.ros1.piloted import Flyer, Piloted
+from skylimb.apps.ros1.piloted import Piloted
 from skylimb.apps.ros1.profile import PendingRun, profile_topics
 from skylimb.apps.ros1.tick import Received, Tick
 from skylimb.control.estimation.records import Measurement

@@ -12,9 +12,10 @@ from skylimb.analysis.exchange import lab_topics as topics
 from skylimb.analysis.exchange.lab_messages import floats
 from skylimb.analysis.exchange.lab_topics import Topic, is_due
 from skylimb.analysis.exchange.messages import Desire, Gains, PMatrix, ServoTargets
+from skylimb.apps.ros1.flyer import Flyer
 from skylimb.apps.ros1.lab_config import LabConfig
 from skylimb.apps.ros1.messages import Arrived, Outgoing, published
-from skylimb.apps.ros1.piloted import Flyer, Piloted
+from skylimb.apps.ros1.piloted import Piloted
 from skylimb.apps.ros1.profile import profile_topics
 from skylimb.apps.ros1.sensors import Sensors
 from skylimb.apps.ros1.states import FlightState
@@ -37,7 +38,7 @@ class Controlled(Piloted):
         self._sensors = Sensors(flyer.plan.robot, flyer.link, self._config.servos)
         super().__init__(flyer, measured_layout(flyer.plan.robot))
         self._topics = profile_topics("controller", self._config.servos is not None).published
-        first = next(iter(flyer.missions.values())).first
+        first = flyer.first
         self._vectoring = np.asarray(first.vectoring_angles, dtype=float)
         self._starting = False
 

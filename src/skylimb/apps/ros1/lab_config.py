@@ -9,15 +9,17 @@ Each of the three may stand in a file of its own. Other keys are not looked at.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal, TypeVar
 
 from skylimb.analysis.exchange.messages import Motor, MotorInfo, UavInfo
 from skylimb.apps.ros1.servos import Servo, Servos
+from skylimb.base.config import from_mapping
 from skylimb.base.errors import ConfigError
+from skylimb.base.keys import Key, configuration, refused
+from skylimb.base.keys.fields import fields_of
 from skylimb.base.sources import read_source
 from skylimb.robots.model import Robot
 
@@ -26,6 +28,55 @@ MODEL = 17
 
 _KEYS = ("motor_info", "servo_controller", "uav_model")
 _DEGREES = 5
+_T = TypeVar("_T")
+
+
+@configuration
+class _Motors:
+    """What `motor_info` says of all voltages."""
+
+    min_pwm: Annotated[float, Key("", "least duty", low=0.0, high=1.0)]
+    max_pwm: Annotated[float, Key("", "greatest duty", low=0.0, high=1.0)]
+    force_landing_thrust: Annotated[float, Key("N", "at which a forced landing ends", low=0.0, high=1000.0)]
+    pwm_conversion_mode: Annotated[int, Key("", "0: by a square root, 1: by a polynomial", low=0, high=1)]
+    vel_ref_num: Annotated[int, Key("", "voltages with a table of their own", low=1, high=10)]
+    min_thrust: Annotated[float, Key("N", "least thrust", low=0.0, high=1000.0)] = 0.0
+
+    def check(self) -> None:
+        """The flight controller arms only with a range of duty."""
+        if self.min_pwm >= self.max_pwm:
+            raise refused(self, "max_pwm", f"is not above min_pwm = {self.min_pwm:g}")
+
+
+@configuration
+class _AtVoltage:
+    """What `motor_info.refN` says of one voltage."""
+
+    voltage: Annotated[float, Key("V", "of the battery", low=1.0, high=1000.0)]
+    # Without one the flight controller takes 0 N for the most that a rotor gives.
+    max_thrust: Annotated[float, Key("N", "greatest thrust", low=0.1, high=1000.0)]
+    polynominal: Annotated[
+        tuple[float, float, float, float, float],
+        Key("", "factors from thrust to duty, in rising powers", low=-1e6, high=1e6),
+    ]
+
+
+@configuration
+class _Servo:
+    """One servo of `servo_controller`; its group says what it does not."""
+
+    name: Annotated[str, Key("", "of its joint")]
+    id: Annotated[int, Key("", "number on the bus", low=0, high=255)]
+    angle_sgn: Annotated[Literal[1, -1], Key("", "its sense of turn")]
+    angle_scale: Annotated[float, Key("rad", "of a count", low=1e-6, high=1.0)]
+    zero_point_offset: Annotated[int, Key("", "count at 0 rad", low=-32768, high=32767)]
+
+
+@configuration
+class _Kind:
+    """The lab's number of a kind of robot."""
+
+    uav_model: Annotated[int, Key("", "of the kind", low=0, high=255)] = MODEL
 
 
 @dataclass(frozen=True)
@@ -64,50 +115,13 @@ def read_lab_config(paths: Iterable[str | Path], robot: Robot) -> LabConfig:
             if key in found:
                 raise ConfigError(f"'{path}' and '{found[key][0]}' both have {key}")
             found[key] = path, table[key]
-    motors = _motors(_Entry(*found["motor_info"], "motor_info")) if "motor_info" in found else None
-    servos = None
-    if "servo_controller" in found:
-        servos = _servos(_Entry(*found["servo_controller"], "servo_controller"), robot)
-    model = MODEL
+    motors = _motors(*found["motor_info"]) if "motor_info" in found else None
+    servos = _servos(*found["servo_controller"], robot) if "servo_controller" in found else None
+    kind = _Kind()
     if "uav_model" in found:
-        path, value = found["uav_model"]
-        model = _Entry(path, {"uav_model": value}, "").whole("uav_model", 0, 255)
-    return LabConfig(motors, servos, model)
-
-
-class _Entry:
-    """A table of a file; what is wrong in it is said with its place."""
-
-    def __init__(self, path: Path, content: Any, place: str) -> None:
-        self._path, self._place = path, place
-        if not isinstance(content, Mapping):
-            raise ConfigError(f"'{path}': {place} is no table")
-        self.content = {str(key): value for key, value in content.items()}
-
-    def error(self, key: str, words: str) -> ConfigError:
-        return ConfigError(f"'{self._path}': {self._name(key)} {words}")
-
-    def _name(self, key: str) -> str:
-        return f"{self._place}.{key}" if self._place else key
-
-    def table(self, key: str) -> _Entry:
-        if key not in self.content:
-            raise self.error(key, "is missing")
-        return _Entry(self._path, self.content[key], self._name(key))
-
-    def number(self, key: str, low: float, high: float, default: float | None = None) -> float:
-        value = self.content.get(key, default)
-        if value is None:
-            raise self.error(key, "is missing")
-        if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= high:
-            raise self.error(key, f"= {value!r} is outside of {low:g} .. {high:g}")
-        return float(value)
-
-    def whole(self, key: str, low: int, high: int, default: int | None = None) -> int:
-        value = self.number(key, low, high, default)
-        if value != int(value):
-            raise self.error(key, f"= {value:g} is no whole number")
-        return int(value)
+        path, number = found["uav_model"]
+        kind = _known(_Kind, {"uav_model": number}, path, "")
+    return LabConfig(motors, servos, kind.uav_model)
 
 
 def _read(path: Path) -> Mapping[str, Any]:
@@ -120,44 +134,46 @@ def _read(path: Path) -> Mapping[str, Any]:
     return content if isinstance(content, Mapping) else {}
 
 
-def _motors(entry: _Entry) -> MotorInfo:
-    low, high = entry.number("min_pwm", 0.0, 1.0), entry.number("max_pwm", 0.0, 1.0)
-    if low >= high:
-        # The flight controller arms only with a range of duty.
-        raise entry.error("max_pwm", f"= {high:g} is not above min_pwm = {low:g}")
-    motors = []
-    for index in range(1, entry.whole("vel_ref_num", 1, 10) + 1):
-        one = entry.table(f"ref{index}")
-        polynomial = tuple(one.number(f"polynominal{degree}", -1e6, 1e6, 0.0) for degree in range(_DEGREES))
-        # Without one the flight controller takes 0 N for the most that a rotor gives.
-        greatest = one.number("max_thrust", 0.1, 1000.0)
-        motors.append(Motor(one.number("voltage", 1.0, 1000.0), greatest, polynomial))
+def _known(cls: type[_T], table: Any, path: Path, at: str) -> _T:
+    """What the keys of a class are in a file's table; other keys are not looked at."""
+    known = table
+    if isinstance(table, Mapping):
+        known = {key: table[key] for key in fields_of(cls) if key in table}
+    return from_mapping(cls, known, f"'{path}'", at)
+
+
+def _motors(path: Path, table: Any) -> MotorInfo:
+    motors = _known(_Motors, table, path, "motor_info")
+    voltages = []
+    for index in range(motors.vel_ref_num):
+        name = f"ref{index + 1}"
+        own = _tables(table, path, "motor_info").get(name, {})
+        factors = [own.get(f"polynominal{degree}", 0.0) for degree in range(_DEGREES)]
+        one = _known(_AtVoltage, {**own, "polynominal": factors}, path, f"motor_info.{name}")
+        voltages.append(Motor(one.voltage, one.max_thrust, one.polynominal))
     return MotorInfo(
-        low,
-        high,
-        entry.number("min_thrust", 0.0, 1000.0, 0.0),
-        entry.number("force_landing_thrust", 0.0, 1000.0),
-        entry.whole("pwm_conversion_mode", 0, 1),
-        tuple(motors),
+        motors.min_pwm,
+        motors.max_pwm,
+        motors.min_thrust,
+        motors.force_landing_thrust,
+        motors.pwm_conversion_mode,
+        tuple(voltages),
     )
 
 
-def _servos(entry: _Entry, robot: Robot) -> Servos:
+def _servos(path: Path, table: Any, robot: Robot) -> Servos:
     found: dict[str, Servo] = {}
-    for group in entry.content:
-        if not isinstance(entry.content[group], Mapping):
-            continue
-        table = entry.table(group)
-        for key in table.content:
-            if not key.startswith("controller"):
-                continue
-            one = table.table(key)
-            own = _Entry(one._path, {**table.content, **one.content}, one._place)
-            name = str(own.content.get("name", ""))
-            scale = own.number("angle_scale", 1e-6, 1.0)
-            sign = own.whole("angle_sgn", -1, 1)
-            if sign == 0:
-                raise own.error("angle_sgn", "= 0 is neither 1 nor -1")
-            zero = own.whole("zero_point_offset", -32768, 32767)
-            found[name] = Servo(own.whole("id", 0, 255), math.copysign(scale, sign), zero)
+    for group, shared in _tables(table, path, "servo_controller").items():
+        for key, own in _tables(shared, path, f"servo_controller.{group}").items():
+            if str(key).startswith("controller"):
+                servo = _known(_Servo, {**shared, **own}, path, f"servo_controller.{group}.{key}")
+                scale = servo.angle_sgn * servo.angle_scale
+                found[servo.name] = Servo(servo.id, scale, servo.zero_point_offset)
     return Servos(robot, found)
+
+
+def _tables(table: Any, path: Path, at: str) -> Mapping[Any, Mapping[str, Any]]:
+    """The tables in a table."""
+    if not isinstance(table, Mapping):
+        raise ConfigError(f"'{path}': {at} is no table")
+    return {key: inside for key, inside in table.items() if isinstance(inside, Mapping)}

@@ -13,12 +13,16 @@ import numpy as np
 from skylimb.analysis.exchange.lab_topics import DIAGNOSTICS
 from skylimb.apps.ros1.bridge.process import Bridge
 from skylimb.apps.ros1.messages import Arrived, Outgoing
-from skylimb.apps.ros1.profile import Profile
+from skylimb.apps.ros1.piloted import Piloted
+from skylimb.apps.ros1.simulated import Simulated
 from skylimb.apps.ros1.tick import Tick
 from skylimb.flight.realtime.clocked_flight import without_garbage
 from skylimb.flight.realtime.pacer import Pacer
 from skylimb.flight.realtime.timing import Timing
 from skylimb.simulation.engine_timer import without_timer
+
+Profile = Simulated | Piloted
+"""What a node is."""
 
 _ONCE = 1.0
 """Seconds before the same line is said again."""

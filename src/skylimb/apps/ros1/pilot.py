@@ -12,80 +12,42 @@ import numpy as np
 from skylimb.analysis.exchange.body import Bodies, Body
 from skylimb.analysis.exchange.messages import Joints
 from skylimb.apps.ros1.airborne import Airborne
-from skylimb.apps.ros1.limits import FlightLimits
-from skylimb.apps.ros1.references import References
+from skylimb.apps.ros1.flyer import Flyer
 from skylimb.apps.ros1.requests import RefusedError, Requests
 from skylimb.apps.ros1.script import require_from_hover
-from skylimb.apps.ros1.setup import PilotSetup
 from skylimb.apps.ros1.states import FlightState, Flying, Seen, advance
 from skylimb.apps.ros1.targets import Target
 from skylimb.apps.ros1.tick import Inputs, Received, Tick
 from skylimb.base.errors import unknown_name
-from skylimb.control.controller import Controller
 from skylimb.control.estimation.records import Measurement
-from skylimb.control.missions.mission import Mission
 from skylimb.control.missions.reference import Reference
-from skylimb.control.missions.table import window_of
-from skylimb.control.needs import needs_of
 from skylimb.control.records import Command
-from skylimb.flight.realtime.pacer import Pacer
-from skylimb.flight.realtime.watchdog import Limits, Watchdog
-from skylimb.robots.model import Robot
+from skylimb.flight.realtime.watchdog import Watchdog
 
 
 class Pilot:
     """Flies a robot as its user orders.
 
     Args:
-        robot: what flies.
-        controller: makes the controller of a flight.
-        missions: that can be flown from hover, by name; the first one gives contact axis and reach.
-        link: whose pose is on the lab's topics.
-        pacer: of the ticks.
-        period: of the ticks, s.
-        limits: of the flight states.
-        guard_limits: when to hold and when to retreat.
+        flyer: who flies, and with what.
 
     Attributes:
-        setup: what is flown with.
+        flyer: the same.
         flying: the flight's state.
         flight: what is in the air; None on the ground.
     """
 
-    def __init__(
-        self,
-        robot: Robot,
-        controller: Controller,
-        missions: Mapping[str, Mission],
-        link: str,
-        pacer: Pacer,
-        period: float,
-        limits: FlightLimits | None = None,
-        guard_limits: Limits | None = None,
-    ) -> None:
-        for name, mission in missions.items():
+    def __init__(self, flyer: Flyer) -> None:
+        for name, mission in flyer.missions.items():
             require_from_hover(name, mission)
-        needs, first = needs_of(controller), next(iter(missions.values())).first
-        self.robot, self.missions, self.period = robot, missions, period
-        self.references = References(robot, link, first, needs.vectoring)
-        self.setup = PilotSetup(
-            robot,
-            controller,
-            self.references,
-            limits or FlightLimits(),
-            guard_limits or Limits(),
-            pacer,
-            period,
-            window_of(needs.preview, False, period).preview,
-            needs.paced,
-        )
-        self._bodies, self._requests = Bodies(robot, link), Requests(robot, self.setup.limits)
+        self.flyer, robot = flyer, flyer.robot
+        self._bodies, self._requests = Bodies(robot, flyer.link), Requests(robot, flyer.limits)
         self.flying = Flying()
         self.flight: Airborne | None = None
         self._counts: Counter[str] = Counter()
-        self._theta = self.references.place_of(first).theta
+        self._theta = flyer.references.place_of(flyer.first).theta
         # On the ground nothing is flown, but what is measured is judged as in flight.
-        self._watch = Watchdog(robot, self.setup.guard_limits)
+        self._watch = Watchdog(robot, self.flyer.guard_limits)
 
     def tick(self, inputs: Inputs) -> Tick:
         """One tick."""
@@ -101,20 +63,20 @@ class Pilot:
             self._counts["request refused"] += len(received.requests) + bool(received.mission)
         if self.flight is not None:
             return self.flight.fly(self.flying, inputs, body, said)
-        q, psi, _, _ = self.references.posture(self._theta)
-        command = Command(np.zeros(self.robot.n_rotors), q, psi)
+        q, psi, _, _ = self.flyer.references.posture(self._theta)
+        command = Command(np.zeros(self.flyer.robot.n_rotors), q, psi)
         return Tick(self.flying, command, False, None, {}, None, body, tuple(said))
 
     def rehearsed(self) -> tuple[Mapping[str, Any], Reference]:
         """The controller's signals and the reference at a first tick that is not flown."""
-        here = self.references.place_of(next(iter(self.missions.values())).first)
+        here = self.flyer.references.place_of(self.flyer.first)
         still = np.zeros(3)
-        given = self.setup.held(Target(here, still, still))
-        guard = self.setup.guard()
+        given = self.flyer.held(Target(here, still, still))
+        guard = self.flyer.guard()
         level = np.array([1.0, 0.0, 0.0, 0.0])
         posture = given.joint_angles, given.vectoring_angles
         measured = Measurement(here.position, level, still, still, *posture)
-        _, _, signals = guard.step(guard.gains(), guard.initial_state(), measured, given, self.period)
+        _, _, signals = guard.step(guard.gains(), guard.initial_state(), measured, given, self.flyer.period)
         return signals, given
 
     @property
@@ -129,21 +91,21 @@ class Pilot:
             return None  # nobody has measured anything yet
         self._watch.judge(inputs.measurement, inputs.taken, inputs.now)
         good = self._watch.good
-        if good is None or inputs.now - inputs.taken > self.setup.guard_limits.hold_after:
+        if good is None or inputs.now - inputs.taken > self.flyer.guard_limits.hold_after:
             return None
         return self._bodies.of(good)
 
     def _advance(self, inputs: Inputs, body: Body | None, said: list[str]) -> None:
         """The flight states, and what begins and ends with them."""
         before = self.flying
-        self.flying, words = advance(before, self._seen(inputs, body), self.setup.limits)
+        self.flying, words = advance(before, self._seen(inputs, body), self.flyer.limits)
         said.extend(words)
         state = self.flying.state
         if state == before.state and self.flying.force_landing == before.force_landing:
             return
         said.append(f"{before.state.name} -> {state.name}")
         if state == FlightState.TAKEOFF and body is not None:
-            self.flight = Airborne(self.setup, inputs.now, body, self._theta)
+            self.flight = Airborne(self.flyer, inputs.now, body, self._theta)
         elif self.flight is None:
             return
         elif state == FlightState.LAND and before.state != FlightState.LAND:
@@ -176,12 +138,12 @@ class Pilot:
             with self._refusals(type(request).__name__.lower(), said):
                 flight.lead_to(self._requests, request, inputs)
         name = inputs.received.mission
-        if name and name not in self.missions:
-            said.append(str(unknown_name("mission", name, self.missions)))
+        if name and name not in self.flyer.missions:
+            said.append(str(unknown_name("mission", name, self.flyer.missions)))
             self._counts["request refused"] += 1
         elif name:
             with self._refusals(f"mission '{name}'", said):
-                flight.begin_mission(name, self.missions[name], inputs.now)
+                flight.begin_mission(name, self.flyer.missions[name], inputs.now)
                 said.append(f"mission '{name}': on the way to its beginning")
 
     def _pose_on_ground(self, received: Received, said: list[str]) -> None:

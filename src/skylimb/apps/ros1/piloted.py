@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from skylimb.analysis.exchange.lab_messages import Names
-from skylimb.analysis.exchange.lab_topics import NAMESPACE
-from skylimb.apps.ros1.limits import FlightLimits
+from skylimb.apps.ros1.flyer import Flyer
 from skylimb.apps.ros1.live_record import LiveRecord
 from skylimb.apps.ros1.messages import Arrived, Outgoing
 from skylimb.apps.ros1.pilot import Pilot
@@ -21,52 +20,25 @@ from skylimb.apps.ros1.sorting import MessageSorter
 from skylimb.apps.ros1.tick import Inputs, Received, Tick
 from skylimb.base.packing import Layout
 from skylimb.control.estimation.records import Measurement
-from skylimb.control.missions.mission import Mission
-from skylimb.flight.plan import FlightPlan
-from skylimb.flight.realtime.pacer import Pacer
-
-
-@dataclass(frozen=True)
-class Flyer:
-    """Who flies, and what.
-
-    Attributes:
-        plan: robot, controller and the first mission.
-        controller: the same, compiled where it can be.
-        missions: by name.
-        link: whose pose is on the lab's topics.
-        pacer: of the ticks.
-        cells: of the battery.
-        limits: of the flight states.
-        namespace: of the lab's frames.
-    """
-
-    plan: FlightPlan
-    controller: Any
-    missions: Mapping[str, Mission]
-    link: str
-    pacer: Pacer
-    cells: int = 6
-    limits: FlightLimits | None = None
-    namespace: str = NAMESPACE
 
 
 class Piloted(ABC):
     """A profile that flies.
 
     Args:
-        flyer: who flies, and what.
+        flyer: who flies, and with what.
         layout: of what is recorded of the robot.
+
+    Attributes:
+        last: the last tick; None before the first one.
+        kept: flights and missions so far.
     """
 
     def __init__(self, flyer: Flyer, layout: Layout[dict[str, Any]]) -> None:
-        plan, self._pacer, self._period = flyer.plan, flyer.pacer, flyer.plan.period
-        self.pilot = Pilot(
-            plan.robot, flyer.controller, flyer.missions, flyer.link, flyer.pacer, plan.period, flyer.limits
-        )
-        self._robot, self._names = plan.robot, Names(plan.robot, flyer.namespace)
+        self.pilot, self._pacer, self._period = Pilot(flyer), flyer.pacer, flyer.period
+        self._robot, self._names = flyer.robot, Names(flyer.robot, flyer.namespace)
         self._sorter = MessageSorter(flyer.cells, self._sensed)
-        self._live = LiveRecord(plan, layout, self.pilot.rehearsed())
+        self._live = LiveRecord(flyer.plan, layout, self.pilot.rehearsed())
         self._k = 0
         self.last: Tick | None = None
         self.kept: list[PendingRun] = []

@@ -1,16 +1,13 @@
-"""What a node can be: the topics of each profile, and what the loop asks of it."""
+"""What a node can be, and the topics of each."""
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Callable, Iterable
-from typing import NamedTuple, Protocol
+from collections.abc import Callable
+from typing import NamedTuple
 
 from skylimb.analysis.exchange import lab_topics as topics
 from skylimb.analysis.exchange.lab_topics import Topic
 from skylimb.analysis.recording.run import Run
-from skylimb.apps.ros1.messages import Arrived, Outgoing
-from skylimb.apps.ros1.tick import Tick
 
 PROFILES = ("simulator", "controller", "both")
 
@@ -20,36 +17,6 @@ class PendingRun(NamedTuple):
 
     name: str
     run: Callable[[], Run]
-
-
-class Profile(Protocol):
-    """What a node is.
-
-    Attributes:
-        last: the last tick; None of a profile without a pilot, or before the first one.
-        kept: flights and missions so far.
-    """
-
-    @property
-    def faults(self) -> Counter[str]:
-        """How often each fault was met."""
-        ...
-
-    @property
-    def over(self) -> str:
-        """Why it cannot go on; empty while it can."""
-        ...
-
-    last: Tick | None
-    kept: list[PendingRun]
-
-    def tick(self, arrived: Iterable[Arrived], stamp: float) -> list[Outgoing]:
-        """One tick; `stamp` is the time of the messages' clock, s."""
-        ...
-
-    def close(self) -> None:
-        """Keep what is under way."""
-        ...
 
 
 class ProfileTopics(NamedTuple):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,12 +13,12 @@ from skylimb.analysis.exchange.lab_topics import NAMESPACE, Topic
 from skylimb.analysis.exchange.message_types import Definitions
 from skylimb.apps.ros1.both import Both
 from skylimb.apps.ros1.bridge.installation import require_loopback, require_master, require_ros
-from skylimb.apps.ros1.bridge.process import Bridge, Settings
+from skylimb.apps.ros1.bridge.process import Bridge
 from skylimb.apps.ros1.controlled import Controlled
+from skylimb.apps.ros1.flyer import Flyer
 from skylimb.apps.ros1.lab_config import LabConfig, read_lab_config
-from skylimb.apps.ros1.node import Node
-from skylimb.apps.ros1.piloted import Flyer
-from skylimb.apps.ros1.profile import PROFILES, PendingRun, Profile, profile_topics
+from skylimb.apps.ros1.node import Node, Profile
+from skylimb.apps.ros1.profile import PROFILES, PendingRun, profile_topics
 from skylimb.apps.ros1.simulated import Simulated
 from skylimb.apps.ros1.tick import STARTED_BY_ITS_USER
 from skylimb.base.errors import ConfigError, choice_error
@@ -51,41 +51,6 @@ WARNING = (
 
 
 @dataclass(frozen=True)
-class Options:
-    """What a node is started with.
-
-    Attributes:
-        profile: one of `PROFILES`.
-        robot: in place of the experiment's.
-        experiment: gives plant, surface and the first mission.
-        missions: further experiments whose missions may be flown, on the first one's surface.
-        controller: as of `skylimb.run`.
-        settings: dotted keys and new values.
-        messages: folders of .msg files.
-        namespace: of the lab's topics.
-        link: whose pose is on them; the flight controller's by default.
-        cells: of the battery.
-        anywhere: whether master and node may be on a network.
-        bare: whether the cost of `controller` is accepted.
-        config: the robot's own YAML files of motors and servos.
-    """
-
-    profile: str
-    robot: str = ""
-    experiment: str = "paper"
-    missions: Sequence[str] = ()
-    controller: str | None = None
-    settings: Mapping[str, Any] = field(default_factory=dict)
-    messages: Sequence[str] = ()
-    namespace: str = NAMESPACE
-    link: str = ""
-    cells: int = 6
-    anywhere: bool = False
-    bare: bool = False
-    config: Sequence[str] = ()
-
-
-@dataclass(frozen=True)
 class Flown:
     """What is left when a node has ended.
 
@@ -100,47 +65,82 @@ class Flown:
     faults: Mapping[str, int]
 
 
-def run(options: Options, say: Callable[[str], None] = print) -> Flown:
+def run(
+    profile: str,
+    *,
+    robot: str = "",
+    experiment: str = "paper",
+    missions: Sequence[str] = (),
+    controller: str | None = None,
+    settings: Mapping[str, Any] | None = None,
+    messages: Sequence[str] = (),
+    namespace: str = NAMESPACE,
+    link: str = "",
+    cells: int = 6,
+    anywhere: bool = False,
+    bare: bool = False,
+    config: Sequence[str] = (),
+    say: Callable[[str], None] = print,
+) -> Flown:
     """Be a node until it is shut down.
+
+    Args:
+        profile: one of `PROFILES`.
+        robot: in place of the experiment's.
+        experiment: gives plant, surface and the first mission.
+        missions: further experiments whose missions may be flown, on the first one's surface.
+        controller: as of `skylimb.run`.
+        settings: dotted keys and new values.
+        messages: folders of .msg files.
+        namespace: of the lab's topics.
+        link: whose pose is on them; the flight controller's by default.
+        cells: of the battery.
+        anywhere: whether master and node may be on a network.
+        bare: whether the cost of `controller` is accepted.
+        config: the robot's own YAML files of motors and servos.
+        say: takes what people are to read.
 
     Raises:
         SkylimbError: before anything is published, where ROS, its master, a message or a name is missing.
     """
-    if options.profile not in PROFILES:
-        raise choice_error("PROFILE", options.profile, PROFILES)
-    if options.profile == "controller" and not options.bare:
+    if profile not in PROFILES:
+        raise choice_error("PROFILE", profile, PROFILES)
+    if profile == "controller" and not bare:
         raise ConfigError(f"{WARNING} --bare says that you know")
-    if options.profile == "both" and options.config:
+    if profile == "both" and config:
         raise ConfigError("both has neither motors nor servos of the lab; --config is not for it")
     require_ros()
-    require_loopback(options.anywhere)
-    definitions = Definitions(options.messages)
-    settings = {**options.settings, **({"robot": options.robot} if options.robot else {})}
-    period = load_experiment(options.experiment, parted(settings)[0]).control_period
-    if options.profile == "simulator":
-        settings["controller_rate"] = INNER_RATE
-    (plan,) = plan_flights(options.experiment, (options.controller,), set=settings)
+    require_loopback(anywhere)
+    definitions = Definitions(messages)
+    keys = {**(settings or {}), **({"robot": robot} if robot else {})}
+    period = load_experiment(experiment, parted(keys)[0]).control_period
+    if profile == "simulator":
+        keys["controller_rate"] = INNER_RATE
+    (plan,) = plan_flights(experiment, (controller,), set=keys)
     require_applied(plan.experiment.events, (), STARTED_BY_ITS_USER)
-    missions = missions_of(plan, options)
-    config = read_lab_config(options.config, plan.robot)
-    topics = profile_topics(options.profile, config.servos is not None)
+    flown = missions_of(plan, missions)
+    lab = read_lab_config(config, plan.robot)
+    topics = profile_topics(profile, lab.servos is not None)
     require_master()
-    pacer = Pacer(period)
-    profile = _profile(options, plan, missions, pacer, config)
-    _say_left_out(options.profile, (*topics.subscribed, *topics.published), definitions, say)
-    if options.profile == "controller":
+    pacer, link = Pacer(period), lab_link(plan.robot, link)
+    if profile == "simulator":
+        made: Profile = Simulated(simulated(plan), link, pacer, cells, lab.servos)
+    else:
+        flyer = Flyer(plan, compiled(plan), flown, link, pacer, cells, namespace=namespace)
+        made = Both(simulated(plan), flyer) if profile == "both" else Controlled(flyer, lab)
+    _say_left_out(profile, (*topics.subscribed, *topics.published), definitions, say)
+    if profile == "controller":
         say(WARNING)
-        for words in _doubts(config, plan.robot):
+        for words in _doubts(lab, plan.robot):
             say(words)
-    bridge = Bridge(Settings(options.profile, options.messages, options.namespace, config.servos is not None))
+    bridge = Bridge(profile, messages, namespace, lab.servos is not None)
     try:
-        node = Node(profile, bridge, pacer, say)
-        names = ", ".join(missions)
-        say(f"{options.profile}: {plan.robot.name} below /{options.namespace}, missions {names}")
+        node = Node(made, bridge, pacer, say)
+        say(f"{profile}: {plan.robot.name} below /{namespace}, missions {', '.join(flown)}")
         node.spin()
     finally:
         bridge.close()
-    return Flown(tuple(profile.kept), node.timing, dict(node.faults))
+    return Flown(tuple(made.kept), node.timing, dict(node.faults))
 
 
 def write(flown: Flown, folder: Path) -> list[Path]:
@@ -168,10 +168,10 @@ def write(flown: Flown, folder: Path) -> list[Path]:
     return places
 
 
-def missions_of(plan: FlightPlan, options: Options) -> dict[str, Mission]:
-    """The missions that can be flown, by the names of their experiments."""
+def missions_of(plan: FlightPlan, more: Sequence[str]) -> dict[str, Mission]:
+    """The missions that can be flown, the plan's and those of more experiments, by their names."""
     found = {plan.experiment.name: plan.mission}
-    for name in options.missions:
+    for name in more:
         experiment = load_experiment(name, {"robot": plan.experiment.robot})
         if experiment.control_period != plan.period:
             raise ConfigError(
@@ -196,17 +196,6 @@ def _doubts(config: LabConfig, robot: Robot) -> list[str]:
         f"controller: commands go up to {most:g} N a rotor, motor_info says {least:g} N at its lowest "
         "voltage; beyond that the flight controller lowers all thrusts alike"
     ]
-
-
-def _profile(
-    options: Options, plan: FlightPlan, missions: Mapping[str, Mission], pacer: Pacer, config: LabConfig
-) -> Profile:
-    """The profile."""
-    link = lab_link(plan.robot, options.link)
-    if options.profile == "simulator":
-        return Simulated(simulated(plan), link, pacer, options.cells, config.servos)
-    flyer = Flyer(plan, compiled(plan), missions, link, pacer, options.cells, namespace=options.namespace)
-    return Both(simulated(plan), flyer) if options.profile == "both" else Controlled(flyer, config)
 
 
 def _say_left_out(

@@ -7,7 +7,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from skylimb.analysis.figures.scene import LIFT, SPACING, eye_and_target, load_model, place_camera
+from skylimb.analysis.figures.scene import LIFT, dashes, eye_and_target, load_model, place_camera
 from skylimb.analysis.scores.signals import direction
 from skylimb.analysis.viewer.packing import packed
 from skylimb.analysis.viewer.shapes import OUT_OF_SIGHT, meshes, shapes_with_surface, thrust_sites
@@ -154,14 +154,10 @@ class FlightView:
         """The path that is asked for, on the surface, in dashes; as a replay has it."""
         takeoff = self._flight.takeoff
         mission, surface = takeoff.mission, takeoff.plant.surface
-        points = mission.tip_path[mission.in_phase("slide")]
-        ends = np.zeros((0, 2, 3))
-        if len(points):
-            travelled = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
-            points = points[np.unique(np.searchsorted(travelled, np.arange(0.0, travelled[-1], SPACING)))]
-            axis = mission.frame.contact
-            points = points + surface.distance_along(points, axis)[:, None] * axis
-            points = points + LIFT * surface.normal(points)
-            ends = np.stack([points[:-1], points[1:]], axis=1)
-            ends = ends[(np.arange(len(ends)) % 6 < 3) & np.isfinite(ends).all(axis=(1, 2))]
-        return {"since": packed(np.zeros(len(ends))), "ends": packed(ends.reshape(len(ends), 6))}
+        points = dashes(mission.tip_path[mission.in_phase("slide")]).reshape(-1, 3)
+        points = (
+            points + surface.distance_along(points, mission.frame.contact)[:, None] * mission.frame.contact
+        )
+        ends = (points + LIFT * surface.normal(points)).reshape(-1, 6)
+        ends = ends[np.isfinite(ends).all(axis=1)]
+        return {"since": packed(np.zeros(len(ends))), "ends": packed(ends)}

@@ -96,9 +96,7 @@ class Surface(Command, tag="surface", frozen=True):
 class Controllers(Command, tag="controllers", frozen=True):
     """Fly one controller, or two beside each other."""
 
-    names: Annotated[
-        list[Annotated[str, Meta(min_length=1, max_length=200)]], Meta(min_length=1, max_length=2)
-    ]
+    names: Annotated[list[ControllerName], Meta(min_length=1, max_length=2)]
 
 
 class Keep(Command, tag="keep", frozen=True):

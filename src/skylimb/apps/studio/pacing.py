@@ -55,7 +55,8 @@ class Pacing:
     def reached(self) -> float:
         """The speed of the last second, over real time; 0 while nothing is flown."""
         now = self._now()
-        self._forget(now)
+        while self._recent and now - self._recent[0] > _WINDOW:
+            self._recent.popleft()
         if not self._recent:
             return 0.0
         return len(self._recent) * self._period / max(now - self._recent[0], self._period / FASTEST)
@@ -95,7 +96,3 @@ class Pacing:
 
     def _due(self) -> float:
         return self._origin + self._done * self._period / self._speed
-
-    def _forget(self, now: float) -> None:
-        while self._recent and now - self._recent[0] > _WINDOW:
-            self._recent.popleft()

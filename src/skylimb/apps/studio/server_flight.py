@@ -85,7 +85,7 @@ class FlightThread:
         next_frame = next_poll = time.perf_counter()
         while not self._stopped:
             self._obey_all()
-            resting = self.paused or self._session.over
+            resting = self.paused or self._session.live.over
             if not resting:
                 self.pacing.fly(self._session.advance)
             now = time.perf_counter()
@@ -108,8 +108,8 @@ class FlightThread:
             else:
                 self._say(name, {key: value for key, value in event.items() if key != "event"})
         self._say("frame", session.live.frame(self.pacing.reached, self.paused))
-        state = {"paused": self.paused, "over": session.over, "speed": self.pacing.speed}
-        if session.over:
+        state = {"paused": self.paused, "over": session.live.over, "speed": self.pacing.speed}
+        if session.live.over:
             state["verdict"] = session.live.verdict
         if state != self._state:
             self._state = state

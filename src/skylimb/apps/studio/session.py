@@ -13,7 +13,6 @@ from skylimb.apps.studio.changes import with_gain, with_push
 from skylimb.apps.studio.controls import IN_FLIGHT, PREFIX
 from skylimb.apps.studio.drawings import keep_drawing, strokes_as_svg
 from skylimb.apps.studio.flight_setup import FlightSetup
-from skylimb.apps.studio.live_flight import LiveFlight
 from skylimb.apps.studio.live_flights import LiveFlights
 from skylimb.apps.studio.surface_edits import DURATION, surface_change, surface_keys_in_flight, with_surface
 from skylimb.apps.studio.watching import Watcher, files_of_controller
@@ -79,23 +78,6 @@ class Session:
         self._tell(RESTARTED, why=why)
         self._tell("scene")
 
-    # What is known of it; more of it is the live's.
-
-    @property
-    def flights(self) -> tuple[LiveFlight, ...]:
-        """The flights, in the order of their controllers."""
-        return self.live.flights
-
-    @property
-    def time(self) -> float:
-        """Time since take-off of the flight that came farthest, s."""
-        return self.live.time
-
-    @property
-    def over(self) -> bool:
-        """Whether no flight goes on."""
-        return self.live.over
-
     def events(self) -> list[dict[str, Any]]:
         """What has happened since the last call: `event`, `time` and what belongs to it."""
         found = list(self._events)
@@ -107,13 +89,13 @@ class Session:
     def advance(self, ticks: int) -> int:
         """Fly some ticks of every flight that goes on; returns how many, 0 when all are over."""
         flown = 0
-        while flown < ticks and not self.over:
-            for number, flight in enumerate(self.flights):
+        while flown < ticks and not self.live.over:
+            for number, flight in enumerate(self.live.flights):
                 self._try(number, flight.tick)
             flown += 1
-        if self.over and not self._was_over:
+        if self.live.over and not self._was_over:
             self._tell("over", verdict=self.live.verdict)
-        self._was_over = self.over
+        self._was_over = self.live.over
         return flown
 
     def set_key(self, key: str, value: Any, flight: int | None = None) -> str:
@@ -140,7 +122,7 @@ class Session:
             raise ConfigError(
                 f"flight {flight} has no gain '{key}'; those that have it are {control['flights']}"
             )
-        having = [self.flights[number] for number in chosen]
+        having = [self.live.flights[number] for number in chosen]
         if control["acts"] == IN_FLIGHT and all(one.time < one.end for one in having):
             live.branch({one: with_gain(one.experiment, one.time, key, value) for one in having})
             return IN_FLIGHT
@@ -152,9 +134,9 @@ class Session:
 
     def _set_of_experiment(self, key: str, value: Any) -> str:
         setup = self.live.setup.with_keys({key: value})
-        if key in surface_keys_in_flight(self.flights[0].experiment) and not self.over:
+        if key in surface_keys_in_flight(self.live.flights[0].experiment) and not self.live.over:
             name = key.removeprefix("surface.")
-            self._change_surface(SurfaceChange(self.time, duration=DURATION, **{name: value}))
+            self._change_surface(SurfaceChange(self.live.time, duration=DURATION, **{name: value}))
             self.live.setup = setup
             return IN_FLIGHT
         self._begin_again(replace(setup, gains=self.live.gains()), f"{key} = {value}")
@@ -165,7 +147,7 @@ class Session:
         if not any(force):
             self.release()
             return
-        time, live = self.time, self.live
+        time, live = self.live.time, self.live
         lasting = round(max(live.end - time, live.period), 9)
         self._push(Push(time, duration=lasting, force=_value(force), link=link, point=_value(point)))
 
@@ -175,8 +157,8 @@ class Session:
 
     def _push(self, *push: Push) -> None:
         """Let go of what is held, and push so instead."""
-        going = [one for one in self.flights if not one.over]
-        self.live.branch({one: with_push(one.experiment, one.first, self.time, *push) for one in going})
+        going = [one for one in self.live.flights if not one.over]
+        self.live.branch({one: with_push(one.experiment, one.first, self.live.time, *push) for one in going})
 
     def surface(
         self,
@@ -195,11 +177,15 @@ class Session:
             stiffness: N/m.
             present: false takes the surface away, true brings it back.
         """
-        first = self.flights[0].experiment.surface
-        self._change_surface(surface_change(self.time, first, position, tilt, friction, stiffness, present))
+        first = self.live.flights[0].experiment.surface
+        self._change_surface(
+            surface_change(self.live.time, first, position, tilt, friction, stiffness, present)
+        )
 
     def _change_surface(self, change: SurfaceChange) -> None:
-        self.live.branch({one: with_surface(one.experiment, change) for one in self.flights if not one.over})
+        self.live.branch(
+            {one: with_surface(one.experiment, change) for one in self.live.flights if not one.over}
+        )
 
     def restart(self) -> None:
         """Fly again from take-off; gains keep what they were changed to, pushes and moves are left out."""
@@ -215,10 +201,10 @@ class Session:
         """Go back by some seconds; what comes then is flown anew, without what people did after that time."""
         if not (math.isfinite(seconds) and seconds >= 0.0):
             raise ConfigError(f"seconds = {seconds:g} to rewind should be 0 or more")
-        tick = max(1, round((self.time - seconds) / self.live.period))
-        for number, flight in enumerate(self.flights):
+        tick = max(1, round((self.live.time - seconds) / self.live.period))
+        for number, flight in enumerate(self.live.flights):
             self._try(number, lambda flight=flight: flight.rewind(tick))
-        self._was_over = self.over
+        self._was_over = self.live.over
         self.release()  # what was held at that time is held no more
         self._tell("rewound")
 
@@ -226,7 +212,7 @@ class Session:
         """Keep the flights so far in a folder below `out`; see `keeping.keep`. They go on."""
         from skylimb.apps.studio.keeping import keep  # figures are slow to load
 
-        kept = keep(self.flights, self.live.names, self.out, name)
+        kept = keep(self.live.flights, self.live.names, self.out, name)
         self._reports.append(kept)
         self._tell("kept", folder=str(kept.folder), command=kept.command)
         return kept
@@ -241,7 +227,7 @@ class Session:
         Returns:
             The SVG file that was kept.
         """
-        takeoff, keys = self.flights[0].takeoff, dict[str, Any]()
+        takeoff, keys = self.live.flights[0].takeoff, dict[str, Any]()
         if isinstance(drawing, str):
             svg = drawing
         else:
@@ -287,7 +273,7 @@ class Session:
             self._tell("error", text=str(error), **what)
 
     def _tell(self, event: str, **what: Any) -> None:
-        self._events.append({"event": event, "time": self.time, **what})
+        self._events.append({"event": event, "time": self.live.time, **what})
 
 
 def _value(value: Any) -> Any:

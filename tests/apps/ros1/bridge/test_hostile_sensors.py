@@ -19,7 +19,7 @@ from skylimb.analysis.exchange.message_types import Definitions
 from skylimb.analysis.exchange.messages import Imu, Joints, Pose
 from skylimb.apps.ros1.bridge.inbox import Inbox, Raw
 from skylimb.apps.ros1.controlled import Controlled
-from skylimb.apps.ros1.piloted import Flyer
+from skylimb.apps.ros1.flyer import Flyer
 from skylimb.apps.ros1.profile import profile_topics
 from skylimb.flight.realtime.pacer import Pacer
 from steered import ready

@@ -43,10 +43,10 @@ def open_page(studio: Any, browser: sync_api.Browser) -> Iterator[sync_api.Page]
 @pytest.fixture
 def page(open_page: sync_api.Page, studio: Any) -> sync_api.Page:
     """The page with a flight that has just taken off, and flies."""
-    before, number = studio.session.flights[0], open_page.evaluate("skylimbStudio.number")
+    before, number = studio.session.live.flights[0], open_page.evaluate("skylimbStudio.number")
     studio.speed(1)
     open_page.evaluate("() => { skylimbStudio.say('restart'); skylimbStudio.say('pause', {paused: false}); }")
-    wait_for(lambda: studio.session.flights[0] is not before)
+    wait_for(lambda: studio.session.live.flights[0] is not before)
     until(open_page, f"!skylimbStudio.state.paused && skylimbStudio.number > {number}")
     return open_page
 
@@ -86,7 +86,7 @@ def test_a_slider_turns_a_gain_in_the_flight(page: sync_api.Page, studio: Any) -
     assert before < value < 1.1 * before
 
     def changes() -> Any:
-        return of_kind(studio.session.flights[0].experiment, GainChange)
+        return of_kind(studio.session.live.flights[0].experiment, GainChange)
 
     wait_for(lambda: bool(changes()))
     wait_for(lambda: changes()[-1].value[0] == pytest.approx(value))
@@ -100,14 +100,14 @@ def test_search_finds_a_key_and_says_that_it_restarts(page: sync_api.Page, studi
     assert "restarts" in row.inner_text()
     field.fill("7")
     field.press("Enter")
-    wait_for(lambda: studio.session.flights[0].experiment.seed == 7)
+    wait_for(lambda: studio.session.live.flights[0].experiment.seed == 7)
     page.get_by_text("Took off again").first.wait_for()
     page.get_by_label("Search gains and keys").fill("")
 
 
 def test_a_poke_of_2_newtons_is_felt(page: sync_api.Page, studio: Any) -> None:
     studio.speed(6)
-    wait_for(lambda: studio.session.time > 8.0)  # the bias of the estimate is known by then
+    wait_for(lambda: studio.session.live.time > 8.0)  # the bias of the estimate is known by then
     studio.speed(1)
     page.get_by_role("tab", name="Poke").click()
     page.locator("#poke-force").fill("2")
@@ -115,13 +115,13 @@ def test_a_poke_of_2_newtons_is_felt(page: sync_api.Page, studio: Any) -> None:
     hold = page.get_by_role("button", name="Hold to poke")
     hold.focus()
     page.keyboard.down("Space")
-    wait_for(lambda: bool(of_kind(studio.session.flights[0].experiment, Push)))
-    begun = of_kind(studio.session.flights[0].experiment, Push)[0].time
-    wait_for(lambda: studio.session.time > begun + 1.5)
+    wait_for(lambda: bool(of_kind(studio.session.live.flights[0].experiment, Push)))
+    begun = of_kind(studio.session.live.flights[0].experiment, Push)[0].time
+    wait_for(lambda: studio.session.live.time > begun + 1.5)
     assert "2.0 N" in page.locator("#force").inner_text()
     page.keyboard.up("Space")
-    wait_for(lambda: of_kind(studio.session.flights[0].experiment, Push)[-1].duration < 20)
-    flight = studio.session.flights[0]
+    wait_for(lambda: of_kind(studio.session.live.flights[0].experiment, Push)[-1].duration < 20)
+    flight = studio.session.live.flights[0]
     first = round((begun + 1.0) / studio.session.live.period)
     estimate = flight.recent[first : first + 80, flight.slices["external_force_estimate"]]
     np.testing.assert_allclose(estimate.mean(axis=0), [0.0, 2.0, 0.0], atol=0.3)
@@ -139,7 +139,9 @@ def test_a_drag_on_a_link_pokes(page: sync_api.Page, studio: Any) -> None:
     page.mouse.move(*place)
     page.mouse.down()
     page.mouse.move(place[0], place[1] - 60, steps=4)
-    wait_for(lambda: any(push.force[2] > 0.3 for push in of_kind(studio.session.flights[0].experiment, Push)))
+    wait_for(
+        lambda: any(push.force[2] > 0.3 for push in of_kind(studio.session.live.flights[0].experiment, Push))
+    )
     page.mouse.up()
     page.get_by_role("radio", name="Look").click()
 
@@ -154,10 +156,10 @@ def test_the_surface_is_moved_and_made_slippery(page: sync_api.Page, studio: Any
     page.keyboard.press("ArrowLeft")
 
     def changes() -> Any:
-        return of_kind(studio.session.flights[0].experiment, SurfaceChange)
+        return of_kind(studio.session.live.flights[0].experiment, SurfaceChange)
 
     wait_for(lambda: any(one.friction is not None for one in changes()))
-    place = studio.session.flights[0].experiment.surface.position
+    place = studio.session.live.flights[0].experiment.surface.position
     (moved,) = (one.position for one in changes() if one.position)
     assert moved == pytest.approx((place[0] + 0.1, place[1], place[2]))
     page.get_by_role("radio", name="Look").click()
@@ -167,9 +169,9 @@ def test_what_is_kept_is_flown_again_to_the_bit(page: sync_api.Page, studio: Any
     page.get_by_role("tab", name="Poke").click()
     page.get_by_role("button", name="Hold to poke").focus()
     page.keyboard.down("Space")
-    wait_for(lambda: bool(of_kind(studio.session.flights[0].experiment, Push)))
-    begun = studio.session.time
-    wait_for(lambda: studio.session.time > begun + 0.3)
+    wait_for(lambda: bool(of_kind(studio.session.live.flights[0].experiment, Push)))
+    begun = studio.session.live.time
+    wait_for(lambda: studio.session.live.time > begun + 0.3)
     page.keyboard.up("Space")
     page.get_by_role("tab", name="Keep").click()
     page.locator("#keep-name").fill("felt")
@@ -215,12 +217,12 @@ def test_the_past_can_be_looked_at_and_gone_on_from(page: sync_api.Page, studio:
 
 
 def test_a_reload_comes_back_to_the_same_flight(page: sync_api.Page, studio: Any) -> None:
-    flight = studio.session.flights[0]
+    flight = studio.session.live.flights[0]
     until(page, "skylimbStudio.past.end > 0.5")
     page.reload()
     page.wait_for_selector("body[data-ready]")
     until(page, "skylimbStudio.past.frames.length > 5 && skylimbStudio.past.frames[0][0] < 0.6")
-    assert studio.session.flights[0] is flight
+    assert studio.session.live.flights[0] is flight
     assert page.evaluate("skylimbStudio.shell.seats.drives")
 
 
@@ -260,7 +262,7 @@ def test_an_svg_file_is_drawn(page: sync_api.Page, studio: Any) -> None:
     page.locator("#svg-file").set_input_files(
         {"name": "line.svg", "mimeType": "image/svg+xml", "buffer": svg}
     )
-    wait_for(lambda: studio.session.flights[0].experiment.trajectory.shape == "drawing")
+    wait_for(lambda: studio.session.live.flights[0].experiment.trajectory.shape == "drawing")
     assert (studio.session.out / "drawings" / "drawing-1.svg").read_bytes() == svg
 
 

@@ -100,7 +100,7 @@ def test_a_gain_is_changed_and_told_to_all(studio: Any) -> None:
         page.event("hello")
         page.say("gain", key=key, value=value)
         assert other.event("gain") == {"event": "gain", "key": key, "value": value, "flight": None}
-    change = of_kind(studio.session.flights[0].experiment, GainChange)[-1]
+    change = of_kind(studio.session.live.flights[0].experiment, GainChange)[-1]
     assert (f"controller.{change.key}", change.value) == (key, tuple(value))
 
 
@@ -179,9 +179,12 @@ def test_a_poke_is_released_when_its_page_leaves(studio: Any) -> None:
         begun = page.frame()[0]
         page.frame_where(lambda frame: frame[0] > begun + 0.2)
     until = time.monotonic() + 10
-    while of_kind(studio.session.flights[0].experiment, Push)[-1].duration > 20 and time.monotonic() < until:
+    while (
+        of_kind(studio.session.live.flights[0].experiment, Push)[-1].duration > 20
+        and time.monotonic() < until
+    ):
         time.sleep(0.02)
-    assert of_kind(studio.session.flights[0].experiment, Push)[-1].duration < 20
+    assert of_kind(studio.session.live.flights[0].experiment, Push)[-1].duration < 20
 
 
 def nonsense(random_: random.Random) -> str | bytes:

@@ -1,4 +1,4 @@
-"""Who drives, how much is let through, and what of the past is kept."""
+"""Who drives, and what of the past is kept."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from skylimb.apps.studio.server_access import Access, checked_token
-from skylimb.apps.studio.server_pages import History, Page, Seats, TokenBucket
+from skylimb.apps.studio.server_pages import History, Page, Seats
 from skylimb.base.errors import ConfigError
 
 
@@ -16,15 +16,6 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
     now = [100.0]
     monkeypatch.setattr("skylimb.apps.studio.server_pages.time.monotonic", lambda: now[0])
     return now
-
-
-def test_a_bucket_lets_a_burst_through_and_then_its_rate(clock: list[float]) -> None:
-    bucket = TokenBucket(rate=10.0, burst=3.0)
-    assert [bucket.take() for _ in range(5)] == [True, True, True, False, False]
-    clock[0] += 0.25
-    assert [bucket.take() for _ in range(3)] == [True, True, False]
-    clock[0] += 100.0
-    assert [bucket.take() for _ in range(4)] == [True, True, True, False]
 
 
 def test_the_seat_is_kept_for_a_while(clock: list[float]) -> None:

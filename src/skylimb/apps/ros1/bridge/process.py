@@ -3,7 +3,7 @@
 rospy has a thread for every connection. In the flight's own process, which has none, they would take
 turns with its ticks.
 
-    python -m skylimb.apps.ros1.bridge FD SETTINGS
+    python -m skylimb.apps.ros1.bridge FD GIVEN
 """
 
 from __future__ import annotations
@@ -17,7 +17,6 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
 from typing import Any
 
 from skylimb.analysis.exchange.message_types import Definitions
@@ -40,29 +39,23 @@ _END = 10.0
 """Seconds that the process has to end."""
 
 
-@dataclass(frozen=True)
-class Settings:
-    """What the bridge is started with; see `ros1.run.Options`."""
-
-    profile: str
-    messages: Sequence[str]
-    namespace: str
-    servos: bool = False
-
-
 class Bridge:
     """The flight's end of the bridge, whose process it starts; it never waits for it.
 
     Args:
-        settings: of the process.
+        profile: one of `PROFILES`.
+        messages: folders of .msg files.
+        namespace: of the lab's topics.
+        servos: whether it speaks with the servos in their own counts.
 
     Attributes:
         faults: how often each was met there, and on the way.
     """
 
-    def __init__(self, settings: Settings) -> None:
+    def __init__(self, profile: str, messages: Sequence[str], namespace: str, servos: bool) -> None:
         near, far = socket.socketpair()
-        words = [sys.executable, "-m", __package__ or "", str(far.fileno()), json.dumps(asdict(settings))]
+        given = json.dumps([profile, list(messages), namespace, servos])
+        words = [sys.executable, "-m", __package__ or "", str(far.fileno()), given]
         self._process = subprocess.Popen(words, pass_fds=[far.fileno()])
         far.close()
         self._pipe, self._faults = Pipe(near), Counter[str]()
@@ -98,13 +91,12 @@ class Bridge:
         self._process.wait(_END)
 
 
-def bridge(pipe: Pipe, settings: Settings) -> None:
+def bridge(pipe: Pipe, profile: str, messages: Sequence[str], namespace: str, servos: bool) -> None:
     """Carry messages until ROS shuts down or the flight's process is gone."""
     import rospy
 
-    rospy.init_node(f"skylimb_{settings.profile}", disable_signals=True)
-    definitions, namespace = Definitions(settings.messages), settings.namespace
-    topics = profile_topics(settings.profile, settings.servos)
+    rospy.init_node(f"skylimb_{profile}", disable_signals=True)
+    definitions, topics = Definitions(messages), profile_topics(profile, servos)
     inbox = Inbox(topics.subscribed, definitions, namespace, time.monotonic, _subscribe, rospy.get_name())
     outbox = Outbox(topics.published, definitions, namespace, _Publisher)
     master, due = MasterWatch(), time.monotonic()
@@ -158,5 +150,4 @@ def main(words: Sequence[str]) -> None:
     """Be the process that a `Bridge` starts; Ctrl-C is left to the flight."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     require_ros()
-    settings = Settings(**json.loads(words[1]))
-    bridge(Pipe(socket.socket(fileno=int(words[0]))), settings)
+    bridge(Pipe(socket.socket(fileno=int(words[0]))), *json.loads(words[1]))
