@@ -165,7 +165,7 @@ def test_a_flight_becomes_a_film(make_run, tmp_path):
 
 
 def test_without_a_renderer_it_says_so(make_run, tmp_path, monkeypatch, fresh_probe):
-    monkeypatch.setattr(video, "_probe", lambda: ["false"])
+    monkeypatch.setattr(video, "_PYTHON", ["false"])
     assert find_renderer() is None
     with pytest.raises(OutputError, match=r"no off-screen renderer works here \(tried MUJOCO_GL = "):
         write_video(make_run(slide=1.0), tmp_path / "x.mp4")
@@ -174,9 +174,7 @@ def test_without_a_renderer_it_says_so(make_run, tmp_path, monkeypatch, fresh_pr
 
 def test_a_renderer_that_crashes_on_the_way_leaves_nothing(make_run, tmp_path, monkeypatch):
     monkeypatch.setattr(video, "find_renderer", lambda: "egl")
-    monkeypatch.setattr(
-        video, "_film", lambda: ["sh", "-c", "echo 1 20; echo driver gave up >&2; kill -SEGV $$"]
-    )
+    monkeypatch.setattr(video, "_PYTHON", ["sh", "-c", "echo 1 20; echo driver gave up >&2; kill -SEGV $$"])
     with pytest.raises(OutputError, match="driver gave up"):
         write_video(make_run(slide=1.0), tmp_path / "x.mp4")
     assert list(tmp_path.iterdir()) == []

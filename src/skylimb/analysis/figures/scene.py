@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from operator import itemgetter
 from typing import TYPE_CHECKING
 
 import mujoco
@@ -98,14 +99,11 @@ def eye_and_target(camera: mujoco.MjvCamera) -> dict[str, list[float]]:
 
 def pen_trace(log: xr.Dataset, rgb: np.ndarray) -> DrawnLine:
     """What the pen draws, growing with time."""
-    since, ends = [], []
+    since, ends = [np.zeros(0, dtype=int)], [np.zeros((0, 2, 3))]
     for stroke in strokes(log):
-        points = log.tip_position.values[stroke]
-        keep = _spaced(points)
-        ends.append(np.stack([points[keep[:-1]], points[keep[1:]]], axis=1))
-        since.append(stroke.start + keep[1:])
-    if not ends:
-        return DrawnLine(np.zeros(0, dtype=int), np.zeros((0, 2, 3)), _rgba(rgb), 0.011)
+        numbers, segments = _spaced(log.tip_position.values[stroke])
+        since.append(stroke.start + numbers)
+        ends.append(segments)
     return DrawnLine(np.concatenate(since), np.concatenate(ends), _rgba(rgb), 0.011)
 
 
@@ -118,8 +116,7 @@ def nominal_line(log: xr.Dataset, board: Board | None) -> DrawnLine:
 
 def dashes(path: np.ndarray) -> np.ndarray:
     """A path, (n, 3), as dashes: the ends of their segments, (k, 2, 3)."""
-    keep = _spaced(path)
-    ends = np.stack([path[keep[:-1]], path[keep[1:]]], axis=1)
+    _, ends = _spaced(path)
     return ends[np.arange(len(ends)) % 6 < 3]
 
 
@@ -135,11 +132,9 @@ class Lines:
     """
 
     def __init__(self, lines: Sequence[DrawnLine], board: Board | None, motion: np.ndarray) -> None:
-        order = np.argsort(np.concatenate([line.since for line in lines]), kind="stable")
-        self._since = np.concatenate([line.since for line in lines])[order]
-        self._ends = np.concatenate([line.ends for line in lines])[order]
-        self._rgba = np.concatenate([np.tile(line.rgba, (len(line.since), 1)) for line in lines])[order]
-        self._width = np.concatenate([np.full(len(line.since), line.width) for line in lines])[order]
+        segments = [(*one, line) for line in lines for one in zip(line.since, line.ends, strict=True)]
+        self._segments = sorted(segments, key=itemgetter(0))
+        self._since = [segment[0] for segment in self._segments]
         self._board, self._motion = board, motion
         self._moves = bool(np.any(motion != motion[:1]))
         self._first = self._made = 0
@@ -161,10 +156,10 @@ class Lines:
         scene.ngeom = self._first + seen
 
     def _make(self, geom: mujoco.MjvGeom, index: int, sample: int) -> None:
-        shift = self._motion[sample] - self._motion[self._since[index]]
+        since, ends, line = self._segments[index]
         normal = self._board.normal if self._board is not None else np.zeros(3)
-        begin, end = self._ends[index] + LIFT * normal + shift
-        width, rgba = self._width[index], self._rgba[index]
+        begin, end = ends + LIFT * normal + self._motion[sample] - self._motion[since]
+        width, rgba = line.width, line.rgba
         if self._board is not None and self._board.relief is None:
             along = end - begin
             length = float(np.linalg.norm(along))
@@ -192,13 +187,12 @@ def surface_motion(model: mujoco.MjModel, configuration: np.ndarray) -> np.ndarr
     return (slid - slid[0])[:, None] * (rotation.reshape(3, 3) @ model.jnt_axis[joint])
 
 
-def _spaced(points: np.ndarray) -> np.ndarray:
-    """Indices of points about `SPACING` apart along the line."""
-    if not len(points):
-        return np.zeros(0, dtype=int)
+def _spaced(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Segments about `SPACING` long along the line: the index at which each ends, and its ends (n, 2, 3)."""
     travelled = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
     wanted = np.arange(0.0, travelled[-1], SPACING)
-    return np.unique(np.searchsorted(travelled, wanted))
+    keep = np.unique(np.searchsorted(travelled, wanted))
+    return keep[1:], np.stack([points[keep[:-1]], points[keep[1:]]], axis=1)
 
 
 def _rgba(rgb: np.ndarray) -> np.ndarray:

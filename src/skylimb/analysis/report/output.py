@@ -45,8 +45,7 @@ def write_run(
         OutputError: if the folder exists or cannot be written; nothing is left behind then.
     """
     with new_folder(folder) as aside:
-        write_sources(run.sources, aside)
-        _record(run, aside)
+        _records({run.name: run}, aside, apart=False)
         _draw({run.name: run}, aside, videos_follow, figures)
     return Path(folder)
 
@@ -72,7 +71,7 @@ def write_comparison(
     if not runs:
         raise OutputError("a comparison needs at least one run, got none")
     with new_folder(folder) as aside:
-        _records(runs, aside)
+        _records(runs, aside, apart=True)
         _draw(runs, aside, videos_follow, figures)
     return Path(folder)
 
@@ -92,12 +91,7 @@ def write_records(
             is left behind then.
     """
     with new_folder(folder) as aside:
-        if len(runs) > 1:
-            _records(runs, aside)
-        else:
-            (run,) = runs.values()
-            write_sources(run.sources, aside)
-            _record(run, aside)
+        _records(runs, aside, apart=len(runs) > 1)
         for name, texts in (beside or {}).items():
             for file, text in texts.items():
                 replace_text(home(aside, name) / file, text)
@@ -147,33 +141,32 @@ def metrics_table(runs: Mapping[str, Run]) -> str:
     keys = [*NUMERIC_KEYS, *(key for key in scores_of(runs.values()) if key not in SCORES)]
     table.writerow(["run", "controller", "status", "cause", *keys])
     for name, run in runs.items():
-        numbers = [_field(run.metrics.get(key)) for key in keys]
+        values = [run.metrics.get(key) for key in keys]
+        numbers = ["" if one is None else repr(int(one) if isinstance(one, bool) else one) for one in values]
         table.writerow([name, run.controller, run.status, run.cause, *numbers])
     return text.getvalue()
 
 
-def _field(value: float | None) -> str:
-    """A number with all its digits; a verdict as 1 or 0."""
-    return "" if value is None else repr(int(value) if isinstance(value, bool) else value)
+def _records(runs: Mapping[str, Run], folder: Path, apart: bool) -> None:
+    """Write record, scores and configuration of each run.
 
-
-def _records(runs: Mapping[str, Run], folder: Path) -> None:
-    """Write each run into a subfolder of its name, and the table of their scores."""
+    Args:
+        runs: by name.
+        folder: of one run, or of a comparison.
+        apart: whether each has a subfolder of its name, and the folder a table of all their scores.
+    """
     for name, run in runs.items():
         bad = name in {"", FIGURES_FOLDER} or name.startswith(".") or any(mark in name for mark in _NO_NAME)
-        if bad:
+        if apart and bad:
             raise OutputError(f"run name '{name}' cannot be the name of a folder; rename the run")
-        (folder / name).mkdir()
+        place, kept = (folder / name, run.with_sources_at("../")) if apart else (folder, run)
+        place.mkdir(exist_ok=True)
         write_sources(run.sources, folder)
-        _record(run.with_sources_at("../"), folder / name)
-    replace_text(folder / TABLE_FILE, metrics_table(runs))
-
-
-def _record(run: Run, folder: Path) -> None:
-    """Write one run's record, scores and configuration."""
-    run.save(folder / LOG_FILE)
-    (folder / METRICS_FILE).write_text(_metrics_json(run), encoding="utf-8")
-    (folder / CONFIG_FILE).write_text(run.config, encoding="utf-8")
+        kept.save(place / LOG_FILE)
+        (place / METRICS_FILE).write_text(_metrics_json(kept), encoding="utf-8")
+        (place / CONFIG_FILE).write_text(kept.config, encoding="utf-8")
+    if apart:
+        replace_text(folder / TABLE_FILE, metrics_table(runs))
 
 
 def _draw(runs: Mapping[str, Run], folder: Path, videos_follow: bool, figures: Sequence[UserFigure]) -> None:

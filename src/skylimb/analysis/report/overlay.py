@@ -12,8 +12,8 @@ from skylimb.analysis.figures import palette
 from skylimb.analysis.recording import Run
 from skylimb.analysis.scores.signals import contact_axis, phase_names
 
-PAPER = np.array([255.0, 255.0, 255.0])
-OPACITY = 0.78
+PAPER = (255, 255, 255, 199)
+"""Of the panels behind the words: white, and a little of what is behind it."""
 
 PHASE_LABELS = {"hover_end": "hover"}
 
@@ -58,25 +58,25 @@ class Overlay:
         Returns:
             A picture of the same shape.
         """
-        pixels = pixels.copy()
+        picture = Image.fromarray(pixels)
+        brush = ImageDraw.Draw(picture, "RGBA")
         edge, wide, inner = self._px(24), self._px(340), self._px(16)
-        head = pixels[edge : edge + self._px(104), edge : edge + wide]
-        with _Brush(head) as brush:
-            brush.text((inner, self._px(10)), self._name, self._colour, self._title)
-            phase = self._phases[sample] if self._phases else ""
-            line = f"t = {self._times[sample]:4.1f} s    {phase}"
-            brush.text((inner, self._px(52)), line, "#1A1A1A", self._text)
-            brush.text((inner, self._px(78)), self._speed, "#666666", self._small)
-        if not self._readings:
-            return pixels
+        brush.rectangle((edge, edge, edge + wide - 1, edge + self._px(104) - 1), PAPER)
+        brush.text((edge + inner, edge + self._px(10)), self._name, self._colour, self._title)
+        phase = self._phases[sample] if self._phases else ""
+        line = f"t = {self._times[sample]:4.1f} s    {phase}"
+        brush.text((edge + inner, edge + self._px(52)), line, "#1A1A1A", self._text)
+        brush.text((edge + inner, edge + self._px(78)), self._speed, "#666666", self._small)
         bottom = pixels.shape[0] - edge
-        foot = pixels[bottom - self._px(20 + 30 * len(self._readings)) : bottom, edge : edge + wide]
-        with _Brush(foot) as brush:
-            for row, (name, values, form) in enumerate(self._readings):
-                place = wide - inner, self._px(10 + 30 * row)
-                brush.text((inner, place[1]), name, "#444444", self._text)
-                brush.text(place, form.format(values[sample]), "#1A1A1A", self._text, anchor="ra")
-        return pixels
+        top = bottom - self._px(20 + 30 * len(self._readings))
+        if self._readings:
+            brush.rectangle((edge, top, edge + wide - 1, bottom - 1), PAPER)
+        for row, (name, values, form) in enumerate(self._readings):
+            place = top + self._px(10 + 30 * row)
+            reading = form.format(values[sample])
+            brush.text((edge + inner, place), name, "#444444", self._text)
+            brush.text((edge + wide - inner, place), reading, "#1A1A1A", self._text, anchor="ra")
+        return np.asarray(picture)
 
     def _font(self, name: str, points: float) -> ImageFont.FreeTypeFont:
         path = Path(matplotlib.get_data_path()) / "fonts" / "ttf" / f"{name}.ttf"
@@ -84,17 +84,3 @@ class Overlay:
 
     def _px(self, length: float) -> int:
         return round(length * self._unit)
-
-
-class _Brush:
-    """Draws on a part of a picture that is first covered by a translucent white panel."""
-
-    def __init__(self, part: np.ndarray) -> None:
-        self._part = part
-        self._image = Image.fromarray((OPACITY * PAPER + (1 - OPACITY) * part).astype(np.uint8))
-
-    def __enter__(self) -> ImageDraw.ImageDraw:
-        return ImageDraw.Draw(self._image)
-
-    def __exit__(self, *error: object) -> None:
-        self._part[:] = np.asarray(self._image)

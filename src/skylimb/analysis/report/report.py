@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import tomllib
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -52,22 +51,6 @@ _SHAPES = {
     "trajectory.direction": ("circle", "lemniscate", "line", "lawnmower", "waypoints"),
 }
 """Shapes of a path that have these keys; other shapes leave them unused."""
-
-
-@dataclass(frozen=True)
-class Cell:
-    """A number of ours, and the paper's where it prints one."""
-
-    ours: str
-    paper: str = ""
-
-
-@dataclass(frozen=True)
-class Film:
-    """A video: what it shows, and where its bytes are (in the page, or a file beside it)."""
-
-    name: str
-    source: str
 
 
 def render_report(
@@ -118,7 +101,7 @@ def render_report(
             if contact_transitions(run.log)
         ],
         happened=_happened(runs),
-        compared=any(cell.paper for _, rows in groups for _, _, cells in rows for cell in cells),
+        compared=any(printed for _, rows in groups for _, _, cells in rows for _, printed in cells),
         otherwise=paper.otherwise({palette.label(name): run for name, run in runs.items()}),
         claims=claims,
         held=sum(claim.holds for claim in claims),
@@ -152,23 +135,27 @@ def _happened(runs: Mapping[str, Run]) -> list[tuple[str, list[HappenedEvent]]]:
     return [(name, events) for name, events in each if events]
 
 
-Line = tuple[str, str, list[Cell]]
+Line = tuple[str, str, list[tuple[str, str]]]
 
 
 def _groups(runs: Mapping[str, Run], axes: AxisNames) -> list[tuple[str, list[Line]]]:
-    """The table: the title of each group, and its lines with what, its unit, and a cell for each run."""
+    """The table: the title of each group, and its lines.
+
+    A line has what, its unit, and for each run our number and the paper's, empty where it prints none.
+    """
+    number = publication().number
+
+    def cell(run: Run, score: Score) -> tuple[str, str]:
+        ours = score.printed(run.metrics.get(score.name)) or "–"
+        return ours, score.printed(number(run, score.name))
+
     return [
-        (title, [_line(runs, score, axes) for score in part])
+        (
+            title,
+            [(score.line(axes), score.unit, [cell(run, score) for run in runs.values()]) for score in part],
+        )
         for title, part in shown_scores(runs.values()).items()
     ]
-
-
-def _line(runs: Mapping[str, Run], score: Score, axes: AxisNames) -> Line:
-    cells = []
-    for run in runs.values():
-        number = score.printed(publication().number(run, score.name))
-        cells.append(Cell(score.printed(run.metrics.get(score.name)) or "–", number))
-    return score.line(axes), score.unit, cells
 
 
 def _config(run: Run) -> dict[str, Any]:
@@ -178,15 +165,15 @@ def _config(run: Run) -> dict[str, Any]:
         return {}
 
 
-def _is_drawing(config: Mapping[str, Any]) -> bool:
+def _shape(config: Mapping[str, Any]) -> str | None:
+    """The shape of the path that was flown."""
     path = config.get("trajectory")
-    return isinstance(path, Mapping) and path.get("shape") == "drawing"
+    return path.get("shape") if isinstance(path, Mapping) else None
 
 
 def _facts(config: Mapping[str, Any]) -> list[tuple[str, str]]:
     facts = []
-    path = config.get("trajectory")
-    shape = path.get("shape") if isinstance(path, Mapping) else None
+    shape = _shape(config)
     for key, text, unit in FACTS:
         value: Any = config
         for part in key.split("."):
@@ -204,22 +191,21 @@ def _command(runs: Mapping[str, Run]) -> str:
     first = next(iter(runs.values()))
     experiment, seed = first.log.attrs.get("experiment", "paper"), first.log.attrs.get("seed", 0)
     controllers = " ".join(run.controller for run in runs.values())
-    if _is_drawing(_config(first)):  # its experiment ships under no name
+    if _shape(_config(first)) == "drawing":  # its experiment ships under no name
         experiment = "config.toml"
     if len(runs) == 1:
         return f"skylimb run {experiment} --controller {controllers} --seed {seed}"
     return f"skylimb compare {experiment} --controllers {controllers} --seed {seed}"
 
 
-def _films(runs: Mapping[str, Run], folder: Path, follow: bool) -> list[Film]:
+def _films(runs: Mapping[str, Run], folder: Path, follow: bool) -> list[tuple[str, str]]:
+    """Each video: whose, and its source, which is its bytes or a file beside the page."""
     places = {name: folder / name / VIDEO_FILE for name in runs}
     if (folder / LOG_FILE).is_file():
         places = dict.fromkeys(runs, folder / VIDEO_FILE)
     there = {name: path for name, path in places.items() if follow or path.is_file()}
     embed = not follow and sum(path.stat().st_size for path in there.values()) <= EMBED_BYTES
     return [
-        Film(
-            palette.label(name), inlined(path, "video/mp4") if embed else path.relative_to(folder).as_posix()
-        )
+        (palette.label(name), inlined(path, "video/mp4") if embed else path.relative_to(folder).as_posix())
         for name, path in there.items()
     ]

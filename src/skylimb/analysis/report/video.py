@@ -27,6 +27,10 @@ SPEED = 2.0
 
 PROBE_SECONDS = 120
 
+FILM, PROBE = "skylimb.analysis.report.film", "skylimb.analysis.report.renderer_probe"
+"""Modules that run in a process of their own."""
+_PYTHON = (sys.executable, "-m")
+
 FilmProgress = Callable[[int, int], None]
 """Called with (pictures done, pictures in all)."""
 
@@ -41,7 +45,7 @@ def find_renderer() -> str | None:
     for name in _candidates():
         try:
             probe = subprocess.run(
-                _probe(),
+                [*_PYTHON, PROBE],
                 env=_environment(name),
                 capture_output=True,
                 timeout=PROBE_SECONDS,
@@ -137,7 +141,7 @@ def film_record(
         )
     with new_file(path) as aside:
         how = json.dumps({"size": size, "fps": fps, "speed": speed, "threads": threads})
-        command = [*_film(), str(log), str(aside), how]
+        command = [*_PYTHON, FILM, str(log), str(aside), how]
         _draw(command, _environment(renderer, threads), run.name, progress)
     return Path(path)
 
@@ -161,14 +165,6 @@ def _draw(command: list[str], environment: dict[str, str], name: str, progress: 
     if code != 0:
         reason = lines[-1] if lines else f"the drawing process ended with code {code}"
         raise OutputError(f"no video of '{name}': {reason}")
-
-
-def _film() -> list[str]:
-    return [sys.executable, "-m", "skylimb.analysis.report.film"]
-
-
-def _probe() -> list[str]:
-    return [sys.executable, "-m", "skylimb.analysis.report.renderer_probe"]
 
 
 def _environment(renderer: str, threads: int = 0) -> dict[str, str]:
