@@ -18,7 +18,7 @@ from skylimb.analysis.exchange.containers import container_of
 from skylimb.analysis.exchange.convert import convert, read_log, write_log
 from skylimb.analysis.exchange.frames import lab_link
 from skylimb.analysis.exchange.from_run import messages_of
-from skylimb.analysis.exchange.layouts import foxglove_layout, plots, shown_of, write_layouts
+from skylimb.analysis.exchange.layouts import first_second, foxglove_layout, plots, write_layouts
 from skylimb.analysis.exchange.message_types import DEFINITIONS, IMU, message_types
 from skylimb.analysis.exchange.run_topics import row_table, run_of
 from skylimb.analysis.exchange.stream import Message
@@ -335,9 +335,9 @@ def test_layouts_plot_what_is_in_the_file(flown: skylimb.Run, tmp_path: Path, en
 
 def test_layouts_leave_out_what_a_log_lacks(messages: list[Message]) -> None:
     real = [one for one in messages if "/skylimb/" not in one.topic and "wrench" not in one.topic]
-    chosen = plots(shown_of(real))
-    assert [len(plot.curves) for plot in chosen] == [3, 3, 4, 7]
-    assert json.loads(foxglove_layout(chosen[:3]))["layout"]["second"] == "Plot!skylimb2"
+    chosen = plots(first_second(real))
+    assert [len(curves) for curves in chosen.values()] == [3, 3, 4, 7]
+    assert json.loads(foxglove_layout(dict(list(chosen.items())[:3])))["layout"]["second"] == "Plot!skylimb2"
     with pytest.raises(ConfigError, match=r"--layouts is for .bag and .mcap"):
         write_layouts("a.nc")
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Sequence
+import math
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import cycle
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 from xml.etree import ElementTree
 
 from skylimb.analysis.exchange.containers import container_of
@@ -49,128 +50,107 @@ class Curve(NamedTuple):
         return f"{self.topic}/{self.field.replace('.', '/')}"
 
 
-class Plot(NamedTuple):
-    """A plot: its title, and its curves."""
-
-    title: str
-    curves: tuple[Curve, ...]
+Plots = Mapping[str, Sequence[Curve]]
+"""The curves of each plot, by its title."""
 
 
-class Shown(NamedTuple):
-    """What a log has to plot.
-
-    Attributes:
-        topics: whole names.
-        rotors: how many.
-        joints: names, in the order of joint_states.
-    """
-
-    topics: frozenset[str]
-    rotors: int
-    joints: tuple[str, ...]
-
-
-def shown_of(messages: Iterable[Message], namespace: str = NAMESPACE) -> Shown:
-    """What the first second of a log has to plot."""
-    topics, rotors, joints, begin = set[str](), 0, tuple[str, ...](), None
+def first_second(messages: Iterable[Message]) -> dict[str, Any]:
+    """What the first second of a log has: by topic, its first message."""
+    found, end = dict[str, Any](), math.inf
     for message in messages:
-        begin = message.time if begin is None else begin
-        if message.time - begin > _BEGINNING:
+        end = min(end, message.time + _BEGINNING)
+        if message.time > end:
             break
-        topics.add(message.topic)
-        if message.topic == f"/{namespace}/{THRUSTS}":
-            rotors = len(message.value.base_thrust)
-        elif message.topic == f"/{namespace}/{JOINT_STATES}":
-            joints = tuple(message.value.name)
-    return Shown(frozenset(topics), rotors, joints)
+        found.setdefault(message.topic, message.value)
+    return found
 
 
-def plots(shown: Shown, namespace: str = NAMESPACE) -> tuple[Plot, ...]:
-    """The plots of what a log has, in rows of two; curves of topics that it lacks are left out."""
+def plots(known: Mapping[str, Any], namespace: str = NAMESPACE) -> Plots:
+    """The plots of what a log has; curves of topics that it lacks are left out.
+
+    Args:
+        known: a message of each topic (`first_second`).
+        namespace: of the lab's topics.
+    """
+    thrusts, states = (known.get(f"/{namespace}/{topic}") for topic in (THRUSTS, JOINT_STATES))
+    rotors, joints = len(thrusts.base_thrust) if thrusts else 0, states.name if states else ()
     wrench, contact, cog = "estimated_external_wrench", "skylimb/contact_wrench", "uav/cog/odom"
-    forces = (*_xyz(wrench, "wrench.force"), *_xyz(contact, "wrench.force"))
-    torques = (*_xyz(wrench, "wrench.torque"), *_xyz(contact, "wrench.torque"))
-    places = (*_xyz(cog, "pose.pose.position"), *_xyz("skylimb/cog_reference", "point"))
-    thrusts = tuple(Curve(THRUSTS, f"base_thrust[{i}]") for i in range(shown.rotors))
-    angles = tuple(Curve(JOINT_STATES, f"position[{i}]", name) for i, name in enumerate(shown.joints))
-    chosen = (
-        Plot("Force: estimate and truth (N)", forces),
-        Plot("Torque: estimate and truth (N m)", torques),
-        Plot("Centre of gravity and reference (m)", places),
-        Plot("Its velocity (m/s)", _xyz(cog, "twist.twist.linear")),
-        Plot("Thrusts (N)", thrusts),
-        Plot("Joints and gimbals (rad)", angles),
-    )
-    found = []
-    for title, curves in chosen:
-        whole = (curve._replace(topic=f"/{namespace}/{curve.topic}") for curve in curves)
-        there = tuple(curve for curve in whole if curve.topic in shown.topics)
-        if there:
-            found.append(Plot(title, there))
-    return tuple(found)
+    chosen = {
+        "Force: estimate and truth (N)": (*_xyz(wrench, "wrench.force"), *_xyz(contact, "wrench.force")),
+        "Torque: estimate and truth (N m)": (*_xyz(wrench, "wrench.torque"), *_xyz(contact, "wrench.torque")),
+        "Centre of gravity and reference (m)": (
+            *_xyz(cog, "pose.pose.position"),
+            *_xyz("skylimb/cog_reference", "point"),
+        ),
+        "Its velocity (m/s)": _xyz(cog, "twist.twist.linear"),
+        "Thrusts (N)": tuple(Curve(THRUSTS, f"base_thrust[{i}]") for i in range(rotors)),
+        "Joints and gimbals (rad)": tuple(
+            Curve(JOINT_STATES, f"position[{i}]", name) for i, name in enumerate(joints)
+        ),
+    }
+    whole = {
+        title: [curve._replace(topic=f"/{namespace}/{curve.topic}") for curve in curves]
+        for title, curves in chosen.items()
+    }
+    there = {title: [one for one in curves if one.topic in known] for title, curves in whole.items()}
+    return {title: curves for title, curves in there.items() if curves}
 
 
 def _xyz(topic: str, field: str) -> tuple[Curve, ...]:
     return tuple(Curve(topic, f"{field}.{axis}") for axis in "xyz")
 
 
-def foxglove_layout(chosen: Sequence[Plot]) -> str:
+def foxglove_layout(chosen: Plots) -> str:
     """The layout as Foxglove imports it: plots in a mosaic, two in a row."""
     panels = {
         f"Plot!skylimb{index}": {
-            "foxglovePanelTitle": plot.title,
+            "foxglovePanelTitle": title,
             "paths": [
                 {"value": curve.foxglove, "enabled": True, "timestampMethod": "receiveTime", "color": colour}
-                for curve, colour in zip(plot.curves, cycle(COLOURS), strict=False)
+                for curve, colour in zip(curves, cycle(COLOURS), strict=False)
             ],
             "xAxisVal": "timestamp",
             "showLegend": True,
             "isSynced": True,
         }
-        for index, plot in enumerate(chosen)
+        for index, (title, curves) in enumerate(chosen.items())
     }
-    names = list(panels)
-    pairs = [names[i : i + 2] for i in range(0, len(names), 2)]
-    rows: list[object] = [
-        {"direction": "row", "first": pair[0], "second": pair[1], "splitPercentage": 50}
-        if len(pair) == 2
-        else pair[0]
-        for pair in pairs
-    ]
-    return json.dumps(
-        {
-            "configById": panels,
-            "globalVariables": {},
-            "userNodes": {},
-            "playbackConfig": {"speed": 1},
-            "layout": _column(rows),
-        },
-        indent=1,
-    )
+    layout = _split("column", [_split("row", pair) for pair in _pairs(list(panels))])
+    shown = {
+        "configById": panels,
+        "globalVariables": {},
+        "userNodes": {},
+        "playbackConfig": {"speed": 1},
+        "layout": layout,
+    }
+    return json.dumps(shown, indent=1)
 
 
-def _column(rows: Sequence[object]) -> object:
-    """Rows of equal height, one below the other."""
-    if len(rows) == 1:
-        return rows[0]
-    share = 100.0 / len(rows)
-    return {"direction": "column", "first": rows[0], "second": _column(rows[1:]), "splitPercentage": share}
+def _pairs(items: Sequence[Any]) -> list[Sequence[Any]]:
+    return [items[i : i + 2] for i in range(0, len(items), 2)]
 
 
-def plotjuggler_layout(chosen: Sequence[Plot]) -> str:
+def _split(direction: str, parts: Sequence[Any]) -> Any:
+    """Parts of equal size beside each other, or one below the other."""
+    if len(parts) == 1:
+        return parts[0]
+    share, rest = 100.0 / len(parts), _split(direction, parts[1:])
+    return {"direction": direction, "first": parts[0], "second": rest, "splitPercentage": share}
+
+
+def plotjuggler_layout(chosen: Plots) -> str:
     """The layout as PlotJuggler loads it."""
     root = ElementTree.Element("root")
     tabs = ElementTree.SubElement(root, "tabbed_widget", {"name": "Main Window", "parent": "main_window"})
     tab = ElementTree.SubElement(tabs, "Tab", {"tab_name": "skylimb", "containers": "1"})
-    container = ElementTree.SubElement(tab, "Container")
-    rows = [chosen[i : i + 2] for i in range(0, len(chosen), 2)]
-    down = _splitter(container, "-", len(rows))
+    rows = _pairs(list(chosen.items()))
+    down = _splitter(ElementTree.SubElement(tab, "Container"), "-", len(rows))
     for row in rows:
         across = _splitter(down, "|", len(row))
-        for plot in row:
-            area = ElementTree.SubElement(across, "DockArea", {"name": plot.title})
+        for title, curves in row:
+            area = ElementTree.SubElement(across, "DockArea", {"name": title})
             shown = ElementTree.SubElement(area, "plot", {"mode": "TimeSeries", "style": "Lines"})
-            for curve, colour in zip(plot.curves, cycle(COLOURS), strict=False):
+            for curve, colour in zip(curves, cycle(COLOURS), strict=False):
                 ElementTree.SubElement(shown, "curve", {"name": curve.plotjuggler, "color": colour})
     ElementTree.SubElement(tabs, "currentTabIndex", {"index": "0"})
     ElementTree.indent(root)
@@ -198,14 +178,12 @@ def write_layouts(log: str | Path, namespace: str = NAMESPACE) -> list[Path]:
     """
     require_layouts(log)
     with container_of(log).read(Path(log)) as messages:
-        chosen = plots(shown_of(messages, namespace), namespace)
-    written = []
-    for ending, text in (
-        (".foxglove.json", foxglove_layout(chosen)),
-        (".plotjuggler.xml", plotjuggler_layout(chosen)),
-    ):
-        path = Path(log).with_suffix(ending)
+        chosen = plots(first_second(messages), namespace)
+    texts = {
+        Path(log).with_suffix(".foxglove.json"): foxglove_layout(chosen),
+        Path(log).with_suffix(".plotjuggler.xml"): plotjuggler_layout(chosen),
+    }
+    for path, text in texts.items():
         with new_file(path) as aside:
             aside.write_text(text, encoding="utf-8")
-        written.append(path)
-    return written
+    return list(texts)

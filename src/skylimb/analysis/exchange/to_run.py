@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import functools
-from collections import Counter
-from collections.abc import Callable, Iterable
+from collections import Counter, defaultdict
+from collections.abc import Callable, Iterable, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -14,7 +14,7 @@ from skylimb.analysis.exchange.frames import LinkFrames, frames_at, frames_funct
 from skylimb.analysis.exchange.lab_topics import IN_LOGS, RECORD, ROW, SOURCE
 from skylimb.analysis.exchange.messages import Joints
 from skylimb.analysis.exchange.run_topics import content_of, run_of
-from skylimb.analysis.exchange.series import Series
+from skylimb.analysis.exchange.series import Sample, series_of
 from skylimb.analysis.exchange.stream import Message
 from skylimb.analysis.recording.log import build_log
 from skylimb.analysis.recording.run import Run
@@ -57,7 +57,7 @@ def run_from(
     record: bytes | None = None
     sources: dict[str, bytes] = {}
     rows: list[np.ndarray] = []
-    series: dict[str, Series] = {}
+    samples: defaultdict[str, list[Sample]] = defaultdict(list)
     others: Counter[str] = Counter()
     flights = 1
     for message in messages:
@@ -73,16 +73,16 @@ def run_from(
                 flights += 1
             rows.append(row)
         elif record is None:
-            _take(message, series, others)
+            _take(message, samples, others)
     if record is not None:
         if len({len(row) for row in rows}) > 1:
             raise OutputError(f"'{name}': rows of different length on {ROW.name}")
         said = (f"{flights} flights; this is the last one",) if flights > 1 else ()
         return Read(run_of(record, np.array(rows).reshape(len(rows), -1), sources, name), said)
-    return _from_topics(series, others, robot(), name, link, period)
+    return _from_topics(samples, others, robot(), name, link, period)
 
 
-def _take(message: Message, series: dict[str, Series], others: Counter[str]) -> None:
+def _take(message: Message, samples: dict[str, list[Sample]], others: Counter[str]) -> None:
     """Note down the signals of a message, or that its topic has none."""
     topics = (topic for topic in IN_LOGS if f"/{message.topic}".endswith(f"/{topic.name}"))
     topic = next(topics, None)
@@ -95,7 +95,7 @@ def _take(message: Message, series: dict[str, Series], others: Counter[str]) -> 
         value = plain_of(message.value, path)
         found = _angles(signal, value) if isinstance(value, Joints) else {signal: value}
         for name, numbers in found.items():
-            series.setdefault(name, Series()).add(message.time * 1e-9, stamp, np.asarray(numbers))
+            samples[name].append((message.time * 1e-9, stamp, np.asarray(numbers, dtype=float)))
 
 
 def _angles(signal: str, value: Joints) -> dict[str, list[float]]:
@@ -109,38 +109,42 @@ def _angles(signal: str, value: Joints) -> dict[str, list[float]]:
 
 
 def _from_topics(
-    series: dict[str, Series],
+    samples: Mapping[str, list[Sample]],
     others: Counter[str],
     robot: Robot,
     name: str,
     link: Callable[[Robot], str],
     period: float,
 ) -> Read:
-    if "pose" not in series:
+    if "pose" not in samples:
         topics = ", ".join(sorted(others)[:8]) or "none"
         raise OutputError(
             f"'{name}' has no topic .../mocap/pose: there is no flight in it (topics: {topics})"
         )
     said = [f"topics without a place in a log: {', '.join(sorted(others))}"] if others else []
-    placed = {signal: one.times() for signal, one in series.items() if one.usable}
-    said += [f"{signal}: samples of different sizes are left out" for signal in series.keys() - placed.keys()]
-    offsets = {signal: offset for signal, (_, offset) in placed.items() if offset}
+    series = {signal: one for signal, every in samples.items() if (one := series_of(every))}
     said += [
-        f"{signal}: stamps are {offset:+.3f} s off the recorder's clock; that is taken off"
-        for signal, offset in offsets.items()
+        f"{signal}: samples of different sizes are left out" for signal in samples.keys() - series.keys()
     ]
-    times = placed["pose"][0]
+    said += [
+        f"{signal}: stamps are {one.offset:+.3f} s off the recorder's clock; that is taken off"
+        for signal, one in series.items()
+        if one.offset
+    ]
+    times = series["pose"].times
     if len(times) < 2:
         raise OutputError(f"'{name}' has one pose; a flight has more")
     ticks = np.arange(int((times.max() - times.min()) / period + 1e-9) + 1) * period + times.min()
-    held = {signal: series[signal].at(ticks, when) for signal, (when, _) in placed.items()}
+    held = {signal: one.at(ticks) for signal, one in series.items()}
     said += [
         f"{signal} at {1.0 / gap:.3g} Hz: at each tick the last one"
-        for signal, (when, _) in placed.items()
-        if len(when) > 1 and (gap := float(np.median(np.diff(when)))) > 1.5 * period
+        for signal, one in series.items()
+        if len(one.times) > 1 and (gap := float(np.median(np.diff(one.times)))) > 1.5 * period
     ]
     values = _signals(held, robot, link(robot), said)
-    return Read(_run(values, ticks - ticks[0], robot, name), tuple(said))
+    attributes = {"robot": robot.name, "experiment": "log", "status": "OK"}
+    log = build_log(values, ticks - ticks[0], robot.description, attributes=attributes)
+    return Read(Run(name=name, controller="", log=log), tuple(said))
 
 
 def _signals(held: dict[str, np.ndarray], robot: Robot, link: str, said: list[str]) -> dict[str, np.ndarray]:
@@ -209,9 +213,3 @@ def _turn_to_C(
         [rpy_from_rotation(rotation_from_quaternion(q) @ turn.T) for turn, q, _ in pairs]
     )
     found["angular_velocity_estimate"] = np.array([turn @ rate for turn, _, rate in pairs])
-
-
-def _run(values: dict[str, np.ndarray], times: np.ndarray, robot: Robot, name: str) -> Run:
-    attributes = {"robot": robot.name, "experiment": "log", "status": "OK"}
-    log = build_log(values, times, robot.description, attributes=attributes)
-    return Run(name=name, controller="", log=log)
