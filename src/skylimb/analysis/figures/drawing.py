@@ -24,7 +24,7 @@ from skylimb.analysis.scores.pen_line import (
     pen_line,
     reference_line,
 )
-from skylimb.analysis.scores.signals import around
+from skylimb.analysis.scores.signals import around, samples_within
 
 SMOOTHING = 0.1
 """Seconds over which the normal force is averaged before it is drawn."""
@@ -50,8 +50,8 @@ def drawn_line(runs: Mapping[str, Run]) -> Figure:
         name: [as_seen(run.log, line) for line in reference_line(run.log)] for name, run in runs.items()
     }
     drawn = {name: _drawn(run.log) for name, run in runs.items()}
-    everything = [part for lines in wanted.values() for part in lines] + [d[0] for d in drawn.values()]
-    across, upward = (style.limits([points[:, axis] for points in everything]) for axis in (0, 1))
+    everything = [part for lines in wanted.values() for part in lines] + [part for part, _ in drawn.values()]
+    across, upward = (style.limits([points[..., axis] for points in everything]) for axis in (0, 1))
     rows, columns = style.panels(len(runs), 2)
     panel = (style.WIDTH - 1.0) / columns
     tall = min(max(panel * (upward[1] - upward[0]) / (across[1] - across[0]), 0.8), _TALLEST)
@@ -60,15 +60,15 @@ def drawn_line(runs: Mapping[str, Run]) -> Figure:
     axes = np.empty((rows, columns), dtype=object)
     for row, column in np.ndindex(rows, columns):
         axes[row, column] = figure.add_subplot(grid[row, column], sharex=axes[0, 0], sharey=axes[0, 0])
-    forces = [force for _, _, force in drawn.values() if len(force)]
-    strongest = float(np.percentile(np.concatenate(forces), 98)) if forces else 1.0
+    forces = np.concatenate([force for _, force in drawn.values()])
+    strongest = float(np.percentile(forces, 98)) if len(forces) else 1.0
     scale = Normalize(0.0, max(strongest, 1e-3))
     lines: Any = None
     for ax, (name, run) in zip(axes.flat, runs.items(), strict=False):
         for line in wanted[name]:
             ax.plot(*line.T, color=style.DARK, linewidth=0.5, zorder=3)
-        lines = LineCollection(list(_pieces(*drawn[name][:2])), norm=scale, cmap="viridis_r", linewidth=1.8)
-        lines.set_array(_between(drawn[name]))
+        pieces, force = drawn[name]
+        lines = LineCollection(list(pieces), array=force, norm=scale, cmap="viridis_r", linewidth=1.8)
         ax.add_collection(lines)
         style.title(ax, name, run)
         ax.set(aspect="equal", xlim=across, ylim=upward)
@@ -102,8 +102,7 @@ def _distances(ax: Axes, runs: Mapping[str, Run]) -> None:
             f"{style.label(name)}: rms {1e3 * off['rms']:.1f} mm, largest {1e3 * off['max']:.1f} mm, "
             f"{100 * drawn_fraction(run.log):.0f} % drawn"
         )
-        leash = run.metrics.get("line_frechet")
-        if leash is not None:
+        if (leash := run.metrics.get("line_frechet")) is not None:
             text += f", Frechet {1e3 * leash:.1f} mm"
         thin = style.thin(len(way), 3000)
         ax.plot(way[thin], 1e3 * away[thin], color=colour[name], linewidth=0.8, label=text)
@@ -113,14 +112,16 @@ def _distances(ax: Axes, runs: Mapping[str, Run]) -> None:
         ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.2)
 
 
-def _drawn(log: xr.Dataset) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Drawn points as seen from the robot, whether each is joined to the next, and the force at each, N."""
+def _drawn(log: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
+    """Pieces of the drawn line as seen from the robot, (n, 2, 2), m, and the force at each, (n,), N."""
     samples, points = drawn_samples(log)
     force = log.contact_force_normal.values[samples] if "contact_force_normal" in log else 0.0 * samples
-    force = _smooth(force, float(np.median(np.diff(log.time.values))) if log.sizes["time"] > 1 else 0.0)
+    if len(force):  # the eye sees no single sample
+        force = around(force, samples_within(log.time.values, SMOOTHING)).mean(axis=-1)
     thin = style.thin(len(samples), _MOST)
-    samples, points, force = samples[thin], points[thin], force[thin]
-    return as_seen(log, points), _joined(log, samples), force
+    points, force, joined = as_seen(log, points[thin]), force[thin], _joined(log, samples[thin])
+    pieces = np.stack([points[:-1], points[1:]], axis=1)
+    return pieces[joined], (0.5 * (force[1:] + force[:-1]))[joined]
 
 
 def _joined(log: xr.Dataset, samples: np.ndarray) -> np.ndarray:
@@ -128,18 +129,3 @@ def _joined(log: xr.Dataset, samples: np.ndarray) -> np.ndarray:
     time = log.time.values[samples]
     spacing = np.median(np.diff(time)) if len(time) > 1 else 0.0
     return np.diff(time) <= _BRIDGE + spacing
-
-
-def _pieces(points: np.ndarray, joined: np.ndarray) -> np.ndarray:
-    return np.stack([points[:-1], points[1:]], axis=1)[joined]
-
-
-def _between(drawn: tuple[np.ndarray, np.ndarray, np.ndarray]) -> np.ndarray:
-    _, joined, force = drawn
-    return (0.5 * (force[1:] + force[:-1]))[joined]
-
-
-def _smooth(force: np.ndarray, spacing: float) -> np.ndarray:
-    """The mean over `SMOOTHING` of samples that are `spacing` (s) apart: the eye sees no single one."""
-    count = round(SMOOTHING / spacing) if spacing > 0.0 else 1
-    return around(force, count).mean(axis=-1) if 1 < count <= len(force) else force

@@ -119,7 +119,9 @@ def contact_direction(runs: Mapping[str, Run]) -> Figure:
 
 def _shades(log: xr.Dataset) -> Shades:
     adapts = spans(log.time.values, adapting(log) & in_contact(log), BRIDGE)
-    return [*contact_shade(log), (adapts, style.ADAPTATION), (_looking(log), style.LOST)]
+    yield from contact_shade(log)
+    yield from ((*span, style.ADAPTATION) for span in adapts)
+    yield from ((*span, style.LOST) for span in _looking(log))
 
 
 def _looking(log: xr.Dataset) -> list[tuple[float, float]]:

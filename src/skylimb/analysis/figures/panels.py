@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,8 +22,8 @@ from skylimb.analysis.scores.signals import in_contact, spans
 BRIDGE = 0.25
 """Seconds: shading is not interrupted by a shorter pause."""
 
-Shades = Sequence[tuple[Sequence[tuple[float, float]], str]]
-"""Stretches of time (s), and the colour in which they are shaded."""
+Shades = Iterable[tuple[float, float, str]]
+"""Stretches of time: begin and end, s, and the colour in which each is shaded."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class Panel:
 
 def contact_shade(log: xr.Dataset) -> Shades:
     """The stretches in which the tip touched."""
-    return [(spans(log.time.values, in_contact(log), BRIDGE), style.CONTACT)]
+    return [(*span, style.CONTACT) for span in spans(log.time.values, in_contact(log), BRIDGE)]
 
 
 def panels_figure(
@@ -88,8 +88,8 @@ def panels_figure(
         style.title(column[0], name, run)
         for ax, panel, span in zip(column, panels, limits, strict=True):
             mark_events(ax, run.log, numbered=ax is column[0])
-            for stretches, colour in shades(run.log):
-                style.shade(ax, stretches, colour)
+            for begin, stop, colour in shades(run.log):
+                ax.axvspan(begin, stop, color=colour, linewidth=0, zorder=0)
             draw(ax, run.log, panel.curves[name])
             ax.set(xlim=(0.0, end), ylim=span)
             ax.tick_params(labelbottom=lowest and ax is column[-1], labelleft=place % columns == 0)

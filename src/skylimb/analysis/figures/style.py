@@ -114,12 +114,6 @@ def thin(count: int, points: int = POINTS) -> slice:
     return slice(None, None, max(1, count // points))
 
 
-def shade(ax: Axes, stretches: Sequence[tuple[float, float]], colour: str) -> None:
-    """Shade stretches of time (s) behind the curves."""
-    for begin, end in stretches:
-        ax.axvspan(begin, end, color=colour, linewidth=0, zorder=0)
-
-
 def panels(count: int, most: int = 4) -> tuple[int, int]:
     """Rows and columns for `count` panels, at most `most` beside each other and the rows equally full."""
     rows = -(-count // most)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -20,8 +19,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-@dataclass(frozen=True)
-class Relief:
+class Relief(NamedTuple):
     """How a curved surface departs from its flat plane.
 
     Attributes:
@@ -48,8 +46,7 @@ class Relief:
         return below * (1.0 - along_v) + above * along_v
 
 
-@dataclass(frozen=True)
-class Board:
+class Board(NamedTuple):
     """A surface's frame, and which way round one sees it from the robot.
 
     Attributes:
@@ -112,13 +109,15 @@ def board_of(log: xr.Dataset) -> Board | None:
     surface = surface_of(log)
     if surface is None:
         return None
-    origin, axis_u, axis_v, normal = (
-        np.asarray(surface[key], dtype=float) for key in ("origin", "axis_u", "axis_v", "normal")
+    origin, axis_u, axis_v, normal, *shape = (
+        np.asarray(surface[key], dtype=float)
+        for key in (*Board._fields[:4], *Relief._fields)
+        if key in surface
     )
     # Seen from the front, right x up points at the viewer.
-    return Board(
-        origin, axis_u, axis_v, normal, bool(np.cross(axis_u, axis_v) @ normal < 0), _relief(surface)
-    )
+    mirrored = bool(np.cross(axis_u, axis_v) @ normal < 0)
+    relief = Relief(*shape) if len(shape) == len(Relief._fields) else None
+    return Board(origin, axis_u, axis_v, normal, mirrored, relief)
 
 
 def strokes(log: xr.Dataset, bridge: float = 0.05) -> list[slice]:
@@ -165,12 +164,3 @@ def on_board(log: xr.Dataset, points: np.ndarray, board: Board | None) -> np.nda
     if board is not None:
         return board.coordinates(points)
     return np.stack([axis.along(points) for axis in sliding_axes(log)], axis=1)
-
-
-def _relief(surface: dict[str, Any]) -> Relief | None:
-    if not {"u", "v", "height", "unrolled_u"} <= set(surface):
-        return None
-    u, v, height, unrolled = (
-        np.asarray(surface[key], dtype=float) for key in ("u", "v", "height", "unrolled_u")
-    )
-    return Relief(u, v, height, unrolled)
