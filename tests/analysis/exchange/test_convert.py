@@ -235,7 +235,7 @@ def test_poses_that_are_no_numbers_are_none(messages: list[Message]) -> None:
 
 def test_rows_that_are_not_those_of_the_record_are_refused(flown: skylimb.Run) -> None:
     table = row_table(flown.log)
-    record = dataclasses.replace(flown, log=flown.log.isel(time=slice(0, 0))).content()
+    record = dataclasses.replace(flown, log=flown.log.isel(time=slice(0, 1))).content()
     assert same(dataclasses.replace(flown, sources={}), run_of(record, table, {}, "x"))
     for wrong in (table[:, :-1], np.hstack([table, table[:, :1]])):
         with pytest.raises(OutputError, match="'x': a row has"):

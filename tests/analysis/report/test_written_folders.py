@@ -13,20 +13,12 @@ import pytest
 import xarray as xr
 
 from skylimb.analysis import write_comparison, write_report, write_run, write_videos
-from skylimb.analysis.figures import report_figures, style
+from skylimb.analysis.figures import report_figures
 from skylimb.analysis.recording import Run, load_runs
 from skylimb.analysis.report import report, videos
 from skylimb.analysis.report.report import render_report
 from skylimb.analysis.scores.registry import NUMERIC_KEYS
 from skylimb.base.errors import OutputError
-
-
-@pytest.fixture(autouse=True, scope="module")
-def coarse_pictures():
-    """What stands in the pictures is tested elsewhere; here they only have to be there."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(style, "DPI", 40)
-        yield
 
 
 @pytest.fixture

@@ -1,6 +1,6 @@
 """A run whole as messages: what is not a row of signals once in front, then one row a tick.
 
-    /skylimb/record   the log without rows, as NetCDF: names, units, frames, configuration, scores
+    /skylimb/record   the log with its first row alone, as NetCDF: names, units, frames, configuration, scores
     /skylimb/source   a copy of a file that produced the run
     /skylimb/row      all signals of a tick, as 64-bit numbers
 
@@ -24,7 +24,8 @@ from skylimb.base.errors import OutputError
 
 def record_messages(run: Run) -> Iterator[tuple[Topic, dict[str, Any]]]:
     """Topic and fields of everything but the rows."""
-    skeleton = dataclasses.replace(run, log=run.log.isel(time=slice(0, 0)))
+    # Not without any row: h5netcdf reads a dimension of length 0 as unlimited, which takes a second a file.
+    skeleton = dataclasses.replace(run, log=run.log.isel(time=slice(0, 1)))
     for topic, name, content in (
         (RECORD, "log.nc", skeleton.content()),
         *((SOURCE, *source) for source in run.sources.items()),

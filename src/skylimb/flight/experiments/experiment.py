@@ -227,7 +227,7 @@ def _is_file(key: str, value: str, folder: Path) -> bool:
     if key.endswith((".law", "surface.kind")):
         return value.endswith(".py")
     if key == "robot":
-        return value not in list_robots() and ("/" in value or (folder / value).exists())
+        return ("/" in value or (folder / value).exists()) and value not in list_robots()
     return bool(value)
 
 
