@@ -9,7 +9,11 @@ from hypothesis import settings
 settings.register_profile("skylimb", deadline=None)
 settings.load_profile("skylimb")
 
-FIGURES = ("analysis.figures.style.DPI", "studies.verification.figures._DPI", "studies.calibration.figures._DPI")
+FIGURES = (
+    "analysis.figures.style.DPI",
+    "studies.verification.figures._DPI",
+    "studies.calibration.figures._DPI",
+)
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -1,6 +1,7 @@
 """The documents, the import rules and the files around the code."""
 
 import ast
+import functools
 import graphlib
 import importlib
 import itertools
@@ -9,7 +10,7 @@ import shlex
 import subprocess
 import sys
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from importlib.metadata import packages_distributions
 from pathlib import Path
 
@@ -216,6 +217,12 @@ def imported_packages(folder: Path) -> set[str]:
     return names
 
 
+@functools.cache
+def installed_packages() -> Mapping[str, list[str]]:
+    """The distributions that bring each package; a search through the whole environment."""
+    return packages_distributions()
+
+
 def canonical(requirement: str) -> str:
     return re.sub(r"[-_.]+", "-", re.split(r"[\[<>=~ ]", requirement)[0]).lower()
 
@@ -227,7 +234,7 @@ def test_dependencies_are_what_is_imported() -> None:
     # ROS 1 comes from Debian, not from an index of Python packages.
     known = {*sys.stdlib_module_names, "skylimb", "rospy", "rosgraph", "genpy", "genmsg"}
     foreign = imported_packages(ROOT / "src") - known
-    providers = packages_distributions()
+    providers = installed_packages()
     for name in foreign:
         provided_by = {canonical(provider) for provider in providers[name]}
         assert provided_by & (declared | optional), f"{name} is not declared"
@@ -288,7 +295,7 @@ def test_nothing_tells_of_the_machine_it_was_made_on() -> None:
 @pytest.mark.parametrize("extra", EXTRAS)
 def test_a_missing_package_names_the_extra_that_installs_it(extra: str) -> None:
     installed = {canonical(line) for line in PROJECT["project"]["optional-dependencies"][extra]}
-    providers = packages_distributions()
+    providers = installed_packages()
     for package in EXTRAS[extra]:
         assert {canonical(provider) for provider in providers[package]} & installed, package
 

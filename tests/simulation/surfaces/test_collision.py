@@ -4,6 +4,7 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import mujoco.batch
@@ -59,16 +60,23 @@ def test_a_shape_that_cannot_be_built_leaves_the_table_as_it_is(monkeypatch: pyt
     assert collision_table()[SLOT] == before
 
 
-def test_ziglang_builds_it_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(
+    "surface",
+    [
+        HeightMap(heights=RELIEF),
+        pytest.param(SineWall(), marks=pytest.mark.slow),
+        pytest.param(Step(), marks=pytest.mark.slow),
+    ],
+)
+def test_ziglang_builds_it_too(surface: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     zig = [command for command in compiling.compilers() if "ziglang" in command]
     if not zig:
         pytest.skip("the ziglang package is not installed")
     monkeypatch.setattr(compiling, "compilers", lambda: zig)
     monkeypatch.setattr(compiling, "cache_folder", lambda: tmp_path)
-    for surface in (SineWall(), Step(), HeightMap(heights=RELIEF)):
-        _, text = collision.whole_source(of(surface).source)
-        library = compiling.load_library(compiling.built_library("collision", "collision", text))
-        assert library.skylimb_closest
+    _, text = collision.whole_source(of(surface).source)
+    library = compiling.load_library(compiling.built_library("collision", "collision", text))
+    assert library.skylimb_closest
 
 
 def ball_on(ellipsoid):
