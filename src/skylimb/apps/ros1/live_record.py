@@ -1,8 +1,11 @@
-"""The record of a flight as it is flown: rows on a topic, and what is kept when there is time."""
+"""The record of a flight that its user steers, as it is flown: rows on a topic, and what is kept afterwards.
+
+A row a tick, from the controller's first one on, with the tick's whole reference in it.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,12 +15,22 @@ from skylimb.analysis.exchange.run_topics import record_messages, row_names
 from skylimb.analysis.recording.run import Run
 from skylimb.apps.ros1.messages import Outgoing
 from skylimb.apps.ros1.profile import PendingRun
-from skylimb.apps.ros1.steered_rows import SteeredRecord
 from skylimb.apps.ros1.tick import Tick
 from skylimb.base.packing import Layout
-from skylimb.control.loop.flight import Flight
+from skylimb.base.signals import Signal
+from skylimb.control.loop.flight import MISSION_TIME, Flight
 from skylimb.control.missions.reference import Reference
+from skylimb.flight.flight_run import documented, flight_run
 from skylimb.flight.plan import FlightPlan
+from skylimb.flight.replay.whole_reference import REFERENCE_SIGNALS, reference_signals
+
+STATE = "flight_state"
+_MORE = {
+    STATE: Signal("", "", "flight state, as on the lab's topic", "estimate"),
+    MISSION_TIME: Signal(
+        "s", "", "where the flight is on its mission's clock; 0 without a mission", "reference"
+    ),
+}
 
 
 class LiveRecord:
@@ -35,15 +48,18 @@ class LiveRecord:
         layout: Layout[dict[str, Any]],
         sample: tuple[Mapping[str, Any], Reference],
     ) -> None:
-        self._plan, self._period = plan, plan.period
-        paced = plan.needs.paced
-        self._fresh = lambda: SteeredRecord(layout, *sample, paced)
-        self._record: SteeredRecord | None = None
+        signals, reference = sample
+        self._plan, self._paced, self._own = plan, plan.needs.paced, tuple(signals)
+        vehicle = {name: np.zeros(shape) if shape else 0.0 for name, shape in layout.shapes.items()}
+        own = {name: np.asarray(value, dtype=float) for name, value in signals.items()}
+        flown = {**vehicle, **own, **({MISSION_TIME: 0.0} if self._paced else {})}
+        self._flown = Layout(flown)
+        self._layout = Layout({**flown, STATE: 0.0, **reference_signals(reference)})
+        self._rows = list[np.ndarray]()
         self._mission: tuple[str, int] | None = None
-        empty = self._fresh()
-        self._begin = list(record_messages(empty.run(plan)))
+        self._begin = list(record_messages(self._run([])))
         names = row_names(Run.of_content(self._begin[0][1]["data"], "record").log)[1:]
-        self._order = [empty.layout.slices[name] for name in names]
+        self._order = [self._layout.slices[name] for name in names]
 
     def add(self, tick: Tick, vehicle: np.ndarray) -> Iterator[Outgoing]:
         """Keep a tick that a controller flew, and publish it.
@@ -54,31 +70,50 @@ class LiveRecord:
         """
         if tick.reference is None or not tick.signals:
             return
-        if self._record is None:
-            self._record = self._fresh()
+        if not self._rows:
             yield from (Outgoing(*one) for one in self._begin)
-        record, script = self._record, tick.script
-        clock = 0.0
+        count, script, clock = len(self._rows), tick.script, 0.0
         if script is not None and script.begun:
-            self._mission = self._mission or (script.name, record.ticks)
-            clock = float(script.clock.ticks) * self._period
-        time = record.ticks * self._period
-        row = record.add(vehicle, tick.signals, clock, tick.flying.shown, tick.reference)
+            self._mission = self._mission or (script.name, count)
+            clock = float(script.clock.ticks) * self._plan.period
+        own = [np.ravel(np.asarray(tick.signals[name], dtype=float)) for name in self._own]
+        reference = [np.ravel(value) for value in reference_signals(tick.reference).values()]
+        more = (clock, tick.flying.shown) if self._paced else (tick.flying.shown,)
+        row = np.concatenate([vehicle, *own, np.array(more, dtype=float), *reference])
+        self._rows.append(row)
+        time = count * self._plan.period
         yield Outgoing(ROW, {"data": np.concatenate([[time], *(row[part] for part in self._order)])})
 
     def mission_flown(self, tick: Tick) -> tuple[str, Callable[[], Flight]] | None:
-        """The mission that is over at this tick, by name, and what makes its flight; None without one."""
-        record, mission = self._record, self._mission
-        if record is None or mission is None or (tick.script is not None and tick.script.begun):
+        """The mission that is over at this tick, by name, and what makes its flight; None without one.
+
+        The flight is without the signals that no mission needs.
+        """
+        rows, mission = self._rows, self._mission
+        if mission is None or (tick.script is not None and tick.script.begun):
             return None
         self._mission = None
         name, first = mission
-        last = record.ticks - (1 if tick.signals else 0)
-        return name, lambda: record.flight(first, last)
+        last = len(rows) - (1 if tick.signals else 0)
+        return name, lambda: Flight(
+            self._table(rows[first:last])[:, : self._flown.size], self._flown, last - first, ""
+        )
 
     def finish(self) -> PendingRun | None:
-        """The whole flight; the next tick begins another one."""
-        record, self._record, self._mission = self._record, None, None
-        if record is None:
-            return None
-        return PendingRun("flight", lambda: record.run(self._plan))
+        """The whole flight, without scores; the next tick begins another one."""
+        rows, self._rows, self._mission = self._rows, [], None
+        return PendingRun("flight", lambda: self._run(rows)) if rows else None
+
+    def _table(self, rows: Sequence[np.ndarray]) -> np.ndarray:
+        """Rows as (ticks, width), also where there are none."""
+        return np.array(rows).reshape(-1, self._layout.size)
+
+    def _run(self, rows: Sequence[np.ndarray]) -> Run:
+        count, table = len(rows), self._table(rows)
+        values = {
+            name: table[:, part].reshape(count, *self._layout.shapes[name])
+            for name, part in self._layout.slices.items()
+        }
+        times = np.arange(count) * self._plan.period
+        made = flight_run(self._plan, values, times, declared={**_MORE, **REFERENCE_SIGNALS})
+        return documented(made, self._plan)
