@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from skylimb.apps.studio.session import Session
 from skylimb.base.errors import ConfigError
 from skylimb.control.planning.trajectories import drawing_strokes
+from told_session import Session
 
 STROKES = [[[0.05, 0.02], [0.15, 0.02], [0.15, 0.12]], [[-0.02, 0.0], [0.0, 0.1]]]
 

@@ -8,13 +8,13 @@ import pytest
 import skylimb
 from of_kind import of_kind
 from skylimb.analysis.recording import load_runs
-from skylimb.apps.studio.session import Session
 from skylimb.base.errors import ConfigError, OutputError
 from skylimb.flight.drivers.native import fly_native
 from skylimb.flight.events import GainChange, Push, SurfaceChange
 from skylimb.flight.flying import fly_here
 from skylimb.flight.simulated_run import recorded
 from skylimb.flight.takeoff import take_off
+from told_session import Session
 
 SIGNALS = (
     "configuration",

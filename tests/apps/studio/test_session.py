@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from of_kind import of_kind
-from skylimb.apps.studio.session import Session
 from skylimb.base.errors import ConfigError, SkylimbError, UnknownNameError
 from skylimb.flight.events import GainChange, Push, SurfaceChange
+from told_session import Session
 
 
 @pytest.fixture

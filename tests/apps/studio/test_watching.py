@@ -7,9 +7,9 @@ import pytest
 
 from failing_controller import save_failing_controller
 from of_kind import of_kind
-from skylimb.apps.studio.session import Session
 from skylimb.apps.studio.watching import Watcher
 from skylimb.flight.events import Push
+from told_session import Session
 
 
 @pytest.fixture

@@ -90,15 +90,11 @@ def find_entry(name: str) -> Entry:
     Raises:
         UnknownNameError: when there is none.
     """
-    known = entries()
-    for entry in known:
-        if name == entry.name:
-            return entry
-    for entry in known:
-        if name == entry.short:
-            return entry
-    names = {each for entry in known for each in (entry.name, entry.short)}
-    raise unknown_name("experiment, controller, robot, surface, event, law, path or metric", name, names)
+    known = entries()[::-1]  # where two are called alike, the first one counts
+    named = {entry.short: entry for entry in known} | {entry.name: entry for entry in known}
+    if name not in named:
+        raise unknown_name("experiment, controller, robot, surface, event, law, path or metric", name, named)
+    return named[name]
 
 
 def tables_of_entry(entry: Entry) -> list[Table]:

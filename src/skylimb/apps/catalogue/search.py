@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cache
 
-from skylimb.apps.catalogue.entries import Entry, entries, tables_of_entry
+from skylimb.apps.catalogue.entries import entries, tables_of_entry
 from skylimb.base.keys import ANY_NUMBER, KeyInfo, Table, tables_of
 from skylimb.flight.experiments.experiment import Settings
 
@@ -52,11 +52,7 @@ def _tables() -> Iterator[tuple[str, str, Table]]:
     for entry in entries():
         if entry.kind in ("surface", "event", "law", "file"):
             for table in tables_of_entry(entry):
-                yield entry.name, _prefix(entry), table
-
-
-def _prefix(entry: Entry) -> str:
-    return "controller" if entry.kind == "law" else ""
+                yield entry.name, "controller" * (entry.kind == "law"), table
 
 
 def search(word: str) -> list[FoundKey]:

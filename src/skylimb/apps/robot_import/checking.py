@@ -14,7 +14,7 @@ from skylimb.apps.robot_import.mapping import read_mapping
 from skylimb.apps.robot_import.mechanics import Actuation, actuation
 from skylimb.apps.robot_import.meshes import settle_meshes
 from skylimb.apps.robot_import.posture_choice import choose_posture
-from skylimb.apps.robot_import.proposal import Sources, propose
+from skylimb.apps.robot_import.proposal import propose
 from skylimb.apps.robot_import.repairs import repair
 from skylimb.apps.robot_import.roles import recognise
 from skylimb.apps.robot_import.self_collision import SelfCollision, find_self_collisions
@@ -125,13 +125,13 @@ def check_robot_file(
         {key: tree.limit(joint, key) for key in ("lower", "upper")} if joint is not None else {}
         for joint in roles.spinning
     ]
-    motors, servos = find_tables(text.path, text.packages)
+    tables = find_tables(text.path, text.packages)
     # Before the repairs, which leave links and joints only.
     drag = tree.root.find("m_f_rate")
     doubts = [*roles.doubts, *repair(tree, roles, mend=mend)]
     if drag is not None:
         tree.root.append(drag)
-    flight, assumed = propose(tree, roles, axles, Sources(said, motors, servos))
+    flight, assumed = propose(tree, roles, axles, said, tables)
     tree.keep_robot_only()
     meshes, lost = settle_meshes(tree, text.path.parent, text.packages, convert=convert)
     urdf = Source(text.path, tree.text())

@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
+_MOST_NAMED = 12
+"""Things of one finding that are named beside the first; of more only the number is said."""
+
 
 @dataclass(frozen=True)
 class Doubt:
@@ -46,4 +49,5 @@ def _as_one(same: list[Doubt]) -> Doubt:
     if len(same) == 1:
         return same[0]
     others = [doubt.what.rpartition(" ")[2] for doubt in same[1:]]
-    return replace(same[0], what=f"{same[0].what} and {', '.join(others)}")
+    more = ", ".join(others) if len(others) <= _MOST_NAMED else f"{len(others)} more"
+    return replace(same[0], what=f"{same[0].what} and {more}")

@@ -44,7 +44,12 @@ def settle_meshes(
                 mesh.set("filename", settled[name][0])
             else:
                 link.remove(element)
-    return copies, _doubts({name: why for name, (_, why) in settled.items() if why})
+    remedy = "say where packages lie (--packages DIR); the robot flies without them"
+    return copies, [
+        Doubt(f"mesh '{name[:120]}'", f"{why}; left out of the picture", remedy)
+        for name, (_, why) in settled.items()
+        if why
+    ]
 
 
 def _settled(file: Path | None, copies: dict[str, bytes] | None) -> tuple[str, str]:
@@ -64,17 +69,6 @@ def _settled(file: Path | None, copies: dict[str, bytes] | None) -> tuple[str, s
     name = _free_name(f"{file.stem}{file.suffix.lower() if drawn else '.stl'}", copies)
     copies[name] = content
     return name, ""
-
-
-def _doubts(lost: dict[str, str]) -> list[Doubt]:
-    doubts = []
-    for reason in dict.fromkeys(lost.values()):
-        files = [name for name, why in lost.items() if why == reason]
-        more = f" and {len(files) - 1} more" if len(files) > 1 else ""
-        what = f"mesh '{files[0][:120]}'{more}"
-        remedy = "say where packages lie (--packages DIR); the robot flies without them"
-        doubts.append(Doubt(what, f"{reason}; left out of the picture", remedy))
-    return doubts
 
 
 def _free_name(name: str, taken: Mapping[str, bytes]) -> str:

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from skylimb.apps.robot_import.checking import RobotReport
-from skylimb.base.rotations import hat
-from skylimb.robots.description import Joint, RobotDescription, Visual
+from skylimb.base.rotations import rotation_from_axis_angle
+from skylimb.robots.description import RobotDescription, Visual
 
 Pose = tuple[np.ndarray, np.ndarray]
 
@@ -73,14 +73,9 @@ def link_poses(description: RobotDescription, angles: dict[str, float]) -> dict[
     poses: dict[str, Pose] = {description.root: (np.zeros(3), np.eye(3))}
     for joint in description.joints:
         xyz, R = poses[joint.parent]
-        poses[joint.child] = (xyz + R @ joint.xyz, R @ joint.R @ _turn(joint, angles.get(joint.name, 0.0)))
+        turned = rotation_from_axis_angle(joint.axis.tolist(), angles.get(joint.name, 0.0))
+        poses[joint.child] = (xyz + R @ joint.xyz, R @ joint.R @ turned)
     return poses
-
-
-def _turn(joint: Joint, angle: float) -> np.ndarray:
-    """Rodrigues' formula."""
-    K = hat(joint.axis)
-    return np.eye(3) + np.sin(angle) * K + (1.0 - np.cos(angle)) * (K @ K)
 
 
 def _draw(axes: Any, description: RobotDescription, poses: dict[str, Pose], *, labels: bool) -> np.ndarray:

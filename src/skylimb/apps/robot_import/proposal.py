@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from pathlib import Path
 from xml.etree.ElementTree import Element
 
 import numpy as np
@@ -12,7 +10,7 @@ import numpy as np
 from skylimb.apps.robot_import.doubts import Doubt
 from skylimb.apps.robot_import.mapping import MappedRotor, Mapping
 from skylimb.apps.robot_import.roles import Roles
-from skylimb.apps.robot_import.tables import MotorTable, ServoTable
+from skylimb.apps.robot_import.tables import LabTables, MotorTable
 from skylimb.apps.robot_import.tree import UrdfTree, number
 from skylimb.base.errors import DescriptionError
 from skylimb.robots.description import GRAVITY, Servo
@@ -35,21 +33,11 @@ _STICK = 0.15
 _BELIEVED = 1e3
 """Greatest thrust that a limit of a rotor's axle may mean, N; +-1e16 means none."""
 _FAR_APART = 0.05
-_NO_TABLE = MotorTable(Path(), None, None, None, None, None)
 _SERVOS = {"joints": Servo(50.0, 2.0, 3.0, 0.5), "gimbals": Servo(5.0, 0.1, 3.0, 10.0)}
 
 
-@dataclass(frozen=True)
-class Sources:
-    """What is known besides the tree: the mapping, motor and servo tables."""
-
-    mapping: Mapping
-    motors: MotorTable | None
-    servos: dict[str, ServoTable]
-
-
 def propose(
-    tree: UrdfTree, roles: Roles, axles: list[dict[str, float]], sources: Sources
+    tree: UrdfTree, roles: Roles, axles: list[dict[str, float]], mapping: Mapping, tables: LabTables
 ) -> tuple[FlightFile, list[Doubt]]:
     """The flight file, and a doubt for each number that is assumed or said twice differently.
 
@@ -57,7 +45,8 @@ def propose(
         tree: after the repairs.
         roles: as recognised.
         axles: limits of each rotor's axle before the repairs, which the laboratory gives in newtons.
-        sources: besides the tree.
+        mapping: what the user says.
+        tables: of the laboratory's package.
 
     Raises:
         DescriptionError: there are no rotors.
@@ -68,8 +57,7 @@ def propose(
             "that spin, nor [[rotors]] of a mapping file (--mapping FILE)"
         )
     doubts: list[Doubt] = []
-    rotors = _rotors(tree, roles, axles, sources, doubts)
-    mapping = sources.mapping
+    rotors = _rotors(tree, roles, axles, tables.motors, doubts)
     shape = tuple(joint.get("name", "") for joint in roles.shape)
     vectoring = tuple(joint.get("name", "") for joint in roles.vectoring)
     tip = mapping.tip or _tip(tree, roles, doubts)
@@ -79,12 +67,12 @@ def propose(
         urdf=URDF_NAME,
         measured_link=tree.base(),
         tip=tip,
-        shape=ShapeSection(shape, mapping.shape_servo or _servo("joints", tree, roles.shape, sources))
+        shape=ShapeSection(shape, mapping.shape_servo or _servo("joints", tree, roles.shape, tables))
         if shape
         else None,
         vectoring=VectoringSection(
             vectoring,
-            mapping.vectoring_servo or _servo("gimbals", tree, roles.vectoring, sources),
+            mapping.vectoring_servo or _servo("gimbals", tree, roles.vectoring, tables),
             mapping.vectoring_start or (0.0,) * len(vectoring),
         )
         if vectoring
@@ -101,10 +89,9 @@ def _level(n: int) -> PostureSection:
 
 
 def _rotors(
-    tree: UrdfTree, roles: Roles, axles: list[dict[str, float]], sources: Sources, doubts: list[Doubt]
+    tree: UrdfTree, roles: Roles, axles: list[dict[str, float]], motors: MotorTable, doubts: list[Doubt]
 ) -> tuple[RotorSection, ...]:
     """Each number from the first that says it: mapping, URDF, motor table; else it is assumed."""
-    motors = sources.motors or _NO_TABLE
     kappa, sense = _drag(tree, motors, doubts)
     signed = any(rotor.spin == -1 for rotor in roles.rotors)
     if len(roles.rotors) > 1 and not signed and kappa > 0.0:
@@ -177,16 +164,17 @@ def _thrusts(
 
 def _named(motors: MotorTable) -> str:
     """Name of the table, and the voltage that its thrust is for."""
-    return motors.path.name if motors.voltage is None else f"{motors.path.name} (at {motors.voltage:g} V)"
+    return motors.file if motors.voltage is None else f"{motors.file} (at {motors.voltage:g} V)"
 
 
-def _servo(group: str, tree: UrdfTree, joints: tuple[Element, ...], sources: Sources) -> Servo:
-    table, assumed = sources.servos.get(group), _SERVOS[group]
+def _servo(group: str, tree: UrdfTree, joints: tuple[Element, ...], tables: LabTables) -> Servo:
+    assumed = _SERVOS[group]
+    stiffness, damping = tables.servos.get(group, (assumed.stiffness, assumed.damping))
     effort = min((tree.limit(joint, "effort") for joint in joints), default=assumed.torque_limit)
     speed = min((tree.limit(joint, "velocity") for joint in joints), default=assumed.speed_limit)
     return Servo(
-        stiffness=table.stiffness if table else assumed.stiffness,
-        damping=table.damping if table else assumed.damping,
+        stiffness=stiffness,
+        damping=damping,
         torque_limit=float(np.clip(effort, 1e-3, 1e5)),
         speed_limit=float(np.clip(speed, 1e-3, 1e3)),
     )

@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from skylimb.base.errors import DescriptionError
 from skylimb.base.sources import read_source
@@ -21,7 +21,7 @@ class MotorTable:
     """What a motor table says; None where it does not.
 
     Attributes:
-        path: of the file.
+        file: its name.
         thrust_max: N, at a middle voltage.
         voltage: that one, V.
         drag_torque_coefficient: m, without sign.
@@ -29,7 +29,7 @@ class MotorTable:
         lag: s.
     """
 
-    path: Path
+    file: str
     thrust_max: float | None
     voltage: float | None
     drag_torque_coefficient: float | None
@@ -37,17 +37,18 @@ class MotorTable:
     lag: float | None
 
 
-@dataclass(frozen=True)
-class ServoTable:
-    """Stiffness (N m/rad) and damping (N m s/rad) of the simulated servos of one group of joints."""
+class LabTables(NamedTuple):
+    """Of motors; and of simulated servos by group ("joints", "gimbals").
 
-    path: Path
-    stiffness: float
-    damping: float
+    A servo's is its stiffness (N m/rad) and damping (N m s/rad).
+    """
+
+    motors: MotorTable
+    servos: Mapping[str, tuple[float, float]]
 
 
-def find_tables(urdf: Path, packages: Mapping[str, Path]) -> tuple[MotorTable | None, dict[str, ServoTable]]:
-    """The tables of a description: motors, and servos by group ("joints", "gimbals").
+def find_tables(urdf: Path, packages: Mapping[str, Path]) -> LabTables:
+    """The tables of a description, empty where there are none.
 
     A table belongs to it where the folder is called like the description or its folder:
     `robots/quad/NAME/robot.urdf.xacro` and `config/quad/NAME/MotorInfo.yaml`.
@@ -57,19 +58,17 @@ def find_tables(urdf: Path, packages: Mapping[str, Path]) -> tuple[MotorTable | 
     """
     names = [urdf.name.partition(".")[0], urdf.parent.name]
     package = next((folder for folder in packages.values() if urdf.is_relative_to(folder)), None)
-    if package is None:
-        return None, {}
     motors = _first(package, names, "MotorInfo.yaml")
     servos = _first(package, names, "Servo.yaml")
-    return (_motor_table(motors) if motors else None), (_servo_tables(servos) if servos else {})
+    return LabTables(_motor_table(motors), _servo_tables(servos))
 
 
-def _first(package: Path, names: list[str], file: str) -> Path | None:
-    found = sorted(package.glob(f"config/**/{file}"))
+def _first(package: Path | None, names: list[str], file: str) -> Path | None:
+    found = sorted(package.glob(f"config/**/{file}")) if package else []
     return next((path for name in names for path in found if path.parent.name == name), None)
 
 
-def _motor_table(path: Path) -> MotorTable:
+def _motor_table(path: Path | None) -> MotorTable:
     table = _read(path, "motor_info")
     entries = [entry for name, entry in table.items() if _REFERENCE.fullmatch(str(name))]
     entries = [entry for entry in entries if _number(entry, "max_thrust")]
@@ -80,7 +79,7 @@ def _motor_table(path: Path) -> MotorTable:
     # Two fans share a thrust link where the table has the noise of two; it counts one fan.
     fans = 2.0 if "dual_rotor_moment_noise" in table else 1.0
     return MotorTable(
-        path,
+        path.name if path else "",
         None if thrust is None else fans * thrust,
         _number(middle, "voltage"),
         None if kappa is None else abs(kappa),
@@ -89,17 +88,20 @@ def _motor_table(path: Path) -> MotorTable:
     )
 
 
-def _servo_tables(path: Path) -> dict[str, ServoTable]:
+def _servo_tables(path: Path | None) -> dict[str, tuple[float, float]]:
     found = {}
     for group, entry in _read(path, "servo_controller").items():
         gains = _table(_table(entry, "simulation"), "pid")
         p, d = _number(gains, "p"), _number(gains, "d")
         if p is not None and p > 0.0:
-            found[str(group)] = ServoTable(path, p, max(0.0, d or 0.0))
+            found[str(group)] = p, max(0.0, d or 0.0)
     return found
 
 
-def _read(path: Path, key: str) -> dict[str, Any]:
+def _read(path: Path | None, key: str) -> dict[str, Any]:
+    """A table of a file; an empty one without a file."""
+    if path is None:
+        return {}
     import yaml
 
     try:

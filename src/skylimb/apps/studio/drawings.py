@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -69,9 +70,12 @@ def keep_drawing(svg: str, out: Path) -> Path:
         raise ConfigError(f"the drawing has {1e-6 * len(svg):.1f} MB, more than {1e-6 * _MOST_BYTES:g} MB")
     folder = out / FOLDER
     folder.mkdir(parents=True, exist_ok=True)
-    number = 1
-    while (folder / f"drawing-{number}.svg").exists():
-        number += 1
-    path = folder / f"drawing-{number}.svg"
+    path = first_free(folder, "drawing-{}.svg")
     replace_text(path, svg)
     return path
+
+
+def first_free(folder: Path, name: str) -> Path:
+    """The first path in a folder that is not there yet; a number stands for the braces in its name."""
+    paths = (folder / name.format(number) for number in itertools.count(1))
+    return next(path for path in paths if not path.exists())

@@ -14,6 +14,7 @@ from skylimb.analysis.recording import Run
 from skylimb.analysis.report.output import CONFIG_FILE, home, write_records
 from skylimb.analysis.scores.user_scores import with_user_scores
 from skylimb.apps.studio.changes import settled_gains
+from skylimb.apps.studio.drawings import first_free
 from skylimb.apps.studio.live_flight import LiveFlight
 from skylimb.base.config import write_toml
 from skylimb.base.errors import ConfigError
@@ -69,7 +70,7 @@ def keep(flights: Sequence[LiveFlight], names: Sequence[str], out: Path, name: s
     """
     if name and not _NAME.fullmatch(name):
         raise ConfigError(f"name = {name!r}: letters, digits, spaces and . + - _ are allowed, at most 80")
-    folder = out / (name or _free_name(out))
+    folder = out / name if name else first_free(out, "kept-{}")
     runs = {
         called: replace(so_far(flight), name=called) for called, flight in zip(names, flights, strict=True)
     }
@@ -100,10 +101,3 @@ def preset_now(flight: LiveFlight) -> str:
         return ""
     tables = controller.with_gains(settled_gains(flight.experiment)).tables()
     return "" if "file" in tables else write_toml(tables)
-
-
-def _free_name(out: Path) -> str:
-    number = 1
-    while (out / f"kept-{number}").exists():
-        number += 1
-    return f"kept-{number}"

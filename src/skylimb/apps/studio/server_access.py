@@ -71,7 +71,9 @@ class Access:
             name, port = split.hostname or "", split.port or 80
         except ValueError:
             return False
-        return port == self.port and (name in self._names or (self._everywhere and _is_address(name)))
+        names = LOOPBACK if self.host in LOOPBACK else (self.host.lower(),)
+        everywhere = self.host in ("0.0.0.0", "::")
+        return port == self.port and (name in names or (everywhere and _is_address(name)))
 
     def knows_origin(self, origin: str | None, host: str | None) -> bool:
         """Whether a page came from here; a browser always says where from."""
@@ -81,14 +83,6 @@ class Access:
         """Whether the address has the right token, compared in constant time."""
         given = parse_qs(urlsplit(path).query).get("token", [""])[0]
         return not self.token or hmac.compare_digest(given.encode(), self.token.encode())
-
-    @property
-    def _names(self) -> tuple[str, ...]:
-        return LOOPBACK if self.host in LOOPBACK else (self.host.lower(),)
-
-    @property
-    def _everywhere(self) -> bool:
-        return self.host in ("0.0.0.0", "::")
 
 
 def checked_token(host: str, token: str) -> str:

@@ -10,7 +10,7 @@ from typing import Any
 
 from skylimb.apps.studio import messages
 from skylimb.apps.studio.pacing import Pacing
-from skylimb.apps.studio.session import Session
+from skylimb.apps.studio.session import Say, Session
 from skylimb.base.errors import SkylimbError, choice_error
 
 FRAME_PERIOD = 0.02
@@ -25,16 +25,14 @@ IDLE = 0.01
 _MOST_WAITING = 1000
 """Commands that wait; what a page says beyond them is refused."""
 
-Say = Callable[[str, Any], None]
-"""Takes the name of an event and what belongs to it; called in the flight's thread."""
-
 
 class FlightThread:
     """Flies a session on the wall clock, and has it do what pages want.
 
     Args:
         session: what is flown; nobody else may call it.
-        say: takes `frame`, `scene`, `state`, `gain`, `refused`, `scores`, and the session's own events.
+        say: takes `frame`, `scene`, `state`, `gain`, `refused`, `scores` and the session's own events; it is
+            called in this thread.
         controllers: the names that a page may choose.
 
     Attributes:
@@ -44,6 +42,7 @@ class FlightThread:
     def __init__(self, session: Session, say: Say, controllers: Sequence[str]) -> None:
         self._session, self._say, self._controllers = session, say, list(controllers)
         self.pacing = Pacing(session.live.period)
+        session.say = self._happened
         self._commands: queue.Queue[Any] = queue.Queue(_MOST_WAITING)
         self._stopped = self.paused = False
         self._state: dict[str, Any] = {}
@@ -101,12 +100,6 @@ class FlightThread:
 
     def _show(self) -> None:
         session = self._session
-        for event in session.events():
-            name = event["event"]
-            if name == "scene":
-                self._show_scene()
-            else:
-                self._say(name, {key: value for key, value in event.items() if key != "event"})
         self._say("frame", session.live.frame(self.pacing.reached, self.paused))
         state = {"paused": self.paused, "over": session.live.over, "speed": self.pacing.speed}
         if session.live.over:
@@ -114,6 +107,13 @@ class FlightThread:
         if state != self._state:
             self._state = state
             self._say("state", state)
+
+    def _happened(self, event: str, content: Any) -> None:
+        """Say what happens to the flights; a new scene is shown whole."""
+        if event == "scene":
+            self._show_scene()
+        else:
+            self._say(event, content)
 
     def _show_scene(self) -> None:
         session = self._session

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -26,8 +25,8 @@ from skylimb.flight.loading import DEFAULT_CONTROLLER
 if TYPE_CHECKING:
     from skylimb.apps.studio.keeping import KeptFlights
 
-_MOST_EVENTS = 1000
-"""Events that are kept when nobody takes any; older ones are dropped."""
+Say = Callable[[str, Any], None]
+"""Takes the name of an event and what belongs to it."""
 
 RESTARTED = "restarted"
 """What a change did that no flight can take in flight."""
@@ -47,6 +46,7 @@ class Session:
         out: folder for all that is kept; it is made when something is.
 
     Attributes:
+        say: takes the name of what happens and what belongs to it, its time among that.
         live: the flights, and what a page shows of them.
     """
 
@@ -59,7 +59,7 @@ class Session:
         out: str | Path = "studio",
     ) -> None:
         self.out = Path(out)
-        self._events: deque[dict[str, Any]] = deque(maxlen=_MOST_EVENTS)
+        self.say: Say = lambda event, content: None
         self._reports: list[KeptFlights] = []
         self._begin(FlightSetup(experiment, tuple(controllers) or (None,), seed, dict(set or {})))
 
@@ -77,12 +77,6 @@ class Session:
         self._begin(setup)
         self._tell(RESTARTED, why=why)
         self._tell("scene")
-
-    def events(self) -> list[dict[str, Any]]:
-        """What has happened since the last call: `event`, `time` and what belongs to it."""
-        found = list(self._events)
-        self._events.clear()
-        return found
 
     # What people do.
 
@@ -273,7 +267,7 @@ class Session:
             self._tell("error", text=str(error), **what)
 
     def _tell(self, event: str, **what: Any) -> None:
-        self._events.append({"event": event, "time": self.live.time, **what})
+        self.say(event, {"time": self.live.time, **what})
 
 
 def _value(value: Any) -> Any:
