@@ -24,7 +24,8 @@ from typing import Any
 import numpy as np
 
 from skylimb.analysis.recording.run import Run
-from skylimb.analysis.scores.drawn_strokes import tails
+from skylimb.analysis.scores.drawn_strokes import lifted, stroke_begins
+from skylimb.analysis.scores.pen_line import drawn_samples
 from skylimb.control.corrections import Corrections
 from skylimb.flight.drivers.native import fly_native
 from skylimb.flight.simulated_run import recorded
@@ -62,6 +63,15 @@ TITLES = {
 WANTED = {"skylimb.svg": 5.0, "star": 4.0, "circle": 4.0, "text": 4.0}
 
 
+def tails(run: Run) -> Iterator[float]:
+    """How far the pen went while it still touched after each lift began, m; 0 where it left at once."""
+    samples, points = drawn_samples(run.log)
+    begins = np.flatnonzero(np.diff(lifted(run.log).astype(np.int8), prepend=0) == 1)
+    for begin, end in zip(begins, stroke_begins(run.log)[1:], strict=True):
+        tail = points[(samples >= begin) & (samples < end)]
+        yield float(np.linalg.norm(tail - tail[0], axis=1).max()) if len(tail) else 0.0
+
+
 def scores(run: Run) -> dict[str, Any]:
     """How well one was drawn: mm, and shares."""
     if run.failed:
@@ -71,7 +81,7 @@ def scores(run: Run) -> dict[str, Any]:
         "lost": "",
         "rms": 1e3 * float(found["pen_line_rms"]),
         "frechet": 1e3 * float(found["line_frechet"] if found["line_frechet"] is not None else np.inf),
-        "tail": 1e3 * max(tails(run.log), default=0.0),
+        "tail": 1e3 * max(tails(run), default=0.0),
         "lift_touch": float(found["checks"].get("lifted", {"value": 0.0})["value"]),
         "force_std": float(found["contact_force_normal_std"]),
     }

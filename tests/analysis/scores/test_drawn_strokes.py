@@ -18,7 +18,6 @@ from skylimb.analysis.scores.drawn_strokes import (
     frechet,
     lift,
     strokes_of,
-    tails,
     whole_line,
 )
 from skylimb.analysis.scores.metrics import metrics
@@ -226,10 +225,3 @@ def test_nothing_drawn_has_no_distance() -> None:
     found = fidelity([SQUARE], [])
     assert np.isnan([found.frechet, found.missing, found.stray]).all()
     assert (found.length, found.drawn) == (pytest.approx(0.4), 0.0)
-
-
-def test_a_tail_is_how_far_the_pen_draws_after_its_lift_began_and_no_lead_is_one():
-    away = along(np.array([[0.0, 0.0], [0.012, 0.0], [0.004, 0.003]]))
-    lead = along(np.array([[0.13, 0.05], [0.106, 0.05]]))
-    assert tails(small_and_large(tail=away, lead=lead)) == pytest.approx((0.012,))
-    assert tails(small_and_large(lead=lead)) == (0.0,)

@@ -119,9 +119,9 @@ def lift(run: Run) -> dict[str, float]:
     log = run.log
     if "reference_line" not in log or not reference_line(log):
         return {"time": np.nan, "touch_time": np.nan}
-    lifted, step = _lifted(log), float(np.diff(log.time.values[:2])[0])
-    touch = step * float((lifted & in_contact(log)).sum())
-    return {"time": step * float(lifted.sum()), "touch_time": touch}
+    away, step = lifted(log), float(np.diff(log.time.values[:2])[0])
+    touch = step * float((away & in_contact(log)).sum())
+    return {"time": step * float(away.sum()), "touch_time": touch}
 
 
 def whole_line(log: xr.Dataset) -> Fidelity | None:
@@ -134,7 +134,7 @@ def strokes_of(log: xr.Dataset) -> tuple[Fidelity, ...]:
     """How faithfully each stroke of a drawing was drawn; none where they cannot be told apart."""
     if "reference_line" not in log or not in_phase(log, "slide").any():
         return ()
-    lines, begins = reference_line(log), _begins(log)
+    lines, begins = reference_line(log), stroke_begins(log)
     if len(begins) != len(lines):
         return ()
     samples, points = drawn_samples(log)
@@ -143,21 +143,6 @@ def strokes_of(log: xr.Dataset) -> tuple[Fidelity, ...]:
         fidelity([line], list(_pieces(samples[parts == index], points[parts == index])))
         for index, line in enumerate(lines)
     )
-
-
-def tails(log: xr.Dataset) -> tuple[float, ...]:
-    """How far the pen went while it still touched after each lift began, m; 0 where it left at once.
-
-    What it drew before it was off the surface for the longest time belongs to the tail, as a stroke's
-    numbers have it.
-    """
-    samples, points = drawn_samples(log)
-    begins = np.flatnonzero(np.diff(_lifted(log).astype(np.int8), prepend=0) == 1)
-    found = []
-    for begin, end in zip(begins, _begins(log)[1:], strict=True):
-        tail = points[(samples >= begin) & (samples < end)]
-        found.append(float(np.linalg.norm(tail - tail[0], axis=1).max()) if len(tail) else 0.0)
-    return tuple(found)
 
 
 def fidelity(lines: list[np.ndarray], pieces: list[np.ndarray]) -> Fidelity:
@@ -208,23 +193,22 @@ def _at_most(points: np.ndarray, count: int) -> np.ndarray:
     return points[np.linspace(0, len(points) - 1, count).round().astype(int)]
 
 
-def _begins(log: xr.Dataset) -> np.ndarray:
+def stroke_begins(log: xr.Dataset) -> np.ndarray:
     """The sample from which on a touch belongs to each stroke, (strokes,).
 
     A lift is divided where the pen was off the surface for the longest time: what it drew before is the tail
     of the last stroke, what it drew after is the lead to the next. A pen that never left divides it in its
     middle.
     """
-    lifted, touching = _lifted(log), in_contact(log)
-    found = [0]
-    for begin, end in stretches(lifted):
+    touching, found = in_contact(log), [0]
+    for begin, end in stretches(lifted(log)):
         away = [(stop - start, start, stop) for start, stop in stretches(~touching[begin:end])]
         _, start, stop = max(away, default=(0, 0, end - begin))
         found.append(begin + (start + stop) // 2)
     return np.array(found)
 
 
-def _lifted(log: xr.Dataset) -> np.ndarray:
+def lifted(log: xr.Dataset) -> np.ndarray:
     """At which samples the pen is to be lifted, between the first stroke and the last, (time,)."""
     if "lift" not in phase_names(log):
         return np.zeros(log.sizes["time"], dtype=bool)
