@@ -7,8 +7,10 @@ and exits with code 2; it never shows a traceback for one of these.
 from __future__ import annotations
 
 import difflib
+import importlib
 import os
 from collections.abc import Iterable
+from typing import Any
 
 
 class SkylimbError(Exception):
@@ -84,6 +86,21 @@ def of_an_extra(error: ImportError) -> MissingExtraError | None:
     """What to install where an import failed for want of an extra; None where something else is wrong."""
     package = (error.name or "").partition(".")[0]
     return missing_extra(package) if any(package in packages for packages in EXTRAS.values()) else None
+
+
+def extra_module(name: str) -> Any:
+    """A module that only an extra installs.
+
+    Args:
+        name: as Python imports it.
+
+    Raises:
+        MissingExtraError: when it is not installed.
+    """
+    try:
+        return importlib.import_module(name)
+    except ImportError as error:
+        raise of_an_extra(error) or error from None
 
 
 def nearest(name: str, known: Iterable[str]) -> str | None:

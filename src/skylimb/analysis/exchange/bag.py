@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from functools import cache, partial
 from pathlib import Path
 
 from skylimb.analysis.exchange.message_types import message_types
 from skylimb.analysis.exchange.stream import Message, readable
+from skylimb.base.errors import extra_module
 from skylimb.base.files import new_file
 
 
@@ -23,22 +25,16 @@ class Bag:
             writer = Writer(aside)
             writer.set_compression(Writer.CompressionFormat.LZ4)
             with writer:
-                known = {}
+                connection = cache(partial(writer.add_connection, typestore=types))
                 for message in messages:
-                    if message.topic not in known:
-                        known[message.topic] = writer.add_connection(
-                            message.topic, message.type, typestore=types
-                        )
                     raw = types.serialize_ros1(message.value, message.type)
-                    writer.write(known[message.topic], message.time, raw)
+                    writer.write(connection(message.topic, message.type), message.time, raw)
 
     @contextmanager
     def read(self, path: Path) -> Iterator[Iterator[Message]]:
         """The messages of a bag, read with the definitions that it brings."""
-        message_types()
-        from rosbags.highlevel import AnyReader
-
-        with readable(path, "ROS 1 bag"), AnyReader([path]) as reader:
+        reader_of = extra_module("rosbags.highlevel").AnyReader
+        with readable(path, "ROS 1 bag"), reader_of([path]) as reader:
             yield (
                 Message(one.topic, one.msgtype, time, reader.deserialize(raw, one.msgtype))
                 for one, time, raw in reader.messages()

@@ -4,22 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 from skylimb.analysis.exchange.message_types import message_types
 from skylimb.analysis.exchange.stream import Message, readable
-from skylimb.base.errors import missing_extra
+from skylimb.base.errors import extra_module
 from skylimb.base.files import new_file
-
-
-def _mcap() -> Any:
-    try:
-        import mcap.reader
-        import mcap.writer
-    except ImportError:
-        raise missing_extra("mcap") from None
-    return mcap
 
 
 class Mcap:
@@ -27,32 +19,31 @@ class Mcap:
 
     def write(self, path: Path, messages: Iterable[Message]) -> None:
         """Write a new file."""
-        mcap, types = _mcap(), message_types()
+        types, writer_of = message_types(), extra_module("mcap.writer").Writer
         with new_file(path) as aside, aside.open("wb") as file:
-            writer = mcap.writer.Writer(file)
+            writer = writer_of(file)
             writer.start(profile="ros1", library="skylimb")
-            known: dict[str, int] = {}
-            schemas: dict[str, int] = {}
+
+            @cache
+            def schema(kind: str) -> int:
+                text, _ = types.generate_msgdef(kind, ros_version=1)
+                return writer.register_schema(kind.replace("/msg/", "/"), "ros1msg", text.encode())
+
+            @cache
+            def channel(topic: str, kind: str) -> int:
+                return writer.register_channel(topic, "ros1", schema(kind))
+
             for message in messages:
-                if message.topic not in known:
-                    if message.type not in schemas:
-                        text, _ = types.generate_msgdef(message.type, ros_version=1)
-                        schemas[message.type] = writer.register_schema(
-                            message.type.replace("/msg/", "/"), "ros1msg", text.encode()
-                        )
-                    known[message.topic] = writer.register_channel(
-                        message.topic, "ros1", schemas[message.type]
-                    )
                 raw = bytes(types.serialize_ros1(message.value, message.type))
-                writer.add_message(known[message.topic], message.time, raw, message.time)
+                writer.add_message(channel(message.topic, message.type), message.time, raw, message.time)
             writer.finish()
 
     @contextmanager
     def read(self, path: Path) -> Iterator[Iterator[Message]]:
         """The messages of a file that are ROS 1's, read with the definitions that it brings."""
-        mcap = _mcap()
+        reader_of = extra_module("mcap.reader").make_reader
         with readable(path, "MCAP file"), path.open("rb") as file:
-            yield _messages(mcap.reader.make_reader(file))
+            yield _messages(reader_of(file))
 
 
 def _messages(reader: Any) -> Iterator[Message]:

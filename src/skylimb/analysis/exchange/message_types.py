@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from skylimb.base.errors import ConfigError, missing_extra
+from skylimb.base.errors import ConfigError, extra_module
 from skylimb.base.sources import read_source
 
 if TYPE_CHECKING:
@@ -35,13 +35,10 @@ def message_types(definitions: dict[str, str] | None = None) -> Typestore:
     Raises:
         MissingExtraError: without the extra `logs`.
     """
-    try:
-        from rosbags.typesys import Stores, get_types_from_msg, get_typestore
-    except ImportError:
-        raise missing_extra("rosbags") from None
-    store = get_typestore(Stores.ROS1_NOETIC)
+    typesys = extra_module("rosbags.typesys")
+    store = typesys.get_typestore(typesys.Stores.ROS1_NOETIC)
     for name, text in {**TF, **(DEFINITIONS if definitions is None else definitions)}.items():
-        new = get_types_from_msg(text, name)
+        new = typesys.get_types_from_msg(text, name)
         store.register({kind: fields for kind, fields in new.items() if kind not in store.fielddefs})
     return store
 

@@ -6,14 +6,13 @@ are loaded when they are first used.
 
 from __future__ import annotations
 
-import importlib
 import io
 from typing import Any
 from xml.etree.ElementTree import ParseError
 
 import numpy as np
 
-from skylimb.base.errors import ConfigError, missing_extra, unknown_name
+from skylimb.base.errors import ConfigError, extra_module, unknown_name
 from skylimb.base.sources import Source
 from skylimb.control.planning.drawing import MOST_POINTS, Strokes, clean, require_drawable
 
@@ -41,7 +40,7 @@ def svg_strokes(source: Source, file: str) -> Strokes:
     Raises:
         ConfigError: where the file is no SVG, has nothing to draw, or has text or pictures in it.
     """
-    SVG: Any = _extra("svgelements").SVG
+    SVG: Any = extra_module("svgelements").SVG
     what = f"SVG file '{file}'"
     if not source.content:
         raise ConfigError(f"{what} is empty")
@@ -83,7 +82,7 @@ def text_strokes(text: str, font: str = "futural") -> Strokes:
         raise ConfigError(
             f"trajectory.text = {text[:20]!r}... has {len(text)} letters, more than {_MOST_LETTERS}"
         )
-    letters: Any = _extra("HersheyFonts").HersheyFonts()
+    letters: Any = extra_module("HersheyFonts").HersheyFonts()
     known = list(letters.default_font_names)
     if font not in known:
         raise unknown_name("font", font, known)
@@ -96,13 +95,6 @@ def text_strokes(text: str, font: str = "futural") -> Strokes:
         )
     lines = [np.array(stroke, dtype=float).reshape(-1, 2) for stroke in letters.strokes_for_text(text)]
     return clean([line * [1.0, -1.0] for line in lines], f"trajectory.text = {text!r}")
-
-
-def _extra(package: str) -> Any:
-    try:
-        return importlib.import_module(package)
-    except ImportError:
-        raise missing_extra(package) from None
 
 
 def _outlines(document: Any, what: str) -> list[tuple[list[Any], Any]]:

@@ -11,11 +11,10 @@ from __future__ import annotations
 import itertools
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
-from skylimb.base.errors import missing_extra
+from skylimb.base.errors import extra_module
 
 _RANK = 1e-9
 """Singular values below this share of the greatest count as zero."""
@@ -92,7 +91,7 @@ class Polytope:
             low = -np.min(self.offsets[self.normals[:, 0] < 0.0])
             high = np.min(self.offsets[self.normals[:, 0] > 0.0])
             return self.origin + np.array([[low], [high]])[: 2 * (low < high)] @ self.axes.T
-        spatial, optimize = _scipy()
+        spatial, optimize = extra_module("scipy.spatial"), extra_module("scipy.optimize")
         rows = np.column_stack([self.normals, np.ones(len(self.offsets))])
         bounds = [(None, None)] * d + [(0.0, None)]
         # The middle of the greatest ball inside.
@@ -112,7 +111,7 @@ class Polytope:
         corners = (self.vertices - self.origin) @ self.axes
         if self.dimension < 2 or not len(corners):
             return float(np.ptp(corners)) if corners.size else 0.0
-        return float(_scipy()[0].ConvexHull(corners).volume)
+        return float(extra_module("scipy.spatial").ConvexHull(corners).volume)
 
     def _split(self, vector: np.ndarray) -> tuple[np.ndarray, float]:
         """A vector (d,) in the polytope's own coordinates, and how far it leads out of its plane."""
@@ -150,12 +149,3 @@ def _basis(matrix: np.ndarray) -> np.ndarray:
     """Orthonormal axes of the space that the columns of a matrix span, (d, rank)."""
     left, sizes, _ = np.linalg.svd(matrix, full_matrices=False)
     return left[:, sizes > _RANK * sizes[0]]
-
-
-def _scipy() -> tuple[Any, Any]:
-    """`scipy.spatial` and `scipy.optimize`, which only corners need."""
-    try:
-        from scipy import optimize, spatial
-    except ImportError:
-        raise missing_extra("scipy") from None
-    return spatial, optimize

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from concurrent.futures import Future
 
-from skylimb.base.errors import ConfigError, SkylimbError
+from skylimb.base.errors import ConfigError, SkylimbError, extra_module
 from skylimb.studies.campaign.worker import Flown, Job
 
 MOST_WORKERS = 1024
@@ -101,7 +101,5 @@ def check_workers(workers: int | None, scheduler: str = "", slurm: str = "") -> 
     if workers is not None and not 0 <= workers <= MOST_WORKERS:
         raise ConfigError(f"workers = {workers} must be 0 .. {MOST_WORKERS}")
     if scheduler or slurm:
-        from skylimb.studies.campaign.engines.cluster import imported
-
         for package in ("distributed", "dask_jobqueue") if slurm else ("distributed",):
-            imported(package)
+            extra_module(package)

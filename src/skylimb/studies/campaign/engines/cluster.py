@@ -6,12 +6,11 @@ wire.
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Sequence
 from concurrent.futures import CancelledError, Future
 from typing import TYPE_CHECKING, Any
 
-from skylimb.base.errors import missing_extra
+from skylimb.base.errors import extra_module
 from skylimb.studies.campaign.engines import DEATHS, Engine, WorkerError
 from skylimb.studies.campaign.worker import Flown, Job, fly_jobs
 
@@ -70,21 +69,9 @@ def connect(campaign: str, address: str) -> ClusterEngine:
         WorkerError: when nobody answers there.
         MissingExtraError: when Dask is not installed.
     """
-    distributed = imported("distributed")
+    distributed = extra_module("distributed")
     try:
         return ClusterEngine(campaign, distributed.Client(address, timeout="5s", set_as_default=False))
     except (OSError, ValueError) as error:
         first = (str(error).splitlines() or [type(error).__name__])[0]
         raise WorkerError(f"no Dask scheduler answers at '{address}': {first}") from error
-
-
-def imported(name: str) -> Any:
-    """A module of the extra `cluster`.
-
-    Raises:
-        MissingExtraError: when it is not installed.
-    """
-    try:
-        return importlib.import_module(name)
-    except ImportError:
-        raise missing_extra(name) from None

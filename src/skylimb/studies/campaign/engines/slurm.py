@@ -14,8 +14,9 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from skylimb.base.errors import extra_module
 from skylimb.studies.campaign.engines import WorkerError
-from skylimb.studies.campaign.engines.cluster import ClusterEngine, imported
+from skylimb.studies.campaign.engines.cluster import ClusterEngine
 
 _DEATHS = 2
 """Deaths of a worker after which the scheduler lets a task have one last try."""
@@ -59,7 +60,7 @@ def on_slurm(campaign: str, queue: str, workers: int) -> SlurmEngine:
     Raises:
         WorkerError: when SLURM's commands are not there, or dask-jobqueue is not installed.
     """
-    distributed, jobqueue = imported("distributed"), imported("dask_jobqueue")
+    distributed, jobqueue = extra_module("distributed"), extra_module("dask_jobqueue")
     if shutil.which("sbatch") is None:
         raise WorkerError("SLURM's 'sbatch' is not on this machine's PATH; start on a login node")
     from dask import config

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Sequence
 from itertools import chain
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from skylimb.base.errors import missing_extra
 from skylimb.studies.campaign.flight_queue import FlightQueue
 from skylimb.studies.campaign.frozen import Campaign
 from skylimb.studies.campaign.rows import Row
@@ -101,15 +99,3 @@ def cost(campaign: Campaign, rows: Sequence[Row], search: Search) -> float:
     sign = campaign.spec.scores[search.objective].sign
     values = [sign * value for value in good if value is not None]
     return _LOSS * (len(rows) - len(values)) + (float(np.median(values)) if values else 0.0)
-
-
-def strategies() -> Any:
-    """The module that searches.
-
-    Raises:
-        MissingExtraError: when the extra `tune` is not installed.
-    """
-    try:
-        return importlib.import_module("cma")
-    except ImportError:
-        raise missing_extra("cma") from None

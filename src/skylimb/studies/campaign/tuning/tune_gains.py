@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from skylimb.base.errors import ConfigError
+from skylimb.base.errors import ConfigError, extra_module
 from skylimb.studies.campaign.engines import check_workers, make_engine
 from skylimb.studies.campaign.flight_queue import Interrupted, Report
 from skylimb.studies.campaign.fly_campaign import opened_queue
@@ -13,7 +13,7 @@ from skylimb.studies.campaign.reading import load_spec
 from skylimb.studies.campaign.spec import CampaignSpec
 from skylimb.studies.campaign.tuning.gains import present_gains
 from skylimb.studies.campaign.tuning.results import texts
-from skylimb.studies.campaign.tuning.search import search_gains, strategies
+from skylimb.studies.campaign.tuning.search import search_gains
 from skylimb.studies.campaign.tuning.verdict import TuneOutcome, judge
 
 
@@ -48,7 +48,7 @@ def tune(
     spec = spec if isinstance(spec, CampaignSpec) else load_spec(spec)
     if spec.tune is None:
         raise ConfigError("the spec has no table [tune]; it names objective and gains")
-    search, folder, cma = spec.tune, Path(out), strategies()
+    search, folder, cma = spec.tune, Path(out), extra_module("cma")
     campaign, objective = freeze(spec, "search"), spec.scores[search.objective]
     starts = {name: present_gains(campaign, name, search) for name in campaign.names}
     total = len(campaign.names) * (search.trials * spec.draws + 2 * search.held_out)
