@@ -136,6 +136,7 @@ def _show_controller(name: str) -> None:
 def _show_robot(name: str) -> None:
     """A robot's figures, in a terminal, and its flight file."""
     from skylimb.apps.cli import key_tables
+    from skylimb.apps.robot_import.report import joints_text, rotors_text
     from skylimb.base.keys import tables_of
     from skylimb.robots.loader import load_flight_file, load_robot
 
@@ -143,17 +144,11 @@ def _show_robot(name: str) -> None:
     description = robot.description
     title = f"{robot.name}: {description.summary}; {robot.mass:.4f} kg"
     if key_tables.for_a_person():
-        joints = {joint.name: joint for joint in description.joints}
-        rows = [("mass", f"{robot.mass:.4f} kg in {len(robot.bodies)} moving bodies")]
-        for joint in map(joints.__getitem__, description.shape_joints):
-            limits = f"{joint.lower:.2f} .. {joint.upper:.2f} rad"
-            rows.append((joint.name, f"{limits}, {joint.speed:g} rad/s, {joint.effort:g} N m"))
-        for rotor in description.rotors:
-            thrust = f"{rotor.thrust_min:g} .. {rotor.thrust_max:g} N"
-            rows.append((rotor.name, f"{thrust}, turns about {'+z' if rotor.spin > 0 else '-z'}"))
         at, tip = ", ".join(f"{value:g}" for value in description.tip.position), description.tip
-        rows.append(("tip", f"({at}) m on {tip.link}, radius {1e3 * tip.radius:g} mm"))
-        output.show_table(rows, title=robot.name)
+        print(f"  mass      {robot.mass:.4f} kg in {len(robot.bodies)} moving bodies")
+        print(rotors_text(description))
+        print(joints_text(description))
+        print(f"  tip       ({at}) m on '{tip.link}', radius {1e3 * tip.radius:g} mm\n")
     hint = "A robot of your own: a folder with a URDF and a file like this one, flight.toml"
     key_tables.show_keys(title, tables_of(load_flight_file(name)), hint)
 

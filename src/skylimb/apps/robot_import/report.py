@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
-from skylimb.apps.robot_import.checking import RobotReport
 from skylimb.robots.description import Joint, RobotDescription
+
+if TYPE_CHECKING:
+    from skylimb.apps.robot_import.checking import RobotReport
 
 
 def report_text(report: RobotReport) -> str:
     """The whole report, one finding a line."""
     heading = f"{report.description.name}  ({report.path})"
-    parts = [heading, _bodies(report), _rotors(report.description), _joints(report.description)]
+    parts = [heading, _bodies(report), rotors_text(report.description), joints_text(report.description)]
     parts += [_abilities(report), _collisions(report), _doubts(report), verdict(report)]
     return "\n".join(filter(None, parts))
 
@@ -37,7 +40,8 @@ def _bodies(report: RobotReport) -> str:
     )
 
 
-def _rotors(description: RobotDescription) -> str:
+def rotors_text(description: RobotDescription) -> str:
+    """What is known of each rotor, one a line."""
     lines = [f"  rotors    {len(description.rotors)}"]
     above = {joint.child: joint for joint in description.joints}
     for rotor in description.rotors:
@@ -55,7 +59,8 @@ def _rotors(description: RobotDescription) -> str:
     return "\n".join(lines)
 
 
-def _joints(description: RobotDescription) -> str:
+def joints_text(description: RobotDescription) -> str:
+    """What is known of each joint that moves, one a line."""
     lines = []
     for title, names in (("bending", description.shape_joints), ("vectoring", description.vectoring_joints)):
         if not names:

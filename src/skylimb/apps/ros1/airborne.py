@@ -8,7 +8,6 @@ import numpy as np
 
 from skylimb.analysis.exchange.body import Body
 from skylimb.apps.ros1.flyer import Flyer
-from skylimb.apps.ros1.landing import Landing
 from skylimb.apps.ros1.requests import RefusedError, Requests
 from skylimb.apps.ros1.script import Script, after_tick
 from skylimb.apps.ros1.sensors import nothing_measured
@@ -21,6 +20,7 @@ from skylimb.control.needs import PACE
 from skylimb.control.records import Command
 from skylimb.control.thrusts import thrust_limits
 from skylimb.flight.realtime.guard import BLIND
+from skylimb.flight.realtime.retreat import BACK, Retreat
 
 SPOOL_TIME, SPOOL_SHARE = 1.0, 0.9
 """Seconds in which the rotors come up on the ground, and the share of the hover thrusts that they come to."""
@@ -28,8 +28,8 @@ SPOOL_TIME, SPOOL_SHARE = 1.0, 0.9
 RISE = 0.3
 """Speed of a take-off, m/s."""
 
-BACK = 0.3
-"""Way back from the surface of a mission that is given up, m."""
+LEAD = 0.5
+"""How far a landing may lead below a robot that does not sink, m: it stands, and the thrusts go down."""
 
 
 class Airborne:
@@ -61,7 +61,8 @@ class Airborne:
         q, psi, _, _ = flyer.references.posture(theta)
         self._hover = np.asarray(flyer.robot.at(q, psi).hover_thrusts)
         self._bounds = thrust_limits(flyer.robot)
-        self._landing: Landing | None = None
+        self._landing: Retreat | None = None
+        self._landing_since = now
         self.script: Script | None = None
         self._failure = ""
         self._failed = 0
@@ -109,7 +110,7 @@ class Airborne:
         """Lead it down from here, back from the surface first where it may touch one."""
         touching = self.script is not None and self.script.begun and self.script.mission.contact
         if self.reference is not None:
-            self._landing = Landing(self.reference, now, touching, self._flyer.limits.descent)
+            self._landing, self._landing_since = Retreat(self.reference, back=touching), now
         self.script = None
 
     def lead_to(self, requests: Requests, request: Request, inputs: Inputs) -> None:
@@ -171,8 +172,9 @@ class Airborne:
         """The reference of now, and the mission that it is of."""
         flyer, script = self._flyer, self.script
         if self._landing is not None:
-            height = float(self._landing.last.position[2]) if body is None else float(body.cog[2])
-            reference = self._landing.at(now, height)
+            height = float(self._landing.last.position[2] if body is None else body.cog[2])
+            self._landing.floor = height - LEAD
+            reference = self._landing.at(now - self._landing_since)
             return reference._replace(ahead=(reference,) * len(flyer.preview)), None
         if script is not None and not script.begun and not self.targets.legs:
             script = self.script = Script(script.name, script.mission, begun=True)

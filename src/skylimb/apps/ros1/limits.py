@@ -15,7 +15,6 @@ class FlightLimits:
         settled_xy: distance from the target below which a take-off counts as settled, m.
         settled_z: the same of the height, m.
         settled_time: for which it has to be, s.
-        descent: speed of a landing, m/s.
         landed_time: between two looks at whether the robot stands, s.
         landed_way: height lost in that time below which it may stand, m.
         landed_speed: speed down below which it may stand, m/s.
@@ -41,7 +40,6 @@ class FlightLimits:
     settled_xy: float = 0.15
     settled_z: float = 0.05
     settled_time: float = 1.0
-    descent: float = 0.3
     landed_time: float = 0.5
     landed_way: float = 0.02
     landed_speed: float = 0.05

@@ -19,31 +19,36 @@ class Retreat:
     Args:
         last: the reference at which the flight was broken off.
         floor: height of the centre of gravity at which the descent ends, m.
+        back: whether it goes back first, as the robot may touch a surface.
+
+    Attributes:
+        last: the same.
+        floor: the same; it may change on the way.
     """
 
-    def __init__(self, last: Reference, floor: float = 0.0) -> None:
-        self._last, self._floor = last, floor
+    def __init__(self, last: Reference, floor: float = 0.0, back: bool = True) -> None:
+        self.last, self.floor, self._back = last, floor, BACK if back else 0.0
         self._position = np.array(last.position, dtype=float)
         self._axis = np.array(last.contact_axis, dtype=float)
 
     def at(self, time: float) -> Reference:
         """The reference some seconds after the flight was broken off."""
-        back = min(BACK_SPEED * time, BACK)
-        down = max(0.0, time - BACK / BACK_SPEED) * DESCENT
+        back = min(BACK_SPEED * time, self._back)
+        down = max(0.0, time - self._back / BACK_SPEED) * DESCENT
         position = self._position - back * self._axis
-        height = max(position[2] - down, min(position[2], self._floor))
+        height = max(position[2] - down, min(position[2], self.floor))
         velocity = np.zeros(3)
-        if back < BACK:
+        if back < self._back:
             velocity = -BACK_SPEED * self._axis
-        elif height > self._floor:
+        elif height > self.floor:
             velocity = np.array([0.0, 0.0, -DESCENT])
         position = np.array([position[0], position[1], height])
         moved = position - self._position
-        return self._last._replace(
+        return self.last._replace(
             position=position,
             velocity=velocity,
             acceleration=np.zeros(3),
-            tip_position=np.asarray(self._last.tip_position) + moved,
+            tip_position=np.asarray(self.last.tip_position) + moved,
             tip_velocity=velocity,
             tip_acceleration=np.zeros(3),
             tare=0.0,
