@@ -13,7 +13,6 @@ from skylimb.apps.cli.arguments import arg
 from skylimb.apps.cli.options import Calibration, within
 
 if TYPE_CHECKING:
-    from skylimb.analysis.scores.score import Score
     from skylimb.studies.campaign import Outcome, Progress
     from skylimb.studies.reproduction import Result
 
@@ -182,42 +181,29 @@ def _summary(outcome: Outcome) -> int:
 def _show_medians(outcome: Outcome) -> None:
     """Success rates and medians of the controllers, each with its rank among them."""
     from skylimb.analysis.scores.score import grouped
+    from skylimb.studies.campaign.report import medians_of, rates_of
 
     summary, spec = outcome.summary, outcome.campaign.spec
     assert summary is not None
-    ranks, rates, declared = summary.ranks, summary.rates, summary.scores.declared
-    apart = any(len(frozenset(places)) > 1 for places in ranks.values())
+    declared, rates = summary.scores.declared, rates_of(summary)
+    apart = any(len(frozenset(places)) > 1 for places in summary.ranks.values())
     brackets = " (in brackets: rank; equal ranks are ties)" if apart else ""
 
-    def ranked(key: str, texts: Iterator[str]) -> list[str]:
-        places = ranks.get(key, ())
-        if len(frozenset(places)) <= 1:
-            return list(texts)
-        return [f"{text} ({place})" for text, place in zip(texts, places, strict=True)]
+    def ranked(text: str, rank: int) -> str:
+        return f"{text} ({rank})" if rank else text
 
-    def cells(score: Score) -> list[str]:
-        return ranked(score.name, (_median(score, value) for value, _, _ in summary.medians[score.name]))
+    shares = [f"{one.value} ({one.interval})" if one.interval else one.value for one in rates]
 
-    texts = (
-        f"{100 * one.rate:.1f} % ({100 * one.low:.1f} .. {100 * one.high:.1f})" for one in rates.values()
-    )
     output.score_table(
         f"{spec.experiment}: medians over all draws, {summary.axes}{brackets}",
-        list(rates),
-        (spec.called, "", *ranked("success", texts)),
+        list(summary.rates),
+        (spec.called, "", *(ranked(share, one.rank) for share, one in zip(shares, rates, strict=True))),
         grouped(declared[key] for key in summary.medians),
         summary.axes,
-        cells,
+        lambda score: [ranked(one.value, one.rank) for one in medians_of(score, summary)],
     )
     if len(rates) > 1 and not apart:
         print("These draws tell no two controllers apart; the report says more.")
-
-
-def _median(score: Score, value: float) -> str:
-    """The number; a dash for one that the controller does not have."""
-    if math.isnan(value):
-        return "-"
-    return score.printed(value) if math.isfinite(value) else "lost"
 
 
 def _show_reproduction(result: Result) -> None:

@@ -37,7 +37,7 @@ _MOST_WATCHED = 4
 
 
 class Cell(NamedTuple):
-    """A number with its small print and its rank."""
+    """A number with its small print and its rank; 0 where the draws tell nobody apart."""
 
     value: str
     interval: str = ""
@@ -71,10 +71,10 @@ def render_report(
         refused=list(scores.refused.items())[:_MOST_LISTED],
         refused_count=len(scores.refused),
         controllers=list(zip(map(style.label, names), colours_of(scores), strict=True)),
-        rates=_rates(summary),
+        rates=rates_of(summary),
         rate_called=campaign.spec.called,
         groups=[
-            (title, [_row(score, summary) for score in part])
+            (title, [(score.line(summary.axes), score.unit, medians_of(score, summary)) for score in part])
             for title, part in grouped(declared[key] for key in summary.medians).items()
         ],
         verdicts=verdicts(summary),
@@ -153,7 +153,8 @@ def _title(campaign: Campaign, draws: int) -> str:
     return f"{campaign.experiment['name']}: {count} controller{'s' * (count > 1)}, {draws} draws"
 
 
-def _rates(summary: Summary) -> list[Cell]:
+def rates_of(summary: Summary) -> list[Cell]:
+    """The success rate of each controller."""
     ranks = shown_ranks(summary.ranks.get("success", [0] * len(summary.rates)))
     return [_rate(rate, place) for rate, place in zip(summary.rates.values(), ranks, strict=True)]
 
@@ -164,10 +165,11 @@ def _rate(rate: Rate, rank: int) -> Cell:
     return Cell(f"{100.0 * rate.rate:.1f} %", f"{100.0 * rate.low:.1f} .. {100.0 * rate.high:.1f}", rank)
 
 
-def _row(score: Score, summary: Summary) -> tuple[str, str, list[Cell]]:
+def medians_of(score: Score, summary: Summary) -> list[Cell]:
+    """The median of a score over each controller's flights."""
     key = score.name
     ranks = shown_ranks(summary.ranks.get(key, [0] * len(summary.medians[key])))
-    cells = [
+    return [
         Cell(
             _number(score, middle),
             "" if np.isnan(middle) else f"{_number(score, low)} .. {_number(score, high)}",
@@ -175,7 +177,6 @@ def _row(score: Score, summary: Summary) -> tuple[str, str, list[Cell]]:
         )
         for (middle, low, high), place in zip(summary.medians[key], ranks, strict=True)
     ]
-    return score.line(summary.axes), score.unit, cells
 
 
 def _number(score: Score, value: float) -> str:
