@@ -18,7 +18,6 @@ from skylimb.analysis.scores.user_scores import (
     UserFigure,
     load_user_scores,
     scored_again,
-    user_numbers,
     with_user_scores,
 )
 from skylimb.base.errors import ConfigError, UnknownNameError, UserCodeError
@@ -48,12 +47,10 @@ def span(run: Run) -> Any:
 def test_a_metric_has_a_name_a_unit_and_a_direction() -> None:
     assert isinstance(far, Metric)
     assert far(run()).item() == 4.0
-    assert user_numbers(run(), far) | user_numbers(run(), span) == {
-        "far": 4.0,
-        "span_low": None,
-        "span_high": 3.0,
-    }
-    assert user_numbers(run("FAILED"), span) == {"span_low": None, "span_high": None}
+    found = with_user_scores(run(), [far, span]).metrics
+    assert (found["far"], found["span_low"], found["span_high"]) == (4.0, None, 3.0)
+    lost = with_user_scores(run("FAILED"), [span]).metrics
+    assert (lost["span_low"], lost["span_high"]) == (None, None)
     assert with_user_scores(run(), [far]).metrics == {
         "b": 2.0, "far": 4.0, "done": None, "missed": [], "checks": {}
     }  # fmt: skip
@@ -123,7 +120,7 @@ def test_what_a_metric_returns_is_checked(value: Any, keys: tuple[str, ...], mes
         return value
 
     with pytest.raises(UserCodeError, match=message):
-        user_numbers(run(), skylimb.metric(bad, keys=keys))
+        with_user_scores(run(), [skylimb.metric(bad, keys=keys)])
 
 
 def test_an_error_names_the_users_line(tmp_path: Path) -> None:

@@ -52,7 +52,7 @@ def test_a_quadrotor_that_pushes_at_its_centre() -> None:
     # Up with what thrust is left; down with the whole weight; sideways it leans by 20 degrees.
     np.testing.assert_allclose(pushes.size[[2, 5]], 20.0, rtol=1e-3)
     np.testing.assert_allclose(pushes.size[[0, 1, 3, 4]], 20.0 * np.tan(LEAN), rtol=2e-3)
-    np.testing.assert_allclose(np.abs(pushes.lean[0]), [0.0, LEAN], atol=1e-3)
+    np.testing.assert_allclose(np.abs(pushes.state[0, -3:-1]), [0.0, LEAN], atol=1e-3)
 
 
 def test_the_torque_of_the_lever_is_what_limits_a_long_arm() -> None:

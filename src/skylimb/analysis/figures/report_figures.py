@@ -31,34 +31,28 @@ class ReportFigure:
         title: a few words.
         caption: what is drawn, and what to look for.
         draw: makes the figure from runs by name.
-        compares: whether it only makes sense with several runs.
-        touches: whether it only makes sense where something was touched.
-        draws: whether it only makes sense for a drawing.
-        laps: whether a drawing has a better figure in its place.
-        tools: whether it only makes sense for a task with a tool.
+        suits: whether some runs have something to show in it; any do by default.
     """
 
     name: str
     title: str
     caption: str
     draw: Callable[[Mapping[str, Run]], Figure]
-    compares: bool = False
-    touches: bool = False
-    draws: bool = False
-    laps: bool = False
-    tools: bool = False
+    suits: Callable[[Mapping[str, Run]], bool] = bool
 
-    def suits(self, runs: Mapping[str, Run]) -> bool:
-        """Whether these runs have something to show in it."""
-        touched = any(in_contact(run.log).any() for run in runs.values())
-        drawing = all("reference_line" in run.log for run in runs.values())
-        return (
-            (len(runs) > 1 or not self.compares)
-            and (touched or not self.touches)
-            and (drawing or not self.draws)
-            and not (drawing and self.laps)
-            and (common_tool(runs) is not None or not self.tools)
-        )
+
+def _several(runs: Mapping[str, Run]) -> bool:
+    """Whether there is something to compare."""
+    return len(runs) > 1
+
+
+def _of_a_drawing(runs: Mapping[str, Run]) -> bool:
+    return all("reference_line" in run.log for run in runs.values())
+
+
+def _of_a_touch(runs: Mapping[str, Run]) -> bool:
+    """Whether something was touched; a drawing has a better figure of it."""
+    return not _of_a_drawing(runs) and any(in_contact(run.log).any() for run in runs.values())
 
 
 def _flow(text: str) -> str:
@@ -77,7 +71,7 @@ REPORT_FIGURES = (
             counts what the pen touched within {1e3 * DRAWN_WITHIN:g} mm.
         """),
         drawn_line,
-        draws=True,
+        _of_a_drawing,
     ),
     ReportFigure(
         "task",
@@ -89,7 +83,7 @@ REPORT_FIGURES = (
             five seconds of sliding for peg and foot.
         """),
         task_progress,
-        tools=True,
+        lambda runs: common_tool(runs) is not None,
     ),
     ReportFigure(
         "pen_traces",
@@ -101,8 +95,7 @@ REPORT_FIGURES = (
             much of it friction takes away, and where the line breaks because the pen lost touch.
         """),
         pen_traces,
-        touches=True,
-        laps=True,
+        _of_a_touch,
     ),
     ReportFigure(
         "cog_tracking",
@@ -125,7 +118,7 @@ REPORT_FIGURES = (
             are the median, whiskers reach from {WHISKERS[0]:g} to {WHISKERS[1]:g} %.
         """),
         sliding_errors,
-        compares=True,
+        _several,
     ),
     ReportFigure(
         "contact_direction",
@@ -150,7 +143,7 @@ REPORT_FIGURES = (
             of the board's depth, and the centre of gravity moves less.
         """),
         contact_distributions,
-        compares=True,
+        _several,
     ),
     ReportFigure(
         "poses",

@@ -7,7 +7,7 @@ other tools' files.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,30 +17,13 @@ from skylimb.base.signals import Signal
 if TYPE_CHECKING:
     import xarray as xr
 
-
-class Named(Protocol):
-    """A robot's parts, as a robot's description names them."""
-
-    @property
-    def rotors(self) -> Sequence[Any]:
-        """In the order of the thrust vector; each has a `name`."""
-        ...
-
-    @property
-    def shape_joints(self) -> Sequence[str]:
-        """In the order of the joint angles q."""
-        ...
-
-    @property
-    def vectoring_joints(self) -> Sequence[str]:
-        """In the order of the vectoring angles psi."""
-        ...
+    from skylimb.robots.description import RobotDescription
 
 
 def build_log(
     values: Mapping[str, np.ndarray],
     times: np.ndarray,
-    robot: Named,
+    robot: RobotDescription,
     declared: Mapping[str, Signal] | None = None,
     flags: Mapping[str, Sequence[str]] | None = None,
     attributes: Mapping[str, Any] | None = None,

@@ -124,18 +124,6 @@ def figures_of(own: Iterable[UserScore]) -> list[UserFigure]:
     return [one for one in own if isinstance(one, UserFigure)]
 
 
-def user_numbers(run: Run, metric: Metric) -> dict[str, Number]:
-    """The scores of a user's metric by name; None for a run that failed.
-
-    Raises:
-        UserCodeError: when its function fails, or returns something else than it should.
-    """
-    if run.failed:
-        return dict.fromkeys(metric.columns)
-    with UserCode(f"metric '{metric.name}'"):
-        return metric.of(run)
-
-
 def with_user_scores(
     run: Run,
     use: Iterable[UserScore],
@@ -153,15 +141,15 @@ def with_user_scores(
     used = [each for each in metrics_of(use) if each.on_demand in {"", *sets}]
     if not used:
         return run
-    numbers: dict[str, Number] = {}
-    for each in used:
+    numbers: dict[str, Number] = dict.fromkeys(key for each in used for key in each.columns)
+    for each in used if not run.failed else ():
         try:
-            numbers |= user_numbers(run, each)
+            with UserCode(f"metric '{each.name}'"):
+                numbers |= each.of(run)
         except UserCodeError as error:
             if on_error is None:
                 raise
             on_error(error)
-            numbers |= dict.fromkeys(each.columns)
     scores = [score for each in used for score in each.scores]
     return declaring(_judged(replace(run, metrics={**run.metrics, **numbers}), scores), scores)
 

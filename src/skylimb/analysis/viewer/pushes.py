@@ -91,11 +91,6 @@ class Pushes(NamedTuple):
     size: np.ndarray
     state: np.ndarray
 
-    @property
-    def lean(self) -> np.ndarray:
-        """Roll and pitch, rad, (k, 2)."""
-        return self.state[:, -3:-1]
-
 
 def greatest_pushes(
     stance: Stance, directions: np.ndarray, near: Pushes | None = None, lean: float = LEAN
@@ -213,9 +208,8 @@ def packed_pushes(model: mujoco.MjModel, log: xr.Dataset) -> dict[str, Any] | No
     near: Pushes | None = None
     for k in samples:
         configuration = log.configuration.values[k]
-        if not np.isfinite(configuration).all():
-            return None
-        stance = stance_at(model, data, configuration, limits)
+        finite = np.isfinite(configuration).all()
+        stance = stance_at(model, data, configuration, limits) if finite else None
         if stance is None:
             return None
         if near is None:
