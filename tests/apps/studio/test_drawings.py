@@ -39,7 +39,7 @@ def test_an_svg_is_drawn_in_the_size_of_the_path(session):
 
 
 @pytest.mark.parametrize(
-    "drawing", ["no svg", [], [[[0.0, 0.0]]], [[[0.0, "a"]]], [[[0.0, 0.0], [9.0, 0.0]]], "<svg/>" * 400_000]
+    "drawing", ["no svg", [], [[[0.0, 0.0]]], [[[0.0, "a"]]], [[[0.0, 0.0], [9.0, 0.0]]]]
 )
 def test_what_cannot_be_drawn_changes_nothing(session, drawing):
     flights = session.live.flights

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -296,11 +296,11 @@ def _collision_doubts(found: SelfCollision, mass: float) -> Iterator[Doubt]:
         )
 
 
-def flight_tables(flight: FlightFile) -> dict[str, object]:
+def flight_tables(flight: FlightFile) -> dict[str, Any]:
     """The flight file as tables for TOML, empty ones left out."""
     from skylimb.base.config import to_mapping
 
-    tables = to_mapping(dataclasses.replace(flight))
+    tables = to_mapping(flight)
     for rotor in tables["rotors"]:
         for key in ("xyz", "rpy"):
             if not any(rotor[key]):

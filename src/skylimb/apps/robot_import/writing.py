@@ -76,28 +76,27 @@ def _flight_text(flight: FlightFile, report: RobotReport) -> str:
 def mapping_text(flight: FlightFile) -> str:
     """A mapping file that says what was recognised or proposed, to be changed and handed to --mapping."""
     tables = flight_tables(flight)
+    shape, vectoring = tables.get("shape", {}), tables.get("vectoring", {})
     joints = [
-        *({"name": name, "role": "shape"} for name in (flight.shape.joints if flight.shape else ())),
-        *(
-            {"name": name, "role": "vectoring"}
-            for name in (flight.vectoring.joints if flight.vectoring else ())
-        ),
+        {"name": name, "role": role}
+        for role, table in (("shape", shape), ("vectoring", vectoring))
+        for name in table.get("joints", ())
     ]
-    said: dict[str, object] = {"name": flight.name}
-    if flight.shape:
-        said["shape_servo"] = tables["shape"]["servo"]  # type: ignore[index]
-    if flight.vectoring:
-        said |= {
-            "vectoring_servo": tables["vectoring"]["servo"],  # type: ignore[index]
-            "vectoring_start": list(flight.vectoring.start),
-        }
-    said["tip"] = tables["tip"]
-    if flight.posture:
-        said["posture"] = tables["posture"]
+    known = {
+        "name": flight.name,
+        "shape_servo": shape.get("servo"),
+        "vectoring_servo": vectoring.get("servo"),
+        "vectoring_start": vectoring.get("start"),
+        "tip": tables["tip"],
+        "posture": tables.get("posture"),
+        "joints": joints,
+        "rotors": tables["rotors"],
+    }
+    said = {key: value for key, value in known.items() if value is not None}
     return (
         "# Change what is wrong and import again with --mapping. What is left out is proposed anew.\n"
         "# Roles of joints: shape (bends the robot), vectoring (turns rotors), rotor (spins),\n"
         "# locked (held at zero).\n"
         "# Thrust acts along z of a rotor's link, turned by rpy; spin is 1 where it turns about +z.\n\n"
-        + tomli_w.dumps({**said, "joints": joints, "rotors": tables["rotors"]})
+        + tomli_w.dumps(said)
     )

@@ -25,6 +25,9 @@ from skylimb.flight.realtime.retreat import BACK, Retreat
 SPOOL_TIME, SPOOL_SHARE = 1.0, 0.9
 """Seconds in which the rotors come up on the ground, and the share of the hover thrusts that they come to."""
 
+FAILED = "the controller failed"
+"""Why a flight is broken off whose controller raises."""
+
 RISE = 0.3
 """Speed of a take-off, m/s."""
 
@@ -64,8 +67,7 @@ class Airborne:
         self._landing: Retreat | None = None
         self._landing_since = now
         self.script: Script | None = None
-        self._failure = ""
-        self._failed = 0
+        self._failures = Counter[str]()
 
     @property
     def reference(self) -> Reference | None:
@@ -81,19 +83,18 @@ class Airborne:
     @property
     def steerable(self) -> bool:
         """Whether nothing has gone wrong."""
-        return not (self._guard.retreating or self._failure)
+        return not (self._guard.retreating or self._failures)
 
     @property
     def faults(self) -> Counter[str]:
         """How often each fault was met, by name."""
-        failures = Counter({self._failure: self._failed} if self._failed else {})
-        return failures + self._guard.counts + self._guard.watchdog.counts
+        return self._failures + self._guard.counts + self._guard.watchdog.counts
 
     def broken(self, body: Body | None) -> str:
         """Why the flight has to be broken off; empty while it has not."""
         reference, limits = self.reference, self._flyer.limits
-        if self._failure:
-            return self._failure
+        if self._failures:
+            return FAILED
         if self._guard.retreating:
             return "broken off by the guard"
         if body is None or reference is None:
@@ -152,9 +153,9 @@ class Airborne:
                 self._gains, self.state, measurement, reference, self._flyer.period
             )
         except Exception as error:  # a user's own controller: the robot must come down all the same
-            if not self._failure:
+            if not self._failures:
                 said.append(f"controller '{self._flyer.controller.name}' failed: {error}")
-            self._failure, self._failed = "the controller failed", self._failed + 1
+            self._failures[FAILED] += 1
             # Level and down: nobody holds the attitude but the flight controller.
             return Tick(flying, self._hovering(BLIND), True, reference, {}, None, body, tuple(said))
         if script is not None and script.begun:

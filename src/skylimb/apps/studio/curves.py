@@ -72,11 +72,11 @@ def panels_of(flight: LiveFlight, axes: Sequence[Direction]) -> list[Panel]:
         force.append(Curve("estimate", "estimate", lambda m: -float(m.estimate @ toward)))
     for name in ("contact_force_target", "contact_force_reference"):
         if name in slices:
-            force.append(Curve("reference", "reference", _scalar(name)))
+            force.append(Curve("reference", "reference", _entry(name)))
             break
-    contact = [Curve("touching", "truth", _scalar("contact_duty"))]
+    contact = [Curve("touching", "truth", _entry("contact_duty"))]
     if "contact_state" in slices:
-        contact.append(Curve("state", "estimate", _scalar("contact_state")))
+        contact.append(Curve("state", "estimate", _entry("contact_state")))
     return [
         Panel("Position error", "m", errors),
         Panel("Pressing force", "N", force),
@@ -110,9 +110,5 @@ def _thrusts(flight: LiveFlight) -> Iterator[Curve]:
     yield Curve("largest", "limit", lambda m: float(np.max(high)))
 
 
-def _scalar(name: str) -> Callable[[Moment], float]:
-    return lambda m: float(m.signals[name][0])
-
-
-def _entry(name: str, index: int) -> Callable[[Moment], float]:
+def _entry(name: str, index: int = 0) -> Callable[[Moment], float]:
     return lambda m: float(m.signals[name][index])

@@ -18,8 +18,6 @@ from skylimb.simulation.surfaces import Surface
 FOLDER = "drawings"
 """Below a session's folder."""
 
-_MOST_BYTES = 2_000_000
-
 
 def strokes_as_svg(
     strokes: Sequence[Sequence[Sequence[float]]], surface: Surface, frame: ContactFrame
@@ -63,11 +61,8 @@ def keep_drawing(svg: str, out: Path) -> Path:
     """Write an SVG text below a session's folder, and return its path.
 
     Raises:
-        ConfigError: when it is too large.
         OutputError: when it cannot be written.
     """
-    if len(svg) > _MOST_BYTES:
-        raise ConfigError(f"the drawing has {1e-6 * len(svg):.1f} MB, more than {1e-6 * _MOST_BYTES:g} MB")
     folder = out / FOLDER
     folder.mkdir(parents=True, exist_ok=True)
     path = first_free(folder, "drawing-{}.svg")

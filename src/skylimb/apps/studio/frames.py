@@ -55,20 +55,6 @@ class FlightView:
         self._surface = [self._model.nbody] if body < 0 else [body, self._model.nbody]
         self._turned = np.zeros((self._model.nbody + 1, 4))
 
-    @property
-    def layout(self) -> dict[str, int]:
-        """How many numbers of each kind `values` has, in their order."""
-        return {
-            "state": 1,
-            "poses": 7 * (self._model.nbody + 1),
-            "thrusts": self._flight.takeoff.robot.n_rotors,
-            "tip": 3,
-            "force": 3,
-            "surface": 7,
-            "present": 1,
-            "curves": sum(len(panel.curves) for panel in self._panels),
-        }
-
     def scene(self) -> dict[str, Any]:
         """Everything that does not change from moment to moment; lengths in m, forces in N, vectors in W."""
         surface, robot = self._flight.takeoff.plant.surface, self._flight.takeoff.robot
@@ -106,8 +92,8 @@ class FlightView:
         slid = surface.motion(tick * flight.takeoff.period)[0] * surface.motion_axis
         return np.concatenate([state.position + slid, quaternion_from_rotation(R)]), state.present > 0.0
 
-    def values(self) -> np.ndarray:
-        """The numbers of this moment, in the order of `layout`."""
+    def values(self) -> dict[str, np.ndarray]:
+        """The numbers of this moment by what they are, always as many and in the same order."""
         flight = self._flight
         rows, slices = flight.recent, flight.slices
         signals = {name: rows[-1, part] for name, part in slices.items()}
@@ -137,18 +123,17 @@ class FlightView:
         # A quaternion keeps its sign from moment to moment, so that one may interpolate.
         poses[:, 3:] *= np.where(np.sum(poses[:, 3:] * self._turned, axis=1) < 0.0, -1.0, 1.0)[:, None]
         self._turned = poses[:, 3:]
-        return np.concatenate(
-            [
-                [float(state)],
-                poses.ravel(),
-                signals["thrusts"],
-                data.site_xpos[self._tip],
-                force,
-                pose,
-                [float(present)],
-                [curve.value(moment) for panel in self._panels for curve in panel.curves],
-            ]
-        )
+        curves = [curve.value(moment) for panel in self._panels for curve in panel.curves]
+        return {
+            "state": np.array([float(state)]),
+            "poses": poses.ravel(),
+            "thrusts": signals["thrusts"],
+            "tip": data.site_xpos[self._tip],
+            "force": force,
+            "surface": pose,
+            "present": np.array([float(present)]),
+            "curves": np.array(curves),
+        }
 
     def _nominal(self) -> dict[str, Any]:
         """The path that is asked for, on the surface, in dashes; as a replay has it."""

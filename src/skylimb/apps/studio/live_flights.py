@@ -108,9 +108,9 @@ class LiveFlights:
         at = _HEAD
         for view in self._views:
             places = {}
-            for name, size in view.layout.items():
-                places[name] = [at, at + size]
-                at += size
+            for name, numbers in view.values().items():
+                places[name] = [at, at + len(numbers)]
+                at += len(numbers)
             layout.append(places)
         return {
             "experiment": self.flights[0].experiment.name,
@@ -124,7 +124,8 @@ class LiveFlights:
         """What a page needs now: time, speed, state, then each flight's numbers (`scene()["layout"]`)."""
         state = OVER if self.over else PAUSED if paused else RUNNING
         head = np.array([self.time, speed, state])
-        return np.concatenate([head, *(view.values() for view in self._views)]).astype(np.float32)
+        flights = [numbers for view in self._views for numbers in view.values().values()]
+        return np.concatenate([head, *flights]).astype(np.float32)
 
 
 def numbered(names: Iterable[str], between: str) -> list[str]:
