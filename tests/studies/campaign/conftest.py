@@ -82,7 +82,7 @@ def instant_flights(monkeypatch: pytest.MonkeyPatch) -> None:
     ) -> str:
         return f"{len(rows)} flights, logs of {sorted(kept)}\n"
 
-    monkeypatch.setattr("skylimb.studies.campaign.engines.inline.fly_jobs", no_flight)
+    monkeypatch.setattr("skylimb.studies.campaign.engines.fly_jobs", no_flight)
     monkeypatch.setattr("skylimb.studies.campaign.report.render_report", report)
     for check in ("build_plant", "mission_of", "require_flyable"):
         monkeypatch.setattr(f"skylimb.studies.campaign.fly_campaign.{check}", lambda *arguments: None)

@@ -173,7 +173,7 @@ def test_maps_need_draws_that_fill_their_cells_and_failures_that_happened() -> N
     assert [picture.name for picture in report_figures(spread(31), KEY, PAPER)] == ["profiles", "trends"]
     assert "winners" in {picture.name for picture in report_figures(spread(40), KEY, PAPER)}
     assert "failures" in {picture.name for picture in report_figures(spread(40, lost=3), KEY, PAPER)}
-    cells = winner_map(spread(200), KEY, "surface.friction", "approach.depth").axes[0].patches
+    cells = winner_map(spread(200), KEY, "surface.friction", "approach.depth").axes[0].texts
     assert 16 <= len(cells) <= 25
 
 

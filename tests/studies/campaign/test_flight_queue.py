@@ -5,12 +5,13 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError, Future
 from pathlib import Path
+from threading import Event
 
 import pytest
 
 from skylimb.base.errors import ConfigError, OutputError
 from skylimb.studies.campaign.engines import Engine, WorkerError
-from skylimb.studies.campaign.flight_queue import BATCH, FlightQueue, Interrupted, Progress, StopSign
+from skylimb.studies.campaign.flight_queue import BATCH, FlightQueue, Interrupted, Progress
 from skylimb.studies.campaign.frozen import Campaign, freeze
 from skylimb.studies.campaign.reading import load_spec
 from skylimb.studies.campaign.rows import OK, make_row
@@ -39,14 +40,10 @@ class ScriptedEngine(Engine):
         script: Callable[[Sequence[Job]], BaseException | None] = lambda jobs: None,
         slots: int = 3,
     ) -> None:
-        super().__init__("")
-        self._slots, self.batches, self.checks = slots, [], 0
-        self._campaign, self._script, self._rng = campaign, script, random.Random(1)
+        super().__init__("", slots)
+        self.batches, self.checks = [], 0
+        self._flown, self._script, self._rng = campaign, script, random.Random(1)
         self._waiting: deque[tuple[Sequence[Job], Future[list[Flown]]]] = deque()
-
-    @property
-    def slots(self) -> int:
-        return self._slots
 
     def submit(self, jobs: Sequence[Job]) -> Future[list[Flown]]:
         future: Future[list[Flown]] = Future()
@@ -79,7 +76,7 @@ class ScriptedEngine(Engine):
         elif error is not None:
             future.set_exception(error)
         else:
-            future.set_result([flown(self._campaign, job) for job in jobs])
+            future.set_result([flown(self._flown, job) for job in jobs])
 
 
 def flown(campaign: Campaign, job: Job, score: float = 1.0) -> Flown:
@@ -104,8 +101,8 @@ def store(campaign: Campaign, tmp_path: Path) -> Iterator[Store]:
         yield opened
 
 
-def queue_of(store: Store, engine: ScriptedEngine, stop: StopSign | None = None) -> FlightQueue:
-    return FlightQueue(store, engine, stop or StopSign(), lambda progress: None, 40)
+def queue_of(store: Store, engine: ScriptedEngine, stop: Event | None = None) -> FlightQueue:
+    return FlightQueue(store, engine, stop or Event(), lambda progress: None, 40)
 
 
 def test_every_job_flies_once_in_batches(campaign: Campaign, store: Store) -> None:
@@ -134,20 +131,11 @@ def test_a_flight_that_kills_three_workers_is_quarantined_and_no_other(
     assert [len(batch) for batch in engine.batches if Job(5) in batch] == [4, 1, 1, 1]
 
 
-def test_deaths_count_on_after_a_resume(campaign: Campaign, store: Store) -> None:
-    store.add_deaths(Job(0), 2)
-    engine = ScriptedEngine(campaign, lambda jobs: Death(1))
-    queue_of(store, engine).fly([Job(0)])
-    assert len(engine.batches) == 1
-    assert store.rows[Job(0).key]["status"] == "QUARANTINED"
-
-
 def test_a_worker_that_dies_before_it_begins_is_charged_to_nobody(campaign: Campaign, store: Store) -> None:
     left = [Death(0)] * 10
     engine = ScriptedEngine(campaign, lambda jobs: left.pop() if left else None)
     queue_of(store, engine).fly([Job(flight) for flight in range(12)])
     assert {row["status"] for row in store.rows.values()} == {"OK"}
-    assert not +store.deaths
 
 
 def test_a_flight_that_only_gives_its_log_is_never_quarantined(campaign: Campaign, store: Store) -> None:
@@ -171,10 +159,11 @@ def test_a_log_of_a_flight_that_has_flown_is_kept(campaign: Campaign, store: Sto
 
 
 def test_a_stop_finishes_what_flies_and_keeps_it(campaign: Campaign, store: Store) -> None:
-    stop = StopSign()
+    stop = Event()
 
     def script(jobs: Sequence[Job]) -> None:
-        stop.raised = stop.raised or len(engine.batches) == 4
+        if len(engine.batches) == 4:
+            stop.set()
 
     engine = ScriptedEngine(campaign, script)
     with pytest.raises(Interrupted):
@@ -184,10 +173,10 @@ def test_a_stop_finishes_what_flies_and_keeps_it(campaign: Campaign, store: Stor
 
 
 def test_a_stop_after_the_last_flight_is_no_interruption(campaign: Campaign, store: Store) -> None:
-    stop = StopSign()
+    stop = Event()
 
     def script(jobs: Sequence[Job]) -> None:
-        stop.raised = True
+        stop.set()
 
     queue_of(store, ScriptedEngine(campaign, script, slots=1), stop).fly([Job(0)])
     assert set(store.by_flight) == {0}
@@ -205,11 +194,10 @@ def test_an_error_of_the_worker_ends_the_campaign(campaign: Campaign, store: Sto
 
 def test_progress_counts_flights_and_failures(campaign: Campaign, store: Store) -> None:
     seen: list[Progress] = []
-    store.add_deaths(Job(0), 2)
     engine = ScriptedEngine(campaign, lambda jobs: Death(1) if Job(0) in jobs else None)
-    FlightQueue(store, engine, StopSign(), seen.append, 8).fly([Job(flight) for flight in range(8)])
+    FlightQueue(store, engine, Event(), seen.append, 8).fly([Job(flight) for flight in range(8)])
     assert (seen[0].done, seen[-1].done) == (0, 8)
     assert (seen[-1].total, seen[-1].flown, seen[-1].failures) == (8, 8, 1)
-    again = FlightQueue(store, engine, StopSign(), seen.append, 8)
+    again = FlightQueue(store, engine, Event(), seen.append, 8)
     again.fly([])
     assert (seen[-1].done, seen[-1].flown, seen[-1].failures) == (8, 0, 1)

@@ -77,18 +77,12 @@ def test_rows_of_a_search_are_told_apart_by_their_gains(campaign: Campaign, tmp_
     assert load_rows(tmp_path / "out", campaign)[0] == {}  # they are no campaign's flights
 
 
-def test_deaths_count_on_and_are_forgiven_with_the_quarantine(campaign: Campaign, tmp_path: Path) -> None:
+def test_a_quarantined_flight_gets_its_tries_again(campaign: Campaign, tmp_path: Path) -> None:
     job, item = flown(campaign, 0)
-    for expected in (1, 2):
-        with open_store(tmp_path / "out", campaign, resume=expected > 1) as store:
-            assert store.add_deaths(job, 1) == expected
-            assert store.rows == {}
-    with open_store(tmp_path / "out", campaign, resume=True) as store:
+    with open_store(tmp_path / "out", campaign, resume=False) as store:
         store.add([(job, Flown({**item.row, "status": "QUARANTINED"}, None))])
-        assert store.deaths[job.key] == 2
     with open_store(tmp_path / "out", campaign, resume=True) as store:
         assert store.rows == {}
-        assert store.deaths[job.key] == 0
 
 
 def test_whatever_was_acknowledged_is_there_after_a_kill(

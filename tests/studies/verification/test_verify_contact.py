@@ -55,18 +55,18 @@ def test_an_existing_folder_is_not_written_over(tmp_path):
 
 
 def test_the_suite_fails_with_the_engines_own_contact(monkeypatch):
-    monkeypatch.setattr(rig_module, "tune_contact_pair", lambda model, parameters: None)
+    monkeypatch.setattr(rig_module, "tune_tool", lambda model, parameters, foot: None)
     for measure in (kept_contact, static_indentation, creep):
         assert not measure().row.passed, measure.__name__
 
 
 def test_the_suite_fails_when_friction_is_off_by_a_hundredth(monkeypatch):
-    def tune(model, parameters):
-        original(model, parameters)
+    def tune(model, parameters, foot):
+        original(model, parameters, foot)
         model.pair_friction[0, :2] *= 1.01
 
-    original = rig_module.tune_contact_pair
-    monkeypatch.setattr(rig_module, "tune_contact_pair", tune)
+    original = rig_module.tune_tool
+    monkeypatch.setattr(rig_module, "tune_tool", tune)
     assert not kinetic_friction().row.passed
 
 

@@ -120,6 +120,25 @@ def panels(count: int, most: int = 4) -> tuple[int, int]:
     return rows, -(-count // rows)
 
 
+def sheet(
+    height: float, rows: int = 1, columns: int = 1, *, width: float = WIDTH, **settings: Any
+) -> tuple[Figure, Any]:
+    """A figure with panels, laid out without overlaps.
+
+    Args:
+        height: of the figure, inches.
+        rows: of panels.
+        columns: of panels.
+        width: of the figure, inches.
+        settings: of the panels, as `Figure.subplots` takes them.
+
+    Returns:
+        The figure and what `Figure.subplots` gives: one panel, or an array of them.
+    """
+    figure = Figure((width, height), layout="constrained")
+    return figure, figure.subplots(rows, columns, **settings)
+
+
 def swatch(colour: str, text: str) -> Patch:
     """A filled square for the legend."""
     return Patch(facecolor=colour, edgecolor="none", label=text)

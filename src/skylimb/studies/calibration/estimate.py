@@ -39,6 +39,9 @@ _HUBER, _IMPOSSIBLE = 3.0, 8.0
 _ROUGH, _SETTLED = 0.03, 1e-3
 """A step below this part of every standard deviation ends a search."""
 
+_ALLOWED = {"rotor_lag": (1e-3, 0.5), "latency": (0.0, 0.2)}
+"""What a robot can have, s."""
+
 _MOST_STEPS = 12
 
 _ORDER = 6
@@ -63,8 +66,7 @@ class Estimate:
         before: residuals with what was believed before, a row a frame, (k, 6).
         after: with the estimate.
         times: of those frames, s.
-        frames: how many there were.
-        left_out: how many of them could not be true.
+        left_out: how many frames besides could not be true.
     """
 
     parameters: tuple[Parameter, ...]
@@ -75,7 +77,6 @@ class Estimate:
     before: np.ndarray
     after: np.ndarray
     times: np.ndarray
-    frames: int
     left_out: int
 
     @property
@@ -113,10 +114,7 @@ class Fit:
         self.places = slices(self.parameters)
         robot = record.robot
         self.predictor = Predictor(robot.n_rotors, robot.mass, root_mass(robot), record.step)
-        self.impossible = [np.zeros(self._count(piece), dtype=bool) for piece in record.pieces]
-
-    def _count(self, piece: tuple[int, int]) -> int:
-        return len(range(piece[0], piece[1], self.record.stride))
+        self.impossible = [np.zeros(len(range(*piece, record.stride)), dtype=bool) for piece in record.pieces]
 
     def steps(self, theta: np.ndarray) -> list[Steps]:
         """What is known of every step of every piece, frames that cannot be true left out."""
@@ -193,7 +191,6 @@ def estimate(record: Record) -> Estimate:
         np.concatenate([one.residuals[fresh] for one, fresh in zip(before, frames, strict=True)]),
         np.concatenate([one.residuals[fresh] for one, fresh in zip(known, frames, strict=True)]),
         np.concatenate(times),
-        sum(int(fresh.sum()) for fresh in frames),
         sum(int(bad.sum()) for bad in fit.impossible),
     )
 
@@ -212,18 +209,11 @@ def _search(fit: Fit, theta: np.ndarray, noise: Noise, settled: float) -> np.nda
         H = (J * weight[:, None]).T @ J / usual**2 + np.diag(spread**-2)
         slope = (J * weight[:, None]).T @ residuals / usual**2 + (theta - center) / spread**2
         step = -np.linalg.solve(H, slope)
-        theta = _allowed(fit, theta + step)
+        theta = theta + step
+        for name, (low, high) in _ALLOWED.items():
+            theta[fit.places[name]] = np.clip(theta[fit.places[name]], low, high)
         if np.all(np.abs(step) < settled * spread):
             break
-    return theta
-
-
-def _allowed(fit: Fit, theta: np.ndarray) -> np.ndarray:
-    """The nearest parameters that a robot can have."""
-    theta = theta.copy()
-    lag, latency = fit.places["rotor_lag"], fit.places["latency"]
-    theta[lag] = np.clip(theta[lag], 1e-3, 0.5)
-    theta[latency] = np.clip(theta[latency], 0.0, 0.2)
     return theta
 
 

@@ -40,8 +40,7 @@ def _intervals(made: Calibration) -> Figure:
     estimate = made.estimate
     center, spread = centers(estimate.parameters), spreads(estimate.parameters)
     rows = np.arange(len(center))[::-1]
-    figure = Figure(figsize=(style.WIDTH, 4.2), layout="constrained")
-    axes = figure.add_subplot()
+    figure, axes = style.sheet(4.2)
     axes.hlines(rows, -SIGMAS, SIGMAS, color="#DDDDDD", linewidth=7, label="believed before")
     middle = (estimate.value - center) / spread
     half = SIGMAS * estimate.deviation / spread
@@ -58,8 +57,7 @@ def _intervals(made: Calibration) -> Figure:
 
 def _residuals(made: Calibration) -> Figure:
     estimate = made.estimate
-    figure = Figure(figsize=(style.WIDTH, 3.6), layout="constrained")
-    grid = figure.subplots(2, 2, sharex=True, sharey="row")
+    figure, grid = style.sheet(3.6, 2, 2, sharex=True, sharey="row")
     for column, (title, values) in enumerate((("before", estimate.before), ("after", estimate.after))):
         for row, (what, part) in enumerate((("place", slice(0, 3)), ("attitude", slice(3, 6)))):
             axes = grid[row][column]
@@ -79,8 +77,7 @@ def _information(made: Calibration) -> Figure:
     values, vectors = np.linalg.eigh(scaled(estimate.information, estimate.parameters))
     order = np.argsort(values)[::-1]
     deviations = 1.0 / np.sqrt(np.maximum(values[order], 1e-12))
-    figure = Figure(figsize=(style.WIDTH, 4.4), layout="constrained")
-    above, below = figure.subplots(2, 1, sharex=True, height_ratios=(1, 2.4))
+    figure, (above, below) = style.sheet(4.4, 2, 1, sharex=True, height_ratios=(1, 2.4))
     at = np.arange(len(values))
     above.bar(at, deviations, color=style.CURVES[0])
     above.axhline(1.0, color=style.DARK, linewidth=0.8, linestyle=":")
@@ -101,8 +98,7 @@ def _information(made: Calibration) -> Figure:
 
 def _correlations(made: Calibration) -> Figure:
     estimate = made.estimate
-    figure = Figure(figsize=(style.WIDTH * 0.8, 4.6), layout="constrained")
-    axes = figure.add_subplot()
+    figure, axes = style.sheet(4.6, width=0.8 * style.WIDTH)
     drawn = axes.imshow(estimate.correlation, cmap="RdBu_r", vmin=-1.0, vmax=1.0)
     at = np.arange(len(estimate.labels))
     axes.set_yticks(at, estimate.labels)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import tomllib
-from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -13,17 +12,11 @@ from skylimb.analysis.recording.run import Run
 from skylimb.base.errors import ConfigError
 from skylimb.robots.model import Robot
 
-SIGNALS = (
-    "root_position_measured",
-    "root_quaternion_measured",
-    "joint_angles_measured",
-    "vectoring_angles_measured",
-    "thrusts_command",
-)
-"""What is read of a log: nothing but what a real robot records."""
+POSITION, QUATERNION = "root_position_measured", "root_quaternion_measured"
+JOINTS, VECTORING, COMMAND = "joint_angles_measured", "vectoring_angles_measured", "thrusts_command"
 
-UNITS = dict(zip(SIGNALS, ("m", "", "rad", "rad", "N"), strict=True))
-"""Unit of each."""
+UNITS = {POSITION: "m", QUATERNION: "", JOINTS: "rad", VECTORING: "rad", COMMAND: "N"}
+"""What is read of a log, nothing but what a real robot records, and the unit of each."""
 
 LONGEST_BLIND = 1.0
 """Longest time without a frame that is bridged, s."""
@@ -44,89 +37,83 @@ _SAME = 1e-9
 """A pose that moved by less than this (m, or part of a unit quaternion) is the frame before, held."""
 
 
-class Measured(NamedTuple):
-    """A log's columns, a row a tick.
-
-    Attributes:
-        dt: control period, s.
-        pieces: first and last tick (not included) of every part in which nothing touches.
-        fresh: whether the pose is a new frame, (k,).
-        position: of the measured root, W, m; zero where there is no frame.
-        quaternion: of the measured root, (w, x, y, z); no turn where there is no frame.
-        angles: measured joint and vectoring angles, rad.
-        command: commanded thrusts, N.
-    """
-
-    dt: float
-    pieces: tuple[tuple[int, int], ...]
-    fresh: np.ndarray
-    position: np.ndarray
-    quaternion: np.ndarray
-    angles: np.ndarray
-    command: np.ndarray
+Columns = dict[str, np.ndarray]
+"""Signal -> its numbers, a row a tick, (k, ...)."""
 
 
-def measured(run: Run, robot: Robot) -> Measured:
-    """What a run's log says, checked.
+def columns_of(run: Run, robot: Robot) -> tuple[Columns, float]:
+    """The signals of a run's log, checked, and its control period, s.
 
     Raises:
         ConfigError: naming what is missing, not finite, too short or of another robot, or that the flight was
-            lost or touched something.
+            lost.
     """
-    log, name = run.log, run.name
+    log = run.log
     if run.failed:
-        raise ConfigError(f"the flight of '{name}' was lost ({run.cause}); no calibration is made of it")
+        raise ConfigError(f"the flight of '{run.name}' was lost ({run.cause}); no calibration is made of it")
     of = str(log.attrs.get("robot", ""))
     if of != robot.name:
         raise ConfigError(f"the log is of robot '{of}', not of '{robot.name}'")
-    missing = [signal for signal in SIGNALS if signal not in log]
-    if missing:
-        raise ConfigError(f"the log has no signal '{missing[0]}', which a calibration needs")
-    arrays = {signal: np.asarray(log[signal].values, dtype=float) for signal in SIGNALS}
-    sizes = (3, 4, robot.n_joints, robot.n_vectoring, robot.n_rotors)
-    for (signal, array), size in zip(arrays.items(), sizes, strict=True):
-        if array.ndim != 2 or array.shape[1] != size:
-            raise ConfigError(
-                f"signal '{signal}' of the log has shape {array.shape}; {size} columns are right"
-            )
     times = np.asarray(log["time"].values, dtype=float)
-    if len(times) < 2 or times[-1] - times[0] < SHORTEST:
-        length = times[-1] - times[0] if len(times) else 0.0
+    length = float(np.ptp(times)) if len(times) else 0.0
+    if length < SHORTEST:
         raise ConfigError(f"the log lasts {length:.3g} s; a calibration needs {SHORTEST:g} s at least")
     dt = float(np.median(np.diff(times)))
-    _require_ticks(times, dt)
-    fresh = _fresh(arrays)
-    _require_sound(log, arrays, robot, fresh)
-    pieces = _free(run, dt, len(times))
-    pose = arrays["root_position_measured"], arrays["root_quaternion_measured"]
-    return Measured(
-        dt,
-        pieces,
-        fresh,
-        np.where(fresh[:, None], pose[0], 0.0),
-        np.where(fresh[:, None], pose[1], [1.0, 0.0, 0.0, 0.0]),
-        np.concatenate([arrays["joint_angles_measured"], arrays["vectoring_angles_measured"]], axis=1),
-        arrays["thrusts_command"],
-    )
-
-
-def _require_ticks(times: np.ndarray, dt: float) -> None:
-    """Refuse a log whose ticks do not come evenly."""
     uneven = np.flatnonzero(np.abs(np.diff(times) - dt) > 0.1 * dt)
     if len(uneven):
-        at = int(uneven[0])
+        begin, end = times[uneven[0]], times[uneven[0] + 1]
         raise ConfigError(
-            f"the log has a gap: from {times[at]:.3f} s to {times[at + 1]:.3f} s, where a tick takes {dt:g} s"
+            f"the log has a gap: from {begin:.3f} s to {end:.3f} s, where a tick takes {dt:g} s"
         )
+    widths = (3, 4, robot.n_joints, robot.n_vectoring, robot.n_rotors)
+    columns = {name: _column(log, name, width) for name, width in zip(UNITS, widths, strict=True)}
+    lift = float(np.median(columns[COMMAND].sum(axis=1)))
+    if not 0.5 * robot.weight < lift < 2.0 * robot.weight:
+        raise ConfigError(
+            f"the thrusts of the log are {lift:.3g} N together; {robot.name} weighs {robot.weight:.3g} N, so "
+            "they are in another unit or of another robot"
+        )
+    return columns, dt
 
 
-def _fresh(arrays: dict[str, np.ndarray]) -> np.ndarray:
-    """Whether each tick shows a frame that the tick before did not; one without numbers is none, (k,)."""
-    pose = np.concatenate([arrays["root_position_measured"], arrays["root_quaternion_measured"]], axis=1)
+def _column(log: xr.Dataset, name: str, width: int) -> np.ndarray:
+    """A signal, (k, width), in its unit; finite, but for a pose, which has no numbers where no frame came."""
+    if name not in log:
+        raise ConfigError(f"the log has no signal '{name}', which a calibration needs")
+    values = np.asarray(log[name].values, dtype=float)
+    if values.ndim != 2 or values.shape[1] != width:
+        raise ConfigError(f"signal '{name}' of the log has shape {values.shape}; {width} columns are right")
+    unit = str(log[name].attrs.get("units", UNITS[name]))
+    if unit != UNITS[name]:
+        raise ConfigError(
+            f"signal '{name}' of the log is in '{unit}'; a calibration needs it in '{UNITS[name]}'"
+        )
+    bad = np.flatnonzero(~np.isfinite(values).all(axis=1))
+    if len(bad) and name not in (POSITION, QUATERNION):
+        at = float(log["time"].values[bad[0]])
+        raise ConfigError(f"signal '{name}' of the log is not finite at {at:.3f} s")
+    return values
+
+
+def fresh_frames(columns: Columns, dt: float) -> np.ndarray:
+    """Whether each tick shows a frame that the tick before did not; one without numbers is none, (k,).
+
+    Raises:
+        ConfigError: when the log is blind for too long, or its attitudes are none.
+    """
+    pose = np.concatenate([columns[POSITION], columns[QUATERNION]], axis=1)
     known = np.isfinite(pose).all(axis=1)
     held = np.concatenate([[False], (np.abs(pose[1:] - pose[:-1]) < _SAME).all(axis=1)])
     fresh = known & ~held
     fresh[np.flatnonzero(fresh)[_wild(pose[fresh])]] = False
+    frames = np.flatnonzero(fresh)
+    longest = float(np.max(np.diff(frames))) if len(frames) > 1 else np.inf
+    if longest * dt > LONGEST_BLIND:
+        raise ConfigError(
+            f"the log is without a frame of the motion capture for more than {LONGEST_BLIND:g} s at a time"
+        )
+    if np.abs(np.linalg.norm(columns[QUATERNION][fresh], axis=1) - 1.0).max() > 0.01:
+        raise ConfigError(f"signal '{QUATERNION}' of the log is no unit quaternion")
     return fresh
 
 
@@ -142,62 +129,31 @@ def _wild(frames: np.ndarray) -> np.ndarray:
     return (beside > _WILD * np.maximum(usual, _SAME)).any(axis=1)
 
 
-def _require_sound(log: xr.Dataset, arrays: dict[str, np.ndarray], robot: Robot, fresh: np.ndarray) -> None:
-    """Refuse numbers that are missing, or that cannot be what they are called."""
-    for name, unit in UNITS.items():
-        given = str(log[name].attrs.get("units", unit))
-        if given != unit:
-            raise ConfigError(
-                f"signal '{name}' of the log is in '{given}'; a calibration needs it in '{unit}'"
-            )
-    for name in SIGNALS[2:]:
-        bad = np.flatnonzero(~np.isfinite(arrays[name]).all(axis=1))
-        if len(bad):
-            at = float(log["time"].values[bad[0]])
-            raise ConfigError(f"signal '{name}' of the log is not finite at {at:.3f} s")
-    frames = np.flatnonzero(fresh)
-    longest = float(np.max(np.diff(frames))) if len(frames) > 1 else np.inf
-    if longest * float(np.median(np.diff(log["time"].values))) > LONGEST_BLIND:
-        raise ConfigError(
-            f"the log is without a frame of the motion capture for more than {LONGEST_BLIND:g} s at a time"
-        )
-    sizes = np.linalg.norm(arrays["root_quaternion_measured"][fresh], axis=1)
-    if np.abs(sizes - 1.0).max() > 0.01:
-        raise ConfigError("signal 'root_quaternion_measured' of the log is no unit quaternion")
-    weight = robot.weight
-    lift = float(np.median(arrays["thrusts_command"].sum(axis=1)))
-    if not 0.5 * weight < lift < 2.0 * weight:
-        raise ConfigError(
-            f"the thrusts of the log are {lift:.3g} N together; {robot.name} weighs {weight:.3g} N, so they "
-            "are in another unit or of another robot"
-        )
+def free_pieces(run: Run, dt: float) -> tuple[tuple[int, int], ...]:
+    """First and last tick (not included) of every part in which nothing is to touch.
 
-
-def _free(run: Run, dt: float, count: int) -> tuple[tuple[int, int], ...]:
-    """First and last tick of every part in which nothing is to touch."""
-    free = np.ones(count, dtype=bool)
-    if "phase" in run.log and _touches(run):
-        names = str(run.log["phase"].attrs.get("flag_meanings", "")).split()
+    Raises:
+        ConfigError: when something was touched there, or there is too little of it.
+    """
+    log = run.log
+    free = np.ones(log.sizes["time"], dtype=bool)
+    touches = tomllib.loads(run.config).get("approach", {}).get("contact", True)
+    if "phase" in log and touches:
+        names = str(log["phase"].attrs.get("flag_meanings", "")).split()
         allowed = [names.index(name) for name in ("hover", "tare", "hover_end") if name in names]
-        free = np.isin(run.log["phase"].values, allowed)
-    if "contact" in run.log:
-        touched = np.flatnonzero(free & (run.log["contact"].values > 0.0))
+        free = np.isin(log["phase"].values, allowed)
+    if "contact" in log:
+        touched = np.flatnonzero(free & (log["contact"].values > 0.0))
         if len(touched):
-            at = float(run.log["time"].values[touched[0]])
+            at = float(log["time"].values[touched[0]])
             raise ConfigError(f"the flight of '{run.name}' touched something at {at:.3f} s in free flight")
     edges = np.flatnonzero(np.diff(np.concatenate([[0], free.astype(int), [0]])))
     margin = round(MARGIN / dt)
     pieces = [(int(a) + margin, int(b) - margin) for a, b in zip(edges[::2], edges[1::2], strict=True)]
     pieces = [piece for piece in pieces if (piece[1] - piece[0]) * dt >= SHORTEST_PIECE]
-    if sum(b - a for a, b in pieces) * dt < SHORTEST - 2.0 * MARGIN:
+    found = sum(b - a for a, b in pieces) * dt
+    if found < SHORTEST - 2.0 * MARGIN:
         raise ConfigError(
-            f"the log has {sum(b - a for a, b in pieces) * dt:.3g} s of free flight; a calibration needs "
-            f"{SHORTEST:g} s at least"
+            f"the log has {found:.3g} s of free flight; a calibration needs {SHORTEST:g} s at least"
         )
     return tuple(pieces)
-
-
-def _touches(run: Run) -> bool:
-    """Whether the mission of a run was to touch something."""
-    config = tomllib.loads(run.config) if run.config else {}
-    return bool(config.get("approach", {}).get("contact", True))

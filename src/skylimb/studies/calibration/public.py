@@ -77,7 +77,7 @@ def robot_of(flown: Run) -> Robot:
     Raises:
         SkylimbError: when the log does not say, or there is no such robot.
     """
-    config = tomllib.loads(flown.config) if flown.config else {}
+    config = tomllib.loads(flown.config)
     name = str(config.get("robot") or flown.log.attrs.get("robot", ""))
     if not name:
         raise ConfigError(f"the log of '{flown.name}' does not say of which robot it is")

@@ -11,7 +11,16 @@ from scipy.spatial.transform import Rotation
 
 from skylimb.analysis.recording.run import Run
 from skylimb.robots.model import Robot
-from skylimb.studies.calibration.log import measured
+from skylimb.studies.calibration.log import (
+    COMMAND,
+    JOINTS,
+    POSITION,
+    QUATERNION,
+    VECTORING,
+    columns_of,
+    free_pieces,
+    fresh_frames,
+)
 from skylimb.studies.calibration.mechanics import mechanics
 from skylimb.studies.calibration.steps import Steps
 
@@ -159,24 +168,31 @@ def record_of(run: Run, robot: Robot) -> Record:
     """The parts of a run's log in which the robot flew freely.
 
     Raises:
-        ConfigError: naming what the log lacks, or what is wrong with the flight; see `log.measured`.
+        ConfigError: naming what the log lacks, or what is wrong with the flight.
     """
-    seen = measured(run, robot)
-    width = max(5, 2 * round(0.5 * _SMOOTHED / seen.dt) + 1)
-    angles = np.asarray(savgol_filter(seen.angles, width, 3, axis=0))
-    rates = np.asarray(savgol_filter(seen.angles, width, 3, deriv=1, delta=seen.dt, axis=0))
-    stride, fresh = _in_step(seen.fresh, seen.dt)
+    columns, dt = columns_of(run, robot)
+    fresh = fresh_frames(columns, dt)
+    pieces = free_pieces(run, dt)
+    # Where there is no frame, any pose will do.
+    position = np.where(fresh[:, None], columns[POSITION], 0.0)
+    quaternion = np.where(fresh[:, None], columns[QUATERNION], [1.0, 0.0, 0.0, 0.0])
+    encoders = np.concatenate([columns[JOINTS], columns[VECTORING]], axis=1)
+    width = max(5, 2 * round(0.5 * _SMOOTHED / dt) + 1)
+    angles = np.asarray(savgol_filter(encoders, width, 3, axis=0))
+    rates = np.asarray(savgol_filter(encoders, width, 3, deriv=1, delta=dt, axis=0))
+    stride, fresh = _in_step(fresh, dt)
     return Record(
         robot,
-        seen.dt,
+        dt,
         stride,
-        _on_frames(seen.pieces, fresh, stride),
-        seen.position,
-        Rotation.from_quat(seen.quaternion, scalar_first=True).as_matrix(),
+        # Each piece from its first frame on.
+        tuple((begin + int(np.argmax(fresh[begin:end])), end - stride) for begin, end in pieces),
+        position,
+        Rotation.from_quat(quaternion, scalar_first=True).as_matrix(),
         fresh,
         angles,
         rates,
-        seen.command,
+        columns[COMMAND],
         mechanics(robot, angles, rates),
     )
 
@@ -192,10 +208,3 @@ def _in_step(fresh: np.ndarray, dt: float) -> tuple[int, np.ndarray]:
     kept = np.zeros_like(fresh)
     kept[regular] = True
     return spacing, kept
-
-
-def _on_frames(
-    pieces: tuple[tuple[int, int], ...], fresh: np.ndarray, stride: int
-) -> tuple[tuple[int, int], ...]:
-    """The pieces, each from its first frame on."""
-    return tuple((begin + int(np.argmax(fresh[begin:end])), end - stride) for begin, end in pieces)

@@ -35,32 +35,28 @@ class Row(NamedTuple):
     interval: str
     prior: str
     shown: bool
-    truth: str
-    error: str
+    truth: str = ""
+    error: str = ""
 
 
 def rows_of(made: Calibration) -> list[Row]:
     """Every entry as a person reads it."""
-    estimate, rows, index = made.estimate, [], 0
-    center, spread = centers(estimate.parameters), spreads(estimate.parameters)
-    for one in estimate.parameters:
-        unit, factor, digits = _SHOWN_IN[one.unit]
-        for label in one.labels:
-            value, low, high = made.interval(index)
-            true = None if made.truth is None else float(made.truth[index])
-            around = (center[index] - SIGMAS * spread[index], center[index] + SIGMAS * spread[index])
-            rows.append(
-                Row(
-                    label,
-                    f"{factor * value:.{digits}f} {unit}",
-                    f"{factor * low:.{digits}f} .. {factor * high:.{digits}f}",
-                    f"{factor * around[0]:.3g} .. {factor * around[1]:.3g}",
-                    bool(estimate.shown[index]),
-                    "" if true is None else f"{factor * true:.{digits}f}",
-                    "" if true is None else f"{(value - true) / float(estimate.deviation[index]):+.1f}",
-                )
-            )
-            index += 1
+    estimate, (low, high) = made.estimate, made.interval
+    center, around = centers(estimate.parameters), SIGMAS * spreads(estimate.parameters)
+    units = [_SHOWN_IN[one.unit] for one in estimate.parameters for _ in one.labels]
+    rows = []
+    for i, (label, (unit, factor, digits)) in enumerate(zip(estimate.labels, units, strict=True)):
+        row = Row(
+            label,
+            f"{factor * estimate.value[i]:.{digits}f} {unit}",
+            f"{factor * low[i]:.{digits}f} .. {factor * high[i]:.{digits}f}",
+            f"{factor * (center[i] - around[i]):.3g} .. {factor * (center[i] + around[i]):.3g}",
+            bool(estimate.shown[i]),
+        )
+        if made.truth is not None:
+            error = (estimate.value[i] - made.truth[i]) / estimate.deviation[i]
+            row = row._replace(truth=f"{factor * made.truth[i]:.{digits}f}", error=f"{error:+.1f}")
+        rows.append(row)
     return rows
 
 

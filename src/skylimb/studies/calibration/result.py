@@ -16,7 +16,7 @@ from skylimb.base.config import from_mapping
 from skylimb.control.corrections import FORMAT, Corrections
 from skylimb.robots.model import Robot
 from skylimb.studies.calibration.estimate import Estimate
-from skylimb.studies.calibration.parameters import Parameter
+from skylimb.studies.calibration.parameters import slices
 
 FILE = "calibration.toml"
 
@@ -50,15 +50,15 @@ class Calibration:
     truth: np.ndarray | None = None
     versions: Mapping[str, str] = field(default_factory=versions)
 
-    def interval(self, index: int) -> tuple[float, float, float]:
-        """Value and 95 % interval of an entry of the flat vector."""
-        value, deviation = float(self.estimate.value[index]), float(self.estimate.deviation[index])
-        return value, value - SIGMAS * deviation, value + SIGMAS * deviation
+    @property
+    def interval(self) -> tuple[np.ndarray, np.ndarray]:
+        """Ends of the 95 % interval of every entry, (p,) each."""
+        half = SIGMAS * self.estimate.deviation
+        return self.estimate.value - half, self.estimate.value + half
 
     @property
     def tables(self) -> dict[str, Any]:
         """Everything as plain tables, as the file has it."""
-        estimate, at = self.estimate, 0
         found: dict[str, Any] = {
             "format": FORMAT,
             "robot": self.robot,
@@ -66,10 +66,18 @@ class Calibration:
             "verdict": self.verdict,
             "flight": dict(self.flight),
         }
-        for one in estimate.parameters:
-            indices = range(at, at + len(one.center))
-            at += len(one.center)
-            found[one.name] = self._table(one, indices)
+        low, high = self.interval
+        for one in self.estimate.parameters:
+            part = slices(self.estimate.parameters)[one.name]
+            at = part.start if one.entries == ("",) else part  # a single number is no list
+            found[one.name] = {
+                "value": self.estimate.value[at].tolist(),
+                "low": low[at].tolist(),
+                "high": high[at].tolist(),
+                "unit": one.unit,
+                "shown": self.estimate.shown[at].tolist(),
+                "meaning": one.meaning,
+            }
         found["mass_scale"] = {
             "value": 1.0,
             "low": 1.0 - SIGMAS * MASS_SPREAD,
@@ -80,20 +88,6 @@ class Calibration:
         }
         found["versions"] = dict(self.versions)
         return found
-
-    def _table(self, one: Parameter, indices: range) -> dict[str, Any]:
-        rows = [self.interval(index) for index in indices]
-        shown = [bool(self.estimate.shown[index]) for index in indices]
-        value, low, high = ([row[k] for row in rows] for k in range(3))
-        single = one.entries == ("",)
-        return {
-            "value": value[0] if single else value,
-            "low": low[0] if single else low,
-            "high": high[0] if single else high,
-            "unit": one.unit,
-            "shown": shown[0] if single else shown,
-            "meaning": one.meaning,
-        }
 
     @property
     def corrections(self) -> Corrections:
@@ -144,7 +138,7 @@ def calibration_of(run: Run, robot: Robot, estimate: Estimate, duration: float) 
         "controller": run.controller,
         "seed": int(attrs.get("seed", 0)),
         "seconds": round(float(duration), 3),
-        "frames": estimate.frames,
+        "frames": len(estimate.times),
         "frames_left_out": estimate.left_out,
     }
     return Calibration(robot.name, robot.description.digest, estimate, flight, true_values(run, robot))
@@ -152,7 +146,7 @@ def calibration_of(run: Run, robot: Robot, estimate: Estimate, duration: float) 
 
 def true_values(run: Run, robot: Robot) -> np.ndarray | None:
     """What a simulated flight was flown with, in the order of the flat vector; None for a real one."""
-    config = tomllib.loads(run.config) if run.config else {}
+    config = tomllib.loads(run.config)
     plant, sensors = config.get("plant"), config.get("sensors")
     if plant is None or sensors is None:
         return None

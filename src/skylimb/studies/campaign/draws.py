@@ -18,6 +18,9 @@ from scipy.stats import qmc
 from skylimb.base.config import put, to_mapping
 from skylimb.studies.campaign.spec import CampaignSpec
 
+GAIN = "controller."
+"""Before a varied key: a gain of the controller's, not a key of the experiment."""
+
 _BLOCK = 1024
 """Points that are laid at once; a power of two, as the Sobol sequence likes it."""
 
@@ -39,11 +42,7 @@ class Draw:
     @property
     def gains(self) -> dict[str, Any]:
         """Those of the values that belong to the controller, without their prefix."""
-        return {
-            key.removeprefix("controller."): value
-            for key, value in self.values.items()
-            if key.startswith("controller.")
-        }
+        return {key.removeprefix(GAIN): value for key, value in self.values.items() if key.startswith(GAIN)}
 
 
 def draw(spec: CampaignSpec, index: int) -> Draw:

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from skylimb.analysis.figures import style
 from skylimb.analysis.scores.axis_names import AxisNames
 from skylimb.studies.campaign.maps import CLEAR_WIN, failure_map, has_cells, winner_map
-from skylimb.studies.campaign.panels import add_legend, colours_of, panels
+from skylimb.studies.campaign.panels import add_legend, panels
 from skylimb.studies.campaign.points import FEW, points
 from skylimb.studies.campaign.statistics import Scores, parameters_by_information
 from skylimb.studies.campaign.statistics.intervals import finite, rank_correlation
@@ -105,7 +105,7 @@ def profiles(scores: Scores, axes_names: AxisNames) -> Figure:
     figure, axes = panels(scores.ranked, 1.75)
     for key, ax in axes.items():
         score = scores.declared[key]
-        for column, colour in zip(scores.cost(key).T, colours_of(scores), strict=True):
+        for column, colour in zip(scores.cost(key).T, style.colours_of(scores.controllers), strict=True):
             finished = score.sign * np.sort(column[np.isfinite(column)])
             share = np.arange(1, len(finished) + 1) / len(column)
             ax.step(finished, share, where="post", color=colour)
@@ -121,14 +121,13 @@ def profiles(scores: Scores, axes_names: AxisNames) -> Figure:
 @style.styled
 def trends(scores: Scores, score: str, parameters: list[str], axes_names: AxisNames) -> Figure:
     """The score of every flight over some parameters, with medians along them."""
-    figure = Figure((style.WIDTH, 2.6), layout="constrained")
-    axes = figure.subplots(1, len(parameters), squeeze=False, sharey=True)[0]
-    values = scores.metrics[score]
+    figure, (axes,) = style.sheet(2.6, 1, len(parameters), squeeze=False, sharey=True)
+    values, colours = scores.metrics[score], style.colours_of(scores.controllers)
     bottom, top = style.limits([values[scores.finished]], 0.08)
     dots = {"s": 4, "alpha": 0.35} if len(scores.draws) > _MANY else {"s": 14, "alpha": 0.8}
     for ax, parameter in zip(axes, parameters, strict=True):
         x = scores.parameters[parameter].astype(float)
-        for column, flown, colour in zip(values.T, scores.finished.T, colours_of(scores), strict=True):
+        for column, flown, colour in zip(values.T, scores.finished.T, colours, strict=True):
             ax.scatter(x[flown], column[flown], color=colour, linewidths=0, **dots)
             at_top = np.full((~flown).sum(), top)
             ax.scatter(x[~flown], at_top, s=12, marker="x", color=colour, linewidths=0.8)

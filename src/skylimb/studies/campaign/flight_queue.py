@@ -8,17 +8,18 @@ from __future__ import annotations
 import signal
 import threading
 import time
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
 from contextlib import contextmanager
 from dataclasses import dataclass
+from threading import Event
 from types import FrameType
 
 from skylimb.base.errors import OutputError
 from skylimb.studies.campaign.engines import DEATHS, Engine, WorkerError
 from skylimb.studies.campaign.rows import LOST, QUARANTINED, make_row
-from skylimb.studies.campaign.store import Store
+from skylimb.studies.campaign.store import Key, Store
 from skylimb.studies.campaign.worker import Flown, Job
 
 BATCH = 4
@@ -56,29 +57,25 @@ class Interrupted(Exception):  # noqa: N818 - it is no error
     """Ctrl-C came before all had flown; what was flown is kept."""
 
 
-@dataclass
-class StopSign:
-    """Raised by Ctrl-C. The first time nothing new takes off, the second time nothing is waited for."""
-
-    raised: bool = False
-
-
 class FlightQueue:
     """Flies jobs until each has its row in the store.
 
     Args:
         store: where rows are and go.
         engine: flies.
-        stop: watched; when it is raised, what flies is finished and kept.
+        stop: watched; when it is set, what flies is finished and kept.
         report: called with the progress, twice a second or more often.
         total: flights that it takes at most, for the progress.
     """
 
-    def __init__(self, store: Store, engine: Engine, stop: StopSign, report: Report, total: int) -> None:
+    def __init__(
+        self, store: Store, engine: Engine, stop: threading.Event, report: Report, total: int
+    ) -> None:
         self.store = store
         self._engine, self._stop, self._report, self._total = engine, stop, report, total
-        self._begun, self._flown = time.monotonic(), 0
+        self._begun, self._before = time.monotonic(), len(store.rows)
         self._failures = sum(row["status"] in LOST for row in store.rows.values())
+        self._deaths: Counter[Key] = Counter()
 
     def fly(self, jobs: Sequence[Job]) -> None:
         """Fly jobs, in any order and at any number of workers.
@@ -91,9 +88,9 @@ class FlightQueue:
         waiting: deque[Sequence[Job]] = deque(jobs[i : i + size] for i in range(0, len(jobs), size))
         flying: dict[Future[list[Flown]], Sequence[Job]] = {}
         self._show()
-        while flying or (waiting and not self._stop.raised):
+        while flying or (waiting and not self._stop.is_set()):
             free = self._engine.slots - len(flying)
-            while waiting and free > 0 and not self._stop.raised:
+            while waiting and free > 0 and not self._stop.is_set():
                 batch, free = waiting.popleft(), free - 1
                 flying[self._engine.submit(batch)] = batch
             ended = wait(flying, _PAUSE, FIRST_COMPLETED).done
@@ -118,10 +115,16 @@ class FlightQueue:
             raise WorkerError(f"a flight of {[job.flight for job in batch]} ended its worker: {error!r}")
         if deaths == 0 or len(batch) > 1:  # one of several did it: each flies alone now
             waiting.extendleft((job,) for job in batch)
-        elif self.store.add_deaths(batch[0], deaths) < DEATHS:
+            return
+        (job,) = batch
+        self._deaths[job.key] += deaths
+        if self._deaths[job.key] < DEATHS:
             waiting.append(batch)
-        else:
-            self._quarantine(batch[0])
+        elif job.key not in self.store.rows:  # otherwise it has flown before and was only to give its log
+            cause = f"its worker process died {DEATHS} times"
+            self._keep(
+                [(job, Flown(make_row(self.store.campaign, job.flight, QUARANTINED, cause, {}), None))]
+            )
 
     def _keep(self, flown: Sequence[tuple[Job, Flown]]) -> None:
         fresh = []
@@ -137,33 +140,27 @@ class FlightQueue:
             elif item.log is not None:
                 self.store.keep_log(item.row, item.log, item.files)
         self.store.add(fresh)
-        self._flown += len(fresh)
         self._failures += sum(item.row["status"] in LOST for _, item in fresh)
-
-    def _quarantine(self, job: Job) -> None:
-        if job.key not in self.store.rows:  # otherwise it has flown before and was only to give its log
-            cause = f"its worker process died {DEATHS} times"
-            row = make_row(self.store.campaign, job.flight, QUARANTINED, cause, {})
-            self._keep([(job, Flown(row, None))])
 
     def _show(self) -> None:
         done, seconds = len(self.store.rows), time.monotonic() - self._begun
-        self._report(Progress(done, self._total, self._failures, self._flown, seconds, self._stop.raised))
+        flown, stopping = done - self._before, self._stop.is_set()
+        self._report(Progress(done, self._total, self._failures, flown, seconds, stopping))
 
 
 @contextmanager
-def watching_interrupts() -> Iterator[StopSign]:
-    """A sign that the first SIGINT or SIGTERM raises; the second is a KeyboardInterrupt. Main thread only."""
-    stop = StopSign()
+def watching_interrupts() -> Iterator[Event]:
+    """What the first SIGINT or SIGTERM sets; the second is a KeyboardInterrupt. Main thread only."""
+    stop = Event()
     if threading.current_thread() is not threading.main_thread():
         yield stop
         return
 
     def on_signal(number: int, frame: FrameType | None) -> None:
         del number, frame
-        if stop.raised:
+        if stop.is_set():
             raise KeyboardInterrupt
-        stop.raised = True
+        stop.set()
 
     before = {number: signal.signal(number, on_signal) for number in (signal.SIGINT, signal.SIGTERM)}
     try:

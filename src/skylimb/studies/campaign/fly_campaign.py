@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Iterator, Mapping
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,11 +13,10 @@ from skylimb.flight.experiments.experiment import robot_of
 from skylimb.flight.flyable import require_flyable
 from skylimb.flight.plan import mission_of
 from skylimb.simulation.plant import build_plant
-from skylimb.studies.campaign.engines import Engine, check_workers, make_engine
+from skylimb.studies.campaign.engines import check_workers, make_engine
 from skylimb.studies.campaign.flight_queue import (
     FlightQueue,
     Interrupted,
-    Progress,
     Report,
     watching_interrupts,
 )
@@ -94,7 +93,6 @@ def run_campaign(
         OutputError: when the folder cannot be used; nothing in it has been touched then. Or when the disk
             is full; what was flown before is kept.
     """
-    check_workers(workers, scheduler, slurm)
     campaign, folder = freeze(spec if isinstance(spec, CampaignSpec) else load_spec(spec)), Path(out)
     if not folder.exists():
         first = campaign.experiment_of(campaign.draw(0))
@@ -102,11 +100,7 @@ def run_campaign(
         build_plant(robot, first.surface, first.plant, first.control_period)
         require_flyable(first.surface, robot, mission_of(first, robot))
     total = campaign.flight(campaign.spec.draws, 0)
-
-    def engine() -> Engine:
-        return make_engine(campaign.text, workers, scheduler, slurm)
-
-    with opened_queue(campaign, folder, resume, engine, progress, total) as queue:
+    with opened_queue(campaign, folder, total, workers, resume, progress, scheduler, slurm) as queue:
         store = queue.store
         try:
             draws = fly_draws(campaign, queue)
@@ -143,27 +137,32 @@ def report_campaign(folder: str | Path) -> Outcome:
 def opened_queue(
     campaign: Campaign,
     folder: Path,
-    resume: bool,
-    engine: Callable[[], Engine],
-    report: Report | None,
     total: int,
+    workers: int | None = None,
+    resume: bool = False,
+    progress: Report | None = None,
+    scheduler: str = "",
+    slurm: str = "",
 ) -> Iterator[FlightQueue]:
     """A queue that flies into a folder; campaigns and searches share it.
 
     Args:
         campaign: what is flown.
         folder: where it is kept.
-        resume: whether the folder may be there already.
-        engine: makes what flies, once the folder is open.
-        report: called with the progress.
         total: flights that it takes at most.
+        workers: as of `run_campaign`, like all that follows.
+        resume: whether the folder may be there already.
+        progress: called with the progress.
+        scheduler: address of a Dask scheduler, to fly there.
+        slurm: a SLURM queue, to fly there.
     """
-    with watching_interrupts() as stop, open_store(folder, campaign, resume) as store:
-        made = engine()
-        try:
-            yield FlightQueue(store, made, stop, report or _silent, total)
-        finally:
-            made.close()
+    check_workers(workers, scheduler, slurm)
+    with (
+        watching_interrupts() as stop,
+        open_store(folder, campaign, resume) as store,
+        closing(make_engine(campaign.text, workers, scheduler, slurm)) as engine,
+    ):
+        yield FlightQueue(store, engine, stop, progress or (lambda _: None), total)
 
 
 def fly_draws(campaign: Campaign, queue: FlightQueue) -> int:
@@ -196,7 +195,3 @@ def _texts(campaign: Campaign, rows: Mapping[int, Row], summary: Summary, folder
         SUMMARY_FILE: summary_json(campaign, rows, summary),
         REPORT_FILE: render_report(campaign, rows, summary, kept, folder),
     }
-
-
-def _silent(progress: Progress) -> None:
-    """Report to nobody."""

@@ -7,9 +7,8 @@ campaign can tell whether an experiment, a preset, a user's code or a version ha
 from __future__ import annotations
 
 import dataclasses
-import hashlib
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from itertools import product
 from pathlib import Path
@@ -18,8 +17,6 @@ from typing import Any
 from skylimb.analysis.recording.versions import versions
 from skylimb.base.config import flatten, value_of
 from skylimb.base.errors import ConfigError
-from skylimb.base.keys import files_of
-from skylimb.base.user_modules import load_module, sources_of_module
 from skylimb.control.controller import Controller, controller_from_tables, is_traceable, load_controller
 from skylimb.control.corrections import read_corrections, with_corrections
 from skylimb.control.preset import preset_mapping
@@ -27,7 +24,8 @@ from skylimb.flight.experiments.experiment import Experiment, experiment_from_ma
 from skylimb.flight.export.step import controller_step
 from skylimb.robots.loader import load_robot
 from skylimb.robots.model import Robot
-from skylimb.studies.campaign.draws import Draw, changed, draw
+from skylimb.studies.campaign.digests import code_digest, file_digests
+from skylimb.studies.campaign.draws import GAIN, Draw, changed, draw
 from skylimb.studies.campaign.reading import FROZEN, spec_from_mapping
 from skylimb.studies.campaign.spec import CampaignSpec
 
@@ -39,6 +37,10 @@ _RESOLVED = ("purpose", "robots", "versions", "experiment", "controllers", "use"
 
 CHECKED_DRAWS = 20_000
 """Draws that are checked before take-off; later ones are checked when they are flown."""
+
+
+_CHECKED_GAINS = 64
+"""Draws of gains with which each controller is made before take-off."""
 
 
 @dataclass(frozen=True)
@@ -90,7 +92,7 @@ class Campaign:
         Raises:
             ConfigError: naming the draw and what is wrong with it.
         """
-        changes = {key: value for key, value in drawn.values.items() if not key.startswith("controller.")}
+        changes = {key: value for key, value in drawn.values.items() if not key.startswith(GAIN)}
         return self._experiment({**changes, "seed": drawn.seed}, f"draw {drawn.index}")
 
     def _experiment(self, changes: Mapping[str, Any], where: str) -> Experiment:
@@ -99,9 +101,7 @@ class Campaign:
     def gains_of(self, drawn: Draw, name: str) -> dict[str, Any]:
         """The drawn gains that a controller has."""
         only = self.spec.only
-        return {
-            key: value for key, value in drawn.gains.items() if name in only.get(f"controller.{key}", (name,))
-        }
+        return {key: value for key, value in drawn.gains.items() if name in only.get(GAIN + key, (name,))}
 
     def load(self, name: str, robot: Robot, gains: Mapping[str, Any] | None = None) -> Controller:
         """A controller of the campaign, some of its gains replaced."""
@@ -135,16 +135,7 @@ def freeze(spec: CampaignSpec, purpose: str = "campaign") -> Campaign:
     Raises:
         SkylimbError: naming what cannot be flown; nothing has been written then.
     """
-    tables = experiment_tables(spec.experiment)
-    resolved = experiment_from_mapping(tables, f"experiment {tables['name']}").to_mapping()
-    for key in (*spec.set, *spec.vary):
-        if key in spec.set and key.startswith("controller."):
-            raise ConfigError(
-                f"set.'{key}': gains are fixed in a preset's own file; "
-                f"vary.'{key}' = {{ choice = [...] }} varies them"
-            )
-        tables = _fill_list(tables, resolved, key)
-    tables = changed(tables, spec.set)
+    tables = _tables(spec)
     own = experiment_from_mapping(tables, "set").robot
     chosen = spec.vary["robot"].extremes() if "robot" in spec.vary else [own]
     robots = {str(name): load_robot(str(name)) for name in chosen}
@@ -152,26 +143,51 @@ def freeze(spec: CampaignSpec, purpose: str = "campaign") -> Campaign:
     if len(controllers) < len(spec.controllers):
         raise ConfigError(f"controllers = {list(spec.controllers)!r}: two of them have the same name")
     digests = {name: robot.description.digest for name, robot in robots.items()}
-    use = {file: _code_digest(Path(file)) for file in spec.use}
+    use = {file: code_digest(Path(file)) for file in spec.use}
     campaign = Campaign(spec, tables, controllers, digests, versions(), purpose, use)
-    possible = [campaign._experiment({}, "set")]
-    for key, entry in spec.vary.items():
-        if not key.startswith("controller."):
-            for value in entry.extremes():  # each end by itself, so that the message names the key
-                possible.append(campaign._experiment({key: value}, f"vary.'{key}'"))
-    campaign = dataclasses.replace(campaign, files=_file_digests(possible))
+    campaign = dataclasses.replace(campaign, files=file_digests(_possible(campaign)))
     for index in range(min(spec.draws, CHECKED_DRAWS)):
         campaign.experiment_of(campaign.draw(index))
-    varied = any(key.startswith("controller.") for key in spec.vary)
-    for index in range(min(spec.draws, 64) if varied else 1):
-        for name, robot in product(campaign.names, robots.values()):
-            campaign.load(name, robot, campaign.gains_of(campaign.draw(index), name))
-    for name, robot in product(campaign.names, robots.values()):
-        controller = campaign.load(name, robot)
-        if "code" in controllers[name] and is_traceable(controller):
-            # A user's law that cannot be compiled is refused now, before a folder is begun.
-            controller_step(controller, campaign.experiment_of(campaign.draw(0)).control_period)
+    _require_controllers(campaign, robots.values())
     return campaign
+
+
+def _tables(spec: CampaignSpec) -> dict[str, Any]:
+    """The experiment's tables, with the spec's `set` in them."""
+    tables = experiment_tables(spec.experiment)
+    resolved = experiment_from_mapping(tables, f"experiment {tables['name']}").to_mapping()
+    for key in spec.set:
+        if key.startswith(GAIN):
+            raise ConfigError(
+                f"set.'{key}': gains are fixed in a preset's own file; "
+                f"vary.'{key}' = {{ choice = [...] }} varies them"
+            )
+    for key in (*spec.set, *spec.vary):
+        tables = _fill_list(tables, resolved, key)
+    return changed(tables, spec.set)
+
+
+def _possible(campaign: Campaign) -> list[Experiment]:
+    """The experiment with each key at each end of its range, one by one, so that a message names the key."""
+    ends = [
+        ({key: value}, f"vary.'{key}'")
+        for key, entry in campaign.spec.vary.items()
+        if not key.startswith(GAIN)
+        for value in entry.extremes()
+    ]
+    return [campaign._experiment(*end) for end in [({}, "set"), *ends]]
+
+
+def _require_controllers(campaign: Campaign, robots: Collection[Robot]) -> None:
+    """Make every controller for every robot, with many of the gains that will be drawn."""
+    varied = any(key.startswith(GAIN) for key in campaign.spec.vary)
+    for index in range(min(campaign.spec.draws, _CHECKED_GAINS) if varied else 1):
+        drawn = campaign.draw(index)
+        for name, robot in product(campaign.names, robots):
+            controller = campaign.load(name, robot, campaign.gains_of(drawn, name))
+            if index == 0 and "code" in campaign.controllers[name] and is_traceable(controller):
+                # A user's law that cannot be compiled is refused now, before a folder is begun.
+                controller_step(controller, campaign.experiment_of(drawn).control_period)
 
 
 def campaign_from_mapping(mapping: Mapping[str, Any], where: str) -> Campaign:
@@ -217,12 +233,12 @@ def _controller(name: str, calibration: str = "") -> dict[str, Any]:
     if name.endswith(".py"):
         if calibration:
             raise ConfigError(f"controller '{name}' is Python of its own; only presets fly calibrated")
-        return {"path": name, "code": _code_digest(Path(name))}
+        return {"path": name, "code": code_digest(Path(name))}
     mapping, path = preset_mapping(name)
     if calibration:
         mapping = with_corrections(mapping, path, read_corrections(calibration))
     laws = {
-        slot: _code_digest(path.parent / str(table["law"]))
+        slot: code_digest(path.parent / str(table["law"]))
         for slot, table in mapping.items()
         if isinstance(table, dict) and str(table.get("law", "")).endswith(".py")
     }
@@ -231,22 +247,3 @@ def _controller(name: str, calibration: str = "") -> dict[str, Any]:
         "preset": mapping,
     }
     return {**entry, "code": laws} if laws else entry
-
-
-def _file_digests(experiments: Sequence[Experiment]) -> dict[str, str]:
-    """Digest of what lies under each key that names a file; a robot has its own."""
-    read: dict[str, set[str]] = {}
-    for experiment in experiments:
-        for key, owner in files_of(experiment):
-            if key != "robot":
-                read.setdefault(key, set()).update(source.digest for source in owner.sources)
-    return {key: _one_digest(sorted(digests)) for key, digests in read.items()}
-
-
-def _code_digest(path: Path) -> str:
-    """Digest of a user's Python file, and of the modules that it imports from its own folder."""
-    return _one_digest([source.digest for source in sources_of_module(load_module(path, ()))])
-
-
-def _one_digest(digests: Sequence[str]) -> str:
-    return digests[0] if len(digests) == 1 else hashlib.sha256("".join(digests).encode()).hexdigest()

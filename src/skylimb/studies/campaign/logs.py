@@ -18,13 +18,9 @@ def log_flag(campaign: Campaign) -> str:
 def wanted_logs(campaign: Campaign, rows: Mapping[int, Row]) -> list[int]:
     """Flights that keep their log by the policy."""
     policy, flown = campaign.spec.logs, [row for row in rows.values() if row["status"] in (OK, FAILED)]
-    if policy == "none":
-        return []
-    if policy == "failures":
-        return sorted(row["flight"] for row in flown if row["status"] == FAILED)
-    if policy == "all":
-        return sorted(row["flight"] for row in flown)
-    return sorted(row["flight"] for row in worst(campaign, flown, log_limit(policy) or 0))
+    kept = {"none": [], "failures": [row for row in flown if row["status"] == FAILED], "all": flown}
+    chosen = kept[policy] if policy in kept else worst(campaign, flown, log_limit(policy) or 0)
+    return sorted(row["flight"] for row in chosen)
 
 
 def worst(campaign: Campaign, rows: Iterable[Row], count: int) -> list[Row]:

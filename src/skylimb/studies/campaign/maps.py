@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
-from matplotlib.patches import Rectangle
 
 from skylimb.analysis.figures import style
-from skylimb.studies.campaign.panels import add_legend, colours_of, panels
+from skylimb.studies.campaign.panels import add_legend, panels
 from skylimb.studies.campaign.statistics import Scores
 
 CLEAR_WIN = 0.6
 """Share of a cell's draws that a controller must win for the cell to have its colour."""
+
+_NOBODY = "#C8CCD2"
+"""Colour of a cell without a clear winner."""
 
 _CELLS = 7
 """Cells along a parameter, at most. A grid of no more values has a cell for each."""
@@ -44,34 +45,27 @@ def failure_map(scores: Scores, first: str, second: str) -> Figure:
 @style.styled
 def winner_map(scores: Scores, score: str, first: str, second: str) -> Figure:
     """The controller that wins most of the draws in each cell of two parameters; see `has_cells`."""
-    figure = Figure((0.62 * style.WIDTH, 3.0), layout="constrained")
-    ax = figure.subplots()
-    values = scores.cost(score)
-    best = np.where(np.isfinite(values.min(axis=1)), np.argmin(values, axis=1), -1)
+    figure, ax = style.sheet(3.0, width=0.62 * style.WIDTH)
+    costs, count = scores.cost(score), len(scores.controllers)
+    best = np.where(np.isfinite(costs.min(axis=1)), np.argmin(costs, axis=1), count)  # the last: nobody
     x, y = (scores.parameters[name].astype(float) for name in (first, second))
-    edges_x, edges_y = _edges(x, _cells(len(x))), _edges(y, _cells(len(y)))
-    for low, high in pairwise(edges_x):
-        for below, above in pairwise(edges_y):
-            inside = best[(x >= low) & (x <= high) & (y >= below) & (y <= above)]
-            _cell(ax, (low, below, high - low, above - below), inside, colours_of(scores))
-    ax.set(xlim=edges_x[[0, -1]], ylim=edges_y[[0, -1]], xlabel=first, ylabel=second)
+    edges = _edges(x, _cells(len(x))), _edges(y, _cells(len(y)))
+    wins = np.array([np.histogram2d(x[best == k], y[best == k], edges)[0] for k in range(count + 1)])
+    draws = wins.sum(axis=0)
+    winner = np.where(wins[:count].max(axis=0) >= CLEAR_WIN * draws, wins[:count].argmax(axis=0), count)
+    shown = np.ma.masked_where(draws == 0, winner)
+    colours = ListedColormap([*style.colours_of(scores.controllers), _NOBODY])
+    ax.pcolormesh(
+        *edges, shown.T, cmap=colours, vmin=0, vmax=count, alpha=0.8, edgecolor="white", linewidth=0.8
+    )
+    middles = [(edge[1:] + edge[:-1]) / 2.0 for edge in edges]
+    for (i, j), number in np.ndenumerate(draws):
+        if number:
+            place = float(middles[0][i]), float(middles[1][j])
+            ax.text(*place, f"{number:.0f}", ha="center", va="center", fontsize=6, color="white")
+    ax.set(xlabel=first, ylabel=second)
     add_legend(figure, scores)
     return figure
-
-
-def _cell(
-    ax: Axes, place: tuple[float, float, float, float], winners: np.ndarray, colours: list[str]
-) -> None:
-    if not len(winners):
-        return
-    wins = [int(np.sum(winners == index)) for index in range(len(colours))]
-    clear = max(wins) >= CLEAR_WIN * len(winners)
-    colour = colours[int(np.argmax(wins))] if clear else "#C8CCD2"
-    ax.add_patch(
-        Rectangle(place[:2], *place[2:], facecolor=colour, alpha=0.8, edgecolor="white", linewidth=0.8)
-    )
-    middle = (place[0] + place[2] / 2.0, place[1] + place[3] / 2.0)
-    ax.text(*middle, str(len(winners)), ha="center", va="center", fontsize=6, color="white")
 
 
 def has_cells(scores: Scores, first: str, second: str) -> bool:

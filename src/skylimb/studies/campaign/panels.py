@@ -23,9 +23,9 @@ def panels(
         common: what lies along the two axes, where all panels have the same.
     """
     rows, columns = style.panels(len(names), 4)
-    figure = Figure((style.WIDTH, height * rows + 0.5), layout="constrained")
     shared = any(common)
-    axes = figure.subplots(rows, columns, squeeze=False, sharex=shared, sharey=shared)
+    settings = {"squeeze": False, "sharex": shared, "sharey": shared}
+    figure, axes = style.sheet(height * rows + 0.5, rows, columns, **settings)
     for unused in axes.flat[len(names) :]:
         unused.set_axis_off()
     if shared:
@@ -33,13 +33,8 @@ def panels(
     return figure, dict(zip(names, axes.flat, strict=False))
 
 
-def colours_of(scores: Scores) -> list[str]:
-    """The colour of each controller."""
-    return list(style.colours_of(scores.controllers))
-
-
 def add_legend(figure: Figure, scores: Scores, *more: Artist) -> None:
     """A legend under the panels: the controllers' colours, and more signs."""
     names = [style.label(name) for name in scores.controllers]
-    swatches = [style.swatch(*each) for each in zip(colours_of(scores), names, strict=True)]
+    swatches = [style.swatch(*each) for each in zip(style.colours_of(scores.controllers), names, strict=True)]
     style.legend_below(figure, [*swatches, *more])

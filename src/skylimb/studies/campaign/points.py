@@ -12,7 +12,7 @@ from matplotlib.ticker import MaxNLocator
 
 from skylimb.analysis.figures import style
 from skylimb.analysis.scores.axis_names import AxisNames
-from skylimb.studies.campaign.panels import add_legend, colours_of, panels
+from skylimb.studies.campaign.panels import add_legend, panels
 from skylimb.studies.campaign.statistics import Scores
 
 FEW = 8
@@ -48,7 +48,7 @@ def _panel(ax: Axes, scores: Scores, key: str, names: AxisNames) -> None:
         ax.plot(places, row, color=style.TRUTH, linewidth=0.7, zorder=1)
         if np.isfinite(row[-1]):
             ends.append((float(row[-1]), int(draw)))
-    for place, colour in zip(places, colours_of(scores), strict=True):
+    for place, colour in zip(places, style.colours_of(scores.controllers), strict=True):
         column, lost = values[there[:, place], place], ~scores.finished[:, place]
         ax.scatter(np.full(len(column), place), column, s=16, color=colour, zorder=3)
         beyond = np.full(lost.sum(), worst)

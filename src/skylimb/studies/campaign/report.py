@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -21,10 +21,9 @@ from skylimb.studies.campaign.draws import changed
 from skylimb.studies.campaign.figures import report_figures
 from skylimb.studies.campaign.folder import log_name
 from skylimb.studies.campaign.frozen import Campaign
-from skylimb.studies.campaign.panels import colours_of
 from skylimb.studies.campaign.points import FEW
 from skylimb.studies.campaign.rows import QUARANTINED, Row
-from skylimb.studies.campaign.statistics import Paired, Rate, fewest_draws
+from skylimb.studies.campaign.statistics import Paired, fewest_draws
 from skylimb.studies.campaign.statistics.sign_test import POWER
 from skylimb.studies.campaign.summary import Summary
 from skylimb.studies.campaign.who_wins import draws_needed_for, shown_ranks, verdicts, within
@@ -60,7 +59,8 @@ def render_report(
     score, axes, declared = campaign.spec.score, summary.axes, scores.declared
     return render_page(
         TEMPLATE,
-        title=_title(campaign, len(scores.draws)),
+        title=f"{campaign.experiment['name']}: {len(names)} controller{'s' * (len(names) > 1)}, "
+        f"{len(scores.draws)} draws",
         description=str(campaign.experiment.get("description", "")).rstrip("."),
         flights=len(rows),
         draws=len(scores.draws),
@@ -70,7 +70,7 @@ def render_report(
         quarantined=[row for row in summary.lost if row["status"] == QUARANTINED],
         refused=list(scores.refused.items())[:_MOST_LISTED],
         refused_count=len(scores.refused),
-        controllers=list(zip(map(style.label, names), colours_of(scores), strict=True)),
+        controllers=list(zip(map(style.label, names), style.colours_of(scores.controllers), strict=True)),
         rates=rates_of(summary),
         rate_called=campaign.spec.called,
         groups=[
@@ -99,7 +99,14 @@ def render_report(
             )
             for row in summary.worst
         ],
-        replay=replay_html(_watched(folder, [row for row in summary.worst if row["flight"] in kept])),
+        replay=replay_html(
+            {
+                f"{style.label(row['controller'])}, flight {row['flight']}": Run.load(
+                    folder / log_name(row) / LOG_FILE
+                )
+                for row in [row for row in summary.worst if row["flight"] in kept][:_MOST_WATCHED]
+            }
+        ),
         success=[
             (within(declared[key].text(axes)), bound) for key, bound in campaign.spec.success.items()
         ],
@@ -107,16 +114,6 @@ def render_report(
         spec=write_toml(campaign.spec.to_mapping()),
         versions=campaign.versions,
     )  # fmt: skip
-
-
-def _watched(folder: Path, rows: Sequence[Row]) -> dict[str, Run]:
-    """The first few of the flights, by what they are called on the page."""
-    return {
-        f"{style.label(row['controller'])}, flight {row['flight']}": Run.load(
-            folder / log_name(row) / LOG_FILE
-        )
-        for row in rows[:_MOST_WATCHED]
-    }
 
 
 def command(campaign: Campaign, row: Row) -> str:
@@ -148,21 +145,15 @@ def command(campaign: Campaign, row: Row) -> str:
     return shlex.join(words)
 
 
-def _title(campaign: Campaign, draws: int) -> str:
-    count = len(campaign.names)
-    return f"{campaign.experiment['name']}: {count} controller{'s' * (count > 1)}, {draws} draws"
-
-
 def rates_of(summary: Summary) -> list[Cell]:
     """The success rate of each controller."""
     ranks = shown_ranks(summary.ranks.get("success", [0] * len(summary.rates)))
-    return [_rate(rate, place) for rate, place in zip(summary.rates.values(), ranks, strict=True)]
-
-
-def _rate(rate: Rate, rank: int) -> Cell:
-    if rate.draws == 0:
-        return Cell("–")
-    return Cell(f"{100.0 * rate.rate:.1f} %", f"{100.0 * rate.low:.1f} .. {100.0 * rate.high:.1f}", rank)
+    return [
+        Cell(f"{100.0 * rate.rate:.1f} %", f"{100.0 * rate.low:.1f} .. {100.0 * rate.high:.1f}", place)
+        if rate.draws
+        else Cell("–")
+        for rate, place in zip(summary.rates.values(), ranks, strict=True)
+    ]
 
 
 def medians_of(score: Score, summary: Summary) -> list[Cell]:
@@ -189,24 +180,14 @@ def _number(score: Score, value: float) -> str:
 def _flown(summary: Summary, score: str) -> list[tuple[int, list[str], list[str]]]:
     """Every draw: its number, what was drawn, and each controller's score."""
     scores = summary.scores
-    values = scores.metrics.get(score)
+    values = scores.metrics.get(score, np.full(scores.finished.shape, np.nan))
+    values = np.where(scores.finished, values, np.inf)  # a lost flight has no number
     lines = []
     for place, draw in enumerate(scores.draws):
-        drawn = [_value(column[place]) for column in scores.parameters.values()]
-        cells = [
-            "lost"
-            if not finished
-            else "–"
-            if values is None
-            else _number(scores.declared[score], values[place, index])
-            for index, finished in enumerate(scores.finished[place])
-        ]
-        lines.append((int(draw), drawn, cells))
+        drawn = [column[place] for column in scores.parameters.values()]
+        words = [f"{each:.4g}" if isinstance(each, float | np.floating) else str(each) for each in drawn]
+        lines.append((int(draw), words, [_number(scores.declared[score], each) for each in values[place]]))
     return lines
-
-
-def _value(value: Any) -> str:
-    return f"{value:.4g}" if isinstance(value, float | np.floating) else str(value)
 
 
 def _pairs(summary: Summary) -> list[tuple[str, str, str, Paired, str, str]]:

@@ -67,13 +67,8 @@ def make_row(campaign: Campaign, flight: int, status: str, cause: str, scores: M
         "status": status,
         "cause": cause,
         **{key: _finite(scores.get(key)) for key in campaign.spec.keys},
-        "versions": versions_text(campaign.versions),
+        "versions": ", ".join(f"{name} {version}" for name, version in campaign.versions.items()),
     }
-
-
-def versions_text(versions: Mapping[str, str]) -> str:
-    """What computed a row, on one line."""
-    return ", ".join(f"{name} {version}" for name, version in versions.items())
 
 
 def _finite(value: Any) -> float | None:

@@ -106,12 +106,12 @@ class CampaignSpec:
         """Refuse unknown names, and what does not go together."""
         if not self.controllers:
             raise ConfigError("controllers is empty; `skylimb list` shows the names")
-        if not self.draws and not self.is_grid:
+        if not self.draws and not (self.vary and all(entry.grid for entry in self.vary.values())):
             raise ConfigError(
                 "draws is 0 or missing; say how many (it may be left out where everything is a grid)"
             )
         log_limit(self.logs)
-        sets = {*SETS, *(metric.on_demand for metric in self.own if metric.on_demand)}
+        sets = {*SETS, *(metric.on_demand for metric in self.user_metrics if metric.on_demand)}
         for name in self.measures:
             if name not in sets:
                 raise unknown_name("set of measures", name, sets)
@@ -145,14 +145,14 @@ class CampaignSpec:
     @property
     def _declared(self) -> dict[str, Score]:
         measured = (key for name in self.measures for key in SETS.get(name, ()))
-        used = (each for each in self.own if each.on_demand in ("", *self.measures))
+        used = (each for each in self.user_metrics if each.on_demand in ("", *self.measures))
         return {
             **{key: SCORES[key] for key in (*NUMERIC_KEYS, *measured)},
             **{score.name: score for each in used for score in each.scores},
         }
 
     @property
-    def own(self) -> list[Metric]:
+    def user_metrics(self) -> list[Metric]:
         """The metrics of the user's files."""
         return metrics_of(load_user_scores(self.use))
 
@@ -160,11 +160,6 @@ class CampaignSpec:
     def cells(self) -> int:
         """Combinations of all grids; 1 without a grid."""
         return prod(len(entry.grid) for entry in self.vary.values() if entry.grid)
-
-    @property
-    def is_grid(self) -> bool:
-        """Whether something varies, and all that varies is a grid."""
-        return bool(self.vary) and all(entry.grid for entry in self.vary.values())
 
     @property
     def called(self) -> str:

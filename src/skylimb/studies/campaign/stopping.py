@@ -23,27 +23,23 @@ def looks(campaign: Campaign) -> Iterator[int]:
     yield most
 
 
-def widest_interval(campaign: Campaign, rows: Mapping[int, Row], draws: int) -> float:
-    """Width of the widest interval that the rule asks about, over the first `draws` draws."""
+def enough(campaign: Campaign, rows: Mapping[int, Row], draws: int) -> bool:
+    """Whether the intervals over the first `draws` draws are narrow enough to stop."""
     stop = campaign.spec.stop
+    if stop is None:
+        return False
     scores = scores_of(campaign, rows, draws)
     count = len(scores.draws)
-    if stop is None or count < 2:
-        return float("inf")
+    if count < 2:
+        return False
     if stop.until == "success":
         rates = [success_rate(int(column.sum()), count) for column in scores.success.T]
-        return max(rate.high - rate.low for rate in rates)
+        return max(rate.high - rate.low for rate in rates) <= stop.width
     if stop.until not in scores.metrics:
-        return float("inf")
+        return False
     columns = list(scores.cost(stop.until).T)
     # A controller alone is compared with nothing: what is left is the interval of its own median.
     pairs = list(combinations(columns, 2)) or [(columns[0], np.zeros(count))]
     found = [compare_paired(first, second, campaign.spec.seed) for first, second in pairs]
     widths = [0.0 if pair.low == pair.high else pair.high - pair.low for pair in found]
-    return max(widths)
-
-
-def enough(campaign: Campaign, rows: Mapping[int, Row], draws: int) -> bool:
-    """Whether the intervals over the first `draws` draws are narrow enough to stop."""
-    stop = campaign.spec.stop
-    return stop is not None and widest_interval(campaign, rows, draws) <= stop.width
+    return max(widths) <= stop.width

@@ -1,19 +1,16 @@
 """The flights of a campaign: an SQLite file while it flies, a Parquet table when it is through.
 
 A flight is written in one transaction, and is on the disk before the next one is handed out: SQLite keeps it
-whole through a kill, a power cut and a full disk. Deaths of workers are kept too: they count on when the
-campaign is resumed.
+whole through a kill, a power cut and a full disk.
 """
 
 from __future__ import annotations
 
 import json
 import sqlite3
-from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
-from typing import Any
 
 from skylimb.analysis.recording import LOG_FILE, write_sources
 from skylimb.base.files import replace_text, replacing
@@ -32,11 +29,10 @@ from skylimb.studies.campaign.worker import Flown, Job
 
 _SCHEMA = """
 CREATE TABLE IF NOT EXISTS flights (
-    flight INTEGER NOT NULL,            -- index in the campaign
-    gains TEXT NOT NULL,                -- changes of a search to the controller, as JSON
-    deaths INTEGER NOT NULL DEFAULT 0,  -- workers that died over it
-    status TEXT,                        -- of the row
-    row TEXT,                           -- of the table, as JSON; NULL until it has flown
+    flight INTEGER NOT NULL,  -- index in the campaign
+    gains TEXT NOT NULL,      -- changes of a search to the controller, as JSON
+    status TEXT NOT NULL,     -- of the row
+    row TEXT NOT NULL,        -- of the table, as JSON
     PRIMARY KEY (flight, gains)
 ) WITHOUT ROWID
 """
@@ -60,7 +56,6 @@ class Store:
         folder: where.
         campaign: what it is of.
         rows: of all that has flown; see `Job.key`.
-        deaths: workers that died over a flight.
         damaged: rows of an earlier table that cannot be read any more.
     """
 
@@ -68,15 +63,13 @@ class Store:
         self.folder, self.campaign, self._database = folder, campaign, database
         for half_written in folder.rglob(".*.partial"):  # by a process that was killed
             half_written.unlink(missing_ok=True)
-        rows, self.damaged = read_table(folder / TABLE_FILE, campaign)
+        rows, self.damaged = _rows_of_table(folder, campaign)
         with self._writing():
             database.execute(_SCHEMA)
-            database.executemany("INSERT OR IGNORE INTO flights VALUES (?, ?, 0, ?, ?)", map(_record, rows))
+            _insert(database, rows)
             # Whatever kept a flight from coming back may be over: it gets its tries again.
             database.execute("DELETE FROM flights WHERE status = ?", (QUARANTINED,))
         self.rows = _rows(database)
-        deaths = database.execute("SELECT flight, gains, deaths FROM flights WHERE deaths > 0")
-        self.deaths = Counter({(flight, gains): count for flight, gains, count in deaths})
 
     @property
     def by_flight(self) -> dict[int, Row]:
@@ -94,24 +87,9 @@ class Store:
             if item.log is not None:
                 self.keep_log(item.row, item.log, item.files)
             rows[job.key] = item.row
-        with self._writing() as database:
-            database.executemany(
-                "INSERT INTO flights VALUES (?, ?, 0, ?, ?) "
-                "ON CONFLICT (flight, gains) DO UPDATE SET status = excluded.status, row = excluded.row",
-                [(*key, row["status"], json.dumps(row, allow_nan=False)) for key, row in rows.items()],
-            )
+        with self._writing():
+            _insert(self._database, rows)
         self.rows |= rows
-
-    def add_deaths(self, job: Job, count: int) -> int:
-        """Note workers that died over a flight; returns how many have in all."""
-        with self._writing() as database:
-            database.execute(
-                "INSERT INTO flights (flight, gains, deaths) VALUES (?, ?, ?) "
-                "ON CONFLICT (flight, gains) DO UPDATE SET deaths = deaths + excluded.deaths",
-                (*job.key, count),
-            )
-        self.deaths[job.key] += count
-        return self.deaths[job.key]
 
     def keep_log(self, row: Row, log: bytes, files: Mapping[str, bytes]) -> None:
         """Write a flight's log under its name, and the files that belong to it, where they are missing."""
@@ -139,11 +117,11 @@ class Store:
             (self.folder / STORE_FILE).unlink()
 
     @contextmanager
-    def _writing(self) -> Iterator[sqlite3.Connection]:
+    def _writing(self) -> Iterator[None]:
         """A transaction: all of it is on the disk at the end of the block, or nothing."""
         with complaints(self.folder), self._database as database:
             database.execute("BEGIN IMMEDIATE")
-            yield database
+            yield
 
 
 @contextmanager
@@ -169,8 +147,7 @@ def open_store(folder: Path, campaign: Campaign, resume: bool) -> Iterator[Store
 
 def load_rows(folder: Path, campaign: Campaign) -> tuple[dict[int, Row], int]:
     """The rows of a campaign's folder, through or not, and how many cannot be read; changes nothing."""
-    rows, damaged = read_table(folder / TABLE_FILE, campaign)
-    found = {(row["flight"], row.pop(_GAINS, _NO_GAINS)): row for row in rows}
+    found, damaged = _rows_of_table(folder, campaign)
     if (folder / STORE_FILE).is_file():
         with complaints(folder), closing(_connect(folder / STORE_FILE, "rw")) as database:
             has_begun = database.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
@@ -184,14 +161,22 @@ def _connect(path: Path, mode: str) -> sqlite3.Connection:
 
 
 def _rows(database: sqlite3.Connection) -> dict[Key, Row]:
-    found = database.execute("SELECT flight, gains, row FROM flights WHERE row IS NOT NULL")
+    found = database.execute("SELECT flight, gains, row FROM flights")
     return {(flight, gains): json.loads(row) for flight, gains, row in found}
 
 
-def _record(row: Row) -> tuple[Any, ...]:
-    """A row of the table as SQLite keeps it."""
-    gains = row.pop(_GAINS, _NO_GAINS)
-    return row["flight"], gains, row["status"], json.dumps(row, allow_nan=False)
+def _insert(database: sqlite3.Connection, rows: Mapping[Key, Row]) -> None:
+    """Add those of the rows that are not there yet."""
+    database.executemany(
+        "INSERT OR IGNORE INTO flights (flight, gains, status, row) VALUES (?, ?, ?, ?)",
+        [(*key, row["status"], json.dumps(row, allow_nan=False)) for key, row in rows.items()],
+    )
+
+
+def _rows_of_table(folder: Path, campaign: Campaign) -> tuple[dict[Key, Row], int]:
+    """The rows of a campaign that is through, and how many are damaged."""
+    rows, damaged = read_table(folder / TABLE_FILE, campaign)
+    return {(row["flight"], row.pop(_GAINS, _NO_GAINS)): row for row in rows}, damaged
 
 
 def _with_gains(key: Key, row: Row) -> Row:

@@ -11,16 +11,15 @@ from __future__ import annotations
 import json
 import os
 import tempfile
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import ModuleType
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from skylimb.analysis.recording import LOG_FILE, Run
-from skylimb.analysis.scores.score import Score
 from skylimb.analysis.scores.user_scores import UserScore, load_user_scores, metrics_of
 from skylimb.base.config import to_mapping
 from skylimb.base.errors import ConfigError, unknown_name
@@ -28,7 +27,6 @@ from skylimb.base.keys import tables_of, units_of
 from skylimb.control.controller import controller_units
 from skylimb.flight.experiments.experiment import Experiment, robot_of
 from skylimb.studies.campaign.distributions import Distribution
-from skylimb.studies.campaign.engines import check_workers, make_engine
 from skylimb.studies.campaign.flight_queue import Interrupted, Report
 from skylimb.studies.campaign.fly_campaign import opened_queue
 from skylimb.studies.campaign.folder import log_name
@@ -76,7 +74,6 @@ def sweep(
         SkylimbError: naming what cannot be flown; nothing has flown then.
         KeyboardInterrupt: Ctrl-C.
     """
-    check_workers(workers)
     names = [controller] if isinstance(controller, str) else list(controller)
     grids = _grids(over or {}, seeds)
     fixed = {key: [value] for key, value in (set or {}).items() if key.startswith("controller.")}
@@ -96,37 +93,28 @@ def sweep(
         workers = 0
     with tempfile.TemporaryDirectory(prefix="skylimb-sweep-") as folder:
         home = Path(folder) / "sweep"
-        flown = _Flown([*grids, "controller"], [*map(len, grids.values()), len(names)])
         rows = _rows(campaign, home, total, workers, bool(logs), progress)
         found = xr.Dataset(
-            {key: flown.numbers(rows, key, score) for key, score in campaign.spec.scores.items()}
-            | {key: flown.placed(np.array([row[key] for row in rows], str)) for key in ("status", "cause")},
-            coords={**_coordinates(grids, campaign), "controller": list(campaign.names)},
+            {key: ("flight", np.array([row[key] for row in rows], str)) for key in ("status", "cause")},
             attrs={"experiment": campaign.experiment["name"], "controller": ", ".join(campaign.names)},
         )
-        found = _with_signals(found, flown, home, rows, logs) if logs else found
+        for key, score in campaign.spec.scores.items():
+            values = np.array([row[key] for row in rows], dtype=float)
+            found[key] = ("flight", values, {"units": score.unit, "long_name": score.text()})
+        found = _with_signals(found, home, rows, logs) if logs else found
+    # Draw by draw, the first key turning fastest, and in each draw every controller.
+    sizes = {**{key: len(grids[key]) for key in reversed(grids)}, "controller": len(names)}
+    over_keys = found.map(_unfolded, keep_attrs=True, sizes=sizes).transpose(*grids, "controller", ...)
+    axes = {**found.coords, **_coordinates(grids, campaign), "controller": list(campaign.names)}
+    found = over_keys.assign_coords(axes)
     return found if len(names) > 1 else found.isel(controller=0, drop=True)
 
 
-class _Flown(NamedTuple):
-    """What the flights are over: the swept keys, the first of which turns fastest, and the controllers."""
-
-    dims: list[str]
-    sizes: list[int]
-
-    def placed(
-        self, values: np.ndarray, dims: Sequence[Hashable] = (), attrs: Mapping[str, Any] | None = None
-    ) -> xr.Variable:
-        """A value a flight, (flights, ...), over the swept keys and the controllers."""
-        *keys, controllers = self.sizes
-        table = values.reshape(*reversed(keys), controllers, *values.shape[1:])
-        order = [*reversed(range(len(keys))), *range(len(keys), table.ndim)]
-        return xr.Variable((*self.dims, *dims), table.transpose(order), attrs)
-
-    def numbers(self, rows: Sequence[Row], key: str, score: Score) -> xr.Variable:
-        """A score of every flight."""
-        values = np.array([row[key] for row in rows], dtype=float)
-        return self.placed(values, attrs={"units": score.unit, "long_name": score.text()})
+def _unfolded(values: xr.DataArray, sizes: Mapping[str, int]) -> xr.DataArray:
+    """Values over the flights, (flight, ...), over what the flights are over."""
+    of_flight = values.dims[1:]
+    shape = (*sizes.values(), *(values.sizes[dim] for dim in of_flight))
+    return xr.DataArray(values.values.reshape(shape), dims=(*sizes, *of_flight), attrs=values.attrs)
 
 
 def _grids(
@@ -165,9 +153,7 @@ def _rows(
 ) -> list[Row]:
     """The row of every flight, in order."""
     jobs = [Job(flight, log="always" if logs else "never") for flight in range(total)]
-    with opened_queue(
-        campaign, home, False, lambda: make_engine(campaign.text, workers), progress, total
-    ) as queue:
+    with opened_queue(campaign, home, total, workers, progress=progress) as queue:
         try:
             queue.fly(jobs)
         except Interrupted:
@@ -195,10 +181,8 @@ def _units(experiment: Experiment, campaign: Campaign) -> dict[str, str]:
     return {**units, **{f"{key}.{i}": unit for key, unit in units.items() for i in range(8)}}
 
 
-def _with_signals(
-    scores: xr.Dataset, flown: _Flown, home: Path, rows: Sequence[Row], names: Sequence[str]
-) -> xr.Dataset:
-    """The scores with some signals of every flight, over the swept keys and time."""
+def _with_signals(scores: xr.Dataset, home: Path, rows: Sequence[Row], names: Sequence[str]) -> xr.Dataset:
+    """The scores with some signals of every flight, over flight and time."""
     paths = {row["flight"]: home / log_name(row) / LOG_FILE for row in rows}
     logs = {flight: Run.load(path).log for flight, path in paths.items() if path.is_file()}
     if not logs:  # every draw was refused
@@ -211,6 +195,6 @@ def _with_signals(
         values = np.full((len(rows), *signal.shape), np.nan)
         for flight, log in logs.items():
             values[flight, : log.sizes["time"]] = log[name].values
-        scores[name] = flown.placed(values, signal.dims, signal.attrs)
+        scores[name] = (("flight", *signal.dims), values, signal.attrs)
         scores = scores.assign_coords({dim: longest[dim] for dim in signal.dims if dim in longest.coords})
     return scores

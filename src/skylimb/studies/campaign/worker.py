@@ -165,7 +165,7 @@ class Worker:
             return Flown(make_row(self._campaign, job.flight, FAILED, cause, {}), None)
         spec = self._campaign.spec
         wrong: list[UserCodeError] = []  # the flight is what it is; its row says why a number is missing
-        run = with_user_scores(run, spec.own, spec.measures, wrong.append)
+        run = with_user_scores(run, spec.user_metrics, spec.measures, wrong.append)
         scores = {**run.metrics, **measured(run, spec.measures)}
         cause = run.cause or next(map(_line, wrong), "")
         row = make_row(self._campaign, job.flight, run.status, cause, scores)

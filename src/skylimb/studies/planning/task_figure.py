@@ -12,9 +12,7 @@ from skylimb.base.rotations import rot_z
 from skylimb.control.planning.task_posture import Task, TaskPosture
 from skylimb.robots.equilibrium_results import NotHeld
 from skylimb.robots.model import Robot
-
-_AROUND = np.linspace(0.0, 2.0 * np.pi, 40)
-_DISC = 0.12  # m, as a rotor is drawn
+from skylimb.studies.planning.outline import DISC, outline
 
 
 @style.styled
@@ -27,8 +25,7 @@ def task_figure(robot: Robot, task: Task, nominal: TaskPosture | NotHeld, planne
         nominal: the nominal posture, if it holds them.
         planned: the one that was found.
     """
-    figure = Figure(figsize=(style.WIDTH, 2.9), layout="constrained")
-    above, margins = figure.subplots(1, 2, width_ratios=[1.2, 1.0])
+    figure, (above, margins) = style.sheet(2.9, 1, 2, width_ratios=[1.2, 1.0])
     shown = [("nominal", nominal, style.TRUTH), ("planned", planned, style.CURVES[0])]
     for name, posture, colour in shown:
         if not isinstance(posture, NotHeld):
@@ -54,18 +51,10 @@ def task_figure(robot: Robot, task: Task, nominal: TaskPosture | NotHeld, planne
 def _draw_robot(axes: Any, robot: Robot, posture: TaskPosture, colour: str, name: str) -> None:
     q, psi = posture.joint_angles, posture.vectoring_angles
     state = robot.at(q, psi)
-    turn = rot_z(posture.heading - state.tip_heading) @ state.R_root_C.T
-
-    def place(point: np.ndarray) -> np.ndarray:
-        return (turn @ (point - state.tip_root))[:2]
-
-    chain = np.array([place(point) for point in robot.skeleton(q, psi)])
-    axes.plot(*chain.T, color=colour, lw=2.0, label=name)
-    poses = robot.link_poses(q, psi)
-    for rotor in robot.description.rotors:
-        origin, R = poses[rotor.link]
-        middle = place(origin + R @ rotor.xyz)
-        axes.plot(
-            middle[0] + _DISC * np.cos(_AROUND), middle[1] + _DISC * np.sin(_AROUND), color=colour, lw=0.8
-        )
-    axes.plot(*place(state.cog_root), "*", color=colour, ms=7)
+    turn = (rot_z(posture.heading - state.tip_heading) @ state.R_root_C.T)[:2]  # seen from above
+    chain, rotors = outline(robot, q, psi)
+    axes.plot(*(turn @ (chain - state.tip_root).T), color=colour, lw=2.0, label=name)
+    for at, axes_of_rotor in rotors:
+        disc = (at - state.tip_root)[:, None] + axes_of_rotor @ DISC
+        axes.plot(*(turn @ disc), color=colour, lw=0.8)
+    axes.plot(*(turn @ (state.cog_root - state.tip_root)), "*", color=colour, ms=7)

@@ -14,10 +14,10 @@ from scipy.spatial import ConvexHull
 from skylimb.analysis.figures import style
 from skylimb.base.rotations import rot_z
 from skylimb.studies.planning.feasible_wrench import FeasibleWrench
+from skylimb.studies.planning.outline import DISC, outline
 
 _AROUND = np.linspace(0.0, 2.0 * np.pi, 40)
 _AXES = ("+x", "-x", "+y", "-y", "+z", "-z")
-_DISC = 0.12  # m, as a rotor is drawn
 
 
 @style.styled
@@ -48,22 +48,14 @@ def wrench_figure(feasible: FeasibleWrench, pushes: Mapping[str, tuple[np.ndarra
 
 def _draw_robot(axes: Any, feasible: FeasibleWrench) -> None:
     """Links, rotors with their hover thrusts, centre of gravity and tip, in the heading frame."""
-    robot, state = feasible.robot, feasible.state
+    state = feasible.state
     to_heading = rot_z(-state.tip_heading) @ state.R_root_C.T
-
-    def place(point: np.ndarray) -> np.ndarray:
-        return to_heading @ (point - state.cog_root)
-
-    chain = np.array(
-        [place(point) for point in robot.skeleton(feasible.joint_angles, feasible.vectoring_angles)]
-    )
+    chain, rotors = outline(feasible.robot, feasible.joint_angles, feasible.vectoring_angles)
+    chain = (chain - state.cog_root) @ to_heading.T
     axes.plot(*chain.T, color=style.DARK, lw=2.0)
-    poses = robot.link_poses(feasible.joint_angles, feasible.vectoring_angles)
-    for rotor, thrust in zip(robot.description.rotors, state.hover_thrusts, strict=True):
-        origin, R = poses[rotor.link]
-        at, turned = place(origin + R @ rotor.xyz), to_heading @ R @ rotor.R
-        disc = at[:, None] + _DISC * turned[:, :2] @ np.array([np.cos(_AROUND), np.sin(_AROUND)])
-        axes.plot(*disc, color=style.TRUTH, lw=0.8)
+    for (place, R), thrust in zip(rotors, state.hover_thrusts, strict=True):
+        at, turned = to_heading @ (place - state.cog_root), to_heading @ R
+        axes.plot(*(at[:, None] + turned @ DISC), color=style.TRUTH, lw=0.8)
         up = 0.02 * thrust * turned[:, 2]
         axes.quiver(*at, *up, color=style.CURVES[0], lw=0.9, arrow_length_ratio=0.15)
     axes.plot(0.0, 0.0, 0.0, "*", color=style.CURVES[4], ms=7, label="centre of gravity")

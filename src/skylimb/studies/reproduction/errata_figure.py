@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -63,61 +65,91 @@ def errata_figure(runs: Mapping[str, Run]) -> Figure:
     Args:
         runs: of `fly_errata`.
     """
-    figure = Figure((style.WIDTH, 4.8), layout="constrained")
-    axes = figure.subplots(2, 2)
-    _lift(axes[0, 0], runs)
-    _arm(axes[0, 1], runs)
-    _leak(axes[1, 0])
-    _follow(axes[1, 1], runs)
+    figure, ((lift, arm), (leak, follow)) = style.sheet(4.8, 2, 2)
+    for ax, panel in ((lift, _LIFT), (arm, _ARM), (follow, _FOLLOW)):
+        panel.draw(ax, runs)
+    _leak(leak)
+    arm.axvline(_begin(runs["arm"], "slide"), color=style.TRUTH, linewidth=0.7)
+    arm.set_ylim(-95.0, 150.0)  # room for the legend above
+    sent = runs["positions sent"]
+    sliding = in_phase(sent.log, "slide")
+    times = sent.log.time.values[sliding] - _begin(sent, "slide")
+    reference = sent.log.cog_position_reference.values[sliding, 1]
+    follow.plot(times, reference, label="reference", zorder=1, **style.AS_REFERENCE)
+    for ax in (lift, arm, leak, follow):
+        ax.legend()
     return figure
 
 
-def _curve(
-    ax: Axes, run: Run, shown: np.ndarray, height: np.ndarray, line: tuple[str, str], since: float = 0.0
-) -> None:
-    """A flight's curve over the ticks that are shown; a cross marks the end of one that was lost.
+@dataclass(frozen=True)
+class _Panel:
+    """Curves of several flights over time.
 
-    Args:
-        ax: where.
-        run: flown.
-        shown: whether each tick is, (k,).
-        height: what is drawn, (k,).
-        line: its colour and what it is called.
-        since: time that is the panel's zero, s.
+    Attributes:
+        title: of the panel.
+        xlabel: of the time.
+        ylabel: of what is drawn.
+        drawn: that, of a log, (k,).
+        shown: which of a run's ticks are, (k,).
+        curves: name of a flight, colour, and what the curve is called.
+        zero: phase whose beginning is the panel's zero of time; the take-off when empty.
     """
-    times = run.log.time.values[shown] - since
-    ax.plot(times, height[shown], color=line[0], label=line[1])
-    if run.failed:
-        ax.plot(times[-1], height[shown][-1], "x", color=style.FAILURE, markersize=6)
 
+    title: str
+    xlabel: str
+    ylabel: str
+    drawn: Callable[[xr.Dataset], xr.DataArray]
+    shown: Callable[[Run], np.ndarray]
+    curves: tuple[tuple[str, str, str], ...]
+    zero: str = ""
 
-def _lift(ax: Axes, runs: Mapping[str, Run]) -> None:
-    for name, line in (("lift", (RIGHT, "f_cmd")), ("lift as printed", (WRONG, "m f_cmd, as printed"))):
-        log = runs[name].log
-        height = log.cog_position.values[:, 2] - log.cog_position_reference.values[:, 2]
-        _curve(ax, runs[name], log.time.values <= _PENDING, height, line)
-    ax.set(title="eq:thrust translation 2", xlabel="time (s)", ylabel="height above the reference (m)")
-    ax.legend()
-
-
-def _arm(ax: Axes, runs: Mapping[str, Run]) -> None:
-    approach = _begin(runs["arm"], "approach")
-    for name, line in (
-        ("arm", (RIGHT, "corrected")),
-        ("arm, eq:admittance control", (WRONG, "eq:admittance control, as printed")),
-        ("arm, eq:difference method1", (OTHER, "eq:difference method1, as printed")),
-    ):
-        log = runs[name].log
-        moved = 1e3 * (log.reach_command - log.reach_reference).values
-        _curve(ax, runs[name], log.time.values >= approach, moved, line)
-    ax.axvline(_begin(runs["arm"], "slide"), color=style.TRUTH, linewidth=0.7)
-    ax.set(title="the arm's admittance", xlabel="time (s)", ylabel="commanded extension (mm)")
-    ax.set_ylim(-95.0, 150.0)  # room for the legend above
-    ax.legend(loc="upper right")
+    def draw(self, ax: Axes, runs: Mapping[str, Run]) -> None:
+        """Draw every curve; a cross marks the end of a flight that was lost."""
+        for name, colour, text in self.curves:
+            run = runs[name]
+            shown = self.shown(run)
+            times = run.log.time.values[shown] - (_begin(run, self.zero) if self.zero else 0.0)
+            height = self.drawn(run.log).values[shown]
+            ax.plot(times, height, color=colour, label=text)
+            if run.failed:
+                ax.plot(times[-1], height[-1], "x", color=style.FAILURE, markersize=6)
+        ax.set(title=self.title, xlabel=self.xlabel, ylabel=self.ylabel)
 
 
 def _begin(run: Run, phase: str) -> float:
+    """When a phase of a run begins, s."""
     return float(run.log.time.values[np.argmax(in_phase(run.log, phase))])
+
+
+_LIFT = _Panel(
+    "eq:thrust translation 2",
+    "time (s)",
+    "height above the reference (m)",
+    lambda log: (log.cog_position - log.cog_position_reference)[:, 2],
+    lambda run: run.log.time.values <= _PENDING,
+    (("lift", RIGHT, "f_cmd"), ("lift as printed", WRONG, "m f_cmd, as printed")),
+)
+_ARM = _Panel(
+    "the arm's admittance",
+    "time (s)",
+    "commanded extension (mm)",
+    lambda log: 1e3 * (log.reach_command - log.reach_reference),
+    lambda run: run.log.time.values >= _begin(run, "approach"),
+    (
+        ("arm", RIGHT, "corrected"),
+        ("arm, eq:admittance control", WRONG, "eq:admittance control, as printed"),
+        ("arm, eq:difference method1", OTHER, "eq:difference method1, as printed"),
+    ),
+)
+_FOLLOW = _Panel(
+    "eq:error of rotation (impedance)",
+    "time of the slide (s)",
+    "CoG in y (m)",
+    lambda log: log.cog_position[:, 1],
+    lambda run: in_phase(run.log, "slide"),
+    (("velocities sent", RIGHT, "e_v with p_ref'"), ("positions sent", WRONG, "p_ref' = 0")),
+    zero="slide",
+)
 
 
 def _leak(ax: Axes) -> None:
@@ -130,21 +162,3 @@ def _leak(ax: Axes) -> None:
     ax.text(0.02, 0.04, "printed: zero", transform=ax.transAxes, fontsize=7)
     ax.set_xticks(range(3), ["1 N m of roll", "of pitch", "of yaw"])
     ax.set(title="eq:thrust rotation 1: the leak Q_t pinv(Q_r)", ylabel="N")
-    ax.legend()
-
-
-def _follow(ax: Axes, runs: Mapping[str, Run]) -> None:
-    log, start = runs["positions sent"].log, _begin(runs["positions sent"], "slide")
-    sliding = in_phase(log, "slide")
-    ax.plot(
-        log.time.values[sliding] - start, log.cog_position_reference.values[sliding, 1],
-        color=style.REFERENCE, linestyle=(0, (4, 2.5)), linewidth=0.9, label="reference",
-    )  # fmt: skip
-    for name, line in (
-        ("velocities sent", (RIGHT, "e_v with p_ref'")),
-        ("positions sent", (WRONG, "p_ref' = 0")),
-    ):
-        log = runs[name].log
-        _curve(ax, runs[name], in_phase(log, "slide"), log.cog_position.values[:, 1], line, start)
-    ax.set(title="eq:error of rotation (impedance)", xlabel="time of the slide (s)", ylabel="CoG in y (m)")
-    ax.legend()

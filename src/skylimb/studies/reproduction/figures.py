@@ -12,7 +12,8 @@ from skylimb.analysis.figures import style
 from skylimb.analysis.scores.registry import SCORES
 from skylimb.studies.campaign.frozen import Campaign
 from skylimb.studies.campaign.rows import OK, Row
-from skylimb.studies.reproduction.result import BESIDE, HIGH, LOW, NUMBERS, READINGS, Judged, Number, Result
+from skylimb.studies.reproduction.report import rate_text
+from skylimb.studies.reproduction.result import BESIDE, HIGH, LOW, NUMBERS, READINGS, Number, Result
 
 _SHORT = {
     "error_u_median": "|y error|",
@@ -32,11 +33,12 @@ def numbers_figure(campaign: Campaign, rows: Mapping[int, Row], result: Result) 
     """Every flight that finished, the interval and median over them, and the paper's number."""
     keys = (*NUMBERS, *BESIDE)
     colours = [style.CONTROLLER_COLOURS[name] for name in campaign.names]
-    figure = Figure((style.WIDTH, 2.9), layout="constrained")
+    figure, panels = style.sheet(2.9, 1, len(keys))
     scatter = np.random.default_rng(0)
-    for ax, key in zip(figure.subplots(1, len(keys)), keys, strict=True):
+    numbers = {(number.controller, number.key): number for number in result.numbers}
+    for ax, key in zip(panels, keys, strict=True):
         for place, name in enumerate(campaign.names):
-            number = _of(result.numbers, name, key)
+            number = numbers[name, key]
             colour = style.CONTROLLER_COLOURS[name]
             for mark, value in (("o", "none"), ("^", "velocity")):
                 points = [
@@ -69,10 +71,6 @@ def numbers_figure(campaign: Campaign, rows: Mapping[int, Row], result: Result) 
     return figure
 
 
-def _of(numbers: list[Number], name: str, key: str) -> Number:
-    return next(number for number in numbers if (number.controller, number.key) == (name, key))
-
-
 def _crop(ax: object, numbers: list[Number]) -> None:
     """Show the intervals and the paper's numbers with a margin; single flights may lie beyond."""
     ends = [value for n in numbers for value in (n.ours.low, n.ours.high, n.paper) if np.isfinite(value)]
@@ -86,24 +84,18 @@ def _crop(ax: object, numbers: list[Number]) -> None:
 def claims_figure(result: Result) -> Figure:
     """In how many draws each claim holds, with its interval."""
     count = len(result.claims)
-    figure = Figure((style.WIDTH, 0.23 * count + 0.7), layout="constrained")
-    ax = figure.subplots()
+    figure, ax = style.sheet(0.23 * count + 0.7)
     for place, judged in enumerate(result.claims):
         rate = judged.rate
         colour = "#0072B2" if rate.rate >= 0.9 else ("#8C6D00" if rate.rate >= 0.5 else "#D55E00")
         ax.barh(place, rate.rate, color=colour, alpha=0.75, height=0.62)
         ax.plot([rate.low, rate.high], [place, place], color=style.DARK, linewidth=1.1)
-        ax.text(1.02, place, _share(judged), va="center", fontsize=7)
+        ax.text(1.02, place, rate_text(rate), va="center", fontsize=7)
     ax.set_yticks(range(count), [judged.claim.name for judged in result.claims])
     ax.set(xlim=(0.0, 1.32), ylim=(count - 0.4, -0.6), xlabel="share of all draws in which it holds")
     ax.set_xticks(np.linspace(0.0, 1.0, 6))
     ax.axvline(0.9, color=style.REFERENCE, linewidth=0.7, linestyle=(0, (4, 3)))
     return figure
-
-
-def _share(judged: Judged) -> str:
-    rate = judged.rate
-    return f"{100 * rate.rate:.0f} % ({100 * rate.low:.0f} .. {100 * rate.high:.0f})"
 
 
 @style.styled
@@ -117,8 +109,7 @@ def sensitivity_figure(result: Result) -> Figure:
     ]
     table = np.array([[result.sensitivity[column][unknown] for column in columns] for unknown in unknowns])
     table = table.reshape(len(unknowns), len(columns))
-    figure = Figure((style.WIDTH, 0.19 * len(unknowns) + 1.3), layout="constrained")
-    ax = figure.subplots()
+    figure, ax = style.sheet(0.19 * len(unknowns) + 1.3)
     image = ax.imshow(table, cmap="RdBu_r", vmin=-1.0, vmax=1.0, aspect="auto")
     for (row, column), value in np.ndenumerate(table):
         if np.isfinite(value) and abs(value) >= _CLEAR_ABOVE:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from skylimb.analysis.scores.registry import SCORES
 from skylimb.base.config import to_mapping
@@ -11,7 +10,7 @@ from skylimb.studies.campaign.frozen import Campaign
 from skylimb.studies.campaign.statistics import LEVEL
 from skylimb.studies.campaign.summary import json_text
 from skylimb.studies.reproduction.prior import Prior
-from skylimb.studies.reproduction.result import HIGH, LOW, Judged, Number, Result, Spread
+from skylimb.studies.reproduction.result import HIGH, LOW, Result
 
 FORMAT_VERSION = 1
 DIGITS = 6
@@ -36,20 +35,44 @@ def result_json(prior: Prior, campaign: Campaign, result: Result) -> str:
             "count": result.inside,
             "of": sum(math.isfinite(number.paper) for number in result.numbers),
         },
-        "numbers": [_number(number) for number in result.numbers],
+        "numbers": [
+            {
+                "controller": number.controller,
+                "metric": number.key,
+                "unit": SCORES[number.key].unit,
+                "paper": number.paper,
+                **number.ours._asdict(),
+                "percentile": number.percentile,
+                "inside": number.inside if math.isfinite(number.paper) else None,
+                "by_reading": {value: spread._asdict() for value, spread in number.split.items()},
+            }
+            for number in result.numbers
+        ],
         "ratios": [
             {
                 "metric": ratio.key,
                 "first": ratio.first,
                 "second": ratio.second,
                 "paper": ratio.paper,
-                **_spread(ratio.ours),
+                **ratio.ours._asdict(),
                 "percentile": ratio.percentile,
                 "inside": ratio.inside,
             }
             for ratio in result.ratios
         ],
-        "claims": [_claim(judged) for judged in result.claims],
+        "claims": [
+            {
+                "name": judged.claim.name,
+                "section": judged.claim.section,
+                "text": judged.claim.text,
+                "formula": judged.claim.formula,
+                "all_draws": judged.rate._asdict(),
+                "draws_without_loss": judged.finished._asdict(),
+                "true_of_the_printed_numbers": judged.paper,
+                "by_reading": {value: rate._asdict() for value, rate in judged.split.items()},
+            }
+            for judged in result.claims
+        ],
         "failures": {
             name: {"count": sum(causes.values()), "causes": causes}
             for name, causes in result.failures.items()
@@ -75,34 +98,3 @@ def result_json(prior: Prior, campaign: Campaign, result: Result) -> str:
         "versions": campaign.versions,
     }
     return json_text(content, 1, DIGITS)
-
-
-def _number(number: Number) -> dict[str, Any]:
-    return {
-        "controller": number.controller,
-        "metric": number.key,
-        "unit": SCORES[number.key].unit,
-        "paper": number.paper,
-        **_spread(number.ours),
-        "percentile": number.percentile,
-        "inside": number.inside if math.isfinite(number.paper) else None,
-        "by_reading": {value: _spread(spread) for value, spread in number.split.items()},
-    }
-
-
-def _spread(spread: Spread) -> dict[str, Any]:
-    return {"flights": spread.flights, "median": spread.median, "low": spread.low, "high": spread.high}
-
-
-def _claim(judged: Judged) -> dict[str, Any]:
-    claim = judged.claim
-    return {
-        "name": claim.name,
-        "section": claim.section,
-        "text": claim.text,
-        "formula": claim.formula,
-        "all_draws": judged.rate._asdict(),
-        "draws_without_loss": judged.finished._asdict(),
-        "true_of_the_printed_numbers": judged.paper,
-        "by_reading": {value: rate._asdict() for value, rate in judged.split.items()},
-    }

@@ -40,6 +40,8 @@ RATIOS = (
 )
 """What the choice of one law for the other changes, within a draw."""
 
+_PRINTED = {name: vars(numbers) for name, numbers in PUBLISHED.items()}
+
 NEAREST = 8
 """Draws that are listed, nearest to the paper's table first."""
 
@@ -101,38 +103,26 @@ def _spread(values: np.ndarray) -> Spread:
 
 
 def _number(draws: list[dict[str, Row]], read_as: list[str], name: str, key: str) -> Number:
-    values = _column(draws, name, key)
-    ours = _spread(values)
-    known = published(name, key)
+    values, known = _column(draws, name, key), published(name, key)
     paper = np.nan if known is None else known
-    readings = np.array(read_as)
-    return Number(
-        name,
-        key,
-        paper,
-        ours,
-        _percentile(values, paper),
-        bool(ours.low <= paper <= ours.high),
-        {value: _spread(values[readings == value]) for value in sorted(set(read_as)) if value},
-    )
+    by = {value: _spread(values[np.array(read_as) == value]) for value in sorted(set(read_as)) if value}
+    return Number(name, key, paper, *_beside(values, paper), by)
 
 
 def _ratio(draws: list[dict[str, Row]], key: str, first: str, second: str) -> Ratio:
     paper = getattr(PUBLISHED[first], key) / getattr(PUBLISHED[second], key)
     below = _column(draws, second, key)
     values = _column(draws, first, key) / np.where(below == 0.0, np.nan, below)
-    ours = _spread(values)
-    return Ratio(
-        key, first, second, paper, ours, _percentile(values, paper), bool(ours.low <= paper <= ours.high)
-    )
+    return Ratio(key, first, second, paper, *_beside(values, paper))
 
 
-def _percentile(values: np.ndarray, number: float) -> float:
-    """Share of the values below a number, %; equal ones count half."""
-    there = values[np.isfinite(values)]
-    if not len(there) or not np.isfinite(number):
-        return float("nan")
-    return 100.0 * float(np.mean((there < number) + 0.5 * (there == number)))
+def _beside(values: np.ndarray, paper: float) -> tuple[Spread, float, bool]:
+    """Ours beside the paper's number: the share of ours below it, %, and whether our interval has it."""
+    ours, there = _spread(values), values[np.isfinite(values)]
+    percentile = float("nan")
+    if len(there) and np.isfinite(paper):  # equal ones count half
+        percentile = 100.0 * float(np.mean((there < paper) + 0.5 * (there == paper)))
+    return ours, percentile, bool(ours.low <= paper <= ours.high)
 
 
 def _judge(claim: PaperClaim, draws: list[dict[str, Row]], read_as: list[str]) -> Judged:
@@ -151,16 +141,10 @@ def _judge(claim: PaperClaim, draws: list[dict[str, Row]], read_as: list[str]) -
         claim,
         success_rate(sum(holds), len(draws)),
         success_rate(sum(holds), sum(tells)),
-        _printed(claim),
+        # Whether it is true of the twelve printed numbers.
+        claim.holds(_PRINTED) if set(claim.keys) <= set(NUMBERS) else None,
         {value: success_rate(sum(some), len(some)) for value, some in by.items()},
     )
-
-
-def _printed(claim: PaperClaim) -> bool | None:
-    """Whether the claim is true of the twelve printed numbers."""
-    if not set(claim.keys) <= set(NUMBERS):
-        return None
-    return claim.holds({name: vars(numbers) for name, numbers in PUBLISHED.items()})
 
 
 def _failures(draws: list[dict[str, Row]]) -> dict[str, dict[str, int]]:

@@ -48,36 +48,30 @@ class PaperClaim:
     holds: Callable[[Values], bool]
 
 
-def _column(values: Values, key: str, names: tuple[str, ...] = ALL) -> dict[str, float]:
-    return {name: values[name][key] for name in names}
+Condition = Callable[[Values], bool]
 
 
-def _smaller(key: str, these: tuple[str, ...], than: tuple[str, ...]) -> Callable[[Values], bool]:
+def _smaller(key: str, these: tuple[str, ...], than: tuple[str, ...]) -> Condition:
     """Whether the largest of some is below the smallest of others, in magnitude."""
-
-    def holds(values: Values) -> bool:
-        return max(abs(values[name][key]) for name in these) < min(abs(values[name][key]) for name in than)
-
-    return holds
+    return lambda values: (
+        max(abs(values[name][key]) for name in these) < min(abs(values[name][key]) for name in than)
+    )
 
 
-def _ordered(key: str, names: tuple[str, ...]) -> Callable[[Values], bool]:
+def _ordered(key: str, names: tuple[str, ...]) -> Condition:
     """Whether magnitudes rise strictly in this order."""
-
-    def holds(values: Values) -> bool:
-        column = [abs(values[name][key]) for name in names]
-        return all(low < high for low, high in pairwise(column))
-
-    return holds
+    return lambda values: all(abs(values[low][key]) < abs(values[high][key]) for low, high in pairwise(names))
 
 
 def _similar(values: Values) -> bool:
-    pid, impedance = _column(values, DISPLACEMENT, (PID, IMPEDANCE)).values()
+    """Whether PID and impedance alone displace the body alike."""
+    pid, impedance = (values[name][DISPLACEMENT] for name in (PID, IMPEDANCE))
     return abs(pid - impedance) <= SIMILAR * max(pid, impedance)
 
 
-def _all_at_once(values: Values) -> bool:
-    return all(_smaller(key, (HYBRID,), (PID,))(values) for key in (ERROR, DISPLACEMENT, FORCE))
+def _all(*conditions: Condition) -> Condition:
+    """Whether several conditions hold at once."""
+    return lambda values: all(holds(values) for holds in conditions)
 
 
 CLAIMS: dict[str, PaperClaim] = {
@@ -226,10 +220,7 @@ CLAIMS: dict[str, PaperClaim] = {
             "|f_a| < |f_p| and |f_h| < |f_i|",
             ALL,
             (FORCE,),
-            lambda values: (
-                _smaller(FORCE, (ADMITTANCE,), (PID,))(values)
-                and _smaller(FORCE, (HYBRID,), (IMPEDANCE,))(values)
-            ),
+            _all(_smaller(FORCE, (ADMITTANCE,), (PID,)), _smaller(FORCE, (HYBRID,), (IMPEDANCE,))),
         ),
         PaperClaim(
             "impedance slides smoothly",
@@ -247,7 +238,7 @@ CLAIMS: dict[str, PaperClaim] = {
             "y_h < y_p and x_h < x_p and |f_h| < |f_p|",
             (PID, HYBRID),
             (ERROR, DISPLACEMENT, FORCE),
-            _all_at_once,
+            _all(*(_smaller(key, (HYBRID,), (PID,)) for key in (ERROR, DISPLACEMENT, FORCE))),
         ),
     )
 }

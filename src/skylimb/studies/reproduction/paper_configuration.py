@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from skylimb.analysis.recording import Run
+from skylimb.base.config import flatten
 
 FILE = Path(__file__).with_name("paper_configuration.toml")
 
@@ -24,14 +25,14 @@ EXPERIMENT = "paper"
 """The experiment that is flown as in the paper, unless something is set otherwise."""
 
 INDIFFERENT = (
-    "name",
-    "description",
-    "seed",
-    "terminations",
-    "tolerances",
-    "controller.name",
-    "controller.description",
-    "recorded",
+    "name.",
+    "description.",
+    "seed.",
+    "terminations.",
+    "tolerances.",
+    "controller.name.",
+    "controller.description.",
+    "recorded.",
 )
 """Keys and tables that change nothing of a finished flight but its noise and its verdict."""
 
@@ -76,12 +77,13 @@ def differences(config: Mapping[str, Any], controller: str) -> tuple[Difference,
     """
     paper = _paper(controller)
     # An empty list or word is as good as no key: nothing is drawn, pushed or changed.
-    here = {key: value for key, value in _leaves(config) if key in paper or value not in ([], {}, "")}
-    other = [key for key in (*paper, *(key for key in here if key not in paper)) if not _indifferent(key)]
+    here = {key: value for key, value in flatten(config).items() if key in paper or value not in ([], "")}
+    other = (*paper, *(key for key in here if key not in paper))
     found = [
         Difference(key, here.get(key, NOTHING), paper.get(key, NOTHING))
         for key in other
-        if key not in here or key not in paper or not _same(here[key], paper[key])
+        if not f"{key}.".startswith(INDIFFERENT)
+        and (key not in here or key not in paper or not _same(here[key], paper[key]))
     ]
     changed_kinds = {d.key.rpartition(".")[0] for d in found if d.key.rpartition(".")[2] in KINDS}
     return tuple(
@@ -144,20 +146,7 @@ def _differences_of_text(config: str, controller: str) -> tuple[Difference, ...]
 @lru_cache(maxsize=len(CONTROLLERS))
 def _paper(controller: str) -> dict[str, Any]:
     tables = tomllib.loads(FILE.read_text(encoding="utf-8"))
-    return dict(_leaves({**tables["experiment"], "controller": tables["controller"][controller]}))
-
-
-def _leaves(table: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:
-    """Dotted keys and values; an empty table counts as a value."""
-    for key, value in table.items():
-        if isinstance(value, Mapping) and value:
-            yield from _leaves(value, f"{above}{key}.")
-        else:
-            yield f"{above}{key}", value
-
-
-def _indifferent(key: str) -> bool:
-    return any(key == name or key.startswith(f"{name}.") for name in INDIFFERENT)
+    return flatten({**tables["experiment"], "controller": tables["controller"][controller]})
 
 
 def _same(first: Any, second: Any) -> bool:

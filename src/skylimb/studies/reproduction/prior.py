@@ -86,32 +86,24 @@ def load_prior(path: Path = PRIOR) -> Prior:
     for key in tables:
         if key not in _TABLES:
             raise unknown_name(f"key of prior {path.name}", key, _TABLES)
-    varied: dict[str, Any] = {}
-    reasons: dict[str, tuple[str, tuple[str, ...]]] = {}
-    for key, table in tables.get("unknown", {}).items():
-        entry = dict(table)
-        reasons[key] = (_reason(key, entry), tuple(entry.pop("controllers", ())))
-        varied[key] = entry
-    for key, table in tables.get("kept", {}).items():
-        _reason(key, dict(table))
-    plain = {key: tables[key] for key in ("seed", "experiment", "controllers", "set") if key in tables}
-    spec = spec_from_mapping({**plain, "draws": 1, "vary": varied}, f"prior {path.name}")
+    unknown, kept = tables.pop("unknown", {}), tables.pop("kept", {})
+    for key, entry in {**unknown, **kept}.items():
+        if not isinstance(entry.get("reason"), str) or not entry["reason"].strip():
+            raise ConfigError(f"prior: unknown '{key}' has no reason; a range without one is a guess")
+    vary = {
+        key: {name: value for name, value in entry.items() if name not in ("reason", "controllers")}
+        for key, entry in unknown.items()
+    }
+    spec = spec_from_mapping({**tables, "draws": 1, "vary": vary}, f"prior {path.name}")
     return Prior(
-        tuple(Unknown(key, entry, *reasons[key]) for key, entry in spec.vary.items()),
         tuple(
-            Fixed(key, str(entry.get("value", "")), entry["reason"])
-            for key, entry in tables.get("kept", {}).items()
+            Unknown(key, drawn, unknown[key]["reason"], tuple(unknown[key].get("controllers", ())))
+            for key, drawn in spec.vary.items()
         ),
+        tuple(Fixed(key, str(entry.get("value", "")), entry["reason"]) for key, entry in kept.items()),
         hashlib.sha256(path.read_bytes()).hexdigest(),
-        plain,
+        tables,
     )
-
-
-def _reason(key: str, entry: dict[str, Any]) -> str:
-    reason = entry.pop("reason", "")
-    if not isinstance(reason, str) or not reason.strip():
-        raise ConfigError(f"prior: unknown '{key}' has no reason; a range without one is a guess")
-    return reason
 
 
 def value_text(value: Any) -> str:

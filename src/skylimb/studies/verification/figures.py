@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from matplotlib.figure import Figure
-
 from skylimb.analysis.figures import style
 from skylimb.studies.verification.row import Evidence
 
@@ -15,8 +13,7 @@ _DPI = 140
 @style.styled
 def write_figure(evidence: Evidence, path: Path) -> str:
     """Draw the evidence into a PNG file; returns the file's name."""
-    figure = Figure(figsize=(5.0, 3.2), layout="constrained")
-    axes = figure.add_subplot()
+    figure, axes = style.sheet(3.2, width=5.0)
     evidence.draw(axes)
     row = evidence.row
     axes.set_title(f"{row.name.replace('_', ' ')}: {'holds' if row.passed else 'FAILS'}", loc="left")

@@ -5,11 +5,10 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from skylimb.robots.description import Tip
 from skylimb.simulation.surfaces import Board
-from skylimb.simulation.tool import BALLS, CORNERS, add_tool, tune_tool
+from skylimb.simulation.tool import BALLS, CORNERS
 from skylimb.studies.verification.drawing import family, lines
-from skylimb.studies.verification.rig import BODY, RADIUS, scene, touches
+from skylimb.studies.verification.rig import BODY, RADIUS, released, scene, touches
 from skylimb.studies.verification.row import Evidence, evidence, sweep
 
 _MASS, _GYRATION, _STIFFNESS = 2.0, 0.1, 5000.0
@@ -82,10 +81,7 @@ def _pressed(
     at = [-RADIUS + force / _STIFFNESS, 0.0, 0.0]
     spec, body, parts = scene(board, _MASS, _GYRATION**2 * _MASS, at)
     body.add_freejoint()
-    add_tool(spec, Tip(BODY, np.zeros(3), RADIUS), parts.geoms, board.contact, foot=half_width)
-    model = spec.compile()
-    tune_tool(model, board.contact, foot=True)
-    data = mujoco.MjData(model)
+    model, data = released(spec, board, parts, foot=half_width)
     data.body(BODY).xfrc_applied[:] = [force, 0.0, 0.0, 0.0, 0.0, torque]
     mujoco.mj_step(model, data, steps)
     return model, data

@@ -7,10 +7,9 @@ import math
 import mujoco
 import numpy as np
 
-from skylimb.simulation.contact import add_contact_pair, tune_contact_pair
 from skylimb.simulation.surfaces import Board
 from skylimb.studies.verification.drawing import family, lines
-from skylimb.studies.verification.rig import RADIUS, Bench, scene
+from skylimb.studies.verification.rig import RADIUS, Bench, released, scene
 from skylimb.studies.verification.row import Evidence, evidence, sweep
 
 
@@ -87,10 +86,7 @@ def _oblique(rng: np.random.Generator) -> tuple[float, float]:
     at = np.array(board.position) - [RADIUS + 1e-6, 0.0, 0.0] - arm
     spec, body, parts = scene(board, 4.0, [0.3, 0.25, 0.4], at, arm)
     body.add_freejoint()
-    add_contact_pair(spec, "tip", parts.geoms[0], board.contact)
-    model = spec.compile()
-    tune_contact_pair(model, board.contact)
-    data = mujoco.MjData(model)
+    model, data = released(spec, board, parts)
     speed, around = rng.uniform(0.1, 1.0), rng.uniform(0.0, 2.0 * math.pi)
     sideways = math.sin(angle)
     data.qvel[:3] = speed * np.array(

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from functools import cache
-from typing import NamedTuple
 
 import mujoco
 import numpy as np
 
-from skylimb.robots.description import Tip
 from skylimb.simulation.surfaces import Hole
-from skylimb.simulation.tool import add_tool, tune_tool
 from skylimb.studies.verification.drawing import family, lines
-from skylimb.studies.verification.rig import BODY, scene, touches
+from skylimb.studies.verification.rig import BODY, released, scene, touches
 from skylimb.studies.verification.row import Evidence, evidence, sweep
 
 _MASS, _GYRATION, _RADIUS, _LENGTH = 2.0, 0.1, 0.015, 0.12
@@ -38,17 +35,15 @@ def peg_sinks() -> Evidence:
 
 def peg_balances() -> Evidence:
     """Pushed and turned in the hole it comes to rest on several touches, which hold it."""
-    off = [100.0 * rest.unbalanced for rest in _rests()]
-    drawn = lines(
-        [([rest.touches for rest in _rests()], off, "o", "")], "touches", "force or torque left over (%)"
-    )
+    touching, left, _ = _rests().T
+    drawn = lines([(touching, 100.0 * left, "o", "")], "touches", "force or torque left over (%)")
     claim = "Pushed and turned in its hole a peg rests on several touches that balance the load."
-    return evidence("peg_balances", claim, off, 1.0, 0.0, "% of the load", drawn, bound="below")
+    return evidence("peg_balances", claim, 100.0 * left, 1.0, 0.0, "% of the load", drawn, bound="below")
 
 
 def peg_cone() -> Evidence:
     """No touch of those has more friction than mu times its pressure."""
-    shares = np.sort([100.0 * rest.cone for rest in _rests()])
+    shares = np.sort(100.0 * _rests()[:, 2])
     drawn = lines(
         [(np.arange(shares.size), shares, "o", "")], "case", "friction of the worst touch (% of mu N)"
     )
@@ -89,49 +84,34 @@ def peg_step() -> Evidence:
     )
 
 
-class Rest(NamedTuple):
-    """A peg at rest in its hole.
-
-    Attributes:
-        touches: how many.
-        unbalanced: what is left of load and contact forces, as a share of the load; forces, or torques.
-        cone: greatest friction of a touch over mu times its pressure.
-    """
-
-    touches: int
-    unbalanced: float
-    cone: float
-
-
 @cache
-def _rests() -> tuple[Rest, ...]:
-    """Random loads in the hole."""
+def _rests() -> np.ndarray:
+    """What `_rest` finds of random loads in the hole, (n, 3)."""
     rng = np.random.default_rng(3)
-    return tuple(_rest(rng, friction) for friction in _FRICTIONS for _ in range(10))
+    return np.array([_rest(rng, float(friction)) for friction in _FRICTIONS for _ in range(10)])
 
 
-def _rest(rng: np.random.Generator, friction: float) -> Rest:
-    hole = _hole(friction=float(friction))
-    model, data = _rig(hole, depth=0.05, damper=1.0)
+def _rest(rng: np.random.Generator, friction: float) -> tuple[int, float, float]:
+    """Of a peg at rest: its touches, what is left of the load, and the friction of its worst touch.
+
+    The second is the sum of load and contact forces, or torques, as a share of the load; the third is over mu
+    times that touch's pressure.
+    """
+    model, data = _rig(_hole(friction=friction), depth=0.05, damper=1.0)
     force = np.array([rng.uniform(1.0, 5.0), *rng.uniform(-3.0, 3.0, 2)])
     torque = np.array([0.0, *rng.uniform(-0.2, 0.2, 2)])
     data.body(BODY).xfrc_applied[:] = [*force, *torque]
     mujoco.mj_step(model, data, 4000)
-    pushes = touches(model, data)
-    # The damper's share, where it still creeps.
-    forces = sum((push.force for push in pushes), data.qfrc_passive[:3])
-    levers = [push.point - data.body(BODY).xpos for push in pushes]
-    torques = sum(
-        (np.cross(lever, push.force) for lever, push in zip(levers, pushes, strict=True)),
-        data.qfrc_passive[3:],
-    )
+    pushes, place = touches(model, data), data.body(BODY).xpos
+    # With the damper's share, where it still creeps.
+    total = np.concatenate([force, torque]) + data.qfrc_passive
+    for push in pushes:
+        total += [*push.force, *np.cross(push.point - place, push.force)]
     pushed = float(np.linalg.norm(force))
-    scale = pushed, float(np.linalg.norm(torque)) + pushed * _RADIUS
-    unbalanced = max(
-        float(np.linalg.norm(force + forces)) / scale[0], float(np.linalg.norm(torque + torques)) / scale[1]
-    )
+    turned = float(np.linalg.norm(torque)) + pushed * _RADIUS
+    left = max(np.linalg.norm(total[:3]) / pushed, np.linalg.norm(total[3:]) / turned)
     cone = max((push.friction / (friction * push.pressure) for push in pushes), default=np.inf)
-    return Rest(len(pushes), unbalanced, cone)
+    return len(pushes), float(left), cone
 
 
 def _depth_on_floor(stiffness: float, force: float) -> float:
@@ -196,8 +176,6 @@ def _rig(
         hole, _MASS, _GYRATION**2 * _MASS, [depth, aside, 0.0], radius=1e-3, timestep=timestep
     )
     body.add_freejoint()
-    add_tool(spec, Tip(BODY, np.zeros(3), 0.0), parts.geoms, hole.contact, peg=(_RADIUS, _LENGTH))
-    model = spec.compile()
-    tune_tool(model, hole.contact)
+    model, data = released(spec, hole, parts, peg=(_RADIUS, _LENGTH))
     model.dof_damping[:] = np.repeat([20.0, 0.5], 3) * damper
-    return model, mujoco.MjData(model)
+    return model, data

@@ -4,19 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
 
-from skylimb.simulation.contact import (
-    add_contact_pair,
-    add_contact_sensor,
-    set_contact_options,
-    tune_contact_pair,
-)
+from skylimb.robots.description import Tip
+from skylimb.simulation.contact import add_contact_sensor, set_contact_options
 from skylimb.simulation.surface_bodies import SurfaceParts, add_surface
 from skylimb.simulation.surfaces.surface import Surface
+from skylimb.simulation.tool import add_tool, tune_tool
 
 RADIUS = 0.004  # m, of the tip
 BODY = "body"
@@ -58,6 +55,24 @@ def scene(
     sphere = mujoco.mjtGeom.mjGEOM_SPHERE
     body.add_geom(name="tip", type=sphere, size=[radius, 0.0, 0.0], pos=ball, contype=0, conaffinity=0)
     return spec, body, parts
+
+
+def released(
+    spec: mujoco.MjSpec, surface: Surface, parts: SurfaceParts, **tool: Any
+) -> tuple[mujoco.MjModel, mujoco.MjData]:
+    """A scene whose body has its joints, with the contact of its tool, ready to be stepped.
+
+    Args:
+        spec: of `scene`, as are `surface` and `parts`.
+        surface: what is touched.
+        parts: of the surface.
+        tool: as `add_tool` takes it; nothing for the ball alone.
+    """
+    tip = Tip(BODY, np.zeros(3), 0.0)  # the front of a peg is at the body's origin
+    add_tool(spec, tip, parts.geoms, surface.contact, **tool)
+    model = spec.compile()
+    tune_tool(model, surface.contact, foot="foot" in tool)
+    return model, mujoco.MjData(model)
 
 
 class Touch(NamedTuple):
@@ -172,13 +187,10 @@ class Bench:
                 biastype=mujoco.mjtBias.mjBIAS_AFFINE,
                 biasprm=[0.0, 0.0, -_SERVO] + [0.0] * 7,
             )
-        add_contact_pair(spec, "tip", parts.geoms[0], surface.contact)
         add_contact_sensor(spec, "tip", parts.geoms[0], 1)
         for name, kind in _SENSORS:
             spec.add_sensor(name=name, type=kind, objtype=mujoco.mjtObj.mjOBJ_SITE, objname="tip")
-        self.model = spec.compile()
-        tune_contact_pair(self.model, surface.contact)
-        self.data = mujoco.MjData(self.model)
+        self.model, self.data = released(spec, surface, parts)
         self.slide = parts.joint
 
     def drive(self, **commands: float) -> None:
@@ -200,16 +212,12 @@ class Bench:
             times[step] = data.time
             mujoco.mj_step(model, data)
             rows[step] = data.sensordata
-        self._check()
+        if not np.isfinite(data.qpos).all() or any(warning.number for warning in data.warning):
+            raise RuntimeError(f"the test bench diverged on surface '{self.surface.kind}' at {data.time:g} s")
         found, force, position, velocity = np.split(rows[:, _COLUMNS], [1, 4, 7], axis=1)
         R = self.surface.R_WS
         local = (position - np.asarray(self.surface.position)) @ R
         return Trace(times, found[:, 0] > 0.0, force @ R, local, velocity @ R)
-
-    def _check(self) -> None:
-        data = self.data
-        if not np.isfinite(data.qpos).all() or any(warning.number for warning in data.warning):
-            raise RuntimeError(f"the test bench diverged on surface '{self.surface.kind}' at {data.time:g} s")
 
 
 _SENSORS = (

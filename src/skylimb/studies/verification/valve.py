@@ -6,19 +6,18 @@ T / r, r from the hinge to the ball.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import mujoco
 import numpy as np
 
-from skylimb.simulation.contact import add_contact_pair, tune_contact_pair
 from skylimb.simulation.surface_bodies import HINGE, LEVER
 from skylimb.simulation.surfaces import Valve
 from skylimb.studies.verification.drawing import family, lines
-from skylimb.studies.verification.rig import RADIUS, scene, touches
+from skylimb.studies.verification.rig import RADIUS, released, scene, touches
 from skylimb.studies.verification.row import Evidence, evidence, sweep
 
+_ARM = "arm"
 _MASS = 1.0  # kg, of the arm
 _ARMS = np.array([0.1, 0.2, 0.3])
 _NAMES = [f"r = {arm:g} m" for arm in _ARMS]
@@ -80,7 +79,7 @@ def valve_stops() -> Evidence:
 def valve_step() -> Evidence:
     """A push that turns it for 2 s: where it is then does not depend on the time step."""
     steps = np.array([2e-3, 1e-3, 5e-4, 2.5e-4])
-    turns = sweep(_pushed, steps, _ARMS, _TORQUES[:2]).reshape(len(steps), -1)
+    turns = sweep(_turned, steps, _ARMS, _TORQUES[:2]).reshape(len(steps), -1)
     off = 100.0 * (turns[:-1] / turns[-1] - 1.0)
     drawn = family(np.arange(turns.shape[1]), off, [f"{1e3 * step:g} ms" for step in steps[:-1]])
     return evidence(
@@ -95,82 +94,59 @@ def valve_step() -> Evidence:
     )
 
 
-@dataclass
-class _Rig:
-    """The valve and the arm.
-
-    Attributes:
-        model: of both.
-        data: its state.
-        arm: dof of the arm; 0 is where the ball just touches the lever at its first stop.
-        lever: dof of the lever.
-    """
-
-    model: mujoco.MjModel
-    data: mujoco.MjData
-    arm: int
-    lever: int
-
-    @property
-    def torque(self) -> float:
-        """Torque of the contact on the lever about the hinge, friction and all, N m."""
-        pushes = touches(self.model, self.data, LEVER)
-        return float(sum(np.cross(push.point, push.force)[0] for push in pushes))
-
-
-def _rig(arm: float, valve: Valve, timestep: float = 1e-3) -> _Rig:
+def _rig(arm: float, valve: Valve, timestep: float = 1e-3) -> tuple[mujoco.MjModel, mujoco.MjData]:
+    """The valve, and an arm at whose angle 0 the ball just touches the lever at its first stop."""
     # The ball's middle stands beside the lever's middle line, so that it presses square to the lever.
     ball = [0.0, arm, -(0.5 * valve.thickness + RADIUS)]
     spec, body, parts = scene(valve, _MASS, 1e-3, [0.0, 0.0, 0.0], ball, timestep=timestep)
-    body.add_joint(name="arm", type=mujoco.mjtJoint.mjJNT_HINGE, axis=[1.0, 0.0, 0.0])
+    body.add_joint(name=_ARM, type=mujoco.mjtJoint.mjJNT_HINGE, axis=[1.0, 0.0, 0.0])
     body.ipos = ball
-    add_contact_pair(spec, "tip", parts.geoms[0], valve.contact)
-    model = spec.compile()
-    tune_contact_pair(model, valve.contact)
-    dofs = [int(model.jnt_dofadr[model.joint(name).id]) for name in ("arm", HINGE)]
-    return _Rig(model, mujoco.MjData(model), *dofs)
+    return released(spec, valve, parts)
 
 
 def _valve(friction_torque: float = 0.3, **keys: Any) -> Valve:
     return Valve(position=(0.0, 0.0, 0.0), damping_ratio=1.0, friction_torque=friction_torque, **keys)
 
 
+def _pushed(rig: tuple[mujoco.MjModel, mujoco.MjData], torque: float, duration: float) -> mujoco.MjData:
+    """The rig after a torque (N m) on the arm for some time (s)."""
+    model, data = rig
+    data.joint(_ARM).qfrc_applied = torque
+    mujoco.mj_step(model, data, round(duration / model.opt.timestep))
+    return data
+
+
 def _moved(arm: float, friction_torque: float, share: float) -> bool:
     """Whether 3 s of a share of the hinge's friction turn the lever by more than 10 mrad."""
     rig = _rig(arm, _valve(friction_torque, friction=0.0))
-    rig.data.qfrc_applied[rig.arm] = share * friction_torque
-    mujoco.mj_step(rig.model, rig.data, 3000)
-    return bool(rig.data.qpos[rig.lever] > 0.01)
+    return bool(_pushed(rig, share * friction_torque, 3.0).joint(HINGE).qpos[0] > 0.01)
 
 
 def _turning(arm: float, rate: float, friction_torque: float) -> float:
     """Torque of the contact about the hinge over that of theory, while the arm is turned steadily."""
     valve = _valve(friction_torque, travel=6.0)
-    rig = _rig(arm, valve)
-    data, torques = rig.data, []
+    model, data = _rig(arm, valve)
+    joint, torques = data.joint(_ARM), []
     for k in range(3000):
-        behind = np.array([rate * data.time - data.qpos[rig.arm], rate - data.qvel[rig.arm]])
-        data.qfrc_applied[rig.arm] = _SERVO @ behind
-        mujoco.mj_step(rig.model, data)
-        if k >= 2500:
-            torques.append(rig.torque)
+        behind = np.array([rate * data.time - joint.qpos[0], rate - joint.qvel[0]])
+        joint.qfrc_applied = _SERVO @ behind
+        mujoco.mj_step(model, data)
+        if k >= 2500:  # of all pushes on the lever, friction included
+            pushes = touches(model, data, LEVER)
+            torques.append(sum(np.cross(push.point, push.force)[0] for push in pushes))
     return float(np.mean(torques)) / (friction_torque + valve.hinge_damping * rate)
 
 
 def _depth_at_stop(arm: float, force: float) -> float:
     """Depth over F / k once the lever leans on its second stop, which is close."""
     valve = _valve(0.01, travel=0.02, friction=0.0)
-    rig = _rig(arm, valve)
-    rig.data.qfrc_applied[rig.arm] = force * arm
-    mujoco.mj_step(rig.model, rig.data, 6000)
+    data = _pushed(_rig(arm, valve), force * arm, 6.0)
     # Turned by the same angle the two would just touch.
-    depth = (rig.data.qpos[rig.arm] - rig.data.qpos[rig.lever]) * arm
+    depth = (data.joint(_ARM).qpos[0] - data.joint(HINGE).qpos[0]) * arm
     return float(depth * valve.stiffness / force)
 
 
-def _pushed(timestep: float, arm: float, friction_torque: float) -> float:
+def _turned(timestep: float, arm: float, friction_torque: float) -> float:
     """Turn of the lever after 2 s with half as much torque again as its friction, rad."""
-    rig = _rig(arm, _valve(friction_torque, travel=6.0, hinge_damping=0.5, friction=0.0), timestep)
-    rig.data.qfrc_applied[rig.arm] = 1.5 * friction_torque
-    mujoco.mj_step(rig.model, rig.data, round(2.0 / timestep))
-    return float(rig.data.qpos[rig.lever])
+    valve = _valve(friction_torque, travel=6.0, hinge_damping=0.5, friction=0.0)
+    return float(_pushed(_rig(arm, valve, timestep), 1.5 * friction_torque, 2.0).joint(HINGE).qpos[0])

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from concurrent.futures import Future
 
 from skylimb.base.errors import ConfigError, SkylimbError, extra_module
-from skylimb.studies.campaign.worker import Flown, Job
+from skylimb.studies.campaign.worker import Flown, Job, fly_jobs
 
 MOST_WORKERS = 1024
 
@@ -23,23 +23,26 @@ class WorkerError(SkylimbError):
 
 
 class Engine:
-    """What the queue asks of an engine; by default one that has no workers to lose.
+    """What the queue asks of an engine. This one flies in the calling process, and has no workers to lose.
 
     Args:
         campaign: as `Campaign.text` gives it.
+        slots: how many batches it can have in hand.
     """
 
-    def __init__(self, campaign: str) -> None:
-        self._campaign = campaign
+    def __init__(self, campaign: str, slots: int = 1) -> None:
+        self.campaign, self._slots = campaign, slots
 
     @property
     def slots(self) -> int:
         """How many batches it can have in hand."""
-        return 1
+        return self._slots
 
     def submit(self, jobs: Sequence[Job]) -> Future[list[Flown]]:
         """Fly a batch; at most `slots` batches may be on their way at a time."""
-        raise NotImplementedError
+        future: Future[list[Flown]] = Future()
+        future.set_result(fly_jobs(self.campaign, jobs))
+        return future
 
     def deaths(self, error: BaseException) -> int | None:
         """How many workers have died over a batch whose future holds `error`.
@@ -81,9 +84,7 @@ def make_engine(campaign: str, workers: int | None = None, scheduler: str = "", 
 
         return on_slurm(campaign, slurm, workers or 4)
     if workers == 0:
-        from skylimb.studies.campaign.engines.inline import InlineEngine
-
-        return InlineEngine(campaign)
+        return Engine(campaign)
     from skylimb.studies.campaign.engines.local import LocalEngine, cores
 
     return LocalEngine(campaign, workers or cores())

@@ -41,7 +41,7 @@ class ClusterEngine(Engine):
 
     def submit(self, jobs: Sequence[Job]) -> Future[list[Flown]]:
         """See `Engine`."""
-        return self._executor.submit(fly_jobs, self._campaign, list(jobs))
+        return self._executor.submit(fly_jobs, self.campaign, list(jobs))
 
     def deaths(self, error: BaseException) -> int | None:
         """See `Engine`; Dask itself tries a batch again before it gives up."""

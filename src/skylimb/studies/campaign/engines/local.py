@@ -1,8 +1,4 @@
-"""Flies in processes of this machine, each with a pipe of its own.
-
-A thread hands a batch through the pipe and waits for what comes back. When a process dies, however that
-happens, the system closes its end: the thread reads the end of the pipe, and no other process is touched.
-"""
+"""Flies in processes of this machine, each an executor of its own: when one dies, no other is touched."""
 
 from __future__ import annotations
 
@@ -10,10 +6,10 @@ import multiprocessing
 import os
 import signal
 import threading
-import traceback
 from collections.abc import Iterator, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import contextmanager, suppress
+from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from multiprocessing.connection import Connection, wait
 
 from skylimb.studies.campaign.engines import Engine, WorkerError
@@ -30,7 +26,7 @@ class WorkerDiedError(WorkerError):
     """A process ended before it gave its batch back.
 
     Attributes:
-        had_begun: whether the batch was in its hands.
+        had_begun: whether it was there when it got the batch.
     """
 
     def __init__(self, had_begun: bool) -> None:
@@ -47,31 +43,38 @@ class LocalEngine(Engine):
     """
 
     def __init__(self, campaign: str, workers: int) -> None:
-        super().__init__(campaign)
+        super().__init__(campaign, workers)
+        self._context = multiprocessing.get_context("spawn")
+        # The workers end when this end of the pipe is closed, which the death of this process does, too.
+        self._end, self._alive = self._context.Pipe(duplex=False)
         self._threads = ThreadPoolExecutor(workers)
-        self._processes: list[_Process] = []
-        self._free: list[_Process] = []
-        self._count, self._stillborn = workers, 0
-
-    @property
-    def slots(self) -> int:
-        """See `Engine`."""
-        return self._count
+        self._workers: list[ProcessPoolExecutor] = []
+        self._free: list[ProcessPoolExecutor] = []
+        self._stillborn = 0
 
     def submit(self, jobs: Sequence[Job]) -> Future[list[Flown]]:
         """See `Engine`."""
-        if not self._free:
-            self._free.append(_Process(self._campaign))
-            self._processes.append(self._free[-1])
-        return self._threads.submit(self._fly, self._free.pop(), jobs)
+        worker = self._free.pop() if self._free else self._started()
+        return self._threads.submit(self._fly, worker, jobs)
 
-    def _fly(self, process: _Process, jobs: Sequence[Job]) -> list[Flown]:
+    def _started(self) -> ProcessPoolExecutor:
+        worker = ProcessPoolExecutor(1, self._context, _end_with, (self._end,))
+        with _inherited():
+            worker.submit(os.getpid)  # the process is started by the first thing that it is to do
+        self._workers.append(worker)
+        return worker
+
+    def _fly(self, worker: ProcessPoolExecutor, jobs: Sequence[Job]) -> list[Flown]:
         """Have a process fly; one that has died is never free again."""
-        flown = process.fly(jobs)
+        has_begun = False
+        try:
+            worker.submit(os.getpid).result()
+            has_begun = True
+            flown = worker.submit(fly_jobs, self.campaign, jobs).result()
+        except BrokenProcessPool:
+            raise WorkerDiedError(has_begun) from None
         self._stillborn = 0
-        self._free.append(process)
-        if isinstance(flown, BaseException):
-            raise flown
+        self._free.append(worker)
         return flown
 
     def deaths(self, error: BaseException) -> int | None:
@@ -90,58 +93,19 @@ class LocalEngine(Engine):
 
     def close(self) -> None:
         """See `Engine`."""
-        for process in self._processes:
-            process.end()
-        self._threads.shutdown()
+        self._alive.close()
+        for each in (self._threads, *self._workers):
+            each.shutdown()
 
 
-class _Process:
-    """A process that flies one batch after the other."""
+def _end_with(coordinator: Connection) -> None:
+    """In the process: end when the coordinator lets go of its end of the pipe, however that happens."""
 
-    def __init__(self, campaign: str) -> None:
-        context = multiprocessing.get_context("spawn")
-        self._pipe, theirs = context.Pipe()
-        self._process = context.Process(target=_serve, args=(campaign, theirs), daemon=True)
-        with _inherited():
-            self._process.start()
-        theirs.close()  # so that its death closes the last one
-
-    def fly(self, jobs: Sequence[Job]) -> list[Flown] | BaseException:
-        """What came of a batch, or the error that it ended with."""
-        has_begun = False
-        try:
-            self._pipe.send(jobs)
-            has_begun = self._pipe.recv()
-            return self._pipe.recv()
-        except (EOFError, OSError):
-            self.end()
-            raise WorkerDiedError(has_begun) from None
-
-    def end(self) -> None:
-        self._process.kill()
-        self._process.join()
-
-
-def _serve(campaign: str, pipe: Connection) -> None:
-    """In the process: fly what comes, until the coordinator ends, however that happens."""
-    threading.Thread(target=_end_with_coordinator, daemon=True).start()
-    with suppress(EOFError, OSError):
-        while True:
-            jobs = pipe.recv()
-            pipe.send(True)
-            try:
-                flown = fly_jobs(campaign, jobs)
-            except BaseException as error:
-                error.add_note(traceback.format_exc())  # where in the worker
-                flown = error
-            pipe.send(flown)
-
-
-def _end_with_coordinator() -> None:
-    coordinator = multiprocessing.parent_process()
-    if coordinator is not None:
-        wait([coordinator.sentinel])
+    def watch() -> None:
+        wait([coordinator])
         os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
 
 
 @contextmanager

@@ -6,15 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skylimb.studies.campaign.statistics.intervals import LEVEL, bootstrap_interval, median
+from skylimb.studies.campaign.statistics.intervals import bootstrap_interval, median
 from skylimb.studies.campaign.statistics.sign_test import better, draws_needed
-
-
-def dominance_interval(
-    first: np.ndarray, second: np.ndarray, seed: int, level: float = LEVEL
-) -> tuple[float, float]:
-    """The bootstrap interval of the share of draws that the first wins less the share that it loses."""
-    return bootstrap_interval(np.mean, np.less(first, second) - 1.0 * np.greater(first, second), seed, level)
 
 
 class Paired(NamedTuple):
@@ -62,9 +55,9 @@ def compare_paired(first: np.ndarray, second: np.ndarray, seed: int) -> Paired:
     """
     difference = np.zeros(len(first))
     np.subtract(first, second, out=difference, where=first != second)
-    sign = -np.sign(difference)
+    sign = np.sign(-difference)
     low, high = bootstrap_interval(np.median, difference, seed)
-    dominance_low, dominance_high = dominance_interval(first, second, seed)
+    dominance_low, dominance_high = bootstrap_interval(np.mean, sign, seed)
     both = difference[np.isfinite(first) & np.isfinite(second)]
     spread = float(np.std(both, ddof=1)) if len(both) > 1 else 0.0
     return Paired(

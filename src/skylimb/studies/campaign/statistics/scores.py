@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -70,16 +71,18 @@ def scores_of(campaign: Campaign, rows: Mapping[int, Row], draws: int | None = N
         if any(row["status"] == REFUSED for row in group)
     }
     flown = [group for group in complete if group[0]["draw"] not in refused]
-    metrics = {
-        key: _numbers([[row[key] for row in group] for group in flown], count) for key in campaign.spec.keys
-    }
+
+    def table(value: Callable[[Row], Any], kind: type) -> np.ndarray:
+        """A value of every flight, (n, controllers)."""
+        return np.array([[value(row) for row in group] for group in flown], dtype=kind).reshape(-1, count)
+
+    # None, a number that a flight does not have, becomes NaN.
+    metrics = {key: table(itemgetter(key), float) for key in campaign.spec.keys}
     return Scores(
         campaign.names,
         np.array([group[0]["draw"] for group in flown], dtype=int),
-        np.array([[is_success(campaign, row) for row in group] for group in flown], dtype=bool).reshape(
-            -1, count
-        ),
-        np.array([[row["status"] == OK for row in group] for group in flown], dtype=bool).reshape(-1, count),
+        table(lambda row: is_success(campaign, row), bool),
+        table(lambda row: row["status"] == OK, bool),
         {key: values for key, values in metrics.items() if np.isfinite(values).any()},
         {name: np.array([group[0][name] for group in flown]) for name in parameter_names(campaign)},
         refused,
@@ -97,9 +100,3 @@ def is_success(campaign: Campaign, row: Row) -> bool:
         and (bound.max is None or row[key] <= bound.max)
         for key, bound in campaign.spec.success.items()
     )
-
-
-def _numbers(values: list[list[Any]], count: int) -> np.ndarray:
-    return np.array(
-        [[np.nan if value is None else value for value in group] for group in values], dtype=float
-    ).reshape(-1, count)

@@ -88,11 +88,6 @@ def fly_gains(queue: FlightQueue, sets: Sequence[tuple[str, Gains, range]]) -> l
     return [[rows[job.key] for job in each] for each in jobs]
 
 
-def best(trials: Sequence[Trial]) -> Trial:
-    """The cheapest trial, the earliest of several."""
-    return min(trials, key=lambda trial: trial.cost)
-
-
 def cost(campaign: Campaign, rows: Sequence[Row], search: Search) -> float:
     """Losses first, then the median of the objective over the successes."""
     good = [row[search.objective] for row in rows if is_success(campaign, row)]

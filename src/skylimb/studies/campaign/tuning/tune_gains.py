@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 from skylimb.base.errors import ConfigError, extra_module
-from skylimb.studies.campaign.engines import check_workers, make_engine
 from skylimb.studies.campaign.flight_queue import Interrupted, Report
 from skylimb.studies.campaign.fly_campaign import opened_queue
 from skylimb.studies.campaign.frozen import freeze
@@ -44,7 +43,6 @@ def tune(
         OutputError: when the folder cannot be used; nothing in it has been touched then. Or when the disk is
             full; what was flown before is kept.
     """
-    check_workers(workers)
     spec = spec if isinstance(spec, CampaignSpec) else load_spec(spec)
     if spec.tune is None:
         raise ConfigError("the spec has no table [tune]; it names objective and gains")
@@ -52,9 +50,7 @@ def tune(
     campaign, objective = freeze(spec, "search"), spec.scores[search.objective]
     starts = {name: present_gains(campaign, name, search) for name in campaign.names}
     total = len(campaign.names) * (search.trials * spec.draws + 2 * search.held_out)
-    with opened_queue(
-        campaign, folder, resume, lambda: make_engine(campaign.text, workers), progress, total
-    ) as queue:
+    with opened_queue(campaign, folder, total, workers, resume, progress) as queue:
         store = queue.store
         try:
             trials = {name: search_gains(cma, queue, name, starts[name], search) for name in campaign.names}

@@ -15,7 +15,7 @@ from skylimb.studies.campaign.rows import Row
 from skylimb.studies.campaign.spec import Search
 from skylimb.studies.campaign.statistics import Paired, compare_paired, is_success, rank
 from skylimb.studies.campaign.tuning.gains import Gains
-from skylimb.studies.campaign.tuning.search import Trial, best, fly_gains
+from skylimb.studies.campaign.tuning.search import Trial, fly_gains
 
 
 @dataclass(frozen=True)
@@ -102,7 +102,8 @@ def judge(
     """
     campaign = queue.store.campaign
     draws = range(campaign.spec.draws, campaign.spec.draws + search.held_out)
-    found = {name: best(trials[name]) for name in campaign.names}
+    # The cheapest trial of each, the earliest of several.
+    found = {name: min(trials[name], key=lambda trial: trial.cost) for name in campaign.names}
     sets = [(name, gains, draws) for name in campaign.names for gains in (found[name].gains, starts[name])]
     flown = fly_gains(queue, sets)
     seed = campaign.spec.seed

@@ -23,7 +23,7 @@ Where a value stands exactly on a limit (a pace of one), the derivative is half 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import casadi as ca
@@ -35,10 +35,9 @@ from scipy.sparse.csgraph import connected_components
 
 from skylimb.control.controller import TraceableController
 from skylimb.flight.experiments.experiment import Experiment
-from skylimb.simulation.tick import CompiledTick
 from skylimb.studies.verification.stability.modes import Mode
 from skylimb.studies.verification.stability.plant import plant_transition, tangent_map
-from skylimb.studies.verification.stability.point import OperatingPoint, evaluate, operating_point
+from skylimb.studies.verification.stability.point import OperatingPoint, operating_point
 
 NEUTRAL = 1e-5
 """Eigenvalues as near to one as this are neutral: a growth of 0.002 1/s."""
@@ -83,11 +82,6 @@ class ClosedLoop:
         """How many eigenvalues are one, but for rounding."""
         return int((abs(self._values - 1.0) < NEUTRAL).sum())
 
-    @property
-    def spectral_radius(self) -> float:
-        """Largest magnitude of an eigenvalue that is not neutral."""
-        return abs(self.dominant.eigenvalue)
-
     @cached_property
     def dominant(self) -> Mode:
         """The mode that grows fastest or dies slowest, without the states that take part."""
@@ -98,7 +92,7 @@ class ClosedLoop:
     @property
     def stable(self) -> bool:
         """Whether every perturbation dies away, or stays where the loop is neutral."""
-        return self.spectral_radius < 1.0
+        return abs(self.dominant.eigenvalue) < 1.0
 
     @property
     def growth(self) -> float:
@@ -181,9 +175,7 @@ def linearise(
         if controller is None:
             raise TypeError("linearise(experiment, controller): a controller is missing")
         point = operating_point(point, controller, at)
-    data = point.data()
-    _, controls = evaluate(point.tick, point.state, data, point.row, point.references, point.gains)
-    A, B = plant_transition(point, controls)
+    A, B = plant_transition(point)
     K_x, K_s, S_x, S_s = loop_parts(point)
     matrix = np.block([[A + B @ K_x, B @ K_s], [S_x, S_s]])
     return ClosedLoop(matrix, (*plant_names(point), *point.names), len(A), point.period)
@@ -193,7 +185,7 @@ def loop_parts(point: OperatingPoint) -> tuple[np.ndarray, np.ndarray, np.ndarra
     """K_x, K_s, S_x and S_s of the tick at a point; x is the plant's tangent state, s the tick's own."""
     data, m = point.data(), len(point.state)
     J = np.asarray(
-        tick_jacobian(point.tick)(
+        tick_jacobian(point.tick.function)(
             point.state, data.qpos, data.qvel, data.act, data.history, point.row,
             point.references.ravel(), point.gains,
         )
@@ -225,17 +217,10 @@ def plant_names(point: OperatingPoint) -> tuple[str, ...]:
     )
 
 
-_jacobians: dict[int, tuple[ca.Function, ca.Function]] = {}
-
-
-def tick_jacobian(tick: CompiledTick) -> ca.Function:
+@lru_cache(maxsize=8)
+def tick_jacobian(tick: ca.Function) -> ca.Function:
     """Derivative of (next state, controls) by (state, qpos, qvel, act); its arguments are the tick's own."""
-    function = tick.function
-    known = _jacobians.get(id(function))
-    if known is None:
-        given = [ca.SX.sym(function.name_in(i), function.sparsity_in(i)) for i in range(function.n_in())]
-        results = function(*given)
-        J = ca.jacobian(ca.vertcat(results[0], results[1]), ca.vertcat(*given[:4]))
-        # The function is kept beside its derivative, so that its id stays its own.
-        known = _jacobians[id(function)] = (function, ca.Function("tick_jacobian", given, [J]))
-    return known[1]
+    given = [ca.SX.sym(tick.name_in(i), tick.sparsity_in(i)) for i in range(tick.n_in())]
+    state, controls, *_ = tick(*given)
+    J = ca.jacobian(ca.vertcat(state, controls), ca.vertcat(*given[:4]))
+    return ca.Function("tick_jacobian", given, [J])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import dataclasses
 from collections.abc import Callable
+from functools import partial
 
 import mujoco
 import numpy as np
@@ -23,7 +24,7 @@ _PUSH = 1e-3
 """N, of the same."""
 
 
-def plant_transition(point: OperatingPoint, controls: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def plant_transition(point: OperatingPoint) -> tuple[np.ndarray, np.ndarray]:
     """A and B of d x[k+1] = A d x[k] + B d u[k], with x the tangent (position, velocity, activation).
 
     The engine's own `mjd_transitionFD` declines models whose sensors keep a history, as ours does, so its
@@ -31,7 +32,6 @@ def plant_transition(point: OperatingPoint, controls: np.ndarray) -> tuple[np.nd
 
     Args:
         point: the state.
-        controls: of the tick, held over it.
 
     Returns:
         A, (n, n) with n = 2 nv + na, and B, (n, nu).
@@ -39,44 +39,36 @@ def plant_transition(point: OperatingPoint, controls: np.ndarray) -> tuple[np.nd
     model, nv, nu = point.plant.model, int(point.plant.model.nv), int(point.plant.model.nu)
     size = 2 * nv + int(model.na)
 
-    def moved(direction: np.ndarray) -> Callable[[mujoco.MjData, float], None]:
-        def move(data: mujoco.MjData, step: float) -> None:
-            mujoco.mj_integratePos(model, data.qpos, step * direction[:nv], 1.0)
-            data.qvel[:] += step * direction[nv : 2 * nv]
-            data.act[:] += step * direction[2 * nv : size]
-            data.ctrl[:] += step * direction[size:]
+    def move(direction: np.ndarray, data: mujoco.MjData, step: float) -> None:
+        mujoco.mj_integratePos(model, data.qpos, step * direction[:nv], 1.0)
+        data.qvel[:] += step * direction[nv : 2 * nv]
+        data.act[:] += step * direction[2 * nv : size]
+        data.ctrl[:] += step * direction[size:]
 
-        return move
-
-    both = np.stack([_slope(point, controls, moved(row), STEP) for row in np.eye(size + nu)], axis=1)
+    both = np.stack([_slope(point, partial(move, row), STEP) for row in np.eye(size + nu)], axis=1)
     return both[:, :size], both[:, size:]
 
 
-def push_response(point: OperatingPoint, controls: np.ndarray, axes: np.ndarray) -> np.ndarray:
+def push_response(point: OperatingPoint, axes: np.ndarray) -> np.ndarray:
     """Derivative of the tangent state over one control period by a force on the tip, held over it, (n, k).
 
     Args:
         point: the state.
-        controls: of the tick, held over it.
         axes: directions of the force, W, (k, 3).
     """
     model = point.plant.model
     site = model.site(TIP_SITE).id
     body = int(model.site_bodyid[site])
 
-    def pushed(axis: np.ndarray) -> Callable[[mujoco.MjData, float], None]:
-        def push(data: mujoco.MjData, step: float) -> None:
-            lever = data.site_xpos[site] - data.xipos[body]
-            data.xfrc_applied[body] += step * np.concatenate([axis, np.cross(lever, axis)])
+    def push(axis: np.ndarray, data: mujoco.MjData, step: float) -> None:
+        lever = data.site_xpos[site] - data.xipos[body]
+        data.xfrc_applied[body] += step * np.concatenate([axis, np.cross(lever, axis)])
 
-        return push
-
-    return np.stack([_slope(point, controls, pushed(axis), _PUSH) for axis in np.asarray(axes)], axis=1)
+    return np.stack([_slope(point, partial(push, axis), _PUSH) for axis in np.asarray(axes)], axis=1)
 
 
 def _slope(
     point: OperatingPoint,
-    controls: np.ndarray,
     change: Callable[[mujoco.MjData, float], None],
     step: float,
 ) -> np.ndarray:
@@ -84,7 +76,7 @@ def _slope(
     ends = []
     for signed in (step, -step):
         data = point.data()
-        data.ctrl[:] = controls
+        data.ctrl[:] = point.controls
         change(data, signed)
         mujoco.mj_step(point.plant.model, data, point.plant.substeps)
         ends.append((data.qpos, data.qvel, data.act))
@@ -102,16 +94,13 @@ def tangent_difference(
 
 def tangent_map(model: mujoco.MjModel, qpos: np.ndarray) -> np.ndarray:
     """Derivative of qpos by the tangent of the position, (nq, nv): what a small turn does to a quaternion."""
-    columns = []
-    for i in range(model.nv):
-        both = []
-        for sign in (1.0, -1.0):
-            moved, direction = qpos.copy(), np.zeros(model.nv)
-            direction[i] = sign
-            mujoco.mj_integratePos(model, moved, direction, STEP)
-            both.append(moved)
-        columns.append((both[0] - both[1]) / (2.0 * STEP))
-    return np.stack(columns, axis=1)
+
+    def moved(direction: np.ndarray) -> np.ndarray:
+        there = qpos.copy()
+        mujoco.mj_integratePos(model, there, direction, STEP)
+        return there
+
+    return np.stack([moved(row) - moved(-row) for row in np.eye(model.nv)], axis=1) / (2.0 * STEP)
 
 
 def with_stiffness(point: OperatingPoint, stiffness: float) -> OperatingPoint:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import mujoco
@@ -72,10 +73,15 @@ class OperatingPoint:
         clock = self.tick.clock
         return min(self.ticks if clock is None else int(self.state[clock]), self.last)
 
-    @property
-    def latency(self) -> float:
-        """True age of a measurement, s."""
-        return float(self.row[self.tick.rows.slices["age"]][0])
+    @cached_property
+    def controls(self) -> np.ndarray:
+        """What the tick commands here, (nu,)."""
+        data = self.data()
+        _, controls, _ = self.tick.function(
+            self.state, data.qpos, data.qvel, data.act, data.history, self.row, self.references.ravel(),
+            self.gains,
+        )  # fmt: skip
+        return np.asarray(controls).ravel()
 
     def gain(self, name: str) -> np.ndarray:
         """A gain of the controller by its dotted name, flat."""
@@ -193,21 +199,6 @@ def _fly(
     raise UnreachableError(
         f"the controller holds the mission back: it is at {clock * point.period:.3f} s of {at:g} s"
     )
-
-
-def evaluate(
-    tick: CompiledTick,
-    state: np.ndarray,
-    data: mujoco.MjData,
-    row: np.ndarray,
-    references: np.ndarray,
-    gains: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Next state and controls of a tick."""
-    new, controls, _ = tick.function(
-        state, data.qpos, data.qvel, data.act, data.history, row, references.ravel(), gains
-    )
-    return np.asarray(new).ravel(), np.asarray(controls).ravel()
 
 
 def state_names(initial: Any) -> tuple[str, ...]:

@@ -31,7 +31,7 @@ from skylimb.simulation.surfaces.geom import GEOM
 from skylimb.studies.verification.rig import touches
 from skylimb.studies.verification.stability.closed_loop import ClosedLoop, in_loop, loop_parts
 from skylimb.studies.verification.stability.plant import plant_transition, push_response
-from skylimb.studies.verification.stability.point import OperatingPoint, evaluate
+from skylimb.studies.verification.stability.point import OperatingPoint
 
 _AWAY = 1000.0  # m, by which the surface is taken away
 _PASSIVE = 1e-9
@@ -162,14 +162,12 @@ def tip_port(point: OperatingPoint, axes: np.ndarray) -> TipPort:
         ConfigError: when the tip does not touch there.
     """
     held = _held(point)
-    data = held.data()
-    _, controls = evaluate(held.tick, held.state, data, held.row, held.references, held.gains)
     fine = dataclasses.replace(held, plant=dataclasses.replace(held.plant, substeps=1))
-    A, B = plant_transition(fine, controls)
-    push = push_response(fine, controls, axes)
+    A, B = plant_transition(fine)
+    push = push_response(fine, axes)
     model = held.plant.model
     jacobian = np.zeros((3, model.nv))
-    mujoco.mj_jacSite(model, data, jacobian, None, model.site(TIP_SITE).id)
+    mujoco.mj_jacSite(model, held.data(), jacobian, None, model.site(TIP_SITE).id)
     place, speed = np.zeros((2, len(axes), len(A)))
     place[:, : model.nv] = speed[:, model.nv : 2 * model.nv] = np.asarray(axes) @ jacobian
     return TipPort(A, B, push, place, speed, loop_parts(held), held.plant.substeps, held.period)

@@ -1,0 +1,30 @@
+"""Digests by which a campaign knows that a user's file is still the one that it was begun with."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from pathlib import Path
+
+from skylimb.base.keys import files_of
+from skylimb.base.user_modules import load_module, sources_of_module
+from skylimb.flight.experiments.experiment import Experiment
+
+
+def file_digests(experiments: Sequence[Experiment]) -> dict[str, str]:
+    """Digest of what lies under each key that names a file; a robot has its own."""
+    read: dict[str, set[str]] = {}
+    for experiment in experiments:
+        for key, owner in files_of(experiment):
+            if key != "robot":
+                read.setdefault(key, set()).update(source.digest for source in owner.sources)
+    return {key: _one_digest(sorted(digests)) for key, digests in read.items()}
+
+
+def code_digest(path: Path) -> str:
+    """Digest of a user's Python file, and of the modules that it imports from its own folder."""
+    return _one_digest([source.digest for source in sources_of_module(load_module(path, ()))])
+
+
+def _one_digest(digests: Sequence[str]) -> str:
+    return digests[0] if len(digests) == 1 else hashlib.sha256("".join(digests).encode()).hexdigest()
