@@ -65,10 +65,16 @@ class References:
     def place_of(self, reference: Reference) -> Place:
         """The place of a mission's row."""
         q = np.asarray(reference.joint_angles, dtype=float)
-        posture = self._robot.description.posture
-        slope = np.asarray(posture.slope)
-        size = float(slope @ slope)
-        theta = float(slope @ (q - np.asarray(posture.offset)) / size) if size else self._family.theta_nominal
         frames = frames_at(self._frames, q, np.asarray(reference.vectoring_angles, dtype=float))
         yaw = float(reference.heading) - frames.tip_heading + frames.yaw_in_C
-        return Place(np.array(reference.position, dtype=float), yaw, theta)
+        return Place(np.array(reference.position, dtype=float), yaw, theta_of(self._robot, q))
+
+
+def theta_of(robot: Robot, joint_angles: np.ndarray) -> float:
+    """The shape angle whose posture is nearest to some joint angles (nq,), rad; nominal without joints."""
+    posture = robot.description.posture
+    slope = np.asarray(posture.slope)
+    size = float(slope @ slope)
+    return (
+        float(slope @ (joint_angles - np.asarray(posture.offset)) / size) if size else posture.theta_nominal
+    )

@@ -9,6 +9,7 @@ import numpy as np
 
 from skylimb.analysis.exchange.messages import Joints, Nav, NavMode, Path, Pose
 from skylimb.apps.ros1.limits import FlightLimits
+from skylimb.apps.ros1.references import theta_of
 from skylimb.apps.ros1.targets import Place, Targets, duration_of
 from skylimb.apps.ros1.tick import Request
 from skylimb.base.rotations import rot_z, rotation_from_quaternion, rpy_from_rotation
@@ -38,10 +39,8 @@ class Requests:
     """
 
     def __init__(self, robot: Robot, limits: FlightLimits) -> None:
-        self._limits = limits
+        self._robot, self._limits = robot, limits
         self._names, self._family = robot.description.shape_joints, posture_family(robot)
-        posture = robot.description.posture
-        self._offset, self._slope = np.asarray(posture.offset), np.asarray(posture.slope)
 
     def targets(self, targets: Targets, request: Request, now: float, stamp_offset: float) -> Targets:
         """The targets that a request leads to.
@@ -96,9 +95,8 @@ class Requests:
         angles = np.array(list({**present, **joints}.values()))
         if not _sane(angles):
             raise RefusedError("a joint angle is no number")
-        slope, family = self._slope, self._family
-        found = slope @ (angles - self._offset) / (slope @ slope)
-        found = float(np.clip(found, family.theta_min, family.theta_max))
+        family = self._family
+        found = float(np.clip(theta_of(self._robot, angles), family.theta_min, family.theta_max))
         nearest = np.asarray(family.joint_angles(found), dtype=float)
         if np.abs(nearest - angles).max() > OFF_FAMILY:
             near = ", ".join(f"{angle:.2f}" for angle in nearest)
