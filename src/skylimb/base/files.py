@@ -7,13 +7,16 @@ file that may be there already: a reader sees the old one or the new one.
 
 from __future__ import annotations
 
+import csv
+import io
 import os
 import secrets
 import shutil
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import Any
 
 from skylimb.base.errors import OutputError
 
@@ -50,6 +53,13 @@ def require_new(path: str | Path) -> Path:
     except OSError as error:
         raise OutputError(f"cannot create '{path}' in '{parent}': {error.strerror or error}") from error
     return path
+
+
+def csv_text(rows: Iterable[Iterable[Any]]) -> str:
+    """Rows as CSV, a line each."""
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows(rows)
+    return text.getvalue()
 
 
 @contextmanager

@@ -75,7 +75,7 @@ def test_the_figure_and_the_panels_hold_what_was_commanded(worked, make_log):
     solid, dashed = figure.axes[0].lines[1], figure.axes[0].lines[0]
     assert np.asarray(dashed.get_ydata())[0] == pytest.approx(np.degrees(1.5))
     assert np.max(np.asarray(solid.get_ydata())) == pytest.approx(np.degrees(1.5), rel=1e-2)
-    (picture,) = (picture for picture in REPORT_FIGURES if picture.tools)
+    (picture,) = (picture for picture in REPORT_FIGURES if picture.name == "task")
     assert picture.suits({"one": run})
     assert not picture.suits({"one": run, "two": Run("plain", "plain", make_log(), {})})
     titles = [panel["title"] for panel in packed_panels(worked)["panels"]]

@@ -50,7 +50,7 @@ def poses(runs: Mapping[str, Run]) -> Figure:
         for index in instants[name]
         for chain in (run.log.skeleton.values[index], _ghost(run.log, index))
     ]
-    boards = [_board_line(run.log, index) for name, run in runs.items() for index in instants[name]]
+    boards = (_board_line(run.log, index) for name, run in runs.items() for index in instants[name])
     lines = [line for line in boards if line is not None]
     across = style.limits([part[:, 0] for part in (*points, *lines)], 0.03)
     low, high = style.limits([part[:, 1] for part in points], 0.05)

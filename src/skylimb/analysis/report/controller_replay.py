@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -11,6 +9,7 @@ import numpy as np
 
 from skylimb.analysis.recording import Run
 from skylimb.analysis.scores.signals import at_ticks
+from skylimb.base.files import csv_text
 
 REPLAYED = "replayed"
 """Attribute of a replayed run's log: the name of the run that was recorded."""
@@ -85,10 +84,5 @@ def only_in(one: Run, other: Run) -> list[str]:
 
 def differences_table(found: Sequence[Difference]) -> str:
     """The differences as CSV, one line a signal."""
-    text = io.StringIO()
-    table = csv.writer(text, lineterminator="\n")
-    table.writerow(["signal", "unit", "recorded_rms", "difference_rms", "largest", "at_s", "same_bits"])
-    for one in found:
-        numbers = (one.size, one.rms, one.largest, one.time)
-        table.writerow([one.signal, one.unit, *map(repr, numbers), int(one.same)])
-    return text.getvalue()
+    head = ["signal", "unit", "recorded_rms", "difference_rms", "largest", "at_s", "same_bits"]
+    return csv_text([head, *([*one[:2], *map(repr, one[2:6]), int(one.same)] for one in found)])

@@ -6,8 +6,6 @@ a subfolder with the first three for each run, and metrics.csv, figures/ and rep
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import warnings
 from collections.abc import Mapping, Sequence
@@ -19,7 +17,7 @@ from skylimb.analysis.scores.declared import scores_of
 from skylimb.analysis.scores.registry import NUMERIC_KEYS, SCORES
 from skylimb.analysis.scores.user_scores import UserFigure, scored_again
 from skylimb.base.errors import OutputError, of_an_extra
-from skylimb.base.files import new_folder, replace_text, writing
+from skylimb.base.files import csv_text, new_folder, replace_text, writing
 
 CONFIG_FILE = "config.toml"
 METRICS_FILE = "metrics.json"
@@ -136,15 +134,17 @@ def metrics_table(runs: Mapping[str, Run]) -> str:
 
     A field is empty where there is no number; a verdict is 1 or 0.
     """
-    text = io.StringIO()
-    table = csv.writer(text, lineterminator="\n")
     keys = [*NUMERIC_KEYS, *(key for key in scores_of(runs.values()) if key not in SCORES)]
-    table.writerow(["run", "controller", "status", "cause", *keys])
-    for name, run in runs.items():
-        values = [run.metrics.get(key) for key in keys]
-        numbers = ["" if one is None else repr(int(one) if isinstance(one, bool) else one) for one in values]
-        table.writerow([name, run.controller, run.status, run.cause, *numbers])
-    return text.getvalue()
+    rows = [
+        [name, run.controller, run.status, run.cause, *(_field(run.metrics.get(key)) for key in keys)]
+        for name, run in runs.items()
+    ]
+    return csv_text([["run", "controller", "status", "cause", *keys], *rows])
+
+
+def _field(value: float | None) -> str:
+    """A number with all its digits; a verdict as 1 or 0."""
+    return "" if value is None else repr(int(value) if isinstance(value, bool) else value)
 
 
 def _records(runs: Mapping[str, Run], folder: Path, apart: bool) -> None:

@@ -8,10 +8,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from skylimb.analysis.recording.run import Run
-from skylimb.analysis.scores.drawn_strokes import Fidelity, strokes_of
+from skylimb.analysis.scores.drawn_strokes import strokes_of
 from skylimb.analysis.scores.force import force_limits
 from skylimb.analysis.scores.registry import METRICS, NUMERIC_KEYS, numbers_of
-from skylimb.analysis.scores.score import Number, Score
+from skylimb.analysis.scores.score import Score
 from skylimb.analysis.scores.verdict import verdict
 
 if TYPE_CHECKING:
@@ -49,12 +49,11 @@ def metrics(log: xr.Dataset) -> dict[str, Any]:
         "missed": [],
         "checks": {},
         "force_limits": {} if run.failed else force_limits(log),
-        "strokes": [] if run.failed else [_numbers_of(stroke) for stroke in strokes_of(log)],
+        "strokes": [
+            {name: Score().number(value) for name, value in stroke._asdict().items()}
+            for stroke in (strokes_of(log) if not run.failed else ())
+        ],
     }
     held = {} if log.attrs.get("tolerances", "{}") == "{}" else numbers_of(run, _FOR_THE_VERDICT)
     scores = [score for each in METRICS for score in each.scores]
     return {**found, **verdict(Run("", "", log, {**found, **held}), scores)}
-
-
-def _numbers_of(stroke: Fidelity) -> dict[str, Number]:
-    return {name: Score().number(value) for name, value in stroke._asdict().items()}

@@ -73,6 +73,10 @@ class Tolerance:
                 f"tolerance = {self.bound!r} is neither a key of an experiment's [tolerances] nor a number"
             )
 
+    def stated(self, known: Mapping[str, float]) -> float | None:
+        """Its bound for an experiment with such tolerances; None for a flight that has none of its name."""
+        return known.get(self.bound) if isinstance(self.bound, str) else self.bound
+
     def of(self, run: Run) -> Tolerance:
         """The same with the words and the divisor that it has for a run."""
         words = self.words(run) if callable(self.words) else self.words

@@ -10,7 +10,7 @@ not do what was commanded, whatever it did before.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -46,7 +46,11 @@ def verdict(run: Run, scores: Iterable[Score]) -> dict[str, Any]:
     """
     known = json.loads(run.log.attrs.get("tolerances", "{}"))
     missed, checks = list(run.metrics.get("missed", ())), dict(run.metrics.get("checks", {}))
-    held = list(_held(scores, known))
+    held = [
+        (score, tolerance, bound)
+        for score in scores
+        if (tolerance := score.tolerance) and (bound := tolerance.stated(known)) is not None
+    ]
     if run.failed:
         lost = bool(held) or run.metrics.get("done") is False
         return {"done": False if lost else None, "missed": ["the flight was lost"] * lost, "checks": checks}
@@ -61,16 +65,6 @@ def verdict(run: Run, scores: Iterable[Score]) -> dict[str, Any]:
         if not kept:
             missed.append(_words(run, score, tolerance, value, bound))
     return {"done": not missed if checks else None, "missed": missed, "checks": checks}
-
-
-def _held(scores: Iterable[Score], known: Mapping[str, float]) -> Iterator[tuple[Score, Tolerance, float]]:
-    """Each score that is held to a bound that the flight states, or that is the declaration's own."""
-    for score in scores:
-        if score.tolerance is not None:
-            bound = score.tolerance.bound
-            bound = known.get(bound) if isinstance(bound, str) else bound
-            if bound is not None:
-                yield score, score.tolerance, bound
 
 
 def _words(run: Run, score: Score, tolerance: Tolerance, value: float, bound: float) -> str:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import os
 from collections.abc import Mapping, Sequence
@@ -13,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from skylimb.base.config import write_toml
+from skylimb.base.files import csv_text
 from skylimb.control.controller import resolved_tables
 from skylimb.flight.experiments.experiment import robot_of
 from skylimb.studies.campaign.draws import changed
@@ -27,15 +26,12 @@ TRIALS_FILE = "trials.csv"
 
 def texts(campaign: Campaign, outcome: TuneOutcome, trials: Mapping[str, Sequence[Trial]]) -> dict[str, str]:
     """File name -> content."""
-    table = io.StringIO()
-    writer = csv.writer(table, lineterminator="\n")
     keys = list(next(iter(outcome.tuned.values())).before)
-    writer.writerow(["controller", "trial", "cost", *keys])
-    writer.writerows(
+    rows = [
         [trial.controller, trial.number, repr(trial.cost), *(repr(trial.gains[key]) for key in keys)]
         for tried in trials.values()
         for trial in tried
-    )
+    ]
     verdict = {
         "objective": outcome.objective.name,
         "held_out_draws": outcome.draws,
@@ -61,7 +57,7 @@ def texts(campaign: Campaign, outcome: TuneOutcome, trials: Mapping[str, Sequenc
     }
     return {
         **presets,
-        TRIALS_FILE: table.getvalue(),
+        TRIALS_FILE: csv_text([["controller", "trial", "cost", *keys], *rows]),
         VERDICT_FILE: json.dumps(verdict, indent=2, allow_nan=False) + "\n",
     }
 
