@@ -62,8 +62,18 @@ class Silent:
         pass
 
 
-def settings(event: Mapping[str, Any] | None) -> dict[str, Any]:
-    return {**HOLD, "events": [dict(event)] if event else []}
+ROTORS = "rotors with a speed"
+"""A push on a plant whose rotors turn the robot too."""
+
+
+def settings(event: Mapping[str, Any] | None, **more: Any) -> dict[str, Any]:
+    return {**HOLD, "events": [dict(event)] if event else [], **more}
+
+
+def settings_of(kind: str) -> dict[str, Any]:
+    if kind == ROTORS:
+        return settings(PUSH, **{"plant.rotors": "speed"})
+    return settings(EVENTS.get(kind))
 
 
 def by_run(experiment: str, controller: str | None, given: dict[str, Any]) -> Run:
@@ -129,7 +139,7 @@ def flown() -> Callable[[str], Run]:
 
     def fly(kind: str) -> Run:
         if kind not in known:
-            known[kind] = skylimb.run("paper", "hybrid", set=settings(EVENTS.get(kind)))
+            known[kind] = skylimb.run("paper", "hybrid", set=settings_of(kind))
         return known[kind]
 
     return fly
@@ -142,10 +152,10 @@ def test_an_event_changes_the_flight(kind: str, flown: Callable[[str], Run]) -> 
         assert not flown(kind).log.contact_duty.values.any()
 
 
-@pytest.mark.parametrize("kind", ["", *EVENTS])
+@pytest.mark.parametrize("kind", ["", *EVENTS, ROTORS])
 @pytest.mark.parametrize("door", APPLY)
 def test_behind_every_door_an_event_is_that_of_run(door: str, kind: str, flown: Callable[[str], Run]) -> None:
-    same_bits(APPLY[door]("paper", "hybrid", settings(EVENTS.get(kind))).log, flown(kind).log)
+    same_bits(APPLY[door]("paper", "hybrid", settings_of(kind)).log, flown(kind).log)
 
 
 @pytest.mark.parametrize("kind", ["", *EVENTS])
@@ -154,11 +164,11 @@ def test_a_flight_of_a_campaign_is_that_of_run_with_its_seed(kind: str) -> None:
     same_bits(log, skylimb.run("paper", "hybrid", int(log.attrs["seed"]), settings(EVENTS.get(kind))).log)
 
 
-@pytest.mark.parametrize("kind", ["push", "surface"])
+@pytest.mark.parametrize("kind", ["push", "surface", ROTORS])
 def test_a_simulated_robot_behind_a_link_has_the_events_of_its_plant(
     kind: str, flown: Callable[[str], Run]
 ) -> None:
-    (takeoff,) = take_off("paper", ("hybrid",), set=settings(EVENTS[kind]))
+    (takeoff,) = take_off("paper", ("hybrid",), set=settings_of(kind))
     coming, sent, log = deque[bytes](), deque[bytes](), flown(kind).log
 
     class Wire:

@@ -9,6 +9,7 @@ import pytest
 
 import skylimb
 from made_robots import multirotor
+from short_flights import HOLD
 from skylimb.apps.robot_import.checking import check_robot_file
 from skylimb.base.errors import AllocationError, ConfigError
 from skylimb.control.planning.posture_limits import nearest_posture
@@ -191,3 +192,22 @@ def test_without_friction_there_is_no_drag_to_leave_room_for() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         take_off("paper", ["following"], set={FORCE: 5.0, "surface.friction": 0.0})
+
+
+@pytest.mark.parametrize(
+    ("inertia", "message"),
+    [(2e-4, r"zero at \+23\.9 rad/s, for which following's attitude, 12\.2 rad/s fast, is doubtful"),
+     (3.24e-4, r"zero at \+14\.\d rad/s, .* is too fast; .* approach\.doubtful")],
+)  # fmt: skip
+def test_an_attitude_too_fast_for_its_rotors_is_said(inertia: float, message: str) -> None:
+    given = {**HOLD, "plant.rotors": "speed", "plant.rotor_inertia": inertia}
+    if "too fast" in message:
+        with pytest.raises(ConfigError, match=message):
+            take_off("paper", ("following",), set=given)
+        given["approach.doubtful"] = "fly"
+        message = "is too fast"
+    with pytest.warns(UserWarning, match=message):
+        take_off("paper", ("following",), set=given)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        take_off("paper", ("hybrid",), set={**HOLD, "plant.rotors": "speed"})

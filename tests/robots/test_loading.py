@@ -207,6 +207,9 @@ drag_torque_coefficient = 0.0182
 thrust_min = 1.0
 thrust_max = 30.0
 lag = 0.05
+thrust_factor = 4.04e-5
+inertia = 2.0e-4
+torque_limit = 0.8
 """
 
 TOML_FAULTS = {
@@ -250,6 +253,36 @@ TOML_FAULTS = {
         ("thrust_max = 30.0", "thrust_max = 0.5"),
         ConfigError,
         ["rotors.0.thrust_min = 1 N must be below thrust_max = 0.5 N"],
+    ),
+    "a negative inertia": (
+        ("inertia = 2.0e-4", "inertia = -2.0e-4"),
+        ConfigError,
+        ["rotors.0.inertia = -0.0002 kg m^2 is outside of 0 .. 0.1 kg m^2"],
+    ),
+    "an inertia in g m^2": (
+        ("inertia = 2.0e-4", "inertia = 0.2"),
+        ConfigError,
+        ["rotors.0.inertia = 0.2 kg m^2 is outside of 0 .. 0.1 kg m^2"],
+    ),
+    "a current without its torque": (
+        ("torque_limit = 0.8", "current_limit = 30.0"),
+        ConfigError,
+        ["rotors.0.current_limit = 30 A needs torque_constant beside it"],
+    ),
+    "a motor too weak for the least thrust": (
+        ("torque_limit = 0.8", "torque_limit = 0.018"),
+        ConfigError,
+        ["rotors.0.torque_limit = 0.018 N m holds", "up to 0.989 N only", "thrust_min = 1 N"],
+    ),
+    "motors too weak for the weight": (
+        ("torque_limit = 0.8", "torque_limit = 0.15"),
+        DescriptionError,
+        ["lift at most 32.967 N (a motor of 0.15 N m turns rotor1", "8.24 N; see rotors.torque_limit"],
+    ),
+    "motors too weak to hover": (
+        ("torque_limit = 0.8", "torque_limit = 0.187"),
+        AllocationError,
+        ["cannot hover", "a motor of 0.187 N m turns rotor1", "rotors.torque_limit"],
     ),
     "signed drag": (
         ("drag_torque_coefficient = 0.0182", "drag_torque_coefficient = -0.0182"),

@@ -60,6 +60,8 @@ def test_numbers_share_a_function_and_keep_to_their_flight() -> None:
     assert fresh.function is not one.function
     np.testing.assert_array_equal(other.state, fresh.state)
     np.testing.assert_array_equal(other.gains, fresh.gains)
-    values = [np.random.default_rng(1).normal(size=one.function.size1_in(i)) for i in range(8)]
+    values = [
+        np.random.default_rng(1).normal(size=one.function.size1_in(i)) for i in range(one.function.n_in())
+    ]
     for shared, alone in zip(one.function(*values), fresh.function(*values), strict=True):
         np.testing.assert_array_equal(np.asarray(shared), np.asarray(alone))

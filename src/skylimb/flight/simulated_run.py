@@ -18,6 +18,7 @@ from skylimb.flight.reference_line import with_reference_line
 from skylimb.flight.takeoff import Takeoff
 from skylimb.simulation.compiling import compiler_version
 from skylimb.simulation.flight_truth import flight_truth
+from skylimb.simulation.joint_stops import leaning
 
 
 def recorded(takeoff: Takeoff, flight: Flight, mission: Mission | None = None) -> Run:
@@ -28,7 +29,8 @@ def recorded(takeoff: Takeoff, flight: Flight, mission: Mission | None = None) -
 def with_origin(run: Run, takeoff: Takeoff) -> Run:
     """A scored run with all that produced it."""
     made_with = {"compiler": compiler_version()}
-    return documented(run, takeoff, _moved(takeoff), made_with, takeoff.plant.scene)
+    notes = [*_moved(takeoff), *_leaning(run, takeoff)]
+    return documented(run, takeoff, notes, made_with, takeoff.plant.scene)
 
 
 def scored(takeoff: Takeoff, flight: Flight, mission: Mission | None = None) -> Run:
@@ -63,4 +65,14 @@ def _moved(takeoff: Takeoff) -> list[str]:
     return [
         f"the surface was moved or taken away in flight, from t = {min(times):g} s on: gap, trace and forces "
         "are those of where it was, figures and videos draw it where it was at take-off"
+    ]
+
+
+def _leaning(run: Run, takeoff: Takeoff) -> list[str]:
+    """Which joints leaned on their stops: what they did there is the stops' doing."""
+    robot = takeoff.robot
+    shares = leaning(run.log.joint_angles.values, *robot.joint_limits(), robot.description.shape_joints)
+    return [
+        f"{name} leaned on the stop at its limit for {100.0 * share:.2g} % of the flight"
+        for name, share in shares.items()
     ]

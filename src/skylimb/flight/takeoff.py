@@ -46,7 +46,7 @@ class Takeoff(FlightPlan):
     def initial_tick_state(self) -> Any:
         """Sensors, controller and mission clock before the first tick, as a record."""
         sensors, root = self.experiment.sensors, self._of(_root, self.start)
-        return self._of(initial_tick_state, self._traced_controller, sensors, root, self.period)
+        return self._of(initial_tick_state, self._traced_controller, self.plant, sensors, root, self.period)
 
     @property
     def tick(self) -> CompiledTick:

@@ -5,6 +5,7 @@ Records with arrays compare by identity: whether two robots are the same is what
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Literal
@@ -137,7 +138,10 @@ class Rotor(_Fixed):
         drag_torque_coefficient: signed kappa_i of eq:allocation for torque, m; its sign is against the spin.
         thrust_min: least thrust, N.
         thrust_max: greatest thrust, N.
-        lag: time constant of the thrust, s.
+        lag: time constant of the thrust, and of the speed, s.
+        thrust_factor: thrust over squared speed, N s^2; None where the file does not say.
+        inertia: of all that turns, about its axis, kg m^2; None where the file does not say.
+        torque_max: greatest torque of the motor, driving and braking, N m.
     """
 
     name: str
@@ -149,6 +153,9 @@ class Rotor(_Fixed):
     thrust_min: float
     thrust_max: float
     lag: float
+    thrust_factor: float | None = None
+    inertia: float | None = None
+    torque_max: float = math.inf
 
 
 @dataclass(frozen=True, eq=False)

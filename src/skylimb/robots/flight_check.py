@@ -11,7 +11,7 @@ from skylimb.robots.equilibrium_results import Held, NotHeld
 from skylimb.robots.hover import any_hover, cannot_hover, find_hover
 from skylimb.robots.model import Robot
 from skylimb.robots.starts import golden_steps, within_limits
-from skylimb.robots.validation import check_inertial
+from skylimb.robots.validation import check_inertial, limited_by_torque
 
 _TRIES = 16
 """Sets of vectoring angles near the first ones at which least-norm thrusts are looked at."""
@@ -99,4 +99,7 @@ def _refuse(robot: Robot, q: np.ndarray, found: NotHeld) -> None:
             "its rotors cannot command a thrust and three torques; look at rotor frames and spins"
         )
     anyhow = " at any vectoring angles within their limits" if robot.n_vectoring else ""
-    raise AllocationError(f"{cannot_hover(robot, q, found)}{anyhow}; look at rotor frames, spins and masses")
+    weak = limited_by_torque(robot.description)
+    raise AllocationError(
+        f"{cannot_hover(robot, q, found)}{anyhow}{weak}; look at rotor frames, spins and masses"
+    )

@@ -44,7 +44,23 @@ class RotorSection:
     ]
     thrust_min: Annotated[float, Key("N", "least thrust, below thrust_max", low=0.0, high=1e4)]
     thrust_max: Annotated[float, Key("N", "greatest thrust", above=0.0, high=1e4)]
-    lag: Annotated[float, Key("s", "time constant of the thrust", above=0.0, high=10.0)]
+    lag: Annotated[float, Key("s", "time constant of the thrust, and of the speed", above=0.0, high=10.0)]
+    thrust_factor: Annotated[
+        float | None, Key("N s^2", "thrust over squared speed (rad/s)", above=0.0, high=1.0)
+    ] = None
+    inertia: Annotated[
+        float | None,
+        Key("kg m^2", "of propeller and motor bell about their axis", low=0.0, high=0.1),
+    ] = None
+    torque_limit: Annotated[
+        float | None, Key("N m", "greatest torque of the motor, driving and braking", above=0.0, high=1e3)
+    ] = None
+    current_limit: Annotated[
+        float | None, Key("A", "greatest current of the motor; needs torque_constant", above=0.0, high=1e4)
+    ] = None
+    torque_constant: Annotated[
+        float | None, Key("N m/A", "torque of the motor per current", above=0.0, high=10.0)
+    ] = None
     xyz: Annotated[_Place, Key("m", "origin of {F_i} in the link's frame", low=-10.0, high=10.0)] = (
         0.0,
         0.0,
@@ -56,9 +72,36 @@ class RotorSection:
     name: Annotated[str | None, Key("", "short name; rotor1, rotor2 ... where there is none")] = None
 
     def check(self) -> None:
-        """Refuse thrust limits that leave no range."""
+        """Refuse thrust limits that leave no range, and a current that says nothing of the torque."""
         if not self.thrust_min < self.thrust_max:
             raise refused(self, "thrust_min", f"must be below thrust_max = {self.thrust_max:g} N")
+        if (self.current_limit is None) != (self.torque_constant is None):
+            said, lacking = "current_limit", "torque_constant"
+            if self.current_limit is None:
+                said, lacking = lacking, said
+            raise refused(self, said, f"needs {lacking} beside it: together they limit the torque")
+        if not self.thrust_min < self.thrust_most:
+            key = "current_limit" if self.torque_limit is None else "torque_limit"
+            raise refused(
+                self,
+                key,
+                f"holds the rotor against its drag up to {self.thrust_most:.3g} N only; that must be above "
+                f"thrust_min = {self.thrust_min:g} N",
+            )
+
+    @property
+    def torque_max(self) -> float:
+        """The least of what torque and current allow, N m; infinite where the file says neither."""
+        by_current = math.inf
+        if self.current_limit is not None and self.torque_constant is not None:
+            by_current = self.current_limit * self.torque_constant
+        return min(by_current, math.inf if self.torque_limit is None else self.torque_limit)
+
+    @property
+    def thrust_most(self) -> float:
+        """`thrust_max`, or less where the drag at that thrust is more than the motor's torque, N."""
+        drag = self.drag_torque_coefficient
+        return min(self.thrust_max, self.torque_max / drag if drag > 0.0 else math.inf)
 
 
 @configuration

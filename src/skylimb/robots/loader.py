@@ -203,6 +203,9 @@ def _rotor(section: RotorSection, index: int) -> Rotor:
         # A rotor that turns about +z is dragged about -z, and so is the body it sits on.
         drag_torque_coefficient=-section.spin * section.drag_torque_coefficient,
         thrust_min=section.thrust_min,
-        thrust_max=section.thrust_max,
+        thrust_max=section.thrust_most,
         lag=section.lag,
+        thrust_factor=section.thrust_factor,
+        inertia=section.inertia,
+        torque_max=section.torque_max,
     )

@@ -158,9 +158,22 @@ def _check_weight(description: RobotDescription) -> None:
         weight = f"{total:g} kg ({total * description.gravity:.4g} N)"
         heaviest = max(description.links, key=lambda link: link.inertial.mass)
         raise DescriptionError(
-            f"'{description.name}' weighs {weight} but its rotors lift at most {lift:g} N; "
+            f"'{description.name}' weighs {weight} but its rotors lift at most {lift:g} N"
+            f"{limited_by_torque(description)}; "
             f"is a mass in grams? The heaviest link is '{heaviest.name}' with {heaviest.inertial.mass:g} kg"
         )
+
+
+def limited_by_torque(description: RobotDescription) -> str:
+    """Words on the rotor whose motor is too weak for the thrust that it is said to give; empty for none."""
+    for rotor in description.rotors:
+        drag = abs(rotor.drag_torque_coefficient)
+        if drag > 0.0 and rotor.thrust_max >= rotor.torque_max / drag:
+            return (
+                f" (a motor of {rotor.torque_max:g} N m turns {rotor.name} against its drag up to "
+                f"{rotor.thrust_max:.3g} N; see rotors.torque_limit)"
+            )
+    return ""
 
 
 def _check_posture(description: RobotDescription) -> None:

@@ -19,6 +19,7 @@ from skylimb.control.missions.reference import Reference
 from skylimb.robots.description import Inertial, Link, RobotDescription
 from skylimb.robots.model import Robot
 from skylimb.simulation.contact import ContactReading, pair_compliance
+from skylimb.simulation.joint_stops import tune_joint_stops
 from skylimb.simulation.plant_config import Peg, PlantConfig, physics_steps, require_plant, thrust_scales
 from skylimb.simulation.scene import scene_spec
 from skylimb.simulation.servo_friction import tune_servo_friction
@@ -26,14 +27,15 @@ from skylimb.simulation.surfaces import Surface
 from skylimb.simulation.tool import tune_tool
 
 _SAG_ITERATIONS = 5
+_OF_THE_DESCRIPTION = (
+    "rotor_lag", "rotor_inertia", "mass_scale", "cog_offset", "servo_stiffness_scale",
+)  # fmt: skip
+"""Keys of the plant that change what the robot's description says."""
 
 
 def plant_description(description: RobotDescription, config: PlantConfig) -> RobotDescription:
     """The description of the robot that really flies; the same object when the two do not differ."""
-    if (
-        dataclasses.replace(config, physics_step=0.001, thrust_scale=1.0, rotor_scale=(), foot=None, peg=None)
-        == PlantConfig()
-    ):
+    if all(getattr(config, key) == getattr(PlantConfig(), key) for key in _OF_THE_DESCRIPTION):
         return description
     total = sum(link.inertial.mass for link in description.links)
 
@@ -45,9 +47,14 @@ def plant_description(description: RobotDescription, config: PlantConfig) -> Rob
         mass = inertial.mass * config.mass_scale
         return dataclasses.replace(link, inertial=Inertial(mass, com, inertial.inertia * config.mass_scale))
 
-    lag = config.rotor_lag
+    lag, inertia = config.rotor_lag, config.rotor_inertia
     rotors = tuple(
-        dataclasses.replace(rotor, lag=rotor.lag if lag < 0.0 else lag) for rotor in description.rotors
+        dataclasses.replace(
+            rotor,
+            lag=rotor.lag if lag < 0.0 else lag,
+            inertia=rotor.inertia if inertia < 0.0 else inertia,
+        )
+        for rotor in description.rotors
     )
     servo = description.shape_servo
     servo = dataclasses.replace(servo, stiffness=servo.stiffness * config.servo_stiffness_scale)
@@ -73,6 +80,7 @@ class Plant:
         hinge: address of a valve's hinge in qpos and qvel, or None.
         foot: half the side of a foot at the tip, m, or None.
         peg: radius and length of a peg at the tip, m, or None.
+        turning: whether the rotors have a speed and an inertia.
     """
 
     robot: Robot
@@ -87,6 +95,7 @@ class Plant:
     hinge: tuple[int, int] | None = None
     foot: float | None = None
     peg: Peg | None = None
+    turning: bool = False
 
     def compliance(self, stiffness: float) -> tuple[float, float, float]:
         """How the contact gives way with a surface of this stiffness, N/m; see `pair_compliance`.
@@ -124,7 +133,12 @@ def build_plant(robot: Robot, surface: Surface, config: PlantConfig, dt: float) 
     model = spec.compile()
     tune_tool(model, surface.contact, foot=config.foot is not None)
     tune_servo_friction(model)
+    tune_joint_stops(model, true.shape_joints, config.joint_stop_stiffness, config.joint_stop_damping)
     model.actuator_gainprm[: len(scales), 0] = scales
+    turning = config.rotors == "speed"
+    if turning:
+        # What reaches the engine leads the thrust, so that it ends where the rotor's speed does.
+        model.actuator_ctrllimited[: len(scales)] = False
 
     def addresses(names: tuple[str, ...]) -> tuple[int, ...]:
         return tuple(int(model.jnt_qposadr[model.joint(name).id]) for name in names)
@@ -148,6 +162,7 @@ def build_plant(robot: Robot, surface: Surface, config: PlantConfig, dt: float) 
         hinge=joint_at(parts.hinge),
         foot=config.foot,
         peg=config.peg,
+        turning=turning,
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 import numpy as np
 
@@ -31,6 +31,28 @@ class PlantConfig:
         float,
         Key("s", "time constant of the thrust; negative keeps the description's", low=-1.0, high=1.0),
     ] = -1.0
+    rotors: Annotated[
+        Literal["thrust", "speed"],
+        Key(
+            "",
+            "'thrust': the paper's rotors, whose thrust lags and which have no inertia; 'speed': their speed "
+            "lags, within the motor's torque, and turns the robot",
+        ),
+    ] = "thrust"
+    rotor_inertia: Annotated[
+        float,
+        Key("kg m^2", "of each rotor; negative keeps the description's", low=-1.0, high=0.1),
+    ] = -1.0
+    joint_stop_stiffness: Annotated[
+        float | None,
+        Key(
+            "N m/rad",
+            "of the joints' stops; none for the engine's own soft ones",
+            above=0.0,
+            high=1e6,
+        ),
+    ] = None
+    joint_stop_damping: Annotated[float, Key("N m s/rad", "of these stops", low=0.0, high=1e4)] = 1.0
     mass_scale: Annotated[
         float, Key("", "true over described mass and inertia, all links", low=0.5, high=2.0)
     ] = 1.0
@@ -91,9 +113,32 @@ def require_plant(description: RobotDescription, surface: Surface, config: Plant
     """Raise a `ConfigError` unless robot, surface and plant go together, at a control period of `dt` s."""
     physics_steps(config, dt)
     thrust_scales(description, config)
+    require_rotors(description, config)
     if config.foot is not None:
         require_plain(surface)
     require_hole(surface, config.peg)
+
+
+def require_rotors(description: RobotDescription, config: PlantConfig) -> None:
+    """Raise a `ConfigError` where rotors are to have a speed, and the robot's file says too little of it."""
+    if config.rotors == "thrust":
+        if config.rotor_inertia > 0.0:
+            raise ConfigError(
+                f"plant.rotor_inertia = {config.rotor_inertia:g} kg m^2 has no effect on rotors without a "
+                "speed: it needs plant.rotors = 'speed'"
+            )
+        return
+    for rotor in description.rotors:
+        needed = {"thrust_factor": rotor.thrust_factor}
+        if config.rotor_inertia < 0.0:
+            needed["inertia"] = rotor.inertia
+        lacking = [key for key, value in needed.items() if value is None]
+        if lacking:
+            raise ConfigError(
+                f"plant.rotors = 'speed' needs rotors.{lacking[0]}, which {rotor.name} of robot "
+                f"{description.name} does not say; add it to its flight TOML, or fly with "
+                "plant.rotors = 'thrust'"
+            )
 
 
 def require_plain(surface: Surface) -> None:

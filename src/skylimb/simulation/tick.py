@@ -1,12 +1,12 @@
 """One control tick of a simulated flight as one compiled function.
 
-    (state, plant outputs, row, references, gains) -> (state, controls, signals)
+    (state, plant outputs, row, references, gains, rotors) -> (state, controls, signals, joint forces)
 
 Sensors, controller, actuators and everything that is recorded are traced once with CasADi's symbols. The row
 holds what is known of a tick before the flight: age of the motion capture's frame, noise. The references are
 the mission's, from the tick that its own clock shows: a controller may hold that clock back. All of it is
-pure, so that a driver in any language gives the same flight; gains are inputs, so that changing one rebuilds
-nothing.
+pure, so that a driver in any language gives the same flight; gains and the numbers of the plant's rotors are
+inputs, so that changing one rebuilds nothing.
 """
 
 from __future__ import annotations
@@ -28,8 +28,10 @@ from skylimb.control.missions.clock import next_clock, start_of_mission
 from skylimb.control.missions.table import Window, window_of
 from skylimb.control.needs import PACE, needs_of
 from skylimb.control.records import Command
+from skylimb.robots.description import RobotDescription
 from skylimb.simulation.actuators import actuate
 from skylimb.simulation.plant import Plant
+from skylimb.simulation.rotors import RotorNumbers, momentum_forces, rotor_numbers, rotor_tick
 from skylimb.simulation.rows import TickRow, reference_layout, row_layout
 from skylimb.simulation.sensors import SensorConfig, SensorState, initial_sensor_state, sense
 
@@ -78,13 +80,77 @@ def plant_signals(
     }
 
 
+class Drive(NamedTuple):
+    """What a command does to the plant over a tick.
+
+    Attributes:
+        controls: of its actuators, in their order.
+        joint_forces: generalised forces besides: the rotors' change of angular momentum, (nv,).
+        signals: of the rotors, for the record.
+        rates: of root and joints at this tick, for the next one.
+    """
+
+    controls: Any
+    joint_forces: Any
+    signals: dict[str, Any]
+    rates: Any
+
+
+def drive_plant(
+    plant: Plant,
+    description: RobotDescription,
+    outputs: PlantOutputs,
+    command: Command,
+    rotors: Any,
+    before: Any,
+    dt: float,
+) -> Drive:
+    """Send a command to the plant.
+
+    Args:
+        plant: what flies.
+        description: the limits that the command meets.
+        outputs: the plant now.
+        command: of this tick.
+        rotors: `plant_numbers`, flat.
+        before: rates of root and joints at the tick before, as `initial_rates` begins them.
+        dt: control period, s.
+    """
+    controls = actuate(description, command, outputs.act, dt)
+    forces, n = ca.SX(plant.model.nv, 1), plant.robot.n_rotors
+    if not plant.turning:
+        return Drive(controls, forces, {}, ())
+    numbers = RotorNumbers(*ca.vertsplit(rotors, n))
+    tick = rotor_tick(numbers, outputs.act[:n], command.thrusts, dt)
+    joints = [*plant.joint_qpos, *plant.vectoring_qpos]
+    # The free joint has one velocity less than positions.
+    turns = [3, 4, 5, *(address - 1 for address in joints)]
+    rates = outputs.qvel[turns]
+    # As they will be in the middle of the tick: a torque that is held would else feed a precession.
+    middle = 1.5 * rates - 0.5 * before
+    forces[turns] = momentum_forces(plant.robot, numbers, tick, outputs.qpos[joints], middle)
+    signals = {"rotor_speeds": tick.speeds, "motor_torques": tick.motor_torques}
+    return Drive(ca.vertcat(tick.controls, controls[n:]), forces, signals, rates)
+
+
+def initial_rates(plant: Plant) -> np.ndarray | tuple[()]:
+    """Rates before the first tick, at rest; nothing where the rotors have no speed."""
+    return np.zeros(3 + plant.robot.n_joints + plant.robot.n_vectoring) if plant.turning else ()
+
+
+def plant_numbers(plant: Plant, dt: float) -> np.ndarray:
+    """Numbers of the plant that a tick takes as data: those of its rotors where they turn, flat."""
+    return np.concatenate(rotor_numbers(plant.robot.description, dt)) if plant.turning else np.zeros(0)
+
+
 @dataclass(frozen=True)
 class CompiledTick:
     """A controller's tick, ready for a driver.
 
     Attributes:
-        function: (state, qpos, qvel, act, history, row, references, gains) -> (state, controls, signals), all
-            flat. `references` holds the rows of the mission that `window` says, one behind the other.
+        function: (state, qpos, qvel, act, history, row, references, gains, rotors) -> (state, controls,
+            signals, joint_forces), all flat. `references` holds the rows of the mission that `window` says,
+            one behind the other.
         state: the state before the first tick, flat.
         gains: the controller's gains, flat.
         gains_layout: where each gain stands.
@@ -92,6 +158,7 @@ class CompiledTick:
         window: which rows of the mission a tick reads.
         clock: where in the state the mission's clock is, or None where it goes with the flight's.
         signals: layout of the signals.
+        rotors: `plant_numbers`.
     """
 
     function: ca.Function
@@ -101,6 +168,7 @@ class CompiledTick:
     rows: Layout[TickRow]
     window: Window
     signals: Layout[dict[str, Any]]
+    rotors: np.ndarray
     clock: int | None = None
 
 
@@ -131,18 +199,19 @@ class _Traced(NamedTuple):
 
 
 def initial_tick_state(
-    controller: TraceableController, sensors: SensorConfig, root: np.ndarray, dt: float
+    controller: TraceableController, plant: Plant, sensors: SensorConfig, root: np.ndarray, dt: float
 ) -> Any:
-    """Sensors, controller and mission clock before the first tick.
+    """Sensors, controller, mission clock and the robot's rates before the first tick.
 
     Args:
         controller: what flies.
+        plant: what it flies.
         sensors: rate and latency give the depth of the history.
         root: pose and twist of the measured link before take-off, (13,).
         dt: control period, s.
     """
     clock = start_of_mission() if needs_of(controller).paced else ()
-    return initial_sensor_state(sensors, dt, root), controller.initial_state(), clock
+    return initial_sensor_state(sensors, dt, root), controller.initial_state(), clock, initial_rates(plant)
 
 
 _traced: OrderedDict[tuple[Any, ...], _Traced] = OrderedDict()
@@ -168,7 +237,7 @@ def compile_tick(
     controller.require(dt)
     needs = needs_of(controller)
     window = window_of(needs.preview, needs.paced, dt)
-    initial = initial_tick_state(controller, sensors, root, dt)
+    initial = initial_tick_state(controller, plant, sensors, root, dt)
     gains = controller.gains()
     key = _structure(controller, plant, initial, window, dt)
     traced = _traced.get(key)
@@ -184,6 +253,7 @@ def compile_tick(
         traced.rows,
         window,
         traced.signals,
+        plant_numbers(plant, dt),
         traced.clock,
     )
 
@@ -196,7 +266,8 @@ def _structure(
     return (
         controller.structure(),
         structure((initial[0], initial[2])),
-        (plant.joint_qpos, plant.vectoring_qpos, len(plant.robot.description.rotors)),
+        (plant.joint_qpos, plant.vectoring_qpos, plant.robot.n_rotors),
+        plant.robot.description.digest if plant.turning else None,
         tuple(int(size) for size in (model.nq, model.nv, model.na, model.nhistory)),
         tuple(part.tobytes() for part in (reading.found, reading.force, reading.position)),
         window,
@@ -209,41 +280,43 @@ def _trace(
 ) -> _Traced:
     states, gain_layout = Layout(initial), Layout(gains)
     rows, references = row_layout(plant.robot), reference_layout(plant.robot)
-    x, row, given, p = (
+    x, row, given, p, rotors = (
         ca.SX.sym(name, size)
         for name, size in (
             ("state", states.size),
             ("row", rows.size),
             ("references", references.size * window.rows),
             ("gains", gain_layout.size),
+            ("rotors", plant_numbers(plant, dt).size),
         )
     )
     outputs = symbolic_outputs(plant.model)
-    sensor_state, controller_state, clock = states.unpack(x)
+    sensor_state, controller_state, clock, rates = states.unpack(x)
     known, reference = rows.unpack(row), window.read(references, given, clock)
     sensor_state, measurement = sense_plant(plant, sensor_state, outputs, known, dt)
     controller_state, command, inner = controller.step(
         gain_layout.unpack(p), controller_state, measurement, reference, dt
     )
-    controls = actuate(controller.robot.description, command, outputs.act, dt)
-    recorded = {**plant_signals(plant, outputs, measurement, command), **inner}
+    drive = drive_plant(plant, controller.robot.description, outputs, command, rotors, rates, dt)
+    recorded = {**plant_signals(plant, outputs, measurement, command), **drive.signals, **inner}
     if window.paced:
         recorded[MISSION_TIME] = clock.ticks * dt
         clock = next_clock(clock, inner[PACE])
     signals = Layout(recorded)
     function = ca.Function(
         "tick",
-        [x, *outputs, row, given, p],
+        [x, *outputs, row, given, p, rotors],
         [
             ca.densify(out)
             for out in (
-                states.pack((sensor_state, controller_state, clock)),
-                controls,
+                states.pack((sensor_state, controller_state, clock, drive.rates)),
+                drive.controls,
                 signals.pack(recorded),
+                drive.joint_forces,
             )
         ],
-        ["state", "qpos", "qvel", "act", "history", "row", "references", "gains"],
-        ["next_state", "controls", "signals"],
+        ["state", "qpos", "qvel", "act", "history", "row", "references", "gains", "rotors"],
+        ["next_state", "controls", "signals", "joint_forces"],
         {"cse": True},
     )
     clock_at = states.slices["2.ticks"].start if window.paced else None

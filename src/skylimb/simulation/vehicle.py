@@ -13,12 +13,20 @@ from skylimb.base.bound_function import BoundFunction
 from skylimb.base.packing import Layout
 from skylimb.control.estimation.records import Measurement
 from skylimb.control.records import Command
-from skylimb.simulation.actuators import actuate
 from skylimb.simulation.engine_warnings import raised_warnings
 from skylimb.simulation.plant import Plant
 from skylimb.simulation.rows import row_layout
 from skylimb.simulation.sensors import SensorConfig, initial_sensor_state
-from skylimb.simulation.tick import check_measured_link, plant_signals, sense_plant, symbolic_outputs
+from skylimb.simulation.tick import (
+    PlantOutputs,
+    check_measured_link,
+    drive_plant,
+    initial_rates,
+    plant_numbers,
+    plant_signals,
+    sense_plant,
+    symbolic_outputs,
+)
 
 
 class SimulatedVehicle:
@@ -61,12 +69,18 @@ class SimulatedVehicle:
             BoundFunction(sense, (states[i], *outputs, self._row), (states[1 - i], self._measured))
             for i in (0, 1)
         ]
-        record, self._layout = _recorder(plant, layout)
-        self._signals = np.zeros(self._layout.size)
+        record, self._layout = _recorder(plant, layout, dt)
+        self._signals, rotors = np.zeros(self._layout.size), plant_numbers(plant, dt)
+        self._rates = np.array(initial_rates(plant))
+        self._next_rates = self._rates.copy()
         self._record = BoundFunction(
-            faster(record), (*outputs, self._measured, *self._command), (self._signals,)
+            faster(record), (*outputs, rotors, self._measured, *self._command), (self._signals,)
         )
-        self._actuate = BoundFunction(faster(_actuator(plant, dt)), (data.act, *self._command), (data.ctrl,))
+        self._actuate = BoundFunction(
+            faster(actuator_function(plant, dt)),
+            (*outputs, rotors, self._rates, *self._command),
+            (data.ctrl, data.qfrc_applied, self._next_rates),
+        )
 
     @property
     def layout(self) -> Layout[dict[str, Any]]:
@@ -91,6 +105,7 @@ class SimulatedVehicle:
         """Command the actuators and advance the physics by a control period."""
         self._take(command)
         self._actuate.evaluate()
+        self._rates[:] = self._next_rates
         for act in self._acts:
             act(self._tick)
         mujoco.mj_step(self._plant.model, self._data, self._plant.substeps)
@@ -112,12 +127,20 @@ def _command_sizes(plant: Plant) -> tuple[int, int, int]:
     return plant.robot.n_rotors, plant.robot.n_joints, plant.robot.n_vectoring
 
 
-def _actuator(plant: Plant, dt: float) -> ca.Function:
-    """(activations, command) -> controls."""
-    activations = ca.SX.sym("act", int(plant.model.na))
+def actuator_function(plant: Plant, dt: float) -> ca.Function:
+    """(plant's outputs, `plant_numbers`, rates before, command) -> controls, joint forces, rates."""
+    outputs, rotors, rates, command = _driven(plant, dt)
+    drive = drive_plant(plant, plant.robot.description, outputs, command, rotors, rates, dt)
+    results = [ca.densify(ca.vertcat(part)) for part in (drive.controls, drive.joint_forces, drive.rates)]
+    return ca.Function("actuate", [*outputs, rotors, rates, *command], results, {"cse": True})
+
+
+def _driven(plant: Plant, dt: float) -> tuple[PlantOutputs, ca.SX, ca.SX, Command]:
+    """Symbols of all that a plant is driven by."""
+    rotors = ca.SX.sym("rotors", plant_numbers(plant, dt).size)
+    rates = ca.SX.sym("rates", len(initial_rates(plant)))
     command = Command(*map(ca.SX.sym, Command._fields, _command_sizes(plant)))
-    controls = actuate(plant.robot.description, command, activations, dt)
-    return ca.Function("actuate", [activations, *command], [ca.densify(controls)])
+    return symbolic_outputs(plant.model), rotors, rates, command
 
 
 def _measurement_template(plant: Plant) -> Measurement:
@@ -142,12 +165,14 @@ def _sensors(
     return ca.Function("sense", [x, *outputs, row], results, {"cse": True}), states.pack(initial)
 
 
-def _recorder(plant: Plant, measurements: Layout[Measurement]) -> tuple[ca.Function, Layout[Any]]:
+def _recorder(plant: Plant, measurements: Layout[Measurement], dt: float) -> tuple[ca.Function, Layout[Any]]:
     """What is recorded whatever the controller, as a function of plant, measurement and command."""
-    outputs = symbolic_outputs(plant.model)
+    outputs, rotors, rates, command = _driven(plant, dt)
     measured = ca.SX.sym("measured", measurements.size)
-    command = Command(*map(ca.SX.sym, Command._fields, _command_sizes(plant)))
     recorded = plant_signals(plant, outputs, measurements.unpack(measured), command)
+    recorded |= drive_plant(plant, plant.robot.description, outputs, command, rotors, rates, dt).signals
     layout = Layout(recorded)
-    function = ca.Function("record", [*outputs, measured, *command], [ca.densify(layout.pack(recorded))])
+    function = ca.Function(
+        "record", [*outputs, rotors, measured, *command], [ca.densify(layout.pack(recorded))]
+    )
     return function, layout

@@ -52,6 +52,7 @@ def wrenches(model: mujoco.MjModel, *pushes: Push) -> tuple[Wrench, ...]:
 
 def applied(model: mujoco.MjModel, data: mujoco.MjData, k: int, *pushes: Push) -> np.ndarray:
     plant: Any = SimpleNamespace(model=model)
+    data.qfrc_applied[:] = 0.0  # as the tick before it does
     (push,) = pushing(plant, data, Timeline(wrenches=wrenches(model, *pushes)))
     push(k)
     return data.qfrc_applied.copy()

@@ -134,6 +134,8 @@ SIGNALS: dict[str, SignalInfo] = {
     ),
     "thrusts": SignalInfo(_ROTOR, "N", "", "rotor thrusts", "truth"),
     "thrusts_command": SignalInfo(_ROTOR, "N", "", "rotor thrusts, commanded", "command"),
+    "rotor_speeds": SignalInfo(_ROTOR, "rad/s", "", "speeds of the rotors", "truth"),
+    "motor_torques": SignalInfo(_ROTOR, "N m", "", "torques of the rotors' motors", "truth"),
     "force_command": SignalInfo(_AXIS, "N", "W", "wanted force", "command"),
     "torque_command": SignalInfo(_AXIS, "N m", "C", "wanted torque", "command"),
     "allocation_residual_force": SignalInfo(

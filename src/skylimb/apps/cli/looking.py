@@ -1,4 +1,4 @@
-"""The verbs that look at what there is: `list`, `show`, `report`, `view` and `verify-contact`."""
+"""The verbs that look at what there is: `list`, `show`, `report`, `view` and `verify-...`."""
 
 from __future__ import annotations
 
@@ -33,6 +33,8 @@ def show(
     name: Annotated[
         str, arg("As `skylimb list` has it, or what `run` takes; every name without it.", "NAME")
     ] = "",
+    *,
+    physics: Annotated[bool, arg("Of an experiment: what acts in it, in SI, instead of its keys.")] = False,
 ) -> None:
     """Show every key of an experiment, a controller, a robot: value, unit, range and meaning.
 
@@ -45,9 +47,13 @@ def show(
         skylimb show hybrid
         skylimb show surface.cylinder
         skylimb show event.push
+        skylimb show paper --physics
         skylimb show robots/my_robot        whatever run takes: a folder, a TOML file, a Python file
         skylimb show paper > mine.toml      a start for an experiment of your own
     """
+    if physics:
+        _show_physics(name or "paper")
+        return
     if not name:
         list_all()
         return
@@ -106,6 +112,18 @@ def _show_experiment(name: str) -> None:
     tables = list(tables_of(experiment))
     hint = f"Change a key: skylimb run {name} --set {key_tables.example(tables)}"
     key_tables.show_keys(f"{experiment.name}: {experiment.description}", tables, hint)
+
+
+def _show_physics(name: str) -> None:
+    """What acts in an experiment, computed from the model that flies."""
+    from itertools import groupby
+
+    from skylimb.flight.physics_sheet import physics_sheet
+    from skylimb.flight.takeoff import take_off
+
+    (takeoff,) = take_off(name, (None,))
+    for group, lines in groupby(physics_sheet(takeoff), key=lambda line: line.group):
+        output.show_table([line[1:] for line in lines], title=f"{takeoff.experiment.name}: {group}")
 
 
 def _show_controller(name: str) -> None:
@@ -205,11 +223,31 @@ def verify_contact(
         skylimb verify-contact
         skylimb verify-contact --out out/contact
     """
+    return _verified("verify_contact", out)
+
+
+def verify_rotors(
+    *, out: Annotated[str, arg("New folder for the table and its figures; by default none.", "DIR")] = ""
+) -> int:
+    """Hold rotors with a speed and an inertia against theory, row by row.
+
+    They are those of plant.rotors = "speed". The exit code is 1 when a row fails.
+
+    Examples:
+        skylimb verify-rotors
+        skylimb verify-rotors --out out/rotors
+    """
+    return _verified("verify_rotors", out)
+
+
+def _verified(suite: str, out: str) -> int:
+    """Measure every claim of a suite and print the table; 1 when one fails."""
     folder = new_folder(out, "") if out else None
     from skylimb.studies import verification
 
     with output.flights() as progress:
-        rows = verification.verify_contact(folder, lambda done, total, _: progress("verifying", done, total))
+        verify = getattr(verification, suite)
+        rows = verify(folder, lambda done, total, _: progress("verifying", done, total))
     bounds = {"below": "at most ", "above": "at least "}
     cells = [
         (

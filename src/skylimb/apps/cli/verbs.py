@@ -12,7 +12,7 @@ from skylimb.apps.cli.examples import examples
 from skylimb.apps.cli.exporting import export_c
 from skylimb.apps.cli.flying import compare, draw, run
 from skylimb.apps.cli.keys import keys
-from skylimb.apps.cli.looking import list_all, report, show, verify_contact, view
+from skylimb.apps.cli.looking import list_all, report, show, verify_contact, verify_rotors, view
 from skylimb.apps.cli.planning import plan
 from skylimb.apps.cli.realtime import fly
 from skylimb.apps.cli.replaying import replay
@@ -46,6 +46,7 @@ VERBS: dict[str, Verb] = {
     "report": report,
     "view": view,
     "verify-contact": verify_contact,
+    "verify-rotors": verify_rotors,
     "fly": fly,
     "ros": ros,
     "replay": replay,

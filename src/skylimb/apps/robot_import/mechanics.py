@@ -7,10 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from skylimb.base.errors import AllocationError
 from skylimb.robots.controlled_axes import inputs_at
 from skylimb.robots.equilibrium_results import Held, NotHeld
 from skylimb.robots.hover import find_hover, find_hovers
 from skylimb.robots.model import Robot
+from skylimb.robots.reaction import reaction_zeros, slowest_unstable_zero
 from skylimb.robots.touch import Touch, can_touch
 
 _RANK = 1e-6
@@ -30,6 +32,8 @@ class Actuation:
             found.
         rank_moving: of the (6, n + nv) matrix with thrusts and vectoring angles as inputs.
         lift_and_torque: whether thrusts alone give lift and three torques.
+        unstable_zero: the slowest zero in the right half plane by the rotors' reaction (`robots.reaction`),
+            rad/s: infinite where there is none, None where the rotors' inertia is not known.
     """
 
     thrust_to_weight: float
@@ -39,6 +43,7 @@ class Actuation:
     condition: float
     rank_moving: int
     lift_and_torque: bool
+    unstable_zero: float | None = None
 
     @property
     def in_words(self) -> str:
@@ -72,7 +77,17 @@ def actuation(robot: Robot) -> Actuation:
         condition,
         _rank(np.hstack([fixed, moving])),
         math.isfinite(condition),
+        _unstable_zero(robot, q, at) if hover else None,
     )
+
+
+def _unstable_zero(robot: Robot, q: np.ndarray, psi: np.ndarray) -> float | None:
+    if any(rotor.inertia is None or rotor.thrust_factor is None for rotor in robot.description.rotors):
+        return None
+    try:
+        return slowest_unstable_zero(reaction_zeros(robot, q, psi))
+    except AllocationError:
+        return None
 
 
 def _condition(matrix: np.ndarray) -> float:

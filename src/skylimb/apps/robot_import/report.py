@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from skylimb.robots.description import Joint, RobotDescription
+from skylimb.robots.description import Joint, RobotDescription, Rotor
 
 if TYPE_CHECKING:
     from skylimb.apps.robot_import.checking import RobotReport
@@ -54,9 +54,14 @@ def rotors_text(description: RobotDescription) -> str:
         lines.append(
             f"    {rotor.name:<9} at '{rotor.link}', spins {'+' if rotor.spin > 0 else '-'}z, "
             f"{rotor.thrust_min:g} .. {rotor.thrust_max:g} N, drag {abs(rotor.drag_torque_coefficient):g} m, "
-            f"lag {rotor.lag:g} s{turned}"
+            f"lag {rotor.lag:g} s{_inertia(rotor)}{turned}"
         )
     return "\n".join(lines)
+
+
+def _inertia(rotor: Rotor) -> str:
+    said = f", inertia {rotor.inertia:g} kg m²" if rotor.inertia is not None else ""
+    return f"{said}, motor {rotor.torque_max:g} N m" if math.isfinite(rotor.torque_max) else said
 
 
 def joints_text(description: RobotDescription) -> str:
@@ -94,7 +99,20 @@ def _abilities(report: RobotReport) -> str:
         f"  hover     {steady}; thrust over weight {acting.thrust_to_weight:.2f}\n"
         f"  actuation rank {acting.rank} of 6{condition}; rank {acting.rank_moving} with vectoring moving: "
         f"{acting.in_words}\n"
-        f"  touch     {acting.touch}"
+        f"  touch     {acting.touch}\n"
+        f"  reaction  {_reaction(acting.unstable_zero)}"
+    )
+
+
+def _reaction(zero: float | None) -> str:
+    """How the rotors' change of speed limits the attitude's loop."""
+    if zero is None:
+        return "not known: rotors.inertia and rotors.thrust_factor say it"
+    if math.isinf(zero):
+        return "rotors that change their speed do not work against lift and torque at these angles"
+    return (
+        f"rotors that change their speed work against lift and torque: zero at +{zero:.3g} rad/s, so an "
+        f"attitude loop up to about {0.5 * zero:.2g} rad/s"
     )
 
 

@@ -6,8 +6,6 @@ tick with that experiment. So what is kept is what was flown, and nothing acts o
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from skylimb.base.errors import SkylimbError
@@ -186,16 +184,13 @@ class LiveFlight:
     def _use(self, takeoff: Takeoff) -> None:
         """Let what changes in flight act from here on."""
         events = takeoff.timeline(takeoff.times)
-        # Of a push that is over nothing may stay behind; one that lasts is written anew at every tick.
-        self._data.qfrc_applied[:] = 0.0
         for numbers, before in self._written:
             numbers[:] = before
         if events.model is not None:
             self._written = [
                 (numbers, numbers.copy()) for numbers, _ in bound_places(self._plant.model, events.model)
             ]
-        self._gains, now = events.gains, self._loop.ticks
-        lasting = replace(events, wrenches=tuple(one for one in events.wrenches if one.end > now))
+        self._gains = events.gains
         table = takeoff.surface_table
         self.surface = (
             np.tile(first_row(takeoff.plant.surface), (len(takeoff.times), 1)) if table is None else table
@@ -203,7 +198,7 @@ class LiveFlight:
         self._acts = [
             *writing(self._plant, events),
             *self._standing,
-            *pushing(self._plant, self._data, lasting),
+            *pushing(self._plant, self._data, events),
         ]
 
     def _save(self, tick: int) -> None:

@@ -104,7 +104,7 @@ def friction_writer(plant: Plant, data: mujoco.MjData, times: np.ndarray) -> Act
 
 
 def pushing(plant: Plant, data: mujoco.MjData, events: Timeline) -> list[Act]:
-    """What pushes the robot: all wrenches are set before the steps of a tick."""
+    """What pushes the robot: all wrenches are added to the joint forces before the steps of a tick."""
     wrenches, model = events.wrenches, plant.model
     if not wrenches:
         return []
@@ -112,7 +112,6 @@ def pushing(plant: Plant, data: mujoco.MjData, events: Timeline) -> list[Act]:
     points = [tuple(wrench.point) for wrench in wrenches]
 
     def push(k: int) -> None:
-        data.qfrc_applied[:] = 0.0
         moved = False
         for (begin, end, body, local, force, torque), point in zip(numbers, points, strict=True):
             if not begin <= k < end:

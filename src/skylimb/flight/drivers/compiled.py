@@ -111,8 +111,8 @@ class CompiledDriver:
         bound = [
             BoundFunction(
                 tick.function,
-                (states[i], *plant_now, row, reference, gains),
-                (states[1 - i], data.ctrl, signals),
+                (states[i], *plant_now, row, reference, gains, tick.rotors),
+                (states[1 - i], data.ctrl, signals, data.qfrc_applied),
             )
             for i in (0, 1)
         ]

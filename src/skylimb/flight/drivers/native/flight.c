@@ -15,7 +15,7 @@
 #include <mujoco/mujoco.h>
 
 #define MARK 1936419121.0 /* second word of userdata: the first one is a record's address */
-/* A tick has 8 arguments and 3 results. The rest is room in which it calls functions of its own. */
+/* A tick has 9 arguments and 4 results. The rest is room in which it calls functions of its own. */
 #define MOST_ARGUMENTS 512
 #define MOST_RESULTS 128
 
@@ -83,8 +83,8 @@ static void move_wall(const Flight* f, const mjModel* m, mjData* d, int64_t k) {
   engine.forward_velocity(m, d);
 }
 
+/* Add the wrenches of tick k to the joint forces that the tick gave. */
 static void push(const Flight* f, const mjModel* m, mjData* d, int64_t k) {
-  for (int i = 0; i < m->nv; i++) d->qfrc_applied[i] = 0.0;
   for (int64_t n = 0; n < f->n_wrenches; n++) {
     const Wrench* p = f->wrenches + n;
     if (k < p->begin || k >= p->end) continue;
@@ -156,8 +156,8 @@ static void begin_tick(Flight* f, const mjModel* m, mjData* d, int64_t k) {
   const double *arg[MOST_ARGUMENTS], *row = f->rows + k * f->n_row;
   double* res[MOST_RESULTS];
   arg[0] = f->state[k & 1], arg[1] = d->qpos, arg[2] = d->qvel, arg[3] = d->act, arg[4] = d->history;
-  arg[5] = row, arg[6] = f->references + f->at * f->n_reference, arg[7] = f->gains;
-  res[0] = f->state[1 - (k & 1)], res[1] = d->ctrl, res[2] = f->log + k * f->n_signals;
+  arg[5] = row, arg[6] = f->references + f->at * f->n_reference, arg[7] = f->gains, arg[8] = f->rotors;
+  res[0] = f->state[1 - (k & 1)], res[1] = d->ctrl, res[2] = f->log + k * f->n_signals, res[3] = d->qfrc_applied;
   f->tick(arg, res, NULL, f->work, 0);
   if (surely_lost(f, d, k)) {
     f->stopped = 1;

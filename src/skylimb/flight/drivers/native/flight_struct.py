@@ -109,6 +109,7 @@ FIELDS = (
     _Field("log", _Numbers, lambda f: f.log),
     _Field("state", _Numbers * 2, _states),
     _Field("gains", _Numbers, lambda f: f.takeoff.tick.gains.copy()),
+    _Field("rotors", _Given, lambda f: f.takeoff.tick.rotors),
     _Field("n_changing", _Word, lambda f: 0 if f.events.gains is None else len(f.events.gains.columns)),
     _Field("changing", _Words, _gains("columns")),
     _Field("changing_values", _Given, _gains("values")),

@@ -187,7 +187,7 @@ def loop_parts(point: OperatingPoint) -> tuple[np.ndarray, np.ndarray, np.ndarra
     J = np.asarray(
         tick_jacobian(point.tick.function)(
             point.state, data.qpos, data.qvel, data.act, data.history, point.row,
-            point.references.ravel(), point.gains,
+            point.references.ravel(), point.gains, point.tick.rotors,
         )
     )  # fmt: skip
     by_state, by_plant = J[:, :m], J[:, m:] @ _to_outputs(point.plant.model, point.qpos)
@@ -219,8 +219,8 @@ def plant_names(point: OperatingPoint) -> tuple[str, ...]:
 
 @lru_cache(maxsize=8)
 def tick_jacobian(tick: ca.Function) -> ca.Function:
-    """Derivative of (next state, controls) by (state, qpos, qvel, act); its arguments are the tick's own."""
+    """Derivative of (next state, controls, joint forces) by (state, qpos, qvel, act), at the tick's inputs."""
     given = [ca.SX.sym(tick.name_in(i), tick.sparsity_in(i)) for i in range(tick.n_in())]
-    state, controls, *_ = tick(*given)
-    J = ca.jacobian(ca.vertcat(state, controls), ca.vertcat(*given[:4]))
+    state, controls, _, forces = tick(*given)
+    J = ca.jacobian(ca.vertcat(state, controls, forces), ca.vertcat(*given[:4]))
     return ca.Function("tick_jacobian", given, [J])

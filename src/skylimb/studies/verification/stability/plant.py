@@ -34,7 +34,7 @@ def plant_transition(point: OperatingPoint) -> tuple[np.ndarray, np.ndarray]:
         point: the state.
 
     Returns:
-        A, (n, n) with n = 2 nv + na, and B, (n, nu).
+        A, (n, n) with n = 2 nv + na, and B, (n, nu + nv).
     """
     model, nv, nu = point.plant.model, int(point.plant.model.nv), int(point.plant.model.nu)
     size = 2 * nv + int(model.na)
@@ -43,9 +43,10 @@ def plant_transition(point: OperatingPoint) -> tuple[np.ndarray, np.ndarray]:
         mujoco.mj_integratePos(model, data.qpos, step * direction[:nv], 1.0)
         data.qvel[:] += step * direction[nv : 2 * nv]
         data.act[:] += step * direction[2 * nv : size]
-        data.ctrl[:] += step * direction[size:]
+        data.ctrl[:] += step * direction[size : size + nu]
+        data.qfrc_applied[:] += step * direction[size + nu :]
 
-    both = np.stack([_slope(point, partial(move, row), STEP) for row in np.eye(size + nu)], axis=1)
+    both = np.stack([_slope(point, partial(move, row), STEP) for row in np.eye(size + nu + nv)], axis=1)
     return both[:, :size], both[:, size:]
 
 
@@ -76,7 +77,7 @@ def _slope(
     ends = []
     for signed in (step, -step):
         data = point.data()
-        data.ctrl[:] = point.controls
+        data.ctrl[:], data.qfrc_applied[:] = np.split(point.controls, [int(point.plant.model.nu)])
         change(data, signed)
         mujoco.mj_step(point.plant.model, data, point.plant.substeps)
         ends.append((data.qpos, data.qvel, data.act))

@@ -75,13 +75,13 @@ class OperatingPoint:
 
     @cached_property
     def controls(self) -> np.ndarray:
-        """What the tick commands here, (nu,)."""
+        """What the tick does to the plant here: controls, then joint forces, (nu + nv,)."""
         data = self.data()
-        _, controls, _ = self.tick.function(
+        _, controls, _, forces = self.tick.function(
             self.state, data.qpos, data.qvel, data.act, data.history, self.row, self.references.ravel(),
-            self.gains,
+            self.gains, self.tick.rotors,
         )  # fmt: skip
-        return np.asarray(controls).ravel()
+        return np.concatenate([np.asarray(controls), np.asarray(forces)]).ravel()
 
     def gain(self, name: str) -> np.ndarray:
         """A gain of the controller by its dotted name, flat."""
@@ -204,7 +204,7 @@ def _fly(
 def state_names(initial: Any) -> tuple[str, ...]:
     """A name for each entry of a tick's flat state."""
     layout = Layout(initial)
-    heads = ("sensors", "controller", "clock")
+    heads = ("sensors", "controller", "clock", "rates")
     names = []
     for path, part in layout.slices.items():
         head, _, rest = path.partition(".")

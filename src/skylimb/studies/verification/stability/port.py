@@ -44,7 +44,7 @@ class TipPort:
 
     Attributes:
         A: plant over one physics step, (n, n).
-        B: controls, held over it, (n, nu).
+        B: controls and joint forces, held over it, (n, nu + nv).
         push: force on the tip, held over it, (n, k).
         place: of the tip along the same axes, (k, n).
         speed: of the tip along them, (k, n).

@@ -1,0 +1,199 @@
+"""The physics of an experiment in SI: masses, dampings, lags and stops that act, and what is not modelled.
+
+An experiment's keys say what was asked for; what acts follows from them, the robot and the engine. Here it is
+computed from the model that flies, so that another engine, or a bench, can be set up alike.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+
+from skylimb.flight.takeoff import Takeoff
+from skylimb.robots.reaction import reaction_zeros, slowest_unstable_zero
+from skylimb.simulation.contact import effective_mass
+from skylimb.simulation.contact_keys import PAIR_NAME
+from skylimb.simulation.robot_bodies import TIP_SITE
+
+AIR_DENSITY = 1.2
+"""kg/m^3."""
+_FRONT = 0.5
+"""Drag coefficient times frontal area that no robot that ships exceeds, m^2."""
+_ROTOR_DRAG = 0.5
+"""Drag of the rotors over mass and speed, 1/s: the largest that was identified on a racing quadrotor
+(Faessler, Franchi and Scaramuzza 2018, 0.54 and 0.39 1/s); blade flapping is in it."""
+_NEAR_WALL = 0.05
+"""Share of its thrust that a rotor beside a wall may gain or lose, its disc's own radius away."""
+
+
+class Line(NamedTuple):
+    """A line of the sheet.
+
+    Attributes:
+        group: what it belongs to.
+        what: the quantity.
+        value: with its unit.
+        note: how it comes about; may be empty.
+    """
+
+    group: str
+    what: str
+    value: str
+    note: str = ""
+
+
+def physics_sheet(takeoff: Takeoff) -> list[Line]:
+    """The physics of a flight before its first tick.
+
+    Args:
+        takeoff: of any experiment with a controller, whose vectoring angles it begins with.
+    """
+    return [*_contact(takeoff), *_lags(takeoff), *_rotors(takeoff), *_stops(takeoff), *_missing(takeoff)]
+
+
+def tip_mass(takeoff: Takeoff, held: bool) -> float:
+    """Mass that a push on the tip along the surface's normal meets at the start, kg.
+
+    Args:
+        takeoff: of the flight.
+        held: whether the joints are held, as by very stiff servos; else they are free.
+    """
+    model, data = takeoff.plant.model, takeoff.data()
+    jacobian, M = np.zeros((3, model.nv)), np.zeros((model.nv, model.nv))
+    mujoco.mj_jacSite(model, data, jacobian, None, model.site(TIP_SITE).id)
+    mujoco.mj_fullM(model, data, M)
+    turning = [address - 1 for address in (*takeoff.plant.joint_qpos, *takeoff.plant.vectoring_qpos)]
+    moving = [*range(6)] if held else [*range(6), *turning]
+    along = takeoff.experiment.surface.R_WS[:, 0] @ jacobian[:, moving]
+    return float(1.0 / (along @ np.linalg.solve(M[np.ix_(moving, moving)], along)))
+
+
+def _contact(takeoff: Takeoff) -> list[Line]:
+    if not takeoff.experiment.approach.contact:
+        return []
+    contact, model = takeoff.experiment.surface.contact, takeoff.plant.model
+    free, held = tip_mass(takeoff, False), tip_mass(takeoff, True)
+    average = effective_mass(model, PAIR_NAME)
+    damping = contact.normal_damping(average)
+    k = contact.stiffness
+
+    def ratio(mass: float) -> str:
+        return f"{damping / (2.0 * math.sqrt(k * mass)):.3g}"
+
+    group = "contact"
+    return [
+        Line(group, "mass at the tip along the normal, joints free", f"{free:.3g} kg", "at the start"),
+        Line(group, "the same, joints held", f"{held:.3g} kg", "at the start"),
+        Line(group, "mass that sets the damping", f"{average:.4g} kg", "the engine's mean over directions"),
+        Line(group, "stiffness", f"{k:g} N/m", "of the tip against the surface, normal"),
+        Line(group, "damping that acts", f"{damping:.4g} N s/m", "normal"),
+        Line(
+            group,
+            "damping ratio that acts",
+            f"{ratio(free)} free, {ratio(held)} held",
+            f"with damping_ratio = {contact.damping_ratio:g} of the mass that sets it"
+            if contact.damping is None
+            else "from surface.damping",
+        ),
+        Line(group, "friction", f"{contact.friction:g}", "Coulomb's; it may vary from place to place"),
+        Line(
+            group,
+            "friction turns into the slip at",
+            f"{contact.friction_rate:g} 1/s",
+            "a force across the slip decays at this rate",
+        ),
+        Line(group, "physics step", f"{1e3 * float(model.opt.timestep):g} ms", "implicitfast, elliptic cone"),
+    ]
+
+
+def _lags(takeoff: Takeoff) -> list[Line]:
+    experiment, d = takeoff.experiment, takeoff.plant.robot.description
+    sensors, group = experiment.sensors, "lags"
+    frames = "a frame at every tick" if sensors.rate == 0.0 else f"a frame every {1e3 / sensors.rate:.3g} ms"
+    lines = [
+        Line(group, "control period", f"{1e3 * takeoff.period:g} ms", "commands are held over it"),
+        Line(group, "age of a frame when it comes", f"{1e3 * sensors.latency:g} ms", frames),
+        Line(
+            group,
+            "rotors",
+            ", ".join(sorted({f"{1e3 * rotor.lag:g} ms" for rotor in d.rotors})),
+            "first order in the thrust" if not takeoff.plant.turning else "first order in the speed",
+        ),
+    ]
+    for title, joints, servo in (
+        ("shape servos", d.shape_joints, d.shape_servo),
+        ("vectoring servos", d.vectoring_joints, d.vectoring_servo),
+    ):
+        if joints:
+            gains = f"{servo.stiffness:g} N m/rad, {servo.damping:g} N m s/rad"
+            note = f"at most {servo.torque_limit:g} N m; the set point moves at {servo.speed_limit:g} rad/s"
+            lines.append(Line(group, title, gains, note))
+    return lines
+
+
+def _rotors(takeoff: Takeoff) -> list[Line]:
+    group, plant = "rotors", takeoff.plant
+    if not plant.turning:
+        return [Line(group, "inertia", "none", 'plant.rotors = "speed" gives the rotors that of their file')]
+    rotors, first = plant.robot.description.rotors, takeoff.mission.first
+    zeros = reaction_zeros(plant.robot, first.joint_angles, first.vectoring_angles)
+    zero = slowest_unstable_zero(zeros)
+    return [
+        Line(group, "inertia", _each(f"{rotor.inertia:g} kg m^2" for rotor in rotors), "about the axis"),
+        Line(group, "thrust over squared speed", _each(f"{rotor.thrust_factor:g} N s^2" for rotor in rotors)),
+        Line(group, "motor torque at most", _each(f"{rotor.torque_max:g} N m" for rotor in rotors)),
+        Line(
+            group,
+            "zero of lift and torque",
+            "none in the right half plane" if math.isinf(zero) else f"+{zero:.3g} rad/s",
+            "by the reaction to the rotors' change of speed",
+        ),
+    ]
+
+
+def _each(values: Iterable[str]) -> str:
+    """Values of the rotors, each once."""
+    return ", ".join(dict.fromkeys(values))
+
+
+def _stops(takeoff: Takeoff) -> list[Line]:
+    config, robot = takeoff.experiment.plant, takeoff.plant.robot
+    lower, upper = robot.joint_limits()
+    how = "the engine's own soft stop"
+    if config.joint_stop_stiffness is not None:
+        how = f"{config.joint_stop_stiffness:g} N m/rad, {config.joint_stop_damping:g} N m s/rad"
+    return [
+        Line("stops", name, f"{low:.4g} .. {high:.4g} rad", how)
+        for name, low, high in zip(robot.description.shape_joints, lower, upper, strict=True)
+        if math.isfinite(low)
+    ]
+
+
+def _missing(takeoff: Takeoff) -> list[Line]:
+    """What is not modelled, each with a bound on the force that it would have."""
+    robot = takeoff.plant.robot
+    # Not of the reference velocity: an experiment may send positions alone.
+    steps = np.linalg.norm(np.diff(takeoff.mission.reference.position, axis=0), axis=1)
+    speed = float(steps.max(initial=0.0)) / takeoff.period
+    air = 0.5 * AIR_DENSITY * _FRONT * speed**2
+    at = f"at the mission's greatest speed, {speed:.2g} m/s"
+    return [
+        Line("not modelled", "air drag of the body", f"at most {air:.2g} N", at),
+        Line(
+            "not modelled",
+            "drag of the rotors, blade flapping",
+            f"at most {_ROTOR_DRAG * robot.mass * speed:.2g} N",
+            at,
+        ),
+        Line(
+            "not modelled",
+            "inflow beside a wall, below a ceiling",
+            f"at most {_NEAR_WALL * robot.weight / robot.n_rotors:.2g} N a rotor",
+            "where its disc is as near as its own radius",
+        ),
+        Line("not modelled", "play and bending of joints and links", "no bound", "no file says it"),
+    ]
