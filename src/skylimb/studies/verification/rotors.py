@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -92,7 +93,7 @@ class RotorRig:
 
     @classmethod
     def of(
-        cls, described: RobotDescription, thrusts: float, physics_step: float = 0.001, **given: float
+        cls, described: RobotDescription, thrusts: float, physics_step: float = 0.001, **given: Any
     ) -> RotorRig:
         """The rig at rest, with these thrusts (N) and keys of the plant."""
         config = PlantConfig(rotors="speed", physics_step=physics_step, **given)

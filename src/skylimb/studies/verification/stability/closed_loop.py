@@ -219,7 +219,7 @@ def plant_names(point: OperatingPoint) -> tuple[str, ...]:
 
 @lru_cache(maxsize=8)
 def tick_jacobian(tick: ca.Function) -> ca.Function:
-    """Derivative of (next state, controls, joint forces) by (state, qpos, qvel, act), at the tick's inputs."""
+    """Derivative of (next state, controls, joint forces) by (state, qpos, qvel, act), at a tick's inputs."""
     given = [ca.SX.sym(tick.name_in(i), tick.sparsity_in(i)) for i in range(tick.n_in())]
     state, controls, _, forces = tick(*given)
     J = ca.jacobian(ca.vertcat(state, controls, forces), ca.vertcat(*given[:4]))
