@@ -67,6 +67,8 @@ def test_a_run_comes_back_to_the_bit(flown: skylimb.Run, tmp_path: Path, ending:
     read = read_log(tmp_path / f"a{ending}")
     assert read.notes == ()
     assert same(flown, read.run)
+    if ending == ".mcap":  # which `test_the_commands` replays
+        return
     # And through two other formats.
     convert(tmp_path / f"a{ending}", tmp_path / "b.nc")
     convert(tmp_path / "b.nc", tmp_path / "c.mcap")

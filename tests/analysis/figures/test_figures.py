@@ -74,9 +74,8 @@ def test_the_laws_own_target_is_drawn_beside_the_missions_reference(make_log):
 
 @pytest.mark.parametrize("picture", REPORT_FIGURES, ids=lambda picture: picture.name)
 def test_a_failed_flight_is_named_as_one(four_runs, picture):
-    words = " ".join(texts(picture.draw(four_runs))) + " ".join(
-        ax.get_ylabel() for ax in picture.draw(four_runs).axes
-    )
+    figure = picture.draw(four_runs)
+    words = " ".join([*texts(figure), *(ax.get_ylabel() for ax in figure.axes)])
     assert "failed" in words
 
 

@@ -21,7 +21,9 @@ from skylimb.studies.verification.suite import ROWS
 def written(tmp_path_factory):
     out = tmp_path_factory.mktemp("verify") / "contact"
     seen = []
-    rows = verify_contact(out, progress=lambda *state: seen.append(state))
+    with pytest.MonkeyPatch.context() as patch:  # what is drawn is looked at, not how finely
+        patch.setattr("skylimb.studies.verification.figures._DPI", 40)
+        rows = verify_contact(out, progress=lambda *state: seen.append(state))
     return rows, out, seen
 
 
