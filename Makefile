@@ -38,10 +38,9 @@ demo: $(VENV)/run.stamp
 	$(BIN)/skylimb compare paper --out $(DEMO)
 	@echo "open $(DEMO)/report.html in a browser"
 
-# A file goes to one worker, so that what its tests share is made once, and the longest files begin first. There
-# are three workers for two cores, as some tests wait for a browser or a clock.
+# A file goes to one worker, so that what its tests share is made once, and the longest files begin first.
 test: $(VENV)/dev.stamp
-	$(BIN)/pytest -n 3 --dist loadfile --no-loadscope-reorder -m "not slow"
+	$(BIN)/pytest -n 2 --dist loadfile --no-loadscope-reorder -m "not slow"
 
 # Statistics and long searches; CI runs them as well.
 test-slow: $(VENV)/dev.stamp

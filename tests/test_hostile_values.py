@@ -1,7 +1,7 @@
 """Every key of every kind of file, given what no flight can use: a one-line error or a success, and soon.
 
-Each key meets the ends of its own range and some of the hostile values in turn, as many as it takes for all of
-them to meet a key of each kind. Nothing flies; everything that is made before take-off is made.
+Each key meets the ends of its own range and some of the hostile values in turn, as many as it takes for all
+of them to meet a key of each kind. Nothing flies; everything that is made before take-off is made.
 """
 
 import copy
