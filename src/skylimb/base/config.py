@@ -24,6 +24,7 @@ from skylimb.base.keys.checks import RefusedError, check_values
 from skylimb.base.keys.configuration import is_configuration
 from skylimb.base.keys.fields import fields_of, members_of, section_of
 from skylimb.base.keys.key import Key, shown
+from skylimb.base.keys.listing import keys_of
 from skylimb.base.sources import Source, read_source
 
 T = TypeVar("T")
@@ -193,20 +194,11 @@ def _convert(kind: Any, value: Any, path: tuple[str, ...]) -> Any:
 
 def _unknown_key(path: tuple[str, ...], cls: type) -> UnknownNameError:
     """Names the key of this name in a table below, else the nearest beside it, else the nearest below."""
-    known, below = sorted(fields_of(cls)), _all_keys(cls)
+    known, below = sorted(fields_of(cls)), list(keys_of(cls))
     same_name = [key for key in below if key.rpartition(".")[2] == path[-1]]
     guess = same_name[0] if same_name else nearest(path[-1], known) or nearest(path[-1], below)
     hint = f"; did you mean '{'.'.join((*path[:-1], guess))}'?" if guess else ""
     return UnknownNameError(f"unknown key '{'.'.join(path)}'{hint} (known here: {', '.join(known)})")
-
-
-def _all_keys(cls: type) -> list[str]:
-    """The dotted key of every value in `cls` and in the tables inside it."""
-    keys: list[str] = []
-    for name, (kind, _) in fields_of(cls).items():
-        section = section_of(kind)
-        keys += [f"{name}.{key}" for key in _all_keys(section)] if section else [name]
-    return keys
 
 
 def _leaves(table: Any, path: tuple[str, ...]) -> list[tuple[tuple[str, ...], Any]]:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Hashable, Iterable, Iterator, Mapping
+from collections.abc import Hashable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, Protocol, TypeGuard, runtime_checkable
 
-from skylimb.base.config import from_mapping, put
+from skylimb.base.config import flatten, from_mapping, put
 from skylimb.base.keys import Table, units_of
 from skylimb.base.signals import Signal
 from skylimb.base.user_modules import load_module, sources_of_module
@@ -180,23 +180,12 @@ def _change(mapping: dict[str, Any], changes: Mapping[str, Any], path: Path) -> 
         slot, _, rest = key.partition(".")
         if rest == "law":
             known = keys_of_law(find_law(slot, str(law), path.parent))
-            mapping[slot] = _common(mapping.get(slot, {}), known)
+            kept = {name: gain for name, gain in flatten(mapping.get(slot, {})).items() if name in known}
+            mapping[slot] = {}
+            for name, gain in kept.items():
+                put(mapping[slot], name, gain)
     for key, value in changes.items():
         put(mapping, key, value)
-
-
-def _common(table: Mapping[str, Any], known: Iterable[str]) -> dict[str, Any]:
-    """The part of a table whose dotted keys are known."""
-    known = list(known)
-    found: dict[str, Any] = {}
-    for key, value in table.items():
-        below = [name.partition(".")[2] for name in known if name.partition(".")[0] == key]
-        if isinstance(value, Mapping):
-            if kept := _common(value, below):
-                found[key] = kept
-        elif below:
-            found[key] = value
-    return found
 
 
 def _users_controller(file: str, robot: Robot) -> UserController:

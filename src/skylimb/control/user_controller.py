@@ -10,6 +10,7 @@ from collections.abc import Callable, Hashable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from types import MethodType
 from typing import Any
 
 from skylimb.base.config import to_mapping, with_overrides
@@ -197,7 +198,7 @@ class CompiledUserController(UserController):
     def _structure(self) -> Hashable:
         shapes = structure(self.gains()), structure(self.initial_state())
         if self.origin is None:
-            return _Identity(self.made), self.robot, *shapes
+            return _identity(self.made), self.robot, *shapes
         return self.origin.make, _fingerprint(self.made, self.robot), self.robot, *shapes
 
 
@@ -217,17 +218,9 @@ def user_controller(
     return plain if plain.untraceable else CompiledUserController(made, robot, origin, gains)
 
 
-class _Identity:
-    """Equal to itself alone; keeps what it stands for alive."""
-
-    def __init__(self, value: Any) -> None:
-        self._value = value
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Identity) and other._value is self._value
-
-    def __hash__(self) -> int:
-        return id(self._value)
+def _identity(value: Any) -> Hashable:
+    """Equal for one object alone, and keeps it alive: a method is compared by what it is bound to."""
+    return MethodType(type, value)
 
 
 def _copied(made: Any) -> Any:
@@ -242,4 +235,4 @@ def _fingerprint(made: Any, robot: Robot) -> Hashable:
     try:
         return hashlib.sha256(pickle.dumps(sorted(known.items()))).hexdigest()
     except Exception:  # whatever cannot be pickled is compared by identity
-        return _Identity(made)
+        return _identity(made)

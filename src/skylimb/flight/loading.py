@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
-from typing import Any, NamedTuple
+from typing import Any
 
 from skylimb.analysis.scores.user_scores import UserScore, load_user_scores
 from skylimb.base.config import flatten
@@ -23,7 +24,7 @@ from skylimb.control.corrections import Calibrated, corrections_of
 from skylimb.control.preset import preset_names
 from skylimb.control.slots import SLOTS
 from skylimb.flight.experiments.experiment import Experiment, experiment_with, load_experiment, robot_of
-from skylimb.flight.plan import FlightPlan, plan_flight
+from skylimb.flight.plan import FlightPlan, checked
 from skylimb.robots.model import Robot
 
 Use = str | Path | ModuleType | UserScore
@@ -48,12 +49,12 @@ def plan_flights(
     given_own = load_user_scores(use)
     loaded = [load_flight(experiment, item, seed, set, calibration) for item in controllers]
     return [
-        plan_flight(
-            one.experiment,
-            one.robot,
-            one.controller,
-            tuple(map(read_source, _toml_files(experiment, item))),
-            (*load_user_scores(one.experiment.recorded.get("use", ())), *given_own),
+        checked(
+            replace(
+                one,
+                originals=tuple(map(read_source, _toml_files(experiment, item))),
+                own=(*load_user_scores(one.experiment.recorded.get("use", ())), *given_own),
+            )
         )
         for item, one in zip(controllers, loaded, strict=True)
     ]
@@ -63,22 +64,14 @@ def _toml_files(*named: object) -> list[str]:
     return [name for name in named if isinstance(name, str) and name.endswith(".toml")]
 
 
-class Loaded(NamedTuple):
-    """An experiment with its robot and a controller, not checked against each other yet."""
-
-    experiment: Experiment
-    robot: Robot
-    controller: Controller
-
-
 def load_flight(
     experiment: str | Experiment,
     controller: str | Controller | None = None,
     seed: int | None = None,
     set: Mapping[str, Any] | None = None,
     calibration: Calibrated | None = None,
-) -> Loaded:
-    """Experiment, robot and controller by the names that users give; arguments are those of `skylimb.run`."""
+) -> FlightPlan:
+    """The plan by the names that users give, not checked yet; arguments are those of `skylimb.run`."""
     given, gains = parted(set or {})
     if seed is not None:
         given["seed"] = seed
@@ -90,7 +83,7 @@ def load_flight(
     chosen = chosen_controller(controller, ready, robot, gains)
     if calibration is not None:
         chosen = calibrated(chosen, robot, corrections_of(calibration), gains)
-    return Loaded(ready, robot, chosen)
+    return FlightPlan(ready, robot, chosen)
 
 
 PRESET = "preset"

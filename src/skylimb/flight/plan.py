@@ -1,7 +1,7 @@
 """The plan of a flight: all that is known and checked before take-off, without an engine.
 
 A simulated flight is a plan with a plant (`flight.takeoff`), the flight of a real robot a plan with a link
-(`flight.realtime.fly_robot`). Every way to fly takes one, and none checks again what `require_plan` checks.
+(`flight.realtime.fly_robot`). Every way to fly takes one, and none checks again what `checked` checks.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Hashable
 from dataclasses import dataclass, field, replace
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 import numpy as np
 
@@ -36,7 +36,7 @@ from skylimb.simulation.surfaces import Surface
 
 @dataclass(frozen=True)
 class FlightPlan:
-    """A flight before it has a vehicle.
+    """A flight before it has a vehicle; `checked` says whether it can be flown.
 
     Attributes:
         experiment: what is flown.
@@ -109,37 +109,14 @@ class FlightPlan:
         Raises:
             ConfigError: when it cannot be flown.
         """
-        other = replace(self, experiment=experiment)
-        require_plan(other)
-        return other
+        return checked(replace(self, experiment=experiment))
 
 
-def plan_flight(
-    experiment: Experiment,
-    robot: Robot,
-    controller: Controller,
-    originals: tuple[Source, ...] = (),
-    own: tuple[UserScore, ...] = (),
-) -> FlightPlan:
-    """A plan that was checked.
-
-    Args:
-        experiment: what to fly.
-        robot: the description that plant and nominal posture are made from.
-        controller: what flies it.
-        originals: TOML files that its user named, for people to read.
-        own: metrics and figures of the user.
-
-    Raises:
-        ConfigError: when it cannot be flown; see `require_plan`.
-    """
-    plan = FlightPlan(experiment, robot, controller, originals, own)
-    require_plan(plan)
-    return plan
+P = TypeVar("P", bound=FlightPlan)
 
 
-def require_plan(plan: FlightPlan) -> None:
-    """Every check that can be made before take-off.
+def checked(plan: P) -> P:
+    """The plan itself, after every check that can be made before take-off.
 
     Raises:
         ConfigError: the controller cannot work at this rate; a posture, a push or the commanded force cannot
@@ -154,6 +131,7 @@ def require_plan(plan: FlightPlan) -> None:
     require_feasible(experiment, robot, controller)
     require_flyable(experiment.surface, robot, plan.mission)
     require_events(experiment.events, plan.stage, float(plan.times[-1]))
+    return plan
 
 
 def mission_of(experiment: Experiment, robot: Robot, vectoring: str = "torque") -> Mission:

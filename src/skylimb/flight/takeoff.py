@@ -9,16 +9,14 @@ from typing import Any, Self
 import mujoco
 import numpy as np
 
-from skylimb.analysis.scores.user_scores import UserScore
 from skylimb.base.errors import ConfigError
-from skylimb.base.sources import Source
 from skylimb.control.controller import Controller, TraceableController, is_traceable
 from skylimb.control.corrections import Calibrated
 from skylimb.flight.events import SurfaceChange, Timeline, require_events, timeline
 from skylimb.flight.events.surface import surface_table
 from skylimb.flight.experiments.experiment import Experiment
 from skylimb.flight.loading import Use, plan_flights
-from skylimb.flight.plan import FlightPlan, plan_flight
+from skylimb.flight.plan import FlightPlan, checked
 from skylimb.robots.model import Robot
 from skylimb.simulation.plant import Plant, build_plant, initial_data
 from skylimb.simulation.robot_bodies import TIP_SITE
@@ -138,15 +136,9 @@ def take_off(
     return [simulated(plan) for plan in plan_flights(experiment, controllers, seed, set, use, calibration)]
 
 
-def prepare(
-    experiment: Experiment,
-    robot: Robot,
-    controller: Controller,
-    originals: tuple[Source, ...] = (),
-    own: tuple[UserScore, ...] = (),
-) -> Takeoff:
-    """Plan and plant of an experiment, checked; arguments are those of `plan_flight`."""
-    return simulated(plan_flight(experiment, robot, controller, originals, own))
+def prepare(experiment: Experiment, robot: Robot, controller: Controller) -> Takeoff:
+    """Plan and plant of an experiment, checked."""
+    return simulated(checked(FlightPlan(experiment, robot, controller)))
 
 
 def _root(start: mujoco.MjData) -> np.ndarray:

@@ -28,7 +28,7 @@ from skylimb.flight.events import require_applied
 from skylimb.flight.experiments.experiment import load_experiment
 from skylimb.flight.flyable import require_flyable
 from skylimb.flight.loading import parted, plan_flights
-from skylimb.flight.plan import FlightPlan, plan_flight
+from skylimb.flight.plan import FlightPlan, checked
 from skylimb.flight.realtime.clocked_flight import compiled
 from skylimb.flight.realtime.pacer import Pacer
 from skylimb.flight.realtime.timing import Timing
@@ -178,7 +178,7 @@ def missions_of(plan: FlightPlan, more: Sequence[str]) -> dict[str, Mission]:
                 f"mission '{experiment.name}' is at {experiment.controller_rate:g} Hz, the node at "
                 f"{1.0 / plan.period:g} Hz"
             )
-        other = plan_flight(experiment, plan.robot, plan.controller)
+        other = checked(FlightPlan(experiment, plan.robot, plan.controller))
         require_flyable(plan.experiment.surface, plan.robot, other.mission)
         found[experiment.name] = other.mission
     return found

@@ -57,6 +57,10 @@ class Loop:
         count: ticks that the flight may have.
         check_interval: ticks between two looks at its health.
         start: ticks that the driver has flown already; above 0 for a flight that goes on from its middle.
+
+    Attributes:
+        driver: what flies the ticks.
+        ticks: flown so far.
     """
 
     def __init__(
@@ -68,33 +72,18 @@ class Loop:
         check_interval: int = CHECK_INTERVAL,
         start: int = 0,
     ) -> None:
-        self._driver, self._mission, self._limits = driver, mission, limits
+        self.driver, self._mission, self._limits = driver, mission, limits
         self._count, self._interval = count, check_interval
         self._last = len(mission.times) - 1
         self._next_check = min(start - start % check_interval + check_interval, count)
-        self._ticks = self._at = self._checked = start
+        self.ticks = self._at = self._checked = start
         self._flight: Flight | None = None
         self._fly = driver.tick
 
     @property
-    def driver(self) -> Driver:
-        """What flies the ticks."""
-        return self._driver
-
-    @property
-    def mission(self) -> Mission:
-        """What is flown, on its own clock."""
-        return self._mission
-
-    @property
-    def ticks(self) -> int:
-        """Ticks flown so far."""
-        return self._ticks
-
-    @property
     def time(self) -> float:
         """Time since take-off, s."""
-        return self._ticks * self._mission.period
+        return self.ticks * self._mission.period
 
     @property
     def over(self) -> bool:
@@ -109,16 +98,16 @@ class Loop:
         """Fly one tick; false once the flight is over."""
         if self._flight is not None:
             return False
-        self._at = at = self._fly(self._ticks)
-        self._ticks += 1
-        if at > self._last or self._ticks == self._next_check:
+        self._at = at = self._fly(self.ticks)
+        self.ticks += 1
+        if at > self._last or self.ticks == self._next_check:
             self._check()
         return self._flight is None
 
     def fly(self, progress: Progress | None = None) -> Flight:
         """Fly to the end."""
         while self._flight is None:
-            for _ in range(self._next_check - self._ticks):
+            for _ in range(self._next_check - self.ticks):
                 if not self.tick():
                     break
             if progress is not None:
@@ -136,18 +125,18 @@ class Loop:
         if self._flight is not None:
             return self._flight
         lost = self._loss()
-        return self._lost(lost) if lost else self._so_far(stopped_cause(self._ticks, self._mission))
+        return self._lost(lost) if lost else self._so_far(stopped_cause(self.ticks, self._mission))
 
     def _so_far(self, cause: str = "") -> Flight:
-        return Flight(self._driver.log, self._driver.layout, self._ticks, cause)
+        return Flight(self.driver.log, self.driver.layout, self.ticks, cause)
 
     def _loss(self) -> tuple[int, str] | None:
         lost = find_loss(self._so_far(), self._mission, self._limits, self._checked)
-        fault = "" if lost else self._driver.fault()
-        return (self._ticks - 1, fault_cause(fault, self._ticks, self._mission)) if fault else lost
+        fault = "" if lost else self.driver.fault()
+        return (self.ticks - 1, fault_cause(fault, self.ticks, self._mission)) if fault else lost
 
     def _lost(self, lost: tuple[int, str]) -> Flight:
-        return Flight(self._driver.log, self._driver.layout, lost[0] + 1, lost[1])
+        return Flight(self.driver.log, self.driver.layout, lost[0] + 1, lost[1])
 
     def _check(self) -> None:
         lost = self._loss()
@@ -155,10 +144,10 @@ class Loop:
             self._flight = self._lost(lost)
         elif self._at > self._last:
             self._flight = self._so_far()
-        elif self._ticks == self._count:
+        elif self.ticks == self._count:
             self._flight = unfinished(self._mission, self._so_far())
-        self._checked = self._ticks
-        self._next_check = min(self._ticks + self._interval, self._count)
+        self._checked = self.ticks
+        self._next_check = min(self.ticks + self._interval, self._count)
 
 
 def fault_cause(fault: str, ticks: int, mission: Mission) -> str:

@@ -66,8 +66,7 @@ class GuardedController:
         self._robot, self._limits = robot, limits or Limits()
         self.name, self.needs = controller.name, needs_of(controller)
         self.watchdog = Watchdog(robot, self._limits)
-        joints, vectoring = robot.joint_limits(), _vectoring_limits(robot)
-        self._bounds = (thrust_limits(robot), joints, vectoring)
+        self._bounds = (thrust_limits(robot), robot.joint_limits(), robot.vectoring_limits())
         # What was commanded and recorded last; set at the first tick.
         self._last: tuple[Command, dict[str, Any]] = Command(*(low for low, _ in self._bounds)), {}
         self._retreat: Retreat | None = None
@@ -207,8 +206,3 @@ def _at_rest(reference: Reference) -> Measurement:
     return Measurement(
         np.array(reference.position), level, z3, z3, reference.joint_angles, reference.vectoring_angles
     )
-
-
-def _vectoring_limits(robot: Robot) -> tuple[np.ndarray, np.ndarray]:
-    joints = [robot.description.joint(name) for name in robot.description.vectoring_joints]
-    return np.array([joint.lower for joint in joints]), np.array([joint.upper for joint in joints])
