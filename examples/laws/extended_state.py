@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from skylimb.control.estimation.body_state import AngleRateFilter, initial_angle_rate_state, see_body
-from skylimb.control.estimation.estimate import estimate_of, initial_push_state
+from skylimb.control.estimation.estimate import PushState, estimate_of
 from skylimb.control.estimation.force_filter import ForceFilter
 from skylimb.control.estimation.momentum_observer import known_wrench
 from skylimb.control.estimation.records import Wrench
@@ -41,7 +41,7 @@ class State(NamedTuple):
 
 def initial_state(gains, start):
     z6 = np.zeros(6)
-    return State(initial_angle_rate_state(start.robot), initial_push_state(), z6, z6, z6, 0.0)
+    return State(initial_angle_rate_state(start.robot), PushState(), z6, z6, z6, 0.0)
 
 
 def step(gains, state, sensed):

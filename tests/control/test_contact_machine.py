@@ -32,7 +32,6 @@ from skylimb.control.contact_machine import (
     MachineGains,
     MachineState,
     advance,
-    initial_machine_state,
 )
 
 GAINS, DT = MachineGains(), 0.005
@@ -134,7 +133,7 @@ MAY_FOLLOW = {
 
 @given(st.lists(sensing, min_size=1, max_size=60), st.floats(0.001, 0.3))
 def test_the_state_is_always_a_state_and_changes_along_the_arrows(cues: list[Cues], dt: float) -> None:
-    state = initial_machine_state()
+    state = MachineState()
     for cue in cues:
         new = MachineState(*(float(value) for value in advance(GAINS, state, cue, dt)))
         assert new.state in MAY_FOLLOW
@@ -148,7 +147,7 @@ def test_the_state_is_always_a_state_and_changes_along_the_arrows(cues: list[Cue
 
 @given(st.lists(sensing, max_size=40), sensing)
 def test_where_no_touch_is_wanted_it_is_free_within_two_ticks(cues: list[Cues], last: Cues) -> None:
-    state = initial_machine_state()
+    state = MachineState()
     for cue in cues:
         state = advance(GAINS, state, cue, 0.05)
     for _ in range(2):
@@ -189,4 +188,4 @@ def test_gains_that_make_no_sense(values: dict[str, float]) -> None:
 
 
 def test_it_begins_free_with_all_clocks_at_zero() -> None:
-    assert initial_machine_state() == (FREE, START, 0.0, 0.0, 0.0, 0.0, 0.0)
+    assert MachineState() == (FREE, START, 0.0, 0.0, 0.0, 0.0, 0.0)

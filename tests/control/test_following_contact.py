@@ -21,10 +21,10 @@ from skylimb.control.contact_machine import (
     SETTLE,
     SLIDE,
     MachineGains,
-    initial_machine_state,
+    MachineState,
 )
 from skylimb.control.estimation.records import Start
-from skylimb.control.estimation.surface import follow_surface, initial_surface_state
+from skylimb.control.estimation.surface import SurfaceState, follow_surface
 from skylimb.control.needs import Needs
 from skylimb.control.records import ContactView, LawInput
 
@@ -56,11 +56,9 @@ def task(*parts: float) -> np.ndarray:
 
 def at_state(now: float, slope: tuple[float, float] = (0.0, 0.0), **changes: Any) -> following.State:
     """In a state of the machine for a while already; the pace has been the mission's own."""
-    surface = initial_surface_state()
+    surface = SurfaceState()
     surface = surface._replace(estimate=np.array([1.1, *slope]), place=np.array([0.0, 0.05]))
-    state = following.State(
-        initial_machine_state()._replace(state=now, since=0.3), surface, 1.1, 1.1, 0.0, 1.0, 0.0
-    )
+    state = following.State(MachineState()._replace(state=now, since=0.3), surface, 1.1, 1.1, 0.0, 1.0, 0.0)
     return state._replace(**changes)
 
 
@@ -84,7 +82,7 @@ def look(make_inputs: Make) -> Callable[..., tuple[following.State, ContactView,
 
 def test_it_begins_in_the_air_at_the_missions_pace(make_start: Callable[..., Start]) -> None:
     state = following.initial_state(GAINS, make_start())
-    assert state.machine == initial_machine_state()
+    assert state.machine == MachineState()
     assert state[2:] == (0.0, 0.0, 0.0, 1.0, 0.0)
     assert following.needs(GAINS) == Needs(paced=True)
 

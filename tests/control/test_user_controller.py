@@ -66,8 +66,8 @@ def made(folder: Path, robot: Robot, step: str = "", gains: dict[str, Any] | Non
 
 def test_a_step_of_plain_operators_is_compiled(tmp_path: Path, robot: Robot) -> None:
     own = made(tmp_path, robot)
-    assert isinstance(own, CompiledUserController)
     assert is_traceable(own)
+    assert isinstance(own, CompiledUserController)
     assert own.gains().pull == 2.0
     assert own.gains().push.tolist() == [1.0, 3.0]
 
@@ -195,7 +195,7 @@ class AtHand:
 def test_an_object_at_hand_is_compiled_and_takes_gains(robot: Robot) -> None:
     given: Controller = AtHand(robot)
     own = controller_of(given, robot, {"scale": 2.0})
-    assert is_traceable(own)
+    assert isinstance(own, CompiledUserController)
     assert own.gains().scale == 2.0
     assert controller_of(own, robot) is own
     assert controller_of(given, robot).structure() != controller_of(AtHand(robot), robot).structure()  # type: ignore[attr-defined]

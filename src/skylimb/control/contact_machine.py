@@ -65,6 +65,8 @@ class MachineGains:
 class MachineState(NamedTuple):
     """State and the reason of the last transition (indices of `STATES`, `REASONS`), and clocks.
 
+    Without arguments it is free.
+
     Attributes:
         state: index of `STATES`.
         reason: index of `REASONS`.
@@ -75,13 +77,13 @@ class MachineState(NamedTuple):
         slid: 1 once the pen has slid, until the mission wants no touch any more.
     """
 
-    state: Any
-    reason: Any
-    since: Any
-    weak: Any
-    strong: Any
-    given_up: Any
-    slid: Any
+    state: Any = FREE
+    reason: Any = START
+    since: Any = 0.0
+    weak: Any = 0.0
+    strong: Any = 0.0
+    given_up: Any = 0.0
+    slid: Any = 0.0
 
 
 class Cues(NamedTuple):
@@ -102,11 +104,6 @@ class Cues(NamedTuple):
     beyond: Any
     sunk: Any
     clear: Any
-
-
-def initial_machine_state() -> MachineState:
-    """Free."""
-    return MachineState(FREE, START, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 def is_in(state: Any, *which: float) -> Any:

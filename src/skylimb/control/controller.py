@@ -3,27 +3,25 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Hashable, Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Protocol, TypeGuard, runtime_checkable
+from typing import Any, Protocol, TypeGuard
 
 from skylimb.base.config import flatten, from_mapping, put
-from skylimb.base.keys import Table, units_of
+from skylimb.base.keys import units_of
 from skylimb.base.signals import Signal
 from skylimb.base.user_modules import load_module, sources_of_module
 from skylimb.control.cascade import Cascade, build_cascade, calibrated
 from skylimb.control.corrections import CALIBRATION, Corrections
 from skylimb.control.estimation.records import Measurement
 from skylimb.control.missions.reference import Reference
-from skylimb.control.needs import Needs
 from skylimb.control.preset import ROBOTS, of_robot, preset_from_mapping, preset_mapping
 from skylimb.control.records import Command
 from skylimb.control.slots import find_law, keys_of_law
-from skylimb.control.user_controller import Origin, UserController, user_controller
+from skylimb.control.user_controller import CompiledUserController, Origin, UserController, user_controller
 from skylimb.robots.model import Robot
 
 
-@runtime_checkable
 class Controller(Protocol):
     """Anything that turns a measurement and a reference into a command.
 
@@ -53,51 +51,11 @@ class Controller(Protocol):
         ...
 
 
-@runtime_checkable
-class ConfigurableController(Controller, Protocol):
-    """A controller whose gains are keys: they can be set, swept, tuned and recorded by name."""
+ConfigurableController = Cascade | UserController
+"""A controller whose gains are keys: they can be set, swept, tuned and recorded by name."""
 
-    def with_gains(self, changes: Mapping[str, Any]) -> ConfigurableController:
-        """The same with other values of some gains, by dotted key."""
-        ...
-
-    @property
-    def signals(self) -> Mapping[str, Signal]:
-        """Unit, frame and meaning of its own signals, where they are declared."""
-        ...
-
-    def check_gain(self, key: str, value: Any, where: str) -> None:
-        """Raise a `ConfigError` that begins with `where` unless the gain of this key may have this value."""
-
-    def key_tables(self) -> Iterator[Table]:
-        """Every key that it was made from, with value, unit, range and meaning."""
-        ...
-
-    def tables(self) -> dict[str, Any]:
-        """All that it was made from as plain tables, for a run's record."""
-        ...
-
-
-@runtime_checkable
-class TraceableController(ConfigurableController, Protocol):
-    """A controller whose `step` runs on CasADi symbols, so that it can be compiled and written as C."""
-
-    @property
-    def robot(self) -> Robot:
-        """The controller's model of the robot."""
-        ...
-
-    @property
-    def needs(self) -> Needs:
-        """What it needs of the loop."""
-        ...
-
-    def structure(self) -> Hashable:
-        """Everything that its traced step depends on besides numbers: laws, robot, structure of its state."""
-        ...
-
-    def require(self, dt: float) -> None:
-        """Raise a `ConfigError` when it cannot work at a control period of `dt` s."""
+TraceableController = Cascade | CompiledUserController
+"""A controller whose `step` runs on CasADi symbols, so that it can be compiled and written as C."""
 
 
 def is_configurable(controller: Controller) -> TypeGuard[ConfigurableController]:

@@ -11,9 +11,8 @@ from skylimb.base.errors import SkylimbError
 from skylimb.base.packing import Layout
 from skylimb.control.estimation.records import Measurement
 from skylimb.control.missions.reference import Reference, zero_reference
-from skylimb.control.needs import PACE
-from skylimb.control.planning.posture import posture_family
-from skylimb.control.planning.vectoring import vectoring_table
+from skylimb.control.needs import PACE, TORQUE
+from skylimb.control.planning.vectoring import nominal_posture
 from skylimb.control.records import Command
 from skylimb.control.traced_step import TracedStep, traced_step
 from skylimb.robots.model import Robot
@@ -68,7 +67,7 @@ def _difference(trial: Any, step: TracedStep) -> str:
     rng = np.random.default_rng(0)
     gains, state, flat = trial.gains(), trial.made.initial_state(), step.state
     for _ in range(_STEPS):
-        measurement, reference = _disturbed(trial.robot, len(trial.needs.preview), rng)
+        measurement, reference = shaken_hover(trial.robot, rng, len(trial.needs.preview))
         given = step.inputs.measurement.pack(measurement), step.inputs.reference.pack(reference)
         state, command, signals = trial.made.step(gains, state, measurement, reference, PERIOD)
         flat, *results = (part.full().ravel() for part in step.function.call([flat, *given, step.gains]))
@@ -92,11 +91,18 @@ def _attributes(made: Any) -> dict[str, str]:
     return {name: repr(value) for name, value in vars(made).items() if isinstance(value, plain)}
 
 
-def _disturbed(robot: Robot, ahead: int, rng: np.random.Generator) -> tuple[Measurement, Reference]:
-    """A robot near the origin in its nominal posture, shaken about, and a reference beside it."""
-    family = posture_family(robot)
-    theta = family.theta_nominal
-    q, psi = family.joint_angles(theta), vectoring_table(robot).angles(theta)
+def shaken_hover(
+    robot: Robot, rng: np.random.Generator, ahead: int = 0, vectoring: str = TORQUE
+) -> tuple[Measurement, Reference]:
+    """A robot near the origin in its nominal posture, shaken about, and a reference beside it.
+
+    Args:
+        robot: any robot.
+        rng: shakes it.
+        ahead: how many references ahead the reference holds.
+        vectoring: purpose of its vectoring angles.
+    """
+    q, psi = nominal_posture(robot, vectoring)
     x, y, z = np.eye(3)
     exact = Measurement(z, np.array([1.0, 0.0, 0.0, 0.0]), np.zeros(3), np.zeros(3), q, psi)
     noisy = Measurement(*(part + 0.01 * rng.standard_normal(part.shape) for part in exact))

@@ -28,10 +28,9 @@ from skylimb.control.missions.frame import contact_frame
 from skylimb.control.missions.posture import posture_plan
 from skylimb.control.needs import Needs, needs_of
 from skylimb.control.planning.hover_margins import hover_margins_function
-from skylimb.control.planning.posture import posture_family
 from skylimb.control.planning.posture_limits import nearest_posture
 from skylimb.control.planning.posture_path import PostureConfig
-from skylimb.control.planning.vectoring import ONLINE, vectoring_table
+from skylimb.control.planning.vectoring import ONLINE, nominal_posture
 from skylimb.control.planning.vectoring_step import RATE, planned_along
 from skylimb.flight.events import GainChange
 from skylimb.flight.experiments.experiment import Experiment
@@ -139,7 +138,7 @@ def _refused_hover(
 
 @functools.lru_cache(maxsize=64)
 def _require_touch(robot: Robot, purpose: str, along: Direction) -> None:
-    found = can_touch(robot, *_posture(robot, purpose), np.array(along))
+    found = can_touch(robot, *nominal_posture(robot, purpose), np.array(along))
     if not found:
         raise ConfigError(
             f"'{robot.name}' cannot touch a surface across its contact axis in its nominal posture: {found}"
@@ -255,7 +254,7 @@ def _hardest(experiment: Experiment, controller: Controller) -> Needs:
 @functools.lru_cache(maxsize=64)
 def _most(robot: Robot, needs: Needs, along: Direction, tilt: float) -> Held | NotHeld:
     """The greatest force up to the commanded one that the robot can hold."""
-    posture = _posture(robot, needs.vectoring)
+    posture = nominal_posture(robot, needs.vectoring)
     return greatest_push(robot, *posture, np.array(along), Within(tilt, needs.moves), needs.force)
 
 
@@ -273,7 +272,7 @@ def _most_dragged(
         tilt: the greatest, rad.
     """
     most, within = Pressed(needs.force, None), Within(tilt, needs.moves)
-    posture = _posture(robot, needs.vectoring)
+    posture = nominal_posture(robot, needs.vectoring)
     for side in sides:
         push = np.add(into, side)
         # `greatest_push` wants a unit direction; its answer is the whole push, of which a part presses.
@@ -284,12 +283,3 @@ def _most_dragged(
         if found.force < (1.0 - _ROUNDING) * most.force * size:
             most = Pressed(found.force / size, found.limit)
     return most
-
-
-@functools.lru_cache(maxsize=16)
-def _posture(robot: Robot, purpose: str) -> tuple[np.ndarray, np.ndarray]:
-    """Joint and vectoring angles of the nominal posture, rad."""
-    family = posture_family(robot)
-    q = np.asarray(family.joint_angles(family.theta_nominal), dtype=float)
-    psi = np.asarray(vectoring_table(robot, purpose).angles(family.theta_nominal), dtype=float)
-    return q, psi

@@ -80,7 +80,7 @@ def simulated_driver(
     rows = takeoff.fixed_rows if whole else takeoff.rows
     if takeoff.traceable:
         tick = fastest_tick(takeoff, build)
-        return CompiledDriver(tick, world.plant, world.data, rows, world.acts, world.events.gains)
+        return CompiledDriver(tick, world.plant, world.data, rows, world.hooks, world.events.gains)
     vehicle = simulated_vehicle(takeoff, world, rows.ticks, build)
     return FreeDriver(takeoff.controller, vehicle, world.plant.robot, takeoff.mission, len(rows))
 
@@ -98,4 +98,4 @@ def simulated_vehicle(
     """
     faster = functools.partial(fastest, build=build)
     sensors = takeoff.experiment.sensors
-    return SimulatedVehicle(world.plant, world.data, rows, sensors, takeoff.period, world.acts, faster)
+    return SimulatedVehicle(world.plant, world.data, rows, sensors, takeoff.period, world.hooks, faster)

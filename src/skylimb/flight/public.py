@@ -12,7 +12,7 @@ from skylimb.base.errors import ConfigError
 from skylimb.control.controller import Controller
 from skylimb.control.corrections import Calibrated
 from skylimb.flight.experiments.experiment import Experiment
-from skylimb.flight.flying import begin_loop, fly
+from skylimb.flight.flying import fly
 from skylimb.flight.loading import Use
 from skylimb.flight.simulated_run import recorded
 from skylimb.flight.stepped import SteppedFlight
@@ -73,7 +73,7 @@ def begin(
         A flight with `tick`, `signal` and `finish`; driven to its end it is the flight of `run`.
     """
     (takeoff,) = take_off(experiment, (controller,), seed, set, calibration=calibration)
-    return SteppedFlight(takeoff, begin_loop(takeoff))
+    return SteppedFlight(takeoff)
 
 
 def compare(

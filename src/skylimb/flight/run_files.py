@@ -12,14 +12,14 @@ from pathlib import Path
 from typing import Any
 
 from skylimb.analysis.recording.origin import SOURCES
-from skylimb.analysis.scores.user_scores import UserScore
 from skylimb.base.errors import UnreadableError
 from skylimb.base.keys import files_of
 from skylimb.base.sources import Source, read_source
 from skylimb.base.user_modules import sources_of_module
+from skylimb.control.cascade import Cascade
 from skylimb.control.controller import Controller
 from skylimb.control.planning.vectoring import vectoring_file
-from skylimb.control.slots import SLOTS
+from skylimb.control.slots import SLOTS, Slot
 from skylimb.flight.plan import FlightPlan
 from skylimb.robots.model import Robot
 
@@ -28,19 +28,6 @@ _USED = "use"
 
 _FARTHEST = 3
 """Folders above the first file of a bundle in which the others may lie."""
-
-
-@dataclass(frozen=True)
-class Bundle:
-    """Files that belong together.
-
-    Attributes:
-        key: dotted key of the configuration that names the first; empty for files that are only kept.
-        files: the first is the one that is named.
-    """
-
-    key: str
-    files: tuple[Source, ...]
 
 
 @dataclass(frozen=True)
@@ -65,65 +52,65 @@ def run_files(plan: FlightPlan) -> RunFiles:
     files: dict[str, bytes] = {}
     places: dict[str, str] = {}
     used: list[str] = []
-    controller_bundles, problems = _of_controller(plan.controller)
-    for bundle in (*_of_experiment(plan), *controller_bundles, *_of_metrics(plan.own), *_originals(plan)):
-        if not bundle.files or bundle.files[0].shipped:
+    problems = _not_repeatable(plan.controller)
+    for key, bundle in _bundles(plan):
+        if not bundle or bundle[0].shipped:
             continue
-        root, first = _root(bundle.files), bundle.files[0].path
+        root, first = _root(bundle), bundle[0].path
         if root is None:
-            problems.append(f"{bundle.key}: '{first.name}' needs files that lie far from it")
+            problems.append(f"{key}: '{first.name}' needs files that lie far from it")
             root = first.parent
         inside = {
             source.path.relative_to(root).as_posix(): source
-            for source in bundle.files
+            for source in bundle
             if source.path.is_relative_to(root)
         }
-        called = first.parent.name if bundle.key == "robot" else first.stem
+        called = first.parent.name if key == "robot" else first.stem
         folder = f"{SOURCES}/{called}-{_digest(inside)}"
         files |= {f"{folder}/{name}": source.content for name, source in inside.items()}
         place = f"{folder}/{next(iter(inside))}"
-        if bundle.key == _USED:
+        if key == _USED:
             used.append(place)
-        elif bundle.key:
-            places[bundle.key] = place
+        elif key:
+            places[key] = place
     return RunFiles(files, places, tuple(problems), tuple(used))
 
 
-def _originals(plan: FlightPlan) -> Iterator[Bundle]:
-    """The TOML files that a user named, for people to read: the run's configuration has all their values."""
-    return (Bundle("", (source,)) for source in plan.originals)
+def _bundles(plan: FlightPlan) -> Iterator[tuple[str, tuple[Source, ...]]]:
+    """Files that belong together, the one that is named first, and the dotted key that names it.
 
-
-def _of_experiment(plan: FlightPlan) -> Iterator[Bundle]:
+    The key is empty for files that are only kept, such as TOML files that a user named: the run's
+    configuration has all their values. Functions that a script handed over come from no file.
+    """
     for key, owner in files_of(plan.experiment):
-        files = _robot_files(plan.robot, plan.needs.vectoring) if key == "robot" else owner.sources
-        yield Bundle(key, files)
+        yield key, _robot_files(plan.robot, plan.needs.vectoring) if key == "robot" else owner.sources
+    for name, slot in _laws(plan.controller):
+        yield f"controller.{name}.law", getattr(slot.law, "sources", ())
+    yield "controller.file", getattr(plan.controller, "sources", ())
+    yield "", _code_of(plan.controller)
+    for module in dict.fromkeys(sys.modules.get(one.function.__module__) for one in plan.own):
+        yield _USED, sources_of_module(module)
+    yield from (("", (source,)) for source in plan.originals)
 
 
-def _of_metrics(own: Sequence[UserScore]) -> Iterator[Bundle]:
-    """The files of metrics and figures; none of functions that a script handed over."""
-    modules = dict.fromkeys(sys.modules.get(one.function.__module__) for one in own)
-    return (Bundle(_USED, sources_of_module(module)) for module in modules)
+def _laws(controller: Controller) -> list[tuple[str, Slot]]:
+    """The filled slots of a cascade by name; none of another controller."""
+    return list(zip(SLOTS, controller.preset.slots, strict=True)) if isinstance(controller, Cascade) else []
 
 
-def _of_controller(controller: Controller) -> tuple[list[Bundle], list[str]]:
-    """The files of a controller, and why it cannot be made again from them."""
-    preset, sources = getattr(controller, "preset", None), getattr(controller, "sources", ())
-    if preset is not None:
-        laws = [
-            (name, slot, getattr(slot.law, "sources", ()))
-            for name, slot in zip(SLOTS, preset.slots, strict=True)
-        ]
-        return [Bundle(f"controller.{name}.law", files) for name, _, files in laws], [
+def _not_repeatable(controller: Controller) -> list[str]:
+    """Why a controller cannot be made again from its files."""
+    if isinstance(controller, Cascade):
+        return [
             f"the {name} law '{slot.name}' was handed over as an object, not as a file"
-            for name, slot, files in laws
-            if not files and not _is_ours(slot.law)
+            for name, slot in _laws(controller)
+            if not getattr(slot.law, "sources", ()) and not _is_ours(slot.law)
         ]
-    if sources:
-        return [Bundle("controller.file", sources)], []
+    if getattr(controller, "sources", ()):
+        return []
     code = _code_of(controller)
     kept = f"a copy of {code[0].path.name} is kept" if code else "its class stands in no file"
-    return [Bundle("", code)], [
+    return [
         f"controller '{controller.name}' was handed over as an object, and how it was made is not known "
         f"({kept}); a Python file with controller(robot) can be flown again"
     ]
@@ -135,9 +122,9 @@ def _is_ours(law: Any) -> bool:
 
 
 def _code_of(controller: Controller) -> tuple[Source, ...]:
-    """The files that an object's class comes from; none for a class that was typed into a console."""
+    """The files of the class of a controller at hand; none for a class that was typed into a console."""
     kind = type(getattr(controller, "made", controller))
-    if kind.__module__.partition(".")[0] == "skylimb":
+    if kind.__module__.partition(".")[0] == "skylimb" or getattr(controller, "sources", ()):
         return ()
     known = sources_of_module(sys.modules.get(kind.__module__))
     if known:

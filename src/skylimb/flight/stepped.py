@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from skylimb.analysis.recording.run import Run
 from skylimb.control.loop.loop import Loop
+from skylimb.flight.drivers.world import world
+from skylimb.flight.flying import simulated_driver
 from skylimb.flight.simulated_run import recorded
 from skylimb.flight.takeoff import Takeoff
 
 
-class SteppedFlight:
+class SteppedFlight(Loop):
     """One flight, tick by tick.
 
         flight = skylimb.begin("paper", controller="hybrid")
@@ -20,30 +20,16 @@ class SteppedFlight:
 
     Args:
         takeoff: what is flown.
-        loop: its loop before the first tick.
+
+    Attributes:
+        takeoff: what is flown.
     """
 
-    def __init__(self, takeoff: Takeoff, loop: Loop) -> None:
-        self.takeoff, self.loop = takeoff, loop
-
-    @property
-    def time(self) -> float:
-        """Time since take-off, s."""
-        return self.loop.time
-
-    @property
-    def over(self) -> bool:
-        """Whether the flight has ended or is lost."""
-        return self.loop.over
-
-    def tick(self) -> bool:
-        """Fly one control tick; false once the flight is over."""
-        return self.loop.tick()
-
-    def signal(self, name: str) -> np.ndarray:
-        """The values of one signal so far, (ticks,) or (ticks, width)."""
-        return self.loop.signal(name)
+    def __init__(self, takeoff: Takeoff) -> None:
+        driver, limits = simulated_driver(takeoff, world(takeoff)), takeoff.experiment.terminations
+        super().__init__(driver, takeoff.mission, limits, takeoff.count)
+        self.takeoff = takeoff
 
     def finish(self) -> Run:
         """The run; a flight that is stopped before its end has status FAILED and says so."""
-        return recorded(self.takeoff, self.loop.finish())
+        return recorded(self.takeoff, self.stop())

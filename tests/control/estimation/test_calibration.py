@@ -15,7 +15,6 @@ from skylimb.control.estimation.calibration import (
     calibrated,
     fed_bias,
     follow_bias,
-    initial_correction,
 )
 from skylimb.control.estimation.records import BodyState
 from skylimb.control.estimation.tare import TareState
@@ -87,7 +86,7 @@ def test_nothing_is_done_that_is_not_switched_on(model: RobotState) -> None:
 
 
 def test_the_bias_comes_in_after_the_tare_and_smoothly() -> None:
-    tare, state = TareState(np.array([0.6, 0.0, 0.0]), np.array([0.0, 0.1, 0.0]), 100.0), initial_correction()
+    tare, state = TareState(np.array([0.6, 0.0, 0.0]), np.array([0.0, 0.1, 0.0]), 100.0), Correction()
     state = follow_bias(Calibration(rate=2.0), state, tare, 1.0, 0.005)
     assert not state.force.any()
     for _ in range(100):
@@ -113,7 +112,7 @@ def test_both_corrections_in_one_step_in_numbers(model: RobotState) -> None:
 
 
 def test_nothing_is_corrected_before_the_first_tick() -> None:
-    state = initial_correction()
+    state = Correction()
     assert not state.force.any()
     assert not state.torque.any()
 

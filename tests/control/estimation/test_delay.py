@@ -15,7 +15,6 @@ from skylimb.control.estimation.delay import (
     Delay,
     DelayState,
     delayed_wrench,
-    initial_delay_state,
     predict,
     remember,
     require_history,
@@ -70,7 +69,7 @@ def test_attitude_is_predicted_about_one_axis_up_to_third_order(latency: float) 
 def test_a_force_that_changed_counts_from_when_it_did() -> None:
     # For the last two ticks 4 N, before nothing; 3.5 ticks of latency.
     push, none = np.array([4.0, 0, 0, 0, 0, 0]), np.zeros(6)
-    state = initial_delay_state()
+    state = DelayState()
     for wrench in (none, push, push):
         state = remember(state, Wrench(wrench[:3], wrench[3:]))
     now = predict(Delay(latency=3.5 * DT), state, body(), Wrench(np.zeros(3), np.zeros(3)), DT)

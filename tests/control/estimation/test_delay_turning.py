@@ -12,7 +12,6 @@ from skylimb.control.estimation.delay import (
     Delay,
     DelayState,
     delayed_wrench,
-    initial_delay_state,
     predict,
     remember,
 )
@@ -71,7 +70,7 @@ def test_a_large_turn_is_predicted_as_a_rotation() -> None:
     spin = np.array([0.0, 0.0, 20.0])
     start = BodyState(np.zeros(3), np.zeros(3), np.eye(3), spin, MODEL)
     none = Wrench(np.zeros(3), np.zeros(3))
-    found = predict(Delay(0.05), initial_delay_state(), start, none, DT)
+    found = predict(Delay(0.05), DelayState(), start, none, DT)
     assert np.arctan2(found.R_WC[1, 0], found.R_WC[0, 0]) == pytest.approx(2.0 * np.arctan(0.5))
     np.testing.assert_allclose(found.R_WC[2], [0.0, 0.0, 1.0], atol=1e-12)
 
@@ -90,8 +89,8 @@ def test_the_newest_wrench_comes_first_and_the_oldest_is_forgotten() -> None:
     np.testing.assert_array_equal(after.wrenches[0], new)
     for old, kept in zip(before.wrenches[:-1], after.wrenches[1:], strict=True):
         assert kept is old
-    assert len(initial_delay_state().wrenches) == DEPTH
-    assert not np.any(initial_delay_state().wrenches)
+    assert len(DelayState().wrenches) == DEPTH
+    assert not np.any(DelayState().wrenches)
 
 
 @pytest.mark.parametrize(("ticks", "share"), [(0.0, 0.0), (1.0, 0.0), (1.25, 0.25), (4.6, 0.6)])

@@ -13,7 +13,7 @@ from skylimb.base.rotations import quaternion_from_rotation, rot_z, rotation_fro
 from skylimb.control.estimation.body_state import see_body
 from skylimb.control.estimation.calibration import Calibration, Correction, calibrated, fed_bias, follow_bias
 from skylimb.control.estimation.delay import DEPTH, Delay, delayed_wrench, predict, remember
-from skylimb.control.estimation.estimate import estimate_of, initial_push_state
+from skylimb.control.estimation.estimate import PushState, estimate_of
 from skylimb.control.estimation.force_filter import ForceFilter, filter_force
 from skylimb.control.estimation.laws import momentum, predictive
 from skylimb.control.estimation.momentum_observer import known_wrench, observe
@@ -64,7 +64,7 @@ def test_the_bias_is_taken_off_where_a_tare_is_wanted(tared: bool) -> None:
     gains = SimpleNamespace(tare=tared, force_filter=ForceFilter(2.0))
     bias, raw = np.array([0.3, -0.1, 0.2]), Wrench(np.array([1.0, 2.0, -3.0]), np.array([0.1, 0.2, 0.3]))
     yaw = np.arctan2(R[1, 0], R[0, 0])
-    before = initial_push_state()._replace(tare=TareState(bias, 0.1 * bias, 7.0), contact_force=-0.4)
+    before = PushState()._replace(tare=TareState(bias, 0.1 * bias, 7.0), contact_force=-0.4)
     unit: Any = None
     state, found = estimate_of(gains, before, body(), raw, Sensed(unit, unit, REFERENCE, DT))
     off = 1.0 if tared else 0.0
@@ -82,10 +82,10 @@ def test_the_bias_is_collected_while_the_mission_says_so() -> None:
     gains, unit = SimpleNamespace(tare=True, force_filter=ForceFilter(2.0)), None
     raw = Wrench(np.array([1.0, 2.0, -3.0]), np.array([0.1, 0.2, 0.3]))
     sensed: Any = Sensed(unit, unit, REFERENCE._replace(tare=1.0), DT)  # type: ignore[arg-type]
-    state, found = estimate_of(gains, initial_push_state(), body(), raw, sensed)
+    state, found = estimate_of(gains, PushState(), body(), raw, sensed)
     assert state.tare.ticks == 1.0
     np.testing.assert_allclose(found.wrench.force, 0.0, atol=1e-12)
-    assert initial_push_state().contact_force == 0.0
+    assert PushState().contact_force == 0.0
 
 
 # ---- the laws ----

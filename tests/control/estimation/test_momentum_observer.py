@@ -8,7 +8,7 @@ import numpy as np
 from skylimb.base.packing import numeric
 from skylimb.control.estimation.momentum_observer import (
     ObserverGains,
-    initial_observer_state,
+    ObserverState,
     known_wrench,
     observe,
 )
@@ -33,7 +33,7 @@ def estimates(
 ) -> tuple[np.ndarray, np.ndarray]:
     """A rigid body under rotors that do `thrust` and `turn`, and a constant external wrench, exactly."""
     gains = numeric(ObserverGains(tuple(FORCE_GAINS), tuple(TORQUE_GAINS)))
-    state = initial_observer_state()
+    state = ObserverState()
     velocity, momentum = np.array([0.3, -0.1, 0.2]), np.array([0.1, 0.0, 0.05])
     found = []
     for _ in range(ticks):
@@ -74,7 +74,7 @@ def test_what_is_known_to_act_is_thrust_less_weight_and_less_the_gyroscopic_torq
 
 def test_one_tick_in_numbers() -> None:
     gains = numeric(ObserverGains(tuple(FORCE_GAINS), tuple(TORQUE_GAINS)))
-    before = initial_observer_state()._replace(
+    before = ObserverState()._replace(
         force=np.array([0.5, 0.6, 0.7]),
         torque=np.array([0.05, 0.06, 0.07]),
         linear_momentum=np.array([1.0, 1.1, 1.2]),
@@ -98,7 +98,7 @@ def test_one_tick_in_numbers() -> None:
 
 
 def test_the_first_tick_has_no_past() -> None:
-    state = initial_observer_state()
+    state = ObserverState()
     assert state.started == 0.0
     assert not any(np.any(part) for part in state[:6])
     state, wrench = observe(numeric(ObserverGains()), state, body(np.ones(3), np.ones(3)), DT)

@@ -9,7 +9,6 @@ from skylimb.control.estimation.surface import (
     SurfaceGains,
     SurfaceState,
     follow_surface,
-    initial_surface_state,
 )
 
 DT = 0.005
@@ -18,7 +17,7 @@ NOTHING = np.zeros(3)
 
 
 def circle(slope: np.ndarray, noise: float, seconds: float = 14.0) -> SurfaceState:
-    rng, state = np.random.default_rng(0), initial_surface_state()
+    rng, state = np.random.default_rng(0), SurfaceState()
     for k in range(round(seconds / DT)):
         angle = 2.0 * np.pi * k * DT / 14.0
         uv = 0.3 * np.array([np.cos(angle), np.sin(angle)])
@@ -35,7 +34,7 @@ def test_a_circle_shows_both_slopes(slope: tuple[float, float]) -> None:
 
 
 def test_at_rest_nothing_is_learnt() -> None:
-    rng, state = np.random.default_rng(1), initial_surface_state()
+    rng, state = np.random.default_rng(1), SurfaceState()
     for k in range(4000):
         place = np.array([0.5, 0.0, 0.0]) + 0.002 * rng.standard_normal(3)
         state = follow_surface(GAINS, state, place, 1.0, float(k == 0), NOTHING, DT)
@@ -53,7 +52,7 @@ def test_in_the_air_nothing_changes() -> None:
 
 def test_the_force_shows_the_slope_across_the_path() -> None:
     """Along u only s_u is seen by the tip; a force that leans across the path tells s_v."""
-    state = initial_surface_state()
+    state = SurfaceState()
     for k in range(1000):
         place = np.array([0.0, 0.0005 * k, 0.0])
         state = follow_surface(GAINS, state, place, 1.0, float(k == 0), np.array([0.0, 1.0, -0.4]), DT)

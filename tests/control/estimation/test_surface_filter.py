@@ -13,7 +13,6 @@ from skylimb.control.estimation.surface import (
     SurfaceGains,
     SurfaceState,
     follow_surface,
-    initial_surface_state,
 )
 
 DT = 0.005
@@ -88,12 +87,10 @@ def test_a_pen_that_creeps_learns_nothing() -> None:
 
 
 def test_before_the_first_touch_a_slope_of_17_degrees_is_likely() -> None:
-    state = initial_surface_state()
+    state = SurfaceState()
     assert not state.estimate.any()
     assert not state.place.any()
     np.testing.assert_allclose(state.covariance, np.diag([0.05**2, 0.3**2, 0.3**2]))
-    again = initial_surface_state()
-    assert again.covariance is not state.covariance
 
 
 def test_what_is_assumed_of_pen_and_surface() -> None:

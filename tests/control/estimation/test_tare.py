@@ -2,14 +2,14 @@ import numpy as np
 
 from skylimb.base.rotations import rot_z
 from skylimb.control.estimation.records import Wrench
-from skylimb.control.estimation.tare import TareState, initial_tare_state, tare
+from skylimb.control.estimation.tare import TareState, tare
 
 BIAS = np.array([0.3, -0.1, 0.2])
 
 
 def test_the_mean_of_the_tare_phase_is_taken_off_afterwards() -> None:
     rng = np.random.default_rng(0)
-    state, samples = initial_tare_state(), BIAS + 0.01 * rng.standard_normal((100, 3))
+    state, samples = TareState(), BIAS + 0.01 * rng.standard_normal((100, 3))
     for sample in samples:
         state, _ = tare(state, Wrench(sample, 0.1 * sample), 0.0, 1.0)
     state, wrench = tare(state, Wrench(BIAS + 1.0, np.zeros(3)), 0.0, 0.0)
@@ -18,13 +18,13 @@ def test_the_mean_of_the_tare_phase_is_taken_off_afterwards() -> None:
 
 
 def test_the_force_bias_turns_with_the_robot() -> None:
-    state, _ = tare(initial_tare_state(), Wrench(BIAS, np.zeros(3)), 0.0, 1.0)
+    state, _ = tare(TareState(), Wrench(BIAS, np.zeros(3)), 0.0, 1.0)
     _, wrench = tare(state, Wrench(rot_z(1.2) @ BIAS, np.zeros(3)), 1.2, 0.0)
     np.testing.assert_allclose(wrench.force, 0.0, atol=1e-12)
 
 
 def test_before_the_tare_nothing_is_taken_off() -> None:
-    _, wrench = tare(initial_tare_state(), Wrench(BIAS, BIAS), 0.4, 0.0)
+    _, wrench = tare(TareState(), Wrench(BIAS, BIAS), 0.4, 0.0)
     np.testing.assert_array_equal(wrench.force, BIAS)
 
 

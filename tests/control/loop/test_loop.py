@@ -73,7 +73,7 @@ def test_a_flight_ends_with_its_mission() -> None:
         ticks += 1
         assert flown.ticks == ticks
         assert flown.time == pytest.approx(0.01 * ticks)
-    flight = flown.finish()
+    flight = flown.stop()
     assert (flight.ticks, flight.cause, driver.flown) == (250, "", 250)
     assert flown.over
     assert not flown.tick()
@@ -143,7 +143,7 @@ def test_a_flight_that_is_stopped_says_so() -> None:
     flown, _ = loop(np.tile(HERE, (250, 1)))
     for _ in range(42):
         flown.tick()
-    flight = flown.finish()
+    flight = flown.stop()
     assert flight.cause == "stopped from outside at t = 0.420 s, before the mission's end"
     assert flight.ticks == 42
 
@@ -172,7 +172,7 @@ def test_stepped_by_hand_it_is_the_flight_of_run(controller: str) -> None:
     flight = skylimb.begin("paper", controller=controller, set=SHORT, seed=3)
     assert isinstance(flight, SteppedFlight)
     while flight.tick():
-        assert len(flight.signal("contact_force")) == flight.loop.ticks
+        assert len(flight.signal("contact_force")) == flight.ticks
     stepped, whole = flight.finish(), skylimb.run("paper", controller=controller, set=SHORT, seed=3)
     assert stepped.status == whole.status == "OK"
     assert stepped.metrics == whole.metrics

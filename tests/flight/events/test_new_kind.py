@@ -38,7 +38,7 @@ class RotorLoss(Event):
             raise unknown_name("rotor of an event", self.rotor, names)
 
     @classmethod
-    def acts(cls, events: Sequence[RotorLoss], stage: Stage, times: np.ndarray) -> ModelRows:
+    def effect(cls, events: Sequence[RotorLoss], stage: Stage, times: np.ndarray) -> ModelRows:
         assert stage.plant is not None
         names = [one.name for one in stage.robot.description.rotors]
         first = stage.plant.model.actuator_gainprm[: len(names), 0]

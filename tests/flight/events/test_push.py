@@ -9,7 +9,7 @@ import pytest
 
 import skylimb
 from skylimb.base.errors import ConfigError, UnknownNameError
-from skylimb.flight.drivers.acts import pushing
+from skylimb.flight.drivers.hooks import pushing
 from skylimb.flight.events import Push, Timeline, Wrench
 
 SCENE = """
@@ -47,7 +47,7 @@ def wrenches(model: mujoco.MjModel, *pushes: Push) -> tuple[Wrench, ...]:
     stage: Any = SimpleNamespace(
         robot=SimpleNamespace(description=SimpleNamespace(root="root")), plant=SimpleNamespace(model=model)
     )
-    return Push.acts(pushes, stage, TIMES)
+    return Push.effect(pushes, stage, TIMES)
 
 
 def applied(model: mujoco.MjModel, data: mujoco.MjData, k: int, *pushes: Push) -> np.ndarray:

@@ -53,7 +53,7 @@ SECONDS = 2.0
         ([{**GAIN, "key": "force"}], ["'force'", "gain of controller following"]),
         ([{**PUSH, "link": "link9"}], ["link of a push 'link9'", "did you mean 'link"]),
         ([{**PUSH, "point": [0.1, 0.0, 0.0]}], ["events.0.point", "needs a link"]),
-        ([GAIN, {**GAIN, "value": 3.0}], ["gain at 1 s", "contradict", f"{KEY} to 3.0 and to 2.0"]),
+        ([GAIN, {**GAIN, "value": 3.0}], ["gain at 1 s", "contradict", f"{KEY} to 3 and to 2"]),
         (
             [SURFACE, {**SURFACE, "friction": 0.3, "slope": 0.1}],
             ["surface at 1 s", "contradict", "friction to 0.3 and to 0.2"],

@@ -11,8 +11,8 @@ import numpy as np
 from skylimb.base.errors import SkylimbError
 from skylimb.control.loop.flight import Flight, mission_ticks
 from skylimb.control.loop.loop import Loop
-from skylimb.flight.drivers.acts import Act, bound_places, pushing, standing, with_own_model, writing
 from skylimb.flight.drivers.compiled import CompiledDriver, Saved
+from skylimb.flight.drivers.hooks import Hook, bound_places, pushing, standing, with_own_model, writing
 from skylimb.flight.drivers.world import World
 from skylimb.flight.events import Timeline
 from skylimb.flight.experiments.experiment import Experiment
@@ -44,7 +44,7 @@ class LiveFlight:
 
     def __init__(self, takeoff: Takeoff) -> None:
         self._first = takeoff
-        self._acts: list[Act] = []
+        self._acts: list[Hook] = []
         self._take_off()
 
     def _take_off(self) -> None:

@@ -30,7 +30,6 @@ from skylimb.control.contact_machine import (
     MachineGains,
     MachineState,
     advance,
-    initial_machine_state,
     is_in,
 )
 from skylimb.control.estimation.records import Signals, Start, Wrench
@@ -38,7 +37,6 @@ from skylimb.control.estimation.surface import (
     SurfaceGains,
     SurfaceState,
     follow_surface,
-    initial_surface_state,
 )
 from skylimb.control.missions.reference import Reference
 from skylimb.control.needs import Needs
@@ -150,7 +148,7 @@ def needs(gains: Gains) -> Needs:
 
 def initial_state(gains: Gains, start: Start) -> State:
     """In the air, at rest."""
-    return State(initial_machine_state(), initial_surface_state(), 0.0, 0.0, 0.0, 1.0, 0.0)
+    return State(MachineState(), SurfaceState(), 0.0, 0.0, 0.0, 1.0, 0.0)
 
 
 def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView, Signals]:

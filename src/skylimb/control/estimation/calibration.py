@@ -36,20 +36,15 @@ class Calibration:
 
 
 class Correction(NamedTuple):
-    """What is in force.
+    """What is in force; nothing without arguments.
 
     Attributes:
         force: bias in the heading frame, N, (3,).
         torque: bias in C, N m, (3,).
     """
 
-    force: Array
-    torque: Array
-
-
-def initial_correction() -> Correction:
-    """Nothing corrected."""
-    return Correction(vector(0.0, 0.0, 0.0), vector(0.0, 0.0, 0.0))
+    force: Array = vector(0.0, 0.0, 0.0)
+    torque: Array = vector(0.0, 0.0, 0.0)
 
 
 def follow_bias(gains: Any, state: Correction, tare: TareState, collecting: Any, dt: float) -> Correction:

@@ -39,15 +39,11 @@ class Delay:
 class DelayState(NamedTuple):
     """The known wrench of the last ticks, newest first.
 
-    Each entry is (6,): rotor force less weight in W (N), rotor torque less gyroscopic in C (N m).
+    Each entry is (6,): rotor force less weight in W (N), rotor torque less gyroscopic in C (N m). Without
+    arguments it is that of a robot that has been hovering for as long as the history goes back.
     """
 
-    wrenches: tuple[Array, ...]
-
-
-def initial_delay_state() -> DelayState:
-    """A robot that has been hovering for as long as the history goes back."""
-    return DelayState((np.zeros(6),) * DEPTH)
+    wrenches: tuple[Array, ...] = (np.zeros(6),) * DEPTH
 
 
 def require_history(gains: Delay, dt: float) -> None:

@@ -7,19 +7,14 @@ from typing import Any, NamedTuple
 from skylimb.base.rotations import dot, rpy_from_rotation
 from skylimb.control.estimation.force_filter import filter_force
 from skylimb.control.estimation.records import BodyState, Estimate, Sensed, Signals, Wrench
-from skylimb.control.estimation.tare import TareState, initial_tare_state, tare
+from skylimb.control.estimation.tare import TareState, tare
 
 
 class PushState(NamedTuple):
     """State of the tare, and the filtered contact force, N."""
 
-    tare: TareState
-    contact_force: Any
-
-
-def initial_push_state() -> PushState:
-    """No bias known, no contact."""
-    return PushState(initial_tare_state(), 0.0)
+    tare: TareState = TareState()
+    contact_force: Any = 0.0
 
 
 def estimate_of(

@@ -30,8 +30,13 @@ class ObserverGains:
     torque: Annotated[Vector3, Key("1/s", "K_ri, of the torque in C", above=0.0, high=1e4)] = (1.0, 1.0, 1.0)
 
 
+_ZERO = np.zeros(3)
+
+
 class ObserverState(NamedTuple):
     """Estimate and momentum of the last tick, and the known wrench that acts until the next.
+
+    Without arguments it is the state before the first tick: no external wrench.
 
     Attributes:
         force: estimated external force, W, N.
@@ -43,18 +48,13 @@ class ObserverState(NamedTuple):
         started: 0 before the first tick, 1 after it.
     """
 
-    force: Array
-    torque: Array
-    linear_momentum: Array
-    angular_momentum: Array
-    known_force: Array
-    known_torque: Array
-    started: float | Array
-
-
-def initial_observer_state() -> ObserverState:
-    """The state before the first tick: no external wrench."""
-    return ObserverState(*(np.zeros(3) for _ in range(6)), started=0.0)
+    force: Array = _ZERO
+    torque: Array = _ZERO
+    linear_momentum: Array = _ZERO
+    angular_momentum: Array = _ZERO
+    known_force: Array = _ZERO
+    known_torque: Array = _ZERO
+    started: float | Array = 0.0
 
 
 def observe(gains: Any, state: ObserverState, body: BodyState, dt: float) -> tuple[ObserverState, Wrench]:

@@ -46,14 +46,6 @@ class SurfaceGains:
     ] = 3.0
 
 
-class SurfaceState(NamedTuple):
-    """Estimate (w in m, s_u, s_v), its covariance (3, 3), and the tip's last place (u, v) in m."""
-
-    estimate: Array
-    covariance: Array
-    place: Array
-
-
 SMOOTHING = 0.1
 """Time constant of the low pass on the tip's place in the sliding plane, s."""
 
@@ -67,9 +59,15 @@ _START = np.diag([0.05**2, 0.3**2, 0.3**2])
 """Before the first touch: 5 cm, and a slope of 17 degrees."""
 
 
-def initial_surface_state() -> SurfaceState:
-    """A surface across the contact axis, somewhere."""
-    return SurfaceState(np.zeros(3), _START.copy(), np.zeros(2))
+class SurfaceState(NamedTuple):
+    """Estimate (w in m, s_u, s_v), its covariance (3, 3), and the tip's last place (u, v) in m.
+
+    Without arguments it is a surface across the contact axis, somewhere.
+    """
+
+    estimate: Array = np.zeros(3)
+    covariance: Array = _START
+    place: Array = np.zeros(2)
 
 
 def follow_surface(

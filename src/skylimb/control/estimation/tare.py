@@ -19,14 +19,9 @@ from skylimb.symbolic import Array
 class TareState(NamedTuple):
     """Mean of the free-flight estimate: force in the heading frame (N), torque in C (N m), ticks so far."""
 
-    force: Array
-    torque: Array
-    ticks: float | Array
-
-
-def initial_tare_state() -> TareState:
-    """No bias known."""
-    return TareState(np.zeros(3), np.zeros(3), 0.0)
+    force: Array = np.zeros(3)
+    torque: Array = np.zeros(3)
+    ticks: float | Array = 0.0
 
 
 def tare(state: TareState, raw: Wrench, yaw: Array, collecting: Array) -> tuple[TareState, Wrench]:

@@ -45,10 +45,10 @@ class Driver(Protocol):
 class Loop:
     """A flight that is stepped from outside.
 
-        loop = skylimb.begin("paper", controller="hybrid")
-        while loop.tick():
-            ...                     # look at loop.signal("contact_force"), change a gain, wait for a clock
-        run = loop.finish()
+        flight = skylimb.begin("paper", controller="hybrid")
+        while flight.tick():
+            ...                     # look at flight.signal("contact_force"), change a gain, wait for a clock
+        run = flight.finish()
 
     Args:
         driver: flies the ticks.
@@ -114,8 +114,8 @@ class Loop:
                 progress(min(self._at, self._last + 1), self._last + 1)
         return self._flight
 
-    def finish(self) -> Flight:
-        """The flight; one that is stopped before its end has that as its cause."""
+    def stop(self) -> Flight:
+        """The flight, ended here if it was not; one that is stopped before its end has that as its cause."""
         if self._flight is None:
             self._flight = self.stopped()
         return self._flight

@@ -13,7 +13,7 @@ from skylimb.base.errors import ConfigError
 from skylimb.base.rotations import rot_z
 from skylimb.control.planning.posture import posture_family
 from skylimb.control.planning.posture_path import PostureConfig, posture_path
-from skylimb.control.planning.vectoring import ONLINE, vectoring_table
+from skylimb.control.planning.vectoring import ONLINE, nominal_posture
 from skylimb.control.planning.vectoring_path import vectoring_path
 from skylimb.robots.model import Robot
 
@@ -64,9 +64,7 @@ def posture_plan(config: PostureConfig, robot: Robot, purpose: str = "torque") -
     Raises:
         ConfigError: when the way through the postures takes too long, or as `posture_path` does.
     """
-    family = posture_family(robot)
-    joint_angles = np.asarray(family.joint_angles(family.theta_nominal), dtype=float)
-    vectoring_angles = np.asarray(vectoring_table(robot, purpose).angles(family.theta_nominal), dtype=float)
+    joint_angles, vectoring_angles = nominal_posture(robot, purpose)
     path = posture_path(config, robot, joint_angles)
     if path.duration > LONGEST:
         raise ConfigError(
@@ -89,7 +87,7 @@ def posture_plan(config: PostureConfig, robot: Robot, purpose: str = "torque") -
     )
 
     return PosturePlan(
-        reach=float(family.reach_nominal),
+        reach=float(posture_family(robot).reach_nominal),
         tip=rot_z(-nominal.tip_heading) @ nominal.tip_C,
         tip_radius=robot.description.tip.radius,
         duration=path.duration,

@@ -116,28 +116,18 @@ class ReachFamily:
 
     def joint_angles(self, theta: Any) -> Any:
         """Joint angles q = offset + slope theta: (nq,) rad, (..., nq) for an array, nq x 1 in CasADi."""
+        inside = self._within(theta, (self.theta_min, self.theta_max), "shape angle", "rad", self._limits)
         if is_symbolic(theta):
-            return ca.DM(self._offset) + ca.DM(self._slope) * _hold(theta, self.theta_min, self.theta_max)
-        theta = self._checked(theta, self.theta_min, self.theta_max, self._limits)
-        return self._offset + self._slope * np.asarray(theta)[..., None]
+            return ca.DM(self._offset) + ca.DM(self._slope) * inside
+        return self._offset + self._slope * np.asarray(inside)[..., None]
 
     def reach(self, theta: Any) -> Any:
         """Reach r in m at the shape angle theta, over the description's range whatever the joint limits."""
-        angle = self._described(theta)
-        if self.coefficients is None:
-            return _number(evaluate_chebyshev(self._forward, *self.described, angle))
-        A, B, C = self.coefficients
-        cos, sin = (ca.cos, ca.sin) if is_symbolic(theta) else (np.cos, np.sin)
-        return _number(A + B * cos(angle) + C * sin(angle))
+        return self._series(theta, 0)
 
     def slope(self, theta: Any) -> Any:
         """dr/dtheta in m/rad."""
-        angle = self._described(theta)
-        if self.coefficients is None:
-            return _number(evaluate_chebyshev(self._derivative, *self.described, angle))
-        _, B, C = self.coefficients
-        cos, sin = (ca.cos, ca.sin) if is_symbolic(theta) else (np.cos, np.sin)
-        return _number(C * cos(angle) - B * sin(angle))
+        return self._series(theta, 1)
 
     def shape_angle(self, reach: Any) -> Any:
         """The shape angle theta in rad that gives a reach in m.
@@ -146,7 +136,8 @@ class ReachFamily:
             UnreachableError: the reach is outside of reach_min .. reach_max.
         """
         symbolic = is_symbolic(reach)
-        value = _hold(reach, self.reach_min, self.reach_max) if symbolic else self._checked_reach(reach)
+        angles = f"shape angle {self.theta_min:.4g} .. {self.theta_max:.4g} rad"
+        value = self._within(reach, (self.reach_min, self.reach_max), "reach", "m", angles)
         if self._rigid:
             return ca.SX(self.theta_nominal) if symbolic else _number(0.0 * value + self.theta_nominal)
         if self.coefficients is None:
@@ -179,20 +170,21 @@ class ReachFamily:
 
         return fit_chebyshev(invert, self.reach_min, self.reach_max)
 
-    def _described(self, theta: Any) -> Any:
-        """Theta in the description's range: numbers beyond it are refused, symbols held inside."""
-        if is_symbolic(theta):
-            return _hold(theta, *self.described)
-        return self._checked(theta, *self.described, "posture.theta_min, theta_max")
+    def _series(self, theta: Any, order: int) -> Any:
+        """Reach (order 0) or its slope (order 1) at a theta in the description's range."""
+        angle = self._within(theta, self.described, "shape angle", "rad", "posture.theta_min, theta_max")
+        if self.coefficients is None:
+            series = self._derivative if order else self._forward
+            return _number(evaluate_chebyshev(series, *self.described, angle))
+        A, B, C = self.coefficients
+        cos, sin = (ca.cos, ca.sin) if is_symbolic(theta) else (np.cos, np.sin)
+        return _number(C * cos(angle) - B * sin(angle) if order else A + B * cos(angle) + C * sin(angle))
 
-    def _checked(self, theta: Any, low: float, high: float, limits: str) -> Any:
-        return self._within(theta, low, high, "shape angle", "rad", limits)
-
-    def _checked_reach(self, reach: Any) -> Any:
-        angles = f"shape angle {self.theta_min:.4g} .. {self.theta_max:.4g} rad"
-        return self._within(reach, self.reach_min, self.reach_max, "reach", "m", angles)
-
-    def _within(self, given: Any, low: float, high: float, what: str, unit: str, limits: str) -> Any:
+    def _within(self, given: Any, ends: tuple[float, float], what: str, unit: str, limits: str) -> Any:
+        """A number, refused where it is outside of a range; a symbol, held inside."""
+        low, high = ends
+        if is_symbolic(given):
+            return _hold(given, low, high)
         value = np.asarray(given, dtype=float)
         inside = (value >= low - _SLACK) & (value <= high + _SLACK)
         if not np.all(inside):

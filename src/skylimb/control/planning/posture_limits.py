@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 
 from skylimb.control.planning.hover_margins import hover_margins_function
-from skylimb.control.planning.vectoring_program import ipopt
+from skylimb.control.planning.nlp import ipopt, searches
 from skylimb.robots.model import Robot
 from skylimb.robots.starts import golden_steps, within_limits
 
@@ -40,13 +40,13 @@ def nearest_posture(
     high = [math.inf] * count + [level] * 2 + [1.0] * robot.n_joints
     wanted = np.asarray(joint_angles, dtype=float)
     steps = np.outer(np.arange(_STARTS if robot.n_vectoring else 1), golden_steps(robot.n_vectoring))
-    best: tuple[float, np.ndarray] | None = None
-    for psi in within_limits(robot, vectoring_angles + 2.0 * math.pi * steps):
-        for start in (wanted, robot.nominal_posture()):
-            found = solver(x0=[*start, *psi], p=wanted, lbx=lower, ubx=upper, lbg=low, ubg=high)
-            if solver.stats()["success"] and (best is None or float(found["f"]) < best[0]):
-                best = float(found["f"]), found["x"].full().ravel()[: robot.n_joints]
-    return None if best is None else best[1]
+    starts = [
+        [*q, *psi]
+        for psi in within_limits(robot, vectoring_angles + 2.0 * math.pi * steps)
+        for q in (wanted, robot.nominal_posture())
+    ]
+    found = searches(solver, starts, p=wanted, lbx=lower, ubx=upper, lbg=low, ubg=high)
+    return found[0][1][: robot.n_joints] if found else None
 
 
 @functools.lru_cache(maxsize=16)

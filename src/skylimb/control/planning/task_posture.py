@@ -22,9 +22,9 @@ import numpy as np
 from skylimb.base.errors import UnreachableError
 from skylimb.base.rotations import rot_z, wrapped
 from skylimb.base.statics import turned_back
+from skylimb.control.planning.nlp import ipopt
 from skylimb.control.planning.tip_pose import link_distances
 from skylimb.control.planning.vectoring_criteria import TORQUE, VectoringCriteria
-from skylimb.control.planning.vectoring_program import ipopt
 from skylimb.control.planning.vectoring_search import bounded_by
 from skylimb.robots.equilibrium import can_hold
 from skylimb.robots.equilibrium_program import rests
@@ -156,11 +156,7 @@ def _nothing_holds(robot: Robot, program: _Program, task: Task, start: TaskPostu
     there = nearest.joint_angles, nearest.vectoring_angles, nearest.heading
     judged = judged_posture(robot, task, *there)
     why = f": {judged}" if isinstance(judged, NotHeld) else ""
-    return f"{said}{why}; what can be held is at most {_in_force(nearest.share, task)}"
-
-
-def _in_force(share: float, task: Task) -> str:
-    return f"{share * task.force:.1f} N"
+    return f"{said}{why}; what can be held is at most {nearest.share * task.force:.1f} N"
 
 
 def judged_posture(

@@ -17,10 +17,12 @@ import casadi as ca
 import numpy as np
 
 from skylimb.base.errors import ConfigError, UnreachableError
+from skylimb.control.planning.nlp import ipopt, search
 from skylimb.robots.model import Robot
 from skylimb.robots.starts import golden_steps
 
 _STARTS = 8
+_ITERATIONS = 200
 _NEAR = 1e-6
 _HAND = 0.1
 """Origins of joints that are closer than this are one place, m."""
@@ -89,16 +91,16 @@ def find_posture(
     parameters = [*position, math.sin(target.elevation or 0.0), *near, *psi]
     solver, pairs = _solver(robot, target.elevation is not None, target.clearance > 0.0)
     held = [0.0] * (4 if target.elevation is not None else 3)
-    low = [*held, *[target.clearance**2] * pairs]
-    high = [*held, *[np.inf] * pairs]
+    bounds = {"lbx": lower, "ubx": upper, "lbg": [*held, *[target.clearance**2] * pairs]}
+    bounds["ubg"] = [*held, *[np.inf] * pairs]
     steps = np.outer(np.arange(1, _STARTS), golden_steps(robot.n_joints)) % 1.0
     best: tuple[float, np.ndarray] | None = None
     for start in [np.clip(near, lower, upper), *(lower + (upper - lower) * steps)]:
-        found = solver(x0=start, p=parameters, lbx=lower, ubx=upper, lbg=low, ubg=high)
-        if solver.stats()["success"] and (best is None or float(found["f"]) < best[0] - _NEAR):
-            best = float(found["f"]), found["x"].full().ravel()
-            if best[0] < _NEAR:
-                break
+        found = search(solver, start, p=parameters, **bounds)
+        if found is not None and (best is None or found[0] < best[0] - _NEAR):
+            best = found
+        if best is not None and best[0] < _NEAR:
+            break
     if best is None:
         raise UnreachableError(_nearest(robot, target, psi, lower, upper))
     return best[1]
@@ -107,7 +109,7 @@ def find_posture(
 def _nearest(robot: Robot, target: TipTarget, psi: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> str:
     q, p = ca.SX.sym("q", robot.n_joints), ca.SX.sym("p", 3)
     miss = ca.sumsqr(_geometry(robot)(q, ca.DM(psi))[0] - p)
-    solver = ca.nlpsol("nearest", "ipopt", {"x": q, "p": p, "f": miss}, _QUIET)
+    solver = ipopt({"x": q, "p": p, "f": miss}, _ITERATIONS)
     starts = [np.clip(robot.nominal_posture(), lower, upper), 0.5 * (lower + upper)]
     solutions = [solver(x0=start, p=target.position, lbx=lower, ubx=upper) for start in starts]
     best = min(solutions, key=lambda solution: float(solution["f"]))
@@ -119,9 +121,6 @@ def _nearest(robot: Robot, target: TipTarget, psi: np.ndarray, lower: np.ndarray
         f"no posture of '{robot.name}' within its joint limits puts the tip at {asked} m from the centre of "
         f"gravity; the nearest tip is {np.round(tip, 4).tolist()} m, {away:.3g} m away{more}"
     )
-
-
-_QUIET = {"ipopt.print_level": 0, "print_time": False, "ipopt.sb": "yes", "ipopt.max_iter": 200}
 
 
 @functools.lru_cache(maxsize=16)
@@ -179,7 +178,7 @@ def _solver(robot: Robot, elevation: bool, apart: bool) -> tuple[ca.Function, in
     pairs = _pairs(_segments(robot)) if apart else []
     rows += [ca.sumsqr(points[:, i] - points[:, j]) for i, j in pairs]
     problem = {"x": q, "p": p, "f": ca.sumsqr(q - p[4 : 4 + nq]), "g": ca.vertcat(*rows)}
-    return ca.nlpsol("posture", "ipopt", problem, _QUIET), len(pairs)
+    return ipopt(problem, _ITERATIONS), len(pairs)
 
 
 def link_distances(robot: Robot, joint_angles: Any) -> Any:

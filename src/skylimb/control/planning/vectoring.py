@@ -6,6 +6,7 @@ robot that comes with the package, else in the user's cache folder (`planning.ve
 
 from __future__ import annotations
 
+import functools
 from dataclasses import replace
 from typing import Any
 
@@ -15,6 +16,7 @@ import numpy as np
 from skylimb.base.errors import ConfigError, UnreachableError
 from skylimb.base.keys import choice_problem
 from skylimb.control.planning import vectoring_files
+from skylimb.control.planning.posture import posture_family
 from skylimb.control.planning.vectoring_criteria import CONTACT, TORQUE, VectoringCriteria
 from skylimb.control.planning.vectoring_search import evaluate
 from skylimb.control.planning.vectoring_step import first_vectoring
@@ -116,6 +118,20 @@ def vectoring_table(robot: Robot, purpose: str = "torque", *, cache: bool = True
     level = _level(robot, criteria)
     coefficients, digest = vectoring_files.find_coefficients(level, criteria, cache=cache)
     return VectoringTable(robot, coefficients, digest, criteria.span(robot))
+
+
+@functools.lru_cache(maxsize=16)
+def nominal_posture(robot: Robot, purpose: str = "torque") -> tuple[np.ndarray, np.ndarray]:
+    """Joint angles q (nq,) and vectoring angles psi (nv,) of a robot's nominal posture, rad.
+
+    Args:
+        robot: any robot.
+        purpose: of the vectoring angles, as of `vectoring_table`.
+    """
+    family = posture_family(robot)
+    angles = family.joint_angles, vectoring_table(robot, purpose).angles
+    q, psi = (np.asarray(of(family.theta_nominal), dtype=float) for of in angles)
+    return q, psi
 
 
 def vectoring_file(robot: Robot, purpose: str = "torque") -> tuple[str, str] | None:

@@ -13,6 +13,7 @@ import numpy as np
 
 from skylimb.base.errors import AllocationError
 from skylimb.control.planning.control_torque import face_distances
+from skylimb.control.planning.nlp import ipopt, search
 from skylimb.robots.model import Robot
 
 STEP = 0.2
@@ -41,35 +42,31 @@ def vectoring_path(robot: Robot, postures: np.ndarray, start: np.ndarray) -> np.
     rotors = robot.description.rotors
     model = robot.model(q, psi)
     faces = face_distances(model.allocation_C[3:, :], [rotor.thrust_max for rotor in rotors], _ROUNDING)
-    solver = ca.nlpsol(
-        "vectoring",
-        "ipopt",
-        {
-            "x": ca.vertcat(psi, t),
-            "p": ca.vertcat(q, last),
-            "f": -t + _SMOOTHING * ca.sumsqr(psi - last),
-            "g": ca.vertcat(faces - t, model.R_root_C[:2, 2], model.hover_thrusts),
-        },
-        {"ipopt.print_level": 0, "print_time": False, "ipopt.sb": "yes", "ipopt.max_iter": 200},
-    )
+    problem = {
+        "x": ca.vertcat(psi, t),
+        "p": ca.vertcat(q, last),
+        "f": -t + _SMOOTHING * ca.sumsqr(psi - last),
+        "g": ca.vertcat(faces - t, model.R_root_C[:2, 2], model.hover_thrusts),
+    }
+    solver = ipopt(problem, 200)
     low = [0.0] * faces.shape[0] + [-TILT] * 2 + [rotor.thrust_min for rotor in rotors]
     high = [np.inf] * faces.shape[0] + [TILT] * 2 + [rotor.thrust_max for rotor in rotors]
     now, torque, found = np.asarray(start, dtype=float), 1.0, []
     for posture in postures:
-        solution = solver(
-            x0=[*now, torque],
+        solution = search(
+            solver,
+            [*now, torque],
             p=[*posture, *now],
             lbx=[*np.maximum(now - STEP, lower), -np.inf],
             ubx=[*np.minimum(now + STEP, upper), np.inf],
             lbg=low,
             ubg=high,
         )
-        if not solver.stats()["success"]:
+        if solution is None:
             raise AllocationError(
                 f"no vectoring angles within {STEP:g} rad of {np.round(now, 3).tolist()} let {robot.name} "
                 f"hover level at joint angles {np.round(posture, 3).tolist()} rad"
             )
-        values = solution["x"].full().ravel()
-        now, torque = values[:nv], float(values[nv])
+        now, torque = solution[1][:nv], float(solution[1][nv])
         found.append(now)
     return np.array(found)

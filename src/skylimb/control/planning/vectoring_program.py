@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from types import MappingProxyType
-from typing import Any
 
 import casadi as ca
 import numpy as np
 from numpy.polynomial import chebyshev
 
+from skylimb.control.planning.nlp import ipopt, search
 from skylimb.control.planning.vectoring_criteria import VectoringCriteria
-
-_NONE: Mapping[str, Any] = MappingProxyType({})
 
 
 @dataclass(frozen=True)
@@ -34,12 +31,6 @@ class Posture:
 def turns_freely(lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
     """Which joints may turn without end."""
     return ~(np.isfinite(lower) | np.isfinite(upper))
-
-
-def ipopt(problem: dict[str, Any], iterations: int, more: Mapping[str, Any] = _NONE) -> ca.Function:
-    """IPOPT without a word, with the derivatives in `more` where they are given."""
-    quiet = {"ipopt.print_level": 0, "print_time": False, "ipopt.sb": "yes", "ipopt.max_iter": iterations}
-    return ca.nlpsol("vectoring", "ipopt", problem, {**quiet, **more})
 
 
 class PathProgram:
@@ -105,12 +96,11 @@ class PathProgram:
         first = np.zeros((self.n, self.degree + 1))
         first[:, : start.shape[1]] = start
         x0 = np.concatenate([first.ravel(order="F"), np.full(self.nodes, 1.0)])
-        solution = self.ipopt(x0=x0, lbg=self._low, ubg=self._high)
-        if not self.ipopt.stats()["success"]:
+        found = search(self.ipopt, x0, lbg=self._low, ubg=self._high)
+        if found is None:
             return None
-        size = self.n * (self.degree + 1)
-        found = solution["x"].full().ravel()[:size].reshape(self.n, -1, order="F")
-        return -float(solution["f"]), found
+        cost, x = found
+        return -cost, x[: first.size].reshape(self.n, -1, order="F")
 
 
 def _node_derivatives(posture: ca.Function) -> tuple[ca.Function, ca.Function]:

@@ -27,9 +27,10 @@ from skylimb.base.errors import AllocationError
 from skylimb.base.rotations import wrapped
 from skylimb.control.planning.control_torque import face_distances
 from skylimb.control.planning.lateral_effort import lateral_effort
+from skylimb.control.planning.nlp import ipopt, searches
 from skylimb.control.planning.tip_force import tip_force_map
 from skylimb.control.planning.vectoring_criteria import TORQUE, VectoringCriteria
-from skylimb.control.planning.vectoring_program import PathProgram, Posture, ipopt, turns_freely
+from skylimb.control.planning.vectoring_program import PathProgram, Posture, turns_freely
 from skylimb.robots import Robot
 from skylimb.robots.starts import golden_steps, within_limits
 
@@ -137,13 +138,9 @@ def _starts(robot: Robot, posture: Posture) -> list[np.ndarray]:
     bounds = {} if free.all() else {"lbx": [*lower, -np.inf], "ubx": [*upper, np.inf]}
     found: list[np.ndarray] = []
     for angle in np.linspace(*posture.span, 4):
-        optima = []
-        for start in tries:
-            solution = solver(x0=[*start, 1.0], p=angle, lbg=posture.low, ubg=posture.high, **bounds)
-            if solver.stats()["success"]:
-                x = solution["x"].full().ravel()
-                optima.append((float(x[n]), np.where(free, wrapped(x[:n]), x[:n])))
-        for _, candidate in sorted(optima, key=lambda optimum: optimum[0], reverse=True):
+        begun = [[*start, 1.0] for start in tries]
+        for _, x in searches(solver, begun, p=angle, lbg=posture.low, ubg=posture.high, **bounds):
+            candidate = np.where(free, wrapped(x[:n]), x[:n])
             if all(np.max(np.abs(wrapped(candidate - other))) > _SAME for other in found):
                 found.append(candidate)
     return found

@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 
 from skylimb.base.bound_function import BoundFunction
-from skylimb.flight.drivers.acts import Act
+from skylimb.flight.drivers.hooks import Hook
 from skylimb.flight.events import GainRows
 from skylimb.simulation.engine_warnings import raised_warnings
 from skylimb.simulation.plant import Plant
@@ -39,7 +39,7 @@ class CompiledDriver:
         plant: what flies.
         data: its state; it is advanced.
         rows: what is known of the flight beforehand.
-        acts: what acts on the plant before a tick's physics.
+        hooks: what acts on the plant before a tick's physics.
         gains: those that change in flight.
         start: the mission's tick of the first row of `rows.references`; above 0 for a flight that goes on
             from its middle.
@@ -57,7 +57,7 @@ class CompiledDriver:
         plant: Plant,
         data: mujoco.MjData,
         rows: FlightRows,
-        acts: Sequence[Act] = (),
+        hooks: Sequence[Hook] = (),
         gains: GainRows | None = None,
         start: int = 0,
     ) -> None:
@@ -68,7 +68,7 @@ class CompiledDriver:
         self.gains = tick.gains.copy()
         # The row of the mission that comes next: as an array, so that a saved one can be put back.
         self._at = np.zeros(1, dtype=int)
-        self.tick = self._bound_tick(tick, plant, rows, tuple(acts), gains, start)
+        self.tick = self._bound_tick(tick, plant, rows, tuple(hooks), gains, start)
 
     def state(self, k: int) -> np.ndarray:
         """The flat state before tick `k`, the next one to be flown; overwritten two ticks later."""
@@ -96,7 +96,7 @@ class CompiledDriver:
         tick: CompiledTick,
         plant: Plant,
         rows: FlightRows,
-        acts: tuple[Act, ...],
+        hooks: tuple[Hook, ...],
         changing: GainRows | None,
         start: int,
     ) -> Callable[[int], int]:
@@ -128,8 +128,8 @@ class CompiledDriver:
             odd = k & 1
             evaluations[odd]()
             log[k] = signals
-            for act in acts:
-                act(k)
+            for hook in hooks:
+                hook(k)
             step(model, data, substeps)
             at = k + 1 if clock is None else int(states[1 - odd][clock]) - start
             next_row[0] = at

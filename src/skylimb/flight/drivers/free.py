@@ -101,7 +101,7 @@ class FreeDriver:
                 raise ConfigError(f"{self._what} sets the mission's pace, but has no signal 'pace'")
             pace, own = float(own[PACE]), {**own, MISSION_TIME: self._clock.ticks * dt}
         if k == 0:
-            self._begin_log({name: _number(value) for name, value in own.items()})
+            self._begin_log({name: number(value) for name, value in own.items()})
         row = self.log[k]
         row[: self._width] = vehicle.record(measurement, command)
         self._record(row, own)
@@ -134,7 +134,7 @@ class FreeDriver:
         for name, start, stop, shape in self._own:
             value = own[name]
             if type(value) is not float:
-                value = _number(value)
+                value = number(value)
                 if np.shape(value) != shape:
                     raise ConfigError(
                         f"{self._what} gives signal '{name}' the shape {np.shape(value)}, at its first tick "
@@ -157,7 +157,7 @@ class FreeDriver:
         return Command(*parts)
 
 
-def _number(value: Any) -> Any:
+def number(value: Any) -> Any:
     """A float or an array, also from CasADi's numbers, whose vectors are columns."""
     array = np.asarray(value, dtype=float)
     array = array.squeeze() if is_symbolic(value) else array

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import mujoco
 import numpy as np
 
-from skylimb.flight.drivers.acts import Act, acts, written_plant
+from skylimb.flight.drivers.hooks import Hook, hooks, written_plant
 from skylimb.flight.events import Timeline
 from skylimb.flight.takeoff import Takeoff
 from skylimb.simulation.plant import Plant
@@ -19,13 +19,13 @@ class World(NamedTuple):
     Attributes:
         plant: with a model of its own where something is written into it.
         data: its state; it is advanced.
-        acts: what acts on it before a tick's physics.
+        hooks: what acts on it before a tick's physics.
         events: what happens at every tick.
     """
 
     plant: Plant
     data: mujoco.MjData
-    acts: tuple[Act, ...]
+    hooks: tuple[Hook, ...]
     events: Timeline
 
 
@@ -39,4 +39,4 @@ def world(takeoff: Takeoff, times: np.ndarray | None = None) -> World:
     times = takeoff.times if times is None else times
     events = takeoff.timeline(times)
     plant, data = written_plant(takeoff.plant, events), takeoff.data()
-    return World(plant, data, acts(plant, data, times, events), events)
+    return World(plant, data, hooks(plant, data, times, events), events)

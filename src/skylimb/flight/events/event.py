@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import abc
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple
 
@@ -60,17 +60,14 @@ class Event(abc.ABC):
     def require(self, stage: Stage) -> None:
         """Raise a `ConfigError` unless what it names is there and may be changed like this."""
 
-    def contradicts(self, other: Any) -> str:
-        """What an event of the same kind and time says otherwise; empty where both can be.
-
-        Args:
-            other: an event of this kind that begins at the same time.
-        """
-        return ""
+    @property
+    def changed(self) -> Mapping[str, Any]:
+        """What gets a new value, by name; two events of one time may not give it two."""
+        return {}
 
     @classmethod
     @abc.abstractmethod
-    def acts(cls, events: Sequence[Any], stage: Stage, times: np.ndarray) -> Act:
+    def effect(cls, events: Sequence[Any], stage: Stage, times: np.ndarray) -> Effect:
         """What all events of this kind do to a flight, tick by tick.
 
         Args:
@@ -125,8 +122,8 @@ class ModelRows:
     values: np.ndarray
 
 
-Act = Any
-"""What a kind of event does: `GainRows`, `ModelRows`, or a tuple of `Wrench` (push.py)."""
+Effect = GainRows | ModelRows | tuple[Any, ...]
+"""What a kind of event does: gains, numbers of the model, or a tuple of `Wrench` (push.py)."""
 
 
 class Change(NamedTuple):

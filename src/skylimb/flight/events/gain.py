@@ -63,13 +63,13 @@ class GainChange(Event):
             raise unknown_name(f"gain of controller {controller.name} in an event", self.key, known)
         controller.check_gain(self.key, self.value, f"{self}, controller {controller.name}")
 
-    def contradicts(self, other: GainChange) -> str:
-        """Another value for the same gain."""
-        same = self.key != other.key or np.array_equal(np.ravel(self.value), np.ravel(other.value))
-        return "" if same else f"{self.key} to {self.value} and to {other.value}"
+    @property
+    def changed(self) -> dict[str, Any]:
+        """The gain and its new value."""
+        return {self.key: self.value}
 
     @classmethod
-    def acts(cls, events: Sequence[GainChange], stage: Stage, times: np.ndarray) -> GainRows:
+    def effect(cls, events: Sequence[GainChange], stage: Stage, times: np.ndarray) -> GainRows:
         """The gains that change, at every tick."""
         gains: Any = stage.controller.gains()
         layout = Layout(gains)

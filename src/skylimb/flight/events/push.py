@@ -53,7 +53,7 @@ class Push(Event):
             raise unknown_name("link of a push", self.link, names)
 
     @classmethod
-    def acts(cls, events: Sequence[Push], stage: Stage, times: np.ndarray) -> tuple[Wrench, ...]:
+    def effect(cls, events: Sequence[Push], stage: Stage, times: np.ndarray) -> tuple[Wrench, ...]:
         """All wrenches that act in some tick, in the order in which they are added up."""
         assert stage.plant is not None
         model, root, found = stage.plant.model, stage.robot.description.root, []

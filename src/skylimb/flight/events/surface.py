@@ -10,12 +10,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import field
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
 
 from skylimb.base.errors import ConfigError
-from skylimb.base.keys import Key, configuration, refused
+from skylimb.base.keys import Key, brief, configuration, refused
 from skylimb.base.rotations import quaternion_from_rotation, quaternion_product
 from skylimb.flight.events.event import Change, Event, ModelRows, Place, Stage, write_changes
 from skylimb.simulation.contact_keys import PAIR_NAME
@@ -67,7 +67,7 @@ class SurfaceChange(Event):
             raise refused(self, "time", f"changes nothing: give {', '.join(_CHANGES[:-1])} or {_CHANGES[-1]}")
 
     @property
-    def changed(self) -> dict[str, object]:
+    def changed(self) -> dict[str, Any]:
         """What becomes otherwise, with its new value."""
         return {name: getattr(self, name) for name in _CHANGES if getattr(self, name) is not None}
 
@@ -81,7 +81,7 @@ class SurfaceChange(Event):
         """What becomes of it."""
         gone = {True: "back", False: "away"}
         said = [
-            gone[bool(value)] if name == "present" else f"{name} to {_brief(value)}"
+            gone[bool(value)] if name == "present" else f"{name} to {brief(value)}"
             for name, value in self.changed.items()
         ]
         return f"surface {', '.join(said)}"
@@ -109,14 +109,8 @@ class SurfaceChange(Event):
             except ConfigError as error:
                 raise ConfigError(f"{self}: {error}") from None
 
-    def contradicts(self, other: SurfaceChange) -> str:
-        """Another value for the same number."""
-        mine, others = self.changed, other.changed
-        odd = [name for name in mine if name in others and mine[name] != others[name]]
-        return f"{odd[0]} to {_brief(mine[odd[0]])} and to {_brief(others[odd[0]])}" if odd else ""
-
     @classmethod
-    def acts(cls, events: Sequence[SurfaceChange], stage: Stage, times: np.ndarray) -> ModelRows:
+    def effect(cls, events: Sequence[SurfaceChange], stage: Stage, times: np.ndarray) -> ModelRows:
         """The engine's numbers of the surface at every tick."""
         assert stage.plant is not None
         return model_rows(stage.plant, surface_table(events, stage.surface, times))
@@ -196,7 +190,3 @@ class _Numbers:
         if now.stiffness != surface.stiffness:
             found[9:12] = self._plant.compliance(now.stiffness)
         return found
-
-
-def _brief(value: object) -> str:
-    return f"{value:g}" if isinstance(value, float | int) else str(list(value))  # type: ignore[call-overload]

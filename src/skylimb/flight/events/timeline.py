@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from skylimb.base.errors import ConfigError
+from skylimb.base.keys import brief
 from skylimb.flight.events.event import Event, GainRows, ModelRows, Stage
 from skylimb.flight.events.gain import GainChange
 from skylimb.flight.events.push import Push, Wrench
@@ -54,11 +56,11 @@ def timeline(events: Sequence[Event], stage: Stage, times: np.ndarray) -> Timeli
         own = [event for event in events if event.kind == kind]
         if not own or (cls.on == "plant" and stage.plant is None):
             continue
-        act = cls.acts(own, stage, times)
+        effect = cls.effect(own, stage, times)
         found = Timeline(
-            act if isinstance(act, GainRows) else found.gains,
-            _beside(found.model, act) if isinstance(act, ModelRows) else found.model,
-            (*found.wrenches, *act) if isinstance(act, tuple) else found.wrenches,
+            effect if isinstance(effect, GainRows) else found.gains,
+            _beside(found.model, effect) if isinstance(effect, ModelRows) else found.model,
+            (*found.wrenches, *effect) if isinstance(effect, tuple) else found.wrenches,
         )
     return found
 
@@ -86,13 +88,15 @@ def require_events(events: Sequence[Event], stage: Stage, end: float) -> None:
                 f"events.{number}: {event}, {event.words}, comes after the flight's end at {end:g} s"
             )
         event.require(stage)
-    alike: dict[tuple[str, float], list[Event]] = {}
+    given: dict[tuple[str, float, str], Any] = {}
     for event in events:
-        before = alike.setdefault((event.kind, event.time), [])
-        odd = next(filter(None, (event.contradicts(other) for other in before)), "")
-        if odd:
-            raise ConfigError(f"events: two of {event} contradict each other: {odd}")
-        before.append(event)
+        for name, value in event.changed.items():
+            before = given.setdefault((event.kind, event.time, name), value)
+            if not np.array_equal(np.ravel(before), np.ravel(value)):
+                raise ConfigError(
+                    f"events: two of {event} contradict each other: {name} to {brief(value)} and to "
+                    f"{brief(before)}"
+                )
 
 
 def require_applied(events: Sequence[Event], kinds: Collection[str], who: str) -> None:

@@ -9,7 +9,6 @@ import casadi as ca
 import numpy as np
 
 from skylimb.base.bound_function import BoundFunction
-from skylimb.control.controller import TraceableController
 from skylimb.control.estimation.records import Measurement
 from skylimb.control.missions.reference import Reference
 from skylimb.control.records import Command
@@ -27,7 +26,7 @@ class CompiledController:
 
     def __init__(
         self,
-        controller: TraceableController,
+        controller: Any,
         dt: float,
         faster: Callable[[ca.Function], ca.Function] = lambda function: function,
     ) -> None:

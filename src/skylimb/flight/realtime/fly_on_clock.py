@@ -64,6 +64,6 @@ def fly_on_clock(
             if not loop.tick():
                 break
             each_second(clock, progress, k + 1, k + 1, len(mission.times))
-    run = with_user_scores(recorded(takeoff, loop.finish()), takeoff.own)
-    timing = timing_of(loop.finish(), takeoff.period)
-    return ClockedFlight(run, timing, {**guard.counts, **guard.watchdog.counts})
+    flight = loop.stop()
+    run = with_user_scores(recorded(takeoff, flight), takeoff.own)
+    return ClockedFlight(run, timing_of(flight, takeoff.period), {**guard.counts, **guard.watchdog.counts})

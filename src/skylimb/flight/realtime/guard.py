@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-from collections import Counter
 from collections.abc import Mapping
 from typing import Any
 
@@ -17,6 +16,7 @@ from skylimb.control.needs import needs_of
 from skylimb.control.records import Command
 from skylimb.control.thrusts import thrust_limits
 from skylimb.flight.realtime.decision import Action, Evidence, decide
+from skylimb.flight.realtime.faults import Faults
 from skylimb.flight.realtime.pacer import Pacer
 from skylimb.flight.realtime.retreat import Retreat
 from skylimb.flight.realtime.watchdog import Limits, State, Watchdog
@@ -74,7 +74,7 @@ class GuardedController:
         self._taken: float | None = None
         self._now = -_INSTANT
         self.flown: Reference | None = None
-        self.counts: Counter[str] = Counter()
+        self.counts = Faults()
 
     @property
     def retreating(self) -> bool:
@@ -88,7 +88,7 @@ class GuardedController:
     def retreat(self, why: str = "") -> None:
         """Break the flight off at the next tick, for a fault if there is a reason, else to land."""
         if why:
-            self._note(why)
+            self.counts.note("guard", why)
         self._without = self._limits.overruns + 1
 
     def gains(self) -> Any:
@@ -109,7 +109,7 @@ class GuardedController:
         if self._ticks == 0:
             self._last = self._still(reference), {}
         if missed:
-            self._note("missed tick")
+            self.counts.note("guard", "missed tick")
         if self._ticks == 0 and not measured:
             # The signals' names come from a tick that is not flown.
             _, _, own = self._controller.step(gains, state, _at_rest(reference), reference, dt)
@@ -163,21 +163,18 @@ class GuardedController:
             "retreating": float(self.retreating),
         }
 
-    def _note(self, what: str) -> None:
-        self.counts[what] += 1
-        if self.counts[what] == 1:
-            _log.warning("guard: %s", what)
-
     def _within(self, command: Command) -> Command | None:
         """The command within the robot's limits; None where it is no command."""
         parts = []
         for given, (low, high) in zip(command, self._bounds, strict=True):
             part = np.asarray(given, dtype=float).reshape(-1)
             if part.shape != low.shape or not np.isfinite(part).all():
-                self._note("command is no number" if part.shape == low.shape else "command of wrong size")
+                self.counts.note(
+                    "guard", "command is no number" if part.shape == low.shape else "command of wrong size"
+                )
                 return None
             if np.any(part < low - _MARGIN) or np.any(part > high + _MARGIN):
-                self._note("command out of limits")
+                self.counts.note("guard", "command out of limits")
                 part = np.clip(part, low, high)
             parts.append(part)
         return Command(*parts)

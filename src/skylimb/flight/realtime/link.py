@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import logging
-from collections import Counter
 from collections.abc import Callable, Hashable, Iterable
 from typing import NamedTuple, Protocol
 
@@ -12,6 +10,7 @@ import numpy as np
 from skylimb.control.estimation.records import Measurement
 from skylimb.control.loop.vehicle import measured_layout
 from skylimb.control.records import Command
+from skylimb.flight.realtime.faults import Faults
 from skylimb.flight.realtime.messages import (
     Names,
     RefusedMessageError,
@@ -20,8 +19,6 @@ from skylimb.flight.realtime.messages import (
     encode,
 )
 from skylimb.robots.model import Robot
-
-_log = logging.getLogger(__name__)
 
 MOST = 32
 """Datagrams that are read at a tick; of a flood the rest is thrown away unread."""
@@ -81,7 +78,7 @@ class RemoteVehicle:
         self._link.receive(MOST)  # what lies there from before
         self._offset = np.inf  # least (time of arrival - stamp): the two clocks, without the link's delay
         self._stamp, self._seq, self._sent = -np.inf, -1, 0
-        self.counts: Counter[str] = Counter()
+        self.counts = Faults()
         sizes = 3, 4, 3, 3, robot.n_joints, robot.n_vectoring
         self._measured = Measurement(*(np.full(size, np.nan) for size in sizes))
         self.layout = measured_layout(robot)
@@ -99,12 +96,12 @@ class RemoteVehicle:
         """The newest measurement that has come."""
         datagrams, dropped = self._link.receive(MOST)
         if dropped:
-            self._note("flood", dropped)
+            self.counts.note("link", "flood", dropped)
         for datagram in datagrams:
             try:
                 self._take(datagram)
             except RefusedMessageError as refused:
-                self._note(str(refused))
+                self.counts.note("link", str(refused))
         self._taken(self._stamp + self._offset if self.heard else -np.inf)
         return self._measured
 
@@ -137,8 +134,3 @@ class RemoteVehicle:
     def fault(self) -> str:
         """None: the guard knows what to do with whatever comes."""
         return ""
-
-    def _note(self, what: str, times: int = 1) -> None:
-        self.counts[what] += times
-        if self.counts[what] == times:
-            _log.warning("link: %s", what)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import logging
-from collections import Counter
 from collections.abc import Iterator
 from enum import IntEnum
 from typing import Annotated
@@ -12,10 +10,8 @@ import numpy as np
 
 from skylimb.base.keys import Key, configuration
 from skylimb.control.estimation.records import Measurement
+from skylimb.flight.realtime.faults import Faults
 from skylimb.robots.model import Robot
-
-_log = logging.getLogger(__name__)
-
 
 BEYOND = 1e9
 """No SI number that a robot measures is as large; NaN is not below it either."""
@@ -69,7 +65,7 @@ class Watchdog:
     def __init__(self, robot: Robot, limits: Limits | None = None) -> None:
         self._limits = limits or Limits()
         self._shapes = ((3,), (4,), (3,), (3,), (robot.n_joints,), (robot.n_vectoring,))
-        self.counts: Counter[str] = Counter()
+        self.counts = Faults()
         self.good: Measurement | None = None
         self._time = -np.inf  # of the last good one
         self._started: float | None = None
@@ -86,22 +82,17 @@ class Watchdog:
             self._started = now
         fault = self._fault(measurement, taken, now)
         if fault:
-            self._note(fault)
+            self.counts.note("watchdog", fault)
         elif measurement is not None and taken > self._time:
             self.good, self._time = measurement, taken
         age = now - max(self._time, self._started - self._limits.hold_after)
         if age > self._limits.retreat_after:
-            self._note("retreat")
+            self.counts.note("watchdog", "retreat")
             return State.RETREAT
         if age > self._limits.hold_after or self.good is None:
-            self._note("too old")
+            self.counts.note("watchdog", "too old")
             return State.HOLD
         return State.FLY
-
-    def _note(self, fault: str) -> None:
-        self.counts[fault] += 1
-        if self.counts[fault] == 1:
-            _log.warning("watchdog: %s", fault)
 
     def _fault(self, measurement: Measurement | None, taken: float, now: float) -> str:
         """Why a measurement is not believed; empty where it is, or where there is none."""

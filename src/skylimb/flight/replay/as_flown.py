@@ -74,8 +74,8 @@ class WithFlownThrusts:
 
     def __init__(self, controller: TraceableController) -> None:
         self._controller = controller
-        self.name, self.robot, self.require = controller.name, controller.robot, controller.require
-        self.initial_state = controller.initial_state
+        self.name, self.robot, self.needs = controller.name, controller.robot, controller.needs
+        self.require, self.initial_state = controller.require, controller.initial_state
 
     def gains(self) -> Any:
         """The controller's gains, and the thrusts that were flown."""

@@ -7,20 +7,19 @@ from typing import Any
 
 import numpy as np
 
-from skylimb.base.bound_function import BoundFunction
 from skylimb.base.errors import ConfigError
-from skylimb.base.packing import Layout, pack_rows
+from skylimb.base.packing import Layout
 from skylimb.base.user_code import described_user_error
-from skylimb.control.controller import Controller, TraceableController, is_traceable
+from skylimb.control.controller import Controller, is_traceable
 from skylimb.control.estimation.records import Measurement
 from skylimb.control.loop.loop import Progress
-from skylimb.control.missions.clock import entries, reference_between
+from skylimb.control.missions.clock import Clock
 from skylimb.control.missions.mission import Mission
-from skylimb.control.missions.reference import Reference
 from skylimb.control.missions.table import window_of
 from skylimb.control.needs import needs_of
 from skylimb.control.records import Command
-from skylimb.control.traced_step import traced_step
+from skylimb.flight.drivers.free import number
+from skylimb.flight.realtime.compiled_controller import CompiledController
 from skylimb.flight.replay.as_flown import WithFlownThrusts
 from skylimb.flight.replay.recorded import Recorded
 
@@ -54,39 +53,36 @@ def open_loop(
     Returns:
         By name, the ticks first; commands under the names of a log.
     """
-    references = packed_references(controller, recorded, mission, dt, ahead)
-    if is_traceable(controller):
-        return _traced(controller, recorded, references, dt, gains, progress)
-    return _in_python(controller, recorded, references, Layout(mission.first), dt, progress)
+    entry, clock = Layout(mission.first), recorded.clock
+    preview = window_of(needs_of(controller).preview, False, dt).preview if ahead is None else ()
+    traced = controller if is_traceable(controller) else None
+    flying: Any = controller if traced is None else CompiledController(WithFlownThrusts(traced), dt)
+    what, given, state = f"controller '{controller.name}'", flying.gains(), flying.initial_state()
+    names: list[str] = []
 
+    def tick(k: int) -> Mapping[str, Any]:
+        nonlocal state
+        if traced is not None:  # what another one believes of its thrusts is its own affair
+            given[-traced.robot.n_rotors :] = recorded.command.thrusts[k]
+        if traced is not None and gains is not None:
+            given[gains[0]] = gains[1][k]
+        measurement = Measurement(*(part[k].copy() for part in recorded.measurement))
+        reference = mission.at(Clock(clock.ticks[k], clock.pace[k]), preview)
+        if ahead is not None:
+            reference = reference._replace(ahead=tuple(map(entry.unpack, ahead[k])))
+        try:
+            state, command, signals = flying.step(given, state, measurement, reference, dt)
+        except Exception as error:
+            raise described_user_error(f"{what} at t = {k * dt:.3f} s", error) from error
+        commanded = {f"{name}_command": part for name, part in Command(*command)._asdict().items()}
+        row = {**signals, **commanded}
+        names[:] = names or row
+        if odd := sorted(row.keys() ^ set(names)):
+            raise ConfigError(f"{what} records other signals than at its first tick: {', '.join(odd)}")
+        return {name: number(value) for name, value in row.items()}
 
-def packed_references(
-    controller: Controller, recorded: Recorded, mission: Mission, dt: float, ahead: np.ndarray | None = None
-) -> np.ndarray:
-    """The reference of every tick with those ahead that the controller wants, (ticks, width).
-
-    Args:
-        controller: says how far ahead it looks.
-        recorded: where the mission's clock was.
-        mission: the references of the flight.
-        dt: control period, s.
-        ahead: the references ahead that were flown, packed; None to read them from the mission.
-    """
-    count, last, layout = len(recorded), len(mission.times) - 1, Layout(mission.first)
-    here = np.minimum(recorded.clock.ticks.astype(int), last)
-
-    def row(later: int) -> Reference:
-        index = np.minimum(here + later, last)
-        return Reference(*(entry[index] for entry in entries(mission.reference)))
-
-    def packed(later: int) -> np.ndarray:
-        paced = recorded.paced
-        shown = reference_between(row(later), row(later + 1), recorded.clock) if paced else row(later)
-        return pack_rows(layout, shown, count)
-
-    preview = window_of(needs_of(controller).preview, False, dt).preview
-    later = [packed(ticks) for ticks in preview] if ahead is None else [ahead.reshape(count, -1)]
-    return np.hstack([packed(0), *later])
+    rows = _over_ticks(recorded, tick, progress)
+    return {name: np.array([row[name] for row in rows]) for name in names}
 
 
 def _over_ticks(recorded: Recorded, tick: Callable[[int], Any], progress: Progress | None) -> list[Any]:
@@ -98,78 +94,3 @@ def _over_ticks(recorded: Recorded, tick: Callable[[int], Any], progress: Progre
         if progress is not None and ((k + 1) % _REPORTED == 0 or k + 1 == count):
             progress(k + 1, count)
     return rows
-
-
-def _traced(
-    controller: TraceableController,
-    recorded: Recorded,
-    references: np.ndarray,
-    dt: float,
-    changing: tuple[np.ndarray, np.ndarray] | None,
-    progress: Progress | None,
-) -> dict[str, np.ndarray]:
-    step = traced_step(WithFlownThrusts(controller), dt, len(controller.needs.preview), "open_loop")
-    measured = pack_rows(step.inputs.measurement, recorded.measurement, len(recorded))
-    state, measurement, reference, gains = given = [np.zeros(layout.size) for layout in step.inputs]
-    new_state, command, signals = (
-        np.zeros_like(state),
-        np.zeros(step.commands.size),
-        np.zeros(step.signals.size),
-    )
-    bound = BoundFunction(step.function, given, (new_state, command, signals))
-    state[:], gains[:] = step.state, step.gains
-
-    def tick(k: int) -> np.ndarray:
-        measurement[:], reference[:] = measured[k], references[k]
-        if changing is not None:
-            gains[changing[0]] = changing[1][k]
-        gains[-controller.robot.n_rotors :] = recorded.command.thrusts[k]
-        bound.evaluate()
-        state[:] = new_state
-        return np.concatenate([signals, command])
-
-    table = np.array(_over_ticks(recorded, tick, progress))
-    found = _columns(step.signals, table[:, : step.signals.size])
-    return found | _named(_columns(step.commands, table[:, step.signals.size :]))
-
-
-def _columns(layout: Layout[Any], table: np.ndarray) -> dict[str, np.ndarray]:
-    return {
-        name: table[:, part].reshape(len(table), *layout.shapes[name]) for name, part in layout.slices.items()
-    }
-
-
-def _in_python(
-    controller: Controller,
-    recorded: Recorded,
-    references: np.ndarray,
-    entry: Layout[Reference],
-    dt: float,
-    progress: Progress | None,
-) -> dict[str, np.ndarray]:
-    """The same for a controller that cannot be traced; what it believes of its thrusts is its own affair."""
-    what, gains, state = f"controller '{controller.name}'", controller.gains(), controller.initial_state()
-    names: list[str] = []
-
-    def tick(k: int) -> Mapping[str, Any]:
-        nonlocal state
-        measurement = Measurement(*(part[k].copy() for part in recorded.measurement))
-        first, *ahead = (entry.unpack(row) for row in references[k].reshape(-1, entry.size))
-        reference = first._replace(ahead=tuple(ahead))
-        try:
-            state, command, signals = controller.step(gains, state, measurement, reference, dt)
-        except Exception as error:
-            raise described_user_error(f"{what} at t = {k * dt:.3f} s", error) from error
-        row = {**signals, **_named(Command(*command)._asdict())}
-        names[:] = names or row
-        if odd := sorted(row.keys() ^ set(names)):
-            raise ConfigError(f"{what} records other signals than at its first tick: {', '.join(odd)}")
-        return row
-
-    rows = _over_ticks(recorded, tick, progress)
-    return {name: np.array([np.asarray(row[name], dtype=float).squeeze() for row in rows]) for name in names}
-
-
-def _named(command: Mapping[str, Any]) -> dict[str, Any]:
-    """A command's parts under their names in a log."""
-    return {f"{name}_command": part for name, part in command.items()}

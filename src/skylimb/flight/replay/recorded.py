@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,8 +13,7 @@ from skylimb.control.estimation.records import Measurement
 from skylimb.control.loop.flight import MISSION_TIME
 from skylimb.control.missions.clock import Clock, limited_pace
 from skylimb.control.needs import PACE
-from skylimb.control.planning.posture import posture_family
-from skylimb.control.planning.vectoring import vectoring_table
+from skylimb.control.planning.vectoring import nominal_posture
 from skylimb.control.records import Command
 from skylimb.flight.replay.rates import angular_velocities, velocities
 from skylimb.robots.model import Robot
@@ -45,7 +44,6 @@ class Recorded:
         measurement: every entry with the ticks as first dimension.
         command: likewise; thrusts are NaN where the log has none.
         clock: where the flight was on its mission's clock, each (k,).
-        paced: whether the controller that flew set the pace of that clock.
         held: whether the controller was not asked and its command of the tick before held, (k,).
         missing: what the log lacks and what stands in its place, one line each.
     """
@@ -54,7 +52,6 @@ class Recorded:
     measurement: Measurement
     command: Command
     clock: Clock
-    paced: bool
     held: np.ndarray
     missing: tuple[str, ...]
 
@@ -101,11 +98,12 @@ def recorded(log: xr.Dataset, robot: Robot, period: float, vectoring: str) -> Re
     """
     times = np.asarray(log.time.values, dtype=float)
     said: list[str] = []
-    pose = [_held(log, name, width, said) for name, width in zip(MEASURED, (3, 4), strict=False)]
-    for name, values in zip(MEASURED, pose, strict=False):
+
+    def pose(name: str, width: int) -> np.ndarray:
+        values = _held(log, name, width, said)
         if values is None:
             raise ConfigError(f"the log has no '{name}': without a measured pose nothing can be replayed")
-    position, quaternion = (np.asarray(values) for values in pose)
+        return values
 
     def entry(name: str, width: int, otherwise: Callable[[], np.ndarray], words: str) -> np.ndarray:
         values = _held(log, name, width, said)
@@ -114,21 +112,15 @@ def recorded(log: xr.Dataset, robot: Robot, period: float, vectoring: str) -> Re
             return otherwise()
         return values
 
-    velocity = entry(
-        MEASURED[2],
-        3,
-        lambda: velocities(times, position),
-        "differences of the positions, low pass 20 Hz",
-    )
+    position, quaternion = pose(MEASURED[0], 3), pose(MEASURED[1], 4)
+    words = "differences of the {}, low pass 20 Hz"
+    velocity = entry(MEASURED[2], 3, lambda: velocities(times, position), words.format("positions"))
     angular_velocity = entry(
-        MEASURED[3],
-        3,
-        lambda: angular_velocities(times, quaternion),
-        "differences of the attitudes, low pass 20 Hz",
+        MEASURED[3], 3, lambda: angular_velocities(times, quaternion), words.format("attitudes")
     )
     measured, commanded = list[np.ndarray](), list[np.ndarray]()
     sizes = robot.n_joints, robot.n_vectoring
-    for name, width, angles in zip(MEASURED[4:], sizes, _nominal(robot, vectoring), strict=True):
+    for name, width, angles in zip(MEASURED[4:], sizes, nominal_posture(robot, vectoring), strict=True):
         command = _held(log, name.replace("_measured", "_command"), width, said)
         instead = np.tile(angles, (len(times), 1)) if command is None else command
         words = "those of the nominal posture" if command is None else "the commanded ones"
@@ -141,14 +133,13 @@ def recorded(log: xr.Dataset, robot: Robot, period: float, vectoring: str) -> Re
         "the estimator gets what the replayed controller commands, so its external wrench is that "
         "controller's own error",
     )
-    clock, paced = _clock(log, period, said)
+    clock = _clock(log, period, said)
     held = np.asarray(log[HELD].values, dtype=float) > 0.0 if HELD in log else np.zeros(len(times), bool)
     return Recorded(
         times,
         Measurement(position, quaternion, velocity, angular_velocity, *measured),
         Command(thrusts, *commanded),
         clock,
-        paced,
         held,
         tuple(said),
     )
@@ -172,18 +163,11 @@ def _held(log: xr.Dataset, name: str, width: int, said: list[str]) -> np.ndarray
     return values[rows]
 
 
-def _nominal(robot: Robot, vectoring: str) -> Sequence[np.ndarray]:
-    family = posture_family(robot)
-    theta = family.theta_nominal
-    angles = family.joint_angles(theta), vectoring_table(robot, vectoring).angles(theta)
-    return [np.asarray(part, dtype=float) for part in angles]
-
-
-def _clock(log: xr.Dataset, period: float, said: list[str]) -> tuple[Clock, bool]:
+def _clock(log: xr.Dataset, period: float, said: list[str]) -> Clock:
     """Where the flight was on its mission's clock."""
     count = len(log.time)
     if MISSION_TIME not in log.variables:
-        return Clock(np.arange(float(count)), np.ones(count)), False
+        return Clock(np.arange(float(count)), np.ones(count))
     shown = np.nan_to_num(np.asarray(log[MISSION_TIME].values, dtype=float)) / period
     if PACE in log.variables:
         # A tick's pace is that of the next one, and the clock is the sum of the paces: so it is the same to
@@ -192,6 +176,6 @@ def _clock(log: xr.Dataset, period: float, said: list[str]) -> tuple[Clock, bool
         pace = np.concatenate([np.ones(1), limited_pace(pace)])
         ticks = np.concatenate([np.zeros(1), np.cumsum(pace[1:])])
         if np.all(abs(ticks - shown) < 1e-3):
-            return Clock(ticks, pace), True
+            return Clock(ticks, pace)
     said.append("the mission's clock is read from mission_time: no pace that fits it was recorded")
-    return Clock(shown, np.gradient(shown)), True
+    return Clock(shown, np.gradient(shown))

@@ -115,7 +115,7 @@ def _replayed(
         ticks = np.arange(float(len(held)))
         clock = Clock(ticks, np.ones(len(held)))
         missing = tuple(line for line in held.missing if MISSION_TIME not in line)
-        held = replace(held, clock=clock, paced=False, missing=missing)
+        held = replace(held, clock=clock, missing=missing)
         wanted = len(needs_of(controller).preview)
         ahead = recorded_ahead(log, wanted)
         if wanted and ahead is None:

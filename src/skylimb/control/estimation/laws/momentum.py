@@ -17,12 +17,11 @@ from skylimb.control.estimation.body_state import (
     initial_angle_rate_state,
     see_body,
 )
-from skylimb.control.estimation.estimate import PushState, estimate_of, initial_push_state
+from skylimb.control.estimation.estimate import PushState, estimate_of
 from skylimb.control.estimation.force_filter import ForceFilter
 from skylimb.control.estimation.momentum_observer import (
     ObserverGains,
     ObserverState,
-    initial_observer_state,
     known_wrench,
     observe,
 )
@@ -51,7 +50,7 @@ class State(NamedTuple):
 
 def initial_state(gains: Gains, start: Start) -> State:
     """Nothing is known of any wrench."""
-    return State(initial_angle_rate_state(start.robot), initial_observer_state(), initial_push_state())
+    return State(initial_angle_rate_state(start.robot), ObserverState(), PushState())
 
 
 def step(gains: Any, state: State, sensed: Sensed) -> tuple[State, Estimate, Signals]:

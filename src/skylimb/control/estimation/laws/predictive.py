@@ -19,13 +19,11 @@ from skylimb.control.estimation.calibration import (
     calibrated,
     fed_bias,
     follow_bias,
-    initial_correction,
 )
 from skylimb.control.estimation.delay import (
     Delay,
     DelayState,
     delayed_wrench,
-    initial_delay_state,
     predict,
     remember,
     require_history,
@@ -55,7 +53,7 @@ class State(NamedTuple):
 
 def initial_state(gains: Gains, start: Start) -> State:
     """A robot that has been hovering, and nothing to correct."""
-    return State(momentum.initial_state(gains, start), initial_delay_state(), initial_correction())
+    return State(momentum.initial_state(gains, start), DelayState(), Correction())
 
 
 def require(gains: Gains, dt: float) -> None:

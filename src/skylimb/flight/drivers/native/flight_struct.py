@@ -13,7 +13,7 @@ import numpy as np
 
 from skylimb.control.loop.loop import CHECK_INTERVAL
 from skylimb.control.loop.terminations import watched_columns
-from skylimb.flight.drivers.acts import bound_places, friction_writer, written_plant
+from skylimb.flight.drivers.hooks import bound_places, friction_writer, written_plant
 from skylimb.flight.events import Timeline
 from skylimb.flight.takeoff import Takeoff
 from skylimb.simulation.c_struct import address

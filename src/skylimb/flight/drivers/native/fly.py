@@ -69,7 +69,7 @@ def fly_native(
 
 def _fly_compiled(takeoff: Takeoff) -> Flight:
     here = world(takeoff)
-    driver = CompiledDriver(takeoff.tick, here.plant, here.data, takeoff.rows, here.acts, here.events.gains)
+    driver = CompiledDriver(takeoff.tick, here.plant, here.data, takeoff.rows, here.hooks, here.events.gains)
     with without_timer():
         return Loop(driver, takeoff.mission, takeoff.experiment.terminations, takeoff.count).fly()
 

@@ -14,8 +14,8 @@ from skylimb.simulation.plant import Plant
 from skylimb.simulation.robot_bodies import TIP_SITE
 from skylimb.simulation.surfaces import PairFriction
 
-Act = Callable[[int], None]
-"""Acts on the plant before the physics of a tick."""
+Hook = Callable[[int], None]
+"""Called before the physics of a tick, with its number."""
 
 
 def with_own_model(plant: Plant) -> Plant:
@@ -29,7 +29,7 @@ def written_plant(plant: Plant, events: Timeline) -> Plant:
     return with_own_model(plant) if writes else plant
 
 
-def acts(plant: Plant, data: mujoco.MjData, times: np.ndarray, events: Timeline) -> tuple[Act, ...]:
+def hooks(plant: Plant, data: mujoco.MjData, times: np.ndarray, events: Timeline) -> tuple[Hook, ...]:
     """All that acts on a flight's plant, in the order in which it acts.
 
     Args:
@@ -41,9 +41,9 @@ def acts(plant: Plant, data: mujoco.MjData, times: np.ndarray, events: Timeline)
     return (*writing(plant, events), *standing(plant, data, times), *pushing(plant, data, events))
 
 
-def standing(plant: Plant, data: mujoco.MjData, times: np.ndarray) -> list[Act]:
+def standing(plant: Plant, data: mujoco.MjData, times: np.ndarray) -> list[Hook]:
     """What the surface does by itself: it moves, and its friction varies."""
-    found: list[Act] = []
+    found: list[Hook] = []
     if plant.wall_joint is not None:
         position, velocity = plant.surface.motion(times)
         at, dof = plant.wall_joint
@@ -69,7 +69,7 @@ def bound_places(model: mujoco.MjModel, rows: ModelRows) -> list[tuple[np.ndarra
     return found
 
 
-def writing(plant: Plant, events: Timeline) -> list[Act]:
+def writing(plant: Plant, events: Timeline) -> list[Hook]:
     """What events write into the plant's model: a row where it is not what the row before was."""
     rows = events.model
     if rows is None:
@@ -88,7 +88,7 @@ def writing(plant: Plant, events: Timeline) -> list[Act]:
     return [write]
 
 
-def friction_writer(plant: Plant, data: mujoco.MjData, times: np.ndarray) -> Act:
+def friction_writer(plant: Plant, data: mujoco.MjData, times: np.ndarray) -> Hook:
     """Writes into the plant's model the friction of the place and the slip speed that the tip has."""
     model = plant.model
     friction = PairFriction(model, plant.surface)
@@ -103,7 +103,7 @@ def friction_writer(plant: Plant, data: mujoco.MjData, times: np.ndarray) -> Act
     return write
 
 
-def pushing(plant: Plant, data: mujoco.MjData, events: Timeline) -> list[Act]:
+def pushing(plant: Plant, data: mujoco.MjData, events: Timeline) -> list[Hook]:
     """What pushes the robot: all wrenches are added to the joint forces before the steps of a tick."""
     wrenches, model = events.wrenches, plant.model
     if not wrenches:

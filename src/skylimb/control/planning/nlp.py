@@ -1,0 +1,33 @@
+"""Nonlinear programmes of plans: IPOPT without a word, and what a search from some start finds."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from types import MappingProxyType
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+_NONE: Mapping[str, Any] = MappingProxyType({})
+
+Found = tuple[float, np.ndarray]
+"""Cost and x."""
+
+
+def ipopt(problem: dict[str, Any], iterations: int, more: Mapping[str, Any] = _NONE) -> ca.Function:
+    """IPOPT for a problem as `casadi.nlpsol` takes it, with the derivatives in `more` if given."""
+    quiet = {"ipopt.print_level": 0, "print_time": False, "ipopt.sb": "yes", "ipopt.max_iter": iterations}
+    return ca.nlpsol("plan", "ipopt", problem, {**quiet, **more})
+
+
+def search(solver: ca.Function, start: Any, **given: Any) -> Found | None:
+    """What a search from a start finds; None without success. Parameters and bounds are named as CasADi's."""
+    found = solver(x0=start, **given)
+    return (float(found["f"]), found["x"].full().ravel()) if solver.stats()["success"] else None
+
+
+def searches(solver: ca.Function, starts: Iterable[Any], **given: Any) -> list[Found]:
+    """What the searches from several starts find, the least cost first."""
+    found = (search(solver, start, **given) for start in starts)
+    return sorted((one for one in found if one is not None), key=lambda one: one[0])
