@@ -100,6 +100,16 @@ def keys_of_law(law: Any) -> list[str]:
     return list(keys_of(law.Gains))
 
 
+def shipped_gains() -> list[str]:
+    """Whole key of every gain of the laws that ship, as often as laws have it."""
+    return [
+        f"{slot}.{name}"
+        for slot in SLOTS
+        for law in law_names(slot)
+        for name in keys_of_law(find_law(slot, law, Path()))
+    ]
+
+
 _RENAMED = {
     "delay.compensate": 'estimation.law = "predictive"',
     "delay.rotor_lag": "allocation.rotor_lag.time_constant",
@@ -114,12 +124,7 @@ def right_key(key: str) -> str | None:
     """The whole key that is meant by one without its slot: "allocation.leak.cutoff" by "leak.cutoff"."""
     if key in _RENAMED:
         return _RENAMED[key]
-    known = [
-        f"{slot}.{name}"
-        for slot in SLOTS
-        for law in law_names(slot)
-        for name in keys_of_law(find_law(slot, law, Path()))
-    ]
+    known = shipped_gains()
     ending = [name for name in known if name.endswith(f".{key}")]
     head = f".{key.partition('.')[0]}."
     inside = [name.partition(head)[0] + head[:-1] for name in known if head in name]

@@ -7,25 +7,18 @@ centre of gravity with the force's lever taken off.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from skylimb.base.keys import Vector3, refused
 from skylimb.base.rotations import cross
-from skylimb.control.estimation.records import Estimate
+from skylimb.control.estimation.records import Estimate, Wrench
 from skylimb.control.missions.reference import Reference
 from skylimb.symbolic import Array, matrix, right_inverse
 
 COUPLING: Vector3 = (0.0, 0.0, 0.0)
 """No entries beside the diagonal."""
-
-
-class TipWrench(NamedTuple):
-    """What acts on the robot at its tip, in the axes of the task: force, N, (3,), and torque, N m, (3,)."""
-
-    force: Array
-    torque: Array
 
 
 def task_axes(reference: Reference) -> Array:
@@ -35,8 +28,8 @@ def task_axes(reference: Reference) -> Array:
     return matrix([[a[i], u[i], v[i]] for i in range(3)])
 
 
-def tip_wrench(estimate: Estimate, R_WT: Array) -> TipWrench:
-    """The estimated wrench at the tip in the axes of the task.
+def tip_wrench(estimate: Estimate, R_WT: Array) -> Wrench:
+    """The estimated wrench on the robot at its tip: force, N, and torque, N m, both in the axes of the task.
 
     The lever is the model's in the measured attitude, in which the observer works, and not the corrected arm:
     a force of 3 N on an arm of 1.1 m that is turned by one degree would read as a torque of 0.06 N m.
@@ -44,7 +37,7 @@ def tip_wrench(estimate: Estimate, R_WT: Array) -> TipWrench:
     wrench, body = estimate.wrench, estimate.body
     lever = body.R_WC @ body.model.tip_C
     torque = body.R_WC @ wrench.torque - cross(lever, wrench.force)
-    return TipWrench(R_WT.T @ wrench.force, R_WT.T @ torque)
+    return Wrench(R_WT.T @ wrench.force, R_WT.T @ torque)
 
 
 def symmetric(diagonal: Any, coupling: Any) -> Array:

@@ -15,7 +15,7 @@ from skylimb.base.keys import Key, configuration
 from skylimb.control.allocation import pseudoinverse
 from skylimb.control.estimation.records import Signals, Start
 from skylimb.control.lateral import Moves, lateral_move
-from skylimb.control.leak import Leak, follow_leak, without_leak
+from skylimb.control.leak import Leak, follow_leak
 from skylimb.control.needs import Needs
 from skylimb.control.records import Allocated, Demand, LawInput
 from skylimb.control.rotor_lag import RotorLag, allocated
@@ -61,9 +61,7 @@ def initial_state(gains: Gains, start: Start) -> State:
     return State(np.zeros(3), start.hover_thrusts, np.zeros(start.robot.n_vectoring))
 
 
-def aim(gains: Any, state: State, inputs: LawInput, force: Array) -> Array:
-    """The part of the wanted force that the tilt has to give, W, N: all but the known leak."""
-    return without_leak(gains.leak, state.leak, force)
+aim = pseudoinverse.aim
 
 
 def step(gains: Any, state: State, inputs: LawInput, demand: Demand) -> tuple[State, Allocated, Signals]:

@@ -58,9 +58,7 @@ def wrapped(
         radius: of the post, m.
         along: the path's place along u at every tick.
     """
-    turn = -along.place / radius
-    spin = -along.rate / radius
-    surge = -along.bend / radius
+    turn, spin, surge = (-part / radius for part in along)
     bent = _Bend(frame, center + radius * frame.contact, turn)
     flat = along.place[:, None] * frame.sliding_u
     moved = {}

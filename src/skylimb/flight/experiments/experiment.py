@@ -24,7 +24,7 @@ from skylimb.control.missions.wrap import WrapConfig
 from skylimb.control.planning.posture_path import PostureConfig
 from skylimb.control.planning.trajectory_config import TrajectoryConfig
 from skylimb.control.planning.user_path import spelled_out
-from skylimb.control.slots import SLOTS, find_law, keys_of_law, law_names
+from skylimb.control.slots import shipped_gains
 from skylimb.flight.events import Event, events_from_mapping
 from skylimb.flight.experiments.tolerances import Tolerances
 from skylimb.robots.description import GRAVITY
@@ -283,12 +283,7 @@ def _whole_keys(key: str) -> list[str]:
     """Keys of experiments and controllers that end in `key`; those that are spelled alike where none do."""
     surfaces = [f"surface.{name}" for kind in SURFACES.values() for name in keys_of(kind)]
     settings = list(dict.fromkeys([*keys_of(Settings), *surfaces]))
-    gains = [
-        f"controller.{slot}.{name}"
-        for slot in SLOTS
-        for law in law_names(slot)
-        for name in keys_of_law(find_law(slot, law, Path()))
-    ]
+    gains = [f"controller.{name}" for name in shipped_gains()]
     found = [name for name in dict.fromkeys([*settings, *gains]) if name.endswith(f".{key}")]
     if found:
         return found

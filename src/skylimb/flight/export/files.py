@@ -161,10 +161,10 @@ def _source(step: TracedStep) -> str:
 def _vector(vector: Vector) -> str:
     lines = [
         "/* What the exported code is held against: inputs of a few ticks, and what they must give. */",
-        f"#define TEST_TICKS {len(vector.command)}",
+        f"#define TEST_TICKS {len(vector['command'])}",
         f"#define TEST_TOLERANCE {TOLERANCE!r}",
     ]
-    for name, table in vector._asdict().items():
+    for name, table in vector.items():
         rows = ",\n".join(f"  {{{_numbers(row)}}}" for row in table)
         lines.append(f"static const double test_{name}[{table.shape[0]}][{table.shape[1]}] = {{\n{rows}\n}};")
     return "\n".join(lines) + "\n"

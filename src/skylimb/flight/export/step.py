@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from skylimb.control.controller import TraceableController
@@ -18,21 +16,8 @@ def controller_step(controller: TraceableController, dt: float) -> TracedStep:
     return traced_step(controller, dt, name=NAME)
 
 
-class Vector(NamedTuple):
-    """What the exported code is held against, one row a tick.
-
-    Attributes:
-        measurement: given.
-        reference: given.
-        command: wanted.
-        signals: wanted.
-    """
-
-    measurement: np.ndarray
-    reference: np.ndarray
-    command: np.ndarray
-    signals: np.ndarray
-
+Vector = dict[str, np.ndarray]
+"""What the exported code is held against, one row a tick: measurement, reference, command and signals."""
 
 TICKS = 60
 _TARE, _ADAPT = (10, 20), 30  # ticks at which the bias is averaged, and from which the arm may give way
@@ -52,4 +37,5 @@ def example_vector(controller: TraceableController, step: TracedStep) -> Vector:
             np.asarray(out).ravel() for out in step.function(state, *given, step.gains)
         )
         rows.append((*given, command, signals))
-    return Vector(*(np.array(column) for column in zip(*rows, strict=True)))
+    columns = map(np.array, zip(*rows, strict=True))
+    return dict(zip(("measurement", "reference", "command", "signals"), columns, strict=True))
