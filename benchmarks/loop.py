@@ -49,7 +49,7 @@ class Bench:
         return len(self.takeoff.mission.times)
 
     def closed_loop(self, here: World, watch: Callable[[int], None] | None = None) -> Flight:
-        takeoff, acts = self.takeoff, [*here.acts, *([watch] if watch else [])]
+        takeoff, acts = self.takeoff, [*here.hooks, *([watch] if watch else [])]
         driver = CompiledDriver(self.tick, here.plant, here.data, takeoff.rows, acts, here.events.gains)
         with without_timer():
             limits = takeoff.experiment.terminations
