@@ -157,7 +157,5 @@ def _root(files: Sequence[Source]) -> Path | None:
 
 
 def _digest(files: Mapping[str, Source]) -> str:
-    total = hashlib.sha256()
-    for name, source in files.items():
-        total.update(f"{name}\0{source.digest}\0".encode())
-    return total.hexdigest()[:8]
+    listed = "".join(f"{name}\0{source.digest}\0" for name, source in files.items())
+    return hashlib.sha256(listed.encode()).hexdigest()[:8]

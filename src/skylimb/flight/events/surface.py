@@ -153,34 +153,23 @@ def model_rows(plant: Plant, table: np.ndarray) -> ModelRows:
             Place("pair_solref", pair, 2, 9),
             Place("pair_gap", pair, 1, 11),
         ]
-    numbers = _Numbers(
-        plant, np.concatenate([np.ravel(getattr(model, p.field)[p.row])[: p.entries] for p in places])
-    )
-    new = np.concatenate([[True], np.any(table[1:] != table[:-1], axis=1)])
-    found = np.array([numbers.of(row) for row in table[new]])
-    return ModelRows(tuple(places), found[np.cumsum(new) - 1])
+    surface = plant.surface
+    first = np.concatenate([np.ravel(getattr(model, p.field)[p.row])[: p.entries] for p in places])
+    initial, turned, origin = first_row(surface), surface.R_WS.T, np.asarray(surface.position, dtype=float)
+    if surface.moves:  # its body stands where the surface is, and its geom in the body's axes
+        turned, origin = np.eye(3), np.zeros(3)
+    place = turned @ (first[0:3] - origin)
+    attitude = quaternion_product(quaternion_from_rotation(turned), first[3:7])
 
-
-class _Numbers:
-    """The engine's numbers of a row: place (3) and quaternion (4), friction (2), solref (2) and gap."""
-
-    def __init__(self, plant: Plant, first: np.ndarray) -> None:
-        self._plant, self._first, self._row = plant, first, first_row(plant.surface)
-        surface = plant.surface
-        turned, origin = surface.R_WS.T, np.asarray(surface.position, dtype=float)
-        if surface.moves:  # its body stands where the surface is, and its geom in the body's axes
-            turned, origin = np.eye(3), np.zeros(3)
-        self._place = turned @ (first[0:3] - origin)
-        self._attitude = quaternion_product(quaternion_from_rotation(turned), first[3:7])
-
-    def of(self, row: np.ndarray) -> np.ndarray:
-        if np.array_equal(row, self._row):
-            return self._first
-        surface, now, found = self._plant.surface, state_of(row), self._first.copy()
+    def numbers(row: np.ndarray) -> np.ndarray:
+        """Place (3) and quaternion (4), friction (2), solref (2) and gap of a row."""
+        if np.array_equal(row, initial):
+            return first
+        now, found = state_of(row), first.copy()
         R = surface_rotation(surface.contact_axis, now.slope, now.pitch, now.roll)
-        if not np.array_equal(row[POSE], self._row[POSE]):
-            found[0:3] = now.position + R @ self._place
-            found[3:7] = quaternion_product(quaternion_from_rotation(R), self._attitude)
+        if not np.array_equal(row[POSE], initial[POSE]):
+            found[0:3] = now.position + R @ place
+            found[3:7] = quaternion_product(quaternion_from_rotation(R), attitude)
         if now.present < 1.0:
             behind = np.array([1.0, 0.0, 0.0]) if surface.moves else R[:, 0]
             found[0:3] += _AWAY * behind
@@ -188,5 +177,9 @@ class _Numbers:
             return found
         found[7:9] = now.friction
         if now.stiffness != surface.stiffness:
-            found[9:12] = self._plant.compliance(now.stiffness)
+            found[9:12] = plant.compliance(now.stiffness)
         return found
+
+    new = np.concatenate([[True], np.any(table[1:] != table[:-1], axis=1)])
+    found = np.array([numbers(row) for row in table[new]])
+    return ModelRows(tuple(places), found[np.cumsum(new) - 1])
