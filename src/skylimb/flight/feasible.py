@@ -189,7 +189,7 @@ def _require_slow_enough(experiment: Experiment, robot: Robot, controller: Contr
         return
     inertia = experiment.plant.rotor_inertia
     zeros = reaction_zeros(
-        robot, *_posture(robot, needs_of(controller).vectoring), None if inertia < 0.0 else inertia
+        robot, *nominal_posture(robot, needs_of(controller).vectoring), None if inertia < 0.0 else inertia
     )
     zero, bandwidth = slowest_unstable_zero(zeros), float(np.sqrt(stiffness))
     if zero > DOUBTFUL_ZERO * bandwidth:
