@@ -33,6 +33,11 @@ _STICK = 0.15
 _BELIEVED = 1e3
 """Greatest thrust that a limit of a rotor's axle may mean, N; +-1e16 means none."""
 _FAR_APART = 0.05
+_HEAVIEST, _SMALLEST, _LARGEST = 0.3, 0.02, 0.4
+"""A link is a rotor alone up to this mass (kg), and with a disc's radius between these (m)."""
+_COEFFICIENT, _AIR = 0.1, 1.2
+"""Thrust coefficient of usual propellers, thrust over air density, squared turns a second and diameter to the
+fourth; density of the air, kg/m^3."""
 _SERVOS = {"joints": Servo(50.0, 2.0, 3.0, 0.5), "gimbals": Servo(5.0, 0.1, 3.0, 10.0)}
 
 
@@ -105,6 +110,7 @@ def _rotors(
         if lag is None:
             guess = f"is not said; {LAG:g} s is assumed"
             doubts.append(Doubt("lag of the rotors", guess, "say lag, from a step of thrust"))
+        inertia, factor = _turning(tree, rotor, doubts)
         sections.append(
             RotorSection(
                 link=rotor.link,
@@ -113,11 +119,41 @@ def _rotors(
                 thrust_min=low,
                 thrust_max=high,
                 lag=lag or LAG,
+                thrust_factor=factor,
+                inertia=inertia,
+                torque_limit=rotor.torque_limit,
+                current_limit=rotor.current_limit,
+                torque_constant=rotor.torque_constant,
                 xyz=rotor.xyz,
                 rpy=rotor.rpy,
             )
         )
     return tuple(sections)
+
+
+def _turning(tree: UrdfTree, rotor: MappedRotor, doubts: list[Doubt]) -> tuple[float | None, float | None]:
+    """Inertia of a rotor, kg m^2, and its thrust over squared speed, N s^2; None for what nothing tells.
+
+    Where the rotor has a link of its own, that link's inertia is taken, and the propeller is as large as a
+    disc of that mass and inertia.
+    """
+    inertia, factor, mass = rotor.inertia, rotor.thrust_factor, tree.mass(rotor.link)
+    element = tree.link(rotor.link)
+    said = number(element.find("inertial/inertia") if element is not None else None, "izz", 0.0)
+    radius = math.sqrt(2.0 * said / mass) if said > 0.0 and mass > 0.0 else 0.0
+    if mass > _HEAVIEST or not _SMALLEST < radius < _LARGEST:
+        return inertia, factor
+    if inertia is None:
+        inertia = said
+        value = f"is not said; {said:.3g} kg m^2 of link '{rotor.link}' is taken"
+        doubts.append(
+            Doubt("inertia of the rotors", value, "say inertia in a mapping file: propeller and bell")
+        )
+    if factor is None:
+        factor = float(f"{_COEFFICIENT * _AIR * (2.0 * radius) ** 4 / (2.0 * math.pi) ** 2:.3g}")
+        value = f"is not said; {factor:g} N s^2 is assumed, as for a propeller of {2.0 * radius:.2g} m"
+        doubts.append(Doubt("thrust over squared speed", value, "say thrust_factor, from a data sheet"))
+    return inertia, factor
 
 
 def _first(*values: float | None) -> float | None:
