@@ -17,6 +17,10 @@ _PAIRS = 256
 """Pairs of blocks that are compared at once, so that what they need stays in the processor's cache."""
 
 
+_ROUNDING = 1e-9
+"""m."""
+
+
 class _Blocks(NamedTuple):
     """A row of points in blocks; the last one is filled up with its last point.
 
@@ -44,9 +48,9 @@ def nearest(points: np.ndarray, among: np.ndarray) -> np.ndarray:
     if not len(points):
         return found
     ours, theirs = _blocks(points), _blocks(among)
-    away = np.hypot(*(ours.centres[:, None] - theirs.centres).transpose(2, 0, 1))
+    away = _apart(ours, theirs)
     # The nearest of any of a block's points are no farther than this, with room for rounding.
-    reach = (away + theirs.radii).min(axis=1) + 2.0 * ours.radii + 1e-9
+    reach = (away + theirs.radii).min(axis=1) + 2.0 * ours.radii + _ROUNDING
     first, second = np.nonzero(away - theirs.radii <= reach[:, None])
     begins = np.searchsorted(first, np.arange(len(ours.numbers) + 1))
     begin = 0
@@ -54,8 +58,8 @@ def nearest(points: np.ndarray, among: np.ndarray) -> np.ndarray:
         end = max(begin + 1, np.searchsorted(begins, begins[begin] + _PAIRS, side="right") - 1)
         pairs = slice(begins[begin], begins[end])
         own, other = ours.points[first[pairs]], theirs.points[second[pairs]]
-        apart = other[:, :, None] - own[:, None]
-        squares = apart[..., 0] ** 2 + apart[..., 1] ** 2
+        x, y = (other[:, :, None, axis] - own[:, None, :, axis] for axis in (0, 1))
+        squares = x * x + y * y
         least = np.minimum.reduceat(squares.min(axis=1), begins[begin:end] - begins[begin], axis=0)
         pair, place, point = np.nonzero(squares == least[first[pairs] - begin][:, None])
         # Written backwards: of equals the first one stays.
@@ -68,6 +72,28 @@ def nearest(points: np.ndarray, among: np.ndarray) -> np.ndarray:
 def distances(points: np.ndarray, among: np.ndarray) -> np.ndarray:
     """The distance of each point to the nearest of the points `among`, m, (n,)."""
     return np.linalg.norm(points - among[nearest(points, among)], axis=1)
+
+
+def near(points: np.ndarray, among: np.ndarray, within: float) -> np.ndarray:
+    """Which points are no farther than `within` (m) from any of the points `among`, (n,).
+
+    Most blocks are near as a whole, or far: only the points of the others are looked at.
+    """
+    if not len(points):
+        return np.zeros(0, dtype=bool)
+    ours, theirs = _blocks(points), _blocks(among)
+    away, reach = _apart(ours, theirs), ours.radii[:, None] + theirs.radii
+    found = np.zeros(len(points), dtype=bool)
+    surely = (away + reach < within - _ROUNDING).any(axis=1)
+    found[ours.numbers[surely]] = True
+    maybe = np.unique(ours.numbers[~surely & (away - reach < within + _ROUNDING).any(axis=1)])
+    found[maybe] |= distances(points[maybe], among) <= within
+    return found
+
+
+def _apart(ours: _Blocks, theirs: _Blocks) -> np.ndarray:
+    """Distances between the middles of blocks, m, (blocks, blocks)."""
+    return np.hypot(*(ours.centres[:, None] - theirs.centres).transpose(2, 0, 1))
 
 
 def _blocks(points: np.ndarray) -> _Blocks:

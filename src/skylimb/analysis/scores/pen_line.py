@@ -13,7 +13,7 @@ import numpy as np
 
 from skylimb.analysis.recording.run import Run
 from skylimb.analysis.scores.board import nominal_path
-from skylimb.analysis.scores.nearest import distances, nearest
+from skylimb.analysis.scores.nearest import near, nearest
 from skylimb.analysis.scores.score import PEN, Score, Tolerance, metric
 from skylimb.analysis.scores.signals import contact_axis, in_contact, in_phase, phase_names, sliding_axes
 
@@ -94,8 +94,8 @@ def drawn_fraction(log: xr.Dataset, within: float = DRAWN_WITHIN) -> float:
     if not len(drawn):
         return 0.0
     pieces = [np.linalg.norm(np.diff(line, axis=0), axis=1) for line in lines]
-    near = [distances(0.5 * (line[1:] + line[:-1]), drawn) <= within for line in lines]
-    return float(np.concatenate(pieces)[np.concatenate(near)].sum() / np.concatenate(pieces).sum())
+    drawn_pieces = [near(0.5 * (line[1:] + line[:-1]), drawn, within) for line in lines]
+    return float(np.concatenate(pieces)[np.concatenate(drawn_pieces)].sum() / np.concatenate(pieces).sum())
 
 
 def pen_deviation(log: xr.Dataset) -> np.ndarray:
