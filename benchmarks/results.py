@@ -151,10 +151,14 @@ def contact_page() -> tuple[list[str], list[str]]:
         for row in rows:
             if row.figure:
                 shutil.copy(folder / row.figure, images / row.figure)
-    table = ["| claim | measured | theory | tolerance | cases | |", "|---|---|---|---|---|---|"]
-    table += [_claim(row) for row in rows]
     figures = [f"![{row.claim}](../images/contact/{row.figure})" for row in rows if row.figure]
-    return table, figures
+    return claims(rows), figures
+
+
+def claims(rows: list[Row]) -> list[str]:
+    """Verified claims as a table."""
+    table = ["| claim | measured | theory | tolerance | cases | |", "|---|---|---|---|---|---|"]
+    return [*table, *(_claim(row) for row in rows)]
 
 
 def _claim(row: Row) -> str:

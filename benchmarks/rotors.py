@@ -21,6 +21,7 @@ from typing import Any
 
 import numpy as np
 from following import compact, draws  # beside this file
+from results import claims
 
 from skylimb.analysis.recording.run import Run
 from skylimb.control.controller import load_controller
@@ -29,6 +30,7 @@ from skylimb.flight.experiments.experiment import load_experiment
 from skylimb.flight.simulated_run import recorded
 from skylimb.flight.takeoff import prepare
 from skylimb.robots.loader import load_robot
+from skylimb.studies.verification import verify_rotors
 
 DOCS = Path(__file__).parents[1] / "docs"
 PAGE, NUMBERS = DOCS / "reports" / "rotors.md", DOCS / "rotors.json"
@@ -157,9 +159,10 @@ def main() -> None:
         NUMBERS.write_text(compact(numbers), encoding="utf-8")
         spectra()
     text = PAGE.read_text(encoding="utf-8")
-    begin, end = "<!-- begin: table -->", "<!-- end: table -->"
-    made = f"{begin}\n{table(numbers)}\n{end}"
-    PAGE.write_text(re.sub(f"{begin}.*?{end}", lambda _: made, text, flags=re.S), encoding="utf-8")
+    for name, made in (("table", table(numbers)), ("claims", "\n".join(claims(verify_rotors())))):
+        begin, end = f"<!-- begin: {name} -->", f"<!-- end: {name} -->"
+        text = re.sub(f"{begin}.*?{end}", lambda _, made=f"{begin}\n{made}\n{end}": made, text, flags=re.S)
+    PAGE.write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":
