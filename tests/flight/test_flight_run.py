@@ -125,6 +125,7 @@ def test_units_of_the_configuration_stand_under_its_dotted_keys() -> None:
     # Keys of the log's `config`, but for those that are not set.
     assert {name for name in of_experiment if name not in flatten(experiment)} == {
         "plant.foot",
+        "plant.joint_stop_stiffness",
         "plant.peg",
         "stop_at",
         "surface_error",

@@ -170,11 +170,14 @@ class StudioServer:
         try:
             command = messages.read_command(message)
         except ConfigError as error:
-            self._tell(page, "refused", {"text": str(error)})
+            page.bucket.take()
+            self._refuse(page, str(error))
             return
         if isinstance(command, messages.Got):
             page.got = max(page.got, min(command.frame, page.sent))
             page.news.set()
+        elif not page.bucket.take():
+            self._refuse(page, "too many messages; some are not obeyed")
         elif isinstance(command, messages.TakeOver):
             self._seats.take(page)
             self.obey(messages.Release())
@@ -185,6 +188,11 @@ class StudioServer:
             self._tell(page, "refused", {"text": "this page watches; take over to drive"})
         elif not self.obey(command):
             self._tell(page, "refused", {"text": "too much waits to be done; this is not"})
+
+    def _refuse(self, page: Page, why: str) -> None:
+        """Say why a message is not obeyed; of many refusals only some are said."""
+        if page.refusals.take():
+            self._tell(page, "refused", {"text": why})
 
     def _take(self, event: str, content: Any) -> None:
         """One event from the flight."""

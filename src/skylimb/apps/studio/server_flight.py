@@ -44,7 +44,7 @@ class FlightThread:
         self.pacing = Pacing(session.live.period)
         session.say = self._happened
         self._commands: queue.Queue[Any] = queue.Queue(_MOST_WAITING)
-        self._stopped = self.paused = False
+        self._stopped = self.paused = self._new_scene = False
         self._state: dict[str, Any] = {}
         self._acts: dict[type, Callable[[Any], object]] = {
             messages.Pause: lambda c: self._pause(c.paused),
@@ -100,6 +100,8 @@ class FlightThread:
 
     def _show(self) -> None:
         session = self._session
+        if self._new_scene:
+            self._show_scene()
         self._say("frame", session.live.frame(self.pacing.reached, self.paused))
         state = {"paused": self.paused, "over": session.live.over, "speed": self.pacing.speed}
         if session.live.over:
@@ -109,14 +111,14 @@ class FlightThread:
             self._say("state", state)
 
     def _happened(self, event: str, content: Any) -> None:
-        """Say what happens to the flights; a new scene is shown whole."""
+        """Say what happens to the flights; of new scenes only the last is shown, with the next frame."""
         if event == "scene":
-            self._show_scene()
+            self._new_scene = True
         else:
             self._say(event, content)
 
     def _show_scene(self) -> None:
-        session = self._session
+        session, self._new_scene = self._session, False
         gc.collect()  # the flights before are rings of objects, large ones, that would stay for long
         before = self.pacing
         self.pacing = Pacing(session.live.period)  # the period is among what may have changed

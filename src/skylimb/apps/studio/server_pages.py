@@ -22,6 +22,24 @@ SEAT_KEPT = 10.0
 """Seconds for which the seat of a driver that has left is kept."""
 
 
+class TokenBucket:
+    """Lets through `rate` messages a second, and `burst` at once, so that no page keeps the flight busy."""
+
+    def __init__(self, rate: float, burst: float) -> None:
+        self._rate, self._burst = rate, burst
+        self._left, self._then = burst, time.monotonic()
+
+    def take(self) -> bool:
+        """Whether one more may pass now."""
+        now = time.monotonic()
+        self._left = min(self._burst, self._left + self._rate * (now - self._then))
+        self._then = now
+        if self._left < 1.0:
+            return False
+        self._left -= 1.0
+        return True
+
+
 @dataclass(eq=False)
 class Page:
     """One connected page.
@@ -29,6 +47,8 @@ class Page:
     Attributes:
         name: it keeps it over a reload, so that it comes back to its seat.
         texts: events that it has yet to be sent.
+        bucket: lets its messages through.
+        refusals: lets through what it is told of refused ones.
         news: set when there may be something to send.
         sent: number of the newest frame that it was sent.
         got: number of the newest frame that it has confirmed.
@@ -38,6 +58,8 @@ class Page:
     name: str
     texts: deque[str] = field(default_factory=lambda: deque(maxlen=200))
     news: asyncio.Event = field(default_factory=asyncio.Event)
+    bucket: TokenBucket = field(default_factory=lambda: TokenBucket(rate=200.0, burst=400.0))
+    refusals: TokenBucket = field(default_factory=lambda: TokenBucket(rate=1.0, burst=1.0))
     sent: int = 0
     got: int = 0
     sent_at: float = 0.0
