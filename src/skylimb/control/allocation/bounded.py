@@ -35,6 +35,7 @@ from skylimb.control.allocation import pseudoinverse
 from skylimb.control.box_least_squares import nearest_in_box
 from skylimb.control.estimation.records import BodyState, Signals, Start, Wrench
 from skylimb.control.leak import TorqueLeak, follow_leak, side_force, without_leak
+from skylimb.control.needs import Needs
 from skylimb.control.records import Allocated, Demand, LawInput
 from skylimb.control.rotor_lag import RotorLag, allocated
 from skylimb.control.thrusts import Limits, Thrusts, rotor_wrench, thrust_limits, unlimited
@@ -110,7 +111,9 @@ class State(NamedTuple):
     residual: Wrench
 
 
-needs = pseudoinverse.needs
+def needs(gains: Gains) -> Needs:
+    """The vectoring angles to take off with."""
+    return Needs(vectoring=gains.vectoring.purpose)
 
 
 def initial_state(gains: ThrustGains, start: Start) -> State:

@@ -20,10 +20,11 @@ import numpy as np
 from skylimb.base.errors import ConfigError
 from skylimb.base.keys import Key, configuration
 from skylimb.base.rotations import rot_z, rpy_from_rotation
-from skylimb.control.allocation import pseudoinverse, vectored
+from skylimb.control.allocation import pseudoinverse
 from skylimb.control.allocation.bounded import Weights, nearest_thrusts, reachable
 from skylimb.control.estimation.records import Signals, Start, Wrench
 from skylimb.control.level_moves import LevelMoves, level_move, nominal_rotation
+from skylimb.control.needs import Needs
 from skylimb.control.records import Allocated, Demand, LawInput
 from skylimb.control.rotor_lag import RotorLag, allocated
 from skylimb.control.thrusts import rotor_wrench, thrust_limits, unlimited
@@ -80,7 +81,9 @@ class State(NamedTuple):
     residual: Wrench
 
 
-needs = vectored.needs
+def needs(gains: Gains) -> Needs:
+    """The vectoring angles to take off with, and how far they move."""
+    return Needs(vectoring=gains.vectoring.purpose, moves=gains.vectoring.limit)
 
 
 def initial_state(gains: Gains, start: Start) -> State:
