@@ -3,146 +3,38 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
 
 import mujoco
 import numpy as np
 
-from skylimb.base.bound_function import BoundFunction
-from skylimb.robots.description import (
-    NO_SERVO,
-    Inertial,
-    Joint,
-    Link,
-    PostureFamily,
-    RobotDescription,
-    Rotor,
-    Servo,
-    Tip,
-)
-from skylimb.robots.model import Robot
-from skylimb.simulation.plant import Plant, build_plant
-from skylimb.simulation.plant_config import PlantConfig
+from skylimb.robots.description import Joint, RobotDescription
 from skylimb.simulation.scene import scene_spec
-from skylimb.simulation.surfaces import Board
-from skylimb.simulation.tick import plant_numbers
-from skylimb.simulation.vehicle import actuator_function
 from skylimb.studies.verification.drawing import family, lines
+from skylimb.studies.verification.rotor_rig import (
+    ACROSS,
+    ALONG,
+    FACTOR,
+    FINE,
+    LAG,
+    PERIOD,
+    RotorRig,
+    description,
+    far_away,
+    speeds_of,
+    times_of,
+)
 from skylimb.studies.verification.row import Evidence, evidence
 
-PERIOD = 0.005  # s, control period of the rigs
-FACTOR = 4e-5  # N s^2
-LAG = 0.05  # s
-MASS, ACROSS, ALONG = 4.0, 0.2, 0.3  # kg and kg m^2 of the rigs' body
-ARM = 0.3  # m, from the body's middle to each of its rotors
-_FINE = 0.0005  # s, physics step where another model is beside
 _STIFF = 10.0  # N m s/rad of the servos that hold that model's wheels
-
-
-def description(
-    inertia: float = 3e-4,
-    spins: tuple[int, ...] = (1, 1, 1, 1),
-    drag: float = 0.0,
-    torque: float = math.inf,
-    hinge: Joint | None = None,
-    hinge_inertia: float = 2e-3,
-) -> RobotDescription:
-    """A body with four rotors around it whose axes are its own z, in no gravity.
-
-    Args:
-        inertia: of each rotor, kg m^2.
-        spins: of the four.
-        drag: torque over thrust, m.
-        torque: greatest of a motor, N m.
-        hinge: between the body and a second one, "arm", which then carries the rotors.
-        hinge_inertia: of that one about its axes, kg m^2.
-    """
-    carrier = "body" if hinge is None else "arm"
-    links = [Link("body", Inertial(MASS, np.zeros(3), np.diag([ACROSS, ACROSS, ALONG])))]
-    if hinge is not None:
-        links.append(Link("arm", Inertial(0.3, np.zeros(3), hinge_inertia * np.eye(3))))
-    rotors = tuple(
-        Rotor(
-            f"rotor{index + 1}", carrier, ARM * np.array([x, y, 0.0]), np.eye(3), spin, -spin * drag,
-            0.0, 40.0, LAG, FACTOR, inertia, torque,
-        )
-        for index, (spin, x, y) in enumerate(zip(spins, (1, 0, -1, 0), (0, 1, 0, -1), strict=True))
-    )  # fmt: skip
-    return RobotDescription(
-        "rig", "", "body", tuple(links), () if hinge is None else (hinge,), rotors,
-        () if hinge is None else ("hinge",), (), Servo(1e-9, 0.0, 1e-9, 1.0), NO_SERVO, np.zeros(0),
-        Tip("body", np.array([0.5, 0.0, 0.0]), 0.004),
-        PostureFamily(np.zeros(len(links) - 1), np.zeros(len(links) - 1), 0.0, 1.0, 0.0),
-        "body", "rig", Path(), gravity=0.0,
-    )  # fmt: skip
-
-
-@dataclass
-class RotorRig:
-    """A described robot in no gravity, far from any surface, whose rotors are commanded by hand.
-
-    Attributes:
-        plant: of the robot, as every flight has it.
-        data: its state; it is advanced.
-    """
-
-    plant: Plant
-    data: mujoco.MjData
-
-    @classmethod
-    def of(
-        cls, described: RobotDescription, thrusts: float, physics_step: float = 0.001, **given: Any
-    ) -> RotorRig:
-        """The rig at rest, with these thrusts (N) and keys of the plant."""
-        config = PlantConfig(rotors="speed", physics_step=physics_step, **given)
-        plant = build_plant(Robot(described), _far_away(), config, PERIOD)
-        plant.model.opt.gravity[:] = 0.0
-        data = mujoco.MjData(plant.model)
-        data.act[: plant.robot.n_rotors] = thrusts
-        return cls(plant, data)
-
-    def fly(self, thrusts: np.ndarray, ticks: int) -> np.ndarray:
-        """Command thrusts (N) for some ticks; thrusts, velocities and positions after each, (ticks, ...)."""
-        plant, data = self.plant, self.data
-        sizes = plant.robot.n_rotors, plant.robot.n_joints, plant.robot.n_vectoring
-        command = [np.broadcast_to(thrusts, sizes[0]).astype(float), *map(np.zeros, sizes[1:])]
-        rates = data.qvel[3:].copy()  # as if it had moved like this before
-        after, numbers = rates.copy(), plant_numbers(plant, PERIOD)
-        drive = BoundFunction(
-            actuator_function(plant, PERIOD),
-            (data.qpos, data.qvel, data.act, data.history, numbers, rates, *command),
-            (data.ctrl, data.qfrc_applied, after),
-        )
-        found = []
-        for _ in range(ticks):
-            drive.evaluate()
-            rates[:] = after
-            mujoco.mj_step(plant.model, data, plant.substeps)
-            found.append(np.concatenate([data.act[: sizes[0]], data.qvel, data.qpos]))
-        return np.array(found)
-
-
-def _far_away() -> Board:
-    return Board(position=(100.0, 0.0, 0.0))
-
-
-def _speeds(thrusts: np.ndarray) -> np.ndarray:
-    return np.sqrt(thrusts / FACTOR)
-
-
-def _times(ticks: int) -> np.ndarray:
-    return PERIOD * np.arange(1, ticks + 1)
 
 
 def speed_step() -> Evidence:
     """A rotor's speed follows a step of its command as a first-order lag."""
-    times, drawn, off = _times(60), [], []
+    times, drawn, off = times_of(60), [], []
     for begin, end in ((4.0, 16.0), (16.0, 4.0), (10.0, 11.0)):
         rig = RotorRig.of(description(), begin)
-        found = _speeds(rig.fly(np.full(4, end), len(times))[:, 0])
-        first, last = _speeds(np.array([begin, end]))
+        found = speeds_of(rig.fly(np.full(4, end), len(times))[:, 0])
+        first, last = speeds_of(np.array([begin, end]))
         theory = last + (first - last) * np.exp(-times / LAG)
         off.append(np.abs(found - theory).max())
         drawn += [(times, found, "o", f"{begin:g} to {end:g} N"), (times, theory, "k-", "")]
@@ -159,20 +51,20 @@ def speed_step() -> Evidence:
 
 def torque_limit() -> Evidence:
     """A motor at its limit accelerates against the drag as theory says, and brakes as hard."""
-    inertia, drag, torque, times = 5e-4, 0.02, 0.5, _times(12)
+    inertia, drag, torque, times = 5e-4, 0.02, 0.5, times_of(12)
     drawn, off = [], []
     for begin, end in ((1.0, 20.0), (20.0, 1.0)):
         rig = RotorRig.of(description(inertia, drag=drag, torque=torque), begin)
-        found = _speeds(rig.fly(np.full(4, end), len(times))[:, 0])
+        found = speeds_of(rig.fly(np.full(4, end), len(times))[:, 0])
         # J dOmega/dt = +-torque - drag k Omega^2, whose solution is a tanh, or a tan.
         scale = math.sqrt(torque / (drag * FACTOR))
-        rate, first = torque / (inertia * scale), float(_speeds(np.array(begin))) / scale
+        rate, first = torque / (inertia * scale), float(speeds_of(np.array(begin))) / scale
         if end > begin:
             theory = scale * np.tanh(np.arctanh(first) + rate * times)
         else:
             theory = scale * np.tan(np.arctan(first) - rate * times)
         # Only as long as the lag asks for more than the motor has.
-        last = float(_speeds(np.array(end)))
+        last = float(speeds_of(np.array(end)))
         asked = np.abs(last - theory) / LAG * (1.0 - np.exp(-PERIOD / LAG)) * LAG / PERIOD
         rest = (np.sign(last - theory) * torque - drag * FACTOR * theory**2) / inertia
         at_limit = np.cumprod(asked > 1.1 * np.abs(rest)).astype(bool)
@@ -194,12 +86,12 @@ def torque_limit() -> Evidence:
 
 def reaction() -> Evidence:
     """A free body takes up the angular momentum that its rotors gain."""
-    times, inertias = _times(60), (0.0, 1e-4, 3.24e-4, 6.5e-4)
+    times, inertias = times_of(60), (0.0, 1e-4, 3.24e-4, 6.5e-4)
     turns, drawn = [], []
     for inertia in inertias:
         rig = RotorRig.of(description(inertia), 4.0)
         found = rig.fly(np.full(4, 16.0), len(times))
-        gained = 4.0 * inertia * (_speeds(found[:, 0]) - _speeds(np.array(4.0)))
+        gained = 4.0 * inertia * (speeds_of(found[:, 0]) - speeds_of(np.array(4.0)))
         turn, theory = found[:, 4 + 5], -gained / ALONG
         turns.append(np.abs(turn - theory).max())
         drawn += [(times, turn, "o", f"{inertia:g} kg m²"), (times, theory, "k-", "")]
@@ -217,12 +109,12 @@ def reaction() -> Evidence:
 def precession() -> Evidence:
     """A body whose rotors turn one way precesses, at their angular momentum over its inertia."""
     ticks, rate, drawn, off = 400, 0.3, [], []
-    times = _times(ticks)
+    times = times_of(ticks)
     for inertia in (1e-4, 3.24e-4, 6.5e-4):
         rig = RotorRig.of(description(inertia), 10.0)
         rig.data.qvel[3] = rate
         found = rig.fly(np.full(4, 10.0), ticks)[:, 4 + 3 : 4 + 5]
-        phase = 4.0 * inertia * float(_speeds(np.array(10.0))) / ACROSS * times
+        phase = 4.0 * inertia * float(speeds_of(np.array(10.0))) / ACROSS * times
         theory = rate * np.stack([np.cos(phase), np.sin(phase)], axis=1)
         off.append(float(np.abs(found - theory).max() / rate))
         drawn += [(times, found[:, 0], "o", f"{inertia:g} kg m²"), (times, theory[:, 0], "k-", "")]
@@ -240,7 +132,7 @@ def precession() -> Evidence:
 def energy() -> Evidence:
     """The gyroscopic torque does no work: a precessing body keeps its energy."""
     ticks, drawn, off = 1000, [], []
-    times = _times(ticks)
+    times = times_of(ticks)
     for inertia in (1e-4, 3.24e-4, 6.5e-4):
         rig = RotorRig.of(description(inertia), 10.0)
         rig.data.qvel[3] = 0.3
@@ -262,13 +154,13 @@ def energy() -> Evidence:
 def wheel() -> Evidence:
     """An arm with rotors on a hinge moves as one with wheels that the engine itself turns."""
     ticks, middle, axis = 100, np.zeros(3), np.array([1.0, 0.0, 0.0])
-    times = _times(ticks)
+    times = times_of(ticks)
     hinge = Joint("hinge", "revolute", "body", "arm", middle, np.eye(3), axis, -3.0, 3.0, 1.0, 1.0, 0.2, 0.0)
     start, commands = np.array([0.2, -0.3, 0.1, 0.4]), np.array([12.0, 9.0, 8.0, 11.0])
     drawn, off = [], []
     for spins in ((1, 1, 1, 1), (1, -1, 1, -1), (1, 1, -1, 1)):
         described = description(3.24e-4, spins, hinge=hinge)
-        rig = RotorRig.of(described, 10.0, _FINE)
+        rig = RotorRig.of(described, 10.0, FINE)
         rig.data.qvel[3:7] = start
         turned = rig.fly(commands, ticks)
         wheels = _with_wheels(described, start, commands, ticks)
@@ -293,7 +185,7 @@ def _with_wheels(
 
     The wheels are bodies of the engine, whose speeds stiff servos hold; thrusts are theirs.
     """
-    spec, _ = scene_spec(described, _far_away(), _FINE, round(PERIOD / _FINE))
+    spec, _ = scene_spec(described, far_away(), FINE, round(PERIOD / FINE))
     spec.option.gravity = [0.0, 0.0, 0.0]
     arm, inertias = spec.body("arm"), np.array([rotor.inertia for rotor in described.rotors])
     spins = np.array([rotor.spin for rotor in described.rotors])
@@ -318,16 +210,16 @@ def _with_wheels(
     arm.fullinertia = np.array(arm.fullinertia) - whole * np.array([0.51, 0.51, 1.0, 0.0, 0.0, 0.0])
     model = spec.compile()
     model.actuator_ctrllimited[:] = False
-    data, speeds = mujoco.MjData(model), np.full(4, float(_speeds(np.array(10.0))))
+    data, speeds = mujoco.MjData(model), np.full(4, float(speeds_of(np.array(10.0))))
     turns = [int(model.jnt_dofadr[model.joint(f"turn {rotor.name}").id]) for rotor in described.rotors]
     data.qvel[3:7], data.qvel[turns] = start, spins * speeds
-    wanted, decay, found = _speeds(commands), math.exp(-_FINE / LAG), []
-    for step in range(1, 1 + ticks * round(PERIOD / _FINE)):
+    wanted, decay, found = speeds_of(commands), math.exp(-FINE / LAG), []
+    for step in range(1, 1 + ticks * round(PERIOD / FINE)):
         data.act[:4] = data.ctrl[:4] = FACTOR * speeds**2
         speeds = wanted + (speeds - wanted) * decay
         data.ctrl[-4:] = spins * speeds
         mujoco.mj_step(model, data)
-        if step % round(PERIOD / _FINE) == 0:
+        if step % round(PERIOD / FINE) == 0:
             found.append(data.qvel[3:7].copy())
     return np.array(found)
 
@@ -341,7 +233,7 @@ def joint_stop() -> Evidence:
         beyond = []
         for torque in torques:
             rig = RotorRig.of(
-                description(0.0, (1, -1, 1, -1), hinge=hinge), 10.0, _FINE, joint_stop_stiffness=stiffness
+                description(0.0, (1, -1, 1, -1), hinge=hinge), 10.0, FINE, joint_stop_stiffness=stiffness
             )
             for _ in range(4000):
                 # On the arm and back on the body, so that nothing but the hinge is loaded.
