@@ -12,6 +12,20 @@ from skylimb.robots.description import Servo
 _TURN = 2.0 * math.pi
 _Place = tuple[float, float, float]
 
+ThrustFactor = Annotated[float | None, Key("N s^2", "thrust over squared speed (rad/s)", above=0.0, high=1.0)]
+RotorInertia = Annotated[
+    float | None, Key("kg m^2", "of propeller and motor bell about their axis", low=0.0, high=0.1)
+]
+TorqueLimit = Annotated[
+    float | None, Key("N m", "greatest torque of the motor, driving and braking", above=0.0, high=1e3)
+]
+CurrentLimit = Annotated[
+    float | None, Key("A", "greatest current of the motor; needs torque_constant", above=0.0, high=1e4)
+]
+TorqueConstant = Annotated[
+    float | None, Key("N m/A", "torque of the motor per current", above=0.0, high=10.0)
+]
+
 
 @configuration
 class ShapeSection:
@@ -45,22 +59,11 @@ class RotorSection:
     thrust_min: Annotated[float, Key("N", "least thrust, below thrust_max", low=0.0, high=1e4)]
     thrust_max: Annotated[float, Key("N", "greatest thrust", above=0.0, high=1e4)]
     lag: Annotated[float, Key("s", "time constant of the thrust, and of the speed", above=0.0, high=10.0)]
-    thrust_factor: Annotated[
-        float | None, Key("N s^2", "thrust over squared speed (rad/s)", above=0.0, high=1.0)
-    ] = None
-    inertia: Annotated[
-        float | None,
-        Key("kg m^2", "of propeller and motor bell about their axis", low=0.0, high=0.1),
-    ] = None
-    torque_limit: Annotated[
-        float | None, Key("N m", "greatest torque of the motor, driving and braking", above=0.0, high=1e3)
-    ] = None
-    current_limit: Annotated[
-        float | None, Key("A", "greatest current of the motor; needs torque_constant", above=0.0, high=1e4)
-    ] = None
-    torque_constant: Annotated[
-        float | None, Key("N m/A", "torque of the motor per current", above=0.0, high=10.0)
-    ] = None
+    thrust_factor: ThrustFactor = None
+    inertia: RotorInertia = None
+    torque_limit: TorqueLimit = None
+    current_limit: CurrentLimit = None
+    torque_constant: TorqueConstant = None
     xyz: Annotated[_Place, Key("m", "origin of {F_i} in the link's frame", low=-10.0, high=10.0)] = (
         0.0,
         0.0,

@@ -10,7 +10,15 @@ from skylimb.base.config import from_mapping, parse_toml
 from skylimb.base.keys import Key, configuration
 from skylimb.base.sources import read_source
 from skylimb.robots.description import Servo
-from skylimb.robots.flight_file import PostureSection, TipSection
+from skylimb.robots.flight_file import (
+    CurrentLimit,
+    PostureSection,
+    RotorInertia,
+    ThrustFactor,
+    TipSection,
+    TorqueConstant,
+    TorqueLimit,
+)
 
 _TURN = 6.2832
 _Place = tuple[float, float, float]
@@ -40,19 +48,11 @@ class MappedRotor:
     thrust_min: Annotated[float | None, Key("N", "least thrust", low=0.0, high=1e4)] = None
     thrust_max: Annotated[float | None, Key("N", "greatest thrust", above=0.0, high=1e4)] = None
     lag: Annotated[float | None, Key("s", "time constant of the thrust", above=0.0, high=10.0)] = None
-    thrust_factor: Annotated[
-        float | None, Key("N s^2", "thrust over squared speed (rad/s)", above=0.0, high=1.0)
-    ] = None
-    inertia: Annotated[
-        float | None, Key("kg m^2", "of propeller and motor bell about their axis", low=0.0, high=0.1)
-    ] = None
-    torque_limit: Annotated[float | None, Key("N m", "greatest torque of the motor", above=0.0, high=1e3)] = (
-        None
-    )
-    current_limit: Annotated[float | None, Key("A", "greatest current", above=0.0, high=1e4)] = None
-    torque_constant: Annotated[
-        float | None, Key("N m/A", "torque of the motor per current", above=0.0, high=10.0)
-    ] = None
+    thrust_factor: ThrustFactor = None
+    inertia: RotorInertia = None
+    torque_limit: TorqueLimit = None
+    current_limit: CurrentLimit = None
+    torque_constant: TorqueConstant = None
     xyz: Annotated[_Place, Key("m", "where the thrust acts, in the link's frame", low=-10.0, high=10.0)] = (
         0.0,
         0.0,
