@@ -15,7 +15,7 @@ from skylimb.control.lateral import Moves, lateral_move
 from skylimb.control.leak import Leak, TorqueLeak, follow_leak, side_force, without_leak
 from skylimb.control.needs import Needs
 from skylimb.control.records import Demand, LawInput
-from skylimb.control.rotor_lag import RotorLag, lead_thrusts
+from skylimb.control.rotor_lag import RotorLag, at_rest, lead_thrusts
 from skylimb.control.thrusts import Thrusts, allocate, rotor_wrench, thrust_limits
 from skylimb.robots.model import Robot, RobotState
 from skylimb.symbolic import right_inverse
@@ -161,7 +161,7 @@ def test_both_laws_begin_hovering_and_aim_without_the_leak(
     gains = law.Gains()
     state = law.initial_state(gains, make_start(robot=robot, hover_thrusts=START))
     assert not np.any(state.leak)
-    np.testing.assert_array_equal(state.thrusts, START)
+    np.testing.assert_array_equal(state.rotors.thrusts, START)
     leaking = state._replace(leak=np.array([0.1, 0.2, 0.3]))
     np.testing.assert_array_equal(law.aim(gains, leaking, at, demand.force), demand.force)
     compensated = law.Gains(leak=type(gains.leak)(compensate=True))
@@ -181,7 +181,7 @@ def test_the_papers_law_gives_thrusts_for_the_aimed_force(
     at: LawInput, demand: Demand, robot: Robot, hold_lift: bool
 ) -> None:
     gains = numeric(pseudoinverse.Gains(hold_lift=hold_lift, leak=TorqueLeak(cutoff=3.0)))
-    body, before = at.estimate.body, pseudoinverse.State(np.array([0.1, 0.0, -0.2]), START)
+    body, before = at.estimate.body, pseudoinverse.State(np.array([0.1, 0.0, -0.2]), at_rest(START))
     wanted = allocate(body, demand.aimed, TORQUE, thrust_limits(robot), hold_lift)
     state, given, signals = pseudoinverse.step(gains, before, at, demand)
     np.testing.assert_array_equal(given.command.thrusts, wanted.total)
@@ -190,7 +190,7 @@ def test_the_papers_law_gives_thrusts_for_the_aimed_force(
     made = rotor_wrench(body, wanted.total)
     np.testing.assert_array_equal(given.wrench.force, made.force)
     np.testing.assert_array_equal(given.wrench.torque, made.torque)
-    np.testing.assert_array_equal(state.thrusts, wanted.total)
+    np.testing.assert_array_equal(state.rotors.thrusts, wanted.total)
     leak = side_force(gains.leak, at, wanted)
     np.testing.assert_allclose(state.leak, follow_leak(gains.leak, before.leak, leak, DT))
     assert signals == {}
@@ -200,11 +200,11 @@ def test_rotors_that_lag_are_led_and_known(at: LawInput, demand: Demand, robot: 
     gains = numeric(pseudoinverse.Gains(rotor_lag=RotorLag(compensate=True, lead=3.0)))
     body, limits = at.estimate.body, thrust_limits(robot)
     wanted = allocate(body, demand.aimed, TORQUE, limits).total
-    led = lead_thrusts(gains.rotor_lag, START, wanted, limits, DT)
+    led = lead_thrusts(gains.rotor_lag, at_rest(START), wanted, limits, DT)
     assert np.abs(led.command - wanted).max() > 0.1
-    state, given, _ = pseudoinverse.step(gains, pseudoinverse.State(np.zeros(3), START), at, demand)
+    state, given, _ = pseudoinverse.step(gains, pseudoinverse.State(np.zeros(3), at_rest(START)), at, demand)
     np.testing.assert_array_equal(given.command.thrusts, led.command)
-    np.testing.assert_array_equal(state.thrusts, led.end)
+    np.testing.assert_array_equal(state.rotors.thrusts, led.end)
     np.testing.assert_allclose(given.wrench.force, rotor_wrench(body, led.mean).force)
 
 
@@ -220,12 +220,12 @@ def test_the_law_with_moves_leaves_the_side_force_to_them(
         )
     )
     body, limits = at.estimate.body, thrust_limits(robot)
-    before = vectored.State(np.array([0.1, 0.0, -0.2]), START, np.array([0.05, -0.02, 0.03, 0.01]))
+    before = vectored.State(np.array([0.1, 0.0, -0.2]), at_rest(START), np.array([0.05, -0.02, 0.03, 0.01]))
     state, given, signals = vectored.step(gains, before, at, demand)
     wanted = allocate(body, demand.force, TORQUE, limits, hold_lift=True).total
-    led = lead_thrusts(gains.rotor_lag, START, wanted, limits, DT)
+    led = lead_thrusts(gains.rotor_lag, at_rest(START), wanted, limits, DT)
     np.testing.assert_array_equal(given.command.thrusts, led.command)
-    np.testing.assert_array_equal(state.thrusts, led.end)
+    np.testing.assert_array_equal(state.rotors.thrusts, led.end)
     np.testing.assert_allclose(given.wrench.torque, rotor_wrench(body, led.mean).torque)
     move, side = (flat(x) for x in lateral_move(gains.vectoring, before.move, at, demand))
     np.testing.assert_allclose(flat(state.move), move)
@@ -243,7 +243,7 @@ def test_without_holding_the_lift_the_thrusts_for_a_torque_are_the_least(
     at: LawInput, demand: Demand, robot: Robot
 ) -> None:
     gains = numeric(vectored.Gains(hold_lift=False))
-    before = vectored.State(np.zeros(3), START, np.zeros(4))
+    before = vectored.State(np.zeros(3), at_rest(START), np.zeros(4))
     _, given, _ = vectored.step(gains, before, at, demand)
     wanted = allocate(at.estimate.body, demand.force, TORQUE, thrust_limits(robot)).total
     np.testing.assert_array_equal(given.command.thrusts, wanted)

@@ -77,14 +77,14 @@ def test_within_the_limits_it_is_the_papers_to_the_bit(
     )
     paper = numeric(pseudoinverse.Gains(hold_lift=hold_lift, leak=leak, rotor_lag=lag))
     wanted_state, wanted, _ = pseudoinverse.step(
-        paper, pseudoinverse.State(before.leak, before.thrusts), at, demand
+        paper, pseudoinverse.State(before.leak, before.rotors), at, demand
     )
     for mine, theirs in zip(given.command, wanted.command, strict=True):
         np.testing.assert_array_equal(mine, theirs)
     np.testing.assert_array_equal(given.wrench.force, wanted.wrench.force)
     np.testing.assert_array_equal(given.wrench.torque, wanted.wrench.torque)
     np.testing.assert_array_equal(state.leak, wanted_state.leak)
-    np.testing.assert_array_equal(state.thrusts, wanted_state.thrusts)
+    np.testing.assert_array_equal(state.rotors.thrusts, wanted_state.rotors.thrusts)
     np.testing.assert_array_equal(
         state.allocated, unlimited(at.estimate.body, demand.aimed, demand.torque, hold_lift).total
     )
@@ -94,7 +94,7 @@ def test_within_the_limits_it_is_the_papers_to_the_bit(
 def test_it_begins_hovering_and_aims_without_a_known_leak(before: bounded.State, at: LawInput) -> None:
     assert not np.any(before.leak)
     assert not np.any([before.residual.force, before.residual.torque])
-    np.testing.assert_array_equal(before.thrusts, before.allocated)
+    np.testing.assert_array_equal(before.rotors.thrusts, before.allocated)
     leaking, force = before._replace(leak=np.array([0.1, 0.2, 0.3])), np.array([1.0, 2.0, 40.0])
     np.testing.assert_array_equal(bounded.aim(gains(), leaking, at, force), force)
     off = bounded.aim(gains(leak=TorqueLeak(compensate=True)), leaking, at, force)
@@ -167,7 +167,7 @@ def test_a_lag_is_led_within_the_limits_and_does_not_touch_the_rate(
         state, given, _ = bounded.step(gains(rate=100.0, rotor_lag=lag), state, at, demand)
         assert (given.command.thrusts >= limits[0]).all()
         assert (given.command.thrusts <= limits[1]).all()
-    np.testing.assert_allclose(state.thrusts, state.allocated, atol=1e-3)
+    np.testing.assert_allclose(state.rotors.thrusts, state.allocated, atol=1e-3)
     np.testing.assert_allclose(
         state.allocated, bounded.step(gains(), before, at, demand)[0].allocated, atol=1e-9
     )

@@ -145,3 +145,12 @@ def rotation_from_x_to(axis: tuple[float, ...] | np.ndarray) -> np.ndarray:
     if sine < 1e-12:
         return np.eye(3) if w[0] > 0 else rot_z(np.pi)
     return rotation_from_axis_angle((turn / sine).tolist(), float(np.arctan2(sine, w[0])))
+
+
+def small_rotation(v: Array) -> Array:
+    """Rotation by a small vector (rad), orthogonal up to third order (Cayley)."""
+    # (I - V/2)^-1 (I + V/2) in closed form.
+    half = 0.5 * v
+    square = half[0] ** 2 + half[1] ** 2 + half[2] ** 2
+    V = hat(half)
+    return np.eye(3) + (2.0 / (1.0 + square)) * (V + V @ V)

@@ -12,9 +12,14 @@ from __future__ import annotations
 from typing import Annotated, Any, NamedTuple
 
 from skylimb.base.keys import Key, configuration
+from skylimb.control.estimation.records import Wrench
 from skylimb.control.records import Allocated, Command, LawInput
+from skylimb.control.rotor_reaction import Reaction, motor_limits, reaction, reaction_torque
 from skylimb.control.thrusts import rotor_wrench, thrust_limits
-from skylimb.symbolic import Array, clip, exp
+from skylimb.symbolic import Array, clip, exp, low_pass
+
+NONE = 1e6
+"""A bandwidth that lets every command pass, rad/s."""
 
 
 @configuration
@@ -30,6 +35,26 @@ class RotorLag:
     lead: Annotated[
         float, Key("", "how many times faster than by themselves the thrusts follow", low=1.0, high=10.0)
     ] = 2.0
+    bandwidth: Annotated[
+        float,
+        Key("rad/s", "low pass on the led command: no motor follows what is faster", above=0.0, high=NONE),
+    ] = NONE
+    reaction: Annotated[
+        bool,
+        Key("", "whether the torque of rotors that change their speed, and what their motors can, are known"),
+    ] = False
+
+
+class Rotors(NamedTuple):
+    """What is known of the rotors between two ticks, N, (n,) each.
+
+    Attributes:
+        thrusts: as they are modelled.
+        command: the last one.
+    """
+
+    thrusts: Array
+    command: Array
 
 
 class Led(NamedTuple):
@@ -46,50 +71,90 @@ class Led(NamedTuple):
     end: Array
 
 
+def at_rest(thrusts: Array) -> Rotors:
+    """Rotors that have followed a command for long, N, (n,)."""
+    return Rotors(thrusts, thrusts)
+
+
+def known_reaction(gains: Any, rotors: Rotors, inputs: LawInput) -> Reaction | None:
+    """What to choose thrusts for besides their own wrench; None where nothing is known of it.
+
+    Arguments are those of `allocated`.
+    """
+    if not gains.reaction:
+        return None
+    rate = (gains.lead if gains.compensate else 1.0) / gains.time_constant
+    return reaction(inputs.robot, inputs.estimate.body, rotors.thrusts, rate)
+
+
 def allocated(
-    gains: Any, thrusts: Array, wanted: Array, inputs: LawInput, joint_angles: Array, vectoring_angles: Array
-) -> tuple[Array, Allocated]:
+    gains: Any, rotors: Rotors, wanted: Array, inputs: LawInput, joint_angles: Array, vectoring_angles: Array
+) -> tuple[Rotors, Allocated]:
     """The command that makes the rotors give wanted thrusts, and the wrench that comes of it.
 
     Args:
         gains: a `RotorLag`.
-        thrusts: modelled now, N, (n,).
+        rotors: of the last tick.
         wanted: within the limits, N, (n,).
         inputs: of this tick.
         joint_angles: commanded, rad.
         vectoring_angles: commanded, rad.
 
     Returns:
-        The modelled thrusts at the end of the tick, N, (n,), and what the allocation law gives.
+        The rotors at the end of the tick, and what the allocation law gives.
     """
-    led = lead_thrusts(gains, thrusts, wanted, thrust_limits(inputs.robot), inputs.dt)
+    limits = thrust_limits(inputs.robot)
+    if gains.reaction:
+        limits = motor_limits(inputs.robot, rotors.thrusts, gains.time_constant)
+    led = lead_thrusts(gains, rotors, wanted, limits, inputs.dt)
     command = Command(led.command, joint_angles, vectoring_angles)
-    return led.end, Allocated(command, rotor_wrench(inputs.estimate.body, led.mean))
+    return Rotors(led.end, led.command), Allocated(command, made_wrench(gains, rotors, led, inputs))
 
 
-def lead_thrusts(gains: Any, thrusts: Array, wanted: Array, limits: tuple[Array, Array], dt: float) -> Led:
+def made_wrench(gains: Any, rotors: Rotors, led: Led, inputs: LawInput) -> Wrench:
+    """What the rotors are known to do over the tick: force in W (N) and torque in C (N m).
+
+    Args:
+        gains: a `RotorLag`.
+        rotors: of the last tick.
+        led: over this one.
+        inputs: of this tick.
+    """
+    robot, body = inputs.robot, inputs.estimate.body
+    made = rotor_wrench(body, led.mean)
+    if not gains.reaction:
+        return made
+    turned = reaction_torque(robot, body, rotors.thrusts, led.end, inputs.dt)
+    return made._replace(torque=made.torque + turned)
+
+
+def lead_thrusts(gains: Any, rotors: Rotors, wanted: Array, limits: tuple[Array, Array], dt: float) -> Led:
     """The command that makes the rotors follow faster.
 
     Args:
         gains: a `RotorLag`.
-        thrusts: modelled now, N, (n,).
+        rotors: of the last tick.
         wanted: within the limits, N, (n,).
         limits: least and greatest thrust, N, (n,) each.
         dt: control period, s.
     """
     if not gains.compensate:
         return Led(wanted, wanted, wanted)
-    decay = exp(-dt / gains.time_constant)
+    thrusts, decay = rotors.thrusts, exp(-dt / gains.time_constant)
     # More would lead past the wanted thrust, and ring.
     lead = clip(gains.lead, 1.0, 1.0 / (1.0 - decay))
-    command = clip(thrusts + lead * (wanted - thrusts), limits[0], limits[1])
-    return lagging_thrusts(gains, thrusts, command, dt)
+    command = low_pass(rotors.command, thrusts + lead * (wanted - thrusts), gains.bandwidth, dt)
+    return lagging_thrusts(gains, thrusts, clip(command, limits[0], limits[1]), dt)
 
 
 def lagging_thrusts(gains: Any, thrusts: Array, command: Array, dt: float) -> Led:
     """How the modelled thrusts follow a command; at once where the lag is not compensated.
 
-    Arguments are those of `lead_thrusts`; `command` is within the limits, N, (n,).
+    Args:
+        gains: a `RotorLag`.
+        thrusts: modelled now, N, (n,).
+        command: within the limits, N, (n,).
+        dt: control period, s.
     """
     if not gains.compensate:
         return Led(command, command, command)

@@ -37,7 +37,8 @@ from skylimb.control.estimation.records import BodyState, Signals, Start, Wrench
 from skylimb.control.leak import TorqueLeak, follow_leak, side_force, without_leak
 from skylimb.control.needs import Needs
 from skylimb.control.records import Allocated, Demand, LawInput
-from skylimb.control.rotor_lag import RotorLag, allocated
+from skylimb.control.rotor_lag import RotorLag, Rotors, allocated, at_rest, known_reaction
+from skylimb.control.rotor_reaction import Reaction
 from skylimb.control.thrusts import Limits, Thrusts, rotor_wrench, thrust_limits, unlimited
 from skylimb.robots.model import Robot
 from skylimb.symbolic import Array, clip, diagonal, is_symbolic, solve_positive, stack, vector
@@ -100,13 +101,13 @@ class State(NamedTuple):
 
     Attributes:
         leak: known one, W, N, (3,); where the rotors give the side force, what they fall short of.
-        thrusts: modelled, N, (n,).
+        rotors: as their lag is modelled.
         allocated: thrusts of the last tick before their lag was led, N, (n,).
         residual: wanted less given wrench of the last tick, W and C.
     """
 
     leak: Array
-    thrusts: Array
+    rotors: Rotors
     allocated: Array
     residual: Wrench
 
@@ -124,7 +125,12 @@ def initial_state(gains: ThrustGains, start: Start) -> State:
     """
     if gains.side_force == "rotors":
         _require_all_directions(start.robot)
-    return State(np.zeros(3), start.hover_thrusts, start.hover_thrusts, Wrench(np.zeros(3), np.zeros(3)))
+    return State(
+        np.zeros(3),
+        at_rest(start.hover_thrusts),
+        start.hover_thrusts,
+        Wrench(np.zeros(3), np.zeros(3)),
+    )
 
 
 def aim(gains: Any, state: State, inputs: LawInput, force: Array) -> Array:
@@ -139,10 +145,11 @@ def step(gains: Any, state: State, inputs: LawInput, demand: Demand) -> tuple[St
     body, dt = inputs.estimate.body, inputs.dt
     limits = thrust_limits(inputs.robot)
     level = gains.side_force == "rotors"
+    reaction = known_reaction(gains.rotor_lag, state.rotors, inputs)
     wanted = (
-        whole_wrench(body, demand.force, demand.torque)
+        whole_wrench(body, demand.force, demand.torque, reaction)
         if level
-        else unlimited(body, demand.aimed, demand.torque, gains.hold_lift)
+        else unlimited(body, demand.aimed, demand.torque, gains.hold_lift, reaction)
     )
     given = nearest_thrusts(
         gains.weights,
@@ -155,7 +162,7 @@ def step(gains: Any, state: State, inputs: LawInput, demand: Demand) -> tuple[St
     leak = follow_leak(gains.leak, state.leak, side, dt)
     signals = {"allocation_residual_force": missing.force, "allocation_residual_torque": missing.torque}
     end, made = allocated(
-        gains.rotor_lag, state.thrusts, given, inputs, demand.joint_angles, demand.vectoring_angles
+        gains.rotor_lag, state.rotors, given, inputs, demand.joint_angles, demand.vectoring_angles
     )
     return State(leak, end, given, missing), made, signals
 
@@ -171,16 +178,20 @@ def reachable(limits: Limits, before: Array, change: Any) -> Limits:
     return clip(before - change, *limits), clip(before + change, *limits)
 
 
-def whole_wrench(body: BodyState, force: Array, torque: Array) -> Thrusts:
+def whole_wrench(body: BodyState, force: Array, torque: Array, reaction: Reaction | None = None) -> Thrusts:
     """The least thrusts for a force in W, N, and a torque in C, N m, as if rotors had no limits.
 
     Args:
         body: attitude, and an allocation matrix of rank six.
         force: (3,).
         torque: (3,).
+        reaction: of the rotors, where it is known.
     """
     Q = body.model.allocation_C
     wrench = stack(body.R_WC.T @ force, torque)
+    if reaction is not None:
+        Q = Q + reaction.matrix
+        wrench = wrench + reaction.matrix @ reaction.thrusts
     total = Q.T @ solve_positive(Q @ Q.T, wrench)
     return Thrusts(total, total - Q.T @ solve_positive(Q @ Q.T, stack(wrench[0:3], 0.0, 0.0, 0.0)))
 

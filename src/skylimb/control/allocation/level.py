@@ -26,7 +26,7 @@ from skylimb.control.estimation.records import Signals, Start, Wrench
 from skylimb.control.level_moves import LevelMoves, level_move, nominal_rotation
 from skylimb.control.needs import Needs
 from skylimb.control.records import Allocated, Demand, LawInput
-from skylimb.control.rotor_lag import RotorLag, allocated
+from skylimb.control.rotor_lag import RotorLag, Rotors, allocated, at_rest, known_reaction
 from skylimb.control.thrusts import rotor_wrench, thrust_limits, unlimited
 from skylimb.robots.model import Robot
 from skylimb.symbolic import Array, low_pass, vector
@@ -63,7 +63,7 @@ class State(NamedTuple):
     """What the law remembers.
 
     Attributes:
-        thrusts: modelled, N, (n,).
+        rotors: as their lag is modelled.
         allocated: thrusts of the last tick before their lag was led, N, (n,).
         posed: vectoring angles of the last tick's posture less those of the reference's, rad, (nv,).
         move: of the vectoring angles from the posture's, rad, (nv,).
@@ -72,7 +72,7 @@ class State(NamedTuple):
         residual: wanted less given wrench of the last tick, W and C.
     """
 
-    thrusts: Array
+    rotors: Rotors
     allocated: Array
     posed: Array
     move: Array
@@ -94,7 +94,7 @@ def initial_state(gains: Gains, start: Start) -> State:
     """
     _require_turning_rotors(start.robot)
     none, nothing = np.zeros(start.robot.n_vectoring), Wrench(np.zeros(3), np.zeros(3))
-    return State(start.hover_thrusts, start.hover_thrusts, none, none, none, np.zeros(3), nothing)
+    return State(at_rest(start.hover_thrusts), start.hover_thrusts, none, none, none, np.zeros(3), nothing)
 
 
 def aim(gains: Any, state: State, inputs: LawInput, force: Array) -> Array:
@@ -112,7 +112,8 @@ def step(gains: Any, state: State, inputs: LawInput, demand: Demand) -> tuple[St
     """Thrusts for lift and torque, vectoring angles for the side force."""
     body, dt = inputs.estimate.body, inputs.dt
     limits = thrust_limits(inputs.robot)
-    wanted = unlimited(body, demand.force, demand.torque, hold_lift=True)
+    reaction = known_reaction(gains.rotor_lag, state.rotors, inputs)
+    wanted = unlimited(body, demand.force, demand.torque, hold_lift=True, reaction=reaction)
     within = reachable(limits, state.allocated, gains.rate * dt)
     given = nearest_thrusts(gains.weights, body.model.allocation_C, wanted.total, within)
     moved = level_move(gains.vectoring, state.move, state.pull, inputs, demand)
@@ -127,7 +128,7 @@ def step(gains: Any, state: State, inputs: LawInput, demand: Demand) -> tuple[St
         "vectoring_move": moved.move,
     }
     posed = demand.vectoring_angles - inputs.reference.vectoring_angles
-    end, made = allocated(gains.rotor_lag, state.thrusts, given, inputs, demand.joint_angles, angles)
+    end, made = allocated(gains.rotor_lag, state.rotors, given, inputs, demand.joint_angles, angles)
     return State(end, given, posed, moved.move, moved.pull, short, residual), made, signals
 
 

@@ -24,7 +24,7 @@ from skylimb.control.level_moves import nominal_rotation
 from skylimb.control.needs import Needs
 from skylimb.control.pointing import Pointed, Pointing, pointed
 from skylimb.control.records import Allocated, Demand, LawInput
-from skylimb.control.rotor_lag import RotorLag, allocated
+from skylimb.control.rotor_lag import RotorLag, Rotors, allocated, at_rest
 from skylimb.control.thrusts import rotor_wrench
 from skylimb.robots.model import Robot
 from skylimb.symbolic import Array, stack
@@ -46,13 +46,13 @@ class State(NamedTuple):
 
     Attributes:
         plan: vectoring angles as they are planned.
-        thrusts: modelled, N, (n,).
+        rotors: as their lag is modelled.
         pointed: thrusts and moves of the last tick.
         residual: wanted less given wrench of the last tick, W and C.
     """
 
     plan: planned.Plan
-    thrusts: Array
+    rotors: Rotors
     pointed: Pointed
     residual: Wrench
 
@@ -78,7 +78,7 @@ def initial_state(gains: Gains, start: Start) -> State:
     _require_turning_rotors(robot)
     hover = start.hover_thrusts
     still = Pointed(hover, np.zeros(robot.n_vectoring))
-    return State(planned.initial_plan(robot), hover, still, Wrench(np.zeros(3), np.zeros(3)))
+    return State(planned.initial_plan(robot), at_rest(hover), still, Wrench(np.zeros(3), np.zeros(3)))
 
 
 def aim(gains: Any, state: State, inputs: LawInput, force: Array) -> Array:
@@ -110,7 +110,7 @@ def step(gains: Any, state: State, inputs: LawInput, demand: Demand) -> tuple[St
         "vectoring_margin": plan.margin,
     }
     end, made = allocated(
-        gains.rotor_lag, state.thrusts, new.thrusts, inputs, demand.joint_angles, angles + new.move
+        gains.rotor_lag, state.rotors, new.thrusts, inputs, demand.joint_angles, angles + new.move
     )
     return State(plan, end, new, residual), made, signals
 

@@ -16,7 +16,7 @@ from skylimb.control.estimation.records import Signals, Start
 from skylimb.control.leak import TorqueLeak, follow_leak, side_force, without_leak
 from skylimb.control.needs import Needs
 from skylimb.control.records import Allocated, Demand, LawInput
-from skylimb.control.rotor_lag import RotorLag, allocated
+from skylimb.control.rotor_lag import RotorLag, Rotors, allocated, at_rest, known_reaction
 from skylimb.control.thrusts import allocate, thrust_limits
 from skylimb.symbolic import Array
 
@@ -48,10 +48,10 @@ class Gains:
 
 
 class State(NamedTuple):
-    """Known leak, W, N, (3,), and modelled thrusts, N, (n,)."""
+    """Known leak, W, N, (3,), and rotors."""
 
     leak: Array
-    thrusts: Array
+    rotors: Rotors
 
 
 def needs(gains: Gains) -> Needs:
@@ -61,7 +61,7 @@ def needs(gains: Gains) -> Needs:
 
 def initial_state(gains: Gains, start: Start) -> State:
     """Hovering; no leak known."""
-    return State(np.zeros(3), start.hover_thrusts)
+    return State(np.zeros(3), at_rest(start.hover_thrusts))
 
 
 def aim(gains: Any, state: State, inputs: LawInput, force: Array) -> Array:
@@ -72,9 +72,10 @@ def aim(gains: Any, state: State, inputs: LawInput, force: Array) -> Array:
 def step(gains: Any, state: State, inputs: LawInput, demand: Demand) -> tuple[State, Allocated, Signals]:
     """Thrusts for the aimed force and the torque; the vectoring angles stay nominal."""
     body, limits, dt = inputs.estimate.body, thrust_limits(inputs.robot), inputs.dt
-    thrusts = allocate(body, demand.aimed, demand.torque, limits, gains.hold_lift)
+    reaction = known_reaction(gains.rotor_lag, state.rotors, inputs)
+    thrusts = allocate(body, demand.aimed, demand.torque, limits, gains.hold_lift, reaction)
     leak = follow_leak(gains.leak, state.leak, side_force(gains.leak, inputs, thrusts), dt)
     end, given = allocated(
-        gains.rotor_lag, state.thrusts, thrusts.total, inputs, demand.joint_angles, demand.vectoring_angles
+        gains.rotor_lag, state.rotors, thrusts.total, inputs, demand.joint_angles, demand.vectoring_angles
     )
     return State(leak, end), given, {}

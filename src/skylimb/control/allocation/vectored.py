@@ -18,7 +18,7 @@ from skylimb.control.lateral import Moves, lateral_move
 from skylimb.control.leak import Leak, follow_leak
 from skylimb.control.needs import Needs
 from skylimb.control.records import Allocated, Demand, LawInput
-from skylimb.control.rotor_lag import RotorLag, allocated
+from skylimb.control.rotor_lag import RotorLag, Rotors, allocated, at_rest, known_reaction
 from skylimb.control.thrusts import allocate, thrust_limits
 from skylimb.symbolic import Array
 
@@ -44,10 +44,10 @@ class Gains:
 
 
 class State(NamedTuple):
-    """Known leak, W, N, (3,), modelled thrusts, N, (n,), and move of the vectoring angles, rad, (nv,)."""
+    """Known leak, W, N, (3,), rotors, and move of the vectoring angles, rad, (nv,)."""
 
     leak: Array
-    thrusts: Array
+    rotors: Rotors
     move: Array
 
 
@@ -58,7 +58,7 @@ def needs(gains: Gains) -> Needs:
 
 def initial_state(gains: Gains, start: Start) -> State:
     """Hovering; no leak known, no move made."""
-    return State(np.zeros(3), start.hover_thrusts, np.zeros(start.robot.n_vectoring))
+    return State(np.zeros(3), at_rest(start.hover_thrusts), np.zeros(start.robot.n_vectoring))
 
 
 aim = pseudoinverse.aim
@@ -67,10 +67,11 @@ aim = pseudoinverse.aim
 def step(gains: Any, state: State, inputs: LawInput, demand: Demand) -> tuple[State, Allocated, Signals]:
     """Thrusts for lift and torque, and vectoring angles for the side force."""
     body, limits, dt = inputs.estimate.body, thrust_limits(inputs.robot), inputs.dt
-    thrusts = allocate(body, demand.force, demand.torque, limits, gains.hold_lift)
+    reaction = known_reaction(gains.rotor_lag, state.rotors, inputs)
+    thrusts = allocate(body, demand.force, demand.torque, limits, gains.hold_lift, reaction)
     move, side = lateral_move(gains.vectoring, state.move, inputs, demand)
     leak = follow_leak(gains.leak, state.leak, body.R_WC @ side, dt)
     angles = demand.vectoring_angles + move
     angles = angles + (gains.vectoring.lead - 1.0) * (angles - inputs.measurement.vectoring_angles)
-    end, given = allocated(gains.rotor_lag, state.thrusts, thrusts.total, inputs, demand.joint_angles, angles)
+    end, given = allocated(gains.rotor_lag, state.rotors, thrusts.total, inputs, demand.joint_angles, angles)
     return State(leak, end, move), given, {}

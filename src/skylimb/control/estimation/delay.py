@@ -21,7 +21,7 @@ import numpy as np
 
 from skylimb.base.errors import ConfigError
 from skylimb.base.keys import Key, configuration
-from skylimb.base.rotations import hat
+from skylimb.base.rotations import small_rotation
 from skylimb.control.estimation.records import BodyState, Wrench
 from skylimb.symbolic import Array, clip, right_inverse, stack
 
@@ -97,15 +97,6 @@ def predict(gains: Any, state: DelayState, body: BodyState, external: Wrench, dt
     return body._replace(
         position=body.position + latency * body.velocity + shift,
         velocity=body.velocity + push,
-        R_WC=body.R_WC @ _small_rotation(latency * body.angular_velocity + angle),
+        R_WC=body.R_WC @ small_rotation(latency * body.angular_velocity + angle),
         angular_velocity=body.angular_velocity + spin,
     )
-
-
-def _small_rotation(v: Array) -> Array:
-    """Rotation by a small vector (rad), orthogonal up to third order (Cayley)."""
-    # (I - V/2)^-1 (I + V/2) in closed form.
-    half = 0.5 * v
-    square = half[0] ** 2 + half[1] ** 2 + half[2] ** 2
-    V = hat(half)
-    return np.eye(3) + (2.0 / (1.0 + square)) * (V + V @ V)

@@ -13,7 +13,7 @@ from skylimb.control.corrections import Corrections, for_rotors
 from skylimb.control.estimation.records import Measurement, Signals, Wrench
 from skylimb.control.missions.reference import Reference
 from skylimb.control.records import Allocated, Demand, LawInput
-from skylimb.control.rotor_lag import lagging_thrusts
+from skylimb.control.rotor_lag import Rotors, lagging_thrusts, made_wrench
 from skylimb.control.slots import Slot
 from skylimb.control.thrusts import rotor_wrench
 from skylimb.symbolic import Array, where
@@ -48,12 +48,11 @@ class AllocationAsFlown:
             # What the rotors are believed to have made of the flown command.
             command = for_rotors(self._corrections, given.command).thrusts
             flown = flown * np.asarray(self._corrections.rotor_scale or (1.0,) * inputs.robot.n_rotors)
-        lag, known = getattr(gains, "rotor_lag", None), hasattr(new, "thrusts")
-        mean = end = flown
+        lag, known = getattr(gains, "rotor_lag", None), hasattr(new, "rotors")
+        end, others = flown, rotor_wrench(inputs.estimate.body, flown)
         if lag is not None and known:
-            led = lagging_thrusts(lag, state.thrusts, flown, inputs.dt)
-            mean, end = led.mean, led.end
-        others = rotor_wrench(inputs.estimate.body, mean)
+            led = lagging_thrusts(lag, state.rotors.thrusts, flown, inputs.dt)
+            end, others = led.end, made_wrench(lag, state.rotors, led, inputs)
         # Also false for thrusts that are no numbers.
         differ = [abs(self._flown[i] - command[i]) > 0.0 for i in range(inputs.robot.n_rotors)]
         other: Any = sum(differ, 0.0) > 0.0
@@ -61,7 +60,8 @@ class AllocationAsFlown:
             where(other, others.force, given.wrench.force), where(other, others.torque, given.wrench.torque)
         )
         if known:
-            new = new._replace(thrusts=where(other, end, new.thrusts))
+            rotors = Rotors(where(other, end, new.rotors.thrusts), where(other, flown, new.rotors.command))
+            new = new._replace(rotors=rotors)
         return new, given._replace(wrench=wrench), signals
 
 

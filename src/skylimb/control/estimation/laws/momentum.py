@@ -1,8 +1,9 @@
 """The paper's estimation: body state, momentum observer and filtered contact force; and a tare.
 
-    measurement -> angle rates -> body state -> observer -> tare -> contact force
+    measurement -> angle rates -> body state -> smoothing -> observer -> tare -> contact force
 
-The paper prints no tare. One degree of attitude error reads as 0.6 N, so it is on unless it is switched off.
+The paper smooths nothing and prints no tare. One degree of attitude error reads as 0.6 N, so the tare is on
+unless it is switched off.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ from skylimb.control.estimation.momentum_observer import (
     observe,
 )
 from skylimb.control.estimation.records import Estimate, Sensed, Signals, Start, Wrench
+from skylimb.control.estimation.smoothing import Smoothed, Smoothing, smoothed
 
 PROVIDES = ("estimate.body", "estimate.wrench", "estimate.raw", "estimate.contact_force", "estimate.arm")
 
@@ -35,6 +37,7 @@ class Gains:
     """Gains of the parts."""
 
     angle_rates: AngleRateFilter = field(default_factory=AngleRateFilter)
+    smoothing: Smoothing = field(default_factory=Smoothing)
     observer: ObserverGains = field(default_factory=ObserverGains)
     force_filter: ForceFilter = field(default_factory=ForceFilter)
     tare: Annotated[bool, Key("", "whether the observer's bias in free flight is taken off")] = True
@@ -44,21 +47,26 @@ class State(NamedTuple):
     """States of the parts."""
 
     angle_rates: AngleRateState
+    smoothed: Smoothed | tuple[()]
     observer: ObserverState
     push: PushState
 
 
 def initial_state(gains: Gains, start: Start) -> State:
     """Nothing is known of any wrench."""
-    return State(initial_angle_rate_state(start.robot), ObserverState(), PushState())
+    kept = Smoothed() if gains.smoothing.on else ()
+    return State(initial_angle_rate_state(start.robot), kept, ObserverState(), PushState())
 
 
 def step(gains: Any, state: State, sensed: Sensed) -> tuple[State, Estimate, Signals]:
     """The estimate of this tick."""
     rates, body = see_body(gains.angle_rates, state.angle_rates, sensed)
+    kept = state.smoothed
+    if gains.smoothing.on:
+        kept, body = smoothed(gains.smoothing, kept, body, state.observer, sensed.dt)
     observer, raw = observe(gains.observer, state.observer, body, sensed.dt)
     push, estimate = estimate_of(gains, state.push, body, raw, sensed)
-    return State(rates, observer, push), estimate, {}
+    return State(rates, kept, observer, push), estimate, {}
 
 
 def commanded(gains: Any, state: State, estimate: Estimate, rotors: Wrench, dt: float) -> State:
