@@ -282,5 +282,35 @@ def test_unreadable_files_are_named(tmp_path):
         config.read_toml(Path("nowhere") / "at" / "all.toml")
 
 
+DEEP = {
+    "brackets": "a = " + "[" * 100_000 + "]" * 100_000,
+    "tables": "a = " + "{b=" * 50_000 + "1" + "}" * 50_000,
+    "lists in reach of the parser": "a = " + "[" * 40 + "]" * 40,
+    "dots": "a" + ".a" * 100_000 + " = 1",
+    "dots of a header": "[" + "a . " * 100_000 + "a]",
+    "dots between quotes": '"a"' + ".'a'" * 100_000 + " = 1",
+    "digits": "a = " + "9" * 100_000,
+}
+
+
+@pytest.mark.parametrize("text", DEEP.values(), ids=DEEP)
+def test_what_is_nested_without_end_is_refused_at_once(tmp_path, text):
+    (tmp_path / "deep.toml").write_text(text)
+    with pytest.raises(ConfigError, match=r"not valid TOML: (more than 32 tables|Exceeds the limit)"):
+        config.read_toml(tmp_path / "deep.toml")
+
+
+def test_a_setting_is_as_shallow_as_a_file():
+    for text in ("a=" + "[" * 100_000, ".".join("a" * 50_000) + "=1"):
+        with pytest.raises(ConfigError, match=r"cannot read the value|has 50000 parts, more than 32"):
+            config.parse_assignment(text)
+
+
+def test_half_a_character_is_no_text():
+    for table in ({"fluid": "\udcff"}, {"\udcff": 1.0}):
+        with pytest.raises(ConfigError):
+            config.from_mapping(Wall, table, "here")
+
+
 def test_the_examples_here_cover_every_field():
     assert {item.name for item in fields(Whole)} == set(config.to_mapping(Whole(rate=1.0, extra=Wall())))

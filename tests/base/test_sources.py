@@ -2,6 +2,7 @@
 
 import ast
 import hashlib
+import os
 import sys
 from pathlib import Path
 
@@ -124,7 +125,7 @@ _READ_OTHER_THINGS = {
 }  # fmt: skip
 _ALLOWED = {
     "base/files.py": {"open"},
-    "base/sources.py": {"read_bytes"},
+    "base/sources.py": {"open"},
     "studies/calibration/public.py": {"load"},
     "apps/robot_import/meshes.py": {"load"},
     "apps/robot_import/picture.py": {"load"},
@@ -155,3 +156,20 @@ def test_no_file_of_a_users_is_read_in_another_way() -> None:
             if isinstance(node, ast.Call)
         }
         assert calls & _READERS <= _ALLOWED.get(name, set()), name
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no such pipes")
+def test_only_regular_files_are_read(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe.toml")
+    (tmp_path / "endless.toml").symlink_to("endless.toml")
+    (tmp_path / "device.toml").symlink_to("/dev/zero")
+    for name, why in (("pipe", "no regular file"), ("endless", "link"), ("device", "no regular file")):
+        with pytest.raises(UnreadableError, match=why):
+            read_source(tmp_path / f"{name}.toml")
+
+
+def test_a_file_larger_than_its_kind_is_refused_before_it_is_read(tmp_path: Path) -> None:
+    with (tmp_path / "large.toml").open("wb") as file:
+        file.truncate(10**12)  # with holes: it takes no place
+    with pytest.raises(UnreadableError, match=r"more than 0\.5 MB, the most for a \.toml file"):
+        read_source(tmp_path / "large.toml")

@@ -10,6 +10,7 @@ once, by the dataclass that holds it (`skylimb.base.keys.checks`).
 from __future__ import annotations
 
 import dataclasses
+import re
 import tomllib
 import typing
 from collections.abc import Mapping
@@ -29,6 +30,12 @@ from skylimb.base.sources import Source, read_source
 
 T = TypeVar("T")
 
+_DEEPEST = 32
+"""Tables and lists inside of each other at most, and parts of a dotted key; no configuration has ten."""
+_PART = r"""(?:(?<![\w-])[\w-]++|"[^"\n]*+"|'[^'\n]*+')"""
+_LONG_KEY = re.compile(rf"{_PART}(?:[ \t]*+\.[ \t]*+{_PART}){{{_DEEPEST}}}")
+"""A dotted key of too many parts: `tomllib` takes time with the square of their number."""
+
 
 def read_toml(path: str | Path) -> dict[str, Any]:
     """The table in a TOML file; a `ConfigError` where it is missing, unreadable or not valid TOML."""
@@ -39,11 +46,33 @@ def parse_toml(source: Source, path: str | Path = "") -> dict[str, Any]:
     """The table in a TOML file that was read; `path` is what it is called in messages."""
     path = path or source.path
     try:
-        return tomllib.loads(source.content.decode("utf-8").replace("\r\n", "\n"))
+        return toml_tables(source.content.decode("utf-8").replace("\r\n", "\n"))
     except UnicodeDecodeError as error:
         raise ConfigError(f"cannot read '{path}': it is not UTF-8 text") from error
-    except tomllib.TOMLDecodeError as error:
+    except ValueError as error:
         raise ConfigError(f"'{path}' is not valid TOML: {error}") from error
+
+
+def toml_tables(text: str) -> dict[str, Any]:
+    """The tables of a TOML text that nobody has looked at.
+
+    Raises:
+        ValueError: it is no TOML, nested deeper than any configuration, or has a number too long.
+    """
+    too_deep = f"more than {_DEEPEST} tables, lists or parts of a key inside of each other"
+    if _LONG_KEY.search(text):
+        raise ValueError(too_deep)
+    try:
+        tables = tomllib.loads(text)
+    except RecursionError:
+        raise ValueError(too_deep) from None
+    level: list[Any] = [tables]
+    for _ in range(_DEEPEST):
+        inside = (node.values() if isinstance(node, dict) else node for node in level)
+        level = [entry for entries in inside for entry in entries if isinstance(entry, dict | list)]
+        if not level:
+            return tables
+    raise ValueError(too_deep)
 
 
 def write_toml(config: Any) -> str:
@@ -122,9 +151,11 @@ def parse_assignment(text: str) -> tuple[str, Any]:
         raise ConfigError(
             f"cannot read the setting '{text}': expected KEY=VALUE, for example trajectory.radius=0.25"
         )
+    if key.count(".") >= _DEEPEST:
+        raise ConfigError(f"the key '{key[:60]}...' has {key.count('.') + 1} parts, more than {_DEEPEST}")
     try:
-        table = tomllib.loads(f"value = {value}")
-    except tomllib.TOMLDecodeError:
+        table = toml_tables(f"value = {value}")
+    except ValueError:
         if value[0] in "[{\"'" or "\n" in value:
             raise ConfigError(f"cannot read the value of '{text}': '{value}' is not a TOML value") from None
         return key, value

@@ -8,12 +8,23 @@ that names a file (`Key(file=True)`) has an attribute `sources` with what was re
 from __future__ import annotations
 
 import hashlib
+import os
+import stat
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
 from skylimb.base.errors import UnreadableError, nearest
+
+_MEGABYTES = {
+    ".toml": 0.5, ".py": 1.0, ".yaml": 0.25, ".yml": 0.25, ".msg": 0.1, ".json": 4.0,
+    ".svg": 4.0, ".urdf": 4.0, ".xacro": 4.0,
+    ".npy": 32.0, ".csv": 8.0, ".txt": 8.0,
+    ".png": 16.0, ".jpg": 16.0, ".jpeg": 16.0, ".tif": 16.0, ".tiff": 16.0, ".bmp": 16.0,
+}  # fmt: skip
+_MEGABYTES_OF_OTHERS = 16.0
+"""Largest size of a file by its ending: what its reader takes in 2 s and 300 MB."""
 
 PACKAGE = Path(__file__).parents[1]
 """Files in here come with skylimb; its version stands for them."""
@@ -46,17 +57,41 @@ def read_source(path: str | Path) -> Source:
     """Read a file that a user named.
 
     Raises:
-        UnreadableError: when it is not there, with the nearest name beside it, or cannot be read.
+        UnreadableError: when it is not there, with the nearest name beside it, is no regular file, is
+            larger than files of its kind may be, or cannot be read.
     """
     path = Path(path)
     try:
-        return Source(path.resolve(), path.read_bytes())
+        resolved = path.resolve()
+        str(resolved).encode()  # records name their files in UTF-8
+        return Source(resolved, _content(path, _MEGABYTES.get(path.suffix.lower(), _MEGABYTES_OF_OTHERS)))
     except FileNotFoundError:
         raise UnreadableError(f"no such file: '{path}'{_guess(path)}") from None
     except OSError as error:
         raise UnreadableError(f"cannot read '{path}': {error.strerror or error}") from error
-    except ValueError as error:  # no name that a file can have
+    except UnicodeEncodeError:
+        raise UnreadableError(f"cannot read {str(path)!r}: its name is not UTF-8") from None
+    except (ValueError, RuntimeError) as error:  # no name that a file can have, or links in a circle
         raise UnreadableError(f"cannot read {str(path)!r}: {error}") from error
+
+
+def _content(path: Path, megabytes: float) -> bytes:
+    """The bytes of a regular file. Nothing else is read: a pipe would never end, a device may do anything."""
+    # Without waiting: a pipe opens only when somebody writes into it.
+    with open(
+        path, "rb", opener=lambda name, flags: os.open(name, flags | getattr(os, "O_NONBLOCK", 0))
+    ) as file:
+        if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+            raise UnreadableError(f"cannot read '{path}': it is no regular file")
+        most = int(1e6 * megabytes)
+        # One more than allowed, whatever its size was said to be: files below /proc have none, others grow.
+        content = file.read(most + 1)
+        if len(content) > most:
+            raise UnreadableError(
+                f"cannot read '{path}': it has more than {megabytes:g} MB, the most for a "
+                f"{path.suffix.lower() or 'plain'} file"
+            )
+        return content
 
 
 def _guess(path: Path) -> str:

@@ -87,7 +87,8 @@ def physics_steps(config: PlantConfig, dt: float) -> int:
     steps = round(dt / config.physics_step)
     if steps < 1 or abs(steps * config.physics_step - dt) > 1e-9:
         raise ConfigError(
-            f"control period {dt:g} s is no whole number of plant.physics_step = {config.physics_step:g} s"
+            f"controller_rate = {1.0 / dt:g} Hz has a period of {dt:g} s, which is no whole number of "
+            f"plant.physics_step = {config.physics_step:g} s"
         )
     return steps
 

@@ -16,7 +16,7 @@ from collections.abc import Sequence
 
 from skylimb.apps.cli.arguments import parse, verb_help
 from skylimb.apps.cli.verbs import VERBS
-from skylimb.base.errors import SkylimbError, of_an_extra, unknown_name
+from skylimb.base.errors import ConfigError, SkylimbError, of_an_extra, unknown_name
 
 DEBUG = "--debug"
 """Option of every verb: the whole traceback of an error, before its one line."""
@@ -56,6 +56,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if debug:
             traceback.print_exception(error)
         return _complain(str(extra), 2)
+    except (RecursionError, MemoryError) as error:
+        # What reads files has ceilings of its own; this is for what they do not know of.
+        if debug:
+            traceback.print_exception(error)
+        why = "this machine's memory" if isinstance(error, MemoryError) else "levels inside of each other"
+        return _complain(f"'{' '.join(arguments)[:200]}' needs more {why} than there may be", 2)
     except KeyboardInterrupt:
         return _complain("interrupted; what was not finished is not kept", 130)
     except BrokenPipeError:
@@ -65,6 +71,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _dispatch(arguments: list[str]) -> int:
+    for argument in arguments:
+        # Bytes that are no UTF-8 come from the system as halves of characters, which no record can hold.
+        if not argument.isascii() and argument != argument.encode(errors="replace").decode():
+            raise ConfigError(f"the argument {argument[:100]!a} is not UTF-8 text")
     verb, *rest = arguments or ["--help"]
     if verb in ("-h", "--help", "help"):
         print(_overview())

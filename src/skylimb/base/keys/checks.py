@@ -61,6 +61,8 @@ _Found = tuple[str, str, tuple[str, ...]]
 
 def _find(kind: Any, value: Any, key: Key) -> _Found | None:
     """What is wrong with `value` as the type `kind` under `key`; None when nothing is."""
+    if isinstance(value, str | Mapping) and not _is_unicode(value):
+        return ascii(shown(value)), "is no Unicode text: it has half of a character", ()
     members = members_of(kind)
     if value is None and type(None) in members:
         return None
@@ -83,6 +85,15 @@ def _find_one(kind: Any, value: Any, key: Key) -> _Found | None:
     if kind is Any or not isinstance(origin, type) or isinstance(value, origin):
         return None
     return shown(value), _wrong_type(origin, value), ()
+
+
+def _is_unicode(value: str | Mapping[Any, Any]) -> bool:
+    """Whether a text, or a table's names, can be written: a shell's bytes that are no UTF-8 cannot."""
+    try:
+        "".join(map(str, value)).encode()
+    except UnicodeEncodeError:
+        return False
+    return True
 
 
 def _find_in_tuple(arguments: tuple[Any, ...], value: Sequence[Any], key: Key) -> _Found | None:

@@ -31,6 +31,12 @@ _TOUCHING = ("approach", "settle", "slide")
 _WAITING = ("settle", "slide")
 """Phases that make no sense without touch."""
 
+_LASTS = (
+    "phases.hover", "phases.tare", "approach.speed", "phases.settle", "trajectory.period and trajectory.laps",
+    "approach.retreat_speed", "phases.hover_end",
+)  # fmt: skip
+"""Keys that say how long each phase of a mission lasts."""
+
 _LEVEL = 0.5
 """Level part of a contact axis above which the arm can reach along it."""
 
@@ -184,8 +190,9 @@ def _lay_on_clock(config: MissionConfig, path: Trajectory, posture: PosturePlan,
         phases.hover_end,
     )
     ends = np.cumsum(durations)
-    longest = PHASES[int(np.argmax(durations))]
-    times = np.arange(tick_count(float(ends[-1]), dt, f"the mission, most of it its {longest},")) * dt
+    longest = int(np.argmax(durations))
+    most = f"the mission, most of it its {PHASES[longest]} (see {_LASTS[longest]}),"
+    times = np.arange(tick_count(float(ends[-1]), dt, most)) * dt
     phase = np.minimum(np.searchsorted(ends, times + 1e-9, side="right"), len(ends) - 1)
     since_slide = times - ends[3]
     if approach.contact:

@@ -14,15 +14,13 @@ import numpy as np
 
 from skylimb.base.errors import ConfigError, extra_module, unknown_name
 from skylimb.base.sources import Source
-from skylimb.control.planning.drawing import MOST_POINTS, Strokes, clean, require_drawable
+from skylimb.control.planning.drawing import Strokes, clean, require_drawable
 
 _FLATNESS = 1e-4
 """How far a straight piece may be from its curve, as a part of the drawing's larger side."""
 _LOOK = np.linspace(0.0, 1.0, 33)
 """Places on a curve at which its bend is looked at."""
 _MOST_PIECES = 4096
-_MOST_BYTES = 200 * MOST_POINTS
-"""Size of an SVG file at most: a point with all its digits and its element's names takes less."""
 _MOST_LETTERS = 500
 
 
@@ -44,9 +42,6 @@ def svg_strokes(source: Source, file: str) -> Strokes:
     what = f"SVG file '{file}'"
     if not source.content:
         raise ConfigError(f"{what} is empty")
-    if len(source.content) > _MOST_BYTES:
-        size = f"{1e-6 * len(source.content):.1f} MB"
-        raise ConfigError(f"{what} has {size}, more than {1e-6 * _MOST_BYTES:g} MB; make it simpler")
     try:
         document: Any = SVG.parse(io.BytesIO(source.content), reify=False)
     except (ParseError, ValueError) as error:
