@@ -86,11 +86,24 @@ def test_a_urdf_of_a_users_is_read_once(mine, cache, reads):
 @pytest.mark.parametrize("damage", ["", "{", "[]", "null", '{"key": 1}', "wrong links"])
 def test_a_damaged_file_is_not_used(mine, cache, reads, damage):
     tree = tree_of(mine, None)
-    (file,) = cache.iterdir()
-    data = json.loads(file.read_text())
+    file = next(cache.glob("*.json"))
+    kept = file.read_bytes()
+    data = json.loads(kept)
     file.write_text(damage if damage != "wrong links" else json.dumps({**data, "tree": ["a", [{}], []]}))
-    assert same(tree, tree_of(mine, None))
+    with pytest.warns(UserWarning, match="damaged"):
+        assert same(tree, tree_of(mine, None))
     assert len(reads) == 2
+    assert file.read_bytes() == kept
+
+
+def test_a_mass_that_was_doubled_in_the_file_beside_a_urdf_is_not_believed(mine, cache, reads):
+    tree = tree_of(mine, None)
+    links = json.loads(links_text(mine, None, tree, mine.path.parent))
+    for link in links["tree"][1]:
+        link["inertial"]["mass"] *= 2.0
+    mine.path.with_suffix(".links.json").write_text(json.dumps(links))
+    with pytest.warns(UserWarning, match="changed by hand or damaged"):
+        assert same(tree, tree_of(mine, None))
 
 
 def test_meshes_are_named_from_the_folder_of_the_file(tmp_path, cache, reads):

@@ -4,12 +4,13 @@ import os
 import subprocess
 import sys
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import platformdirs
 import pytest
 
+from damages import DAMAGES
 from skylimb.base.errors import CompileError
 from skylimb.simulation import compiling
 
@@ -51,11 +52,24 @@ def fill_disk(monkeypatch: pytest.MonkeyPatch, folder: Path, function: str) -> N
 def test_a_source_is_built_once(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     library = compiling.built_library("tests", "three", THREE)
     assert ctypes.CDLL(str(library)).three() == 3
-    assert [path.name for path in (cache / "tests").iterdir()] == [library.name]
+    assert {path.name for path in (cache / "tests").iterdir()} == {library.name, f"{library.name}.sha256"}
     monkeypatch.setattr(compiling, "compilers", list)
     assert compiling.built_library("tests", "three", THREE) == library
     with pytest.raises(CompileError, match=r"no C compiler found.*skylimb\[compiler\]"):
         compiling.built_library("tests", "three", "int three(void) { return 4; }")
+
+
+@needs_compiler
+@pytest.mark.parametrize("damage", DAMAGES.values(), ids=DAMAGES)
+def test_a_damaged_library_is_built_anew_before_it_is_loaded(
+    cache: Path, damage: Callable[[bytes], bytes]
+) -> None:
+    library = compiling.built_library("tests", "three", THREE)
+    built = library.read_bytes()
+    library.write_bytes(damage(built))
+    with pytest.warns(UserWarning, match="damaged since it was kept, and is made anew"):
+        assert compiling.built_library("tests", "three", THREE) == library
+    assert library.read_bytes() == built
 
 
 @needs_compiler

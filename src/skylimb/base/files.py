@@ -163,10 +163,3 @@ def _nearest_existing(folder: Path) -> Path:
     while not folder.exists():
         folder = folder.parent
     return folder
-
-
-def cache_folder() -> Path:
-    """Where a user's machine keeps what can be computed again; it may not be there, or not writable."""
-    import platformdirs  # a robot that ships flies without it
-
-    return platformdirs.user_cache_path("skylimb")

@@ -75,6 +75,14 @@ def read_source(path: str | Path) -> Source:
         raise UnreadableError(f"cannot read {str(path)!r}: {error}") from error
 
 
+def content_of(path: Path) -> bytes | None:
+    """The content of a file that nobody misses: None where it is not there or cannot be read."""
+    try:
+        return read_source(path).content if path.is_file() else None
+    except UnreadableError:
+        return None
+
+
 def _content(path: Path, megabytes: float) -> bytes:
     """The bytes of a regular file. Nothing else is read: a pipe would never end, a device may do anything."""
     # Without waiting: a pipe opens only when somebody writes into it.

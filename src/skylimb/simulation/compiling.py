@@ -19,8 +19,8 @@ from importlib.metadata import PackageNotFoundError, version
 from importlib.util import find_spec
 from pathlib import Path
 
+from skylimb.base.cache import cache_folder, keep, kept
 from skylimb.base.errors import CompileError
-from skylimb.base.files import cache_folder
 
 # The engine's own binaries ask for AVX on these machines; with it, code is a seventh shorter.
 _WIDE = ("-mavx",) if platform.machine().lower() in ("x86_64", "amd64") else ()
@@ -97,7 +97,7 @@ def _built_below(root: Path, library: Path, source: str) -> Path:
         # Without a home the cache's path begins with "~", which would be a folder in the working directory.
         raise FileNotFoundError(f"the user's cache '{root}' has no place")
     final = root / library
-    if final.is_file():
+    if kept(final) is not None:
         return final
     final.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=final.parent) as scratch:
@@ -105,10 +105,7 @@ def _built_below(root: Path, library: Path, source: str) -> Path:
         text.write_text(source, encoding="utf-8")
         # Compilers leave what they need on the same disk, and zig keeps its own library there.
         compile_c([text], built, FLAGS, {"TMPDIR": scratch, "ZIG_GLOBAL_CACHE_DIR": str(root / "zig")})
-        # On the disk first, then renamed at once: neither a crash nor a second process sees half a file.
-        with built.open("rb+") as file:
-            os.fsync(file.fileno())
-        os.replace(built, final)
+        keep(final, built.read_bytes())
     return final
 
 

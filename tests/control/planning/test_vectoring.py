@@ -1,6 +1,7 @@
 """Guaranteed control torque against geometry, and the vectoring angles along the posture family."""
 
 import logging
+from contextlib import suppress
 from dataclasses import replace
 
 import casadi as ca
@@ -14,10 +15,11 @@ from guaranteed_torque import guaranteed_torque, tilt_along, torque_along
 from skylimb.base.errors import AllocationError, UnreachableError
 from skylimb.control.planning import vectoring_files
 from skylimb.control.planning.control_torque import face_distances
-from skylimb.control.planning.vectoring import VectoringTable, vectoring_table
+from skylimb.control.planning.vectoring import PURPOSES, VectoringTable, vectoring_table
 from skylimb.control.planning.vectoring_criteria import TORQUE
 from skylimb.control.planning.vectoring_digest import robot_digest
-from skylimb.robots import Robot, load_robot
+from skylimb.control.planning.vectoring_search import no_path
+from skylimb.robots import SHIPPED, Robot, list_robots, load_robot
 
 ROBOT = load_robot("hydrus_xi_quad")
 TABLE = vectoring_table(ROBOT)
@@ -192,7 +194,7 @@ def test_a_search_is_kept_and_used_again(cache, monkeypatch):
     )
     robot = elsewhere(ROBOT)
     vectoring_table(robot)
-    assert [path.name for path in cache.iterdir()] == [f"{TABLE.digest[:32]}.toml"]
+    assert [path.name for path in cache.glob("*.toml")] == [f"{TABLE.digest[:32]}.toml"]
     monkeypatch.setattr(vectoring_files, "_known", {})
     np.testing.assert_array_equal(vectoring_table(robot).coefficients, TABLE.coefficients)
     assert len(calls) == 1
@@ -217,6 +219,44 @@ def test_a_damaged_cache_is_searched_anew_and_replaced(cache, monkeypatch, text)
     monkeypatch.setattr(vectoring_files, "search_vectoring", lambda robot, criteria: TABLE.coefficients)
     np.testing.assert_array_equal(vectoring_table(elsewhere(ROBOT)).coefficients, TABLE.coefficients)
     assert TABLE.digest in file.read_text(encoding="utf-8")
+
+
+def test_a_bit_that_flipped_in_the_cache_is_searched_anew(cache, monkeypatch):
+    monkeypatch.setattr(vectoring_files, "search_vectoring", lambda robot, criteria: TABLE.coefficients)
+    vectoring_table(elsewhere(ROBOT))
+    file = cache / f"{TABLE.digest[:32]}.toml"
+    kept = file.read_bytes()
+    file.write_bytes(kept.replace(b".0", b".1", 1))
+    monkeypatch.setattr(vectoring_files, "_known", {})
+    with pytest.warns(UserWarning, match="damaged since it was kept"):
+        np.testing.assert_array_equal(vectoring_table(elsewhere(ROBOT)).coefficients, TABLE.coefficients)
+    assert file.read_bytes() == kept
+
+
+def test_that_there_is_no_path_is_searched_once(cache, monkeypatch):
+    calls = []
+
+    def search(robot, criteria):
+        calls.append(robot)
+        raise no_path(robot, criteria)
+
+    monkeypatch.setattr(vectoring_files, "search_vectoring", search)
+    for _ in range(2):
+        with pytest.raises(AllocationError, match="no continuous vectoring angles"):
+            vectoring_table(elsewhere(ROBOT))
+        monkeypatch.setattr(vectoring_files, "_known", {})
+    assert len(calls) == 1
+
+
+@pytest.mark.parametrize("purpose", PURPOSES)
+@pytest.mark.parametrize("name", list_robots())
+def test_for_every_robot_that_ships_the_search_was_done(cache, monkeypatch, name, purpose):
+    monkeypatch.setattr(vectoring_files, "search_vectoring", lambda robot, criteria: np.zeros((0, 8)))
+    monkeypatch.setattr(vectoring_files, "SHIPPED", SHIPPED)
+    robot = load_robot(name)
+    with suppress(AllocationError):  # that there is no path is known at once as well
+        vectoring_table(robot, purpose)
+    assert not cache.exists()
 
 
 def test_a_cache_that_cannot_be_written_is_said_and_does_no_harm(cache, monkeypatch, caplog):

@@ -44,6 +44,19 @@ _TRIES = 16
 _SAME = 0.1
 
 
+class NoPathError(AllocationError):
+    """No continuous path of vectoring angles keeps the criteria over their range."""
+
+
+def no_path(robot: Robot, criteria: VectoringCriteria) -> NoPathError:
+    """What to raise where a robot has no such path."""
+    low, high = criteria.span(robot)
+    return NoPathError(
+        f"no continuous vectoring angles of '{robot.name}' {criteria.kept} from theta = {low:g} to "
+        f"{high:g} rad"
+    )
+
+
 def search_vectoring(robot: Robot, criteria: VectoringCriteria = TORQUE) -> np.ndarray:
     """Chebyshev coefficients (n_vectoring, degree + 1) of psi over the criteria's range of theta, rad.
 
@@ -64,10 +77,7 @@ def search_vectoring(robot: Robot, criteria: VectoringCriteria = TORQUE) -> np.n
     refined = [fine.solve(coefficients) for _, coefficients in distinct[:_REFINED]]
     best = max((path for path in refined if path is not None), key=lambda path: path[0], default=None)
     if best is None:
-        raise AllocationError(
-            f"no continuous vectoring angles of '{robot.name}' {criteria.kept} from theta = "
-            f"{posture.span[0]:g} to {posture.span[1]:g} rad"
-        )
+        raise no_path(robot, criteria)
     return _near_zero(robot, posture.span, best[1])
 
 
