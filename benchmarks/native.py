@@ -23,11 +23,12 @@ from mujoco.batch import Batch
 from rich.console import Console
 from rich.table import Table
 
+from skylimb.analysis.scores.user_scores import scored
 from skylimb.control.loop.loop import Loop
 from skylimb.flight.drivers.compiled import CompiledDriver
 from skylimb.flight.drivers.native import compile_native, fly_native, unavailable
 from skylimb.flight.drivers.world import world
-from skylimb.flight.simulated_run import scored
+from skylimb.flight.simulated_run import simulated_run
 from skylimb.flight.takeoff import Takeoff, take_off
 from skylimb.simulation.engine_timer import without_timer
 
@@ -164,7 +165,7 @@ def measure(name: str, controller: str, flights: int, repeats: int) -> Figures:
     before, after = fastest(
         repeats,
         lambda: seconds(scene),
-        lambda: seconds(lambda: scored(takeoff, flight)),
+        lambda: seconds(lambda: scored(simulated_run(takeoff, flight))),
     )
     return Figures(
         flown=flight.ticks * takeoff.period,

@@ -1,4 +1,5 @@
 from .figures import write_figures as write_figures
+from .report.keeping import KeptFlights as KeptFlights
 from .report.output import write_comparison as write_comparison
 from .report.output import write_report as write_report
 from .report.output import write_run as write_run

@@ -9,9 +9,13 @@ from __future__ import annotations
 
 import csv
 import io
+import itertools
 import os
+import platform
+import re
 import secrets
 import shutil
+import sys
 import tempfile
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
@@ -70,10 +74,10 @@ def new_file(path: str | Path) -> Iterator[Path]:
         OutputError: if `path` exists or cannot be written; nothing is left behind then, on a full disk too.
     """
     path = require_new(path)
-    with writing(path), _aside(path) as staging:
-        inside = staging / path.name
+    with writing(path), staging(path) as aside:
+        inside = aside / path.name
         yield inside
-        _rename(inside, path)
+        rename_new(inside, path)
 
 
 @contextmanager
@@ -103,8 +107,7 @@ def replacing(path: str | Path, durable: bool = True) -> Iterator[Path]:
         OSError: if it cannot be written; what stood there before stands there still.
     """
     path = Path(path)
-    # A name of its own: two processes may write the same file at once.
-    aside = path.with_name(f".{path.name}.{os.getpid()}-{secrets.token_hex(4)}.partial")
+    aside = _aside(path)
     try:
         yield aside
         if durable:
@@ -139,24 +142,77 @@ def writing(path: str | Path) -> Iterator[None]:
 
 
 @contextmanager
-def _aside(path: Path) -> Iterator[Path]:
-    """A staging folder beside `path`, on the same file system so that the renaming is one atomic step."""
+def staging(path: Path) -> Iterator[Path]:
+    """A staging folder beside `path`, on the same file system so that the renaming is one atomic step.
+
+    It is removed at the end, with what was not renamed.
+    """
     parent = path.absolute().parent
     made = [folder for folder in (parent, *parent.parents) if not folder.exists()]
     parent.mkdir(parents=True, exist_ok=True)
-    staging = Path(tempfile.mkdtemp(prefix=f".{path.name}.", suffix=".partial", dir=parent))
+    aside = _aside(path.absolute())
+    aside.mkdir(mode=0o700)
     try:
-        yield staging
+        yield aside
     finally:
-        shutil.rmtree(staging, ignore_errors=True)
+        shutil.rmtree(aside, ignore_errors=True)
         for folder in made:
             with suppress(OSError):  # not empty: the result is in it
                 folder.rmdir()
 
 
-def _rename(source: Path, target: Path) -> None:
+def rename_new(source: Path, target: Path) -> None:
+    """Give what was written aside its name, unless something has it already."""
     require_new(target)
     source.rename(target)
+
+
+def first_free(folder: Path, name: str) -> Path:
+    """The first path in a folder that is not there yet; a number stands for the braces in its name."""
+    paths = (folder / name.format(number) for number in itertools.count(1))
+    return next(path for path in paths if not path.exists())
+
+
+def _aside(path: Path) -> Path:
+    """A hidden name beside `path` of its own: two processes may write the same file at once.
+
+    It names machine and process, so that what a killed one left is known for it (`orphans`).
+    """
+    return path.with_name(f".{path.name}.{_machine()}-{os.getpid()}-{secrets.token_hex(4)}.partial")
+
+
+_ASIDE = re.compile(r"\.(?P<name>.+)\.(?P<machine>[^.]*)-(?P<process>\d+)-[0-9a-f]{8}\.partial")
+
+
+def orphans(folder: Path) -> list[tuple[Path, str]]:
+    """What was written aside at or below a folder by processes of this machine that are no more.
+
+    Returns:
+        Path, and the name that it was to have; the deeper ones of those that lie in another are left out.
+    """
+    found: list[tuple[Path, str]] = []
+    for place, folders, files in os.walk(folder):
+        for name in (*folders, *files):
+            known = _ASIDE.fullmatch(name)
+            if known and known["machine"] == _machine() and not _runs(int(known["process"])):
+                found.append((Path(place, name), known["name"]))
+        folders[:] = [name for name in folders if not _ASIDE.fullmatch(name)]
+    return sorted(found)
+
+
+def _machine() -> str:
+    return re.sub(r"[^\w-]", "_", platform.node())[:32]
+
+
+def _runs(process: int) -> bool:
+    """Whether a process of this machine is still there, or may be."""
+    if sys.platform == "win32":  # asking would end it there
+        return True
+    try:
+        os.kill(process, 0)
+    except OSError as error:  # another user's is there, and may not be asked
+        return not isinstance(error, ProcessLookupError)
+    return True
 
 
 def _nearest_existing(folder: Path) -> Path:

@@ -10,7 +10,7 @@ Where to start reading:
 - `plan`: all that is known before take-off. `feasible` and `flyable` say what is refused, `derived` keeps
   what was computed.
 - `takeoff`: a plan with its simulated plant. `flying` chooses the driver and flies; `stepped` is by hand.
-- `flight_run`: any flight as a run. `simulated_run` adds truth and scores, `run_files` the user's files.
+- `flight_run`: any flight as a run. `simulated_run` adds truth, `run_files` the user's files.
 
 Rooms: `experiments` (what is flown), `events` (what happens to a flight besides), `drivers` (three ways to
 fly a tick, with the same bits), `realtime` (on the wall clock, and a robot behind a link; `decision` is the

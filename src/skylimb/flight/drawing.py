@@ -10,7 +10,7 @@ from skylimb.analysis.recording.run import Run
 from skylimb.base.errors import ConfigError
 from skylimb.control.controller import Controller
 from skylimb.flight.experiments.experiment import experiment_from_mapping, experiment_tables, put
-from skylimb.flight.public import Progress, run
+from skylimb.flight.public import Keep, Progress, run
 
 _ACCELERATION = 0.05
 """Of the pen, m/s^2: where a stroke begins faster, friction holds the pen back, then lets it go at once."""
@@ -30,6 +30,7 @@ def draw(
     seed: int | None = None,
     set: Mapping[str, Any] | None = None,
     progress: Progress | None = None,
+    keep: Keep | None = None,
 ) -> Run:
     """Draw an SVG file, or words, on a surface.
 
@@ -46,6 +47,7 @@ def draw(
         seed: of the sensors' noise; the experiment's own when None.
         set: dotted keys of the experiment and of the controller with new values.
         progress: called with how far the flight is.
+        keep: as of `skylimb.run`.
 
     Returns:
         The run; `pen_line_rms` and `line_frechet` are among its metrics.
@@ -79,4 +81,6 @@ def draw(
             gains[key] = value
         else:
             put(tables, key, value)
-    return run(experiment_from_mapping(tables, f"experiment {on}"), controller, seed, gains, progress)
+    return run(
+        experiment_from_mapping(tables, f"experiment {on}"), controller, seed, gains, progress, keep=keep
+    )

@@ -11,7 +11,7 @@ from contextlib import suppress
 import numpy as np
 
 from skylimb.base.errors import CompileError
-from skylimb.control.loop.flight import Flight
+from skylimb.control.loop.flight import Flight, Interrupted
 from skylimb.control.loop.loop import Loop
 from skylimb.control.user_controller import UserController
 from skylimb.flight.drivers.compiled import CompiledDriver
@@ -31,7 +31,11 @@ Progress = Callable[[int, int], None]
 
 
 def fly(takeoff: Takeoff, progress: Progress | None = None) -> Flight:
-    """Fly to the end with the driver that takes the least time here; every driver gives the same flight."""
+    """Fly to the end with the driver that takes the least time here; every driver gives the same flight.
+
+    Raises:
+        Interrupted: with what was flown, on Ctrl-C in flight.
+    """
     if takeoff.traceable and worth_building(takeoff.tick.function) and native_available():
         with suppress(CompileError):  # nowhere to build it: another driver flies
             return fly_native([takeoff], progress=progress)[0]
@@ -46,10 +50,17 @@ def flew_in_python(takeoff: Takeoff, driver: FreeDriver) -> str:
 
 
 def fly_here(takeoff: Takeoff, progress: Progress | None = None) -> Flight:
-    """Fly to the end in this process, with the compiled driver or the free one."""
+    """Fly to the end in this process, with the compiled driver or the free one.
+
+    Raises:
+        Interrupted: with what was flown, on Ctrl-C in flight.
+    """
     with without_timer():
         loop = begin_loop(takeoff)
-        flight = loop.fly(progress)
+        try:
+            flight = loop.fly(progress)
+        except KeyboardInterrupt as stop:
+            raise (Interrupted(loop.stop()) if loop.ticks else stop) from None
     if isinstance(loop.driver, FreeDriver):
         _log.warning("%s", flew_in_python(takeoff, loop.driver))
     return flight

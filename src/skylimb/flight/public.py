@@ -7,19 +7,23 @@ from typing import Any
 
 from skylimb.analysis.recording.run import Run
 from skylimb.analysis.recording.runs import Runs
-from skylimb.analysis.scores.user_scores import with_user_scores
+from skylimb.analysis.scores.user_scores import scored
 from skylimb.base.errors import ConfigError
 from skylimb.control.controller import Controller
 from skylimb.control.corrections import Calibrated
+from skylimb.control.loop.flight import Flight, Interrupted
 from skylimb.flight.experiments.experiment import Experiment
 from skylimb.flight.flying import fly
 from skylimb.flight.loading import Use
-from skylimb.flight.simulated_run import recorded
+from skylimb.flight.simulated_run import simulated_run, with_origin
 from skylimb.flight.stepped import SteppedFlight
 from skylimb.flight.takeoff import Takeoff, take_off
 
 Progress = Callable[[str, int, int], None]
 """Called now and then with (controller, ticks flown, ticks in all)."""
+
+Keep = Callable[[Run], None]
+"""Called with the record of a flight as soon as it has ended, before it is scored."""
 
 PAPER_CONTROLLERS = ("pid", "impedance", "admittance", "hybrid")
 
@@ -32,6 +36,7 @@ def run(
     progress: Progress | None = None,
     use: Sequence[Use] = (),
     calibration: Calibrated | None = None,
+    keep: Keep | None = None,
 ) -> Run:
     """Fly one controller through one experiment.
 
@@ -47,15 +52,18 @@ def run(
         use: metrics of your own besides those that ship: functions with `@skylimb.metric`, or Python files.
         calibration: what the controller knows of robot and sensors besides their description: a
             calibration.toml, or what `skylimb.calibrate` returned.
+        keep: called with the record before anything is scored; of a flight that Ctrl-C ends, with what was
+            flown.
 
     Returns:
-        The run; a flight that is lost has status FAILED and its cause, and no scores.
+        The run; a flight that is lost has status FAILED and its cause, and no scores. A metric of yours that
+        fails has no number, and the run's `problems` say why.
 
     Raises:
         SkylimbError: when a flight cannot be flown; nothing has flown then.
     """
     (takeoff,) = take_off(experiment, (controller,), seed, set, use, calibration)
-    return _flown(takeoff, progress)
+    return _flown(takeoff, progress, keep)
 
 
 def begin(
@@ -84,6 +92,7 @@ def compare(
     progress: Progress | None = None,
     use: Sequence[Use] = (),
     calibration: Calibrated | None = None,
+    keep: Keep | None = None,
 ) -> Runs:
     """Fly several controllers through the same experiment with the same seed.
 
@@ -97,14 +106,25 @@ def compare(
     alike = sorted({name for name in names if names.count(name) > 1})
     if alike:
         raise ConfigError(f"two controllers are called '{alike[0]}'; a comparison needs a name for each")
-    return Runs((one.controller.name, _flown(one, progress)) for one in ready)
+    return Runs((one.controller.name, _flown(one, progress, keep)) for one in ready)
 
 
-def _flown(takeoff: Takeoff, progress: Progress | None) -> Run:
-    """Fly a take-off to its end."""
+def _flown(takeoff: Takeoff, progress: Progress | None, keep: Keep | None) -> Run:
+    """Fly a take-off to its end, hand out its record, then score it."""
 
     def report(done: int, total: int) -> None:
         if progress is not None:
             progress(takeoff.controller.name, done, total)
 
-    return with_user_scores(recorded(takeoff, fly(takeoff, report)), takeoff.own)
+    def record(flight: Flight) -> Run:
+        run = with_origin(simulated_run(takeoff, flight), takeoff)
+        if keep is not None:
+            keep(run)
+        return run
+
+    try:
+        flight = fly(takeoff, report)
+    except Interrupted as stop:
+        record(stop.flight)
+        raise
+    return scored(record(flight), takeoff.own)

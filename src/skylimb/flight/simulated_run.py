@@ -6,7 +6,7 @@ import dataclasses
 import json
 
 from skylimb.analysis.recording.run import Run
-from skylimb.analysis.scores.metrics import metrics
+from skylimb.analysis.scores.user_scores import scored
 from skylimb.base.config import to_mapping
 from skylimb.base.signals import require_recorded
 from skylimb.control.controller import controller_signals
@@ -22,19 +22,19 @@ from skylimb.simulation.joint_stops import leaning
 
 
 def recorded(takeoff: Takeoff, flight: Flight, mission: Mission | None = None) -> Run:
-    """The run of a simulated flight: log, scores, configuration, versions and scene; see `scored`."""
-    return with_origin(scored(takeoff, flight, mission), takeoff)
+    """The run of a simulated flight with all that produced it and its scores; see `simulated_run`."""
+    return scored(with_origin(simulated_run(takeoff, flight, mission), takeoff), takeoff.own)
 
 
 def with_origin(run: Run, takeoff: Takeoff) -> Run:
-    """A scored run with all that produced it."""
+    """A simulated run with configuration, versions and scene: what a record that is kept needs."""
     made_with = {"compiler": compiler_version()}
     notes = [*_moved(takeoff), *_leaning(run, takeoff)]
     return documented(run, takeoff, notes, made_with, takeoff.plant.scene)
 
 
-def scored(takeoff: Takeoff, flight: Flight, mission: Mission | None = None) -> Run:
-    """The run of a simulated flight with its scores; `with_origin` adds what a record that is kept needs.
+def simulated_run(takeoff: Takeoff, flight: Flight, mission: Mission | None = None) -> Run:
+    """The run of a simulated flight, with its truth and without scores.
 
     Args:
         takeoff: what was flown.
@@ -53,7 +53,7 @@ def scored(takeoff: Takeoff, flight: Flight, mission: Mission | None = None) -> 
     times = mission.times[: flight.ticks]
     run = flight_run(plan, truth.signals, times, flight.cause, attributes, frame=mission.frame)
     log = with_reference_line(run.log, plan.experiment.trajectory)
-    return dataclasses.replace(run, log=log, metrics=metrics(log))
+    return dataclasses.replace(run, log=log)
 
 
 def _moved(takeoff: Takeoff) -> list[str]:

@@ -1,4 +1,4 @@
-"""What a run and a comparison leave on disk, and that it is all or nothing."""
+"""What a run and a comparison leave on disk: the record all or nothing, the rest part by part."""
 
 import base64
 import csv
@@ -7,17 +7,21 @@ import json
 import os
 import re
 import shutil
+from dataclasses import replace
 from html.parser import HTMLParser
 
 import pytest
 import xarray as xr
+from matplotlib.figure import Figure
 
 from skylimb.analysis import write_comparison, write_report, write_run, write_videos
 from skylimb.analysis.figures import report_figures
 from skylimb.analysis.recording import Run, load_runs
-from skylimb.analysis.report import report, videos
+from skylimb.analysis.report import attempts, output, videos
+from skylimb.analysis.report.output import write_records, write_scores
 from skylimb.analysis.report.report import render_report
 from skylimb.analysis.scores.registry import NUMERIC_KEYS
+from skylimb.analysis.scores.user_scores import UserFigure, scored
 from skylimb.base.errors import OutputError
 
 
@@ -186,14 +190,44 @@ def test_an_existing_folder_is_refused_before_anything_is_drawn(make_run, tmp_pa
     assert [path.name for path in tmp_path.rglob("*")] == ["out", "mine"]
 
 
-def test_an_error_on_the_way_leaves_nothing(make_run, tmp_path, monkeypatch, no_figures):
-    def fail(*_):
-        raise RuntimeError("disk on fire")
-
-    monkeypatch.setattr(report, "render_report", fail)
-    with pytest.raises(RuntimeError, match="disk on fire"):
-        write_comparison({"a": make_run(slide=1.0)}, tmp_path / "deep" / "out")
+def test_a_record_that_cannot_be_written_leaves_nothing(make_run, tmp_path, monkeypatch):
+    run = make_run(slide=1.0)
+    odd = replace(run, log=run.log.assign(odd=("time", [object()] * run.log.sizes["time"])))
+    with pytest.raises(OutputError, match="variable 'odd' holds object"):
+        write_comparison({"a": run, "b": odd}, tmp_path / "deep" / "out")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_what_fails_after_the_record_is_named_and_the_rest_is_there(make_run, tmp_path):
+    def torn(run):
+        raise ValueError("no paper")
+
+    run = make_run(slide=1.0)
+    figures = [UserFigure("torn", torn), UserFigure("whole", lambda run: Figure())]
+    folder = write_records({run.name: run}, tmp_path / "out")
+    (line,) = write_report({run.name: run}, folder, figures)
+    assert re.match(r"figure 'torn' fails in .*line \d+, `raise ValueError.*: ValueError: no paper$", line)
+    assert (folder / "failed.txt").read_text() == f"{line}\n"
+    assert {path.stem for path in (folder / "figures").iterdir()} >= {"cog_tracking", "whole"}
+    assert not list(folder.glob("figures/torn*"))
+    assert len(Page((folder / "report.html").read_text()).all("img")) == 5
+    assert write_report({run.name: run}, folder, figures[1:]) == ()
+    assert not (folder / "failed.txt").exists()
+    with pytest.warns(UserWarning, match="no paper"):
+        write_run(run, tmp_path / "at-once", figures=figures)
+
+
+def test_scores_go_into_a_record_that_has_others(make_run, make_log, tmp_path):
+    run = make_run(slide=1.0)
+    folder = write_records({"a": replace(run, metrics={}), "b": run}, tmp_path / "out")
+    before = (folder / "b/log.nc").read_bytes()
+    assert load_runs(folder)["a"].metrics == {}
+    assert write_scores({"a": run, "b": run}, folder) == ()
+    loaded = load_runs(folder)["a"]
+    assert loaded.metrics == run.metrics
+    xr.testing.assert_identical(loaded.log.drop_attrs(), load_runs(folder)["b"].log.drop_attrs())
+    assert json.loads((folder / "a/metrics.json").read_text()) == run.metrics
+    assert (folder / "b/log.nc").read_bytes() == before
 
 
 @pytest.mark.parametrize("name", ["../up", "figures", ".hidden", "a/b", ""])
@@ -293,18 +327,25 @@ def test_an_interruption_keeps_the_report_and_what_was_filmed(make_run, tmp_path
     assert "Reload the page" not in page.text
 
 
-def test_a_full_disk_is_one_line(make_run, tmp_path, monkeypatch, no_figures):
+def test_a_disk_that_is_full_after_the_record_loses_no_flight(make_run, tmp_path, monkeypatch):
     def full(*_):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     run = make_run(slide=1.0)
-    folder = write_run(run, tmp_path / "out")
-    monkeypatch.setattr(report_figures, "write_figures", full)
-    with pytest.raises(OutputError, match=r"^cannot write '.*other': No space left on device$"):
-        write_run(run, tmp_path / "other")
-    with pytest.raises(OutputError, match=r"^cannot write '.*out': No space left on device$"):
-        write_report({run.name: run}, folder)
-    assert [path.name for path in tmp_path.iterdir()] == ["out"]
+    folder = write_records({run.name: replace(run, metrics={})}, tmp_path / "out")
+    for module in (output, attempts):
+        monkeypatch.setattr(module, "replace_text", full)
+    monkeypatch.setattr(output, "replacing", full)
+    monkeypatch.setattr("skylimb.analysis.figures.style.save", full)
+    failed = write_report({run.name: run}, folder)
+    assert [line.partition(" failed: ")[0] for line in failed] == [
+        "metrics.json", "scores in log.nc",
+        "figure 'pen_traces'", "figure 'cog_tracking'", "figure 'contact_direction'", "figure 'poses'",
+        "report.html",
+    ]  # fmt: skip
+    assert all("No space left on device" in line for line in failed)
+    assert Run.load(folder).metrics == {}
+    xr.testing.assert_equal(Run.load(folder).log, run.log)
 
 
 def test_a_report_can_be_made_anew_from_the_logs_alone(comparison, tmp_path):
@@ -321,7 +362,7 @@ def test_a_report_can_be_made_anew_from_the_logs_alone(comparison, tmp_path):
         path.unlink()
     (folder / "metrics.csv").write_text("run\npid\nimpedance\nadmittance\nhybrid\n")
     (folder / "pid" / "video.mp4").write_bytes(b"film")
-    assert write_report(load_runs(folder), folder) == folder / "report.html"
+    assert write_report({name: scored(run) for name, run in load_runs(folder).items()}, folder) == ()
     (folder / "pid" / "video.mp4").unlink()
     assert {path.relative_to(folder) for path in folder.rglob("*")} == whole
     assert (folder / "metrics.csv").read_text() == wanted

@@ -1,5 +1,7 @@
 """Metrics and figures of a user's own: by name in tables, reports and campaigns, errors in a line."""
 
+import dataclasses
+import re
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +19,7 @@ from skylimb.analysis.scores.score import Metric
 from skylimb.analysis.scores.user_scores import (
     UserFigure,
     load_user_scores,
-    scored_again,
-    with_user_scores,
+    scored,
 )
 from skylimb.base.errors import ConfigError, UnknownNameError, UserCodeError
 
@@ -47,18 +48,15 @@ def span(run: Run) -> Any:
 def test_a_metric_has_a_name_a_unit_and_a_direction() -> None:
     assert isinstance(far, Metric)
     assert far(run()).item() == 4.0
-    found = with_user_scores(run(), [far, span]).metrics
+    found = scored(run(), [far, span]).metrics
     assert (found["far"], found["span_low"], found["span_high"]) == (4.0, None, 3.0)
-    lost = with_user_scores(run("FAILED"), [span]).metrics
+    lost = scored(run("FAILED"), [span]).metrics
     assert (lost["span_low"], lost["span_high"]) == (None, None)
-    assert with_user_scores(run(), [far]).metrics == {
-        "b": 2.0, "far": 4.0, "done": None, "missed": [], "checks": {}
-    }  # fmt: skip
     (score,), (low, _) = far.scores, span.scores
     assert (score.sign, low.directed) == (-1.0, False)
     assert (score.text(), score.unit) == ("How far it goes", "m")
     assert (low.text(), low.unit) == ("From where to where, low", "s")
-    table = metrics_table({"one": with_user_scores(run(), [far])}).splitlines()
+    table = metrics_table({"one": scored(run(), [far])}).splitlines()
     assert table[0].endswith(",far")
     assert table[1].endswith(",4.0")
 
@@ -78,7 +76,7 @@ def steps(run: Run) -> Any:
 def test_a_metric_is_judged_by_its_tolerance_and_stands_in_its_group(make_log: Any, tmp_path: Path) -> None:
     flown = Run("one", "hybrid", make_log().assign(a=("b", [1.0, 0.03])))
     flown.log.attrs["tolerances"] = '{"pen_line": 0.02}'
-    flown = with_user_scores(scored_again(flown), [farther, steps, span])
+    flown = scored(flown, [farther, steps, span])
     assert flown.done is False
     assert flown.metrics["checks"]["farther"] == {"value": 1.0, "tolerance": 0.02, "kept": False}
     assert flown.metrics["checks"]["steps"]["kept"] is True
@@ -91,15 +89,15 @@ def test_a_metric_is_judged_by_its_tolerance_and_stands_in_its_group(make_log: A
     assert [score.line() for score in shown["Force"]][-1] == "farther"
     assert [score.name for score in shown["Further numbers"]] == ["steps", "span_high"]
     assert shown["Further numbers"][0].printed(7.0) == "7"
-    assert scored_again(loaded).metrics == flown.metrics
-    lost = scored_again(Run("one", "hybrid", flown.log.assign_attrs(status="FAILED")))
+    assert scored(loaded).metrics == flown.metrics
+    lost = scored(Run("one", "hybrid", flown.log.assign_attrs(status="FAILED")))
     assert lost.missed == ["the flight was lost"]
 
 
 def test_a_bound_of_its_own_judges_a_flight_that_nothing_else_judges() -> None:
-    assert with_user_scores(run(), [steps]).missed == ["Steps that it takes: 2, 5 commanded"]
-    assert with_user_scores(run("FAILED"), [steps]).done is False
-    assert with_user_scores(run("FAILED"), [far]).done is None
+    assert scored(run(), [steps]).missed == ["Steps that it takes: 2, 5 commanded"]
+    assert scored(run("FAILED"), [steps]).done is False
+    assert scored(run("FAILED"), [far]).done is None
 
 
 @pytest.mark.parametrize(
@@ -119,8 +117,24 @@ def test_what_a_metric_returns_is_checked(value: Any, keys: tuple[str, ...], mes
     def bad(run: Run) -> Any:
         return value
 
-    with pytest.raises(UserCodeError, match=message):
-        with_user_scores(run(), [skylimb.metric(bad, keys=keys)])
+    found = scored(run(), [skylimb.metric(bad, keys=keys), far])
+    (problem,) = found.problems.items()
+    assert problem[0] == "metric 'bad'"
+    assert re.search(message, problem[1])
+    assert found.metrics["far"] == 4.0  # the others are computed all the same
+    assert found.metrics["bad_x" if keys else "bad"] is None
+
+
+def test_what_failed_is_told_until_it_is_computed(tmp_path: Path) -> None:
+    failing = dataclasses.replace(far, function=lambda run: 1 / 0)
+    found = scored(run(), [failing, span])
+    assert list(found.problems) == ["metric 'far'"]
+    assert found.problems["metric 'far'"].endswith("ZeroDivisionError: division by zero")
+    loaded = Run.load(found.save(tmp_path / "log.nc"))
+    assert loaded.problems == found.problems
+    assert scored(loaded).problems == found.problems  # nobody computed it anew
+    mended = scored(loaded, [far])
+    assert (mended.problems, mended.metrics["far"], mended.metrics["span_high"]) == ({}, 4.0, 3.0)
 
 
 def test_an_error_names_the_users_line(tmp_path: Path) -> None:
@@ -128,10 +142,8 @@ def test_an_error_names_the_users_line(tmp_path: Path) -> None:
     file.write_text(
         "import skylimb\n@skylimb.metric\ndef wrong(run):\n    return run.log.nothing\n", encoding="utf-8"
     )
-    with pytest.raises(
-        UserCodeError, match=r"metric 'wrong' fails in .*mine\.py, line 4, `return run\.log\.nothing`: Attr"
-    ):
-        with_user_scores(run(), load_user_scores([file]))
+    (why,) = scored(run(), load_user_scores([file])).problems.values()
+    assert re.match(r"metric 'wrong' fails in .*mine\.py, line 4, `return run\.log\.nothing`: Attr", why)
     file.write_text("x = 1\n", encoding="utf-8")
     with pytest.raises(ConfigError, match=r"mine\.py' has no metric and no figure"):
         load_user_scores([file])

@@ -1,6 +1,7 @@
 import json
 import logging
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -178,7 +179,90 @@ def test_a_warning_is_a_line_without_a_place_in_the_code(
     assert ".py" not in err
 
 
-def test_an_interrupted_flight_leaves_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+STOPPING = """
+import skylimb
+
+class Stopping:
+    name = "stopping"
+    def __init__(self, robot): self.own, self.left = skylimb.load_controller("pid", robot), TICKS
+    def gains(self): return self.own.gains()
+    def initial_state(self): return self.own.initial_state()
+    def step(self, gains, state, measurement, reference, dt):
+        float(measurement.joint_angles[0])  # not to be traced
+        self.left -= 1
+        if self.left < 0: STOP
+        return self.own.step(gains, state, measurement, reference, dt)
+
+def controller(robot): return Stopping(robot)
+"""
+
+
+@pytest.mark.parametrize(
+    ("stop", "code"), [("raise KeyboardInterrupt", 130), ("signal.raise_signal(signal.SIGTERM)", 143)]
+)
+def test_an_interrupted_flight_leaves_what_was_flown(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], stop: str, code: int
+) -> None:
+    file, out = tmp_path / "stopping.py", tmp_path / "out"
+    file.write_text(f"import signal{STOPPING}".replace("TICKS", "50").replace("STOP", stop))
+    found, _, err = call(["run", "free_flight", "--controller", str(file), "--out", str(out)], capsys)
+    kept = tmp_path / "out-interrupted"
+    assert found == code
+    assert err.endswith(f"skylimb: error: interrupted; what was flown is kept in '{kept}'\n")
+    assert not out.exists()
+    run = Run.load(kept)
+    assert run.cause == f"stopped from outside at t = {run.log.time.values[-1] + 0.005:.3f} s, " + (
+        "before the mission's end"
+    )
+    assert 30 < run.log.sizes["time"] <= 50
+    assert run.metrics == {}
+    assert call(["score", str(kept)], capsys)[0] == 0
+    assert json.loads((kept / "metrics.json").read_text())["status"] == "FAILED"
+
+
+def test_what_fails_after_a_flight_is_named_and_can_be_scored_again(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], flown: tuple[int, Path]
+) -> None:
+    folder, mine = shutil.copytree(flown[1], tmp_path / "flight"), tmp_path / "mine.py"
+    text = "import skylimb\n@skylimb.metric\ndef far(run):\n    return run.log.{}\n"
+    for name, code in (("nothing", 1), ("time[-1]", 0)):
+        mine.write_text(text.format(name))
+        found, out, _ = call(["score", str(folder), "--use", str(mine)], capsys)
+        assert found == code
+        assert ("metric 'far' fails in" in out) == bool(code)
+        assert (folder / "failed.txt").is_file() == bool(code)
+        _, listed, _ = call(["runs", str(tmp_path)], capsys)
+        assert ("metric 'far' fails in" in listed) == bool(code)
+    assert Run.load(folder).metrics["far"] > 5.0
+    np.testing.assert_array_equal(Run.load(folder).log.time, Run.load(flown[1]).log.time)
+
+
+def test_runs_clears_away_what_a_killed_process_left(
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    flown: tuple[int, Path],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    whole, half = tmp_path / ".whole.0.partial", tmp_path / ".half.0.partial"
+    shutil.copytree(flown[1], whole / "whole")
+    (half / "half").mkdir(parents=True)
+    (half / "half" / "log.nc").write_bytes((flown[1] / "log.nc").read_bytes()[:1000])
+    known = [(whole, "whole"), (half, "half")]
+    monkeypatch.setattr(
+        "skylimb.base.files.orphans", lambda folder: [one for one in known if one[0].exists()]
+    )
+    _, out, _ = call(["runs", str(tmp_path)], capsys)
+    assert out.count("left by a process that was killed; `skylimb runs --clean` clears it away") == 2
+    _, out, _ = call(["runs", str(tmp_path), "--clean"], capsys)
+    assert f"kept as '{tmp_path / 'whole-interrupted'}'" in out
+    assert f"{half}: left by a process that was killed; removed" in out
+    assert [path.name for path in tmp_path.iterdir()] == ["whole-interrupted"]
+    assert call(["runs", str(tmp_path / "nowhere")], capsys)[0] == 2
+
+
+def test_a_flight_interrupted_at_its_first_tick_leaves_nothing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     stopping = tmp_path / "stopping.py"
     stopping.write_text(
         "class Stopping:\n"

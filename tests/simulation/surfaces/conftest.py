@@ -6,8 +6,9 @@ import mujoco
 import numpy as np
 import pytest
 
+from skylimb.analysis.scores.user_scores import scored
 from skylimb.flight.drivers.native import fly_native
-from skylimb.flight.simulated_run import scored
+from skylimb.flight.simulated_run import simulated_run
 from skylimb.simulation.contact import add_contact_pair, set_contact_options, tune_contact_pair
 from skylimb.simulation.surface_bodies import add_surface
 
@@ -86,7 +87,7 @@ def flight(takeoff):
 @pytest.fixture(scope="module")
 def log(takeoff, flight):
     """Its log."""
-    return scored(takeoff, flight).log
+    return scored(simulated_run(takeoff, flight)).log
 
 
 @pytest.fixture

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -176,17 +177,27 @@ def user_figures(runs: Mapping[str, Run], figures: Iterable[UserFigure]) -> list
     ]
 
 
-def write_figures(runs: Mapping[str, Run], folder: Path, own: Iterable[ReportFigure] = ()) -> list[Path]:
+def write_figures(
+    runs: Mapping[str, Run],
+    folder: Path,
+    own: Iterable[ReportFigure] = (),
+    part: Callable[[str], AbstractContextManager[None]] = nullcontext,
+) -> list[Path]:
     """Draw every figure that suits these runs into `folder`, as PNG and PDF, and return the PNG paths.
 
     Args:
         runs: by name.
         folder: where.
         own: figures besides `REPORT_FIGURES`.
+        part: around each by its name; it may note what fails and let the others be drawn.
 
     Raises:
         OSError: when a file cannot be written.
     """
-    folder.mkdir(parents=True, exist_ok=True)
-    wanted = [picture for picture in (*REPORT_FIGURES, *own) if picture.suits(runs)]
-    return [style.save(picture.draw(runs), folder / picture.name)[0] for picture in wanted]
+    drawn = []
+    for picture in (*REPORT_FIGURES, *own):
+        with part(f"figure '{picture.name}'"):
+            if picture.suits(runs):
+                folder.mkdir(parents=True, exist_ok=True)
+                drawn.append(style.save(picture.draw(runs), folder / picture.name)[0])
+    return drawn

@@ -28,6 +28,9 @@ FORMAT_VERSION = 1
 LOG_FILE = "log.nc"
 """The name of the record inside a run's folder."""
 
+PROBLEMS = "problems"
+"""Of a run's metrics: why a user's metric has no number, by the metric's name."""
+
 _OWN_ATTRIBUTES = ("format", "name", "metrics")
 
 
@@ -83,6 +86,11 @@ class Run:
     def missed(self) -> list[str]:
         """What the flight did not do as commanded, and by how much; empty where it missed nothing."""
         return list(self.metrics.get("missed", []))
+
+    @property
+    def problems(self) -> dict[str, str]:
+        """Why a user's metric could not be computed, by what failed; empty where all could."""
+        return dict(self.metrics.get(PROBLEMS, {}))
 
     @property
     def config(self) -> str:
@@ -177,10 +185,7 @@ class Run:
         Raises:
             OutputError: if the file exists or cannot be written, or a signal is neither number nor word.
         """
-        try:
-            content = self.content()
-        except TypeError as error:
-            raise OutputError(f"cannot write run file '{path}': {error}") from error
+        content = self.content()
         with new_file(path) as aside:
             aside.write_bytes(content)
         return Path(path)
@@ -189,17 +194,19 @@ class Run:
         """The bytes of the file that `save` writes.
 
         Raises:
-            TypeError: when a signal is neither number nor word.
+            OutputError: when a signal is neither number nor word.
         """
-        return netcdf_bytes(
-            self.log.assign_attrs(
-                format=FORMAT,
-                format_version=FORMAT_VERSION,
-                name=self.name,
-                controller=self.controller,
-                metrics=json.dumps(dict(self.metrics), allow_nan=False),
-            )
+        log = self.log.assign_attrs(
+            format=FORMAT,
+            format_version=FORMAT_VERSION,
+            name=self.name,
+            controller=self.controller,
+            metrics=json.dumps(dict(self.metrics), allow_nan=False),
         )
+        try:
+            return netcdf_bytes(log)
+        except TypeError as error:
+            raise OutputError(f"cannot write a file of run '{self.name}': {error}") from error
 
     @classmethod
     def load(cls, path: str | Path) -> Run:

@@ -14,6 +14,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from skylimb.analysis.recording import LOG_FILE, Run
+from skylimb.analysis.report.attempts import mark_more_failed
 from skylimb.analysis.report.output import REPORT_FILE, home
 from skylimb.analysis.report.report import VIDEO_FILE, render_report
 from skylimb.analysis.report.video import film_record
@@ -76,6 +77,8 @@ def write_videos(
     finally:
         with writing(folder):
             replace_text(folder / REPORT_FILE, render_report(runs, folder))
+    with writing(folder):
+        mark_more_failed(folder, problems)
     for problem in problems:
         _log.warning("%s", problem)
     return problems

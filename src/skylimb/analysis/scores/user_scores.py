@@ -23,11 +23,11 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-from skylimb.analysis.recording.run import Run
+from skylimb.analysis.recording.run import PROBLEMS, Run
 from skylimb.analysis.scores.declared import declared_in, declaring
 from skylimb.analysis.scores.metrics import metrics
 from skylimb.analysis.scores.registry import SCORES, TOLERANCES
-from skylimb.analysis.scores.score import Metric, Number, Score
+from skylimb.analysis.scores.score import Metric, Number
 from skylimb.analysis.scores.verdict import verdict
 from skylimb.base.errors import ConfigError, UserCodeError, unknown_name
 from skylimb.base.user_code import UserCode
@@ -36,7 +36,9 @@ from skylimb.base.user_modules import load_module
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Drawing
 
-_TAKEN = frozenset({*SCORES, "status", "cause", "missed", "checks", "force_limits", "strokes", "success"})
+_TAKEN = frozenset(
+    {*SCORES, "status", "cause", "missed", "checks", "force_limits", "strokes", "success", PROBLEMS}
+)
 """What a metric cannot be called."""
 
 
@@ -124,43 +126,36 @@ def figures_of(own: Iterable[UserScore]) -> list[UserFigure]:
     return [one for one in own if isinstance(one, UserFigure)]
 
 
-def with_user_scores(
-    run: Run,
-    use: Iterable[UserScore],
-    sets: Iterable[str] = (),
-    on_error: Callable[[UserCodeError], None] | None = None,
-) -> Run:
-    """The run with the scores of a user's metrics among its others, judged by them as well.
+def scored(run: Run, own: Iterable[UserScore] = (), sets: Iterable[str] = ()) -> Run:
+    """The run with its scores and its verdict; every record is scored here, a fresh one or an old one.
+
+    A user's metric that fails loses its own numbers and nothing else: they are None, and `Run.problems` says
+    why. Numbers of metrics that are not among `own` stay as the record has them, and are judged again.
 
     Args:
         run: a flight.
-        use: metrics and figures.
+        own: metrics of the user's; figures among them are passed over.
         sets: those with a set (`on_demand`) are computed where it is among these.
-        on_error: called with what goes wrong in a metric, whose scores are None then; None raises it.
     """
-    used = [each for each in metrics_of(use) if each.on_demand in {"", *sets}]
-    if not used:
-        return run
-    numbers: dict[str, Number] = dict.fromkeys(key for each in used for key in each.columns)
+    used = [each for each in metrics_of(own) if each.on_demand in {"", *sets}]
+    declared = declared_in(run.log)
+    numbers: dict[str, Number] = {name: run.metrics.get(name) for name in declared}
+    numbers |= dict.fromkeys(key for each in used for key in each.columns)
+    anew = {_metric(each) for each in used}
+    problems = {name: why for name, why in run.problems.items() if name not in anew}
+    fresh = replace(run, metrics=metrics(run.log))
     for each in used if not run.failed else ():
         try:
-            with UserCode(f"metric '{each.name}'"):
-                numbers |= each.of(run)
+            with UserCode(_metric(each)):
+                numbers |= each.of(fresh)
         except UserCodeError as error:
-            if on_error is None:
-                raise
-            on_error(error)
-    scores = [score for each in used for score in each.scores]
-    return declaring(_judged(replace(run, metrics={**run.metrics, **numbers}), scores), scores)
+            problems[_metric(each)] = str(error)
+    judged = {**declared, **{score.name: score for each in used for score in each.scores}}.values()
+    if judged:
+        fresh = replace(fresh, metrics={**fresh.metrics, **numbers})
+        fresh = declaring(replace(fresh, metrics={**fresh.metrics, **verdict(fresh, judged)}), judged)
+    return replace(fresh, metrics={**fresh.metrics, PROBLEMS: problems}) if problems else fresh
 
 
-def scored_again(run: Run) -> Run:
-    """A record scored anew; the numbers of a user's metrics stay as they are, and are judged again."""
-    declared = declared_in(run.log)
-    kept = {name: run.metrics.get(name) for name in declared}
-    fresh = replace(run, metrics={**metrics(run.log), **kept})
-    return _judged(fresh, declared.values()) if declared else fresh
-
-
-def _judged(run: Run, scores: Iterable[Score]) -> Run:
-    return replace(run, metrics={**run.metrics, **verdict(run, scores)})
+def _metric(metric: Metric) -> str:
+    return f"metric '{metric.name}'"

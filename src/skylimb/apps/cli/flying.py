@@ -24,6 +24,7 @@ from skylimb.apps.cli.options import (
 from skylimb.base.errors import ConfigError
 
 if TYPE_CHECKING:
+    from skylimb.analysis.recording import Run
     from skylimb.analysis.scores.user_scores import UserFigure
 
 
@@ -42,8 +43,10 @@ def run(
     """Fly one controller through one experiment.
 
     Leaves log.nc, metrics.json, config.toml, figures/ and report.html, in which one can watch the flight;
-    with --video video.mp4 after all of them. The exit code is 1 for a lost flight, and 0 for one that came to
-    its end, done as commanded or not.
+    with --video video.mp4 after all of them. The log comes first: a metric, a figure or a video that fails
+    is named, also in failed.txt, and the rest is there. What Ctrl-C ends is kept in FOLDER-interrupted. The
+    exit code is 1 for a lost flight and where something failed, and 0 for a flight that came to its end, done
+    as commanded or not.
 
     Examples:
         skylimb run --controller hybrid
@@ -58,20 +61,28 @@ def run(
 
         message_types()  # what is not installed is said before anything flies
     import skylimb
+    from skylimb.analysis import KeptFlights
 
-    with output.flights() as progress:
-        flown = skylimb.run(experiment, controller, seed, set, progress, use, calibration)
-    with output.working("writing log, figures and report"):
-        from skylimb.analysis import write_run
-
-        write_run(flown, folder, videos_follow=video, figures=_figures_of(use))
+    with KeptFlights(folder, 1) as kept, output.flights() as progress:
+        flown = skylimb.run(experiment, controller, seed, set, progress, use, calibration, kept.keep)
+    runs = {flown.name: flown}
+    failed = output.written(runs, folder, figures_of(use), video)
     if bag:
-        with output.working("writing log.bag"):
-            from skylimb.analysis.exchange.convert import write_log
+        failed += _bag(flown, folder)
+    output.scores(runs)
+    return output.hand_over(runs, folder, video, failed)
 
-            write_log(flown, folder / "log.bag")
-    output.scores({flown.name: flown})
-    return output.hand_over({flown.name: flown}, folder, video)
+
+def _bag(run: Run, folder: Path) -> tuple[str, ...]:
+    """Write log.bag beside the other files; why it could not be written, in a line."""
+    from skylimb.analysis.exchange.convert import write_log
+    from skylimb.analysis.report.attempts import Attempts, mark_more_failed
+
+    parts = Attempts()
+    with output.working("writing log.bag"), parts.part("log.bag"):
+        write_log(run, folder / "log.bag")
+    mark_more_failed(folder, parts.lines())
+    return parts.lines()
 
 
 def compare(
@@ -105,22 +116,20 @@ def compare(
         raise ConfigError(f"--controllers names two that are called alike: {', '.join(called)}")
     folder = new_folder(out, f"{stem(experiment)}-comparison")
     import skylimb
+    from skylimb.analysis import KeptFlights
 
-    with output.flights() as progress:
-        runs = skylimb.compare(experiment, controllers, seed, set, progress, use, calibration)
-    with output.working("writing logs, figures and report"):
-        from skylimb.analysis import write_comparison
-
-        write_comparison(runs, folder, videos_follow=video, figures=_figures_of(use))
+    with KeptFlights(folder, len(controllers), apart=True) as kept, output.flights() as progress:
+        runs = skylimb.compare(experiment, controllers, seed, set, progress, use, calibration, kept.keep)
+    failed = output.written(runs, folder, figures_of(use), video)
     output.scores(runs)
-    return output.hand_over(runs, folder, video)
+    return output.hand_over(runs, folder, video, failed)
 
 
-def _figures_of(use: tuple[str, ...]) -> list[UserFigure]:
+def figures_of(use: tuple[str, ...]) -> list[UserFigure]:
     """The figures in some files of the user's."""
-    from skylimb.analysis.scores.user_scores import figures_of, load_user_scores
+    from skylimb.analysis.scores import user_scores
 
-    return figures_of(load_user_scores(use))
+    return user_scores.figures_of(user_scores.load_user_scores(use))
 
 
 def draw(
@@ -165,19 +174,19 @@ def draw(
         raise ConfigError(f"draw needs either an SVG file or --text, {both}; see skylimb draw --help")
     folder = new_folder(out, f"{_word(Path(file).stem or text)}-on-{_word(stem(surface))}")
     import skylimb
+    from skylimb.analysis import KeptFlights
 
-    with output.flights() as progress:
+    with KeptFlights(folder, 1) as kept, output.flights() as progress:
         drawn = skylimb.draw(
             file, text, surface, controller, seed=seed, set=set, progress=progress,
             font=font, width=width, height=height, speed=speed, order=order,
+            keep=kept.keep,
         )  # fmt: skip
-    with output.working("writing log, figures and report"):
-        from skylimb.analysis import write_run
-
-        write_run(drawn, folder, videos_follow=video)
-    output.scores({drawn.name: drawn})
+    runs = {drawn.name: drawn}
+    failed = output.written(runs, folder, video=video)
+    output.scores(runs)
     _show_worst_stroke(drawn.metrics["strokes"])
-    return output.hand_over({drawn.name: drawn}, folder, video)
+    return output.hand_over(runs, folder, video, failed)
 
 
 def _word(name: str) -> str:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from skylimb.apps.cli import output
 from skylimb.apps.cli.arguments import arg
-from skylimb.apps.cli.options import Folder, new_folder
+from skylimb.apps.cli.options import Folder, Use, new_folder
 from skylimb.base.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -184,14 +184,28 @@ def report(folder: Folder) -> None:
     Examples:
         skylimb report out/demo
     """
-    from skylimb.analysis import write_report
-    from skylimb.analysis.recording import load_runs
+    score(folder)
 
-    runs = load_runs(folder)
-    with output.working("drawing figures and report"):
-        write_report(runs, folder)
+
+def score(folder: Folder, *, use: Use = ()) -> int:
+    """Score the flights of a folder again, and write its figures and report anew, from its logs alone.
+
+    Metrics and figures of --use are computed and drawn besides; numbers of a user's metrics that are in a log
+    already stay otherwise. The exit code is 1 when something failed, which failed.txt names.
+
+    Examples:
+        skylimb score out/demo
+        skylimb score out/demo-interrupted
+        skylimb score out/demo --use overshoot.py
+    """
+    from skylimb.analysis.recording import load_runs
+    from skylimb.analysis.scores.user_scores import figures_of, load_user_scores, scored
+
+    own = load_user_scores(use)
+    runs = {name: scored(run, own) for name, run in load_runs(folder).items()}
+    failed = output.written(runs, Path(folder), figures_of(own))
     output.scores(runs)
-    output.places(Path(folder))
+    return int(output.hand_over(runs, Path(folder), failed=failed) and bool(failed))
 
 
 def view(folder: Folder, *, speed: Annotated[float, arg("Times the real speed.", "X")] = 1.0) -> None:

@@ -1,18 +1,22 @@
 """Reads the arguments, runs the verb, and turns what happened into an exit code.
 
-0: done. 1: a flight was lost, or a check failed. 2: nothing was done, because the command cannot be carried
-out. 130: interrupted with Ctrl-C. A flight that came to its end without doing what was commanded is no error:
-its verdict says so.
+0: done. 1: a flight was lost, a check failed, or something that comes after a flight. 2: nothing was done,
+because the command cannot be carried out. 130: interrupted with Ctrl-C; 143: ended by the system. A flight
+that came to its end without doing what was commanded is no error: its verdict says so.
 """
 
 from __future__ import annotations
 
 import logging
 import os
+import signal
 import sys
+import threading
 import traceback
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from types import FrameType
 
 from skylimb.apps.cli.arguments import parse, verb_help
 from skylimb.apps.cli.verbs import VERBS
@@ -41,14 +45,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     arguments = [argument for argument in arguments if argument != DEBUG]
     # What a warning says is printed with the results, not in between.
     logging.getLogger("skylimb").addHandler(logging.NullHandler())
+    terminated: list[int] = []
     try:
-        with warnings.catch_warnings():
+        with warnings.catch_warnings(), _heard_as_ctrl_c(signal.SIGTERM, terminated):
             warnings.showwarning = _warn
             return _dispatch(arguments)
     except SkylimbError as error:
         if debug:
             traceback.print_exception(error)
-        return _complain(str(error), 2)
+        return _complain("; ".join((str(error), *_notes(error))), 2)
     except ImportError as error:
         extra = of_an_extra(error)
         if extra is None:
@@ -62,8 +67,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
             traceback.print_exception(error)
         why = "this machine's memory" if isinstance(error, MemoryError) else "levels inside of each other"
         return _complain(f"'{' '.join(arguments)[:200]}' needs more {why} than there may be", 2)
-    except KeyboardInterrupt:
-        return _complain("interrupted; what was not finished is not kept", 130)
+    except KeyboardInterrupt as stop:
+        kept = _notes(stop) or ["what was not finished is not kept"]
+        return _complain("; ".join(("interrupted", *kept)), 128 + (terminated or [signal.SIGINT])[0])
     except BrokenPipeError:
         # The reader (`skylimb list | head`) has seen enough; nothing may be left for Python to flush at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -93,6 +99,30 @@ def _dispatch(arguments: list[str]) -> int:
         print(verb_help(verb, VERBS[verb]))
         return 0
     return parse(verb, VERBS[verb], rest)() or 0
+
+
+@contextmanager
+def _heard_as_ctrl_c(number: int, heard: list[int]) -> Iterator[None]:
+    """Let a signal end the program as Ctrl-C does, so that what was flown is kept."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def stop(number: int, frame: FrameType | None) -> None:
+        del frame
+        heard.append(number)
+        raise KeyboardInterrupt
+
+    before = signal.signal(number, stop)
+    try:
+        yield
+    finally:
+        signal.signal(number, before)
+
+
+def _notes(error: BaseException) -> list[str]:
+    """What was added to an error on its way: where a flight is kept."""
+    return list(getattr(error, "__notes__", ()))
 
 
 def _overview() -> str:

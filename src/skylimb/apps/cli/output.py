@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from skylimb.analysis.recording.run import Run
     from skylimb.analysis.scores.axis_names import AxisNames
     from skylimb.analysis.scores.score import Score
+    from skylimb.analysis.scores.user_scores import UserFigure
 
 _PIPE_WIDTH = 140
 """Columns when the output is not a terminal, so that no table is cut."""
@@ -194,14 +195,43 @@ def verdicts(runs: Mapping[str, Run]) -> None:
             print(f"{name} was not done as commanded: {'; '.join(run.missed)}")
 
 
-def hand_over(runs: Mapping[str, Run], folder: Path, video: bool = False) -> int:
-    """Say what to know of the runs and where they lie, then draw their videos; 1 when one was lost."""
+def written(
+    runs: Mapping[str, Run], folder: Path, figures: Sequence[UserFigure] = (), video: bool = False
+) -> tuple[str, ...]:
+    """Write scores, figures and report beside the records of runs; what could not be made, a line each."""
+    from skylimb.analysis import write_report
+
+    try:
+        with working("writing scores, figures and report"):
+            return write_report(runs, folder, figures, videos_follow=video)
+    except KeyboardInterrupt as stop:
+        stop.add_note(f"what was flown is kept in '{folder}'; `skylimb score {folder}` makes the rest")
+        raise
+
+
+def hand_over(runs: Mapping[str, Run], folder: Path, video: bool = False, failed: Sequence[str] = ()) -> int:
+    """Say what to know of the runs and where they lie, then draw their videos.
+
+    Args:
+        runs: by name.
+        folder: that has them.
+        video: whether to draw their videos.
+        failed: what could not be made so far, a line each.
+
+    Returns:
+        The exit code: 1 when a flight was lost, or something could not be made.
+    """
     for line in dict.fromkeys(line for run in runs.values() for line in run.notes):
         print(f"note: {line}")
+    for line in failed:
+        print(line)
+    if failed:
+        print(
+            f"the rest is there; `skylimb score {folder}` makes what failed anew, with metrics of --use FILE"
+        )
     places(folder)
-    if video:
-        _draw_videos(runs, folder)
-    return int(any(run.failed for run in runs.values()))
+    problems = _draw_videos(runs, folder) if video else ()
+    return int(bool(failed) or bool(problems) or any(run.failed for run in runs.values()))
 
 
 def places(folder: Path, *patterns: str) -> None:
@@ -211,7 +241,7 @@ def places(folder: Path, *patterns: str) -> None:
             print(f"  {folder / pattern}", flush=True)
 
 
-def _draw_videos(runs: Mapping[str, Run], folder: Path) -> None:
+def _draw_videos(runs: Mapping[str, Run], folder: Path) -> tuple[str, ...]:
     """Draw the videos of a folder with a bar each; say where they lie, and what could not be drawn."""
     from skylimb.analysis import write_videos
 
@@ -220,5 +250,6 @@ def _draw_videos(runs: Mapping[str, Run], folder: Path) -> None:
     with flights() as progress:
         problems = write_videos(runs, folder, progress)
     for problem in problems:
-        print(f"note: {problem}")
+        print(f"failed: {problem}")
     places(folder, "video.mp4", "*/video.mp4")
+    return problems

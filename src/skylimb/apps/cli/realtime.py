@@ -114,34 +114,25 @@ def _hand_over(flown: ClockedFlight, folder: Path, scored: bool) -> int:
     from skylimb.flight.realtime.timing import bare_timing
 
     run, bare = flown.run, bare_timing(flown.timing.period, 400)
-    with output.working("writing the results"):
-        _write(flown, bare, folder, scored)
+    runs = {run.name: run}
+    with output.working("writing the log"):
+        _write(flown, bare, folder)
+    failed = output.written(runs, folder) if scored else ()
     if scored:
-        output.scores({run.name: run})
+        output.scores(runs)
     _show(flown.timing, bare)
     for name, count in flown.faults.items():
         print(f"note: {name}: {count} times")
     if run.failed and not scored:
         print(f"{run.name} FAILED: {run.cause}")
-    output.places(folder)
-    return int(run.failed)
+    return output.hand_over(runs, folder, failed=failed)
 
 
-def _write(flown: ClockedFlight, bare: Timing, folder: Path, scored: bool) -> None:
-    """What `run` leaves, or of a robot its log, configuration and sources; and how it kept to the clock."""
+def _write(flown: ClockedFlight, bare: Timing, folder: Path) -> None:
+    """Log, configuration and sources; and how the flight kept to the clock."""
+    from skylimb.analysis.report.output import write_records
+
     timing = flown.timing
-    if scored:
-        from skylimb.analysis import write_run
-
-        write_run(flown.run, folder)
-    else:
-        from skylimb.analysis.recording import LOG_FILE, write_sources
-        from skylimb.base.files import new_folder
-
-        with new_folder(folder) as aside:
-            write_sources(flown.run.sources, aside)
-            flown.run.save(aside / LOG_FILE)
-            (aside / "config.toml").write_text(flown.run.config, encoding="utf-8")
     content = {
         "verdict": timing.verdict(),
         "seconds": timing.quantiles(),
@@ -151,7 +142,8 @@ def _write(flown: ClockedFlight, bare: Timing, folder: Path, scored: bool) -> No
         ],
         "faults": dict(flown.faults),
     }
-    (folder / TIMING_FILE).write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
+    beside = {TIMING_FILE: json.dumps(content, indent=2) + "\n"}
+    write_records({flown.run.name: flown.run}, folder, {flown.run.name: beside})
 
 
 def _show(timing: Timing, bare: Timing) -> None:

@@ -12,12 +12,13 @@ from skylimb.apps.cli.examples import examples
 from skylimb.apps.cli.exporting import export_c
 from skylimb.apps.cli.flying import compare, draw, run
 from skylimb.apps.cli.keys import keys
-from skylimb.apps.cli.looking import list_all, report, show, verify_contact, verify_rotors, view
+from skylimb.apps.cli.looking import list_all, report, score, show, verify_contact, verify_rotors, view
 from skylimb.apps.cli.planning import plan
 from skylimb.apps.cli.realtime import fly
 from skylimb.apps.cli.replaying import replay
 from skylimb.apps.cli.robots import check_robot, import_robot
 from skylimb.apps.cli.ros import ros
+from skylimb.apps.cli.runs import runs
 from skylimb.apps.cli.studio import studio
 from skylimb.apps.cli.wrench import robot_wrench
 
@@ -43,7 +44,9 @@ VERBS: dict[str, Verb] = {
     "studio": studio,
     "list": list_all,
     "show": show,
+    "score": score,
     "report": report,
+    "runs": runs,
     "view": view,
     "verify-contact": verify_contact,
     "verify-rotors": verify_rotors,

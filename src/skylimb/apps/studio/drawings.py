@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -10,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from skylimb.base.errors import ConfigError
-from skylimb.base.files import replace_text
+from skylimb.base.files import first_free, replace_text
 from skylimb.control.missions.frame import ContactFrame
 from skylimb.control.planning.drawing import clean
 from skylimb.simulation.surfaces import Surface
@@ -68,9 +67,3 @@ def keep_drawing(svg: str, out: Path) -> Path:
     path = first_free(folder, "drawing-{}.svg")
     replace_text(path, svg)
     return path
-
-
-def first_free(folder: Path, name: str) -> Path:
-    """The first path in a folder that is not there yet; a number stands for the braces in its name."""
-    paths = (folder / name.format(number) for number in itertools.count(1))
-    return next(path for path in paths if not path.exists())

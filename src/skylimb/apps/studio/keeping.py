@@ -11,15 +11,15 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from skylimb.analysis.recording import Run
-from skylimb.analysis.report.output import CONFIG_FILE, home, write_records
-from skylimb.analysis.scores.user_scores import with_user_scores
+from skylimb.analysis.report.output import CONFIG_FILE, home, write_records, write_scores
+from skylimb.analysis.scores.user_scores import scored
 from skylimb.apps.studio.changes import settled_gains
-from skylimb.apps.studio.drawings import first_free
 from skylimb.apps.studio.live_flight import LiveFlight
 from skylimb.base.config import write_toml
 from skylimb.base.errors import ConfigError
+from skylimb.base.files import first_free
 from skylimb.control.controller import is_configurable
-from skylimb.flight.simulated_run import recorded
+from skylimb.flight.simulated_run import simulated_run, with_origin
 
 PRESET_FILE = "preset.toml"
 """The controller with its gains as they were in the end, to be named with --controller."""
@@ -76,6 +76,8 @@ def keep(flights: Sequence[LiveFlight], names: Sequence[str], out: Path, name: s
     }
     presets = [{PRESET_FILE: preset} if (preset := preset_now(flight)) else {} for flight in flights]
     write_records(runs, folder, dict(zip(names, presets, strict=True)))
+    own = {called: flight.takeoff.own for called, flight in zip(names, flights, strict=True)}
+    write_scores({called: scored(run, own[called]) for called, run in runs.items()}, folder)
     config = home(folder, names[0]) / CONFIG_FILE
     # Figures take seconds and cores: another process draws them while the flights go on.
     report = subprocess.Popen(
@@ -87,11 +89,11 @@ def keep(flights: Sequence[LiveFlight], names: Sequence[str], out: Path, name: s
 
 
 def so_far(flight: LiveFlight) -> Run:
-    """The run of what a flight has flown."""
+    """The run of what a flight has flown, before it is scored."""
     takeoff, flown = flight.takeoff, flight.flight()
     if not flight.ended:
         takeoff = takeoff.changed(replace(flight.experiment, stop_at=flight.time))
-    return with_user_scores(recorded(takeoff, flown), takeoff.own)
+    return with_origin(simulated_run(takeoff, flown), takeoff)
 
 
 def preset_now(flight: LiveFlight) -> str:

@@ -8,9 +8,9 @@ from typing import Any
 from skylimb.analysis.recording import Run
 from skylimb.analysis.scores.axis_names import common_names
 from skylimb.analysis.scores.declared import shown_scores
-from skylimb.analysis.scores.user_scores import with_user_scores
+from skylimb.analysis.scores.user_scores import scored
 from skylimb.apps.studio.live_flight import LiveFlight
-from skylimb.flight.simulated_run import scored
+from skylimb.flight.simulated_run import simulated_run
 
 
 def score_table(flights: Mapping[str, LiveFlight]) -> dict[str, Any]:
@@ -38,4 +38,4 @@ def _scored(flight: LiveFlight) -> Run:
     so_far = flight.flight()
     if not flight.over:  # that it was stopped here is no fault of it
         so_far = type(so_far)(so_far.signals, so_far.layout, so_far.ticks, "")
-    return with_user_scores(scored(flight.takeoff, so_far), flight.takeoff.own)
+    return scored(simulated_run(flight.takeoff, so_far), flight.takeoff.own)

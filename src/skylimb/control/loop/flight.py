@@ -47,6 +47,18 @@ class Flight:
         return values[:, 0] if self.layout.shapes[name] == () else values
 
 
+class Interrupted(KeyboardInterrupt):
+    """Ctrl-C, or the end that the system asks for, in the middle of a flight.
+
+    Attributes:
+        flight: what had been flown, with that as its cause.
+    """
+
+    def __init__(self, flight: Flight) -> None:
+        super().__init__(flight.cause)
+        self.flight = flight
+
+
 def mission_clock(mission: Mission, flight: Flight) -> Clock:
     """Where on the mission's clock each of a flight's ticks was, and the pace there, each (k,)."""
     ticks = mission_ticks(mission, flight)

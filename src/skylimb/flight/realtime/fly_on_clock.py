@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from skylimb.analysis.scores.user_scores import with_user_scores
 from skylimb.control.controller import Controller
 from skylimb.control.corrections import Calibrated
 from skylimb.control.loop.loop import Loop, Progress
@@ -65,5 +64,8 @@ def fly_on_clock(
                 break
             each_second(clock, progress, k + 1, k + 1, len(mission.times))
     flight = loop.stop()
-    run = with_user_scores(recorded(takeoff, flight), takeoff.own)
-    return ClockedFlight(run, timing_of(flight, takeoff.period), {**guard.counts, **guard.watchdog.counts})
+    return ClockedFlight(
+        recorded(takeoff, flight),
+        timing_of(flight, takeoff.period),
+        {**guard.counts, **guard.watchdog.counts},
+    )

@@ -21,13 +21,13 @@ import mujoco
 from skylimb.analysis.recording.run import Run
 from skylimb.analysis.recording.versions import versions
 from skylimb.analysis.scores.registry import measured
-from skylimb.analysis.scores.user_scores import with_user_scores
-from skylimb.base.errors import CompileError, ConfigError, SkylimbError, UserCodeError
+from skylimb.analysis.scores.user_scores import scored
+from skylimb.base.errors import CompileError, ConfigError, SkylimbError
 from skylimb.control.loop.flight import Flight
 from skylimb.flight.drivers.native import fly_native, unavailable
 from skylimb.flight.experiments.experiment import robot_of
 from skylimb.flight.flying import fly_here
-from skylimb.flight.simulated_run import scored, with_origin
+from skylimb.flight.simulated_run import simulated_run, with_origin
 from skylimb.flight.takeoff import Takeoff, prepare
 from skylimb.robots.loader import load_robot
 from skylimb.studies.campaign.folder import CONFIG_FILE, log_name
@@ -152,10 +152,11 @@ class Worker:
 
     def _flown(self, job: Job, item: Takeoff, flight: Flight | None) -> Flown:
         """The row of a flight; it is flown by the Python driver where it has not been yet."""
+        spec = self._campaign.spec
         try:
             if flight is None:
                 flight = fly_here(item)
-            run = scored(item, flight)
+            run = scored(simulated_run(item, flight), spec.user_metrics, spec.measures)
         except (OSError, MemoryError, CompileError):
             raise  # says something of this machine, nothing of the flight
         except Exception as error:  # one odd flight must not end a night of them; its row says what happened
@@ -163,11 +164,8 @@ class Worker:
                 _line(error) if isinstance(error, SkylimbError) else f"{type(error).__name__}: {_line(error)}"
             )
             return Flown(make_row(self._campaign, job.flight, FAILED, cause, {}), None)
-        spec = self._campaign.spec
-        wrong: list[UserCodeError] = []  # the flight is what it is; its row says why a number is missing
-        run = with_user_scores(run, spec.user_metrics, spec.measures, wrong.append)
         scores = {**run.metrics, **measured(run, spec.measures)}
-        cause = run.cause or next(map(_line, wrong), "")
+        cause = run.cause or next(iter(run.problems.values()), "")  # why a number is missing
         row = make_row(self._campaign, job.flight, run.status, cause, scores)
         wanted = job.log == "always" or (job.log == "failed" and run.failed)
         if not wanted:

@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 from mujoco.batch import Batch, SimulationError
 
-from skylimb.control.loop.flight import Flight, unfinished
+from skylimb.control.loop.flight import Flight, Interrupted, stopped_cause, unfinished
 from skylimb.control.loop.loop import CHECK_INTERVAL, Loop, Progress, fault_cause
 from skylimb.control.loop.terminations import find_loss
 from skylimb.flight.drivers.compiled import CompiledDriver
@@ -88,13 +88,16 @@ def _fly_group(takeoffs: Sequence[Takeoff], threads: int, report: Callable[[int]
         batch.state[index, words : words + 2] = (float(ctypes.addressof(flight.record)), MARK)
     ids = [index for index, flight in enumerate(flights) if flight.count > 0]
     with control_callback(), without_timer():
-        while ids:
+        while ids:  # Ctrl-C is heard in between
             # Pauses fall between two windows of the look-out for losses. The engine goes on with a flight
             # that ends in between, without a controller: that takes time and may make it warn.
             least = max(1, min(flights[index].left for index in ids))
             ticks = min(CHUNK, -(-least // CHECK_INTERVAL) * CHECK_INTERVAL)
-            _step(batch, flights, ids, ticks * substeps)
-            report(sum(flight.flown for flight in flights))
+            try:
+                _step(batch, flights, ids, ticks * substeps)
+                report(sum(flight.flown for flight in flights))
+            except KeyboardInterrupt as stop:
+                raise (Interrupted(_stopped(flights[0])) if len(flights) == 1 else stop) from None
             ids = [index for index in ids if not flights[index].record.stopped]
     return [_finish(flight) for flight in flights]
 
@@ -117,6 +120,12 @@ def _step(batch: Batch, flights: Sequence[NativeFlight], ids: list[int], steps: 
         if record.warned < 0 and at_hand and new[index].any():
             record.warned, record.stopped = flight.flown, 1
             record.warnings[:] = new[index].tolist()
+
+
+def _stopped(flight: NativeFlight) -> Flight:
+    """A flight that ends in the middle, with that as its cause."""
+    cause = stopped_cause(flight.flown, flight.takeoff.mission)
+    return Flight(flight.log, flight.takeoff.tick.signals, flight.flown, cause)
 
 
 def _finish(flight: NativeFlight) -> Flight:
