@@ -91,7 +91,34 @@ def test_no_files_import_each_other_in_a_circle() -> None:
     paths = [path for path in (source / "skylimb").rglob("*.py") if path.name != "__init__.py"]
     files = {".".join(path.relative_to(source).with_suffix("").parts): path for path in paths}
     graph = {name: {*imported_by(ast.parse(path.read_text()))} & {*files} for name, path in files.items()}
-    graphlib.TopologicalSorter(graph).prepare()  # raises a CycleError that names the circle
+    assert sum(map(len, graph.values())) > len(files)
+    order = [*graphlib.TopologicalSorter(graph).static_order()]  # a CycleError names the circle
+    assert len(order) == len(files)
+
+
+def test_every_test_asserts_something() -> None:
+    called: dict[str, set[str]] = {}
+    for path in (ROOT / "tests").rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.FunctionDef):
+                called.setdefault(node.name, set()).update(calls_of(node))
+    asserting: set[str] = set()
+    while (
+        fresh := {name for name, calls in called.items() if calls & asserting or "assert" in calls}
+        - asserting
+    ):
+        asserting |= fresh
+    assert sorted(name for name in {*called} - asserting if name.startswith("test_")) == []
+
+
+def calls_of(function: ast.FunctionDef) -> Iterator[str]:
+    """Names that a function calls; "assert" for what can fail by what it says."""
+    for node in ast.walk(function):
+        if isinstance(node, ast.Assert | ast.Raise):
+            yield "assert"
+        elif isinstance(node, ast.Call):
+            name = getattr(node.func, "attr", getattr(node.func, "id", ""))
+            yield "assert" if name.startswith(("assert", "raises", "warns", "fail")) else name
 
 
 def test_every_room_is_in_an_import_rule() -> None:
@@ -147,10 +174,13 @@ def test_files_that_the_documents_name_exist(document: Path) -> None:
 
 
 def test_python_in_the_documents_runs() -> None:
+    ran = 0
     for document in DOCUMENTS:
         for code in blocks(document.read_text(encoding="utf-8"), "python"):
             if code.startswith("import skylimb"):
                 exec(compile(code, str(document), "exec"), {})
+                ran += 1
+    assert ran > 3
 
 
 def test_files_in_the_guide_are_what_they_say(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

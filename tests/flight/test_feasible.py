@@ -57,7 +57,8 @@ def test_where_only_the_vectoring_angles_are_weak_it_says_so():
 
 
 def test_a_margin_that_is_left_lets_it_fly():
-    take_off("free_flight", ("pid",), 0, {"posture.margin": 1.0, "posture.waypoints": []})
+    (takeoff,) = take_off("free_flight", ("pid",), 0, {"posture.margin": 1.0, "posture.waypoints": []})
+    assert takeoff.experiment.posture.margin == 1.0
 
 
 def test_more_than_any_posture_leaves_says_so():
@@ -189,9 +190,10 @@ def test_more_than_half_is_a_warning_and_half_is_none() -> None:
 
 
 def test_without_friction_there_is_no_drag_to_leave_room_for() -> None:
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
         take_off("paper", ["following"], set={FORCE: 5.0, "surface.friction": 0.0})
+    assert [str(one.message) for one in said] == []
 
 
 @pytest.mark.parametrize(

@@ -259,6 +259,7 @@ def test_without_limits_of_thrust_there_is_nothing_to_switch(page: sync_api.Page
 def test_nothing_is_wider_than_the_page(page: sync_api.Page, width: int) -> None:
     page.set_viewport_size({"width": width, "height": 700})
     page.wait_for_function(f"document.documentElement.scrollWidth <= {width}", timeout=10_000)
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
 
 
 def test_a_notebook_shows_it_in_a_frame(browser: sync_api.Browser, make_run: Callable[[], Run]) -> None:

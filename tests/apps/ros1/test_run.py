@@ -6,7 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from skylimb.apps.ros1.run import missions_of
+from skylimb.analysis.exchange.lab_topics import Topic
+from skylimb.analysis.exchange.message_types import Definitions
+from skylimb.apps.ros1.profile import PROFILES
+from skylimb.apps.ros1.run import _say_left_out, missions_of
 from skylimb.base.errors import ConfigError, UnknownNameError
 from steered import ready
 
@@ -32,3 +35,17 @@ def test_missions_that_cannot_be_flown_are_refused(tmp_path: Path) -> None:
     slow.write_text("controller_rate = 100.0\n", encoding="utf-8")
     with pytest.raises(ConfigError, match="mission 'slow' is at 100 Hz, the node at 200 Hz"):
         missions_of(takeoff, (str(slow),))
+
+
+@pytest.mark.parametrize("profile", PROFILES)
+def test_only_the_profile_without_a_robot_does_without_unknown_types(profile: str) -> None:
+    known, unknown = Topic("joints", "sensor_msgs/msg/JointState"), Topic("odd", "lab/msg/Odd")
+    said: list[str] = []
+    _say_left_out(profile, (known,), Definitions(), said.append)
+    assert said == []
+    if profile == "both":
+        _say_left_out(profile, (known, unknown), Definitions(), said.append)
+        assert said == ["left out: odd, as no definition of lab/Odd is known (--messages)"]
+    else:
+        with pytest.raises(ConfigError, match=r"^no definition of lab/Odd: name the robot"):
+            _say_left_out(profile, (known, unknown), Definitions(), said.append)

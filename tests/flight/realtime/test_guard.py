@@ -5,6 +5,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import skylimb
 from skylimb.control.estimation.records import Measurement
@@ -190,6 +192,34 @@ def test_a_retreat_goes_back_then_down_and_stays() -> None:
     for reference in (half, down, landed):
         assert (reference.touch, reference.wait, reference.adapt, reference.tare) == (0.0, 0.0, 0.0, 0.0)
         np.testing.assert_allclose(reference.tip_position, reference.position - last.position)
+
+
+@given(dt=st.floats(0.001, 0.05), tick=st.integers(1, 40), height=st.floats(0.2, 3.0))
+def test_a_retreat_begins_where_it_was_and_never_jumps(
+    robot: Robot, hovering: Make, dt: float, tick: int, height: float
+) -> None:
+    """At any period and tick of breaking, the reference moves at most by its speed times the period."""
+    guard, state = GuardedController(Counting(robot), robot), 0
+    ticks = tick + round(3.0 / dt) if dt > 0.02 else tick + 100
+    path = []
+    for k in range(ticks):
+        asked = zero_reference(3, 4)._replace(
+            position=np.array([0.02 * min(k, tick), 0.0, height]), contact_axis=np.array([1.0, 0.0, 0.0])
+        )
+        if k == tick:
+            guard.retreat("for the test")
+        state, _, _ = guard.step(None, state, hovering(), asked, dt)
+        assert guard.flown is not None
+        path.append(np.array(guard.flown.position))
+        assert guard.retreating == (k >= tick)
+    np.testing.assert_array_equal(path[tick], [0.02 * tick, 0.0, height])
+    moved = np.linalg.norm(np.diff(path[tick:], axis=0), axis=1)
+    assert moved.max() <= max(BACK_SPEED, DESCENT) * dt * (1.0 + 1e-9)
+    flown = (ticks - 1 - tick) * dt
+    assert path[-1][0] == pytest.approx(0.02 * tick - min(BACK, BACK_SPEED * flown), abs=1e-9)
+    assert path[-1][2] == pytest.approx(
+        max(0.0, height - DESCENT * max(0.0, flown - BACK / BACK_SPEED)), abs=1e-9
+    )
 
 
 @pytest.mark.parametrize("name", ["hybrid", "following"])

@@ -10,7 +10,7 @@ import pytest
 
 import skylimb
 from skylimb.robots.model import Robot
-from skylimb.studies.calibration.estimate import USUAL_NOISE, Fit, estimate
+from skylimb.studies.calibration.estimate import USUAL_NOISE, Fit, estimate, robust_weights
 from skylimb.studies.calibration.parameters import centers, slices, spreads
 from skylimb.studies.calibration.public import calibration_from
 from skylimb.studies.calibration.record import Record, record_of
@@ -132,3 +132,21 @@ def test_intervals_cover_the_truth(short: dict[str, Any], otherwise: dict[str, A
     spread = np.sqrt(np.mean(np.square(scores), axis=0))
     assert np.all(spread < 1.5)
     assert np.mean(np.abs(scores) < 1.96) > 0.9
+
+
+def test_a_residual_beyond_the_bound_pulls_no_more_than_one_at_it() -> None:
+    usual = np.random.default_rng(1).normal(size=2000)
+    outliers, missing = np.array([10.0, -100.0, 1000.0]), np.zeros(3000)
+    for scale in (1.0, 5.0):  # as good as its noise says, and five times worse
+        residuals = scale * np.concatenate([usual, outliers, missing])
+        weights, deviation = robust_weights(residuals)
+        assert deviation == pytest.approx(scale, rel=0.03)
+        pull = np.abs(weights * residuals)
+        bound = pull[2000:2003]
+        np.testing.assert_allclose(bound, bound[0])
+        assert bound[0] == pytest.approx(3.0 * deviation)
+        inside = np.abs(residuals) < 0.99 * bound[0]
+        assert inside.sum() > 4500
+        assert (weights[inside] == 1.0).all()
+        assert (pull <= bound[0] * (1.0 + 1e-12)).all()
+    assert robust_weights(1e-3 * usual)[1] == 1.0  # better than its noise says is no reason to doubt frames

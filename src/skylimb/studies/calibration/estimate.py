@@ -203,8 +203,7 @@ def _search(fit: Fit, theta: np.ndarray, noise: Noise, settled: float) -> np.nda
         predicted = fit.predicted(theta, known)
         residuals = np.concatenate([one.residuals.ravel() for one in predicted])
         J = np.concatenate([one.by_parameters.reshape(-1, len(theta)) for one in predicted])
-        usual = max(1.0, float(np.median(np.abs(residuals[residuals != 0.0]))) / _QUARTILE)
-        weight = np.minimum(1.0, _HUBER * usual / np.maximum(np.abs(residuals), 1e-12))
+        weight, usual = robust_weights(residuals)
         # A poor model is no reason to believe its derivative beyond what the prior bears.
         H = (J * weight[:, None]).T @ J / usual**2 + np.diag(spread**-2)
         slope = (J * weight[:, None]).T @ residuals / usual**2 + (theta - center) / spread**2
@@ -215,6 +214,22 @@ def _search(fit: Fit, theta: np.ndarray, noise: Noise, settled: float) -> np.nda
         if np.all(np.abs(step) < settled * spread):
             break
     return theta
+
+
+def robust_weights(residuals: np.ndarray) -> tuple[np.ndarray, float]:
+    """Huber's weights of residuals, each in the deviations that its noise has, and their usual deviation.
+
+    A residual within some usual deviations counts fully, one beyond pulls no more than one at that bound.
+    Zeros are frames that were not measured: they say nothing of what is usual.
+
+    Args:
+        residuals: of frames, (k,).
+
+    Returns:
+        Weights, (k,), and the usual deviation, at least 1.
+    """
+    usual = max(1.0, float(np.median(np.abs(residuals[residuals != 0.0]))) / _QUARTILE)
+    return np.minimum(1.0, _HUBER * usual / np.maximum(np.abs(residuals), 1e-12)), usual
 
 
 def _levels(fit: Fit, theta: np.ndarray, noise: Noise) -> Noise:
