@@ -13,8 +13,8 @@ from typing import Annotated
 
 import skylimb
 from skylimb.base.keys import Key, configuration
-from skylimb.base.rotations import cross, dot, rotation_error, rotation_from_quaternion, rotation_from_rpy
-from skylimb.symbolic import arctan2, clip, right_inverse, vector
+from skylimb.base.rotations import rotation_error, rotation_from_quaternion, rotation_from_rpy
+from skylimb.symbolic import arctan2, clip, cross, dot, right_inverse, vector
 
 Vector = tuple[float, float, float]
 

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from skylimb.base.rotations import dot
 from skylimb.control.needs import Needs
+from skylimb.symbolic import dot
 
 STEP, STEPS, EFFORT = 0.15, 12, 0.1  # s, how many, s^4
 TIMES = STEP * np.arange(1, STEPS + 1)

@@ -1,13 +1,17 @@
-"""The few array operations that NumPy and CasADi spell differently.
+"""The operations that a law is written with, on numbers and on symbols.
 
 A law written with these and with plain operators runs on numbers in a test and on symbols in the compiled
 tick. A function handed any CasADi argument returns a CasADi matrix, otherwise NumPy. Vectors are (n,) in
-NumPy and n x 1 in CasADi.
+NumPy and n x 1 in CasADi. NumPy's functions of the same names take either as well; only those of two vectors
+(`np.dot`, `a @ b`) need `dot`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import functools
+import operator
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 import casadi as ca
@@ -22,6 +26,33 @@ _SYMBOLIC = (ca.SX, ca.MX, ca.DM)
 def is_symbolic(*values: Any) -> bool:
     """Whether any of the values is a CasADi matrix."""
     return any(isinstance(value, _SYMBOLIC) for value in values)
+
+
+@contextmanager
+def symbols_are_no_floats() -> Iterator[None]:
+    """Inside of the block `float` of a symbol raises a `TypeError`, in place of giving NaN."""
+    before = ca.SX.__float__
+    ca.SX.__float__ = _float  # pyright: ignore[reportAttributeAccessIssue]
+    try:
+        yield
+    finally:
+        ca.SX.__float__ = before  # pyright: ignore[reportAttributeAccessIssue]
+
+
+_float_of_constant = ca.SX.__float__
+
+
+def _float(value: ca.SX) -> float:
+    if not value.is_constant():
+        raise TypeError("an SX is no float")
+    return _float_of_constant(value)
+
+
+def as_numpy(value: Any) -> Any:
+    """NumPy's array for a matrix of CasADi's numbers, (n,) for a column; anything else as it is."""
+    if not isinstance(value, ca.DM):
+        return value
+    return value.full().ravel() if value.shape[1] == 1 else value.full()
 
 
 def vector(*entries: Any) -> Array:
@@ -72,6 +103,47 @@ def cos(value: Any) -> Any:
     return ca.cos(value) if is_symbolic(value) else np.cos(value)
 
 
+def tan(value: Any) -> Any:
+    """The tangent, entry by entry."""
+    return ca.tan(value) if is_symbolic(value) else np.tan(value)
+
+
+def tanh(value: Any) -> Any:
+    """The hyperbolic tangent, entry by entry: a smooth step from -1 to 1."""
+    return ca.tanh(value) if is_symbolic(value) else np.tanh(value)
+
+
+def log(value: Any) -> Any:
+    """The natural logarithm, entry by entry."""
+    return ca.log(value) if is_symbolic(value) else np.log(value)
+
+
+def abs(value: Any) -> Any:
+    """The size without its sign, entry by entry."""
+    return ca.fabs(value) if is_symbolic(value) else np.abs(value)
+
+
+def sign(value: Any) -> Any:
+    """-1, 0 or 1, entry by entry."""
+    return ca.sign(value) if is_symbolic(value) else np.sign(value)
+
+
+def min(first: Any, *others: Any) -> Any:
+    """The least of several values, entry by entry; of one vector, its least entry."""
+    if not others:
+        return ca.mmin(first) if is_symbolic(first) else np.min(first)
+    least = ca.fmin if is_symbolic(first, *others) else np.minimum
+    return functools.reduce(least, others, first)
+
+
+def max(first: Any, *others: Any) -> Any:
+    """The greatest of several values, entry by entry; of one vector, its greatest entry."""
+    if not others:
+        return ca.mmax(first) if is_symbolic(first) else np.max(first)
+    greatest = ca.fmax if is_symbolic(first, *others) else np.maximum
+    return functools.reduce(greatest, others, first)
+
+
 def sqrt(value: Any) -> Any:
     """The square root, entry by entry."""
     return ca.sqrt(value) if is_symbolic(value) else np.sqrt(value)
@@ -95,6 +167,9 @@ def arctan2(y: Any, x: Any) -> Any:
     return ca.atan2(y, x) if is_symbolic(y, x) else np.arctan2(y, x)
 
 
+atan2 = arctan2
+
+
 def floor(value: Any) -> Any:
     """The greatest whole number that is not above `value`, entry by entry."""
     return ca.floor(value) if is_symbolic(value) else np.floor(value)
@@ -105,6 +180,53 @@ def where(condition: Any, if_true: Any, if_false: Any) -> Any:
     if is_symbolic(condition, if_true, if_false):
         return ca.if_else(condition, if_true, if_false)
     return np.where(condition, if_true, if_false)
+
+
+def interp(value: Any, points: Sequence[float], values: Any) -> Any:
+    """What stands at `value` on straight lines between points; beyond the ends, what stands there.
+
+    Args:
+        value: a scalar.
+        points: (n,), rising; plain numbers.
+        values: at the points, (n,); numbers or symbols.
+    """
+    if not is_symbolic(value, values):
+        return np.interp(value, points, values)
+    found = values[0]
+    for k in range(len(points) - 1):
+        low, high = points[k], points[k + 1]
+        found = found + (clip(value, low, high) - low) * ((values[k + 1] - values[k]) / (high - low))
+    return found
+
+
+def repeat(step: Callable[[Any], Any], state: Any, going: Callable[[Any], Any], most: int) -> Any:
+    """A loop that ends: `state = step(state)` while `going(state)` holds, at most `most` times.
+
+    Args:
+        step: the next state.
+        state: a scalar, a vector or a matrix.
+        going: a condition.
+        most: on symbols as many steps are computed, whether they count or not.
+    """
+    for _ in range(most):
+        state = where(going(state), step(state), state)
+    return state
+
+
+def cross(a: Array, b: Array) -> Array:
+    """The cross product of two 3-vectors."""
+    return vector(a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+
+
+def dot(a: Array, b: Array) -> Any:
+    """The scalar product of two vectors."""
+    count = a.shape[0] if is_symbolic(a) else len(a)
+    return functools.reduce(operator.add, (a[k] * b[k] for k in range(count)))
+
+
+def norm(value: Array) -> Any:
+    """The length of a vector."""
+    return ca.norm_2(value) if is_symbolic(value) else np.linalg.norm(value)
 
 
 def right_inverse(A: Array) -> Array:

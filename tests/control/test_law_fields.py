@@ -21,7 +21,8 @@ from skylimb.base.packing import Layout
 from skylimb.control.cascade import Cascade, build_cascade
 from skylimb.control.controller import load_controller
 from skylimb.control.law_fields import FIELDS, RECORDS, needed, optional, provided, require_fit, required
-from skylimb.control.law_monitor import LawMonitor, with_traced_fields
+from skylimb.control.law_monitor import LawMonitor
+from skylimb.control.law_trial import with_trial
 from skylimb.control.preset import Preset, preset_from_mapping, preset_mapping, preset_names
 from skylimb.control.slots import SLOTS, Slot, Slots, find_law, law_names
 from skylimb.flight.events import GainChange, Stage
@@ -239,7 +240,7 @@ def test_whatever_is_not_refused_reads_only_what_it_declares(
         preset = preset.with_gain(key, value, "here")
     if fits(preset.slots):
         # Raises where a law reads or gives other than it declares.
-        with_traced_fields(cascade.with_gains(changes))
+        with_trial(cascade.with_gains(changes))
     else:
         with pytest.raises(ConfigError, match="does not give"):
             cascade.with_gains(changes)

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from time import perf_counter
 from typing import Any
 
 import casadi as ca
 import numpy as np
+
+from skylimb.base.split_function import PythonCall
 
 
 class BoundFunction:
@@ -23,16 +26,39 @@ class BoundFunction:
         function: of dense arguments and results.
         given: an array for each argument.
         results: an array for each result.
+        calls: Python in the middle of the function (`base.split_function`).
 
     Attributes:
         evaluate: reads the arguments and writes the results.
+        spent: time in Python so far, s.
     """
 
     def __init__(
-        self, function: ca.Function, given: Sequence[np.ndarray], results: Sequence[np.ndarray]
+        self,
+        function: ca.Function,
+        given: Sequence[np.ndarray],
+        results: Sequence[np.ndarray],
+        calls: Sequence[PythonCall] = (),
     ) -> None:
         self._buffer, self.evaluate = function.buffer()
+        self.spent, self._last = 0.0, self.evaluate
+        self._turns = []
+        for call in calls:
+            asked, made = np.zeros(call.before.numel_out(0)), np.zeros(call.size)
+            before = BoundFunction(call.before, given, [asked])
+            self._turns.append((before.evaluate, call.bind(asked, made), before))
+            given = *given, made
+        if calls:
+            self.evaluate = self._evaluate_in_turns
         self.bind(given, results)
+
+    def _evaluate_in_turns(self) -> None:
+        for before, run, _ in self._turns:
+            before()
+            begun = perf_counter()
+            run()
+            self.spent += perf_counter() - begun
+        self._last()
 
     def bind(self, given: Sequence[np.ndarray], results: Sequence[np.ndarray]) -> None:
         """Read and write other arrays from now on."""

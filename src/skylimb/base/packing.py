@@ -9,12 +9,13 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Iterator
+from operator import itemgetter
 from typing import Any, Generic, TypeVar
 
 import casadi as ca
 import numpy as np
 
-from skylimb.symbolic import is_symbolic
+from skylimb.symbolic import as_numpy, is_symbolic
 
 R = TypeVar("R")
 
@@ -63,9 +64,11 @@ def _map(node: Any, path: str, on_leaf: Callable[[str, Any], Any]) -> Any:
     children = list(_children(node))
     if not children:
         return node
-    return _rebuild(
-        node, [_map(child, f"{path}.{name}" if path else name, on_leaf) for name, child in children]
-    )
+    return _rebuild(node, [_map(child, _below(path, name), on_leaf) for name, child in children])
+
+
+def _below(path: str, name: str) -> str:
+    return f"{path}.{name}" if path else name
 
 
 def _shape(leaf: Any) -> tuple[int, ...]:
@@ -120,11 +123,97 @@ class Layout(Generic[R]):
         """A record like the template whose leaves are the vector's entries (arrays, or symbols)."""
         return _map(self._template, "", lambda path, _: self._leaf(flat, path))
 
+    def reader(self, flat: np.ndarray) -> Callable[[], R]:
+        """A function that gives the record that an array of (size,) holds at the moment.
+
+        Arrays of the record are views on `flat` that cannot be written to; what does not change is made once.
+        """
+        fixed, record = _reader(self._template, "", lambda path: self._seen(flat, path))
+        return (lambda: record) if fixed else (lambda: record(flat.tolist()))
+
+    def _seen(self, flat: np.ndarray, path: str) -> tuple[bool, Any]:
+        where, shape = self.slices[path], self.shapes[path]
+        if shape == ():
+            return False, itemgetter(where.start)
+        view = flat[where].reshape(shape)
+        view.flags.writeable = False
+        return True, view
+
+    def writer(self, flat: np.ndarray) -> Callable[[R], None]:
+        """A function that writes the numbers of a record into an array of (size,).
+
+        It raises a `ValueError` that says what it got and what the template has in its place, where a record
+        has another kind, other names, other shapes, or another value of what is no number.
+        """
+        return _writer(self._template, "", lambda path: (flat, self.slices[path], self.shapes[path]))
+
     def _leaf(self, flat: Any, path: str) -> Any:
         part, shape = flat[self.slices[path]], self.shapes[path]
         if is_symbolic(flat):
             return part if len(shape) < 2 else ca.reshape(part, shape[1], shape[0]).T
         return float(part[0]) if shape == () else np.reshape(part, shape)
+
+
+def _reader(node: Any, path: str, leaf: Callable[[str], tuple[bool, Any]]) -> tuple[bool, Any]:
+    """Whether a record is always the same, and the record itself, or a function that makes it of numbers."""
+    if _is_leaf(node):
+        return leaf(path)
+    parts = [_reader(child, _below(path, name), leaf) for name, child in _children(node)]
+    if all(fixed for fixed, _ in parts):
+        return True, _rebuild(node, [part for _, part in parts]) if parts else node
+    return False, lambda numbers: _rebuild(node, [part if fixed else part(numbers) for fixed, part in parts])
+
+
+def _writer(
+    node: Any, path: str, leaf: Callable[[str], tuple[np.ndarray, slice, tuple[int, ...]]]
+) -> Callable[[Any], None]:
+    """Writes what stands in the place of a node, after a look at its kind."""
+    if _is_leaf(node):
+        flat, where, shape = leaf(path)
+
+        def write(value: Any) -> None:
+            array = _array(value, path, shape)
+            flat[where] = array if len(shape) == 1 else array.ravel()
+
+        return write
+    parts = [(name, _writer(child, _below(path, name), leaf)) for name, child in _children(node)]
+
+    def write_parts(value: Any) -> None:
+        if not parts and value is not node and value != node:
+            raise _odd(path, repr(value), repr(node))
+        children = dict(_children(value)) if type(value) is type(node) else None
+        if children is None:
+            raise _odd(path, _kind(value), _kind(node))
+        if len(children) != len(parts) or any(name not in children for name, _ in parts):
+            raise _odd(path, f"entries {', '.join(children)}", ", ".join(name for name, _ in parts))
+        for name, write in parts:
+            write(children[name])
+
+    return write_parts
+
+
+def _array(value: Any, path: str, shape: tuple[int, ...]) -> np.ndarray:
+    try:
+        array = np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        raise _odd(path, _kind(value), _sized(shape)) from None
+    if is_symbolic(value):  # CasADi's vectors are columns
+        array = array.reshape(_shape(value))
+    if array.shape != shape:
+        raise _odd(path, _sized(array.shape), _sized(shape))
+    return array
+
+
+def _odd(path: str, got: str, expected: str) -> ValueError:
+    return ValueError(f"{path or 'it'}: got {got}, expected {expected}")
+
+
+def _sized(shape: tuple[int, ...]) -> str:
+    return f"shape {shape}" if shape else "a number"
+
+
+def _kind(value: Any) -> str:
+    return "None" if value is None else type(value).__name__
 
 
 def _symbolic_column(part: Any) -> Any:
@@ -137,6 +226,31 @@ def numeric(record: R) -> R:
     """The same record with every leaf a float or a NumPy array, ready for arithmetic."""
     layout = Layout(record)
     return layout.unpack(layout.pack(record))
+
+
+def number(value: Any) -> Any:
+    """A float or an array, also from CasADi's numbers, whose vectors are columns."""
+    array = np.asarray(as_numpy(value), dtype=float)
+    return array.item() if array.ndim == 0 or (is_symbolic(value) and array.size == 1) else array
+
+
+def with_floats(record: Any) -> Any:
+    """The same record with whole numbers and truth values as floats, which stand in a vector."""
+    if isinstance(record, bool | int | np.bool_ | np.integer):
+        return float(record)
+    if _is_leaf(record):
+        return record
+    children = list(_children(record))
+    return _rebuild(record, [with_floats(child) for _, child in children]) if children else record
+
+
+def is_numeric(record: Any) -> bool:
+    """Whether a record holds numbers alone, so that a flat vector says all of it."""
+    if _is_leaf(record):
+        return is_symbolic(record) or np.asarray(record).dtype.kind in "fiub"
+    empty = isinstance(record, tuple | dict) and not record
+    children = list(_children(record))
+    return empty or (bool(children) and all(is_numeric(child) for _, child in children))
 
 
 def structure(record: Any) -> str:

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from skylimb.symbolic import Array, arctan2, cos, matrix, sin, vector
+from skylimb.symbolic import Array, arctan2, cos, dot, matrix, sin, vector
 
 
 def wrapped(angle: Any) -> Any:
@@ -29,16 +29,6 @@ def hat(v: Array) -> Array:
 def vee(S: Array) -> Array:
     """The 3-vector of a skew-symmetric matrix, the inverse of `hat`."""
     return vector(S[2, 1], S[0, 2], S[1, 0])
-
-
-def cross(a: Array, b: Array) -> Array:
-    """The cross product of two 3-vectors."""
-    return vector(a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
-
-
-def dot(a: Array, b: Array) -> Any:
-    """The scalar product of two 3-vectors."""
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 def rot_x(angle: Any) -> Array:

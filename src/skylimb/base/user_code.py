@@ -10,11 +10,12 @@ from __future__ import annotations
 import functools
 import linecache
 import re
+import sys
 import sysconfig
 import traceback
 from collections.abc import Callable
 from pathlib import Path
-from types import TracebackType
+from types import FrameType, TracebackType
 from typing import Any, Literal, NamedTuple, TypeVar
 
 from skylimb.base.errors import SkylimbError, UserCodeError
@@ -27,7 +28,14 @@ _NOT_THE_USERS = (
 )
 _PACKAGES = ("site-packages", "dist-packages")
 
+_NO_FLOAT = "an SX is no float"
+
 _REMEDIES = (
+    (
+        _NO_FLOAT,
+        "float(), the functions of math and writing into a NumPy array need numbers, this is known only in "
+        "flight; use skylimb.symbolic",
+    ),
     (
         "truth value of a CasADi",
         "this is known only in flight: in place of if, and, or, not, min and max use "
@@ -44,15 +52,14 @@ _REMEDIES = (
     ("not iterable by design", "take the entries by their index, as in x[0], x[1], x[2]"),
     (
         "incompatible dimensions|Dimension mismatch",
-        "vectors are columns here: A @ v multiplies a matrix by one, "
-        "skylimb.base.rotations has dot and cross",
+        "vectors are columns here: A @ v multiplies a matrix by one, skylimb.symbolic has dot and cross",
     ),
     ("does not support numpy|has no attribute", "skylimb.symbolic has the operations that can be compiled"),
 )
 """What a message of CasADi's says, and what to do about it."""
 
 
-_SPEAK_FOR_THEMSELVES = ("truth value of a CasADi", "Implicit conversion of symbolic")
+_SPEAK_FOR_THEMSELVES = (_NO_FLOAT, "truth value of a CasADi", "Implicit conversion of symbolic")
 """Messages in whose place the remedy alone is shown."""
 
 
@@ -108,6 +115,23 @@ def guarded(function: F, what: str) -> F:
     return call  # type: ignore[return-value]  # the same signature
 
 
+def returned(function: Callable[..., Any], *given: Any) -> tuple[Any, Place | None]:
+    """What a user's function returns, and the line that returned it; None where it is nobody's file."""
+    place: Place | None = None
+
+    def watch(frame: FrameType, event: str, _: Any) -> None:
+        nonlocal place
+        if event == "return" and is_users(frame.f_code.co_filename):
+            place = Place(frame.f_code.co_filename, frame.f_lineno)
+
+    before = sys.getprofile()
+    sys.setprofile(watch)
+    try:
+        return function(*given), place
+    finally:
+        sys.setprofile(before)
+
+
 def described_user_error(what: str, error: Exception) -> Exception:
     """An error in a user's code in one line; the error itself where it says all already."""
     frames = _frames(error)
@@ -129,6 +153,8 @@ def place_of(error: BaseException) -> Place | None:
 
 def described(error: Exception) -> str:
     """What went wrong, in one line, with the remedy where it is known."""
+    # NumPy has words of its own for a symbol that is no float.
+    error = error.__cause__ if str(error.__cause__) == _NO_FLOAT else error  # type: ignore[assignment]
     text = " ".join(str(error).split())
     if isinstance(error, SyntaxError):
         text = error.msg

@@ -68,7 +68,8 @@ class _Beside(importlib.abc.MetaPathFinder):
 def load_module(path: Path, needed: tuple[str, ...]) -> ModuleType:
     """A user's Python file as a module, checked to define every name in `needed`.
 
-    It is the same module as long as no file that was read for it has changed.
+    It is the same module as long as no file that was read for it has changed. Files beside it that it reads
+    besides, such as tables of numbers, it names in `FILES`.
 
     Raises:
         ConfigError: when the file is missing, fails to import, or lacks a name.
@@ -108,6 +109,7 @@ def _executed(path: Path, name: str) -> ModuleType:
     try:
         with UserCode(f"import of '{path.name}'"), _importing_beside(path.parent, read):
             loader.exec_module(module)
+            read += [read_source(path.parent / name) for name in getattr(module, "FILES", ())]
     except BaseException:
         del sys.modules[name]
         raise

@@ -15,9 +15,10 @@ from typing import Any
 
 from skylimb.base.errors import ConfigError, unknown_name
 from skylimb.base.keys import Table, rows_of
-from skylimb.base.packing import numeric, structure
+from skylimb.base.packing import Layout, is_numeric, numeric, structure, with_floats
 from skylimb.base.rotations import rpy_from_rotation
 from skylimb.base.signals import Signal
+from skylimb.base.split_function import Asked
 from skylimb.control.attitude_target import attitude_target
 from skylimb.control.corrections import (
     CALIBRATION,
@@ -32,7 +33,8 @@ from skylimb.control.corrections import (
 from skylimb.control.estimation.estimate import wrench_signals
 from skylimb.control.estimation.records import Measurement, Sensed, Signals, Start
 from skylimb.control.law_fields import require_fit
-from skylimb.control.law_monitor import LawMonitor, with_traced_fields
+from skylimb.control.law_monitor import LawMonitor
+from skylimb.control.law_trial import with_trial
 from skylimb.control.missions.reference import Reference
 from skylimb.control.needs import Needs, merged
 from skylimb.control.planning.posture import ReachFamily, posture_family
@@ -40,10 +42,12 @@ from skylimb.control.planning.vectoring import VectoringTable, vectoring_table
 from skylimb.control.posture import heading_of, posture_of
 from skylimb.control.preset import Preset
 from skylimb.control.preset_keys import preset_tables
+from skylimb.control.python_laws import OpenLaw
 from skylimb.control.records import NOTHING, Command, Demand, LawInput
-from skylimb.control.slots import SLOTS, Slots, traced_functions
-from skylimb.control.user_functions import UserLaw
+from skylimb.control.slots import SLOTS, LiveGains, Slots, traced_functions
+from skylimb.control.user_functions import Prepared, UserLaw
 from skylimb.robots.model import Robot
+from skylimb.symbolic import is_symbolic
 
 
 @dataclass(frozen=True)
@@ -66,7 +70,7 @@ class Cascade:
 
     def step(
         self,
-        gains: Slots,
+        gains: LiveGains,
         state: Slots,
         measurement: Measurement,
         reference: Reference,
@@ -87,6 +91,7 @@ class Cascade:
             The new state, the command, and every inner signal by its public name.
         """
         laws, monitor = self.preset.laws, monitor or LawMonitor(self.preset.slots)
+        gains = self._handed(gains)
         if self.corrections is not None:
             measurement = turned_back(self.corrections, measurement)
 
@@ -157,13 +162,60 @@ class Cascade:
         command = given.command if self.corrections is None else for_rotors(self.corrections, given.command)
         return new, command, signals
 
-    def gains(self) -> Slots:
+    def gains(self) -> LiveGains:
         """The preset's gains as arrays: every number that may change without a new trace."""
         return self._gains
 
     @cached_property
-    def _gains(self) -> Slots:
-        return numeric(Slots(*(slot.gains for slot in self.preset.slots)))
+    def _gains(self) -> LiveGains:
+        return self.settled(LiveGains(*numeric(Slots(*(slot.gains for slot in self.preset.slots))), {}))
+
+    def settled(self, gains: LiveGains) -> LiveGains:
+        """The gains with what laws prepare of them, computed anew.
+
+        Raises:
+            UserCodeError: where a law's `prepare` fails.
+        """
+        made = {slot: with_floats(self._prepared(slot, getattr(gains, slot))) for slot in self._preparing}
+        return gains._replace(prepared={slot: numeric(one) for slot, one in made.items() if is_numeric(one)})
+
+    @property
+    def _preparing(self) -> list[str]:
+        """Slots whose laws prepare something of their gains."""
+        filled = zip(SLOTS, self.preset.slots, strict=True)
+        return [name for name, slot in filled if hasattr(slot.law, "prepare")]
+
+    def _prepared(self, slot: str, gains: Any) -> Any:
+        return getattr(self.preset.laws, slot).prepare(gains, self.robot)
+
+    def _handed(self, gains: LiveGains) -> Any:
+        """The gains as the laws are handed them; an object of a law's own is prepared where it is called."""
+        handed = {}
+        for slot in self._preparing:
+            own, made = getattr(gains, slot), gains.prepared.get(slot)
+            if made is None:
+                symbolic = is_symbolic(Layout(own).pack(own))
+                made = self._prepared(slot, getattr(self.gains(), slot) if symbolic else own)
+            handed[slot] = Prepared(own, made)
+        return gains._replace(**handed)
+
+    @property
+    def in_python(self) -> dict[str, str]:
+        """Laws of its users' that fly in Python, each with the reason why it cannot be compiled."""
+        return {
+            f"{name} law '{slot.name}'": next(iter(slot.python.values())).why
+            for name, slot in zip(SLOTS, self.preset.slots, strict=True)
+            if slot.python
+        }
+
+    def opened(self) -> tuple[Cascade, list[Asked]]:
+        """The cascade to be traced, and a list that then gets what the trace asks of Python."""
+        asked: list[Asked] = []
+        preset = self.preset
+        for name, slot in zip(SLOTS, preset.slots, strict=True):
+            if slot.python:
+                preset = preset.with_slot(name, replace(slot, law=OpenLaw(slot, self.robot, asked)))
+        return replace(self, preset=preset), asked
 
     def initial_state(self) -> Slots:
         """The state before the first tick, hovering in the nominal posture."""
@@ -215,7 +267,7 @@ class Cascade:
                 )
             preset = preset.with_gain(key, value, where)
         require_fit(preset.slots, where)
-        return replace(self, preset=preset)
+        return _tried(replace(self, preset=preset))
 
     def check_gain(self, key: str, value: Any, where: str) -> None:
         """Raise a `ConfigError` that begins with `where` unless the gain of this key may have this value."""
@@ -292,15 +344,20 @@ def calibrated(
 def build_cascade(robot: Robot, preset: Preset) -> Cascade:
     """A cascade with the robot's posture family and vectoring table.
 
-    With laws of the user's own a tick is traced, which shows what they read and give.
+    Laws of the user's own are tried, which shows what they read and give.
 
     Raises:
         ConfigError: naming the laws that do not fit, and the field.
     """
     purpose = merged(slot.needs for slot in preset.slots).vectoring
-    cascade = Cascade(robot, preset, posture_family(robot), vectoring_table(robot, purpose))
+    return _tried(Cascade(robot, preset, posture_family(robot), vectoring_table(robot, purpose)))
+
+
+def _tried(cascade: Cascade) -> Cascade:
+    """The cascade with what a trial of its users' laws shows."""
+    preset = cascade.preset
     if not any(isinstance(slot.law, UserLaw) for slot in preset.slots):
         return cascade
-    preset = replace(preset, slots=with_traced_fields(cascade))
+    preset = replace(preset, slots=with_trial(cascade))
     require_fit(preset.slots, f"controller {preset.name}")
     return replace(cascade, preset=preset)

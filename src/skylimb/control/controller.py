@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, Protocol, TypeGuard
 
 from skylimb.base.config import flatten, from_mapping, put
+from skylimb.base.errors import ConfigError
 from skylimb.base.keys import units_of
 from skylimb.base.signals import Signal
 from skylimb.base.user_modules import load_module, sources_of_module
@@ -66,6 +67,23 @@ def is_configurable(controller: Controller) -> TypeGuard[ConfigurableController]
 def is_traceable(controller: Controller) -> TypeGuard[TraceableController]:
     """Whether a controller can be traced and compiled."""
     return isinstance(controller, TraceableController)
+
+
+def require_compiled(controller: Controller, what: str) -> TraceableController:
+    """The controller itself, no part of which flies in Python.
+
+    Args:
+        controller: one that a preset or a user's file makes.
+        what: cannot be done with such a part, for example "written as C".
+
+    Raises:
+        ConfigError: naming the part, and why it cannot be compiled.
+    """
+    if not is_traceable(controller):
+        raise ConfigError(f"controller '{controller.name}' flies in Python and cannot be {what}")
+    for law, why in controller.in_python.items():
+        raise ConfigError(f"{law} flies in Python and cannot be {what}: {why}")
+    return controller
 
 
 def load_controller(

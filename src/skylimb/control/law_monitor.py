@@ -1,15 +1,14 @@
 """What the laws of one tick read of each other and give: each is held to what it declares.
 
-A traced tick shows every field that a law reads, as laws decide nothing by numbers. So a law cannot read what
-it does not declare, or what nobody gives, without being named; and what a user's law does not declare is
-known once a tick has been traced.
+A tick shows every field that a law reads, as laws that are compiled decide nothing by numbers. So a law
+cannot read what it does not declare, or what nobody gives, without being named; and what a user's law does
+not declare is known once it has been tried (`control.law_trial`).
 """
 
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Hashable
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable
 from typing import Any
 
 from skylimb.base.errors import ConfigError
@@ -18,10 +17,8 @@ from skylimb.control.law_fields import FIELDS, RECORDS, called, misfit, optional
 from skylimb.control.needs import PACE
 from skylimb.control.records import LawInput
 from skylimb.control.slots import SLOTS, Slots
-from skylimb.control.traced_step import step_inputs, symbolic_inputs
 
-PERIOD = 0.005
-"""Control period of the tick that is traced, s; what is read and given depends on no number."""
+_WATCHED = (*RECORDS, "residual")
 
 
 class LawMonitor:
@@ -97,33 +94,24 @@ class LawMonitor:
         return value
 
 
-def with_traced_fields(cascade: Any) -> Slots:
-    """The slots of a cascade with what each law gives, as a tick on symbols shows it.
-
-    Raises:
-        ConfigError: where a law reads what nobody gives, or is not as it declares.
-    """
-    gives = _traced(_Cascade(cascade.structure(), cascade))
-    seen = zip(cascade.preset.slots, SLOTS, strict=True)
-    return Slots(*(replace(filled, gives=gives.get(slot)) for filled, slot in seen))
-
-
-@dataclass(frozen=True)
-class _Cascade:
-    """A cascade by its structure: flights that differ in numbers alone trace one tick together."""
-
-    structure: Hashable
-    cascade: Any = field(compare=False)
+def unmonitored(given: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Arguments of a law whose inputs are the records themselves."""
+    return tuple(
+        one._replace(**{name: _bare(getattr(one, name)) for name in _WATCHED})
+        if isinstance(one, LawInput)
+        else one
+        for one in given
+    )
 
 
-@functools.lru_cache(maxsize=64)
-def _traced(of: _Cascade) -> dict[str, frozenset[str]]:
-    """What each law gives, by its slot."""
-    cascade = of.cascade
-    monitor = LawMonitor(cascade.preset.slots)
-    _, (state, *given, gains) = symbolic_inputs(step_inputs(cascade, len(cascade.needs.preview)))
-    cascade.step(gains, state, *given, PERIOD, monitor)
-    return monitor.gives
+def monitored_like(given: tuple[Any, ...], records: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Other arguments of a law, whose reading is taken down as that of the given ones is."""
+    return tuple(
+        record._replace(**{name: _over(getattr(one, name), getattr(record, name)) for name in _WATCHED})
+        if isinstance(one, LawInput)
+        else record
+        for one, record in zip(given, records, strict=True)
+    )
 
 
 class _Seen:
@@ -142,3 +130,11 @@ class _Seen:
         value = None if self._record is None else getattr(self._record, field)
         whole = self._name if self._name in FIELDS else f"{self._name}.{field}"
         return self._read(whole, value) if whole in FIELDS else value
+
+
+def _bare(record: Any) -> Any:
+    return record._record if isinstance(record, _Seen) else record
+
+
+def _over(seen: Any, record: Any) -> Any:
+    return _Seen(record, seen._name, seen._read) if isinstance(seen, _Seen) else record

@@ -27,7 +27,7 @@ from skylimb.control.estimation.records import BodyState
 from skylimb.control.lateral import least_move, side_force_function
 from skylimb.control.records import Demand, LawInput
 from skylimb.robots.model import Robot
-from skylimb.symbolic import Array, clip, is_symbolic, low_pass, stack
+from skylimb.symbolic import Array, as_numpy, clip, low_pass, stack
 
 _CALM = 2.0 * math.pi * 0.3
 """Rate of the pull toward the thrusts of the hover, 1/s: slow, as servos that chase it tick by tick shake."""
@@ -102,7 +102,8 @@ def level_move(gains: Any, move: Array, pull: Array, inputs: LawInput, demand: D
     body = inputs.estimate.body
     R_WN = nominal_rotation(inputs.robot, body, q, nominal)
     force, torque = R_WN.T @ demand.force, R_WN.T @ (body.R_WC @ demand.torque)
-    side, J, effort, change = side_force_function(inputs.robot)(q, nominal, nominal + move, force[2], torque)
+    found = side_force_function(inputs.robot)(q, nominal, nominal + move, force[2], torque)
+    side, J, effort, change = map(as_numpy, found)
     wanted = force[0:2] - side + J @ move
     most = _MOST * gains.limit
     pull = low_pass(pull, clip(gains.steady * change, -most, most), _CALM, inputs.dt)
@@ -126,7 +127,7 @@ def nominal_rotation(robot: Robot, body: BodyState, joint_angles: Array, nominal
         joint_angles: measured, rad.
         nominal: vectoring angles, rad.
     """
-    return body.R_WC @ body.model.R_root_C.T @ _hovering_frame(robot)(joint_angles, nominal)
+    return body.R_WC @ body.model.R_root_C.T @ as_numpy(_hovering_frame(robot)(joint_angles, nominal))
 
 
 def _within(J: Array, damping: Any, free: Array, lower: Array, upper: Array) -> Array:
@@ -137,7 +138,7 @@ def _within(J: Array, damping: Any, free: Array, lower: Array, upper: Array) -> 
     count = J.shape[1]
     rows = ca.vertcat(J, ca.DM.eye(count) * damping**0.5)
     new, _ = nearest_in_box(2 + count, count)(rows, free, lower, upper)
-    return new if is_symbolic(J, free) else new.full().ravel()
+    return as_numpy(new)
 
 
 @functools.lru_cache(maxsize=16)

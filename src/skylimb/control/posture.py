@@ -35,5 +35,5 @@ def heading_of(robot: Robot, tip_heading: Any, reference: Reference) -> Any:
         tip_heading: of the tip link in {C} at the measured angles, rad.
         reference: of this tick.
     """
-    nominal = robot.model(reference.joint_angles, reference.vectoring_angles).tip_heading
+    nominal = robot.at(reference.joint_angles, reference.vectoring_angles).tip_heading
     return reference.heading - nominal - reference.align * (tip_heading - nominal)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import importlib
 import pkgutil
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import ModuleType
@@ -37,6 +38,23 @@ class Slots(NamedTuple):
     allocation: Any
 
 
+class LiveGains(NamedTuple):
+    """The gains of each slot, and what laws prepare of them.
+
+    Attributes:
+        estimation, contact, shape, translation, attitude, allocation: gains of the slot.
+        prepared: by its slot what the law's `prepare` made of them, where it is made of numbers alone.
+    """
+
+    estimation: Any
+    contact: Any
+    shape: Any
+    translation: Any
+    attitude: Any
+    allocation: Any
+    prepared: dict[str, Any]
+
+
 SLOTS = Slots._fields
 _FOLDERS = {"estimation": "skylimb.control.estimation.laws"}
 _FUNCTIONS = {"estimation": ("step", "commanded"), "allocation": ("aim", "step")}
@@ -50,13 +68,15 @@ class Slot:
         name: the law's name in the preset.
         law: its module, see `control.laws`.
         gains: an instance of the law's `Gains`.
-        gives: fields that it gives (`control.law_fields`), where a traced tick has shown them.
+        gives: fields that it gives (`control.law_fields`), where a tick has shown them.
+        python: its functions that cannot be compiled, by name (`control.python_laws`).
     """
 
     name: str
     law: Any
     gains: Any
     gives: frozenset[str] | None = field(default=None, compare=False)
+    python: Mapping[str, Any] = field(default_factory=dict, compare=False)
 
     @property
     def needs(self) -> Needs:

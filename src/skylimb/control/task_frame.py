@@ -12,10 +12,9 @@ from typing import Any
 import numpy as np
 
 from skylimb.base.keys import Vector3, refused
-from skylimb.base.rotations import cross
 from skylimb.control.estimation.records import Estimate, Wrench
 from skylimb.control.missions.reference import Reference
-from skylimb.symbolic import Array, matrix, right_inverse
+from skylimb.symbolic import Array, cross, matrix, right_inverse
 
 COUPLING: Vector3 = (0.0, 0.0, 0.0)
 """No entries beside the diagonal."""

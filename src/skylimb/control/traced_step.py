@@ -10,6 +10,7 @@ import numpy as np
 
 from skylimb.base.errors import ConfigError
 from skylimb.base.packing import Layout
+from skylimb.base.split_function import PythonCall, split_function
 from skylimb.control.estimation.records import Measurement, zero_measurement
 from skylimb.control.missions.reference import Reference, zero_reference
 from skylimb.control.records import Command
@@ -58,6 +59,7 @@ class TracedStep:
         gains: of the controller.
         commands: where the entries of a command stand.
         signals: where the signals that the controller records stand.
+        calls: laws in plain Python in the middle of the function.
     """
 
     function: ca.Function
@@ -66,6 +68,7 @@ class TracedStep:
     gains: np.ndarray
     commands: Layout[Command]
     signals: Layout[dict[str, Any]]
+    calls: tuple[PythonCall, ...] = ()
 
 
 def traced_step(controller: Any, dt: float, ahead: int = 0, name: str = "controller") -> TracedStep:
@@ -84,7 +87,8 @@ def traced_step(controller: Any, dt: float, ahead: int = 0, name: str = "control
     controller.require(dt)
     inputs = step_inputs(controller, ahead)
     symbols, (state, measurement, reference, gains) = symbolic_inputs(inputs)
-    new, command, signals = controller.step(gains, state, measurement, reference, dt)
+    traced, asked = controller.opened()
+    new, command, signals = traced.step(gains, state, measurement, reference, dt)
     states, commands, recorded = inputs.state, Layout(command), Layout(dict(signals))
     if Layout(new).slices != states.slices:
         raise ConfigError(
@@ -92,13 +96,7 @@ def traced_step(controller: Any, dt: float, ahead: int = 0, name: str = "control
             f"initial state {states.shapes}; numbers of the state are floats, 0.0 and not 0"
         )
     outputs = states.pack(new), commands.pack(command), recorded.pack(dict(signals))
-    function = ca.Function(
-        name,
-        symbols,
-        [ca.densify(ca.SX(part)) for part in outputs],
-        [*StepInputs._fields],
-        ["next_state", "command", "signals"],
-        {"cse": True},
-    )
+    names = StepInputs._fields, ("next_state", "command", "signals")
+    function, calls = split_function(name, symbols, outputs, names, asked)
     start = states.pack(controller.initial_state()), inputs.gains.pack(controller.gains())
-    return TracedStep(function, inputs, *start, commands, recorded)
+    return TracedStep(function, inputs, *start, commands, recorded, calls)

@@ -19,6 +19,7 @@ from skylimb.base.keys import Table, tables_of
 from skylimb.base.packing import numeric, structure
 from skylimb.base.signals import Signal, declared_signals
 from skylimb.base.sources import Source
+from skylimb.base.split_function import Asked
 from skylimb.base.user_code import UserCode
 from skylimb.control.estimation.records import Measurement
 from skylimb.control.missions.reference import Reference
@@ -183,6 +184,19 @@ class CompiledUserController(UserController):
         step = traceable(self.made.step, self.what)
         new, command, signals = symbolic_record(step(gains, state, measurement, reference, dt))
         return new, Command(*command), dict(signals)
+
+    def opened(self) -> tuple[CompiledUserController, list[Asked]]:
+        """The same to be traced; it asks nothing of Python."""
+        return self, []
+
+    @property
+    def in_python(self) -> dict[str, str]:
+        """Nothing: the whole of it is compiled."""
+        return {}
+
+    def settled(self, gains: Any) -> Any:
+        """The gains themselves: nothing is computed of them."""
+        return gains
 
     def require(self, dt: float) -> None:
         """Raise a `ConfigError` where the user's own `require(dt)` does."""

@@ -6,17 +6,22 @@ import functools
 import warnings
 from collections.abc import Callable, Iterable
 from types import ModuleType
-from typing import Any
+from typing import Any, NamedTuple
 
-import casadi as ca
 import numpy as np
 
-from skylimb.base.errors import UserCodeError
-from skylimb.base.packing import Layout
+from skylimb.base.packing import with_floats
 from skylimb.base.signals import declared_signals
 from skylimb.base.user_code import UserCode, guarded
 from skylimb.base.user_modules import sources_of_module
-from skylimb.symbolic import is_symbolic, matrix, vector
+from skylimb.symbolic import is_symbolic, matrix, symbols_are_no_floats, vector
+
+
+class Prepared(NamedTuple):
+    """Gains of a law that prepares something of them, and what it has prepared."""
+
+    gains: Any
+    made: Any
 
 
 class UserLaw:
@@ -26,15 +31,24 @@ class UserLaw:
         module: defines what the law of the slot has to.
         what: what it is called in messages, for example "translation law 'spring.py'".
         traced: names of its functions that end up in the tick.
+
+    Attributes:
+        what: see above.
+        plain: those functions for numbers alone.
     """
 
     def __init__(self, module: ModuleType, what: str, traced: Iterable[str]) -> None:
-        self.Gains, self.__doc__ = module.Gains, module.__doc__
+        self.Gains, self.__doc__, self.what = module.Gains, module.__doc__, what
         self.signals = declared_signals(module, what)
         self.sources = sources_of_module(module)
+        self.plain: dict[str, Callable[..., Any]] = {}
         for name in traced:
-            setattr(self, name, traceable(getattr(module, name), what))
-        for name in ("initial_state", "needs", "require"):
+            function = getattr(module, name)
+            if hasattr(module, "prepare"):
+                function = _handed(function)
+            self.plain[name] = guarded(function, what)
+            setattr(self, name, _with_floats(traceable(function, what)))
+        for name in ("initial_state", "needs", "require", "prepare"):
             if hasattr(module, name):
                 setattr(self, name, guarded(getattr(module, name), what))
         for name in ("PROVIDES", "REQUIRES", "OPTIONAL"):
@@ -42,25 +56,39 @@ class UserLaw:
                 setattr(self, name, getattr(module, name))
 
 
-def traceable(function: Callable[..., Any], what: str) -> Callable[..., Any]:
-    """A user's function that is called with numbers or symbols; errors are described in a line.
+def _handed(function: Callable[..., Any]) -> Callable[..., Any]:
+    """A function of a law that is handed what `prepare` made, behind its other arguments."""
 
-    Python turns a symbol into NaN without a word where a plain number is needed. What comes of it is refused.
-    """
+    @functools.wraps(function)
+    def call(prepared: Prepared, *given: Any) -> Any:
+        return function(prepared.gains, *given, prepared.made)
+
+    return call
+
+
+def _with_floats(function: Callable[..., Any]) -> Callable[..., Any]:
+    """A function of a law that may give whole numbers, truth values, and lists and arrays of symbols."""
+
+    @functools.wraps(function)
+    def call(*given: Any) -> Any:
+        result = function(*given)
+        if not isinstance(result, tuple) or len(result) != 3 or hasattr(result, "_fields"):
+            return symbolic_record(result)
+        state, *others = map(symbolic_record, result)
+        return state, *map(with_floats, others)
+
+    return call
+
+
+def traceable(function: Callable[..., Any], what: str) -> Callable[..., Any]:
+    """A user's function that is called with numbers or symbols; errors are described in a line."""
 
     @functools.wraps(function)
     def call(*given: Any) -> Any:
         # CasADi warns of each NumPy function that meets its symbols, which do what they should here.
-        with UserCode(what), warnings.catch_warnings():
+        with UserCode(what), warnings.catch_warnings(), symbols_are_no_floats():
             warnings.simplefilter("ignore", FutureWarning)
-            result = function(*given)
-        lost = lost_symbols(result)
-        if lost:
-            raise UserCodeError(
-                f"{what} makes a constant NaN of {', '.join(lost)}: float(), the functions of math and "
-                "writing into a NumPy array need numbers, this is known only in flight; use skylimb.symbolic"
-            )
-        return result
+            return function(*given)
 
     return call
 
@@ -79,28 +107,3 @@ def symbolic_record(record: Any) -> Any:
     if isinstance(record, np.ndarray) and record.dtype == object:
         return matrix(list(record)) if record.ndim == 2 else vector(*record.ravel())
     return record
-
-
-def lost_symbols(record: Any) -> list[str]:
-    """What a constant NaN goes into, of what a law or a controller returns; nothing where it holds numbers.
-
-    Args:
-        record: new state, output, signals.
-    """
-    layout = Layout(record)
-    flat = layout.pack(record)
-    if not is_symbolic(flat) or not _has_nan(flat):
-        return []
-    found = [name.partition(".") for name, part in layout.slices.items() if _has_nan(flat[part])]
-    parts = {"0": "state", "1": "output", "2": ""}
-    return [".".join(filter(None, (parts.get(part, part), name))) for part, _, name in found]
-
-
-def _has_nan(expression: Any) -> bool:
-    function = ca.Function("symbols", ca.symvar(expression), [expression])
-    constants = (
-        function.instruction_constant(k)
-        for k in range(function.n_instructions())
-        if function.instruction_id(k) == ca.OP_CONST
-    )
-    return any(np.isnan(constant) for constant in constants)

@@ -17,13 +17,13 @@ from skylimb.control.records import Command
 from skylimb.control.traced_step import TracedStep, traced_step
 from skylimb.robots.model import Robot
 
-_STEPS = 4
+STEPS = 4
 """Ticks over which both ways are compared."""
 
 PERIOD = 0.005
 """Control period of the trial, s."""
 
-_TOLERANCE = 1e-7
+TOLERANCE = 1e-7
 """Relative difference of numbers that are the same but for the order of operations."""
 
 
@@ -66,7 +66,7 @@ def _difference(trial: Any, step: TracedStep) -> str:
     """What the traced step gives otherwise than the Python step over some ticks; empty where nothing."""
     rng = np.random.default_rng(0)
     gains, state, flat = trial.gains(), trial.made.initial_state(), step.state
-    for _ in range(_STEPS):
+    for _ in range(STEPS):
         measurement, reference = shaken_hover(trial.robot, rng, len(trial.needs.preview))
         given = step.inputs.measurement.pack(measurement), step.inputs.reference.pack(reference)
         state, command, signals = trial.made.step(gains, state, measurement, reference, PERIOD)
@@ -76,7 +76,7 @@ def _difference(trial: Any, step: TracedStep) -> str:
         for layout, one, record in zip(layouts, (flat, *results), python, strict=True):
             other = layout.pack(record)
             for name, part in layout.slices.items():
-                if not np.allclose(one[part], other[part], _TOLERANCE, _TOLERANCE, equal_nan=True):
+                if not np.allclose(one[part], other[part], TOLERANCE, TOLERANCE, equal_nan=True):
                     return (
                         f"on symbols its step gives another '{name.rpartition('.')[2] or 'state'}' than on "
                         "numbers; the step may depend on its arguments alone, and uses functions of "

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import functools
 import logging
 from collections.abc import Callable
@@ -11,6 +10,9 @@ from contextlib import suppress
 import numpy as np
 
 from skylimb.base.errors import CompileError
+from skylimb.base.split_function import made_faster
+from skylimb.control.cascade import Cascade
+from skylimb.control.controller import Controller, is_traceable
 from skylimb.control.loop.flight import Flight, Interrupted
 from skylimb.control.loop.loop import Loop
 from skylimb.control.user_controller import UserController
@@ -36,17 +38,20 @@ def fly(takeoff: Takeoff, progress: Progress | None = None) -> Flight:
     Raises:
         Interrupted: with what was flown, on Ctrl-C in flight.
     """
-    if takeoff.traceable and worth_building(takeoff.tick.function) and native_available():
+    if takeoff.compiled and worth_building(takeoff.tick.function) and native_available():
         with suppress(CompileError):  # nowhere to build it: another driver flies
             return fly_native([takeoff], progress=progress)[0]
     return fly_here(takeoff, progress)
 
 
-def flew_in_python(takeoff: Takeoff, driver: FreeDriver) -> str:
-    """That a controller was not compiled, what a tick of it costs, and why."""
-    controller = takeoff.controller
-    said = f"controller '{controller.name}' flies in Python, {1e6 * driver.step_time:.0f} us a tick"
-    return f"{said}: {controller.untraceable}" if isinstance(controller, UserController) else said
+def flew_in_python(controller: Controller, step_time: float) -> str:
+    """What of a controller was not compiled, what a tick of it costs, and why; empty where nothing."""
+    reasons = {} if not isinstance(controller, Cascade) else controller.in_python
+    if not is_traceable(controller):
+        why = controller.untraceable if isinstance(controller, UserController) else ""
+        reasons = {f"controller '{controller.name}'": why}
+    costs = f"in Python, {1e6 * step_time:.0f} us a tick"
+    return "; ".join(f"{what} flies {costs}{why and f': {why}'}" for what, why in reasons.items())
 
 
 def fly_here(takeoff: Takeoff, progress: Progress | None = None) -> Flight:
@@ -61,8 +66,8 @@ def fly_here(takeoff: Takeoff, progress: Progress | None = None) -> Flight:
             flight = loop.fly(progress)
         except KeyboardInterrupt as stop:
             raise (Interrupted(loop.stop()) if loop.ticks else stop) from None
-    if isinstance(loop.driver, FreeDriver):
-        _log.warning("%s", flew_in_python(takeoff, loop.driver))
+    if isinstance(loop.driver, FreeDriver | CompiledDriver) and loop.driver.step_time:
+        _log.warning("%s", flew_in_python(takeoff.controller, loop.driver.step_time))
     return flight
 
 
@@ -74,7 +79,7 @@ def begin_loop(takeoff: Takeoff) -> Loop:
 
 def fastest_tick(takeoff: Takeoff, build: bool = True) -> CompiledTick:
     """The compiled tick as machine code where that pays, else on CasADi's virtual machine; same bits."""
-    return dataclasses.replace(takeoff.tick, function=fastest(takeoff.tick.function, build))
+    return made_faster(takeoff.tick, functools.partial(fastest, build=build))
 
 
 def simulated_driver(

@@ -53,6 +53,11 @@ class Takeoff(FlightPlan):
         return self._of(compile_tick, self._traced_controller, self.plant, sensors, root, self.period)
 
     @property
+    def compiled(self) -> bool:
+        """Whether the whole tick is compiled, with no law in Python in its middle."""
+        return self.traceable and not self.tick.calls
+
+    @property
     def fixed_rows(self) -> FlightRows:
         """References and noise of the whole mission, whenever the flight is stopped."""
         experiment = self.experiment

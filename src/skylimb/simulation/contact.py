@@ -23,9 +23,8 @@ import mujoco
 import numpy as np
 
 from skylimb.base.errors import ConfigError, unknown_name
-from skylimb.base.rotations import dot
 from skylimb.simulation.contact_keys import PAIR_NAME, ContactParameters
-from skylimb.symbolic import Array, vector, where
+from skylimb.symbolic import Array, dot, vector, where
 
 SENSOR_NAME = "tip_surface_force"
 _IMPEDANCE = 1e-4  # the smallest that the engine keeps (mjMINIMP)

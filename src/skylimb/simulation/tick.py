@@ -21,6 +21,7 @@ import numpy as np
 
 from skylimb.base.errors import DescriptionError
 from skylimb.base.packing import Layout, structure
+from skylimb.base.split_function import PythonCall, split_function
 from skylimb.control.controller import TraceableController
 from skylimb.control.estimation.records import Measurement
 from skylimb.control.loop.flight import MISSION_TIME
@@ -159,6 +160,7 @@ class CompiledTick:
         clock: where in the state the mission's clock is, or None where it goes with the flight's.
         signals: layout of the signals.
         rotors: `plant_numbers`.
+        calls: laws in plain Python in the middle of the function.
     """
 
     function: ca.Function
@@ -170,6 +172,7 @@ class CompiledTick:
     signals: Layout[dict[str, Any]]
     rotors: np.ndarray
     clock: int | None = None
+    calls: tuple[PythonCall, ...] = ()
 
 
 def check_measured_link(plant: Plant) -> None:
@@ -196,6 +199,7 @@ class _Traced(NamedTuple):
     rows: Layout[TickRow]
     signals: Layout[dict[str, Any]]
     clock: int | None
+    calls: tuple[PythonCall, ...]
 
 
 def initial_tick_state(
@@ -255,6 +259,7 @@ def compile_tick(
         traced.signals,
         plant_numbers(plant, dt),
         traced.clock,
+        traced.calls,
     )
 
 
@@ -294,7 +299,8 @@ def _trace(
     sensor_state, controller_state, clock, rates = states.unpack(x)
     known, reference = rows.unpack(row), window.read(references, given, clock)
     sensor_state, measurement = sense_plant(plant, sensor_state, outputs, known, dt)
-    controller_state, command, inner = controller.step(
+    traced, asked = controller.opened()
+    controller_state, command, inner = traced.step(
         gain_layout.unpack(p), controller_state, measurement, reference, dt
     )
     drive = drive_plant(plant, controller.robot.description, outputs, command, rotors, rates, dt)
@@ -303,21 +309,16 @@ def _trace(
         recorded[MISSION_TIME] = clock.ticks * dt
         clock = next_clock(clock, inner[PACE])
     signals = Layout(recorded)
-    function = ca.Function(
+    new = states.pack((sensor_state, controller_state, clock, drive.rates))
+    function, calls = split_function(
         "tick",
         [x, *outputs, row, given, p, rotors],
-        [
-            ca.densify(out)
-            for out in (
-                states.pack((sensor_state, controller_state, clock, drive.rates)),
-                drive.controls,
-                signals.pack(recorded),
-                drive.joint_forces,
-            )
-        ],
-        ["state", "qpos", "qvel", "act", "history", "row", "references", "gains", "rotors"],
-        ["next_state", "controls", "signals", "joint_forces"],
-        {"cse": True},
+        [new, drive.controls, signals.pack(recorded), drive.joint_forces],
+        (
+            ("state", "qpos", "qvel", "act", "history", "row", "references", "gains", "rotors"),
+            ("next_state", "controls", "signals", "joint_forces"),
+        ),
+        asked,
     )
     clock_at = states.slices["2.ticks"].start if window.paced else None
-    return _Traced(function, gain_layout, rows, signals, clock_at)
+    return _Traced(function, gain_layout, rows, signals, clock_at, calls)

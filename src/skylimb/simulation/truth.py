@@ -18,13 +18,14 @@ from skylimb.base.bound_function import BoundFunction
 from skylimb.base.c_code import c_source
 from skylimb.base.errors import CompileError
 from skylimb.base.packing import Layout
-from skylimb.base.rotations import cross, rotation_from_quaternion, rpy_from_rotation
+from skylimb.base.rotations import rotation_from_quaternion, rpy_from_rotation
 from skylimb.control.loop.flight import Flight
 from skylimb.control.missions.mission import Mission
 from skylimb.robots.model import Robot
 from skylimb.simulation.compiling import built_library
 from skylimb.simulation.plant import Plant
 from skylimb.simulation.surfaces.contact_record import TouchedSurface, record_contact
+from skylimb.symbolic import cross
 
 _BLOCK = 256
 """Ticks that are evaluated by one call: flights of any length share one function."""

@@ -1,6 +1,7 @@
 """Gains change in flight, and no command jumps."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,12 +9,10 @@ import pytest
 import skylimb
 from skylimb.apps.cli import main
 from skylimb.base.errors import ConfigError, UnknownNameError
-from skylimb.base.packing import Layout
 from skylimb.flight.events import GainChange, event_tables, events_from_mapping
 from skylimb.flight.events.gain import gain_rows
 
-LAYOUT = Layout({"a": 1.0, "b": np.zeros(2)})
-GAINS = np.array([1.0, 10.0, 20.0])
+CONTROLLER = SimpleNamespace(gains=lambda: {"a": 1.0, "b": np.array([10.0, 20.0])})
 TIMES = np.arange(101) * 0.05
 SHORT = {
     "phases.hover": 1.0,
@@ -32,7 +31,7 @@ def change(time: float, key: str, value: object, **more: object) -> dict[str, ob
 
 
 def test_a_change_is_a_straight_line_to_the_new_value() -> None:
-    rows = gain_rows([GainChange(1.0, "b", (10.0, 40.0), duration=0.5)], GAINS, LAYOUT, TIMES)
+    rows = gain_rows([GainChange(1.0, "b", (10.0, 40.0), duration=0.5)], CONTROLLER, TIMES)
     np.testing.assert_array_equal(rows.columns, [1, 2])
     np.testing.assert_allclose(rows.values[:, 1], np.interp(TIMES, [1.0, 1.5], [20.0, 40.0]), atol=1e-12)
     np.testing.assert_array_equal(rows.values[TIMES >= 1.5 + 1e-9], [[10.0, 40.0]] * 70)
@@ -44,7 +43,7 @@ def test_changes_of_one_gain_follow_one_another_without_a_jump() -> None:
         GainChange(1.0, "a", 2.0, duration=0.5),
         GainChange(4.0, "b", (0.0, 0.0), duration=0.0),
     ]
-    rows = gain_rows(changes, GAINS, LAYOUT, TIMES)
+    rows = gain_rows(changes, CONTROLLER, TIMES)
     np.testing.assert_allclose(
         rows.values[:, 0], np.interp(TIMES, [1.0, 1.25, 2.25], [1.0, 1.5, 0.0]), atol=1e-12
     )

@@ -10,8 +10,9 @@ import numpy as np
 
 from skylimb.analysis.exchange.frames import frames_function
 from skylimb.base.bound_function import BoundFunction
-from skylimb.base.rotations import cross, rotation_from_quaternion
+from skylimb.base.rotations import rotation_from_quaternion
 from skylimb.robots.model import Robot
+from skylimb.symbolic import cross
 
 
 class Body(NamedTuple):

@@ -14,11 +14,11 @@ from __future__ import annotations
 from typing import Annotated, Any
 
 from skylimb.base.keys import Key, Vector3, configuration
-from skylimb.base.rotations import cross, rotation_error
+from skylimb.base.rotations import rotation_error
 from skylimb.control.attitude import impedance
 from skylimb.control.estimation.records import Signals
 from skylimb.control.records import LawInput, no_memory
-from skylimb.symbolic import Array, clip, vector
+from skylimb.symbolic import Array, clip, cross, vector
 
 REQUIRES = (
     *impedance.REQUIRES,

@@ -12,11 +12,11 @@ from __future__ import annotations
 from typing import Annotated, Any
 
 from skylimb.base.keys import Key, Vector3, configuration
-from skylimb.base.rotations import cross, rotation_error, rotation_from_vector
+from skylimb.base.rotations import rotation_error, rotation_from_vector
 from skylimb.control.estimation.records import Signals
 from skylimb.control.records import LawInput, no_memory
 from skylimb.control.task_frame import COUPLING, impedance, require_definite, task_axes
-from skylimb.symbolic import Array
+from skylimb.symbolic import Array, cross
 
 REQUIRES = ("estimate.body", "estimate.wrench", "contact.tip")
 

@@ -18,7 +18,6 @@ from dataclasses import field, replace
 from typing import Annotated, Any, NamedTuple
 
 from skylimb.base.keys import Key, configuration
-from skylimb.base.rotations import cross, dot
 from skylimb.control.contact import following
 from skylimb.control.contact_machine import RETREAT, MachineState, is_in
 from skylimb.control.estimation.friction import (
@@ -32,7 +31,7 @@ from skylimb.control.estimation.friction import (
 from skylimb.control.estimation.records import Signals, Start
 from skylimb.control.needs import Needs
 from skylimb.control.records import ContactView, LawInput
-from skylimb.symbolic import clip, vector, where
+from skylimb.symbolic import clip, cross, dot, vector, where
 
 PROVIDES = (*following.PROVIDES, "contact.across", "contact.landing", "contact.own_speed")
 REQUIRES = following.REQUIRES

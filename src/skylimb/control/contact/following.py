@@ -17,7 +17,6 @@ from dataclasses import field
 from typing import Annotated, Any, NamedTuple
 
 from skylimb.base.keys import Key, configuration, refused
-from skylimb.base.rotations import cross, dot
 from skylimb.control.contact_machine import (
     APPROACH,
     FREE,
@@ -41,7 +40,7 @@ from skylimb.control.estimation.surface import (
 from skylimb.control.missions.reference import Reference
 from skylimb.control.needs import Needs
 from skylimb.control.records import ContactView, LawInput
-from skylimb.symbolic import Array, clip, vector, where
+from skylimb.symbolic import Array, clip, cross, dot, vector, where
 
 PROVIDES = (
     "contact.engaged",

@@ -22,13 +22,12 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from skylimb.base.keys import Key, Vector3, configuration
-from skylimb.base.rotations import cross
 from skylimb.control.estimation.records import Signals, Start
 from skylimb.control.needs import Needs
 from skylimb.control.records import NOTHING, ContactView, LawInput, TipMove
 from skylimb.control.task_frame import task_axes, tip_wrench
 from skylimb.control.windup import unless_short
-from skylimb.symbolic import Array, clip, low_pass, where
+from skylimb.symbolic import Array, clip, cross, low_pass, where
 
 PROVIDES = ("contact.engaged", "contact.normal_force", "contact.tip")
 REQUIRES = ("estimate.body", "estimate.wrench")

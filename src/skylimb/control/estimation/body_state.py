@@ -7,10 +7,10 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from skylimb.base.keys import Key, configuration
-from skylimb.base.rotations import cross, rotation_from_quaternion
+from skylimb.base.rotations import rotation_from_quaternion
 from skylimb.control.estimation.records import BodyState, Measurement, Sensed
 from skylimb.robots.model import Robot
-from skylimb.symbolic import Array, low_pass, stack
+from skylimb.symbolic import Array, cross, low_pass, stack
 
 
 @configuration
@@ -63,7 +63,7 @@ def body_state(robot: Robot, measurement: Measurement, rates: Array) -> BodyStat
         measurement: of this tick.
         rates: of the joint and vectoring angles, rad/s, (n_joints + n_vectoring,).
     """
-    model = robot.model(measurement.joint_angles, measurement.vectoring_angles)
+    model = robot.at(measurement.joint_angles, measurement.vectoring_angles)
     R_WB = rotation_from_quaternion(measurement.quaternion)
     arm = model.cog_jacobian @ rates
     velocity = measurement.velocity + R_WB @ (cross(measurement.angular_velocity, model.cog_root) + arm)

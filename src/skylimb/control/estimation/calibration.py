@@ -17,10 +17,10 @@ from __future__ import annotations
 from typing import Annotated, Any, NamedTuple
 
 from skylimb.base.keys import Key, configuration
-from skylimb.base.rotations import cross, rot_z
+from skylimb.base.rotations import rot_z
 from skylimb.control.estimation.records import BodyState, Wrench
 from skylimb.control.estimation.tare import TareState
-from skylimb.symbolic import Array, exp, vector
+from skylimb.symbolic import Array, cross, exp, vector
 
 
 @configuration

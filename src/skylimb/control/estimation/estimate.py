@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from skylimb.base.rotations import dot, rpy_from_rotation
+from skylimb.base.rotations import rpy_from_rotation
 from skylimb.control.estimation.force_filter import filter_force
 from skylimb.control.estimation.records import BodyState, Estimate, Sensed, Signals, Wrench
 from skylimb.control.estimation.tare import TareState, tare
+from skylimb.symbolic import dot
 
 
 class PushState(NamedTuple):

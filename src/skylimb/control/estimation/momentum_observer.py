@@ -17,9 +17,8 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from skylimb.base.keys import Key, Vector3, configuration
-from skylimb.base.rotations import cross
 from skylimb.control.estimation.records import BodyState, Wrench
-from skylimb.symbolic import Array, low_pass
+from skylimb.symbolic import Array, cross, low_pass
 
 
 @configuration

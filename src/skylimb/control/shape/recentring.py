@@ -11,11 +11,10 @@ from __future__ import annotations
 from typing import Annotated, Any
 
 from skylimb.base.keys import Key, configuration
-from skylimb.base.rotations import dot
 from skylimb.control.estimation.records import Signals
 from skylimb.control.records import ArmTarget, LawInput
 from skylimb.control.shape.admittance import State, initial_state
-from skylimb.symbolic import clip, where
+from skylimb.symbolic import clip, dot, where
 
 __all__ = ["PROVIDES", "REQUIRES", "Gains", "State", "initial_state", "step"]
 PROVIDES = ("arm.reach", "arm.rate")

@@ -29,12 +29,11 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from skylimb.base.keys import Key, Vector3, configuration
-from skylimb.base.rotations import cross, dot
 from skylimb.control.estimation.records import Signals, Start
 from skylimb.control.needs import Needs
 from skylimb.control.records import NOTHING, LawInput
 from skylimb.control.windup import unless_short
-from skylimb.symbolic import Array, clip, low_pass, vector, where
+from skylimb.symbolic import Array, clip, cross, dot, low_pass, vector, where
 
 REQUIRES = (
     "estimate.body",

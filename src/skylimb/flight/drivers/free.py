@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from skylimb.base.errors import ConfigError
-from skylimb.base.packing import Layout
+from skylimb.base.packing import Layout, number
 from skylimb.base.user_code import described_user_error
 from skylimb.control.controller import Controller
 from skylimb.control.loop.flight import MISSION_TIME
@@ -21,7 +21,6 @@ from skylimb.control.missions.table import window_of
 from skylimb.control.needs import PACE, needs_of
 from skylimb.control.records import Command
 from skylimb.robots.model import Robot
-from skylimb.symbolic import is_symbolic
 
 if TYPE_CHECKING:
     from skylimb.flight.events import GainRows
@@ -155,13 +154,6 @@ class FreeDriver:
                 )
             parts.append(value)
         return Command(*parts)
-
-
-def number(value: Any) -> Any:
-    """A float or an array, also from CasADi's numbers, whose vectors are columns."""
-    array = np.asarray(value, dtype=float)
-    array = array.squeeze() if is_symbolic(value) else array
-    return float(array) if array.ndim == 0 else array
 
 
 def _zeros(layout: Layout[Any]) -> dict[str, Any]:

@@ -58,7 +58,7 @@ class GainChange(Event):
                 f"{self}: controller '{controller.name}' flies in Python; only the gains of one that is "
                 "compiled can be changed in flight"
             )
-        known = Layout(controller.gains()).slices
+        known = [key for key in Layout(controller.gains()).slices if not key.startswith("prepared.")]
         if self.key not in known:
             raise unknown_name(f"gain of controller {controller.name} in an event", self.key, known)
         controller.check_gain(self.key, self.value, f"{self}, controller {controller.name}")
@@ -71,26 +71,35 @@ class GainChange(Event):
     @classmethod
     def effect(cls, events: Sequence[GainChange], stage: Stage, times: np.ndarray) -> GainRows:
         """The gains that change, at every tick."""
-        gains: Any = stage.controller.gains()
-        layout = Layout(gains)
-        return gain_rows(events, layout.pack(gains), layout, times)
+        return gain_rows(events, stage.controller, times)
 
 
-def gain_rows(
-    changes: Sequence[GainChange], gains: np.ndarray, layout: Layout[Any], times: np.ndarray
-) -> GainRows:
-    """The gains that change, at every tick.
+def gain_rows(changes: Sequence[GainChange], controller: Any, times: np.ndarray) -> GainRows:
+    """The gains that change, at every tick, and what laws prepare of them.
 
     Args:
         changes: in any order; where two of one gain overlap, the later one begins at what the gain then is.
-        gains: before take-off, flat.
-        layout: where each stands.
+        controller: a `control.controller.TraceableController`.
         times: of every tick that the flight may have, s.
+
+    Raises:
+        UserCodeError: where a law cannot prepare itself for the gains of a tick.
     """
+    layout = Layout(controller.gains())
+    gains = layout.pack(controller.gains())
     columns = np.unique(np.concatenate([np.r_[layout.slices[change.key]] for change in changes]))
     values = np.tile(gains[columns], (len(times), 1))
     for key in dict.fromkeys(change.key for change in changes):
         where = np.searchsorted(columns, np.r_[layout.slices[key]])
         alike = [Change(one.time, one.duration, np.ravel(one.value)) for one in changes if one.key == key]
         write_changes(values, where, alike, times)
-    return GainRows(columns, values)
+    if not any(name.startswith("prepared.") for name in layout.slices):
+        return GainRows(columns, values)
+    whole, known = np.tile(gains, (len(times), 1)), gains
+    for k, row in enumerate(values):
+        if k == 0 or not np.array_equal(row, values[k - 1]):
+            known = gains.copy()
+            known[columns] = row
+            known = layout.pack(controller.settled(layout.unpack(known)))
+        whole[k] = known
+    return GainRows(np.arange(layout.size), whole)

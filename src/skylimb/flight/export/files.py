@@ -15,7 +15,7 @@ from skylimb.base.errors import ConfigError
 from skylimb.base.files import new_folder
 from skylimb.base.keys import rows_of
 from skylimb.base.packing import Layout
-from skylimb.control.controller import Controller, TraceableController, is_traceable
+from skylimb.control.controller import Controller, TraceableController, require_compiled
 from skylimb.control.traced_step import TracedStep
 from skylimb.flight.export.step import NAME, Vector, controller_step, example_vector
 
@@ -55,18 +55,15 @@ def export_c(
         ConfigError: when the controller cannot be traced, or the period is not positive.
         OutputError: when the folder exists or cannot be written.
     """
-    if not is_traceable(controller):
-        raise ConfigError(
-            f"controller '{controller.name}' is a Python class of its own; only presets can be written as C"
-        )
+    traced = require_compiled(controller, "written as C")
     if not 0.0 < control_period < math.inf:
         raise ConfigError(f"control period = {control_period:g} s must be positive")
-    step = controller_step(controller, control_period)
+    step = controller_step(traced, control_period)
     texts = {
         "controller_function.c": f"{_QUIET}{c_source(step.function)}",
-        "controller.h": _header(controller, step, control_period),
+        "controller.h": _header(traced, step, control_period),
         "controller.c": _source(step),
-        "test_vector.h": _vector(example_vector(controller, step)),
+        "test_vector.h": _vector(example_vector(traced, step)),
         "main.c": (_TEMPLATES / "example_main.c").read_text("utf-8"),
         "host.c": (_TEMPLATES / "host.c").read_text("utf-8"),
     }

@@ -8,9 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from skylimb.analysis.recording.run import Run
-from skylimb.base.errors import ConfigError
 from skylimb.base.packing import Layout, pack_rows
-from skylimb.control.controller import Controller, is_traceable
+from skylimb.control.controller import Controller, require_compiled
 from skylimb.control.missions.reference import zero_reference
 from skylimb.control.needs import needs_of
 from skylimb.flight.experiments.experiment import Experiment, robot_of
@@ -53,8 +52,7 @@ def host_input(run: Run, experiment: Experiment, controller: Controller) -> np.n
     Raises:
         ConfigError: when the controller cannot be exported, or the log holds no pose.
     """
-    if not is_traceable(controller):
-        raise ConfigError(f"controller '{controller.name}' is a Python class of its own; it has no C")
+    controller = require_compiled(controller, "written as C")
     robot, period, needs = controller.robot, experiment.control_period, needs_of(controller)
     log, _ = sampled(run.log, period)
     held = recorded(log, robot, period, needs.vectoring)

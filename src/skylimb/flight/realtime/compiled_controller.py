@@ -9,6 +9,7 @@ import casadi as ca
 import numpy as np
 
 from skylimb.base.bound_function import BoundFunction
+from skylimb.base.split_function import made_faster
 from skylimb.control.estimation.records import Measurement
 from skylimb.control.missions.reference import Reference
 from skylimb.control.records import Command
@@ -30,7 +31,7 @@ class CompiledController:
         dt: float,
         faster: Callable[[ca.Function], ca.Function] = lambda function: function,
     ) -> None:
-        step = traced_step(controller, dt, len(controller.needs.preview))
+        step = made_faster(traced_step(controller, dt, len(controller.needs.preview)), faster)
         self.name, self.needs = controller.name, controller.needs
         self.robot, self.dt = controller.robot, dt
         self._initial, self._gains, self._commands, self._signals = (
@@ -39,10 +40,10 @@ class CompiledController:
             step.commands,
             step.signals,
         )
-        function = faster(step.function)
+        function = step.function
         self._given = [np.zeros(layout.size) for layout in step.inputs]
         self._made = [np.zeros(function.numel_out(index)) for index in range(function.n_out())]
-        self._bound = BoundFunction(function, self._given, self._made)
+        self._bound = BoundFunction(function, self._given, self._made, step.calls)
 
     def gains(self) -> np.ndarray:
         """The gains, flat."""

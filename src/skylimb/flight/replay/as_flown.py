@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from skylimb.base.split_function import Asked
 from skylimb.control.cascade import Cascade
 from skylimb.control.controller import TraceableController
 from skylimb.control.corrections import Corrections, for_rotors
@@ -80,6 +81,11 @@ class WithFlownThrusts:
     def gains(self) -> Any:
         """The controller's gains, and the thrusts that were flown."""
         return self._controller.gains(), np.zeros(self.robot.n_rotors)
+
+    def opened(self) -> tuple[WithFlownThrusts, list[Asked]]:
+        """The same to be traced; see `Cascade.opened`."""
+        controller, asked = self._controller.opened()
+        return WithFlownThrusts(controller), asked
 
     def step(self, gains: Any, state: Any, measurement: Measurement, reference: Reference, dt: float) -> Any:
         """One tick of the controller, which remembers and reports what was flown."""

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from skylimb.base.errors import ConfigError
-from skylimb.base.packing import Layout
+from skylimb.base.packing import Layout, number
 from skylimb.base.user_code import described_user_error
 from skylimb.control.controller import Controller, is_traceable
 from skylimb.control.estimation.records import Measurement
@@ -18,7 +18,6 @@ from skylimb.control.missions.mission import Mission
 from skylimb.control.missions.table import window_of
 from skylimb.control.needs import needs_of
 from skylimb.control.records import Command
-from skylimb.flight.drivers.free import number
 from skylimb.flight.realtime.compiled_controller import CompiledController
 from skylimb.flight.replay.as_flown import WithFlownThrusts
 from skylimb.flight.replay.recorded import Recorded

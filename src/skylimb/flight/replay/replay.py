@@ -216,7 +216,7 @@ def _gains(
         return None, said
     late = int(max(change.time for change in known) / experiment.control_period) + 2
     times = np.arange(max(count, late)) * experiment.control_period
-    rows = gain_rows(known, layout.pack(controller.gains()), layout, times)
+    rows = gain_rows(known, controller, times)
     return (rows.columns, rows.values), said
 
 

@@ -14,11 +14,10 @@ import casadi as ca
 import numpy as np
 
 from skylimb.base.bound_function import BoundFunction
-from skylimb.base.rotations import dot
 from skylimb.simulation.contact_keys import PAIR_NAME
 from skylimb.simulation.surfaces.friction_map import static_excess
 from skylimb.simulation.surfaces.surface import Surface
-from skylimb.symbolic import clip, floor
+from skylimb.symbolic import clip, dot, floor
 
 if TYPE_CHECKING:
     import mujoco

@@ -22,10 +22,10 @@ import casadi as ca
 import numpy as np
 
 from skylimb.base.packing import Layout
-from skylimb.base.rotations import cross
 from skylimb.robots.description import RobotDescription
 from skylimb.robots.kinematics import body_poses, composite
 from skylimb.robots.model import Robot
+from skylimb.symbolic import cross
 
 _BLOCK = 256
 

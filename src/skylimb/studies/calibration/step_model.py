@@ -19,9 +19,10 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 
-from skylimb.base.rotations import cross, hat, vee
+from skylimb.base.rotations import hat, vee
 from skylimb.studies.calibration.mechanics import layout
 from skylimb.studies.calibration.steps import Steps
+from skylimb.symbolic import cross
 
 STATES = 12
 """p, v, a small turn of R, l."""

@@ -140,7 +140,7 @@ class Worker:
 
         All drivers give the same bits, so each worker uses the best that it can.
         """
-        native = [item for item in ready if item.traceable]
+        native = [item for item in ready if item.compiled]
         if not native or unavailable():
             return [None] * len(ready)
         try:

@@ -36,8 +36,8 @@ def fly_native(
 
     Flights whose scenes have the same structure fly together; friction, masses, rotors, surfaces' places,
     controllers, gains, seeds and lengths may differ. Memory grows by the rows and the log of every
-    flight: some 10 MB for one of the paper's, so hand over a few dozen at a time. Without a C compiler they
-    fly one after the other, with the compiled driver.
+    flight: some 10 MB for one of the paper's, so hand over a few dozen at a time. Without a C compiler, and
+    those with a law in Python, they fly one after the other, with the compiled driver.
 
     Args:
         takeoffs: in any order and mixture; their controllers can be traced.
@@ -51,7 +51,7 @@ def fly_native(
         warnings.warn(f"flying one by one, with the compiled driver: {reason}", UserWarning, stacklevel=2)
     for index, takeoff in enumerate(takeoffs):
         model = takeoff.plant.model
-        structure = int(model.signature), int(model.nbuffer), takeoff.plant.substeps
+        structure = takeoff.compiled, int(model.signature), int(model.nbuffer), takeoff.plant.substeps
         groups.setdefault(structure, []).append(index)
     for members in groups.values():
 
@@ -60,7 +60,8 @@ def fly_native(
                 progress(behind + flown, total)
 
         group = [takeoffs[index] for index in members]
-        made = [_fly_compiled(takeoff) for takeoff in group] if reason else _fly_group(group, threads, report)
+        one_by_one = reason or not group[0].compiled
+        made = [_fly_compiled(one) for one in group] if one_by_one else _fly_group(group, threads, report)
         flights |= zip(members, made, strict=True)
         behind += sum(takeoff.count for takeoff in group)
         report(0, behind)

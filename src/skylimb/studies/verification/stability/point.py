@@ -12,7 +12,7 @@ import numpy as np
 
 from skylimb.base.errors import ConfigError, UnreachableError, unknown_name
 from skylimb.base.packing import Layout
-from skylimb.control.controller import TraceableController
+from skylimb.control.controller import TraceableController, require_compiled
 from skylimb.control.loop.terminations import Terminations
 from skylimb.control.missions.mission import Mission
 from skylimb.flight.drivers.compiled import CompiledDriver
@@ -154,6 +154,7 @@ def operating_point(
         ConfigError: when the mission has no such moment, or something acts on it that a linearisation at one
             moment cannot know: a surface that moves, or friction that varies.
     """
+    require_compiled(controller, "linearised")
     experiment = quiet(experiment)
     takeoff = prepare(experiment, robot_of(experiment), controller)
     plant, mission = takeoff.plant, takeoff.mission

@@ -1,0 +1,196 @@
+"""A user's laws are tried once when they are read: on numbers of a robot in hover, then on symbols.
+
+The trial is a trace of the cascade. Where a user's law comes in, what it is given is evaluated for a robot
+that is shaken about in hover. So it is seen what the law reads, and whether what it returns is what the
+cascade needs. On symbols it has to give the same numbers; where it does not, it flies in Python.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+from collections.abc import Hashable, Iterable
+from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from skylimb.base.errors import SkylimbError, UserCodeError
+from skylimb.base.packing import Layout, is_numeric
+from skylimb.base.user_code import described, returned
+from skylimb.control.law_monitor import LawMonitor, monitored_like, unmonitored
+from skylimb.control.law_results import checked
+from skylimb.control.python_laws import PythonFunction
+from skylimb.control.slots import SLOTS, Slots
+from skylimb.control.traced_step import step_inputs, symbolic_inputs
+from skylimb.control.user_functions import Prepared, UserLaw
+from skylimb.control.user_trace import PERIOD, STEPS, TOLERANCE, shaken_hover
+
+
+def with_trial(cascade: Any) -> Slots:
+    """The slots of a cascade with what the trial of its users' laws has shown.
+
+    Raises:
+        ConfigError: where a law reads what nobody gives, or is not as it declares.
+        UserCodeError: where it fails, or returns what the cascade cannot take.
+    """
+    gives, python = _tried(_Cascade(cascade.structure(), cascade))
+    seen = zip(cascade.preset.slots, SLOTS, strict=True)
+    return Slots(
+        *(replace(filled, gives=gives.get(slot), python=python.get(slot, {})) for filled, slot in seen)
+    )
+
+
+@dataclass(frozen=True)
+class _Cascade:
+    """A cascade by its structure: flights that differ in numbers alone are tried together."""
+
+    structure: Hashable
+    cascade: Any = field(compare=False)
+
+
+@functools.lru_cache(maxsize=64)
+def _tried(of: _Cascade) -> tuple[dict[str, frozenset[str]], dict[str, dict[str, PythonFunction]]]:
+    """What each law gives, and which of its functions fly in Python, by its slot."""
+    cascade = of.cascade
+    preset, monitor = cascade.preset, LawMonitor(cascade.preset.slots)
+    hover, tried = _Hover(cascade), dict[str, _TriedLaw]()
+    for slot, filled in zip(SLOTS, preset.slots, strict=True):
+        if isinstance(filled.law, UserLaw):
+            tried[slot] = _TriedLaw(slot, filled.law, hover)
+            preset = preset.with_slot(slot, replace(filled, law=tried[slot]))
+    state, *given, gains = hover.records
+    replace(cascade, preset=preset).step(gains, state, *given, PERIOD, monitor)
+    return monitor.gives, {slot: law.python for slot, law in tried.items()}
+
+
+class _Hover:
+    """The numbers that expressions of a trace have for a robot in hover, some times shaken about.
+
+    Args:
+        cascade: whose tick is traced.
+
+    Attributes:
+        robot: of the cascade.
+        state: of each slot before the first tick.
+        records: symbols for state, measurement, reference and gains.
+    """
+
+    def __init__(self, cascade: Any) -> None:
+        needs, rng = cascade.needs, np.random.default_rng(0)
+        inputs = step_inputs(cascade, len(needs.preview))
+        self.robot, self.state = cascade.robot, cascade.initial_state()
+        self._symbols, self.records = symbolic_inputs(inputs)
+        self._numbers: list[list[np.ndarray]] = []
+        for _ in range(STEPS):
+            hover = shaken_hover(cascade.robot, rng, len(needs.preview), needs.vectoring)
+            given: tuple[Any, ...] = self.state, *hover, cascade.gains()
+            self._numbers.append([part.pack(one) for part, one in zip(inputs, given, strict=True)])
+
+    def of(self, expression: Any) -> list[np.ndarray]:
+        """What an expression is, each time."""
+        function = ca.Function("hover", self._symbols, [ca.densify(ca.SX(expression))])
+        return [function.call(numbers)[0].full().ravel() for numbers in self._numbers]
+
+    def stands_for(self, symbols: Any, numbers: list[np.ndarray]) -> None:
+        """Take up new symbols with their numbers, each time."""
+        self._symbols.append(symbols)
+        for known, more in zip(self._numbers, numbers, strict=True):
+            known.append(more)
+
+
+class _TriedLaw:
+    """A law whose every call is tried on numbers before it is traced.
+
+    Args:
+        slot: that it fills.
+        law: a user's.
+        hover: gives the numbers.
+
+    Attributes:
+        python: its functions that cannot be compiled.
+    """
+
+    def __init__(self, slot: str, law: UserLaw, hover: _Hover) -> None:
+        self._slot, self._law, self._hover = slot, law, hover
+        self.python: dict[str, PythonFunction] = {}
+
+    def __getattr__(self, name: str) -> Any:
+        """What the law has; its functions are tried."""
+        return partial(self._call, name) if name in self._law.plain else getattr(self._law, name)
+
+    def _call(self, name: str, *given: Any) -> Any:
+        traced = getattr(self._law, name)
+        bare = unmonitored(given)
+        layout = Layout(bare)
+        hover = self._hover.of(layout.pack(bare))
+        try:
+            made, results = self._on_numbers(name, layout, hover, given)
+        except Exception:
+            # What is written for symbols alone flies as well; its mistakes are found on symbols.
+            with contextlib.suppress(Exception):
+                return traced(*given)
+            raise
+        why = _untraceable(traced, name, layout, made, zip(hover, results, strict=True))
+        if not why:
+            return traced(*given)
+        self.python[name] = PythonFunction(layout, made, why.removeprefix(f"{self._law.what} fails in "))
+        symbols = ca.SX.sym(name, made.size)
+        self._hover.stands_for(symbols, results)
+        return made.unpack(symbols)
+
+    def _on_numbers(
+        self, name: str, layout: Layout[Any], hover: list[np.ndarray], given: tuple[Any, ...]
+    ) -> tuple[Layout[Any], list[np.ndarray]]:
+        """What a function returns: where it stands in a flat vector, and the vector for each of its calls."""
+        law, function, results = self._law, self._law.plain[name], list[np.ndarray]()
+        made = Layout[Any](())
+        for numbers in hover:
+            record = layout.reader(numbers)()
+            result, place = returned(function, *monitored_like(given, record))
+            what = f"{law.what}{f' in {place}' if place else ''}: {name}"
+            state = getattr(self._hover.state, self._slot)
+            made, result = checked(result, self._slot, name, what, state, self._hover.robot, law.signals)
+            results.append(result)
+            again = np.zeros(made.size)
+            made.writer(again)(function(*record))
+            if odd := _differing(made, result, again):
+                raise UserCodeError(
+                    f"{what} gives another {odd} when it is called again with the same arguments; what it "
+                    "remembers belongs into its state, and it draws no random numbers"
+                )
+        return made, results
+
+
+def _untraceable(
+    function: Any,
+    name: str,
+    given: Layout[Any],
+    made: Layout[Any],
+    calls: Iterable[tuple[np.ndarray, np.ndarray]],
+) -> str:
+    """Why a function cannot be compiled, in a sentence; empty where it can."""
+    symbols = ca.SX.sym("given", given.size)
+    arguments = given.unpack(symbols)
+    if isinstance(arguments[0], Prepared) and not is_numeric(arguments[0].made):
+        return f"what prepare returns ({type(arguments[0].made).__name__}) is more than numbers"
+    try:
+        traced = ca.Function("law", [symbols], [ca.densify(ca.SX(made.pack(function(*arguments))))])
+    except Exception as error:  # whatever it is, the law has worked on numbers
+        return str(error) if isinstance(error, SkylimbError) else described(error)
+    for numbers, result in calls:
+        if odd := _differing(made, traced(numbers).full().ravel(), result):
+            return f"on symbols {name} gives another {odd} than on numbers"
+    return ""
+
+
+def _differing(layout: Layout[Any], one: np.ndarray, other: np.ndarray) -> str:
+    """The first entry in which two flat results differ; empty where there is none."""
+    if one.shape != other.shape:
+        return "shape"
+    for name, part in layout.slices.items():
+        if not np.allclose(one[part], other[part], TOLERANCE, TOLERANCE, equal_nan=True):
+            return f"'{name}'"
+    return ""
