@@ -287,8 +287,8 @@ DEEP = {
     "tables": "a = " + "{b=" * 50_000 + "1" + "}" * 50_000,
     "lists in reach of the parser": "a = " + "[" * 40 + "]" * 40,
     "dots": "a" + ".a" * 100_000 + " = 1",
-    "dots of a header": "[" + "a . " * 100_000 + "a]",
-    "dots between quotes": '"a"' + ".'a'" * 100_000 + " = 1",
+    "dots of a header": "[" + "a . " * 50_000 + "a]",
+    "dots between quotes": '"a"' + ".'a'" * 50_000 + " = 1",
     "digits": "a = " + "9" * 100_000,
 }
 

@@ -18,8 +18,9 @@ from pathlib import Path
 from skylimb.base.errors import UnreadableError, nearest
 
 _MEGABYTES = {
-    ".toml": 0.5, ".py": 1.0, ".yaml": 0.25, ".yml": 0.25, ".msg": 0.1, ".json": 4.0,
+    ".toml": 0.25, ".py": 1.0, ".yaml": 0.25, ".yml": 0.25, ".msg": 0.1, ".json": 4.0,
     ".svg": 4.0, ".urdf": 4.0, ".xacro": 4.0,
+    ".stl": 10.0, ".obj": 10.0, ".ply": 10.0, ".off": 10.0, ".gltf": 10.0, ".glb": 10.0,
     ".npy": 32.0, ".csv": 8.0, ".txt": 8.0,
     ".png": 16.0, ".jpg": 16.0, ".jpeg": 16.0, ".tif": 16.0, ".tiff": 16.0, ".bmp": 16.0,
 }  # fmt: skip

@@ -26,6 +26,7 @@ _NOT_THE_USERS = (
     str(Path(__file__).parents[1]),
     *(sysconfig.get_path(name) for name in ("stdlib", "platstdlib", "purelib", "platlib")),
 )
+_LONGEST_LINE = 200
 _PACKAGES = ("site-packages", "dist-packages")
 
 _NO_FLOAT = "an SX is no float"
@@ -75,7 +76,7 @@ class Place(NamedTuple):
         return linecache.getline(self.file, self.line).strip()
 
     def __str__(self) -> str:
-        text = f", `{self.source}`" if self.source else ""
+        text = f", `{self.source[:_LONGEST_LINE]}`" if self.source else ""
         return f"{_short(self.file)}, line {self.line}{text}"
 
 

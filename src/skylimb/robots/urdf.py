@@ -13,12 +13,13 @@ from collections import Counter
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
 
 import numpy as np
 
 from skylimb.base.errors import DescriptionError, missing_extra, unknown_name
 from skylimb.base.sources import Source
+from skylimb.base.xml_text import read_xml
 from skylimb.robots.description import Inertial, Joint, Link, Visual
 from skylimb.robots.packages import find_file
 
@@ -63,17 +64,18 @@ def _parse(source: Source) -> Any:
     except ImportError:
         raise DescriptionError(f"'{path}' has not been read yet: {missing_extra('yourdfpy')}") from None
     try:
+        root = read_xml(content)
         urdf = URDF.load(io.BytesIO(content), build_scene_graph=False, load_meshes=False)
     except Exception as error:  # yourdfpy and lxml let many kinds through: all of them mean "not a URDF"
         reason = " ".join(str(error).split()) or type(error).__name__
         raise DescriptionError(f"'{path}' is not a URDF that can be read: {reason}") from error
-    _refuse_degrees(content, path)
+    _refuse_degrees(root, path)
     return urdf.robot
 
 
-def _refuse_degrees(content: bytes, path: Path) -> None:
+def _refuse_degrees(root: Element, path: Path) -> None:
     """Refuse angles of more than a turn, which become plausible rotation matrices once they are read."""
-    for owner in ElementTree.fromstring(content).iter():
+    for owner in root.iter():
         for origin in owner.findall("origin"):
             angles = [float(angle) for angle in origin.get("rpy", "0 0 0").split()]
             if any(abs(angle) > 2.0 * math.pi for angle in angles):

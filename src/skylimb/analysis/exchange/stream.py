@@ -34,7 +34,7 @@ def readable(path: Path, kind: str) -> Iterator[None]:
         OutputError: also when there is no such file.
     """
     if not path.is_file():
-        raise OutputError(f"log '{path}' {'is a folder' if path.exists() else 'does not exist'}")
+        raise OutputError(f"log '{path}' {'is no regular file' if path.exists() else 'does not exist'}")
     try:
         yield
     except SkylimbError:

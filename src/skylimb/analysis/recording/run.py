@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 FORMAT = "skylimb run"
+_MOST_UNPACKED = 4 * 10**9
+"""Bytes of a record in memory at most: twice the longest flight that may be flown."""
 FORMAT_VERSION = 1
 """Raised when a file that this version writes could no longer be read by the one before."""
 
@@ -253,6 +255,8 @@ class Run:
 
 def _read(path: Path) -> xr.Dataset:
     try:
+        if path.exists() and not path.is_dir() and not path.is_file():
+            raise OutputError(f"cannot read run file '{path}': it is no regular file")
         with path.open("rb") as file:
             file.read(1)
     except FileNotFoundError:
@@ -267,7 +271,15 @@ def _dataset(source: Any, path: str) -> xr.Dataset:
     import xarray
 
     try:
-        log = xarray.load_dataset(source, engine="h5netcdf")
+        with xarray.open_dataset(source, engine="h5netcdf") as file:
+            if file.nbytes > _MOST_UNPACKED:
+                raise OutputError(
+                    f"'{path}' says that it unpacks to {1e-9 * file.nbytes:.3g} GB, more than "
+                    f"{1e-9 * _MOST_UNPACKED:g} GB"
+                )
+            log = file.load()
+    except OutputError:
+        raise
     except Exception as error:  # a damaged file fails in whatever layer meets the damage first
         raise OutputError(f"'{path}' is not a readable NetCDF-4 file: {_first_line(error)}") from error
     if log.attrs.get("format") != FORMAT:

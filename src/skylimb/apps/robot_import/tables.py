@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 from skylimb.base.errors import DescriptionError
 from skylimb.base.sources import read_source
+from skylimb.base.yaml_text import read_yaml
 
 _STEP = 1e-3
 """Time step that `rotor_damping_rate` counts in, s."""
@@ -102,12 +103,10 @@ def _read(path: Path | None, key: str) -> dict[str, Any]:
     """A table of a file; an empty one without a file."""
     if path is None:
         return {}
-    import yaml
-
     try:
-        content = yaml.safe_load(read_source(path).content)
-    except yaml.YAMLError as error:
-        raise DescriptionError(f"'{path}' is no YAML: {' '.join(str(error).split())[:200]}") from None
+        content = read_yaml(read_source(path).content)
+    except ValueError as error:
+        raise DescriptionError(f"'{path}' is no YAML: {error}") from None
     return _table(content, key)
 
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from skylimb.base.errors import DescriptionError
 from skylimb.base.rotations import rotation_from_rpy
+from skylimb.base.xml_text import read_xml
 
 FIXED = "fixed"
 _ENDLESS = 2.0 * math.pi + 1e-6
@@ -27,8 +28,8 @@ class UrdfTree:
 
     def __init__(self, content: bytes, where: str) -> None:
         try:
-            self.root = ElementTree.fromstring(content)
-        except (ElementTree.ParseError, ValueError, LookupError) as error:
+            self.root = read_xml(content)
+        except ValueError as error:
             raise DescriptionError(f"'{where}' is no XML: {' '.join(str(error).split())}") from None
         if self.root.tag != "robot":
             raise DescriptionError(

@@ -21,6 +21,7 @@ from skylimb.base.errors import ConfigError
 from skylimb.base.keys import Key, configuration, refused
 from skylimb.base.keys.fields import fields_of
 from skylimb.base.sources import read_source
+from skylimb.base.yaml_text import read_yaml
 from skylimb.robots.model import Robot
 
 MODEL = 17
@@ -125,12 +126,10 @@ def read_lab_config(paths: Iterable[str | Path], robot: Robot) -> LabConfig:
 
 
 def _read(path: Path) -> Mapping[str, Any]:
-    import yaml
-
     try:
-        content = yaml.safe_load(read_source(path).content)
-    except (yaml.YAMLError, UnicodeDecodeError, ValueError, RecursionError) as error:
-        raise ConfigError(f"'{path}' is no YAML: {' '.join(str(error).split())[:200]}") from None
+        content = read_yaml(read_source(path).content)
+    except ValueError as error:
+        raise ConfigError(f"'{path}' is no YAML: {error}") from None
     return content if isinstance(content, Mapping) else {}
 
 

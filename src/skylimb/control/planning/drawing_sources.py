@@ -8,19 +8,22 @@ from __future__ import annotations
 
 import io
 from typing import Any
-from xml.etree.ElementTree import ParseError
 
 import numpy as np
 
 from skylimb.base.errors import ConfigError, extra_module, unknown_name
 from skylimb.base.sources import Source
-from skylimb.control.planning.drawing import Strokes, clean, require_drawable
+from skylimb.base.xml_text import read_xml
+from skylimb.control.planning.drawing import MOST_POINTS, Strokes, clean, require_drawable
+from skylimb.control.planning.svg_limits import require_readable
 
 _FLATNESS = 1e-4
 """How far a straight piece may be from its curve, as a part of the drawing's larger side."""
 _LOOK = np.linspace(0.0, 1.0, 33)
 """Places on a curve at which its bend is looked at."""
 _MOST_PIECES = 4096
+_MOST_CURVES = 5_000
+"""Curves of a drawing at most: each is looked at from near."""
 _MOST_LETTERS = 500
 
 
@@ -43,26 +46,32 @@ def svg_strokes(source: Source, file: str) -> Strokes:
     if not source.content:
         raise ConfigError(f"{what} is empty")
     try:
+        require_readable(read_xml(source.content, document_type=True), what)
         document: Any = SVG.parse(io.BytesIO(source.content), reify=False)
-    except (ParseError, ValueError) as error:
+    except (ValueError, TypeError, ArithmeticError, AttributeError, LookupError) as error:
         raise ConfigError(f"'{file}' is not a readable SVG file: {error or type(error).__name__}") from None
     if not isinstance(document, SVG):
         raise ConfigError(f"'{file}' is not a readable SVG file: it has no svg element")
     outlines = _outlines(document, what)
-    require_drawable(what, 0, sum(len(outline) for outline, _ in outlines))
-    rough = [[_points(segment, _LOOK, place) for segment in outline] for outline, place in outlines]
+    _require_few(outlines, what)
+    rough = [[_points(segment, _look(segment), place) for segment in outline] for outline, place in outlines]
     points = np.vstack([np.zeros((0, 2)), *(points for part in rough for points in part)])
     if not len(points):
         raise ConfigError(f"{what} has nothing to draw: no visible path or shape in it")
     if not np.isfinite(points).all():
         raise ConfigError(f"{what} has coordinates that are not finite")
     flatness = _FLATNESS * float(np.ptp(points, axis=0).max())
-    lines = [
-        np.vstack([_flattened(*each, flatness, place) for each in zip(outline, looked, strict=True)])
-        for (outline, place), looked in zip(outlines, rough, strict=True)
-        if outline
-    ]
-    return clean([line * [1.0, -1.0] for line in lines], what)
+    lines, count = [], 0
+    for (outline, place), looked in zip(outlines, rough, strict=True):
+        line = []
+        for each in zip(outline, looked, strict=True):
+            line.append(_flattened(*each, flatness, place))
+            count += len(line[-1])
+            if count > 2 * MOST_POINTS:  # where pieces meet, a point stands twice
+                require_drawable(what, 0, count // 2)
+        if line:
+            lines.append(np.vstack(line) * [1.0, -1.0])
+    return clean(lines, what)
 
 
 def text_strokes(text: str, font: str = "futural") -> Strokes:
@@ -113,6 +122,20 @@ def _outlines(document: Any, what: str) -> list[tuple[list[Any], Any]]:
     return found
 
 
+def _require_few(outlines: list[tuple[list[Any], Any]], what: str) -> None:
+    require_drawable(what, 0, sum(len(outline) for outline, _ in outlines))
+    curves = sum(len(_look(segment)) > 2 for outline, _ in outlines for segment in outline)
+    if curves > _MOST_CURVES:
+        raise ConfigError(f"{what} has {curves} curves, more than {_MOST_CURVES}; make it simpler")
+
+
+def _look(segment: Any) -> np.ndarray:
+    """Places at which a segment is looked at; of a straight one its ends are enough."""
+    from svgelements import Close, Line, Move
+
+    return _LOOK[[0, -1]] if isinstance(segment, (Line, Close, Move)) else _LOOK
+
+
 def _visible(shape: Any) -> bool:
     # SVG fills with black where nothing is said; svgelements then gives a colour.
     return any(paint is not None and paint.value is not None for paint in (shape.fill, shape.stroke))
@@ -127,7 +150,9 @@ def _points(segment: Any, places: np.ndarray, transform: Any) -> np.ndarray:
 
     if isinstance(segment, Move) or segment.start is None or segment.end is None:
         return np.zeros((0, 2))
-    points = np.array([tuple(point) for point in segment.npoint(places)], dtype=float)
+    found = segment.npoint(places)
+    given = found if isinstance(found, np.ndarray) else [tuple(point) for point in found]
+    points = np.array(given, dtype=float)
     if not np.isfinite(points).all():
         return np.full_like(points, np.nan)
     turn = np.array([[transform.a, transform.b], [transform.c, transform.d]], dtype=float)

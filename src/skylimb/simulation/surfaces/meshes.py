@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import itertools
 from functools import cached_property
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -15,6 +16,10 @@ from skylimb.base.sources import Source, read_source
 from skylimb.simulation.surfaces.curved import CurvedSurface
 from skylimb.simulation.surfaces.spline import Spline
 
+_KINDS = ("stl", "obj", "ply", "off", "gltf", "glb")
+"""Neither archives, which may unpack to anything, nor formats that other programs read."""
+_BLOCK, _MOST_PLACES = 200_000, 20_000_000
+"""Points in boxes around triangles that are looked at at once, and in all."""
 _LARGEST = 50.0  # m: a wall beyond this was given in millimetres
 
 
@@ -30,7 +35,7 @@ class MeshSurface(CurvedSurface):
     curved_along_v: ClassVar[bool] = True
     kind: Literal["mesh"] = "mesh"
     size: tuple[float, float] = (0.8, 0.8)
-    file: Annotated[str, Key("", "STL, OBJ, PLY or another format that trimesh reads", file=True)] = ""
+    file: Annotated[str, Key("", "STL, OBJ, PLY, OFF, glTF or GLB", file=True)] = ""
     scale: Annotated[
         float, Key("m", "length of one unit of the file; 0.001 for millimetres", above=0.0, high=1000.0)
     ] = 1.0
@@ -96,7 +101,10 @@ class MeshSurface(CurvedSurface):
         # Twice as fine as the spline's grid, so that every other point is a check that the spline did not
         # see.
         u, v = ((np.arange(2 * n - 1) - (n - 1)) * 0.5 * self.resolution for n in count)
-        front = front_heights(self.triangles, u, v)
+        try:
+            front = front_heights(self.triangles, u, v)
+        except ConfigError as error:
+            raise ConfigError(f"{name}: {error}") from None
         missing = np.argwhere(np.isnan(front))
         if len(missing):
             i, j = missing[len(missing) // 2]
@@ -137,11 +145,12 @@ def _read(file: str, name: str) -> tuple[Any, tuple[Source, ...]]:
         """Finds the files that a mesh's file names (buffers, materials), and keeps what was read."""
 
         def get(self, name: str) -> bytes:
-            content = super().get(name)
-            read.append(Source((source.path.parent / name.strip()).resolve(), content))
-            return content
+            read.append(read_source(source.path.parent / name.strip()))
+            return read[-1].content
 
     kind = source.path.suffix.lower().lstrip(".")
+    if kind not in _KINDS:
+        raise ConfigError(f"{name}: cannot read a '.{kind}' file; these are known: {', '.join(_KINDS)}")
     try:
         mesh = trimesh.load_mesh(
             io.BytesIO(source.content), file_type=kind, resolver=Recorded(str(source.path))
@@ -153,23 +162,42 @@ def _read(file: str, name: str) -> tuple[Any, tuple[Source, ...]]:
 
 
 def front_heights(triangles: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """Smallest w of triangles (n, 3, 3) of (w, u, v) over the grid u x v; NaN where there is none."""
+    """Smallest w of triangles (n, 3, 3) of (w, u, v) over the grid u x v; NaN where there is none.
+
+    Raises:
+        ConfigError: they lie so often over each other that it would take long.
+    """
     heights = np.full((len(u), len(v)), np.inf)
+    (_, u0, v0), (_, u1, v1), (_, u2, v2) = triangles.transpose(1, 2, 0)
+    flat = np.abs((u1 - u0) * (v2 - v0) - (u2 - u0) * (v1 - v0)) < 1e-15
+    triangles = triangles[~flat]  # the others are seen edge-on
     slack = 1e-9 * (float(np.ptp(u)) + float(np.ptp(v)))
     first_u = np.searchsorted(u, triangles[:, :, 1].min(axis=1) - slack)
     last_u = np.searchsorted(u, triangles[:, :, 1].max(axis=1) + slack)
     first_v = np.searchsorted(v, triangles[:, :, 2].min(axis=1) - slack)
     last_v = np.searchsorted(v, triangles[:, :, 2].max(axis=1) + slack)
-    for k in np.flatnonzero((first_u < last_u) & (first_v < last_v)):
-        (w0, u0, v0), (w1, u1, v1), (w2, u2, v2) = triangles[k]
+    counts = (last_u - first_u) * (last_v - first_v)
+    most = max(_MOST_PLACES, 10 * heights.size)
+    if counts.sum() > most:
+        raise ConfigError(
+            f"its {len(triangles)} triangles lie {counts.sum():.3g} times over the grid's points, more than "
+            f"{most:.3g}: simplify the mesh"
+        )
+    # Many small triangles at once: each with every point of the grid in the box around it.
+    blocks = np.searchsorted(np.cumsum(counts), np.arange(0, counts.sum() + _BLOCK, _BLOCK))
+    for begin, end in itertools.pairwise(np.unique([0, *blocks, len(counts)])):
+        number = np.repeat(np.arange(begin, end), counts[begin:end])
+        within = np.arange(len(number)) - np.repeat(
+            np.cumsum(counts[begin:end]) - counts[begin:end], counts[begin:end]
+        )
+        width = last_v[number] - first_v[number]
+        i, j = first_u[number] + within // width, first_v[number] + within % width
+        (w0, u0, v0), (w1, u1, v1), (w2, u2, v2) = triangles[number].transpose(1, 2, 0)
         area = (u1 - u0) * (v2 - v0) - (u2 - u0) * (v1 - v0)
-        if abs(area) < 1e-15:
-            continue  # seen edge-on
-        here = np.ix_(range(first_u[k], last_u[k]), range(first_v[k], last_v[k]))
-        du, dv = u[first_u[k] : last_u[k], None] - u0, v[None, first_v[k] : last_v[k]] - v0
+        du, dv = u[i] - u0, v[j] - v0
         b1 = (du * (v2 - v0) - dv * (u2 - u0)) / area
         b2 = (dv * (u1 - u0) - du * (v1 - v0)) / area
         inside = (b1 >= -1e-9) & (b2 >= -1e-9) & (b1 + b2 <= 1.0 + 1e-9)
-        w = np.where(inside, w0 + b1 * (w1 - w0) + b2 * (w2 - w0), np.inf)
-        heights[here] = np.minimum(heights[here], w)
+        w = w0 + b1 * (w1 - w0) + b2 * (w2 - w0)
+        np.minimum.at(heights, (i[inside], j[inside]), w[inside])
     return np.where(np.isfinite(heights), heights, np.nan)

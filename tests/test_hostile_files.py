@@ -1,0 +1,28 @@
+"""Files that ask for more than a machine has: each is read, or refused in a line, and soon.
+
+They are made here (`tests/helpers/hostile_files.py`, which as a program prints a table of what each takes).
+"""
+
+import time
+from pathlib import Path
+
+import pytest
+
+from hostile_files import FILES, made, said
+
+SECONDS, LETTERS = 8.0, 600
+"""Longest that one file may take of a core: four times what it takes on one that does nothing else."""
+
+READ = {"many_keys.toml", "long_list.toml", "triangles.stl"}
+"""Large, but no more than files of their kind may be."""
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_a_hostile_file_is_refused_in_a_line_and_soon(tmp_path: Path, name: str) -> None:
+    path = made(tmp_path, name)
+    began = time.process_time()
+    words = said(path)
+    assert time.process_time() - began < SECONDS
+    assert (words == "read") == (name in READ)
+    assert "\n" not in words
+    assert len(words) < LETTERS
