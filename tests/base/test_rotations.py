@@ -57,3 +57,10 @@ def test_an_angle_is_wrapped_to_half_a_turn_either_way(angle: float, turns: int)
     same = angle + 2.0 * np.pi * turns
     assert spatial.wrapped(angle) == pytest.approx(same)
     np.testing.assert_allclose(spatial.wrapped(np.array([angle, 0.0])), [same, 0.0])
+
+
+@given(st.tuples(*[st.floats(-3.0, 3.0)] * 3).filter(lambda v: np.linalg.norm(v) > 1e-3))
+def test_a_rotation_about_an_axis_agrees_with_scipy(v: tuple[float, ...]) -> None:
+    turned, size = Rotation.from_rotvec(v).as_matrix(), float(np.linalg.norm(v))
+    np.testing.assert_allclose(spatial.rotation_from_vector(np.array(v)), turned, atol=1e-9)
+    np.testing.assert_allclose(spatial.rotation_from_axis_angle(np.array(v) / size, size), turned, atol=1e-9)

@@ -70,3 +70,22 @@ def test_misalignment_turns_the_measured_attitude() -> None:
 def test_nonsense_is_refused(bad: dict[str, float]) -> None:
     with pytest.raises(SkylimbError, match=next(iter(bad))):
         SensorConfig(**bad)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("rate", "latency", "depth"),
+    [(0.0, 0.0, 1), (0.0, 0.02, 5), (100.0, 0.02, 6), (200.0, 0.02, 5), (150.0, 0.02, 7)],
+)
+def test_the_history_is_as_deep_as_the_oldest_state_needs(rate: float, latency: float, depth: int) -> None:
+    """At 5 ms a tick: the latency, and a frame's time, less a tick where frames and ticks keep step."""
+    assert history_depth(SensorConfig(rate=rate, latency=latency), 0.005) == depth
+
+
+def test_errors_are_added_to_the_encoders() -> None:
+    noise = SensorNoise(*(np.full(n, 0.01 * k) for k, n in enumerate((3, 3, 3, 3, 2, 4), 1)))
+    root = np.array([*np.zeros(3), 1.0, *np.zeros(9)])
+    state = initial_sensor_state(SensorConfig(rate=0.0, latency=0.0), 0.005, root)
+    _, seen = sense(state, root, np.ones(2), np.ones(4), 0.0, noise, 0.005)
+    np.testing.assert_allclose(seen.joint_angles, 1.05)
+    np.testing.assert_allclose(seen.vectoring_angles, 1.06)
+    np.testing.assert_allclose(seen.position, 0.01)

@@ -8,7 +8,9 @@ from scipy.spatial.transform import Rotation
 
 import skylimb
 from skylimb.base.errors import ConfigError
+from skylimb.control.missions.frame import contact_frame
 from skylimb.control.missions.mission import Mission
+from skylimb.control.missions.wrap import wrapped_points
 from skylimb.flight import plan
 
 RADIUS, TIP = 0.3, 0.004
@@ -92,3 +94,17 @@ def test_what_is_not_sent_stays_unsent() -> None:
 def test_an_axis_that_is_not_upright_is_refused() -> None:
     with pytest.raises(ConfigError, match="upright"):
         mission_of(contact_axis=[0.8, 0.0, 0.6])
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_a_flat_point_keeps_its_distance_from_the_post_and_its_height(side: float) -> None:
+    frame, center, radius = contact_frame((1.0, 0.0, 0.0)), np.array([1.0, 0.2, 1.0]), 0.5
+    place = side * np.linspace(0.0, 1.5, 7)
+    flat = center + place[:, None] * frame.sliding_u + 0.1 * frame.sliding_v - 0.05 * frame.contact
+    bent = wrapped_points(flat, frame, center, radius, place)
+    axis = center + radius * frame.contact
+    np.testing.assert_allclose(np.hypot(*(bent - axis)[:, :2].T), radius + 0.05)
+    np.testing.assert_allclose(bent[:, 2], 1.1)
+    # A length along the flat path is one along the post's side.
+    angle = np.unwrap(np.arctan2(bent[:, 1] - axis[1], -(bent[:, 0] - axis[0])))
+    np.testing.assert_allclose(angle, place / radius, atol=1e-9)

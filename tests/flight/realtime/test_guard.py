@@ -208,6 +208,7 @@ def test_a_retreat_begins_where_it_was_and_never_jumps(
         )
         if k == tick:
             guard.retreat("for the test")
+        guard.taken(k * dt)
         state, _, _ = guard.step(None, state, hovering(), asked, dt)
         assert guard.flown is not None
         path.append(np.array(guard.flown.position))
