@@ -20,7 +20,84 @@ from skylimb.apps.cli import main
 PAGE = Path(__file__).parents[1] / "docs" / "mistakes.md"
 
 
+_HEAD = """import math
+import numpy as np
+class Gains: ...
+def initial_state(gains, start): return np.zeros(3)
+"""
+_PRESET = """[translation]
+law = "law.py"
+[attitude]
+law = "impedance"
+virtual_inertia_ratio = [10.0, 10.0, 5.0]
+normalized_stiffness = [40.0, 40.0, 10.0]
+damping_ratio = [1.1, 1.1, 0.8]
+[shape]
+law = "fixed"
+"""
+_FORCE = "inputs.estimate.body.model.mass * inputs.estimate.body.model.gravity"
+
+
+def _law(*lines: str, before: str = "") -> str:
+    """A translation law whose `force` holds the robot; `lines` follow it."""
+    step = ["def step(gains, state, inputs):", f"force = {_FORCE}", *lines]
+    return _HEAD.replace(
+        "class", f"from dataclasses import dataclass\n{before}@dataclass(frozen=True)\nclass"
+    ) + ("\n    ".join(step) + "\n")
+
+
+def _controller(last: str) -> str:
+    """A controller whose step ends with this line."""
+    return f"""import numpy as np
+import skylimb
+class C:
+    name = "c"
+    def gains(self): return None
+    def initial_state(self): return 0.0
+    def step(self, gains, state, measurement, reference, dt):
+        angles = measurement.joint_angles, measurement.vectoring_angles
+        {last}
+def controller(robot): return C()
+"""
+
+
+LAWS: Mapping[str, str] = {
+    "only_force.py": _law("return force"),
+    "two_things.py": _law("return state, force"),
+    "nothing_back.py": _law("force + state"),
+    "short_force.py": _law("return state, force[0:2], {}"),
+    "text_force.py": _law('return state, "up", {}'),
+    "other_state.py": _law("return state[0:2], force, {}"),
+    "lost_state.py": _law("return None, force, {}"),
+    "nan_force.py": _law("return state, force / 0.0, {}"),
+    "list_signals.py": _law("return state, force, [force]"),
+    "text_signal.py": _law('return state, force, {"mode": "soft"}'),
+    "misspelt_signal.py": _law(
+        'return state, force, {"pul": force}',
+        before='from skylimb import Signal\nSIGNALS = {"pull": Signal("N", "W", "of the spring")}\n',
+    ),
+    "unknown_field.py": _law("return state, force + inputs.estimate.body.speed, {}"),
+    "not_given.py": _law("return state, force + inputs.contact.tip.position, {}"),
+    "whole_state.py": _law("return state + 1, force, {}").replace("np.zeros(3)", "0"),
+    "remembers.py": _law("COUNT.append(1)", "return state, force * len(COUNT), {}", before="COUNT = []\n"),
+    "at_random.py": _law("return state, force * np.random.rand(), {}"),
+    "unpacks.py": _law("x, y = force", "return state, force, {}"),
+    "few_arguments.py": _law("return state, force, {}").replace("state, inputs)", "state)"),
+    "prepare_fails.py": _law("return state, force, {}").replace("inputs)", "inputs, K)")
+    + "def prepare(gains, robot):\n    return np.linalg.inv(np.zeros((2, 2)))\n",
+    "no_gains.py": "def initial_state(gains, start): return ()\ndef step(*given): return given\n",
+}
+"""Laws in the translation slot, each with one mistake."""
+
 FILES: Mapping[str, str] = {
+    **LAWS,
+    "law.py": _law("return state, force, {}"),
+    "own.toml": _PRESET,
+    "path_short.py": "def path(s, keys):\n    return s\n",
+    "slope.py": "def height(u, v):\n    return 0.0 * u\n",
+    "slope_math.py": "import math\ndef height(u, v, keys):\n    return math.sin(u)\n",
+    "three_rotors.py": _controller("return state, skylimb.Command(np.ones(3), *angles), {}"),
+    "only_command.py": _controller("return skylimb.Command(np.ones(4), *angles)"),
     "empty.toml": "",
     "broken.toml": "[surface\nfriction = 0.2\n",
     "typo.toml": "[surface]\nfricton = 0.2\n",
@@ -101,6 +178,13 @@ COMMANDS = (
     "run push --set events.1.time=3",
     "run --set approach.depth=2",
     "run --out notes.txt",
+    *(f"run --controller own.toml --set controller.translation.law={name}" for name in LAWS),
+    "run --controller three_rotors.py",
+    "run --controller only_command.py",
+    "run --set surface.kind=slope.py",
+    "run --set surface.kind=slope_math.py",
+    "run --set trajectory.shape=own --set trajectory.file=path_short.py --set trajectory.function=path"
+    " --set trajectory.duration=5",
     "run empty.toml --set surface.friction=-1",
     "run broken.toml",
     "run typo.toml",

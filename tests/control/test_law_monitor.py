@@ -98,7 +98,7 @@ CONTACT, TRANSLATION = "contact law 'contact.py'", "translation law 'translation
         ("hybrid", "contact", STEP.format("inputs.arm.rate", 0.0, {}), {},
          f"{CONTACT} needs arm.rate, which shape law 'admittance' gives only after it"),
         # A law is not as it declares.
-        ("hybrid", "contact", 'PROVIDES = ("contact.tip",)\n' + view("tip", "engaged"), {},
+        ("hybrid", "contact", 'PROVIDES = ("contact.anchor",)\n' + view("anchor", "engaged"), {},
          f"{CONTACT} gives contact.engaged, which its PROVIDES does not name"),
         ("task_frame", "contact", 'PROVIDES = ("contact.tip",)\n' + view(), {},
          f"{CONTACT} does not give contact.tip, which its PROVIDES names"),
@@ -113,7 +113,8 @@ CONTACT, TRANSLATION = "contact law 'contact.py'", "translation law 'translation
         ("hybrid", "translation", 'REQUIRES = ("contact.top",)\n' + force("0.0"), {}, "mean 'contact.tip'"),
         ("hybrid", "contact", 'PROVIDES = ("arm.rate",)\n' + view(), {}, "in PROVIDES of a law 'arm.rate'"),
         # A law gives no record.
-        ("hybrid", "contact", STEP.format(0.0, 0.0, {}), {}, f"{CONTACT} gives float, a ContactView"),
+        ("hybrid", "contact", STEP.format(0.0, 0.0, {}), {},
+         "step returns one float as its output, expected a ContactView"),
         # The pace.
         ("hybrid", "contact", "def needs(gains):\n    return Needs(paced=True)\n" + view(), {},
          f"{CONTACT} sets the mission's pace, but has no signal 'pace'"),

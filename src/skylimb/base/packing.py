@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Iterator
+from functools import partial
 from operator import itemgetter
 from typing import Any, Generic, TypeVar
 
@@ -161,7 +162,17 @@ def _reader(node: Any, path: str, leaf: Callable[[str], tuple[bool, Any]]) -> tu
     parts = [_reader(child, _below(path, name), leaf) for name, child in _children(node)]
     if all(fixed for fixed, _ in parts):
         return True, _rebuild(node, [part for _, part in parts]) if parts else node
-    return False, lambda numbers: _rebuild(node, [part if fixed else part(numbers) for fixed, part in parts])
+    known = [part for _, part in parts]
+    moving = [(k, part) for k, (fixed, part) in enumerate(parts) if not fixed]
+    rebuild = node._make if hasattr(node, "_fields") else partial(_rebuild, node)
+
+    def record(numbers: list[float]) -> Any:
+        children = known.copy()
+        for k, part in moving:
+            children[k] = part(numbers)
+        return rebuild(children)
+
+    return False, record
 
 
 def _writer(
@@ -171,30 +182,38 @@ def _writer(
     if _is_leaf(node):
         flat, where, shape = leaf(path)
 
+        vector = len(shape) == 1
+
         def write(value: Any) -> None:
-            array = _array(value, path, shape)
-            flat[where] = array if len(shape) == 1 else array.ravel()
+            if type(value) is not np.ndarray or value.shape != shape:
+                value = _array(value, path, shape)
+            flat[where] = value if vector else value.ravel()
 
         return write
     parts = [(name, _writer(child, _below(path, name), leaf)) for name, child in _children(node)]
 
-    def write_parts(value: Any) -> None:
-        if not parts and value is not node and value != node:
-            raise _odd(path, repr(value), repr(node))
-        children = dict(_children(value)) if type(value) is type(node) else None
-        if children is None:
-            raise _odd(path, _kind(value), _kind(node))
-        if len(children) != len(parts) or any(name not in children for name, _ in parts):
-            raise _odd(path, f"entries {', '.join(children)}", ", ".join(name for name, _ in parts))
-        for name, write in parts:
-            write(children[name])
+    names, writers, kind = [name for name, _ in parts], [write for _, write in parts], type(node)
 
-    return write_parts
+    def write_same(value: Any) -> None:
+        if value is not node and value != node:
+            raise _odd(path, repr(value), repr(node))
+
+    def write_parts(value: Any) -> None:
+        if type(value) is not kind:
+            raise _odd(path, _kind(value), _kind(node))
+        known = (len(value) == len(names)) if isinstance(value, tuple) else dict(_children(value))
+        if known is False or (known is not True and known.keys() != set(names)):
+            raise _odd(path, f"entries {', '.join(name for name, _ in _children(value))}", ", ".join(names))
+        children = value if known is True else [known[name] for name in names]
+        for write, child in zip(writers, children, strict=True):
+            write(child)
+
+    return write_parts if parts else write_same
 
 
 def _array(value: Any, path: str, shape: tuple[int, ...]) -> np.ndarray:
     try:
-        array = np.asarray(value, dtype=float)
+        array = np.asarray("" if value is None else value, dtype=float)  # NumPy takes None for NaN
     except (TypeError, ValueError):
         raise _odd(path, _kind(value), _sized(shape)) from None
     if is_symbolic(value):  # CasADi's vectors are columns
@@ -205,7 +224,7 @@ def _array(value: Any, path: str, shape: tuple[int, ...]) -> np.ndarray:
 
 
 def _odd(path: str, got: str, expected: str) -> ValueError:
-    return ValueError(f"{path or 'it'}: got {got}, expected {expected}")
+    return ValueError(f"{path}{path and ': '}got {got}, expected {expected}")
 
 
 def _sized(shape: tuple[int, ...]) -> str:

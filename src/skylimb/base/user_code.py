@@ -8,6 +8,7 @@ traceback hangs on it as its cause: `skylimb --debug` prints it.
 from __future__ import annotations
 
 import functools
+import inspect
 import linecache
 import re
 import sys
@@ -87,10 +88,11 @@ class UserCode:
 
     Args:
         what: that is called, for example "translation law 'spring.py'".
+        function: that is called, named where the error is in none of its lines, as of a wrong argument.
     """
 
-    def __init__(self, what: str) -> None:
-        self.what = what
+    def __init__(self, what: str, function: Callable[..., Any] | None = None) -> None:
+        self.what, self._function = what, function
 
     def __enter__(self) -> UserCode:
         return self
@@ -99,7 +101,7 @@ class UserCode:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> Literal[False]:
         if isinstance(error, Exception):
-            described_error = described_user_error(self.what, error)
+            described_error = described_user_error(self.what, error, self._function)
             if described_error is not error:
                 raise described_error from error
         return False
@@ -110,7 +112,7 @@ def guarded(function: F, what: str) -> F:
 
     @functools.wraps(function)
     def call(*given: Any, **named: Any) -> Any:
-        with UserCode(what):
+        with UserCode(what, function):
             return function(*given, **named)
 
     return call  # type: ignore[return-value]  # the same signature
@@ -133,7 +135,9 @@ def returned(function: Callable[..., Any], *given: Any) -> tuple[Any, Place | No
         sys.setprofile(before)
 
 
-def described_user_error(what: str, error: Exception) -> Exception:
+def described_user_error(
+    what: str, error: Exception, function: Callable[..., Any] | None = None
+) -> Exception:
     """An error in a user's code in one line; the error itself where it says all already."""
     frames = _frames(error)
     place = next((place for place in reversed(frames) if is_users(place.file)), None)
@@ -141,6 +145,9 @@ def described_user_error(what: str, error: Exception) -> Exception:
         return error
     if isinstance(error, SkylimbError) and (place is None or place == frames[-1]):
         return error
+    code = getattr(inspect.unwrap(function), "__code__", None) if function and not place else None
+    if code and is_users(code.co_filename):
+        place = Place(code.co_filename, code.co_firstlineno)
     where = f" in {place}" if place else ""
     return UserCodeError(f"{what} fails{where}: {described(error)}")
 

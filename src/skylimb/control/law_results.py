@@ -22,7 +22,7 @@ _OUTPUTS: Mapping[str, tuple[str, Any]] = {
     "estimation": ("an Estimate", Estimate(_BODY, _WRENCH, _WRENCH, 0.0, _Z3, _WRENCH)),
     "contact": (
         "a ContactView",
-        ContactView(*(0.0,) * len(ContactView._fields))._replace(across=_Z3, tip=_MOVE),
+        ContactView._make([0.0] * len(ContactView._fields))._replace(across=_Z3, tip=_MOVE),
     ),
     "shape": ("an ArmTarget", ArmTarget(0.0, 0.0)),
     "translation": ("a force (3,)", _Z3),
@@ -52,7 +52,7 @@ def checked(
     """
     words, output = _OUTPUTS[slot]
     if name == "commanded":
-        return _fitting(result, state, f"{what} returns as state", "")
+        return _fitting(result, state, f"{what}: state", "")
     if name == "aim":
         return _fitting(with_floats(result), _Z3, f"{what} returns", "a force: ")
     if not isinstance(result, tuple | list) or len(result) != 3 or hasattr(result, "_fields"):
@@ -66,11 +66,12 @@ def checked(
         raise UserCodeError(
             f"{what} returns {_shown(recorded)} as its signals, expected a table of numbers by name"
         )
-    require_recorded(signals, recorded, what)
-    _fitting(new, state, f"{what} returns as state", "as initial_state: ")
+    require_recorded(signals, recorded, what.rpartition(": ")[0])
+    _fitting(new, state, f"{what}: state", "as initial_state: ")
     template = _template(slot, output, made, robot)
-    _fitting(made, template, f"{what} returns as its output", f"{words}: ")
+    _fitting(made, template, f"{what}: output", f"{words}: ")
     shapes = {key: np.zeros(np.shape(value)) if np.shape(value) else 0.0 for key, value in recorded.items()}
+    _fitting(recorded, shapes, f"{what}: signals", "")
     return _fitting((new, made, recorded), (state, template, shapes), f"{what} returns", "")
 
 
@@ -89,7 +90,7 @@ def _template(slot: str, output: Any, made: Any, robot: Robot) -> Any:
 
 def _fitting(record: Any, template: Any, what: str, expected: str) -> tuple[Layout[Any], np.ndarray]:
     """The record flat; an error where it is not like the template, or not finite."""
-    layout = Layout(template)
+    layout, what = Layout(template), f"{what}:"
     flat = np.zeros(layout.size)
     try:
         layout.writer(flat)(record)
@@ -99,7 +100,7 @@ def _fitting(record: Any, template: Any, what: str, expected: str) -> tuple[Layo
         if not np.isfinite(flat[part]).all():
             numbers = flat[part].tolist()
             raise UserCodeError(
-                f"{what} {name or 'it'}: got {numbers[0] if len(numbers) == 1 else numbers}, expected "
+                f"{what} {name}{name and ': '}got {numbers[0] if len(numbers) == 1 else numbers}, expected "
                 "finite numbers in hover"
             )
     return layout, flat
@@ -109,4 +110,4 @@ def _shown(value: Any) -> str:
     if isinstance(value, np.ndarray):
         return f"an array of shape {value.shape}"
     kind = "nothing" if value is None else f"one {type(value).__name__}"
-    return f"{len(value)} things" if isinstance(value, tuple | list) else kind
+    return f"{len(value)} things" if isinstance(value, tuple) else kind

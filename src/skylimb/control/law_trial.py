@@ -101,6 +101,17 @@ class _Hover:
             known.append(more)
 
 
+_PARTS = {"0": "state", "1": "output", "2": "signal"}
+
+
+class _FailedError(Exception):
+    """A user's function has raised an error on numbers."""
+
+    def __init__(self, error: Exception) -> None:
+        super().__init__(str(error))
+        self.error = error
+
+
 class _TriedLaw:
     """A law whose every call is tried on numbers before it is traced.
 
@@ -128,11 +139,11 @@ class _TriedLaw:
         hover = self._hover.of(layout.pack(bare))
         try:
             made, results = self._on_numbers(name, layout, hover, given)
-        except Exception:
-            # What is written for symbols alone flies as well; its mistakes are found on symbols.
+        except _FailedError as failed:
+            # What is written for symbols alone flies as well; on symbols it is held to the same.
             with contextlib.suppress(Exception):
-                return traced(*given)
-            raise
+                return self._on_symbols(name, traced(*given))
+            raise failed.error from failed.error.__cause__
         why = _untraceable(traced, name, layout, made, zip(hover, results, strict=True))
         if not why:
             return traced(*given)
@@ -140,6 +151,14 @@ class _TriedLaw:
         symbols = ca.SX.sym(name, made.size)
         self._hover.stands_for(symbols, results)
         return made.unpack(symbols)
+
+    def _on_symbols(self, name: str, result: Any) -> Any:
+        """A function's result on symbols, after a look at the numbers that it has."""
+        layout, law, hover = Layout(result), self._law, self._hover
+        for numbers in hover.of(layout.pack(result)):
+            one, state = layout.unpack(numbers), getattr(hover.state, self._slot)
+            checked(one, self._slot, name, f"{law.what}: {name}", state, hover.robot, law.signals)
+        return result
 
     def _on_numbers(
         self, name: str, layout: Layout[Any], hover: list[np.ndarray], given: tuple[Any, ...]
@@ -149,7 +168,11 @@ class _TriedLaw:
         made = Layout[Any](())
         for numbers in hover:
             record = layout.reader(numbers)()
-            result, place = returned(function, *monitored_like(given, record))
+            try:
+                with np.errstate(all="ignore"):  # what is not finite is named
+                    result, place = returned(function, *monitored_like(given, record))
+            except Exception as error:
+                raise _FailedError(error) from error
             what = f"{law.what}{f' in {place}' if place else ''}: {name}"
             state = getattr(self._hover.state, self._slot)
             made, result = checked(result, self._slot, name, what, state, self._hover.robot, law.signals)
@@ -192,5 +215,6 @@ def _differing(layout: Layout[Any], one: np.ndarray, other: np.ndarray) -> str:
         return "shape"
     for name, part in layout.slices.items():
         if not np.allclose(one[part], other[part], TOLERANCE, TOLERANCE, equal_nan=True):
-            return f"'{name}'"
+            head, _, rest = name.partition(".")
+            return " ".join(filter(None, (_PARTS.get(head, head), rest))) or "result"
     return ""

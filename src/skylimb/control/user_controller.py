@@ -14,7 +14,7 @@ from types import MethodType
 from typing import Any
 
 from skylimb.base.config import to_mapping, with_overrides
-from skylimb.base.errors import ConfigError
+from skylimb.base.errors import ConfigError, UserCodeError
 from skylimb.base.keys import Table, tables_of
 from skylimb.base.packing import numeric, structure
 from skylimb.base.signals import Signal, declared_signals
@@ -119,8 +119,19 @@ class UserController:
     def step(
         self, gains: Any, state: Any, measurement: Measurement, reference: Reference, dt: float
     ) -> tuple[Any, Command, Mapping[str, Any]]:
-        """The user's own step."""
-        return self.made.step(gains, state, measurement, reference, dt)
+        """The user's own step.
+
+        Raises:
+            UserCodeError: unless it returns three things.
+        """
+        result = self.made.step(gains, state, measurement, reference, dt)
+        if not isinstance(result, tuple) or len(result) != 3 or hasattr(result, "_fields"):
+            kind = "nothing" if result is None else type(result).__name__
+            place = Path(self.origin.file).name if self.origin else type(self.made).__name__
+            raise UserCodeError(
+                f"{self.what} in {place}: step returns {kind}, expected three things: state, Command, signals"
+            )
+        return result
 
     def with_gains(self, changes: Mapping[str, Any]) -> UserController:
         """The same with other values of some gains, by dotted key.

@@ -86,7 +86,7 @@ def traceable(function: Callable[..., Any], what: str) -> Callable[..., Any]:
     @functools.wraps(function)
     def call(*given: Any) -> Any:
         # CasADi warns of each NumPy function that meets its symbols, which do what they should here.
-        with UserCode(what), warnings.catch_warnings(), symbols_are_no_floats():
+        with UserCode(what, function), warnings.catch_warnings(), symbols_are_no_floats():
             warnings.simplefilter("ignore", FutureWarning)
             return function(*given)
 
