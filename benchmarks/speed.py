@@ -32,7 +32,7 @@ def measure(flights: int, repeats: int, before: Mapping[str, Any] | None) -> dic
     """Everything, as plain tables; the rivals are those of `before`, where it is given."""
     where = machine()
     _, python = loop.measure(EXPERIMENT, CONTROLLER, repeats)
-    plain, replayed = own_python.measure(repeats)
+    plain, law, replayed = own_python.measure(repeats)
     found = native.measure(EXPERIMENT, CONTROLLER, 12, repeats)
     many = campaign.measure(flights)
     return {
@@ -45,6 +45,7 @@ def measure(flights: int, repeats: int, before: Mapping[str, Any] | None) -> dic
             "tick": python.tick,
         },
         "own_python": {"closed": plain, "raw": replayed, "ratio": plain / replayed},
+        "own_law": {"closed": law, "raw": replayed, "ratio": law / replayed},
         "native": {**dataclasses.asdict(found), "ratio": found.ratio, "strict": found.strict},
         "campaign": {**dataclasses.asdict(many), "scaling": many.scaling},
         "rivals": compare.measure(min(repeats, 3)) if before is None else before.get("rivals", []),

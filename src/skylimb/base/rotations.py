@@ -54,7 +54,7 @@ def rotation_from_rpy(roll: Any, pitch: Any, yaw: Any) -> Array:
     return rot_z(yaw) @ rot_y(pitch) @ rot_x(roll)
 
 
-def rotation_from_axis_angle(axis: Sequence[float], angle: Any) -> Array:
+def rotation_from_axis_angle(axis: Sequence[float] | Array, angle: Any) -> Array:
     """Rotation by `angle` about a constant unit `axis` (Rodrigues' formula)."""
     c, s = cos(angle), sin(angle)
     K = hat(np.asarray(axis, dtype=float))

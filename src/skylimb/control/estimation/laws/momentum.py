@@ -62,7 +62,7 @@ def step(gains: Any, state: State, sensed: Sensed) -> tuple[State, Estimate, Sig
     """The estimate of this tick."""
     rates, body = see_body(gains.angle_rates, state.angle_rates, sensed)
     kept = state.smoothed
-    if gains.smoothing.on:
+    if isinstance(kept, Smoothed):
         kept, body = smoothed(gains.smoothing, kept, body, state.observer, sensed.dt)
     observer, raw = observe(gains.observer, state.observer, body, sensed.dt)
     push, estimate = estimate_of(gains, state.push, body, raw, sensed)
