@@ -258,6 +258,12 @@ def test_keys_of_a_users_own_law_are_checked_and_named_in_full(tmp_path: Path, r
         preset_from_mapping({**tables, "translation": table}, tmp_path / "mine.toml")
 
 
+SMOOTHING = {
+    "smoothing.on": False, "smoothing.position": 20.0, "smoothing.velocity": 40.0,
+    "smoothing.attitude": 40.0, "smoothing.angular_velocity": 40.0,
+}  # fmt: skip
+
+
 def flattened(tables: dict[str, Any], slot: str) -> dict[str, Any]:
     return {key: value for key, value in flatten(tables[slot]).items() if key != "law"}
 
@@ -268,7 +274,7 @@ def test_the_presets_are_what_has_been_flown(robot: Robot) -> None:
     assert flattened(following, "estimation") == {
         "angle_rates.bandwidth": 25.0, "observer.force": [10.0] * 3, "observer.torque": [3.0] * 3,
         "force_filter.cutoff": 2.0, "tare": True, "delay.latency": 0.02, "calibration.feed": True,
-        "calibration.attitude": True, "calibration.cog": True, "calibration.rate": 1.0,
+        "calibration.attitude": True, "calibration.cog": True, "calibration.rate": 1.0, **SMOOTHING,
     }  # fmt: skip
     assert flattened(following, "contact") == {
         "approach_speed": 0.025, "approach_ramp": 1.0, "retreat_speed": 0.1, "axis_speed": 0.025,
@@ -293,18 +299,19 @@ def test_the_presets_are_what_has_been_flown(robot: Robot) -> None:
     }  # fmt: skip
     assert flattened(following, "allocation") == {
         "hold_lift": True, "leak.compensate": True, "leak.cutoff": 3.0, "rotor_lag.compensate": True,
-        "rotor_lag.time_constant": 0.05, "rotor_lag.lead": 2.0, "vectoring.purpose": "contact",
+        "rotor_lag.time_constant": 0.05, "rotor_lag.lead": 2.0, "rotor_lag.bandwidth": 1e6,
+        "rotor_lag.reaction": False, "vectoring.purpose": "contact",
         "vectoring.limit": 0.5, "vectoring.damping": 0.5, "vectoring.cutoff": 2.0, "vectoring.lead": 2.0,
     }  # fmt: skip
     hybrid = cascade_from_tables(*preset_mapping("hybrid"), robot).tables()
     assert flattened(hybrid, "estimation") == {
         "angle_rates.bandwidth": 30.0, "observer.force": [3.0] * 3, "observer.torque": [1.0] * 3,
-        "force_filter.cutoff": 2.0, "tare": True,
+        "force_filter.cutoff": 2.0, "tare": True, **SMOOTHING,
     }  # fmt: skip
     assert flattened(hybrid, "allocation") == {
         "hold_lift": False, "leak.compensate": False, "leak.cutoff": 0.5, "leak.steady": False,
         "rotor_lag.compensate": False, "rotor_lag.time_constant": 0.05, "rotor_lag.lead": 2.0,
-        "vectoring.purpose": "torque",
+        "rotor_lag.bandwidth": 1e6, "rotor_lag.reaction": False, "vectoring.purpose": "torque",
     }  # fmt: skip
     assert flattened(hybrid, "contact") == {}
 
@@ -334,7 +341,9 @@ def test_what_a_law_does_where_no_preset_says_otherwise() -> None:
     }
     assert to_mapping(vectored.Gains()) == {
         "hold_lift": True, "leak": {"compensate": False, "cutoff": 0.5},
-        "rotor_lag": {"compensate": False, "time_constant": 0.05, "lead": 2.0},
+        "rotor_lag": {
+            "compensate": False, "time_constant": 0.05, "lead": 2.0, "bandwidth": 1e6, "reaction": False
+        },
         "vectoring": {"purpose": "torque", "limit": 0.5, "damping": 0.5, "cutoff": 1.0, "lead": 1.0},
     }  # fmt: skip
     assert predictive.Gains().calibration == predictive.Calibration(False, False, False, 1.0)

@@ -75,7 +75,7 @@ def step(gains, state, inputs):
 """
 
 
-def test_a_law_that_cannot_be_compiled_is_refused_before_a_folder_is_begun(
+def test_a_law_that_returns_too_little_is_refused_before_a_folder_is_begun(
     write_spec: Callable[..., Path], tmp_path: Path
 ) -> None:
     (tmp_path / "iffy.py").write_text(
@@ -85,7 +85,7 @@ def test_a_law_that_cannot_be_compiled_is_refused_before_a_folder_is_begun(
     tables = preset_mapping("hybrid")[0] | {"translation": {"law": "iffy.py"}}
     (tmp_path / "iffy.toml").write_text(write_toml(tables), encoding="utf-8")
     file = write_spec(draws=2, controllers='["iffy.toml"]')
-    with pytest.raises(ConfigError, match=r"iffy\.py, line 11, .*skylimb\.symbolic\.where"):
+    with pytest.raises(ConfigError, match=r"iffy\.py, line 12, .*got a number, expected a force \(3,\)"):
         run_campaign(file, tmp_path / "out", workers=0)
     assert not (tmp_path / "out").exists()
 
