@@ -2,34 +2,23 @@
 
 from __future__ import annotations
 
-from collections import Counter, deque
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from short_flights import CIRCLE
 from skylimb.analysis.exchange import lab_topics as topics
-from skylimb.analysis.exchange.frames import lab_link
 from skylimb.analysis.exchange.messages import FourAxes, Gains, Motor, MotorInfo, PMatrix, UavInfo
-from skylimb.apps.ros1.controlled import Controlled
 from skylimb.apps.ros1.grounded import STAND
-from skylimb.apps.ros1.lab_config import read_lab_config
-from skylimb.apps.ros1.messages import Arrived, Outgoing
-from skylimb.apps.ros1.piloted import Flyer
-from skylimb.apps.ros1.simulated import Simulated
+from skylimb.apps.ros1.messages import Outgoing
 from skylimb.apps.ros1.spinal import Spinal, attitude_loop
 from skylimb.apps.ros1.states import FlightState
 from skylimb.base.rotations import rotation_from_rpy
-from skylimb.flight.realtime.pacer import Pacer
-from skylimb.flight.takeoff import take_off
-from steered import ready
+from wired import Wire
 
 LIMITS = (np.full(4, 1.0), np.full(4, 30.0))
 STILL, LEVEL = np.zeros(3), np.eye(3)
-LAB = Path(__file__).parent / "lab"
 MOTORS = MotorInfo(0.58, 0.92, 1.0, 7.0, 0, (Motor(25.2, 33.0, (0.0, -5.0, 0.1, 0.0, 0.0)),))
 KNOWN = Spinal(4).informed(UavInfo(4, 17)).informed(MOTORS)
 BASE = FourAxes((0.0, 0.0, 0.0), (9.0, 10.0, 11.0, 12.0))
@@ -105,54 +94,6 @@ def test_messages_of_another_robot_are_none() -> None:
     assert spinal.with_p_matrix(PMatrix(((0, 0, 0),), (0,) * 6)) is spinal
 
 
-class Wire:
-    """Controller and simulator in step; what one says the other hears at the next tick."""
-
-    def __init__(self, files: tuple[str, ...] = ("motor_info.yaml",)) -> None:
-        takeoff, controller = ready("hybrid")
-        config = read_lab_config([LAB / name for name in files], takeoff.robot)
-        (inner,) = take_off("paper", ("hybrid",), set={**CIRCLE, "controller_rate": 1000.0})
-        self.time, link = 0, lab_link(takeoff.robot)
-        pacer = Pacer(takeoff.period, lambda: self.time, self._sleep, spin=0.0)
-        self.pacer = pacer
-        self.robot = Simulated(inner, link, pacer, servos=config.servos)
-        missions = {"paper": takeoff.mission}
-        self.pilot = Controlled(Flyer(takeoff, controller, missions, link, pacer), config)
-        self.up, self.down = deque[Outgoing](), deque[Outgoing]()
-        self.k, self.silent, self.said = 0, False, list[str]()
-        self.names = Counter[str]()
-        pacer.start()
-
-    def _sleep(self, seconds: float) -> None:
-        self.time += round(seconds * 1e9)
-
-    def tick(self, *orders: str) -> None:
-        self.pacer.wait(self.k)
-        now = self.pacer.time()
-
-        def heard(messages: deque[Outgoing], sender: str) -> list[Arrived]:
-            found = [Arrived(topic.name, value, sender, now) for topic, value in messages]
-            messages.clear()
-            return found
-
-        up = [] if self.silent else heard(self.up, "/spinal")
-        came = [*up, *(Arrived(order, None, "/client", now) for order in orders)]
-        self.down += [one for one in self.pilot.tick(came, now) if one.topic in topics.ACTUATORS]
-        self.names.update(one.topic.name for one in self.down)
-        self.up += self.robot.tick(heard(self.down, "/skylimb"), now)
-        self.names.update(one.topic.name for one in self.up)
-        self.k += 1
-        assert self.pilot.last is not None
-        self.said += self.pilot.last.said
-
-    def until(self, state: FlightState, seconds: float) -> None:
-        for _ in range(round(seconds / 0.005)):
-            if self.pilot.pilot.flying.state == state:
-                return
-            self.tick()
-        raise AssertionError(f"no {state.name}: {self.said} {self.pilot.faults}")
-
-
 def test_it_is_not_armed_before_it_knows_its_motors() -> None:
     for known in (Spinal(4), Spinal(4).informed(MOTORS), Spinal(4).informed(UavInfo(4, 17))):
         assert not known.configured(0).armed
@@ -203,12 +144,7 @@ def test_a_forced_landing_of_the_flight_controller_is_the_pilots_too() -> None:
 @pytest.mark.parametrize("files", [("motor_info.yaml",), ("motor_info.yaml", "servo.yaml")])
 def test_controller_and_simulator_fly_over_the_labs_topics(files: tuple[str, ...]) -> None:
     wire = Wire(files)
-    for _ in range(30):
-        wire.tick()
-    wire.tick("teleop_command/start")
-    wire.until(FlightState.ARM_ON, 1.0)
-    wire.tick("teleop_command/takeoff")
-    wire.until(FlightState.HOVER, 15.0)
+    wire.hover()
     for _ in range(400):
         wire.tick()
     assert wire.pilot.last is not None

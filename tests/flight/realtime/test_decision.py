@@ -36,7 +36,8 @@ def test_the_rules_hold_in_every_case(broken_off: bool, seen: Evidence) -> None:
         good = seen.measured and not decision.held and seen.judged == State.FLY
         assert (action in CONTROLLED) == good
         # Blind, the robot comes down; a moment without measurements is waited for.
-        assert (action == Action.DESCEND) == (seen.measured and seen.judged == State.RETREAT)
+        long = seen.judged == State.RETREAT or (broken_off and seen.overdue and decision.held)
+        assert (action == Action.DESCEND) == (seen.measured and long)
 
 
 @pytest.mark.parametrize(
@@ -51,6 +52,9 @@ def test_the_rules_hold_in_every_case(broken_off: bool, seen: Evidence) -> None:
         (True, Evidence(State.FLY, False, False, True, True), Action.GO_BACK),
         (True, Evidence(State.FLY, True, False, True, True), Action.HOLD),
         (True, Evidence(State.RETREAT, True, False, True, True), Action.DESCEND),
+        (False, Evidence(State.HOLD, False, True, True, True), Action.HOLD),
+        (True, Evidence(State.HOLD, False, True, True, True), Action.DESCEND),
+        (True, Evidence(State.FLY, True, True, True, True), Action.DESCEND),
     ],
 )
 def test_the_table(broken_off: bool, seen: Evidence, action: Action) -> None:

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable, Mapping
 from types import MappingProxyType
 from typing import Any
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -30,7 +31,7 @@ class End:
 
     def __init__(self, coming: deque[bytes], leaving: deque[bytes], name: str) -> None:
         self.coming, self.leaving, self.name = coming, leaving, name
-        self.cut = False
+        self.cut, self.ahead = False, 0.0
 
     def receive(self, most: int) -> tuple[Iterable[Datagram], int]:
         found = [Datagram(self.coming.popleft(), self.name) for _ in range(min(most, len(self.coming)))]
@@ -38,7 +39,10 @@ class End:
 
     def send(self, data: bytes) -> None:
         if not self.cut:
-            self.leaving.append(data)
+            fields = msgspec.msgpack.decode(data)
+            if fields:
+                fields["stamp"] += self.ahead
+            self.leaving.append(msgspec.msgpack.encode(fields))
 
 
 class InStep(Pacer):
@@ -116,6 +120,20 @@ def test_a_link_that_is_cut_holds_then_breaks_off() -> None:
     assert 180 < np.argmax(broken) < 190
     assert over.run.cause == "broken off by the guard"
     assert over.faults["too old"] > 50
+
+
+@pytest.mark.parametrize("step", [-2.0, -0.3, 0.3])
+def test_a_robot_whose_clock_is_set_flies_on(step: float) -> None:
+    def set_clock(k: int, robot: SimulatedRobot, far: End) -> None:
+        far.ahead = step * (k >= 80)
+
+    over, _ = flown(before=set_clock)
+    run, count = skylimb.run("paper", "hybrid", set=HOLD), 160
+    assert over.faults["clock of the stamps was set"] == 1
+    assert over.faults.get("too old", 0) == 0
+    assert not over.run.log.retreating.values[:count].any()
+    away = over.run.log.root_position_measured - run.log.root_position_measured
+    assert float(np.abs(away[:count]).max()) < 0.005
 
 
 def test_a_robot_that_tilts_too_far_is_broken_off() -> None:

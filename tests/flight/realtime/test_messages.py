@@ -124,13 +124,13 @@ def test_the_newest_measurement_counts_and_its_age_is_told(linked: Vehicle, hove
 def test_order_senders_and_floods(linked: Vehicle, hovering: Make) -> None:
     linked.wire.put(encode(linked.state(hovering(), 5)))
     linked.vehicle.measure()
-    for seq, sender in ((5, "robot"), (4, "robot"), (6, "other"), (5 + 20_000, "robot")):
+    for seq, sender in ((5, "robot"), (4, "robot"), (6, "other")):
         linked.time += DT
         linked.wire.put(encode(linked.state(hovering(position=np.ones(3)), seq)), sender)
     linked.wire.put(encode(linked.state(hovering(position=np.ones(3)), 7, stamp=1e9)))
     assert linked.vehicle.measure().position[2] == 1.0
     assert dict(linked.vehicle.counts) == {
-        "repeated or out of order": 2, "second sender": 1, "number leaps": 1, "stamp from the future": 1,
+        "stamp repeated or out of order": 2, "second sender": 1, "stamp from the future": 1,
     }  # fmt: skip
     linked.time += DT
     for seq in range(8, 8 + 100):

@@ -72,18 +72,14 @@ def test_a_negated_quaternion_and_a_slow_drift_are_no_jump(robot: Robot, hoverin
     assert not watchdog.counts
 
 
-def test_stamps_must_rise_and_not_lie_ahead(robot: Robot, hovering: Make) -> None:
+def test_what_is_said_again_gets_no_younger(robot: Robot, hovering: Make) -> None:
     watchdog = Watchdog(robot)
     watchdog.judge(hovering(), 1.0, 1.0)
     first = watchdog.good
     assert watchdog.judge(hovering(), 1.0, 1.05) == State.FLY
-    assert watchdog.judge(hovering(), 1.0, 1.2) == State.HOLD  # repeated: it gets no younger
+    assert watchdog.judge(hovering(), 1.0, 1.2) == State.HOLD
     assert watchdog.judge(hovering(), 0.9, 1.21) == State.HOLD
-    assert watchdog.judge(hovering(), 2.0, 1.22) == State.HOLD
-    assert watchdog.judge(hovering(), float("nan"), 1.23) == State.HOLD
     assert watchdog.good is first
-    assert watchdog.counts["stamp goes back"] == 1
-    assert watchdog.counts["stamp from the future"] == 2
 
 
 def test_each_fault_is_named_once(robot: Robot, hovering: Make, caplog: pytest.LogCaptureFixture) -> None:

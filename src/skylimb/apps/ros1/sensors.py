@@ -15,6 +15,7 @@ from skylimb.apps.ros1.messages import Arrived
 from skylimb.apps.ros1.servos import Servos
 from skylimb.base.rotations import quaternion_from_rotation, rotation_from_quaternion
 from skylimb.control.estimation.records import Measurement
+from skylimb.control.estimation.stamps import Stamps, believed, judged
 from skylimb.flight.realtime.watchdog import BEYOND
 from skylimb.robots.model import Robot
 
@@ -27,32 +28,11 @@ OLDEST = 0.5
 _TURNED = 10.0
 """Radians that no joint turns by."""
 
-AHEAD = 0.1
-"""Seconds that a stamp may lie ahead of the clock that it was set by."""
-
 
 def nothing_measured(robot: Robot) -> Measurement:
     """A measurement that nobody believes: no number is one."""
     sizes = (3, 4, 3, 3, robot.n_joints, robot.n_vectoring)
     return Measurement(*(np.full(size, np.nan) for size in sizes))
-
-
-class Clock:
-    """Another clock's stamps on ours: the least delay that was seen is taken for none."""
-
-    def __init__(self) -> None:
-        self._offset, self.stamp = math.inf, -math.inf
-
-    def taken(self, stamp: float, at: float) -> float | str:
-        """When a message with a stamp was made, on our clock; why its stamp is not believed, in words."""
-        if not math.isfinite(stamp):
-            return "stamp is no number"
-        if stamp <= self.stamp:
-            return "stamp repeated or out of order"
-        if stamp + self._offset > at + AHEAD and math.isfinite(self._offset):
-            return "stamp from the future"
-        self.stamp, self._offset = stamp, min(self._offset, at - stamp)
-        return stamp + self._offset
 
 
 class Sensors:
@@ -71,7 +51,7 @@ class Sensors:
     def __init__(self, robot: Robot, link: str, servos: Servos | None = None) -> None:
         self._robot, self._servos = robot, servos
         self._names, self._frames = Names(robot), frames_function(robot, link)
-        self._clocks = {Pose: Clock(), Imu: Clock(), Joints: Clock()}
+        self._stamps = {Pose: Stamps(), Imu: Stamps(), Joints: Stamps()}
         self._pose: tuple[float, Pose] | None = None
         self._imu: tuple[float, Imu] | None = None
         self._joints: tuple[float, np.ndarray] | None = None
@@ -85,13 +65,16 @@ class Sensors:
         if isinstance(value, ServoStates) and self._servos is not None:
             angles = self._servos.angles(value.counts)
             value = Joints(value.stamp, tuple(angles), tuple(angles.values()))
-        clock = self._clocks.get(type(value))
-        if clock is None:
+        kind = type(value)
+        if kind not in self._stamps:
             return
-        taken = clock.taken(value.stamp, arrived.at)
-        if isinstance(taken, str):
-            self.counts[f"{arrived.topic}: {taken}"] += 1
-        elif isinstance(value, Pose):
+        self._stamps[kind], fault = judged(self._stamps[kind], value.stamp, arrived.at)
+        taken = self._stamps[kind].taken
+        if fault:
+            self.counts[f"{arrived.topic}: {fault}"] += 1
+        if not believed(fault):
+            return
+        if isinstance(value, Pose):
             self._see(taken, value)
         elif isinstance(value, Imu):
             self._imu = (taken, value)

@@ -4,6 +4,7 @@
     ----------------------------------------------------------------------------------
     measurements too old for long, or overdue       -> broken off, see there
       nothing measured for long (judged RETREAT)                    DESCEND
+      overdue, and still nothing to go on                           DESCEND
     a tick missed, or a measurement not good        HOLD            HOLD
     no measurement was good yet                     HOLD            HOLD
     else                                            FLY             GO_BACK
@@ -63,9 +64,11 @@ class Decision(NamedTuple):
 
 def decide(broken_off: bool, seen: Evidence) -> Decision:
     """The row of the table for a flight that was broken off before this tick, or was not."""
-    broken_off = broken_off or seen.overdue or seen.judged == State.RETREAT
+    before, broken_off = broken_off, broken_off or seen.overdue or seen.judged == State.RETREAT
     held = seen.missed or seen.judged == State.HOLD
-    if seen.commanded and seen.measured and seen.judged == State.RETREAT:
+    # A command that is held for long loses the robot.
+    blind = seen.judged == State.RETREAT or (before and seen.overdue and held)
+    if seen.commanded and seen.measured and blind:
         action = Action.DESCEND
     elif seen.commanded and (held or not seen.measured):
         action = Action.HOLD

@@ -8,6 +8,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from skylimb.control.estimation.records import Measurement
+from skylimb.control.estimation.stamps import Stamps, believed, judged
 from skylimb.control.loop.vehicle import measured_layout
 from skylimb.control.records import Command
 from skylimb.flight.realtime.faults import Faults
@@ -22,12 +23,6 @@ from skylimb.robots.model import Robot
 
 MOST = 32
 """Datagrams that are read at a tick; of a flood the rest is thrown away unread."""
-
-LEAP = 10_000
-"""Messages that may be lost between two."""
-
-AHEAD = 0.1
-"""Seconds that a stamp may lie ahead of the clock that it was set by."""
 
 
 class Datagram(NamedTuple):
@@ -76,8 +71,7 @@ class RemoteVehicle:
         self._names, self._link, self._now, self._taken = Names(robot), link, now, taken
         self._sender: Hashable | None = None
         self._link.receive(MOST)  # what lies there from before
-        self._offset = np.inf  # least (time of arrival - stamp): the two clocks, without the link's delay
-        self._stamp, self._seq, self._sent = -np.inf, -1, 0
+        self._stamps, self._sent = Stamps(), 0
         self.counts = Faults()
         sizes = 3, 4, 3, 3, robot.n_joints, robot.n_vectoring
         self._measured = Measurement(*(np.full(size, np.nan) for size in sizes))
@@ -102,7 +96,7 @@ class RemoteVehicle:
                 self._take(datagram)
             except RefusedMessageError as refused:
                 self.counts.note("link", str(refused))
-        self._taken(self._stamp + self._offset if self.heard else -np.inf)
+        self._taken(self._stamps.taken)
         return self._measured
 
     def _take(self, datagram: Datagram) -> None:
@@ -111,15 +105,11 @@ class RemoteVehicle:
         if self.heard and datagram.sender != self._sender:
             raise RefusedMessageError("second sender")
         self._sender = datagram.sender
-        if message.stamp <= self._stamp or message.seq <= self._seq:
-            raise RefusedMessageError("repeated or out of order")
-        # Believed, they would make every message after them one that is out of order.
-        if self.heard and self._seq >= 0 and message.seq > self._seq + LEAP:
-            raise RefusedMessageError("number leaps")
-        if message.stamp + self._offset > now + AHEAD and np.isfinite(self._offset):
-            raise RefusedMessageError("stamp from the future")
-        self._offset = min(self._offset, now - message.stamp)
-        self._stamp, self._seq, self._measured = message.stamp, message.seq, measurement
+        self._stamps, fault = judged(self._stamps, message.stamp, now)
+        if believed(fault):
+            self._measured = measurement
+        if fault:
+            raise RefusedMessageError(fault)
 
     def record(self, measurement: Measurement, command: Command) -> np.ndarray:
         """Measurement and command, flat."""
@@ -127,7 +117,7 @@ class RemoteVehicle:
 
     def apply(self, command: Command) -> None:
         """Send the command; the clock says when the next tick is due."""
-        stamp = float(self._stamp) if self.heard else 0.0
+        stamp = self._stamps.stamp if self.heard else 0.0
         self._link.send(encode(self._names.command_message(self._sent, stamp, command)))
         self._sent += 1
 

@@ -1,0 +1,93 @@
+"""Our controller and a simulated robot over the lab's topics, without ROS, on a clock of their own."""
+
+from __future__ import annotations
+
+from collections import Counter, deque
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from short_flights import CIRCLE
+from skylimb.analysis.exchange import lab_topics as topics
+from skylimb.analysis.exchange.frames import lab_link
+from skylimb.apps.ros1.controlled import Controlled
+from skylimb.apps.ros1.flyer import Flyer
+from skylimb.apps.ros1.lab_config import read_lab_config
+from skylimb.apps.ros1.messages import Arrived, Outgoing
+from skylimb.apps.ros1.simulated import Simulated
+from skylimb.apps.ros1.states import FlightState
+from skylimb.flight.realtime.pacer import Pacer
+from skylimb.flight.takeoff import take_off
+from steered import ready
+
+LAB = Path(__file__).parents[1] / "apps" / "ros1" / "lab"
+
+
+class Wire:
+    """Controller and simulator in step; what one says the other hears at the next tick."""
+
+    def __init__(self, files: tuple[str, ...] = ("motor_info.yaml",)) -> None:
+        takeoff, controller = ready("hybrid")
+        config = read_lab_config([LAB / name for name in files], takeoff.robot)
+        (inner,) = take_off("paper", ("hybrid",), set={**CIRCLE, "controller_rate": 1000.0})
+        self.time, link = 0, lab_link(takeoff.robot)
+        pacer = Pacer(takeoff.period, lambda: self.time, self._sleep, spin=0.0)
+        self.pacer = pacer
+        self.robot = Simulated(inner, link, pacer, servos=config.servos)
+        missions = {"paper": takeoff.mission}
+        self._made = lambda: Controlled(Flyer(takeoff, controller, missions, link, pacer), config)
+        self.pilot = self._made()
+        self.spoil: Callable[[Outgoing], Outgoing | None] = lambda one: one
+        self.up, self.down = deque[Outgoing](), deque[Outgoing]()
+        self.k, self.silent, self.said = 0, False, list[str]()
+        self.names, self.where = Counter[str](), list[np.ndarray]()
+        pacer.start()
+
+    def _sleep(self, seconds: float) -> None:
+        self.time += round(seconds * 1e9)
+
+    def tick(self, *orders: str) -> None:
+        self.pacer.wait(self.k)
+        now = self.pacer.time()
+
+        def heard(messages: deque[Outgoing], sender: str) -> list[Arrived]:
+            found = [Arrived(topic.name, value, sender, now) for topic, value in messages]
+            messages.clear()
+            return found
+
+        self.up = deque(kept for one in self.up if (kept := self.spoil(one)) is not None)
+        up = [] if self.silent else heard(self.up, "/spinal")
+        came = [*up, *(Arrived(order, None, "/client", now) for order in orders)]
+        self.down += [one for one in self.pilot.tick(came, now) if one.topic in topics.ACTUATORS]
+        self.names.update(one.topic.name for one in self.down)
+        self.up += self.robot.tick(heard(self.down, "/skylimb"), now)
+        self.names.update(one.topic.name for one in self.up)
+        self.where.append(self.robot.plant.truth().position.copy())
+        self.k += 1
+        assert self.pilot.last is not None
+        self.said += self.pilot.last.said
+
+    def restart(self) -> None:
+        """The controller's process was killed; another one begins, and knows nothing."""
+        self.pilot = self._made()
+        self.said, self.down = [], deque()
+
+    def fly(self, seconds: float) -> None:
+        for _ in range(round(seconds / 0.005)):
+            self.tick()
+
+    def hover(self) -> None:
+        """On the ground to hover."""
+        self.fly(0.15)
+        self.tick("teleop_command/start")
+        self.until(FlightState.ARM_ON, 1.0)
+        self.tick("teleop_command/takeoff")
+        self.until(FlightState.HOVER, 15.0)
+
+    def until(self, state: FlightState, seconds: float) -> None:
+        for _ in range(round(seconds / 0.005)):
+            if self.pilot.pilot.flying.state == state:
+                return
+            self.tick()
+        raise AssertionError(f"no {state.name}: {self.said} {self.pilot.faults}")
