@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import ArrayLike
 
 from skylimb.base.rotations import quaternion_from_rotation
 from skylimb.simulation.surface_state import state_of
 from skylimb.simulation.surfaces import Surface, Valve
 from skylimb.simulation.surfaces.placement import surface_rotation
+from skylimb.simulation.surfaces.touched import Touched
 
 
-class SurfaceAt:
-    """A surface with a pose at every tick; its methods are those of `Surface`, at the ticks' times.
+class SurfaceAt(Touched):
+    """A surface with a pose at every tick, asked for at the ticks' times.
 
     Args:
         surface: as it was before take-off.
@@ -45,28 +49,25 @@ class SurfaceAt:
         return np.array([quaternion_from_rotation(R) for R in self._axes])[self._which]
 
     def velocity(self, time: np.ndarray) -> np.ndarray:
-        """As `Surface.velocity`; of a part that turns, where the tip is."""
+        """As of any surface; of a part that turns, where the tip is."""
         return self._velocity[self._ticks(time)]
 
-    def normal(self, points: np.ndarray, time: np.ndarray) -> np.ndarray:
-        """As `Surface.normal`."""
-        return _turn(self._axes[self._which[self._ticks(time)]], self._closest(points, time)[2])
+    def signed_distance(self, points: np.ndarray, time: Any = None) -> np.ndarray:
+        """As of any surface; NaN while it is taken away."""
+        return np.where(self._there[self._ticks(time)], super().signed_distance(points, time), np.nan)
 
-    def signed_distance(self, points: np.ndarray, time: np.ndarray) -> np.ndarray:
-        """As `Surface.signed_distance`; NaN while the surface is taken away."""
-        local, foot, normal = self._closest(points, time)
-        gap = np.sum((local - foot) * normal, axis=-1)
-        return np.where(self._there[self._ticks(time)], gap, np.nan)
+    def unroll(self, u: ArrayLike, v: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+        """As before take-off."""
+        return self._surface.unroll(u, v)
 
-    def trace(self, points: np.ndarray, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """As `Surface.trace`."""
-        foot = self._closest(points, time)[1]
-        return self._surface.unroll(foot[..., 1], foot[..., 2])
+    def in_world(self, vectors: np.ndarray, time: np.ndarray) -> np.ndarray:
+        """Vectors of the surface's axes at these times in those of W."""
+        return _turn(self._axes[self._which[self._ticks(time)]], vectors)
 
     def _ticks(self, time: np.ndarray) -> np.ndarray:
         return np.round(time / self._period).astype(int)
 
-    def _closest(self, points: np.ndarray, time: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def nearest(self, points: np.ndarray, time: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Points, closest points and normals in the surface's axes, (n, 3) each."""
         ticks = self._ticks(time)
         slid = self._surface.motion(time)[0][:, None] * self._surface.motion_axis

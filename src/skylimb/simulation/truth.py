@@ -24,7 +24,8 @@ from skylimb.control.missions.mission import Mission
 from skylimb.robots.model import Robot
 from skylimb.simulation.compiling import built_library
 from skylimb.simulation.plant import Plant
-from skylimb.simulation.surfaces.contact_record import TouchedSurface, record_contact
+from skylimb.simulation.surfaces.contact_record import contact_gaps, record_contact
+from skylimb.simulation.surfaces.touched import Touched
 from skylimb.symbolic import cross
 
 _BLOCK = 256
@@ -143,7 +144,7 @@ def flight_kinematics(plant: Plant, flight: Flight, mission: Mission) -> Kinemat
 
 
 def contact_truth(
-    plant: Plant, flight: Flight, mission: Mission, moved: Kinematics, surface: TouchedSurface
+    plant: Plant, flight: Flight, mission: Mission, moved: Kinematics, surface: Touched
 ) -> tuple[dict[str, np.ndarray], list[list[float]]]:
     """What the contact was at every tick on the surface where it then is; start and duration (s) of gaps.
 
@@ -161,15 +162,15 @@ def contact_truth(
     radius = plant.robot.description.tip.radius
     return {
         "contact_normal": surface.normal(moved.tip_position, times),
-        "contact_force_normal": _from_second_tick(record.normal_force, 0.0),
-        "contact_force_tangential": _from_second_tick(record.tangential_force, 0.0),
+        "contact_force_normal": _from_second_tick(record["normal_force"], 0.0),
+        "contact_force_tangential": _from_second_tick(record["tangential_force"], 0.0),
         "contact_torque": torque,
         "contact": (duty > 0.0).astype(float),
-        "contact_trace": _from_second_tick(record.trace, np.nan),
-        "friction_work": _from_second_tick(record.friction_work, 0.0),
-        "slip_speed": _from_second_tick(np.linalg.norm(record.slip_velocity, axis=1), 0.0),
+        "contact_trace": _from_second_tick(record["trace"], np.nan),
+        "friction_work": _from_second_tick(record["friction_work"], 0.0),
+        "slip_speed": _from_second_tick(np.linalg.norm(record["slip_velocity"], axis=1), 0.0),
         "surface_gap": surface.signed_distance(moved.tip_position, times) - radius,
-    }, record.gaps
+    }, contact_gaps(times[:-1], duty[1:] > 0.0, mission.period)
 
 
 def _from_second_tick(values: np.ndarray, first: float) -> np.ndarray:

@@ -11,7 +11,6 @@ from skylimb.base.keys.key import shown
 from skylimb.simulation.surfaces.ball import Sphere
 from skylimb.simulation.surfaces.board import Board
 from skylimb.simulation.surfaces.checks import require_clear, require_fits, require_path
-from skylimb.simulation.surfaces.contact_record import ContactRecord, record_contact
 from skylimb.simulation.surfaces.curved import CurvedSurface
 from skylimb.simulation.surfaces.cylinder import Cylinder, Pipe
 from skylimb.simulation.surfaces.friction_map import FrictionMap, Patch
@@ -58,7 +57,6 @@ def surface_from_mapping(mapping: Mapping[str, Any], where: str = "surface") -> 
 __all__ = [
     "SURFACES",
     "Board",
-    "ContactRecord",
     "Corrugated",
     "CurvedSurface",
     "Cylinder",
@@ -77,7 +75,6 @@ __all__ = [
     "Step",
     "Surface",
     "Valve",
-    "record_contact",
     "require_clear",
     "require_fits",
     "require_path",

@@ -25,10 +25,11 @@ from skylimb.simulation.surfaces.geom import Geom, Hinge
 from skylimb.simulation.surfaces.placement import surface_rotation
 from skylimb.simulation.surfaces.shape import meeting
 from skylimb.simulation.surfaces.surface_keys import SurfaceKeys
+from skylimb.simulation.surfaces.touched import Touched
 
 
 @configuration
-class Surface(SurfaceKeys, abc.ABC):
+class Surface(SurfaceKeys, Touched):
     """A surface in the world: its keys, and what follows from them and from its shape."""
 
     many: ClassVar[bool] = False
@@ -155,15 +156,14 @@ class Surface(SurfaceKeys, abc.ABC):
             points = points + self.motion(time)[0][..., None] * self.motion_axis
         return points
 
-    def signed_distance(self, points: np.ndarray, time: Any = None) -> np.ndarray:
-        """Distance (...) of world points (..., 3) from the surface, m; negative behind it."""
+    def nearest(self, points: np.ndarray, time: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Points, closest points and outward normals there in the surface's own axes, (..., 3) each."""
         local = self.to_local(points, time)
-        foot, normal = self.local_closest(local)
-        return np.sum((local - foot) * normal, axis=-1)
+        return local, *self.local_closest(local)
 
-    def normal(self, points: np.ndarray, time: Any = None) -> np.ndarray:
-        """Outward unit normal (..., 3), W, at the surface points closest to world points (..., 3)."""
-        return self.local_closest(self.to_local(points, time))[1] @ self.R_WS.T
+    def in_world(self, vectors: np.ndarray, time: Any) -> np.ndarray:
+        """Vectors (..., 3) of the surface's own axes in those of W."""
+        return vectors @ self.R_WS.T
 
     def project(self, points: np.ndarray, time: Any = None) -> np.ndarray:
         """The surface points (..., 3), W, closest to world points (..., 3)."""
@@ -187,11 +187,6 @@ class Surface(SurfaceKeys, abc.ABC):
             return self.to_local(points + along[..., None] * direction, time)
 
         return meeting(self.local_closest, local, self.R_WS.T @ direction, points.shape[:-1])
-
-    def trace(self, points: np.ndarray, time: Any = None) -> tuple[np.ndarray, np.ndarray]:
-        """Unrolled coordinates (s, t), m, of the surface points closest to world points (..., 3)."""
-        foot = self.local_closest(self.to_local(points, time))[0]
-        return self.unroll(foot[..., 1], foot[..., 2])
 
     def covers(self, points: np.ndarray, time: Any = None) -> np.ndarray:
         """Whether world points (..., 3) face the surface within its `size`."""
