@@ -16,7 +16,7 @@ from skylimb.control.leak import Leak, TorqueLeak, follow_leak, side_force, with
 from skylimb.control.needs import Needs
 from skylimb.control.records import Demand, LawInput
 from skylimb.control.rotor_lag import RotorLag, at_rest, lead_thrusts
-from skylimb.control.thrusts import Thrusts, allocate, rotor_wrench, thrust_limits
+from skylimb.control.thrusts import Thrusts, allocate, rotor_wrench
 from skylimb.robots.model import Robot, RobotState
 from skylimb.symbolic import right_inverse
 
@@ -182,7 +182,7 @@ def test_the_papers_law_gives_thrusts_for_the_aimed_force(
 ) -> None:
     gains = numeric(pseudoinverse.Gains(hold_lift=hold_lift, leak=TorqueLeak(cutoff=3.0)))
     body, before = at.estimate.body, pseudoinverse.State(np.array([0.1, 0.0, -0.2]), at_rest(START))
-    wanted = allocate(body, demand.aimed, TORQUE, thrust_limits(robot), hold_lift)
+    wanted = allocate(body, demand.aimed, TORQUE, robot.thrust_limits(), hold_lift)
     state, given, signals = pseudoinverse.step(gains, before, at, demand)
     np.testing.assert_array_equal(given.command.thrusts, wanted.total)
     np.testing.assert_array_equal(given.command.joint_angles, demand.joint_angles)
@@ -198,7 +198,7 @@ def test_the_papers_law_gives_thrusts_for_the_aimed_force(
 
 def test_rotors_that_lag_are_led_and_known(at: LawInput, demand: Demand, robot: Robot) -> None:
     gains = numeric(pseudoinverse.Gains(rotor_lag=RotorLag(compensate=True, lead=3.0)))
-    body, limits = at.estimate.body, thrust_limits(robot)
+    body, limits = at.estimate.body, robot.thrust_limits()
     wanted = allocate(body, demand.aimed, TORQUE, limits).total
     led = lead_thrusts(gains.rotor_lag, at_rest(START), wanted, limits, DT)
     assert np.abs(led.command - wanted).max() > 0.1
@@ -219,7 +219,7 @@ def test_the_law_with_moves_leaves_the_side_force_to_them(
             vectoring=vectored.Vectoring(lead=lead, cutoff=2.0),
         )
     )
-    body, limits = at.estimate.body, thrust_limits(robot)
+    body, limits = at.estimate.body, robot.thrust_limits()
     before = vectored.State(np.array([0.1, 0.0, -0.2]), at_rest(START), np.array([0.05, -0.02, 0.03, 0.01]))
     state, given, signals = vectored.step(gains, before, at, demand)
     wanted = allocate(body, demand.force, TORQUE, limits, hold_lift=True).total
@@ -245,7 +245,7 @@ def test_without_holding_the_lift_the_thrusts_for_a_torque_are_the_least(
     gains = numeric(vectored.Gains(hold_lift=False))
     before = vectored.State(np.zeros(3), at_rest(START), np.zeros(4))
     _, given, _ = vectored.step(gains, before, at, demand)
-    wanted = allocate(at.estimate.body, demand.force, TORQUE, thrust_limits(robot)).total
+    wanted = allocate(at.estimate.body, demand.force, TORQUE, robot.thrust_limits()).total
     np.testing.assert_array_equal(given.command.thrusts, wanted)
 
 

@@ -20,7 +20,7 @@ from skylimb.control.leak import TorqueLeak
 from skylimb.control.needs import Needs
 from skylimb.control.records import Demand, LawInput
 from skylimb.control.rotor_lag import RotorLag
-from skylimb.control.thrusts import rotor_wrench, thrust_limits, unlimited
+from skylimb.control.thrusts import rotor_wrench, unlimited
 from skylimb.control.translation import following, pid
 from skylimb.control.windup import unless_short
 from skylimb.flight.drivers.native import compile_native, fly_native
@@ -109,7 +109,7 @@ def test_too_much_yaw_costs_yaw_and_not_roll_pitch_or_lift(
 ) -> None:
     demand = wanting(torque)
     state, given, signals = bounded.step(gains(), before, at, demand)
-    body, limits = at.estimate.body, thrust_limits(robot)
+    body, limits = at.estimate.body, robot.thrust_limits()
     thrusts = given.command.thrusts
     assert (thrusts >= limits[0]).all()
     assert (thrusts <= limits[1]).all()
@@ -161,7 +161,7 @@ def test_no_thrust_changes_faster_than_its_rate(
 def test_a_lag_is_led_within_the_limits_and_does_not_touch_the_rate(
     at: LawInput, before: bounded.State, wanting: Callable[..., Demand], robot: Robot
 ) -> None:
-    lag, limits = RotorLag(compensate=True, lead=3.0), thrust_limits(robot)
+    lag, limits = RotorLag(compensate=True, lead=3.0), robot.thrust_limits()
     demand, state = wanting([0.0, 0.0, 9.0]), before
     for _ in range(160):
         state, given, _ = bounded.step(gains(rate=100.0, rotor_lag=lag), state, at, demand)
@@ -332,7 +332,7 @@ def test_a_twist_beyond_the_rotors_tilts_the_robot_half_as_far(preset: str) -> N
     assert np.degrees(cut.log.tilt.values.max()) > 30.0
     assert np.degrees(held.log.tilt.values.max()) < 0.6 * np.degrees(cut.log.tilt.values.max())
     thrusts = held.log.thrusts_command.values
-    limits = thrust_limits(skylimb.load_robot("hydrus_xi_quad"))
+    limits = skylimb.load_robot("hydrus_xi_quad").thrust_limits()
     assert ((thrusts >= limits[0]) & (thrusts <= limits[1])).all()
     torque, force = held.log.allocation_residual_torque, held.log.allocation_residual_force
     assert np.abs(torque.values[:, 2]).max() > 3.0

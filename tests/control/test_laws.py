@@ -17,7 +17,7 @@ from skylimb.control.contact import open as open_contact
 from skylimb.control.estimation.records import BodyState, Start
 from skylimb.control.records import ContactView, LawInput
 from skylimb.control.shape import admittance, fixed
-from skylimb.control.thrusts import allocate, rotor_wrench, thrust_limits
+from skylimb.control.thrusts import allocate, rotor_wrench
 from skylimb.control.translation import impedance, pid
 from skylimb.robots.model import Robot, RobotState
 
@@ -260,7 +260,7 @@ def test_allocation_keeps_within_the_limits(model: RobotState) -> None:
 
 
 def test_the_limits_are_those_of_the_rotors(robot: Robot) -> None:
-    low, high = thrust_limits(robot)
+    low, high = robot.thrust_limits()
     rotors = robot.description.rotors
     assert low.tolist() == [rotor.thrust_min for rotor in rotors]
     assert high.tolist() == [rotor.thrust_max for rotor in rotors]

@@ -61,7 +61,7 @@ def side_force_function(robot: Robot) -> ca.Function:
     thrusts = right_inverse(Q[2:, :]) @ ca.vertcat(lift, torque)
     side = Q[:2, :] @ thrusts
     hover = still.hover_thrusts * (lift / robot.weight)
-    most = ca.DM([rotor.thrust_max for rotor in robot.description.rotors])
+    most = ca.DM(robot.thrust_limits()[1])
     effort = ca.gradient(0.5 * ca.sumsqr(thrusts / most), psi)
     change = ca.gradient(0.5 * ca.sumsqr((thrusts - hover) / most), psi)
     outputs = ca.cse([side, ca.jacobian(side, psi), effort, change])

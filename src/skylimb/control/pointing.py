@@ -20,7 +20,6 @@ import casadi as ca
 
 from skylimb.base.keys import Key, configuration
 from skylimb.control.box_least_squares import nearest_in_box
-from skylimb.control.thrusts import thrust_limits
 from skylimb.robots.model import Robot
 from skylimb.symbolic import Array, clip, is_symbolic, solve_positive, stack
 
@@ -63,7 +62,7 @@ def pointed(
         joint_angles, plan, before.move, before.thrusts, wrench, gains.damping
     )
     lower, upper = robot.vectoring_limits()
-    least, most = thrust_limits(robot)
+    least, most = robot.thrust_limits()
     step = gains.rate * dt
     lower, upper = (
         clip(clip(limit - plan, -gains.limit, gains.limit), before.move - step, before.move + step)

@@ -15,7 +15,7 @@ from skylimb.base.keys import Key, configuration
 from skylimb.control.estimation.records import Wrench
 from skylimb.control.records import Allocated, Command, LawInput
 from skylimb.control.rotor_reaction import Reaction, motor_limits, reaction, reaction_torque
-from skylimb.control.thrusts import rotor_wrench, thrust_limits
+from skylimb.control.thrusts import rotor_wrench
 from skylimb.symbolic import Array, clip, exp, low_pass
 
 NONE = 1e6
@@ -103,7 +103,7 @@ def allocated(
     Returns:
         The rotors at the end of the tick, and what the allocation law gives.
     """
-    limits = thrust_limits(inputs.robot)
+    limits = inputs.robot.thrust_limits()
     if gains.reaction:
         limits = motor_limits(inputs.robot, rotors.thrusts, gains.time_constant)
     led = lead_thrusts(gains, rotors, wanted, limits, inputs.dt)

@@ -4,11 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-
 from skylimb.control.estimation.records import BodyState, Wrench
 from skylimb.control.rotor_reaction import Reaction
-from skylimb.robots.model import Robot
 from skylimb.symbolic import Array, clip, right_inverse, stack
 
 Limits = tuple[Array, Array]
@@ -25,15 +22,6 @@ class Thrusts(NamedTuple):
 
     total: Array
     rotation: Array
-
-
-def thrust_limits(robot: Robot) -> Limits:
-    """What each rotor can do."""
-    rotors = robot.description.rotors
-    return (
-        np.array([rotor.thrust_min for rotor in rotors]),
-        np.array([rotor.thrust_max for rotor in rotors]),
-    )
 
 
 def allocate(

@@ -24,7 +24,6 @@ from skylimb.control.contact_machine import REASONS, STATES
 from skylimb.control.controller import Controller, controller_signals, controller_units, resolved_tables
 from skylimb.control.missions.frame import ContactFrame, contact_frame
 from skylimb.control.missions.mission import PHASES
-from skylimb.control.thrusts import thrust_limits
 from skylimb.flight.events import event_tables
 from skylimb.flight.experiments.experiment import Experiment
 from skylimb.flight.plan import FlightPlan
@@ -74,7 +73,7 @@ def flight_run(
         "cause": cause,
         "contact_axis": frame.contact.tolist(),
         "sliding_axes": [*frame.sliding_u.tolist(), *frame.sliding_v.tolist()],
-        "thrust_limits": json.dumps([list(map(float, side)) for side in thrust_limits(plan.robot)]),
+        "thrust_limits": json.dumps([list(map(float, side)) for side in plan.robot.thrust_limits()]),
         "path_center": json.dumps([float(x) for x in experiment.path_center]),
         "events": json.dumps(
             [

@@ -138,9 +138,7 @@ class _Question:
     ) -> None:
         self.robot, self.within, self.direction = robot, within, direction
         self.q, self.psi = (np.asarray(angles, dtype=float) for angles in (joint_angles, vectoring_angles))
-        rotors = robot.description.rotors
-        self.low = np.array([rotor.thrust_min for rotor in rotors])
-        self.high = np.array([rotor.thrust_max for rotor in rotors])
+        self.low, self.high = robot.thrust_limits()
         self.tilt = min(max(within.tilt, LEVEL), _LYING)
         lower, upper = robot.vectoring_limits()
         self.free = math.isinf(within.moves) and robot.n_vectoring > 0

@@ -41,8 +41,7 @@ def programme_of(robot: Robot, *, levers: bool) -> Programme:
     """The programme; with `levers` thrusts for 1 of h are those of the angles, not those that p gives."""
     nq, nv, n = robot.n_joints, robot.n_vectoring, robot.n_rotors
     description, weight = robot.description, robot.weight
-    low = np.array([rotor.thrust_min for rotor in description.rotors])
-    high = np.array([rotor.thrust_max for rotor in description.rotors])
+    low, high = robot.thrust_limits()
     servo = description.shape_servo
     most = np.array([servo.torque_limit] * nq + [description.vectoring_servo.torque_limit] * nv)
     lean, thrusts, psi = ca.SX.sym("lean", 2), ca.SX.sym("thrusts", n), ca.SX.sym("psi", nv)

@@ -83,8 +83,7 @@ def _hovers_at(robot: Robot, q: np.ndarray, psi: np.ndarray) -> bool:
         thrusts = robot.at(q, psi).hover_thrusts
     except AllocationError:
         return False
-    rotors = robot.description.rotors
-    least, most = ([getattr(rotor, end) for rotor in rotors] for end in ("thrust_min", "thrust_max"))
+    least, most = robot.thrust_limits()
     return bool(np.all(thrusts > least) and np.all(thrusts < most))
 
 

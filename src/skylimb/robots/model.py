@@ -10,6 +10,7 @@ import casadi as ca
 import numpy as np
 
 from skylimb.base.errors import AllocationError, ConfigError
+from skylimb.base.packing import Layout
 from skylimb.robots.bodies import lump
 from skylimb.robots.description import RobotDescription
 from skylimb.robots.hovering import hovering_frame
@@ -84,11 +85,14 @@ class Robot:
         # into.
         state = RobotState(*ca.cse([ca.SX(entry) for entry in self._state(poses, q, psi)]))
         self._function = ca.Function("robot", [q, psi], list(state), ["q", "psi"], state._fields)
-        # All entries in one vector, row by row: numbers cross from CasADi once instead of eleven times.
-        self._shapes = [entry.shape for entry in state]
-        self._numbers = ca.Function(
-            "numbers", [q, psi], [ca.densify(ca.vertcat(*(ca.vec(entry.T) for entry in state)))]
+        # All entries in one vector: numbers cross from CasADi once instead of eleven times.
+        z3, square, nq, n = np.zeros(3), np.zeros((3, 3)), self.n_joints, self.n_rotors
+        by_q, by_all = np.zeros((3, nq)), np.zeros((3, nq + self.n_vectoring))
+        allocation, thrusts = np.zeros((6, n)), np.zeros(n)
+        self._layout = Layout(
+            RobotState(0.0, z3, z3, square, square, allocation, thrusts, z3, z3, by_q, by_all, 0.0)
         )
+        self._numbers = ca.Function("numbers", [q, psi], [ca.densify(self._layout.pack(state))])
         self._skeleton = ca.Function("skeleton", [q, psi], [self._skeleton_points(poses)])
         self._link_poses = ca.Function(
             "links",
@@ -116,22 +120,7 @@ class Robot:
             return self.model(joint_angles, vectoring_angles)
         q = self._angles("joint_angles", joint_angles, self.n_joints)
         psi = self._angles("vectoring_angles", vectoring_angles, self.n_vectoring)
-        flat = self._numbers(q, psi).full().ravel()
-        ends = np.cumsum([rows * columns for rows, columns in self._shapes])
-        scalars = {"mass", "tip_heading"}
-        vectors = {"gravity", "cog_root", "hover_thrusts", "tip_C", "tip_root"}
-        state = RobotState(
-            **{
-                name: float(part[0])
-                if name in scalars
-                else part.copy()
-                if name in vectors
-                else part.reshape(shape).copy()
-                for name, part, shape in zip(
-                    RobotState._fields, np.split(flat, ends[:-1]), self._shapes, strict=True
-                )
-            }
-        )
+        state = self._layout.unpack(self._numbers(q, psi).full().ravel())
         condition = _condition(state.allocation_C)
         if condition > _CONDITION_MAX:
             raise AllocationError(
@@ -176,12 +165,20 @@ class Robot:
 
     def joint_limits(self) -> tuple[np.ndarray, np.ndarray]:
         """Lower and upper limits of the joint angles q, (nq,) each, rad."""
-        joints = [self.description.joint(name) for name in self.description.shape_joints]
-        return np.array([joint.lower for joint in joints]), np.array([joint.upper for joint in joints])
+        return self._limits(self.description.shape_joints)
 
     def vectoring_limits(self) -> tuple[np.ndarray, np.ndarray]:
         """Lower and upper limits of the vectoring angles psi, (nv,) each, rad; infinite where none are."""
-        joints = [self.description.joint(name) for name in self.description.vectoring_joints]
+        return self._limits(self.description.vectoring_joints)
+
+    def thrust_limits(self) -> tuple[np.ndarray, np.ndarray]:
+        """Least and greatest thrust of each rotor, (n,) each, N."""
+        rotors = self.description.rotors
+        least, most = ([getattr(rotor, end) for rotor in rotors] for end in ("thrust_min", "thrust_max"))
+        return np.array(least), np.array(most)
+
+    def _limits(self, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
+        joints = [self.description.joint(name) for name in names]
         return np.array([joint.lower for joint in joints]), np.array([joint.upper for joint in joints])
 
     def nominal_posture(self) -> np.ndarray:

@@ -11,6 +11,7 @@ inputs, so that changing one rebuilds nothing.
 
 from __future__ import annotations
 
+import dataclasses
 from collections import OrderedDict
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -191,17 +192,6 @@ def symbolic_outputs(model: mujoco.MjModel) -> PlantOutputs:
     return PlantOutputs(*(ca.SX.sym(name, int(size)) for name, size in sizes))
 
 
-class _Traced(NamedTuple):
-    """What a tick's structure alone decides."""
-
-    function: ca.Function
-    gains_layout: Layout[Any]
-    rows: Layout[TickRow]
-    signals: Layout[dict[str, Any]]
-    clock: int | None
-    calls: tuple[PythonCall, ...]
-
-
 def initial_tick_state(
     controller: TraceableController, plant: Plant, sensors: SensorConfig, root: np.ndarray, dt: float
 ) -> Any:
@@ -218,7 +208,7 @@ def initial_tick_state(
     return initial_sensor_state(sensors, dt, root), controller.initial_state(), clock, initial_rates(plant)
 
 
-_traced: OrderedDict[tuple[Any, ...], _Traced] = OrderedDict()
+_traced: OrderedDict[tuple[Any, ...], CompiledTick] = OrderedDict()
 _MOST_TRACED = 64
 
 
@@ -242,24 +232,17 @@ def compile_tick(
     needs = needs_of(controller)
     window = window_of(needs.preview, needs.paced, dt)
     initial = initial_tick_state(controller, plant, sensors, root, dt)
-    gains = controller.gains()
     key = _structure(controller, plant, initial, window, dt)
-    traced = _traced.get(key)
-    if traced is None:
-        traced = _traced[key] = _trace(controller, plant, initial, gains, window, dt)
+    if key not in _traced:
+        _traced[key] = _trace(controller, plant, initial, window, dt)
         while len(_traced) > _MOST_TRACED:
             _traced.popitem(last=False)
-    return CompiledTick(
-        traced.function,
-        Layout(initial).pack(initial),
-        traced.gains_layout.pack(gains),
-        traced.gains_layout,
-        traced.rows,
-        window,
-        traced.signals,
-        plant_numbers(plant, dt),
-        traced.clock,
-        traced.calls,
+    layout = _traced[key].gains_layout
+    return dataclasses.replace(
+        _traced[key],
+        state=Layout(initial).pack(initial),
+        gains=layout.pack(controller.gains()),
+        rotors=plant_numbers(plant, dt),
     )
 
 
@@ -281,8 +264,10 @@ def _structure(
 
 
 def _trace(
-    controller: TraceableController, plant: Plant, initial: Any, gains: Any, window: Window, dt: float
-) -> _Traced:
+    controller: TraceableController, plant: Plant, initial: Any, window: Window, dt: float
+) -> CompiledTick:
+    """The tick of a structure, with the numbers of the flight that was met first."""
+    gains, numbers = controller.gains(), plant_numbers(plant, dt)
     states, gain_layout = Layout(initial), Layout(gains)
     rows, references = row_layout(plant.robot), reference_layout(plant.robot)
     x, row, given, p, rotors = (
@@ -292,7 +277,7 @@ def _trace(
             ("row", rows.size),
             ("references", references.size * window.rows),
             ("gains", gain_layout.size),
-            ("rotors", plant_numbers(plant, dt).size),
+            ("rotors", numbers.size),
         )
     )
     outputs = symbolic_outputs(plant.model)
@@ -321,4 +306,5 @@ def _trace(
         asked,
     )
     clock_at = states.slices["2.ticks"].start if window.paced else None
-    return _Traced(function, gain_layout, rows, signals, clock_at, calls)
+    own = states.pack(initial), gain_layout.pack(gains), gain_layout
+    return CompiledTick(function, *own, rows, window, signals, numbers, clock_at, calls)

@@ -15,7 +15,6 @@ from skylimb.apps.ros1.grounded import STAND, GroundedPlant
 from skylimb.apps.ros1.states import FORCE_LANDING, FlightState, Order
 from skylimb.base.errors import ConfigError
 from skylimb.control.estimation.records import Measurement
-from skylimb.control.thrusts import thrust_limits
 from skylimb.flight.takeoff import take_off
 from steered import Steered
 
@@ -60,7 +59,7 @@ def test_the_robot_goes_where_it_is_sent(flown: Any) -> None:
 
 
 def test_motors_are_off_on_the_ground_and_commands_within_limits(flown: Steered) -> None:
-    low, high = thrust_limits(flown.robot)
+    low, high = flown.robot.thrust_limits()
     for tick in flown.ticks:
         if tick.motors:
             assert np.all(tick.command.thrusts >= low)

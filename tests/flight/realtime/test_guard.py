@@ -12,7 +12,6 @@ import skylimb
 from skylimb.control.estimation.records import Measurement
 from skylimb.control.missions.reference import Reference, zero_reference
 from skylimb.control.records import Command
-from skylimb.control.thrusts import thrust_limits
 from skylimb.flight.realtime.compiled_controller import CompiledController
 from skylimb.flight.realtime.guard import BLIND, GuardedController
 from skylimb.flight.realtime.pacer import Pacer
@@ -150,7 +149,7 @@ def test_a_command_that_is_no_number_is_held(flight: Flight, hovering: Make, bad
 
 
 def test_a_command_beyond_the_limits_is_cut(flight: Flight, robot: Robot, hovering: Make) -> None:
-    low, high = thrust_limits(robot)
+    low, high = robot.thrust_limits()
     flight.inner.given = lambda command: command._replace(
         thrusts=np.array([-3.0, 99.0, 5.0, 6.0]), joint_angles=np.array([0.0, 9.0, -9.0])
     )
@@ -166,7 +165,7 @@ def test_a_first_measurement_that_is_bad_gives_the_least_command(
     flight: Flight, robot: Robot, hovering: Make
 ) -> None:
     command, own = flight.tick(hovering(quaternion=np.zeros(4)))
-    np.testing.assert_array_equal(command.thrusts, thrust_limits(robot)[0])
+    np.testing.assert_array_equal(command.thrusts, robot.thrust_limits()[0])
     assert np.isnan(own["ticks"])
     assert np.shape(own["vector"]) == (3,)
     assert flight.state == 0

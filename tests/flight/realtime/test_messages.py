@@ -15,7 +15,6 @@ import pytest
 import skylimb
 from skylimb.control.estimation.records import Measurement
 from skylimb.control.missions.reference import zero_reference
-from skylimb.control.thrusts import thrust_limits
 from skylimb.flight.realtime.compiled_controller import CompiledController
 from skylimb.flight.realtime.guard import GuardedController
 from skylimb.flight.realtime.link import MOST, Datagram, RemoteVehicle
@@ -200,7 +199,7 @@ def test_ten_thousand_spoiled_messages(robot: Robot, hovering: Make) -> None:
         sliding_axis=np.array([0.0, 1.0, 0.0]), joint_angles=hovering().joint_angles,
         vectoring_angles=hovering().vectoring_angles, touch=1.0, adapt=1.0,
     )  # fmt: skip
-    low, high = thrust_limits(robot)
+    low, high = robot.thrust_limits()
     bottom, top = robot.joint_limits()
     state, flown = guard.initial_state(), 0
     for k in range(10_000):

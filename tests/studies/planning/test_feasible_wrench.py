@@ -41,7 +41,7 @@ def most(
     feasible: FeasibleWrench, rows: np.ndarray, start: np.ndarray, way: np.ndarray, low: float | None = None
 ) -> float:
     """The greatest t for which thrusts within the limits (from `low` on, if given) make start + t way."""
-    lower, upper = feasible.thrust_limits
+    lower, upper = feasible.robot.thrust_limits()
     lower = lower if low is None else np.full_like(lower, low)
     n = len(upper)
     found = linprog(

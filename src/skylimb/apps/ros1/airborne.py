@@ -18,7 +18,6 @@ from skylimb.control.missions.mission import Mission
 from skylimb.control.missions.reference import Reference
 from skylimb.control.needs import PACE
 from skylimb.control.records import Command
-from skylimb.control.thrusts import thrust_limits
 from skylimb.flight.realtime.guard import BLIND
 from skylimb.flight.realtime.retreat import BACK, Retreat
 
@@ -63,7 +62,7 @@ class Airborne:
         self._gains, self.state = self._guard.gains(), self._guard.initial_state()
         q, psi, _, _ = flyer.references.posture(theta)
         self._hover = np.asarray(flyer.robot.at(q, psi).hover_thrusts)
-        self._bounds = thrust_limits(flyer.robot)
+        self._bounds = flyer.robot.thrust_limits()
         self._landing: Retreat | None = None
         self._landing_since = now
         self.script: Script | None = None

@@ -23,7 +23,6 @@ from skylimb.apps.ros1.simulated import Simulated
 from skylimb.apps.ros1.tick import STARTED_BY_ITS_USER
 from skylimb.base.errors import ConfigError, choice_error
 from skylimb.control.missions.mission import Mission
-from skylimb.control.thrusts import thrust_limits
 from skylimb.flight.events import require_applied
 from skylimb.flight.experiments.experiment import load_experiment
 from skylimb.flight.flyable import require_flyable
@@ -189,7 +188,7 @@ def _doubts(config: LabConfig, robot: Robot) -> list[str]:
     if config.motors is None:
         return [UNKNOWN_MOTORS]
     least = min(motor.max_thrust for motor in config.motors.motors)
-    most = float(thrust_limits(robot)[1].max())
+    most = float(robot.thrust_limits()[1].max())
     if most <= least:
         return []
     return [

@@ -31,7 +31,6 @@ from skylimb.apps.ros1.spinal import Spinal, attitude_loop
 from skylimb.apps.ros1.states import Arming
 from skylimb.apps.ros1.tick import Tick
 from skylimb.control.records import Command
-from skylimb.control.thrusts import thrust_limits
 from skylimb.flight.realtime.pacer import Pacer
 from skylimb.flight.takeoff import Takeoff
 
@@ -60,7 +59,7 @@ class Simulated:
         self._bodies, self._names, self._servos = Bodies(robot, link), Names(robot), servos
         self._topics = profile_topics("simulator", servos is not None).published
         self._felt = Accelerometer(pacer.period, robot.description.gravity)
-        self._spinal, self._limits = Spinal(robot.n_rotors), thrust_limits(robot)
+        self._spinal, self._limits = Spinal(robot.n_rotors), robot.thrust_limits()
         self._bounds = np.concatenate([robot.joint_limits(), robot.vectoring_limits()], axis=1)
         first = takeoff.mission.first
         self._angles = np.concatenate([first.joint_angles, first.vectoring_angles])

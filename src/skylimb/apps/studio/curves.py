@@ -9,7 +9,6 @@ import numpy as np
 
 from skylimb.analysis.scores.signals import Direction
 from skylimb.apps.studio.live_flight import LiveFlight
-from skylimb.control.thrusts import thrust_limits
 
 
 class Moment(NamedTuple):
@@ -103,7 +102,7 @@ def _angles(flight: LiveFlight) -> Iterator[Panel]:
 
 def _thrusts(flight: LiveFlight) -> Iterator[Curve]:
     robot = flight.takeoff.robot
-    low, high = thrust_limits(robot)
+    low, high = robot.thrust_limits()
     for i, rotor in enumerate(robot.description.rotors):
         yield Curve(rotor.name, "truth", _entry("thrusts", i))
     yield Curve("smallest", "limit", lambda m: float(np.min(low)))

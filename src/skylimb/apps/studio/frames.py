@@ -15,7 +15,6 @@ from skylimb.apps.studio.curves import Moment, panels_of
 from skylimb.apps.studio.live_flight import LiveFlight
 from skylimb.base.rotations import quaternion_from_rotation
 from skylimb.control.contact_machine import STATES
-from skylimb.control.thrusts import thrust_limits
 from skylimb.simulation.robot_bodies import TIP_SITE
 from skylimb.simulation.surface_state import state_of
 from skylimb.simulation.surfaces.geom import BODY
@@ -60,7 +59,7 @@ class FlightView:
         surface, robot = self._flight.takeoff.plant.surface, self._flight.takeoff.robot
         mission, described = self._flight.takeoff.mission, surface.describe()
         camera = place_camera(mission.reference.position, mission.tip_path, np.array(described["normal"]))
-        low, high = thrust_limits(robot)
+        low, high = robot.thrust_limits()
         columns = np.cumsum([0, *(len(panel.curves) for panel in self._panels)])
         return {
             "name": self.name,

@@ -39,7 +39,7 @@ from skylimb.control.needs import Needs
 from skylimb.control.records import Allocated, Demand, LawInput
 from skylimb.control.rotor_lag import RotorLag, Rotors, allocated, at_rest, known_reaction
 from skylimb.control.rotor_reaction import Reaction
-from skylimb.control.thrusts import Limits, Thrusts, rotor_wrench, thrust_limits, unlimited
+from skylimb.control.thrusts import Limits, Thrusts, rotor_wrench, unlimited
 from skylimb.robots.model import Robot
 from skylimb.symbolic import Array, clip, diagonal, is_symbolic, solve_positive, stack, vector
 
@@ -143,7 +143,7 @@ def aim(gains: Any, state: State, inputs: LawInput, force: Array) -> Array:
 def step(gains: Any, state: State, inputs: LawInput, demand: Demand) -> tuple[State, Allocated, Signals]:
     """Thrusts within limits and rates for the aimed force and the torque; vectoring angles stay nominal."""
     body, dt = inputs.estimate.body, inputs.dt
-    limits = thrust_limits(inputs.robot)
+    limits = inputs.robot.thrust_limits()
     level = gains.side_force == "rotors"
     reaction = known_reaction(gains.rotor_lag, state.rotors, inputs)
     wanted = (

@@ -27,7 +27,7 @@ from skylimb.control.level_moves import LevelMoves, level_move, nominal_rotation
 from skylimb.control.needs import Needs
 from skylimb.control.records import Allocated, Demand, LawInput
 from skylimb.control.rotor_lag import RotorLag, Rotors, allocated, at_rest, known_reaction
-from skylimb.control.thrusts import rotor_wrench, thrust_limits, unlimited
+from skylimb.control.thrusts import rotor_wrench, unlimited
 from skylimb.robots.model import Robot
 from skylimb.symbolic import Array, low_pass, vector
 
@@ -111,7 +111,7 @@ def aim(gains: Any, state: State, inputs: LawInput, force: Array) -> Array:
 def step(gains: Any, state: State, inputs: LawInput, demand: Demand) -> tuple[State, Allocated, Signals]:
     """Thrusts for lift and torque, vectoring angles for the side force."""
     body, dt = inputs.estimate.body, inputs.dt
-    limits = thrust_limits(inputs.robot)
+    limits = inputs.robot.thrust_limits()
     reaction = known_reaction(gains.rotor_lag, state.rotors, inputs)
     wanted = unlimited(body, demand.force, demand.torque, hold_lift=True, reaction=reaction)
     within = reachable(limits, state.allocated, gains.rate * dt)

@@ -17,7 +17,7 @@ from skylimb.control.leak import TorqueLeak, follow_leak, side_force, without_le
 from skylimb.control.needs import Needs
 from skylimb.control.records import Allocated, Demand, LawInput
 from skylimb.control.rotor_lag import RotorLag, Rotors, allocated, at_rest, known_reaction
-from skylimb.control.thrusts import allocate, thrust_limits
+from skylimb.control.thrusts import allocate
 from skylimb.symbolic import Array
 
 PROVIDES = ()
@@ -71,7 +71,7 @@ def aim(gains: Any, state: State, inputs: LawInput, force: Array) -> Array:
 
 def step(gains: Any, state: State, inputs: LawInput, demand: Demand) -> tuple[State, Allocated, Signals]:
     """Thrusts for the aimed force and the torque; the vectoring angles stay nominal."""
-    body, limits, dt = inputs.estimate.body, thrust_limits(inputs.robot), inputs.dt
+    body, limits, dt = inputs.estimate.body, inputs.robot.thrust_limits(), inputs.dt
     reaction = known_reaction(gains.rotor_lag, state.rotors, inputs)
     thrusts = allocate(body, demand.aimed, demand.torque, limits, gains.hold_lift, reaction)
     leak = follow_leak(gains.leak, state.leak, side_force(gains.leak, inputs, thrusts), dt)

@@ -19,7 +19,7 @@ from skylimb.control.leak import Leak, follow_leak
 from skylimb.control.needs import Needs
 from skylimb.control.records import Allocated, Demand, LawInput
 from skylimb.control.rotor_lag import RotorLag, Rotors, allocated, at_rest, known_reaction
-from skylimb.control.thrusts import allocate, thrust_limits
+from skylimb.control.thrusts import allocate
 from skylimb.symbolic import Array
 
 PROVIDES = ()
@@ -66,7 +66,7 @@ aim = pseudoinverse.aim
 
 def step(gains: Any, state: State, inputs: LawInput, demand: Demand) -> tuple[State, Allocated, Signals]:
     """Thrusts for lift and torque, and vectoring angles for the side force."""
-    body, limits, dt = inputs.estimate.body, thrust_limits(inputs.robot), inputs.dt
+    body, limits, dt = inputs.estimate.body, inputs.robot.thrust_limits(), inputs.dt
     reaction = known_reaction(gains.rotor_lag, state.rotors, inputs)
     thrusts = allocate(body, demand.force, demand.torque, limits, gains.hold_lift, reaction)
     move, side = lateral_move(gains.vectoring, state.move, inputs, demand)

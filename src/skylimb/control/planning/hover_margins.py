@@ -9,7 +9,6 @@ from __future__ import annotations
 import functools
 
 import casadi as ca
-import numpy as np
 
 from skylimb.control.planning.joint_torque import rest_function
 from skylimb.robots.model import Robot
@@ -25,10 +24,10 @@ def hover_margins_function(robot: Robot) -> ca.Function:
     """
     q, psi = ca.SX.sym("q", robot.n_joints), ca.SX.sym("psi", robot.n_vectoring)
     rest = rest_function(robot)(q, psi)
-    state, rotors = robot.model(rest, psi), robot.description.rotors
+    state = robot.model(rest, psi)
     scale = right_inverse(state.allocation_C[2:, :])[:, 1:]
     swing = ca.sqrt(ca.sum2(scale * scale))
-    least, most = (np.array([getattr(one, end) for one in rotors]) for end in ("thrust_min", "thrust_max"))
+    least, most = robot.thrust_limits()
     margins = ca.vertcat((state.hover_thrusts - least) / swing, (most - state.hover_thrusts) / swing)
     servo = robot.description.shape_servo
     shares = servo.stiffness * (rest - q) / servo.torque_limit

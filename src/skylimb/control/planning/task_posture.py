@@ -231,7 +231,7 @@ class _Program:
         """
         robot, k = self._robot, self._pushes
         nq, nv, n = robot.n_joints, robot.n_vectoring, robot.n_rotors
-        high = np.array([rotor.thrust_max for rotor in robot.description.rotors])
+        _, high = robot.thrust_limits()
         guess = robot.weight / high.sum() * high
         first = np.tile([0.0, 0.0, *guess, *np.zeros(nq)], k)
         x0 = np.concatenate([start.angles, first, [0.0, 0.0 if most else 1.0]])
@@ -292,7 +292,7 @@ def _load_function(robot: Robot) -> ca.Function:
     bent = (servos[0].stiffness * bend - torques[:nq]) / servos[0].torque_limit
     scale = right_inverse(robot.wrench_function(there, psi)[2:, :])[:, 1:]
     sizes = ca.sqrt(ca.sum2(scale * scale))
-    least, high = (np.array([getattr(r, end) for r in rotors]) for end in ("thrust_min", "thrust_max"))
+    least, high = robot.thrust_limits()
     rooms = ca.vertcat((thrusts - least) / sizes, (high - thrusts) / sizes)
     # The normal seen by the robot as it leans, with its tip link's heading at yaw: how far points are off.
     state = robot.model(there, psi)

@@ -95,9 +95,7 @@ def _unit(robot: Robot) -> float:
 
 def _margins(robot: Robot, q: ca.SX, psi: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
     """Margins of faces and thrusts, these with the vectoring joints', N m, and tilt of the hover, rad."""
-    state, rotors = robot.model(q, psi), robot.description.rotors
-    least = np.array([rotor.thrust_min for rotor in rotors])
-    most = np.array([rotor.thrust_max for rotor in rotors])
+    state, (least, most) = robot.model(q, psi), robot.thrust_limits()
     faces = face_distances(state.allocation_C[3:, :], most.tolist(), _ROUNDING)
     room = ca.vertcat(state.hover_thrusts - least, most - state.hover_thrusts) * lever(robot)
     flown = ca.vertcat(faces, room)

@@ -39,9 +39,8 @@ def vectoring_path(robot: Robot, postures: np.ndarray, start: np.ndarray) -> np.
         return np.zeros((len(postures), 0))
     lower, upper = robot.vectoring_limits()
     q, psi, last, t = ca.SX.sym("q", nq), ca.SX.sym("psi", nv), ca.SX.sym("last", nv), ca.SX.sym("t")
-    rotors = robot.description.rotors
-    model = robot.model(q, psi)
-    faces = face_distances(model.allocation_C[3:, :], [rotor.thrust_max for rotor in rotors], _ROUNDING)
+    model, (least, most) = robot.model(q, psi), robot.thrust_limits()
+    faces = face_distances(model.allocation_C[3:, :], most.tolist(), _ROUNDING)
     problem = {
         "x": ca.vertcat(psi, t),
         "p": ca.vertcat(q, last),
@@ -49,8 +48,8 @@ def vectoring_path(robot: Robot, postures: np.ndarray, start: np.ndarray) -> np.
         "g": ca.vertcat(faces - t, model.R_root_C[:2, 2], model.hover_thrusts),
     }
     solver = ipopt(problem, 200)
-    low = [0.0] * faces.shape[0] + [-TILT] * 2 + [rotor.thrust_min for rotor in rotors]
-    high = [np.inf] * faces.shape[0] + [TILT] * 2 + [rotor.thrust_max for rotor in rotors]
+    low = [0.0] * faces.shape[0] + [-TILT] * 2 + least.tolist()
+    high = [np.inf] * faces.shape[0] + [TILT] * 2 + most.tolist()
     now, torque, found = np.asarray(start, dtype=float), 1.0, []
     for posture in postures:
         solution = search(

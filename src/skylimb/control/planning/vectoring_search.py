@@ -114,14 +114,13 @@ def bounded_by(
     robot: Robot, criteria: VectoringCriteria, q: ca.SX, psi: ca.SX
 ) -> tuple[ca.SX, ca.SX, list[float], list[float]]:
     """Face distances of a posture, N m, and what the criteria bound in it: values, least, greatest."""
-    state, rotors = robot.model(q, psi), robot.description.rotors
-    thrust_max = [rotor.thrust_max for rotor in rotors]
-    faces = face_distances(state.allocation_C[3:, :], thrust_max, _ROUNDING)
-    margins = [criteria.thrust_margin * (rotor.thrust_max - rotor.thrust_min) for rotor in rotors]
+    state, (least, most) = robot.model(q, psi), robot.thrust_limits()
+    faces = face_distances(state.allocation_C[3:, :], most.tolist(), _ROUNDING)
+    margins = criteria.thrust_margin * (most - least)
     tilt = state.R_root_C[:2, 2]
     bounded = [tilt, state.hover_thrusts]
-    low = [-criteria.tilt] * 2 + [r.thrust_min + margin for r, margin in zip(rotors, margins, strict=True)]
-    high = [criteria.tilt] * 2 + [r.thrust_max - margin for r, margin in zip(rotors, margins, strict=True)]
+    low = [-criteria.tilt] * 2 + (least + margins).tolist()
+    high = [criteria.tilt] * 2 + (most - margins).tolist()
     if criteria.about_contact:
         X = tip_force_map(state)
         bounded += [ca.sumsqr(tilt), X[0, 1], X[0, 2], X[1, 1]]

@@ -14,7 +14,6 @@ from skylimb.control.estimation.records import Measurement
 from skylimb.control.missions.reference import Reference
 from skylimb.control.needs import needs_of
 from skylimb.control.records import Command
-from skylimb.control.thrusts import thrust_limits
 from skylimb.flight.realtime.decision import Action, Evidence, decide
 from skylimb.flight.realtime.faults import Faults
 from skylimb.flight.realtime.pacer import Pacer
@@ -66,7 +65,7 @@ class GuardedController:
         self._robot, self._limits = robot, limits or Limits()
         self.name, self.needs = controller.name, needs_of(controller)
         self.watchdog = Watchdog(robot, self._limits)
-        self._bounds = (thrust_limits(robot), robot.joint_limits(), robot.vectoring_limits())
+        self._bounds = (robot.thrust_limits(), robot.joint_limits(), robot.vectoring_limits())
         # What was commanded and recorded last; set at the first tick.
         self._last: tuple[Command, dict[str, Any]] = Command(*(low for low, _ in self._bounds)), {}
         self._retreat: Retreat | None = None

@@ -17,10 +17,10 @@ def record_contact(
 ) -> dict[str, np.ndarray]:
     """The record of a contact from what a run logs, one row a tick; vectors in W.
 
-    Of the true outward normal where the tip is closest to the surface: `normal`, the force on the tip along it
-    and the rest of it, N; `slip_velocity` of the tip relative to and along the surface, m/s, zero without
-    touch; `friction_work`, what friction has taken up to each tick, J, which never falls; and `trace`, unrolled
-    coordinates of the touch on the surface, m, NaN without one.
+    The true outward `normal` where the tip is closest to the surface; `normal_force` on the tip along it and
+    the rest of the force, `tangential_force`, N; `slip_velocity` of the tip relative to and along the
+    surface, m/s, zero without touch; `friction_work`, what friction has taken up to each tick, J, which never
+    falls; and `trace`, unrolled coordinates of the touch on the surface, m, NaN without one.
 
     Args:
         surface: what was touched.

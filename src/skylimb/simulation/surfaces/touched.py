@@ -1,4 +1,4 @@
-"""What a contact is held against: a surface that stays where it is, or one that is elsewhere at every tick."""
+"""What a contact is held against: a surface that stays, or one that is elsewhere at every tick."""
 
 from __future__ import annotations
 

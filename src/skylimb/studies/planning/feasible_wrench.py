@@ -56,15 +56,6 @@ class FeasibleWrench:
         """The model at these angles."""
         return self.robot.at(self.joint_angles, self.vectoring_angles)
 
-    @cached_property
-    def thrust_limits(self) -> tuple[np.ndarray, np.ndarray]:
-        """Least and greatest thrust, N, (n,) each."""
-        rotors = self.robot.description.rotors
-        return (
-            np.array([rotor.thrust_min for rotor in rotors]),
-            np.array([rotor.thrust_max for rotor in rotors]),
-        )
-
     @property
     def hover(self) -> np.ndarray:
         """The wrench that carries the robot: (0, 0, m g, 0, 0, 0), N and N m."""
@@ -79,17 +70,17 @@ class FeasibleWrench:
     @cached_property
     def wrenches(self) -> Polytope:
         """All Q lambda, N: torques are divided by `length`."""
-        return zonotope(self._scale[:, None] * self.state.allocation_C, *self.thrust_limits)
+        return zonotope(self._scale[:, None] * self.state.allocation_C, *self.robot.thrust_limits())
 
     @property
     def volume(self) -> float:
         """Of `wrenches`, in as many dimensions as they have."""
-        return zonotope_volume(self._scale[:, None] * self.state.allocation_C, *self.thrust_limits)
+        return zonotope_volume(self._scale[:, None] * self.state.allocation_C, *self.robot.thrust_limits())
 
     @cached_property
     def hover_torques(self) -> Polytope | None:
         """Torques, N m, that it can give while the lift is the weight; the side force is what comes of it."""
-        lifting = zonotope(self.state.allocation_C[2:], *self.thrust_limits)
+        lifting = zonotope(self.state.allocation_C[2:], *self.robot.thrust_limits())
         return lifting.section(self.hover[2:], np.eye(4)[:, 1:])
 
     @cached_property
@@ -146,7 +137,7 @@ class FeasibleWrench:
 
     def _from_zero(self, rows: slice) -> float:
         """What is left every way beside hover of some rows of the wrench, with thrusts from zero."""
-        upper = self.thrust_limits[1]
+        upper = self.robot.thrust_limits()[1]
         given = zonotope(self.state.allocation_C[rows], np.zeros_like(upper), upper)
         return max(given.margin(self.hover[rows]), 0.0)
 

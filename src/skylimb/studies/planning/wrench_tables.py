@@ -17,7 +17,7 @@ _MOST_CORNERS = 12
 def summary(feasible: FeasibleWrench) -> dict[str, str]:
     """What it can do, a line each: name and value with unit."""
     state, torques, level = feasible.state, feasible.hover_torques, feasible.level_forces
-    low, high = feasible.thrust_limits
+    low, high = feasible.robot.thrust_limits()
     rank, thrusts = feasible.wrenches.dimension, state.hover_thrusts
     actuated = "all six directions" if rank == 6 else f"{rank} of six directions; it tilts for the others"
     lines = {

@@ -22,7 +22,6 @@ from skylimb.apps.ros1.bridge.inbox import LONGEST, MOST, Inbox, Raw
 from skylimb.apps.ros1.piloted import Flyer
 from skylimb.apps.ros1.profile import profile_topics
 from skylimb.apps.ros1.states import FlightState
-from skylimb.control.thrusts import thrust_limits
 from skylimb.flight.realtime.pacer import Pacer
 from steered import ready
 
@@ -43,7 +42,7 @@ class Wired:
         missions = {"paper": takeoff.mission}
         link = lab_link(takeoff.robot)
         self.both = Both(takeoff, Flyer(takeoff, controller, missions, link, self.pacer))
-        self.limits = (thrust_limits(takeoff.robot), takeoff.robot.joint_limits())
+        self.limits = (takeoff.robot.thrust_limits(), takeoff.robot.joint_limits())
         self.said: list[str] = []
         self.pacer.start()
 
