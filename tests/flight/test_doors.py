@@ -21,6 +21,7 @@ from skylimb.base.config import from_mapping
 from skylimb.base.errors import SkylimbError
 from skylimb.control.records import Command
 from skylimb.flight.drivers.native import fly_native
+from skylimb.flight.events import PLANT_KINDS
 from skylimb.flight.flying import fly_here
 from skylimb.flight.loading import plan_flights
 from skylimb.flight.realtime.fly_on_clock import fly_on_clock
@@ -38,7 +39,13 @@ from skylimb.studies.campaign.worker import Job, fly_jobs
 GAIN = {"kind": "gain", "time": 0.5, "key": "translation.normalized_stiffness", "value": [4.0, 2.5, 1.4]}
 PUSH = {"kind": "push", "time": 0.9, "duration": 0.4, "force": [0.4, 0.2, 0.0]}
 SURFACE = {"kind": "surface", "time": 0.3, "present": False}
-EVENTS = {"gain": GAIN, "push": PUSH, "surface": SURFACE}
+ROTOR = {"kind": "rotor", "time": 0.5, "latest": 0.8, "rotor": "rotor2", "effectiveness": 0.8}
+JOINT = {"kind": "joint", "time": 0.5, "joint": "joint2", "strength": 0.0, "duration": 0.3}
+TICK = {"kind": "tick", "time": 0.6, "duration": 0.05}
+WIND = {"kind": "wind", "time": 0.5, "duration": 0.6, "velocity": [0.0, 4.0, 0.0]}
+BODY = {"kind": "body", "time": 0.5, "mass": 0.1, "point": [0.2, 0.0, 0.05], "pen": 0.02}
+_EACH = GAIN, PUSH, SURFACE, ROTOR, JOINT, TICK, WIND, BODY
+EVENTS: dict[str, dict[str, Any]] = {str(one["kind"]): one for one in _EACH}
 
 
 class Standing(Pacer):
@@ -164,7 +171,7 @@ def test_a_flight_of_a_campaign_is_that_of_run_with_its_seed(kind: str) -> None:
     same_bits(log, skylimb.run("paper", "hybrid", int(log.attrs["seed"]), settings(EVENTS.get(kind))).log)
 
 
-@pytest.mark.parametrize("kind", ["push", "surface", ROTORS])
+@pytest.mark.parametrize("kind", [*sorted(PLANT_KINDS), ROTORS])
 def test_a_simulated_robot_behind_a_link_has_the_events_of_its_plant(
     kind: str, flown: Callable[[str], Run]
 ) -> None:
@@ -187,7 +194,7 @@ def test_a_simulated_robot_behind_a_link_has_the_events_of_its_plant(
 
 
 def test_a_robot_behind_a_link_refuses_events_of_a_plant() -> None:
-    for kind in ("push", "surface"):
+    for kind in sorted(PLANT_KINDS):
         with pytest.raises(SkylimbError, match=f"a robot behind a link cannot apply '{kind}'"):
             fly_robot(Silent(), "paper", "hybrid", settings(EVENTS[kind]), patience=0.0)
     with pytest.raises(SkylimbError, match="no measurement came"):

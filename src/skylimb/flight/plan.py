@@ -116,7 +116,7 @@ P = TypeVar("P", bound=FlightPlan)
 
 
 def checked(plan: P) -> P:
-    """The plan itself, after every check that can be made before take-off.
+    """The plan after every check that can be made before take-off, each event at the time that is drawn.
 
     Raises:
         ConfigError: the controller cannot work at this rate; a posture, a push or the commanded force cannot
@@ -131,7 +131,10 @@ def checked(plan: P) -> P:
     require_feasible(experiment, robot, controller)
     require_flyable(experiment.surface, robot, plan.mission)
     require_events(experiment.events, plan.stage, float(plan.times[-1]))
-    return plan
+    if all(event.latest is None for event in experiment.events):
+        return plan
+    events = tuple(event.drawn(experiment.seed, number) for number, event in enumerate(experiment.events))
+    return replace(plan, experiment=replace(experiment, events=events))
 
 
 def mission_of(experiment: Experiment, robot: Robot, vectoring: str = "torque") -> Mission:

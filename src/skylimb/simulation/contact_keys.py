@@ -10,6 +10,9 @@ from skylimb.base.keys import Key, configuration
 PAIR_NAME = "tip_surface"
 """Of the pair of tip and surface in the engine's model."""
 
+TIP_GEOM = TIP_SITE = "tip"
+"""Of what touches, and of the site in its middle, in the engine's model."""
+
 Friction = Annotated[float, Key("", "Coulomb coefficient mu", low=0.0, high=10.0)]
 Stiffness = Annotated[float, Key("N/m", "normal stiffness k", low=50.0, high=1e6)]
 DampingRatio = Annotated[

@@ -7,10 +7,8 @@ import numpy as np
 
 from skylimb.base.rotations import quaternion_from_rotation
 from skylimb.robots.description import Inertial, Joint, Link, RobotDescription, Servo, Visual
+from skylimb.simulation.contact_keys import TIP_GEOM, TIP_SITE
 from skylimb.simulation.servo_friction import add_servo_friction
-
-TIP_GEOM = "tip"
-TIP_SITE = "tip"
 
 _GEOM = {
     "box": mujoco.mjtGeom.mjGEOM_BOX,

@@ -20,12 +20,12 @@ from skylimb.flight.takeoff import take_off
 
 
 @configuration
-class RotorLoss(Event):
+class Flutter(Event):
     """A rotor loses a part of its thrust."""
 
     rotor: Annotated[str, Key("", "name of the rotor")]
     left: Annotated[float, Key("", "thrust that is left, over commanded", low=0.0, high=1.5)] = 0.0
-    kind: Annotated[Literal["rotor"], Key("", "kind of event")] = field(default="rotor", kw_only=True)
+    kind: Annotated[Literal["flutter"], Key("", "kind of event")] = field(default="flutter", kw_only=True)
     on: ClassVar[Literal["controller", "plant"]] = "plant"
 
     @property
@@ -38,7 +38,7 @@ class RotorLoss(Event):
             raise unknown_name("rotor of an event", self.rotor, names)
 
     @classmethod
-    def effect(cls, events: Sequence[RotorLoss], stage: Stage, times: np.ndarray) -> ModelRows:
+    def effect(cls, events: Sequence[Flutter], stage: Stage, times: np.ndarray) -> ModelRows:
         assert stage.plant is not None
         names = [one.name for one in stage.robot.description.rotors]
         first = stage.plant.model.actuator_gainprm[: len(names), 0]
@@ -52,11 +52,11 @@ class RotorLoss(Event):
 
 @pytest.fixture(autouse=True)
 def known(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(EVENTS, "rotor", RotorLoss)
+    monkeypatch.setitem(EVENTS, "flutter", Flutter)
 
 
 def weak(rotor: str) -> dict[str, object]:
-    return {**HOLD, "events": [{"kind": "rotor", "time": 0.5, "rotor": rotor, "left": 0.85}]}
+    return {**HOLD, "events": [{"kind": "flutter", "time": 0.5, "rotor": rotor, "left": 0.85}]}
 
 
 @pytest.mark.skipif(not native_available(), reason="no C compiler")

@@ -2,13 +2,16 @@
 
 import math
 import time
+import tomllib
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+import skylimb
 from short_flights import HOLD
+from skylimb.analysis.scores.signals import events_of
 from skylimb.apps.cli import main
 from skylimb.base.config import write_toml
 from skylimb.base.errors import ConfigError
@@ -32,6 +35,9 @@ KEY = "translation.force"
 GAIN = {"kind": "gain", "time": 1.0, "key": KEY, "value": 2.0}
 PUSH = {"kind": "push", "time": 1.0, "duration": 0.2, "force": [0.0, 1.0, 0.0]}
 SURFACE = {"kind": "surface", "time": 1.0, "friction": 0.2}
+ROTOR = {"kind": "rotor", "time": 1.0, "rotor": "rotor2", "effectiveness": 0.5}
+JOINT = {"kind": "joint", "time": 1.0, "joint": "joint2", "strength": 0.0}
+WIND = {"kind": "wind", "time": 1.0, "duration": 0.5, "velocity": [0.0, 5.0, 0.0]}
 SECONDS = 2.0
 """Longest that a refusal may take, of the processor."""
 
@@ -42,7 +48,7 @@ SECONDS = 2.0
         ([GAIN, {**PUSH, "kind": "pusch"}], ["kind of events.1", "'pusch'", "did you mean 'push'"]),
         ([{**PUSH, "kind": ["push"]}], ["kind of events.0"]),
         ([{**PUSH, "kind": 3}], ["kind of events.0", "'3'"]),
-        ([{"time": 1.0, "duration": 0.2}], ["'events.0.kind' is missing", "gain, push, surface"]),
+        ([{"time": 1.0, "duration": 0.2}], ["'events.0.kind' is missing", "body, gain, joint, push, rotor"]),
         ([3], ["events.0 = 3", "a table"]),
         ({"kind": "push"}, ["events = ", "a list of tables"]),
         ([{**PUSH, "time": 99.0}], ["events.0", "push at 99 s", "after the flight's end at"]),
@@ -70,6 +76,26 @@ SECONDS = 2.0
         ([{**GAIN, "value": math.nan}], ["events.0.value", "nan"]),
         ([{**SURFACE, "position": [1.5, 0.0, math.nan]}], ["events.0.position", "nan"]),
         ([{**SURFACE, "stiffness": 9e5}], ["surface at 1 s", "too stiff"]),
+        ([{**PUSH, "latest": 0.5}], ["events.0.latest = 0.5 s", "before time = 1 s"]),
+        ([{**PUSH, "latest": 99.0}], ["events.0", "push at 1 s", "after the flight's end at"]),
+        ([{**ROTOR, "rotor": "rotor5"}], ["rotor of an event 'rotor5'", "did you mean 'rotor"]),
+        ([{**ROTOR, "effectiveness": -0.1}], ["events.0.effectiveness = -0.1"]),
+        (
+            [ROTOR, {**ROTOR, "effectiveness": 0.3}],
+            ["rotor at 1 s", "rotor2 to 0.3 and to 0.5"],
+        ),
+        ([{**JOINT, "joint": "joint9"}], ["joint of an event 'joint9'", "did you mean 'joint"]),
+        ([{**JOINT, "strength": None}], ["events.0.joint", "fails in no way"]),
+        (
+            [JOINT, {**JOINT, "strength": 1.0}],
+            ["joint at 1 s", "joint2 strength to 1 and to 0"],
+        ),
+        ([{"kind": "tick", "time": 1.0, "duration": 0.0}], ["events.0.duration = 0 s"]),
+        ([{**WIND, "drag_area": 0.0}], ["events.0.drag_area = 0 m^2"]),
+        ([{**WIND, "profile": "storm"}], ["events.0.profile", "gust"]),
+        ([{"kind": "body", "time": 1.0}], ["events.0.mass", "changes nothing"]),
+        ([{"kind": "body", "time": 1.0, "mass": -1.5}], ["body at 1 s", "mass = -1.5 kg leaves -"]),
+        ([{"kind": "body", "time": 1.0, "pen": 0.7}], ["body at 1 s", "pen = 0.7 m is more than link4"]),
     ],
 )
 def test_what_cannot_be_is_refused_by_name_soon_and_nothing_is_written(
@@ -139,7 +165,7 @@ def test_a_flight_without_events_has_an_empty_timeline() -> None:
 
 def test_who_cannot_apply_an_event_says_what_it_can() -> None:
     assert {"gain"} == CONTROLLER_KINDS
-    assert {"push", "surface"} == PLANT_KINDS
+    assert {"push", "surface", "rotor", "joint", "tick", "wind", "body"} == PLANT_KINDS
     assert EVENTS.keys() == ALL_KINDS
     events = (GainChange(1.0, KEY, 2.0), Push(1.5, duration=0.2), SurfaceChange(2.0, slope=0.1))
     require_applied(events, ALL_KINDS, "this")
@@ -149,6 +175,39 @@ def test_who_cannot_apply_an_event_says_what_it_can() -> None:
         require_applied(events, CONTROLLER_KINDS, "a robot")
     with pytest.raises(ConfigError, match=r"events\.0: nobody cannot apply 'gain'.*; it applies none"):
         require_applied(events, (), "nobody")
+
+
+def test_a_seed_draws_when_an_event_begins_and_the_run_says_when() -> None:
+    settings = {**HOLD, "events": [{**PUSH, "time": 0.5, "latest": 1.5}, {**ROTOR, "latest": 2.0}]}
+    pairs = []
+    for seed in (1, 1, 2):
+        (takeoff,) = take_off("paper", ("following",), seed, settings)
+        pairs.append(tuple(event.time for event in takeoff.experiment.events))
+    assert pairs[0] == pairs[1]
+    assert all(one != other for one, other in zip(pairs[0], pairs[2], strict=True))
+    assert all(0.5 <= push <= 1.5 and 1.0 <= rotor <= 2.0 for push, rotor in pairs)
+    run = skylimb.run("paper", "following", seed=1, set={**settings, "stop_at": 2.5})
+    assert [one.time for one in events_of(run.log)] == list(pairs[0])
+    again = events_from_mapping(tomllib.loads(run.config)["events"], "the run")
+    assert [(event.time, event.latest) for event in again] == [(time, None) for time in pairs[0]]
+
+
+def test_of_two_kinds_that_change_one_number_each_has_its_own_ticks() -> None:
+    """Frozen commands stop every servo, but for the one that runs away by itself."""
+    events = [{**JOINT, "strength": None, "speed": 0.3}, {"kind": "tick", "time": 0.5, "duration": 0.2}]
+    events.append({**events[1], "time": 1.0})
+    (takeoff,) = take_off("paper", ("following",), set={**HOLD, "events": events})
+    rows, model = takeoff.timeline(takeoff.times).model, takeoff.plant.model
+    assert rows is not None
+    places = {(place.field, model.actuator(place.row).name): place for place in rows.places}
+    assert len(places) == len(rows.places)
+
+    def highest(joint: str) -> list[float]:
+        column = places["actuator_ctrlrange", joint].column + 1
+        return [rows.values[int(np.searchsorted(takeoff.times, at)), column] for at in (0.4, 0.6, 0.8, 1.1)]
+
+    assert highest("joint2") == [0.5, 0.0, 0.5, 0.3]
+    assert highest("joint1") == [0.5, 0.0, 0.5, 0.0]
 
 
 def test_events_survive_the_way_through_their_tables() -> None:

@@ -61,9 +61,10 @@ def bound_places(model: mujoco.MjModel, rows: ModelRows) -> list[tuple[np.ndarra
     """The engine's memory of every place that is written, and its columns in a row."""
     found = []
     for place in rows.places:
-        if place.field in ("geom_pos", "geom_quat"):
-            # The engine takes a short cut for a geom that stands as its body does.
-            model.geom_sameframe[place.row] = 0
+        part, _, what = place.field.partition("_")
+        if what in ("pos", "quat", "ipos", "iquat"):
+            # The engine takes a short cut for what stands as its body does.
+            getattr(model, f"{part}_sameframe")[place.row] = 0
         numbers = getattr(model, place.field)[place.row : place.row + 1].reshape(-1)[: place.entries]
         found.append((numbers, slice(place.column, place.column + place.entries)))
     return found

@@ -1,4 +1,4 @@
-"""Events: what happens to a flight besides what its mission asks: a push, a gain that changes, ...
+"""Events: what happens to a flight besides what its mission asks: a push, a new gain, a rotor that fails, ...
 
 A kind of event is one file here: a configuration that says when, what and for how long, what it needs to be
 there, and what it does at every tick, in one of three ways that every driver of simulated flights has:
@@ -11,11 +11,15 @@ So a new kind is a new file, a line in `EVENTS`, and its test. Start reading at 
 what all events of a flight do, and the checks that hold for all kinds.
 """
 
+from skylimb.flight.events.body import BodyChange
 from skylimb.flight.events.event import Event, GainRows, ModelRows, Place, Stage
 from skylimb.flight.events.gain import GainChange
+from skylimb.flight.events.joint import JointFault
 from skylimb.flight.events.push import Push, Wrench
+from skylimb.flight.events.rotor import RotorChange
 from skylimb.flight.events.surface import SurfaceChange
 from skylimb.flight.events.tables import event_tables, events_from_mapping
+from skylimb.flight.events.tick import LostCommands
 from skylimb.flight.events.timeline import (
     ALL_KINDS,
     CONTROLLER_KINDS,
@@ -26,21 +30,27 @@ from skylimb.flight.events.timeline import (
     require_events,
     timeline,
 )
+from skylimb.flight.events.wind import Wind
 
 __all__ = [
     "ALL_KINDS",
     "CONTROLLER_KINDS",
     "EVENTS",
     "PLANT_KINDS",
+    "BodyChange",
     "Event",
     "GainChange",
     "GainRows",
+    "JointFault",
+    "LostCommands",
     "ModelRows",
     "Place",
     "Push",
+    "RotorChange",
     "Stage",
     "SurfaceChange",
     "Timeline",
+    "Wind",
     "Wrench",
     "event_tables",
     "events_from_mapping",

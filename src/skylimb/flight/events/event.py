@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import abc
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple, Self
 
 import numpy as np
 
-from skylimb.base.keys import Key, configuration
+from skylimb.base.keys import Key, configuration, refused
 from skylimb.control.controller import Controller
 from skylimb.robots.model import Robot
 from skylimb.simulation.surfaces import Surface
@@ -47,9 +47,18 @@ class Event(abc.ABC):
     duration: Annotated[float, Key("s", "how long it takes or lasts", low=0.0, high=1e5)] = field(
         default=0.0, kw_only=True
     )
+    latest: Annotated[
+        float | None,
+        Key("s", "last time at which it may begin: the seed draws one from time on", low=0.0, high=1e5),
+    ] = field(default=None, kw_only=True)
 
     on: ClassVar[Literal["controller", "plant"]]
     """What it changes: numbers of the controller, which every driver has, or the simulated plant."""
+
+    def check(self) -> None:
+        """Refuse a last onset that comes before the first."""
+        if self.latest is not None and self.latest < self.time:
+            raise refused(self, "latest", f"comes before time = {self.time:g} s")
 
     @property
     @abc.abstractmethod
@@ -75,6 +84,23 @@ class Event(abc.ABC):
             stage: what they act on; with a plant for kinds that act on it.
             times: of every tick that the flight may have, s.
         """
+
+    def drawn(self, seed: int, number: int) -> Self:
+        """The same event at the time that a flight's seed draws, evenly from `time` to `latest`.
+
+        Args:
+            seed: of the flight.
+            number: of the event in its experiment, so that two events have times of their own.
+        """
+        if self.latest is None:
+            return self
+        time = np.random.default_rng([seed, number]).uniform(self.time, self.latest)
+        return replace(self, time=round(float(time), 6), latest=None)
+
+    def lasting(self, times: np.ndarray) -> slice:
+        """The ticks in which an event acts that lasts for its duration; to the flight's end where it is 0."""
+        end = self.time + self.duration if self.duration > 0.0 else np.inf
+        return slice(*np.searchsorted(times, [self.time - 1e-9, end - 1e-9]))
 
     def __str__(self) -> str:
         return f"{self.kind} at {self.time:g} s"
@@ -120,6 +146,20 @@ class ModelRows:
 
     places: tuple[Place, ...]
     values: np.ndarray
+
+    @classmethod
+    def untouched(cls, model: Any, fields: Sequence[tuple[str, int, int]], times: np.ndarray) -> ModelRows:
+        """Numbers that nothing has changed yet.
+
+        Args:
+            model: `mujoco.MjModel`.
+            fields: array, row, and how many entries of it, in the order of the columns.
+            times: of the ticks, s.
+        """
+        begins = np.cumsum([0, *(entries for _, _, entries in fields)])
+        places = tuple(Place(*one, int(begin)) for one, begin in zip(fields, begins, strict=False))
+        first = np.concatenate([np.ravel(getattr(model, name)[row])[:count] for name, row, count in fields])
+        return cls(places, np.tile(first, (len(times), 1)))
 
 
 Effect = GainRows | ModelRows | tuple[Any, ...]

@@ -36,6 +36,7 @@ class Push(Event):
 
     def check(self) -> None:
         """Refuse a point without a link."""
+        super().check()
         if any(self.point) and not self.link:
             raise refused(self, "point", "needs a link, in whose axes it is; link is empty")
 

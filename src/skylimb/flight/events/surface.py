@@ -63,6 +63,7 @@ class SurfaceChange(Event):
 
     def check(self) -> None:
         """Refuse a change of nothing."""
+        super().check()
         if not self.changed:
             raise refused(self, "time", f"changes nothing: give {', '.join(_CHANGES[:-1])} or {_CHANGES[-1]}")
 

@@ -10,13 +10,19 @@ import numpy as np
 
 from skylimb.base.errors import ConfigError
 from skylimb.base.keys import brief
+from skylimb.flight.events.body import BodyChange
 from skylimb.flight.events.event import Event, GainRows, ModelRows, Stage
 from skylimb.flight.events.gain import GainChange
+from skylimb.flight.events.joint import JointFault
 from skylimb.flight.events.push import Push, Wrench
+from skylimb.flight.events.rotor import RotorChange
 from skylimb.flight.events.surface import SurfaceChange
+from skylimb.flight.events.tick import LostCommands
+from skylimb.flight.events.wind import Wind
 
-EVENTS: dict[str, type[Event]] = {cls.kind: cls for cls in (GainChange, Push, SurfaceChange)}
-"""Every kind of event by its name in `[[events]]`."""
+_KINDS = GainChange, Push, Wind, SurfaceChange, RotorChange, LostCommands, JointFault, BodyChange
+EVENTS: dict[str, type[Event]] = {cls.kind: cls for cls in _KINDS}
+"""Every kind of event by its name in `[[events]]`; what two change of one number is the later kind's."""
 
 ALL_KINDS = frozenset(EVENTS)
 """What a driver can apply that has controller and simulated plant at hand."""
@@ -59,19 +65,29 @@ def timeline(events: Sequence[Event], stage: Stage, times: np.ndarray) -> Timeli
         effect = cls.effect(own, stage, times)
         found = Timeline(
             effect if isinstance(effect, GainRows) else found.gains,
-            _beside(found.model, effect) if isinstance(effect, ModelRows) else found.model,
+            _beside(found.model, effect, stage) if isinstance(effect, ModelRows) else found.model,
             (*found.wrenches, *effect) if isinstance(effect, tuple) else found.wrenches,
         )
     return found
 
 
-def _beside(first: ModelRows | None, second: ModelRows) -> ModelRows:
+def _beside(first: ModelRows | None, second: ModelRows, stage: Stage) -> ModelRows:
     """Numbers of two kinds of events in one table."""
     if first is None:
         return second
-    width = first.values.shape[1]
+    assert stage.plant is not None
+    width, values = first.values.shape[1], second.values.copy()
+    before = {place[:3]: place.column for place in first.places}
+    for place in second.places:
+        column = before.pop(place[:3], None)
+        if column is not None:  # what the second leaves alone is the first's
+            own = slice(place.column, place.column + place.entries)
+            untouched = np.ravel(getattr(stage.plant.model, place.field)[place.row])[: place.entries]
+            other = first.values[:, column : column + place.entries]
+            values[:, own] = np.where(values[:, own] == untouched, other, values[:, own])
+    kept = tuple(place for place in first.places if place[:3] in before)
     moved = (place._replace(column=place.column + width) for place in second.places)
-    return ModelRows((*first.places, *moved), np.hstack([first.values, second.values]))
+    return ModelRows((*kept, *moved), np.hstack([first.values, values]))
 
 
 def require_events(events: Sequence[Event], stage: Stage, end: float) -> None:
@@ -83,7 +99,7 @@ def require_events(events: Sequence[Event], stage: Stage, end: float) -> None:
         end: of the longest that the flight may take, s since take-off.
     """
     for number, event in enumerate(events):
-        if event.time > end:
+        if max(event.time, event.latest or 0.0) > end:
             raise ConfigError(
                 f"events.{number}: {event}, {event.words}, comes after the flight's end at {end:g} s"
             )

@@ -1,0 +1,123 @@
+"""A body that becomes another in flight: a load that is hung on or lost, a pen that breaks off shorter.
+
+A load is a mass at a point. Mass, centre of gravity and inertia of its link become those of both (Steiner),
+and so do the engine's sums of masses; what it scales its constraints by stays what it was at take-off.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import field
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
+
+import numpy as np
+
+from skylimb.base.errors import ConfigError, unknown_name
+from skylimb.base.keys import Key, Vector3, configuration, refused
+from skylimb.base.rotations import quaternion_from_rotation, rotation_from_quaternion
+from skylimb.flight.events.event import Event, ModelRows, Stage
+from skylimb.simulation.contact_keys import TIP_GEOM, TIP_SITE
+
+if TYPE_CHECKING:
+    import mujoco
+
+_INERTIAL = ("body_mass", 1), ("body_ipos", 3), ("body_iquat", 4), ("body_inertia", 3)
+_WIDTH = sum(entries for _, entries in _INERTIAL)
+
+
+@configuration
+class BodyChange(Event):
+    """A link gets or loses a mass, or the pen becomes shorter."""
+
+    kind: Literal["body"] = field(default="body", kw_only=True)
+    link: Annotated[str, Key("", "link of the load; empty for the one of the tip")] = ""
+    mass: Annotated[float, Key("kg", "of the load; negative for what falls off", low=-50.0, high=50.0)] = 0.0
+    point: Annotated[Vector3, Key("m", "where the load is, in the link's axes", low=-10.0, high=10.0)] = (
+        0.0, 0.0, 0.0,
+    )  # fmt: skip
+    pen: Annotated[float, Key("m", "by which the pen becomes shorter, along its link", low=0.0, high=1.0)] = (
+        0.0
+    )
+    duration: Annotated[Literal[0], Key("s", "it happens at once")] = field(default=0, kw_only=True)
+
+    on: ClassVar[Literal["controller", "plant"]] = "plant"
+
+    def check(self) -> None:
+        """Refuse a change of nothing."""
+        super().check()
+        if not self.mass and not self.pen:
+            raise refused(self, "mass", "changes nothing: give mass or pen")
+
+    @property
+    def words(self) -> str:
+        """What comes, goes or breaks."""
+        load = f"{self.mass:+g} kg on {self.link or 'the link of the tip'}"
+        said = [
+            word
+            for word, value in ((load, self.mass), (f"pen {1e3 * self.pen:g} mm shorter", self.pen))
+            if value
+        ]
+        return " and ".join(said)
+
+    def require(self, stage: Stage) -> None:
+        """The robot has such a link, of which enough is left, and a pen that is longer."""
+        names = [body.name for body in stage.robot.bodies]
+        if self.link and self.link not in names:
+            raise unknown_name("link of a load", self.link, names)
+        if self.pen and stage.touches != "ball":
+            raise ConfigError(f"{self}: a {stage.touches}, plant.{stage.touches}, does not break off")
+        tip = stage.robot.description.tip
+        if self.pen >= np.linalg.norm(tip.position):
+            raise ConfigError(f"{self}: pen = {self.pen:g} m is more than {tip.link} is long")
+        if stage.plant is not None:
+            left = stage.plant.model.body(self.link or tip.link).mass[0] + self.mass
+            if left <= 0.0:
+                raise ConfigError(f"{self}: mass = {self.mass:g} kg leaves {left:g} kg of the link")
+
+    @classmethod
+    def effect(cls, events: Sequence[BodyChange], stage: Stage, times: np.ndarray) -> ModelRows:
+        """Inertia of each link that changes, masses above it, and the tip's place."""
+        assert stage.plant is not None
+        model, tip = stage.plant.model, stage.robot.description.tip
+        ids = [model.body(one.link or tip.link).id for one in events]
+        carriers = sorted({above for body in ids for above in _above(model, body)})
+        which = sorted(set(ids))
+        fields = [(name, body, entries) for body in which for name, entries in _INERTIAL]
+        fields += [("body_subtreemass", body, 1) for body in carriers]
+        fields += [("geom_pos", model.geom(TIP_GEOM).id, 3), ("site_pos", model.site(TIP_SITE).id, 3)]
+        rows = ModelRows.untouched(model, fields, times)
+        for one, body in sorted(zip(events, ids, strict=True), key=lambda pair: pair[0].time):
+            after = rows.values[one.lasting(times)]
+            if not len(after):
+                continue
+            if one.mass:
+                first = _WIDTH * which.index(body)
+                own = slice(first, first + _WIDTH)
+                after[:, own] = _loaded(after[0, own], one.mass, one.point)
+            for above in _above(model, body):
+                after[:, _WIDTH * len(which) + carriers.index(above)] += one.mass
+            shorter = one.pen * tip.position / np.linalg.norm(tip.position)
+            after[:, -6:] -= np.tile(shorter, 2)
+        return rows
+
+
+def _above(model: mujoco.MjModel, body: int) -> list[int]:
+    """A body and all that carry it, the world among them."""
+    found = [body]
+    while found[-1]:
+        found.append(int(model.body_parentid[found[-1]]))
+    return found
+
+
+def _loaded(numbers: np.ndarray, mass: float, point: Vector3) -> np.ndarray:
+    """Mass, centre, axes and inertia of a body (the engine's 11 numbers) with a point mass more."""
+    own, centre, axes = numbers[0], numbers[1:4], rotation_from_quaternion(numbers[4:8])
+    total = own + mass
+    common = (own * centre + mass * np.array(point)) / total
+    inertia = axes @ np.diag(numbers[8:11]) @ axes.T
+    for part, at in ((own, centre), (mass, np.array(point))):
+        away = at - common
+        inertia = inertia + part * (away @ away * np.eye(3) - np.outer(away, away))
+    moments, axes = np.linalg.eigh(inertia)
+    axes[:, 2] *= np.sign(np.linalg.det(axes))
+    return np.concatenate([[total], common, quaternion_from_rotation(axes), moments])

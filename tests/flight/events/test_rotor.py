@@ -1,0 +1,38 @@
+"""A rotor's effectiveness is what the engine makes of its activation; a battery's share multiplies."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import skylimb
+from short_flights import HOLD
+from skylimb.flight.takeoff import take_off
+
+
+def test_a_battery_and_a_rotor_multiply_and_a_change_takes_its_time() -> None:
+    events: list[dict[str, Any]] = [
+        {"kind": "rotor", "time": 0.5, "duration": 1.0, "effectiveness": 0.8},
+        {"kind": "rotor", "time": 1.0, "rotor": "rotor3", "effectiveness": 0.5},
+        {"kind": "rotor", "time": 1.2, "rotor": "rotor3", "effectiveness": 1.0},
+    ]
+    settings = {**HOLD, "events": events, "plant.rotor_scale": [1.0, 1.1, 1.0, 1.0]}
+    (takeoff,) = take_off("paper", ("hybrid",), set=settings)
+    rows, times = takeoff.timeline(takeoff.times).model, takeoff.times
+    assert rows is not None
+    left = np.interp(times, [0.5, 1.5], [1.0, 0.8])
+    np.testing.assert_allclose(rows.values[:, 1], 1.1 * left, atol=1e-12)
+    hurt = (times > 1.0 - 1e-9) & (times < 1.2 - 1e-9)
+    np.testing.assert_allclose(rows.values[:, 2], np.where(hurt, 0.5, 1.0) * left, atol=1e-12)
+
+
+@pytest.mark.parametrize("rotors", ["thrust", "speed"])
+def test_a_robot_without_any_thrust_falls(rotors: str) -> None:
+    event = {"kind": "rotor", "time": 0.1, "effectiveness": 0.0}
+    flight = skylimb.begin("free_flight", set={"events": [event], "plant.rotors": rotors})
+    while flight.time < 0.2:
+        flight.tick()
+    lift = flight.signal("configuration_velocity")[:, 2]
+    fallen = np.diff(lift[22:30]) / flight.takeoff.period
+    # The root is not the centre of gravity, but at first nothing turns it.
+    np.testing.assert_allclose(fallen, -9.80665, rtol=0.02)
