@@ -27,6 +27,7 @@ from skylimb.control.estimation.records import Start
 from skylimb.control.estimation.surface import SurfaceState, follow_surface
 from skylimb.control.needs import Needs
 from skylimb.control.records import ContactView, LawInput
+from skylimb.robots.description import GRAVITY
 
 DT = 0.005
 TURN = rotation_from_rpy(0.2, -0.3, 0.8)
@@ -103,6 +104,12 @@ def test_the_distances_that_ease_are_in_order() -> None:
 
 
 # ---- what the machine is shown ----
+
+
+@pytest.mark.parametrize(("share", "state"), [(0.11, APPROACH), (-0.13, FREE), (0.13, FREE)])
+def test_a_robot_whose_thrust_is_far_off_does_not_approach(look: Any, share: float, state: float) -> None:
+    found, _, _ = look(at_state(FREE), bias_force=np.array([1.0, 1.0, share * 4.0 * GRAVITY]))
+    assert found.machine.state == state
 
 
 def test_the_machine_sees_force_and_places(look: Any) -> None:

@@ -173,7 +173,14 @@ def test_of_an_expected_force_only_what_is_felt_beyond_it_is_cancelled(make_inpu
 def test_a_spring_pulls_no_harder_beyond_its_limit(make_inputs: Make, sign: float) -> None:
     at = make_inputs(contact=ENGAGED, **{**CALM, "position": sign * np.array([0.0, 5.0, 7.0])})
     _, force, _ = step(at)
-    np.testing.assert_allclose(force[1:], -sign * MASS * 0.1 * np.array([8.0, 6.0]), atol=1e-12)
+    np.testing.assert_allclose(force[1:], -sign * MASS * np.array([0.8, GRAVITY / 2.0]), atol=1e-12)
+
+
+def test_whichever_spring_carries_the_robot_gives_half_its_weight(make_inputs: Make) -> None:
+    off, reference = np.array([0.0, 5.0, -7.0]), {"tip_position": ARM, "sliding_axis": Z}
+    at = make_inputs(contact=ENGAGED, **{**CALM, "position": off, "reference": reference})
+    _, force, _ = step(at)
+    np.testing.assert_allclose(force[1:], MASS * np.array([-0.6, GRAVITY / 2.0]), atol=1e-12)
 
 
 @pytest.mark.parametrize(("speed", "share"), [(0.0, 0.0), (0.03, 0.5), (0.06, 1.0), (0.5, 1.0)])

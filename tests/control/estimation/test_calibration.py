@@ -15,8 +15,10 @@ from skylimb.control.estimation.calibration import (
     calibrated,
     fed_bias,
     follow_bias,
+    is_sound,
+    trimmed,
 )
-from skylimb.control.estimation.records import BodyState
+from skylimb.control.estimation.records import BodyState, Wrench
 from skylimb.control.estimation.tare import TareState
 from skylimb.control.planning.vectoring import vectoring_table
 from skylimb.robots.description import GRAVITY
@@ -93,6 +95,35 @@ def test_the_bias_comes_in_after_the_tare_and_smoothly() -> None:
         state = follow_bias(Calibration(rate=2.0), state, tare, 0.0, 0.005)
     np.testing.assert_allclose(state.force, (1.0 - np.exp(-1.0)) * tare.force)
     np.testing.assert_allclose(state.torque, (1.0 - np.exp(-1.0)) * tare.torque)
+
+
+def test_up_to_the_tare_what_is_felt_along_the_weight_is_in_force_within_a_quarter(model: RobotState) -> None:
+    weight, torque = model.mass * GRAVITY, np.array([0.0, 0.1, 0.0])
+    before = Correction(np.array([0.1, 0.2, 0.3]), torque)
+    for felt, fed in ((-0.1, -0.1), (-0.4, -0.25), (0.4, 0.25)):
+        seen = Wrench(np.array([3.0, 3.0, felt * weight]), np.ones(3))
+        found = trimmed(before, seen, model, 0.0)
+        np.testing.assert_allclose(found.force, [0.1, 0.2, fed * weight])
+        np.testing.assert_array_equal(found.torque, torque)
+        np.testing.assert_array_equal(trimmed(before, seen, model, 1.0).force, before.force)
+
+
+@pytest.mark.parametrize(("share", "sound"), [(0.11, 1.0), (-0.11, 1.0), (0.13, 0.0), (-0.13, 0.0)])
+def test_a_robot_whose_thrust_is_far_off_is_not_sound(model: RobotState, share: float, sound: float) -> None:
+    bias = Wrench(np.array([5.0, 5.0, share * model.mass * GRAVITY]), np.zeros(3))
+    assert is_sound(bias, model) == sound
+
+
+@pytest.mark.parametrize("preset", ["following", "drawing"])
+@pytest.mark.parametrize(("share", "sag"), [(0.08, 0.05), (0.12, 0.08), (0.20, 0.12)])
+def test_a_thrust_that_is_off_at_take_off_sinks_no_robot(preset: str, share: float, sag: float) -> None:
+    for scale in (1.0 - share, 1.0 + share):
+        keys = {"phases.hover": 3.0, "phases.tare": 1.0, "trajectory.duration": 0.5}
+        run = skylimb.run("paper", preset, set={**HOVER, **keys, "plant.thrust_scale": scale})
+        assert run.status == "OK", run.cause
+        off = np.abs(run.log.cog_position.values - run.log.cog_position_reference.values)[:, 2]
+        assert off.max() < sag
+        assert off[-1] < 0.02
 
 
 def test_both_corrections_in_one_step_in_numbers(model: RobotState) -> None:

@@ -57,7 +57,7 @@ def test_what_was_recorded_comes_out_again(make_takeoff: Make, controller: str) 
 
 
 def test_a_clock_that_was_held_back_is_followed(make_takeoff: Make) -> None:
-    takeoff = make_takeoff(controller="following", set={"surface.advance_distance": -0.02})
+    takeoff = make_takeoff(controller="following", set={"surface.advance_distance": -0.03})
     run = recorded(takeoff, fly(takeoff))
     late = run.log.time.values - run.log.mission_time.values
     assert late[-1] > 0.1

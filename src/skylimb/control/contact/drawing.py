@@ -34,7 +34,7 @@ from skylimb.control.records import ContactView, LawInput
 from skylimb.symbolic import clip, cross, dot, vector, where
 
 PROVIDES = (*following.PROVIDES, "contact.across", "contact.landing", "contact.own_speed")
-REQUIRES = following.REQUIRES
+REQUIRES, OPTIONAL = following.REQUIRES, following.OPTIONAL
 
 AHEAD = 0.05
 """How long before the end of a stroke the path rests, s on the mission's clock."""

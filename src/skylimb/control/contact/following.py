@@ -31,6 +31,7 @@ from skylimb.control.contact_machine import (
     advance,
     is_in,
 )
+from skylimb.control.estimation.calibration import is_sound
 from skylimb.control.estimation.records import Signals, Start, Wrench
 from skylimb.control.estimation.surface import (
     SurfaceGains,
@@ -39,7 +40,7 @@ from skylimb.control.estimation.surface import (
 )
 from skylimb.control.missions.reference import Reference
 from skylimb.control.needs import Needs
-from skylimb.control.records import ContactView, LawInput
+from skylimb.control.records import NOTHING, ContactView, LawInput
 from skylimb.symbolic import Array, clip, cross, dot, vector, where
 
 PROVIDES = (
@@ -53,6 +54,7 @@ PROVIDES = (
     "contact.ease",
 )
 REQUIRES = ("estimate.body", "estimate.arm", "estimate.wrench", "estimate.contact_force")
+OPTIONAL = {"estimate.bias": ""}
 
 
 @configuration
@@ -163,7 +165,7 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     normal_force = _normal_force(estimate.wrench, state.surface.estimate[1:3], axes)
     before = state.machine
     cues = Cues(
-        touch=reference.touch,
+        touch=reference.touch * is_sound(estimate.bias or NOTHING, estimate.body.model),
         force=-dot(a, estimate.wrench.force),
         smooth_force=-estimate.contact_force,
         beyond=state.axis_position - nominal,

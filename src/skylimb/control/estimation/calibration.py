@@ -10,6 +10,10 @@ geometric, with F = m g the hover thrust along z of {C}:
 
 A turn about the vertical and the height of the centre of gravity are invisible. Rotors that differ from the
 model by 2 % each read as about 3 mm of d; a hover cannot tell the two apart.
+
+Rotors that all push more or less than they are told move the robot long before a tare is over. So up to the
+tare it is trimmed: what is felt along its weight in free flight is fed at once, within `TRIM` of the weight.
+A robot that needs more than `SOUND` has something wrong with it, and touches nothing.
 """
 
 from __future__ import annotations
@@ -20,7 +24,11 @@ from skylimb.base.keys import Key, configuration
 from skylimb.base.rotations import rot_z
 from skylimb.control.estimation.records import BodyState, Wrench
 from skylimb.control.estimation.tare import TareState
-from skylimb.symbolic import Array, cross, exp, vector
+from skylimb.robots.model import RobotState
+from skylimb.symbolic import Array, clip, cross, exp, vector, where
+
+TRIM, SOUND = 0.25, 0.12
+"""Shares of the weight: the most that is fed before the tare, and that with which a robot may still touch."""
 
 
 @configuration
@@ -53,6 +61,25 @@ def follow_bias(gains: Any, state: Correction, tare: TareState, collecting: Any,
     return Correction(
         state.force + step * (tare.force - state.force), state.torque + step * (tare.torque - state.torque)
     )
+
+
+def trimmed(state: Correction, felt: Wrench, model: RobotState, known: Any) -> Correction:
+    """With what is felt along the weight in force at once, until the bias itself is known.
+
+    Args:
+        state: what is in force.
+        felt: the observer's wrench, bias and all.
+        model: gives the weight.
+        known: above 0 once a tare or a touch has begun.
+    """
+    most = TRIM * model.mass * model.gravity[2]
+    up = where(known > 0.5, state.force[2], clip(felt.force[2], -most, most))
+    return state._replace(force=vector(state.force[0], state.force[1], up))
+
+
+def is_sound(bias: Wrench, model: RobotState) -> Any:
+    """1 for a robot whose bias leaves it fit to touch a surface, else 0."""
+    return where(abs(bias.force[2]) > SOUND * model.mass * model.gravity[2], 0.0, 1.0)
 
 
 def calibrated(gains: Any, state: Correction, body: BodyState) -> tuple[BodyState, Array]:

@@ -147,7 +147,7 @@ class Gains:
         float,
         Key(
             "m",
-            "position error beyond which a sliding spring pulls no harder",
+            "position error beyond which a sliding spring pulls no harder; upright, at half the weight",
             above=0.0,
             high=10.0,
         ),
@@ -202,7 +202,8 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, Array, Sign
     counted = 1.0 - clip(contact.speed / gains.swing_speed, 0.0, 1.0)
     total, slow = m * body.model.gravity, []
     for axis, i in ((u, 1), (v, 2)):
-        error = clip(dot(axis, body.position - target), -gains.error_limit, gains.error_limit)
+        limit = _error_limit(gains, axis, i, body.model.gravity)
+        error = clip(dot(axis, body.position - target), -limit, limit)
         error_rate = dot(axis, body.velocity + gains.swing[i - 1] * counted * swing - reference.tip_velocity)
         wanted = dot(axis, reference.tip_acceleration) - damping[i] * error_rate - gains.stiffness[i] * error
         unexpected = dot(axis, force - gains.feed * expected)
@@ -233,6 +234,13 @@ def cog_target(gains: Any, inputs: LawInput) -> Array:
     target = reference.position + gains.pen * (by_pen - reference.position)
     along = where(contact.engaged > 0.5, contact.anchor, contact.axis_position - dot(a, arm))
     return target + a * (along - dot(a, target))
+
+
+def _error_limit(gains: Any, axis: Array, i: int, gravity: Array) -> Any:
+    """The error beyond which a spring pulls no harder, m: one that carries the robot gives half the weight."""
+    g = dot(gravity, gravity) ** 0.5
+    upright = (dot(axis, gravity) / g) ** 2
+    return gains.error_limit + upright * clip(0.5 * g / gains.stiffness[i] - gains.error_limit, 0.0, 10.0)
 
 
 def _press(gains: Any, state: State, inputs: LawInput, speed: Any) -> tuple[Any, Any, Any, Signals]:

@@ -19,6 +19,7 @@ from skylimb.control.estimation.calibration import (
     calibrated,
     fed_bias,
     follow_bias,
+    trimmed,
 )
 from skylimb.control.estimation.delay import (
     Delay,
@@ -69,7 +70,9 @@ def step(gains: Any, state: State, sensed: Sensed) -> tuple[State, Estimate, Sig
     body = predict(gains.delay, state.delay, then.body, then.raw, dt)
     bias = fed_bias(gains.calibration, state.correction, yaw)
     body, arm = calibrated(gains.calibration, state.correction, body)
-    correction = follow_bias(gains.calibration, state.correction, basic.push.tare, sensed.reference.tare, dt)
+    tare, reference = basic.push.tare, sensed.reference
+    correction = follow_bias(gains.calibration, state.correction, tare, reference.tare, dt)
+    correction = trimmed(correction, then.raw, then.body.model, tare.ticks + reference.touch)
     return State(basic, state.delay, correction), then._replace(body=body, arm=arm, bias=bias), signals
 
 
