@@ -117,6 +117,33 @@ def test_dimensions_are_those_of_netcdf(run, tmp_path):
         assert [found[name].attrs["_Netcdf4Dimid"] for name in ("time", "axis")] == [0, 1]
 
 
+def test_xarray_opens_the_file_and_what_it_writes_is_read(run, tmp_path):
+    log = run.log.assign(nothing=(("none", "axis"), np.zeros((0, 3)))).assign_coords(middle=0.5)
+    path = Run("a", "hybrid", log, {}).save(tmp_path / "log.nc")
+    opened = xr.load_dataset(path, engine="h5netcdf")
+    xr.testing.assert_identical(opened.drop_attrs(), log.drop_attrs())
+    assert opened.cog_position.attrs == log.cog_position.attrs
+    opened.to_netcdf(tmp_path / "again.nc", engine="h5netcdf", encoding={"odd": {"scale_factor": 2.0}})
+    xr.testing.assert_identical(Run.load(tmp_path / "again.nc").log.drop_attrs(), log.drop_attrs())
+
+
+def test_attributes_as_c_writes_them(run, tmp_path):
+    path = run.save(tmp_path / "log.nc")
+    with h5py.File(path, "a") as file:
+        file["odd"].attrs["units"] = np.bytes_("m/s")
+        file["odd"].attrs["frame"] = h5py.Empty("S1")
+        file["odd"].attrs["step"] = np.array([2], np.int8)
+    assert Run.load(path).log.odd.attrs == {"units": "m/s", "frame": "", "step": 2}
+
+
+def test_a_file_that_unpacks_to_too_much_is_refused(run, tmp_path):
+    path = run.save(tmp_path / "log.nc")
+    with h5py.File(path, "a") as file:
+        file.create_dataset("vast", (10**6, 1000), "f8", compression="gzip")
+    with pytest.raises(OutputError, match=r"log\.nc' .*: it says that it unpacks to 8 GB, more than 4 GB"):
+        Run.load(path)
+
+
 def test_a_folder_stands_for_its_log(run, tmp_path):
     run.save(tmp_path / "log.nc")
     assert Run.load(tmp_path).name == "hybrid"

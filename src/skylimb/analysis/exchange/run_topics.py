@@ -24,8 +24,7 @@ from skylimb.base.errors import OutputError
 
 def record_messages(run: Run) -> Iterator[tuple[Topic, dict[str, Any]]]:
     """Topic and fields of everything but the rows."""
-    # Not without any row: h5netcdf reads a dimension of length 0 as unlimited, which takes a second a file.
-    skeleton = dataclasses.replace(run, log=run.log.isel(time=slice(0, 1)))
+    skeleton = dataclasses.replace(run, log=run.log.isel(time=slice(0)))
     for topic, name, content in (
         (RECORD, "log.nc", skeleton.content()),
         *((SOURCE, *source) for source in run.sources.items()),

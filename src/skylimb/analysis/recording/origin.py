@@ -34,7 +34,7 @@ TABLE = "recorded"
 SOURCES = "sources"
 """The folder with the copies."""
 
-_BESIDE = {"xarray", "h5netcdf", "compiler"}
+_BESIDE = {"xarray", "h5netcdf", "h5py", "compiler"}
 """Versions that are recorded and decide no bit of a flight."""
 
 

@@ -10,9 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from skylimb.analysis.recording.netcdf import netcdf_bytes
+from skylimb.analysis.recording.netcdf import netcdf_bytes, read_netcdf
 from skylimb.analysis.recording.origin import moved, read_sources
 from skylimb.analysis.recording.provided import provided
 from skylimb.base.errors import OutputError, unknown_name
@@ -268,18 +266,8 @@ def _read(path: Path) -> xr.Dataset:
 
 def _dataset(source: Any, path: str) -> xr.Dataset:
     """The dataset of a run's file, or of its bytes; `path` is what messages call it."""
-    import xarray
-
     try:
-        with xarray.open_dataset(source, engine="h5netcdf") as file:
-            if file.nbytes > _MOST_UNPACKED:
-                raise OutputError(
-                    f"'{path}' says that it unpacks to {1e-9 * file.nbytes:.3g} GB, more than "
-                    f"{1e-9 * _MOST_UNPACKED:g} GB"
-                )
-            log = file.load()
-    except OutputError:
-        raise
+        log = read_netcdf(source, _MOST_UNPACKED)
     except Exception as error:  # a damaged file fails in whatever layer meets the damage first
         raise OutputError(f"'{path}' is not a readable NetCDF-4 file: {_first_line(error)}") from error
     if log.attrs.get("format") != FORMAT:
@@ -289,19 +277,7 @@ def _dataset(source: Any, path: str) -> xr.Dataset:
         raise OutputError(
             f"'{path}' has format version {version}, skylimb here reads up to {FORMAT_VERSION}: update it"
         )
-    log.attrs = {name: _plain(value) for name, value in log.attrs.items()}
-    for variable in log.variables.values():
-        variable.attrs = {name: _plain(value) for name, value in variable.attrs.items()}
-        variable.encoding = {}
-    log.encoding = {}
     return log
-
-
-def _plain(value: Any) -> Any:
-    """An attribute as Python has it: NetCDF hands numbers back as NumPy scalars and lists as arrays."""
-    if isinstance(value, np.ndarray):
-        return value.tolist()
-    return value.item() if isinstance(value, np.generic) else value
 
 
 def _first_line(error: Exception) -> str:

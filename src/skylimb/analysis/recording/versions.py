@@ -8,7 +8,7 @@ from functools import cache
 from importlib import metadata
 from pathlib import Path
 
-PACKAGES = ("skylimb", "mujoco", "casadi", "numpy", "scipy", "xarray", "h5netcdf")
+PACKAGES = ("skylimb", "mujoco", "casadi", "numpy", "scipy", "xarray", "h5py")
 """The packages whose version can change a run or how its record is read."""
 
 
