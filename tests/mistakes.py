@@ -85,6 +85,15 @@ LAWS: Mapping[str, str] = {
     "few_arguments.py": _law("return state, force, {}").replace("state, inputs)", "state)"),
     "prepare_fails.py": _law("return state, force, {}").replace("inputs)", "inputs, K)")
     + "def prepare(gains, robot):\n    return np.linalg.inv(np.zeros((2, 2)))\n",
+    "prepare_gives_nothing.py": _law("return state, force, {}").replace("inputs)", "inputs, K)")
+    + "def prepare(gains, robot):\n    np.eye(2)\n",
+    "writes_inputs.py": _law("inputs.estimate.body.position[2] = 0.0", "return state, force, {}"),
+    "complex_force.py": _law("return state, force * 1j, {}"),
+    "signal_of_the_loop.py": _law('return state, force, {"contact_force": force}'),
+    "signal_of_another.py": _law('return state, force, {"torque_command": force}'),
+    "needs_table.py": _law("return state, force, {}") + 'def needs(gains):\n    return {"paced": True}\n',
+    "requires_text.py": 'REQUIRES = "estimate.body"\n' + _law("return state, force, {}"),
+    "leaves.py": "import sys\n" + _law("sys.exit(3)"),
     "no_gains.py": "def initial_state(gains, start): return ()\ndef step(*given): return given\n",
 }
 """Laws in the translation slot, each with one mistake."""
@@ -97,6 +106,8 @@ FILES: Mapping[str, str] = {
     "slope.py": "def height(u, v):\n    return 0.0 * u\n",
     "slope_math.py": "import math\ndef height(u, v, keys):\n    return math.sin(u)\n",
     "three_rotors.py": _controller("return state, skylimb.Command(np.ones(3), *angles), {}"),
+    "not_finite.py": _controller("return state, skylimb.Command(np.ones(4) / 0.0, *angles), {}"),
+    "text_signals.py": _controller('return state, skylimb.Command(np.ones(4), *angles), {"mode": "up"}'),
     "only_command.py": _controller("return skylimb.Command(np.ones(4), *angles)"),
     "empty.toml": "",
     "broken.toml": "[surface\nfriction = 0.2\n",
@@ -181,6 +192,8 @@ COMMANDS = (
     *(f"run --controller own.toml --set controller.translation.law={name}" for name in LAWS),
     "run --controller three_rotors.py",
     "run --controller only_command.py",
+    "run --controller not_finite.py",
+    "run --controller text_signals.py",
     "run --set surface.kind=slope.py",
     "run --set surface.kind=slope_math.py",
     "run --set trajectory.shape=own --set trajectory.file=path_short.py --set trajectory.function=path"

@@ -111,7 +111,8 @@ CONTACT, TRANSLATION = "contact law 'contact.py'", "translation law 'translation
         # A declaration names what there is not.
         ("hybrid", "translation", 'OPTIONAL = {"contact.tip": "shore"}\n' + force("0.0"), {}, "mean 'share'"),
         ("hybrid", "translation", 'REQUIRES = ("contact.top",)\n' + force("0.0"), {}, "mean 'contact.tip'"),
-        ("hybrid", "contact", 'PROVIDES = ("arm.rate",)\n' + view(), {}, "in PROVIDES of a law 'arm.rate'"),
+        ("hybrid", "contact", 'PROVIDES = ("arm.rate",)\n' + view(), {},
+         f"PROVIDES of {CONTACT}: 'arm.rate'"),
         # A law gives no record.
         ("hybrid", "contact", STEP.format(0.0, 0.0, {}), {},
          "step returns one float as its output, expected a ContactView"),

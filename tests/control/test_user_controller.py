@@ -85,10 +85,8 @@ def test_a_step_of_plain_operators_is_compiled(tmp_path: Path, robot: Robot) -> 
             f"return {{'sum': vector(x, x)}}, {COMMAND}, {{}}",
             r"the new state of .* has the shapes .*\(2,\).*initial",
         ),
-        (
-            "reference = measurement._replace(joint_angles=x)",
-            "'Measurement' object has no|its command has 1 joint",
-        ),
+        # A state that is a number: what is returned is no vector of symbols.
+        (f"return {{'sum': total}}, {COMMAND}, {{'up': 1}}", r"^$"),
     ],
 )
 def test_a_step_that_cannot_be_compiled_says_why(tmp_path: Path, robot: Robot, step: str, why: str) -> None:
@@ -132,7 +130,11 @@ def test_a_gain_changes_without_a_new_trace(tmp_path: Path, robot: Robot) -> Non
 
 
 def test_gains_that_are_no_dataclass_cannot_be_set(tmp_path: Path, robot: Robot) -> None:
-    (tmp_path / "own.py").write_text(TEXT.replace("return Gains()", "return {'pull': 1.0}"), encoding="utf-8")
+    text = TEXT.replace("return Gains()", "return {'pull': 1.0, 'push': [1.0, 3.0]}")
+    text = (
+        text.replace("STEP", "").replace("gains.pull", "gains['pull']").replace("gains.push", "gains['push']")
+    )
+    (tmp_path / "own.py").write_text(text, encoding="utf-8")
     own = load_controller(str(tmp_path / "own.py"), robot)
     assert resolved_tables(own).keys() == {"name", "file"}
     with pytest.raises(
@@ -206,6 +208,39 @@ def test_an_object_at_hand_is_compiled_and_takes_gains(robot: Robot) -> None:
     for key in ("shape.stifness", "legs.x", "shape", "shape.law"):
         with pytest.raises(UnknownNameError):
             controller_of(hybrid, robot, {key: 3.0})
+
+
+@pytest.mark.parametrize(
+    ("step", "told"),
+    [
+        ("return state, None, {}", "step returns nothing as its output, expected a Command"),
+        (f"return state, {COMMAND}", "step returns 2 things, expected three things: state, a Command"),
+        ("reference = reference._replace(joint_angles=np.ones(2))",
+         "step: output: joint_angles: got shape (2,), expected a Command: shape (3,)"),
+        ("x = 0.0 / 0.0 if x > 5.0 else math.nan", "step: output: thrusts: got [0.0"),
+        (f"return state, {COMMAND}, {{'mode': 'up'}}", "step: signals: mode: got str, expected a number"),
+        (f"return state, {COMMAND}, {{'thrusts': x}}", "step records 'thrusts', a name that the loop"),
+        (f"return state, {COMMAND}, {{'a/b': x}}", "step records 'a/b'; the name of a signal is at most 100"),
+        (f"return state, {COMMAND}, {{'force_command': x}}", "with the shape (); that is the name of 'wan"),
+        ("raise SystemExit(3)", "`raise SystemExit(3)`: SystemExit: 3"),
+    ],
+)  # fmt: skip
+def test_what_its_step_returns_is_checked_when_it_is_read(
+    tmp_path: Path, robot: Robot, step: str, told: str
+) -> None:
+    with pytest.raises(UserCodeError, match=rf"^controller 'own' .*own\.py, line \d+, .*{re.escape(told)}"):
+        made(tmp_path, robot, step)
+
+
+def test_an_object_that_cannot_be_copied_flies_untried(robot: Robot) -> None:
+    class Connected(AtHand):
+        def __deepcopy__(self, known: Any) -> Any:
+            raise TypeError("a socket")
+
+        def step(self, gains: Any, state: Any, measurement: Any, reference: Any, dt: float) -> Any:
+            raise AssertionError
+
+    assert not is_traceable(controller_of(Connected(robot), robot))
 
 
 def test_what_is_no_controller_is_refused(robot: Robot) -> None:

@@ -105,18 +105,20 @@ def test_what_cannot_be_done_with_it_is_refused_by_name(presets: dict[str, str],
         operating_point(skylimb.load_experiment("paper"), cascade)  # type: ignore[arg-type]
 
 
-def test_an_error_in_flight_is_one_line(presets: dict[str, str], tmp_path: Path) -> None:
+def test_an_error_in_flight_ends_it_with_its_log(presets: dict[str, str], tmp_path: Path) -> None:
     text = (tmp_path / "plain.py").read_text(encoding="utf-8")
     late = "    if float(K[0]) < 2.5:\n        {}\n    acceleration ="
     for what, told in (
-        ("raise ValueError('too soft')", r"^translation law 'plain\.py' fails in .*, line \d+, .*too soft"),
+        ("raise ValueError('too soft')", r"translation law 'plain\.py' fails in .*, line \d+, .*too soft"),
         ("return state, body.position[0:2], {'lqr_feedback': K}",
-         r"law 'plain\.py': step returns other things than at load: 1: got shape \(2,\), expected "),
+         r"law 'plain\.py': step returns other things than at load: output: got shape \(2,\), expected "),
     ):  # fmt: skip
         changed = text.replace("    acceleration =", late.format(what))
         (tmp_path / "plain.py").write_text(changed, encoding="utf-8")
-        with pytest.raises(UserCodeError, match=told):
-            skylimb.run("paper", presets["plain"], set=SHORT)
+        run = skylimb.run("paper", presets["plain"], set=SHORT)
+        assert run.failed
+        assert re.search(rf"^broken off at t = 1\.0[0-9]5 s: .*{told}", run.cause)
+        assert 1.0 < run.log.time.values[-1] < 1.1
 
 
 def test_prepare_that_fails_names_its_line(presets: dict[str, str], tmp_path: Path) -> None:

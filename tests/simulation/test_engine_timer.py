@@ -1,6 +1,8 @@
 import ctypes
+from pathlib import Path
 
 import mujoco
+import numpy as np
 import pytest
 
 from skylimb.simulation.compiling import engine_library
@@ -30,3 +32,16 @@ def test_the_engine_has_no_clock_within_and_has_it_back_after() -> None:
         assert clock() is None
     assert clock() == before
     assert timed() > 0.0
+
+
+def test_the_engine_writes_nothing_within(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    model = mujoco.MjModel.from_xml_string(MODEL)
+    data = mujoco.MjData(model)
+    before = mujoco.get_mju_user_warning()
+    with without_timer():
+        data.qvel[:] = np.nan
+        mujoco.mj_step(model, data)
+    assert data.warning.number.any()
+    assert list(tmp_path.iterdir()) == []
+    assert mujoco.get_mju_user_warning() is before

@@ -126,7 +126,7 @@ def unknown_name(kind: str, name: str, known: Iterable[str], endings: Iterable[s
     files = [f"{name}{ending}" for ending in endings if os.path.isfile(f"{name}{ending}")]
     guess = files[0] if files else nearest(name, known)
     hint = f"; did you mean '{guess}'?" if guess else ""
-    listed = ", ".join(known) if len(known) <= 24 else f"{', '.join(known[:24])}, ..."
+    listed = ", ".join(known or ["none"]) if len(known) <= 24 else f"{', '.join(known[:24])}, ..."
     name = name if len(name) <= _LONG_NAME else f"{name[:_LONG_NAME]}..."
     return UnknownNameError(f"unknown {kind} '{name}'{hint} (known: {listed})")
 

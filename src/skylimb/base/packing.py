@@ -203,7 +203,8 @@ def _writer(
             raise _odd(path, _kind(value), _kind(node))
         known = (len(value) == len(names)) if isinstance(value, tuple) else dict(_children(value))
         if known is False or (known is not True and known.keys() != set(names)):
-            raise _odd(path, f"entries {', '.join(name for name, _ in _children(value))}", ", ".join(names))
+            got = ", ".join(name for name, _ in _children(value)) or "nothing"
+            raise _odd(path, got, ", ".join(names))
         children = value if known is True else [known[name] for name in names]
         for write, child in zip(writers, children, strict=True):
             write(child)

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
-from skylimb.base.errors import ConfigError, unknown_name
+import numpy as np
+
+from skylimb.base.errors import ConfigError, UserCodeError, unknown_name
+from skylimb.base.signal_table import SIGNALS, Kind
 
 
 @dataclass(frozen=True)
@@ -25,7 +28,18 @@ class Signal:
     unit: str = ""
     frame: str = ""
     meaning: str = "signal of the controller's own"
-    kind: Literal["truth", "estimate", "reference", "command", "measurement"] = "estimate"
+    kind: Kind = "estimate"
+
+
+_OF_THE_LOG = {
+    "time", "axis", "quaternion", "rotor", "joint", "vectoring", "unrolled", "configuration_velocity",
+    "thrusts_command", "joint_angles_command", "vectoring_angles_command",
+}  # fmt: skip
+"""The log's axes, the command, and what the log does not keep."""
+_OF_LAWS = "estimate", "command"
+FORCE_REFERENCE = "contact_force_reference"
+"""What a law that presses records besides."""
+_LONGEST = 100
 
 
 def declared_signals(owner: Any, what: str) -> dict[str, Signal]:
@@ -45,3 +59,27 @@ def require_recorded(declared: Mapping[str, Signal], recorded: Mapping[str, Any]
     for name in declared:
         if name not in recorded:
             raise unknown_name(f"signal in SIGNALS of {what}", name, recorded)
+
+
+def require_free(recorded: Mapping[str, Any], what: str) -> None:
+    """Raise a `UserCodeError` where a law or a controller records what is not its own.
+
+    Its signals may be estimates and commands that everybody knows, or have names of their own. Truth,
+    measurements, the mission's references and the command itself are the loop's.
+    """
+    for name, value in recorded.items():
+        known, shape = SIGNALS.get(name), np.shape(value)
+        if name in _OF_THE_LOG or not (known is None or known.kind in _OF_LAWS or name == FORCE_REFERENCE):
+            raise UserCodeError(
+                f"{what} records '{name}', a name that the loop records itself; choose another"
+            )
+        if not name.isidentifier() or len(name) > _LONGEST:
+            raise UserCodeError(
+                f"{what} records '{name[:_LONGEST]}'; the name of a signal is at most {_LONGEST} letters, "
+                "digits and _"
+            )
+        if known and (shape != (3,) if known.dims == ("axis",) else len(shape) != len(known.dims)):
+            raise UserCodeError(
+                f"{what} records '{name}' with the shape {shape}; that is the name of '{known.long_name}', "
+                f"{f'one for each {known.dims[0]}' if known.dims else 'a number'}"
+            )

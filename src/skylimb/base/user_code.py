@@ -100,7 +100,7 @@ class UserCode:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> Literal[False]:
-        if isinstance(error, Exception):
+        if isinstance(error, Exception | SystemExit):  # sys.exit is an error of theirs as well
             described_error = described_user_error(self.what, error, self._function)
             if described_error is not error:
                 raise described_error from error
@@ -136,7 +136,7 @@ def returned(function: Callable[..., Any], *given: Any) -> tuple[Any, Place | No
 
 
 def described_user_error(
-    what: str, error: Exception, function: Callable[..., Any] | None = None
+    what: str, error: Exception | SystemExit, function: Callable[..., Any] | None = None
 ) -> Exception:
     """An error in a user's code in one line; the error itself where it says all already."""
     frames = _frames(error)
@@ -159,8 +159,10 @@ def place_of(error: BaseException) -> Place | None:
     return next((place for place in reversed(frames) if is_users(place.file)), None)
 
 
-def described(error: Exception) -> str:
+def described(error: Exception | SystemExit) -> str:
     """What went wrong, in one line, with the remedy where it is known."""
+    if isinstance(error, SkylimbError):
+        return " ".join(str(error).split())
     # NumPy has words of its own for a symbol that is no float.
     error = error.__cause__ if str(error.__cause__) == _NO_FLOAT else error  # type: ignore[assignment]
     text = " ".join(str(error).split())
@@ -171,7 +173,7 @@ def described(error: Exception) -> str:
     for pattern, remedy in _REMEDIES if symbols else ():
         if re.search(pattern, text):
             return remedy if pattern in _SPEAK_FOR_THEMSELVES else f"{text}; {remedy}"
-    return text if isinstance(error, SkylimbError) else f"{type(error).__name__}: {text}".removesuffix(": ")
+    return f"{type(error).__name__}: {text}".removesuffix(": ")
 
 
 def is_users(file: str) -> bool:
@@ -181,7 +183,7 @@ def is_users(file: str) -> bool:
     return not file.startswith(_NOT_THE_USERS) and not any(name in Path(file).parts for name in _PACKAGES)
 
 
-def _frames(error: Exception) -> list[Place]:
+def _frames(error: BaseException) -> list[Place]:
     places = [Place(frame.filename, frame.lineno or 0) for frame in traceback.extract_tb(error.__traceback__)]
     if isinstance(error, SyntaxError) and error.filename:
         places.append(Place(error.filename, error.lineno or 0))

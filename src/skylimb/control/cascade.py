@@ -91,7 +91,7 @@ class Cascade:
             The new state, the command, and every inner signal by its public name.
         """
         laws, monitor = self.preset.laws, monitor or LawMonitor(self.preset.slots)
-        gains = self._handed(gains)
+        gains = self.handed(gains)
         if self.corrections is not None:
             measurement = turned_back(self.corrections, measurement)
 
@@ -156,7 +156,7 @@ class Cascade:
         }
         signals_of_laws = of_estimation, of_contact, of_shape, of_translation, of_attitude, of_allocation
         for slot, recorded in zip(SLOTS, signals_of_laws, strict=True):
-            monitor.recorded(slot, recorded)
+            monitor.recorded(slot, recorded, signals)
             signals |= recorded
         new = Slots(estimation, contact, shape, translation, attitude, allocation)
         command = given.command if self.corrections is None else for_rotors(self.corrections, given.command)
@@ -176,26 +176,28 @@ class Cascade:
         Raises:
             UserCodeError: where a law's `prepare` fails.
         """
-        made = {slot: with_floats(self._prepared(slot, getattr(gains, slot))) for slot in self._preparing}
+        made = {slot: with_floats(self.prepared(slot, gains)) for slot in self.preparing}
         return gains._replace(prepared={slot: numeric(one) for slot, one in made.items() if is_numeric(one)})
 
     @property
-    def _preparing(self) -> list[str]:
+    def preparing(self) -> list[str]:
         """Slots whose laws prepare something of their gains."""
         filled = zip(SLOTS, self.preset.slots, strict=True)
         return [name for name, slot in filled if hasattr(slot.law, "prepare")]
 
-    def _prepared(self, slot: str, gains: Any) -> Any:
-        return getattr(self.preset.laws, slot).prepare(gains, self.robot)
+    def prepared(self, slot: str, gains: Any = None) -> Any:
+        """What the law of a slot prepares of its gains; of the preset's where none are given."""
+        own = getattr(self.preset.slots, slot).gains if gains is None else getattr(gains, slot)
+        return getattr(self.preset.laws, slot).prepare(own, self.robot)
 
-    def _handed(self, gains: LiveGains) -> Any:
+    def handed(self, gains: LiveGains) -> Any:
         """The gains as the laws are handed them; an object of a law's own is prepared where it is called."""
         handed = {}
-        for slot in self._preparing:
+        for slot in self.preparing:
             own, made = getattr(gains, slot), gains.prepared.get(slot)
             if made is None:
                 symbolic = is_symbolic(Layout(own).pack(own))
-                made = self._prepared(slot, getattr(self.gains(), slot) if symbolic else own)
+                made = self.prepared(slot, self.gains() if symbolic else gains)
             handed[slot] = Prepared(own, made)
         return gains._replace(**handed)
 

@@ -44,19 +44,19 @@ FIELDS = {
 def provided(slot: str, law: Any) -> frozenset[str] | None:
     """Fields that a law declares to give; None where it declares nothing."""
     given = [field for field, giver in FIELDS.items() if giver == slot]
-    return _known("PROVIDES", law.PROVIDES, given) if hasattr(law, "PROVIDES") else None
+    return _known("PROVIDES", law, law.PROVIDES, given) if hasattr(law, "PROVIDES") else None
 
 
 def required(law: Any) -> frozenset[str] | None:
     """Fields that a law declares to read whatever its gains; None where it declares nothing."""
-    return _known("REQUIRES", law.REQUIRES, FIELDS) if hasattr(law, "REQUIRES") else None
+    return _known("REQUIRES", law, law.REQUIRES, FIELDS) if hasattr(law, "REQUIRES") else None
 
 
 def optional(law: Any) -> Mapping[str, str]:
     """Fields that a law reads where they are given, each with the gain that needs it, or ""."""
     found: Mapping[str, str] = getattr(law, "OPTIONAL", {})
-    _known("OPTIONAL", found, FIELDS)
-    _known("OPTIONAL", filter(None, found.values()), keys_of(law.Gains) if found else ())
+    _known("OPTIONAL", law, found, FIELDS)
+    _known("OPTIONAL", law, filter(None, found.values()), keys_of(law.Gains) if found else ())
     return found
 
 
@@ -126,9 +126,12 @@ def called(slots: Slots, slot: str) -> str:
     return f"{slot} law '{getattr(slots, slot).name}'"
 
 
-def _known(table: str, names: Iterable[str], known: Iterable[str]) -> frozenset[str]:
+def _known(table: str, law: Any, names: Iterable[str], known: Iterable[str]) -> frozenset[str]:
     """The names of a declaration; an `UnknownNameError` for one that is none."""
+    where = f"{table} of {getattr(law, 'what', '') or law.__name__}"
+    if isinstance(names, str):
+        raise ConfigError(f"{where} should be a tuple of names, as in ('{names}',)")
     names, known = frozenset(names), list(known)
     for name in sorted(names.difference(known)):
-        raise unknown_name(f"name in {table} of a law", name, known)
+        raise unknown_name(f"name in {where}:", name, known)
     return names

@@ -63,8 +63,13 @@ class LawMonitor:
         self._keep("allocation", [] if missing is None else ["residual"])
         return missing
 
-    def recorded(self, slot: str, signals: Signals) -> None:
-        """Raise a `ConfigError` unless a law has a signal "pace" if and only if its needs say so."""
+    def recorded(self, slot: str, signals: Signals, known: Signals) -> None:
+        """Raise a `ConfigError` where a law has a name twice, or a signal "pace" and no needs that say so."""
+        for name in signals.keys() & known.keys():
+            raise ConfigError(
+                f"{called(self._slots, slot)} records '{name}', which another part of the controller "
+                "records; choose another name"
+            )
         paced = getattr(self._slots, slot).needs.paced
         if paced != (PACE in signals):
             lacks = f"has no signal '{PACE}'" if paced else "its needs do not say paced=True"

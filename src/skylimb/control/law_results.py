@@ -1,7 +1,8 @@
-"""What a law's functions have to return, and the one line that says where they do not."""
+"""What laws and controllers have to return, and the one line that says where they do not."""
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 from typing import Any
 
@@ -9,10 +10,13 @@ import numpy as np
 
 from skylimb.base.errors import UserCodeError
 from skylimb.base.packing import Layout, with_floats
-from skylimb.base.signals import Signal, require_recorded
+from skylimb.base.signals import Signal, require_free, require_recorded
 from skylimb.control.estimation.records import BodyState, Estimate, Wrench
 from skylimb.control.records import Allocated, ArmTarget, Command, ContactView, TipMove
 from skylimb.robots.model import Robot, RobotState
+
+PARTS = {"0": "state", "1": "output", "2": "signals"}
+"""What the three things are that a step returns."""
 
 _Z3 = np.zeros(3)
 _WRENCH = Wrench(_Z3, _Z3)
@@ -28,8 +32,9 @@ _OUTPUTS: Mapping[str, tuple[str, Any]] = {
     "translation": ("a force (3,)", _Z3),
     "attitude": ("a torque (3,)", _Z3),
     "allocation": ("an Allocated", Allocated(Command(_Z3, _Z3, _Z3), _WRENCH)),
+    "controller": ("a Command", Command(_Z3, _Z3, _Z3)),
 }
-"""What the step of each slot's law makes, in words and as a record of the right shapes."""
+"""What a step makes, by its slot or of a whole controller, in words and as a record of the right shapes."""
 
 
 def checked(
@@ -39,10 +44,10 @@ def checked(
 
     Args:
         result: of a call on numbers.
-        slot: that the law fills.
+        slot: that the law fills, or "controller".
         name: of the function.
         what: the function in a message.
-        state: of the law before the first tick.
+        state: before the first tick.
         robot: the controller's.
         signals: that the law declares.
 
@@ -67,6 +72,7 @@ def checked(
             f"{what} returns {_shown(recorded)} as its signals, expected a table of numbers by name"
         )
     require_recorded(signals, recorded, what.rpartition(": ")[0])
+    require_free(recorded, what)
     _fitting(new, state, f"{what}: state", "as initial_state: ")
     template = _template(slot, output, made, robot)
     _fitting(made, template, f"{what}: output", f"{words}: ")
@@ -77,9 +83,9 @@ def checked(
 
 def _template(slot: str, output: Any, made: Any, robot: Robot) -> Any:
     """The output that is expected, without what the law does not fill in."""
-    if slot == "allocation":
-        sizes = robot.n_rotors, robot.n_joints, robot.n_vectoring
-        return output._replace(command=Command(*map(np.zeros, sizes)))
+    if slot in ("allocation", "controller"):
+        command = Command(*map(np.zeros, (robot.n_rotors, robot.n_joints, robot.n_vectoring)))
+        return command if slot == "controller" else output._replace(command=command)
     if slot in ("translation", "attitude"):
         return output
     absent: dict[str, Any] = {name: None for name, value in made._asdict().items() if value is None}
@@ -93,9 +99,13 @@ def _fitting(record: Any, template: Any, what: str, expected: str) -> tuple[Layo
     layout, what = Layout(template), f"{what}:"
     flat = np.zeros(layout.size)
     try:
-        layout.writer(flat)(record)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", np.exceptions.ComplexWarning)
+            layout.writer(flat)(record)
     except ValueError as error:
         raise UserCodeError(f"{what} {str(error).replace('expected ', f'expected {expected}', 1)}") from None
+    except np.exceptions.ComplexWarning:
+        raise UserCodeError(f"{what} got complex numbers, expected {expected}real ones") from None
     for name, part in layout.slices.items():
         if not np.isfinite(flat[part]).all():
             numbers = flat[part].tolist()
@@ -110,4 +120,4 @@ def _shown(value: Any) -> str:
     if isinstance(value, np.ndarray):
         return f"an array of shape {value.shape}"
     kind = "nothing" if value is None else f"one {type(value).__name__}"
-    return f"{len(value)} things" if isinstance(value, tuple) else kind
+    return f"{len(value)} things" if type(value) is tuple else kind

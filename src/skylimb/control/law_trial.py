@@ -17,11 +17,11 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from skylimb.base.errors import SkylimbError, UserCodeError
-from skylimb.base.packing import Layout, is_numeric
+from skylimb.base.errors import UserCodeError
+from skylimb.base.packing import Layout, is_numeric, structure
 from skylimb.base.user_code import described, returned
 from skylimb.control.law_monitor import LawMonitor, monitored_like, unmonitored
-from skylimb.control.law_results import checked
+from skylimb.control.law_results import PARTS, checked
 from skylimb.control.python_laws import PythonFunction
 from skylimb.control.slots import SLOTS, Slots
 from skylimb.control.traced_step import step_inputs, symbolic_inputs
@@ -56,6 +56,8 @@ def _tried(of: _Cascade) -> tuple[dict[str, frozenset[str]], dict[str, dict[str,
     """What each law gives, and which of its functions fly in Python, by its slot."""
     cascade = of.cascade
     preset, monitor = cascade.preset, LawMonitor(cascade.preset.slots)
+    for slot in cascade.preparing:
+        _try_prepare(cascade, slot)
     hover, tried = _Hover(cascade), dict[str, _TriedLaw]()
     for slot, filled in zip(SLOTS, preset.slots, strict=True):
         if isinstance(filled.law, UserLaw):
@@ -64,6 +66,24 @@ def _tried(of: _Cascade) -> tuple[dict[str, frozenset[str]], dict[str, dict[str,
     state, *given, gains = hover.records
     replace(cascade, preset=preset).step(gains, state, *given, PERIOD, monitor)
     return monitor.gives, {slot: law.python for slot, law in tried.items()}
+
+
+def _try_prepare(cascade: Any, slot: str) -> None:
+    """A `UserCodeError` unless what a law prepares of its gains is something, and the same every time."""
+    law, (one, other) = getattr(cascade.preset.laws, slot), (cascade.prepared(slot) for _ in range(2))
+    if one is None:
+        raise UserCodeError(
+            f"{law.what}: prepare returns nothing, expected what step is handed behind inputs"
+        )
+    if is_numeric(one) and structure(one) == structure(other):
+        layout = Layout(one)
+        if not _differing(layout, layout.pack(one), layout.pack(other)):
+            return
+    elif not is_numeric(one):
+        return
+    raise UserCodeError(
+        f"{law.what}: prepare gives another result when it is called again with the same gains"
+    )
 
 
 class _Hover:
@@ -75,6 +95,7 @@ class _Hover:
     Attributes:
         robot: of the cascade.
         state: of each slot before the first tick.
+        gains: as the laws are handed them.
         records: symbols for state, measurement, reference and gains.
     """
 
@@ -82,6 +103,7 @@ class _Hover:
         needs, rng = cascade.needs, np.random.default_rng(0)
         inputs = step_inputs(cascade, len(needs.preview))
         self.robot, self.state = cascade.robot, cascade.initial_state()
+        self.gains = cascade.handed(cascade.gains())
         self._symbols, self.records = symbolic_inputs(inputs)
         self._numbers: list[list[np.ndarray]] = []
         for _ in range(STEPS):
@@ -99,9 +121,6 @@ class _Hover:
         self._symbols.append(symbols)
         for known, more in zip(self._numbers, numbers, strict=True):
             known.append(more)
-
-
-_PARTS = {"0": "state", "1": "output", "2": "signal"}
 
 
 class _FailedError(Exception):
@@ -135,14 +154,17 @@ class _TriedLaw:
     def _call(self, name: str, *given: Any) -> Any:
         traced = getattr(self._law, name)
         bare = unmonitored(given)
-        layout = Layout(bare)
+        # Symbols do not tell a vector of one entry from a number.
+        known = (getattr(record, self._slot) for record in (self._hover.gains, self._hover.state))
+        layout = Layout((*known, *bare[2:]))
         hover = self._hover.of(layout.pack(bare))
         try:
             made, results = self._on_numbers(name, layout, hover, given)
         except _FailedError as failed:
             # What is written for symbols alone flies as well; on symbols it is held to the same.
-            with contextlib.suppress(Exception):
-                return self._on_symbols(name, traced(*given))
+            if "read-only" not in str(failed):
+                with contextlib.suppress(Exception):
+                    return self._on_symbols(name, traced(*given))
             raise failed.error from failed.error.__cause__
         why = _untraceable(traced, name, layout, made, zip(hover, results, strict=True))
         if not why:
@@ -175,7 +197,13 @@ class _TriedLaw:
                 raise _FailedError(error) from error
             what = f"{law.what}{f' in {place}' if place else ''}: {name}"
             state = getattr(self._hover.state, self._slot)
+            before = made
             made, result = checked(result, self._slot, name, what, state, self._hover.robot, law.signals)
+            if results and (odd := sorted(before.slices.keys() ^ made.slices.keys())):
+                raise UserCodeError(
+                    f"{what} does not always return {_called(odd[0])}; whatever is recorded is recorded at "
+                    "every tick"
+                )
             results.append(result)
             again = np.zeros(made.size)
             made.writer(again)(function(*record))
@@ -202,7 +230,7 @@ def _untraceable(
     try:
         traced = ca.Function("law", [symbols], [ca.densify(ca.SX(made.pack(function(*arguments))))])
     except Exception as error:  # whatever it is, the law has worked on numbers
-        return str(error) if isinstance(error, SkylimbError) else described(error)
+        return described(error)
     for numbers, result in calls:
         if odd := _differing(made, traced(numbers).full().ravel(), result):
             return f"on symbols {name} gives another {odd} than on numbers"
@@ -215,6 +243,11 @@ def _differing(layout: Layout[Any], one: np.ndarray, other: np.ndarray) -> str:
         return "shape"
     for name, part in layout.slices.items():
         if not np.allclose(one[part], other[part], TOLERANCE, TOLERANCE, equal_nan=True):
-            head, _, rest = name.partition(".")
-            return " ".join(filter(None, (_PARTS.get(head, head), rest))) or "result"
+            return _called(name) or "result"
     return ""
+
+
+def _called(name: str) -> str:
+    """An entry of what a step returns, in words: "signals pull"."""
+    head, _, rest = name.partition(".")
+    return " ".join(filter(None, (PARTS.get(head, head), rest)))

@@ -38,7 +38,14 @@ class Needs:
 
 def needs_of(controller: Any) -> Needs:
     """The needs that a controller declares as `needs`; none for one that declares nothing."""
-    return getattr(controller, "needs", Needs())
+    return declared_needs(getattr(controller, "needs", Needs()), "the controller's needs")
+
+
+def declared_needs(needs: Any, what: str) -> Needs:
+    """Needs as a user declares them; a `ConfigError` that begins with `what` where they are none."""
+    if not isinstance(needs, Needs):
+        raise ConfigError(f"{what}: got {type(needs).__name__}, expected skylimb.control.needs.Needs(...)")
+    return needs
 
 
 def merged(needs: Iterable[Needs]) -> Needs:

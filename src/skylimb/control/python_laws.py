@@ -17,6 +17,7 @@ from skylimb.base.errors import UserCodeError
 from skylimb.base.packing import Layout, is_numeric
 from skylimb.base.split_function import Asked
 from skylimb.control.law_monitor import unmonitored
+from skylimb.control.law_results import PARTS
 from skylimb.control.slots import Slot
 from skylimb.control.user_functions import Prepared, UserLaw
 from skylimb.robots.model import Robot
@@ -74,7 +75,8 @@ def _bound(
         try:
             write(result)
         except ValueError as error:
-            raise UserCodeError(f"{law.what}: {name} returns other things than at load: {error}") from error
+            said = PARTS.get(str(error)[0], str(error)[0]) + str(error)[1:]
+            raise UserCodeError(f"{law.what}: {name} returns other things than at load: {said}") from error
 
     return run
 

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 from skylimb.base.errors import unknown_name
 from skylimb.base.keys import keys_of
 from skylimb.base.user_modules import load_module
-from skylimb.control.needs import Needs
+from skylimb.control.needs import Needs, declared_needs
 from skylimb.control.user_functions import UserLaw
 
 
@@ -81,7 +81,9 @@ class Slot:
     @property
     def needs(self) -> Needs:
         """What the law needs of the loop; nothing unless it says so."""
-        return self.law.needs(self.gains) if hasattr(self.law, "needs") else Needs()
+        if not hasattr(self.law, "needs"):
+            return Needs()
+        return declared_needs(self.law.needs(self.gains), f"needs of law '{self.name}'")
 
     def require(self, dt: float) -> None:
         """Raise a `ConfigError` where the law cannot work at a control period of `dt` s."""

@@ -13,6 +13,8 @@ from pathlib import Path
 from types import MethodType
 from typing import Any
 
+import numpy as np
+
 from skylimb.base.config import to_mapping, with_overrides
 from skylimb.base.errors import ConfigError, UserCodeError
 from skylimb.base.keys import Table, tables_of
@@ -20,13 +22,14 @@ from skylimb.base.packing import numeric, structure
 from skylimb.base.signals import Signal, declared_signals
 from skylimb.base.sources import Source
 from skylimb.base.split_function import Asked
-from skylimb.base.user_code import UserCode
+from skylimb.base.user_code import UserCode, guarded, returned
 from skylimb.control.estimation.records import Measurement
+from skylimb.control.law_results import checked
 from skylimb.control.missions.reference import Reference
 from skylimb.control.needs import Needs, needs_of
 from skylimb.control.records import Command
-from skylimb.control.user_functions import symbolic_record, traceable
-from skylimb.control.user_trace import untraceable
+from skylimb.control.user_functions import traceable, with_floats_of
+from skylimb.control.user_trace import PERIOD, shaken_hover, untraceable
 from skylimb.robots.model import Robot
 
 NEEDED = ("name", "gains", "initial_state", "step")
@@ -119,19 +122,29 @@ class UserController:
     def step(
         self, gains: Any, state: Any, measurement: Measurement, reference: Reference, dt: float
     ) -> tuple[Any, Command, Mapping[str, Any]]:
-        """The user's own step.
+        """The user's own step."""
+        return self.made.step(gains, state, measurement, reference, dt)
+
+    def try_step(self) -> None:
+        """One step on numbers of a robot in hover, of an object that nothing has flown yet.
 
         Raises:
-            UserCodeError: unless it returns three things.
+            UserCodeError: where it fails, or returns what the loop cannot take.
         """
-        result = self.made.step(gains, state, measurement, reference, dt)
-        if not isinstance(result, tuple) or len(result) != 3 or hasattr(result, "_fields"):
-            kind = "nothing" if result is None else type(result).__name__
-            place = Path(self.origin.file).name if self.origin else type(self.made).__name__
-            raise UserCodeError(
-                f"{self.what} in {place}: step returns {kind}, expected three things: state, Command, signals"
-            )
-        return result
+        try:
+            made = self._remade()
+        except UserCodeError:
+            raise
+        except Exception:  # what cannot be copied is not tried: its step may change it
+            return
+        state = guarded(made.initial_state, self.what)()
+        hover = shaken_hover(self.robot, np.random.default_rng(0), len(self.needs.preview))
+        with np.errstate(all="ignore"):  # what is not finite is named
+            result, place = returned(guarded(made.step, self.what), self._gains, state, *hover, PERIOD)
+        what = f"{self.what}{f' in {place}' if place else ''}: step"
+        if isinstance(result, tuple | list) and len(result) == 3 and not hasattr(result, "_fields"):
+            result = (), *result[1:]  # its state may be anything
+        checked(result, "controller", "step", what, (), self.robot, self.signals)
 
     def with_gains(self, changes: Mapping[str, Any]) -> UserController:
         """The same with other values of some gains, by dotted key.
@@ -192,9 +205,8 @@ class CompiledUserController(UserController):
         self, gains: Any, state: Any, measurement: Measurement, reference: Reference, dt: float
     ) -> tuple[Any, Command, Mapping[str, Any]]:
         """The user's own step, on numbers or symbols."""
-        step = traceable(self.made.step, self.what)
-        new, command, signals = symbolic_record(step(gains, state, measurement, reference, dt))
-        return new, Command(*command), dict(signals)
+        step = with_floats_of(traceable(self.made.step, self.what))
+        return step(gains, state, measurement, reference, dt)
 
     def opened(self) -> tuple[CompiledUserController, list[Asked]]:
         """The same to be traced; it asks nothing of Python."""
@@ -238,8 +250,14 @@ def user_controller(
     missing = [name for name in NEEDED if not hasattr(made, name)]
     if missing:
         said = f"controller(robot) in '{origin.file}' returns" if origin else "the controller is"
-        raise ConfigError(f"{said} an object without {', '.join(missing)}")
+        kind = "nothing, expected an object with" if made is None else "an object without"
+        raise ConfigError(f"{said} {kind} {', '.join(missing)}")
+    if isinstance(made, type):
+        raise ConfigError(
+            f"the controller is the class {made.__name__}, expected an object: {made.__name__}()"
+        )
     plain = UserController(made, robot, origin, gains)
+    plain.try_step()
     return plain if plain.untraceable else CompiledUserController(made, robot, origin, gains)
 
 

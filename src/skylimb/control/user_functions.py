@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from skylimb.base.errors import UserCodeError
 from skylimb.base.packing import with_floats
 from skylimb.base.signals import declared_signals
 from skylimb.base.user_code import UserCode, guarded
@@ -42,15 +43,18 @@ class UserLaw:
         self.signals = declared_signals(module, what)
         self.sources = sources_of_module(module)
         self.plain: dict[str, Callable[..., Any]] = {}
+        others = [name for name in ("initial_state", "needs", "require", "prepare") if hasattr(module, name)]
+        for name in (*traced, *others):
+            if not callable(function := getattr(module, name)):
+                raise UserCodeError(f"{what}: {name} is no function, but one {type(function).__name__}")
         for name in traced:
             function = getattr(module, name)
             if hasattr(module, "prepare"):
                 function = _handed(function)
             self.plain[name] = guarded(function, what)
-            setattr(self, name, _with_floats(traceable(function, what)))
-        for name in ("initial_state", "needs", "require", "prepare"):
-            if hasattr(module, name):
-                setattr(self, name, guarded(getattr(module, name), what))
+            setattr(self, name, with_floats_of(traceable(function, what)))
+        for name in others:
+            setattr(self, name, guarded(getattr(module, name), what))
         for name in ("PROVIDES", "REQUIRES", "OPTIONAL"):
             if hasattr(module, name):
                 setattr(self, name, getattr(module, name))
@@ -66,13 +70,13 @@ def _handed(function: Callable[..., Any]) -> Callable[..., Any]:
     return call
 
 
-def _with_floats(function: Callable[..., Any]) -> Callable[..., Any]:
+def with_floats_of(function: Callable[..., Any]) -> Callable[..., Any]:
     """A function of a law that may give whole numbers, truth values, and lists and arrays of symbols."""
 
     @functools.wraps(function)
     def call(*given: Any) -> Any:
         result = function(*given)
-        if not isinstance(result, tuple) or len(result) != 3 or hasattr(result, "_fields"):
+        if not isinstance(result, tuple | list) or len(result) != 3 or hasattr(result, "_fields"):
             return symbolic_record(result)
         state, *others = map(symbolic_record, result)
         return state, *map(with_floats, others)

@@ -7,13 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from skylimb.base.errors import SkylimbError
-from skylimb.base.packing import Layout
+from skylimb.base.packing import Layout, with_floats
+from skylimb.base.user_code import described
 from skylimb.control.estimation.records import Measurement
 from skylimb.control.missions.reference import Reference, zero_reference
 from skylimb.control.needs import PACE, TORQUE
 from skylimb.control.planning.vectoring import nominal_posture
-from skylimb.control.records import Command
 from skylimb.control.traced_step import TracedStep, traced_step
 from skylimb.robots.model import Robot
 
@@ -40,26 +39,15 @@ def untraceable(make: Callable[[], Any]) -> str:
         trial = make()
         before = _attributes(trial.made)
         step = traced_step(trial, PERIOD, len(trial.needs.preview))
-        problem = _misfit(trial, step) or _difference(trial, step)
+        if trial.needs.paced and PACE not in step.signals.slices:
+            return f"it sets the mission's pace, but has no signal '{PACE}'"
+        problem = _difference(trial, step)
         changed = sorted(name for name, text in _attributes(trial.made).items() if before.get(name) != text)
         if changed:
             return f"its step changes its own '{changed[0]}'; what it remembers belongs into its state"
         return problem
     except Exception as error:  # whatever it is, the flight in Python will say so if it matters there
-        return str(error) if isinstance(error, SkylimbError) else f"{type(error).__name__}: {error}"
-
-
-def _misfit(trial: Any, step: TracedStep) -> str:
-    """What a controller gives that is not as the loop needs it; empty where all is."""
-    if trial.needs.paced and PACE not in step.signals.slices:
-        return f"it sets the mission's pace, but has no signal '{PACE}'"
-    robot = trial.robot
-    sizes = Command(robot.n_rotors, robot.n_joints, robot.n_vectoring)
-    for name, size in sizes._asdict().items():
-        part = step.commands.slices.get(name, slice(0, 0))
-        if part.stop - part.start != size:
-            return f"its command has {part.stop - part.start} {name}, the robot takes {size}"
-    return ""
+        return described(error)
 
 
 def _difference(trial: Any, step: TracedStep) -> str:
@@ -72,7 +60,7 @@ def _difference(trial: Any, step: TracedStep) -> str:
         state, command, signals = trial.made.step(gains, state, measurement, reference, PERIOD)
         flat, *results = (part.full().ravel() for part in step.function.call([flat, *given, step.gains]))
         layouts: tuple[Layout[Any], ...] = step.inputs.state, step.commands, step.signals
-        python: tuple[Any, ...] = state, Command(*command), dict(signals)
+        python: tuple[Any, ...] = state, command, with_floats(dict(signals))
         for layout, one, record in zip(layouts, (flat, *results), python, strict=True):
             other = layout.pack(record)
             for name, part in layout.slices.items():

@@ -8,8 +8,6 @@ import json
 from skylimb.analysis.recording.run import Run
 from skylimb.analysis.scores.user_scores import scored
 from skylimb.base.config import to_mapping
-from skylimb.base.signals import require_recorded
-from skylimb.control.controller import controller_signals
 from skylimb.control.loop.flight import Flight, flown_mission
 from skylimb.control.missions.mission import Mission
 from skylimb.flight.events import SurfaceChange
@@ -49,7 +47,6 @@ def simulated_run(takeoff: Takeoff, flight: Flight, mission: Mission | None = No
         "surface": json.dumps(plant.surface.describe()),
         "tolerances": json.dumps(to_mapping(plan.experiment.tolerances) if mission.contact else {}),
     }
-    require_recorded(controller_signals(plan.controller), flight.layout.slices, "the controller")
     times = mission.times[: flight.ticks]
     run = flight_run(plan, truth.signals, times, flight.cause, attributes, frame=mission.frame)
     log = with_reference_line(run.log, plan.experiment.trajectory)

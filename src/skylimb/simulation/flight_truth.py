@@ -6,7 +6,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skylimb.base.errors import ConfigError
 from skylimb.control.loop.flight import Flight, mission_signals
 from skylimb.control.missions.mission import Mission
 from skylimb.simulation.plant import Plant
@@ -38,9 +37,6 @@ def flight_truth(
         flight: the raw record.
         mission: what was asked, as the flight went through it (`flown_mission`).
         surface: what the surface was at every tick (`surface_table`); None where it did not change.
-
-    Raises:
-        ConfigError: when a user's controller names a signal that is computed here.
     """
     ticks = flight.ticks
     moved = flight_kinematics(plant, flight, mission)
@@ -71,11 +67,6 @@ def flight_truth(
         **changed,
         **tool_signals(plant, flight, moved.tip_position),
     }
-    clash = sorted(values.keys() & computed.keys())
-    if clash:
-        raise ConfigError(
-            f"controller signal '{clash[0]}' is a name that the loop records itself; choose another"
-        )
     return FlightTruth(values | computed, gaps)
 
 

@@ -97,8 +97,10 @@ def test_a_change_that_does_not_fit_is_refused_before_take_off(
 def test_a_controller_of_ones_own_cannot_be_changed(tmp_path: Path) -> None:
     file = tmp_path / "own.py"
     file.write_text(
-        "class Own:\n    name = 'own'\n    step = None\n    def gains(self): ...\n"
-        "    def initial_state(self): ...\n\n"
+        "import skylimb\n\nclass Own:\n    name = 'own'\n    def gains(self): ...\n"
+        "    def initial_state(self): ...\n"
+        "    def step(self, gains, state, measurement, reference, dt):\n"
+        "        return state, skylimb.Command([float(reference.reach)] * 4, *measurement[-2:]), {}\n\n"
         "def controller(robot):\n    return Own()\n"
     )
     with pytest.raises(ConfigError, match="'own' flies in Python"):

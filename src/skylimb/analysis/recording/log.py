@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from skylimb.analysis.recording.signals import SIGNALS, SignalInfo
+from skylimb.base.signal_table import SIGNALS, SignalInfo
 from skylimb.base.signals import Signal
 
 if TYPE_CHECKING:

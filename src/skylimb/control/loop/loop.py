@@ -7,6 +7,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from skylimb.base.errors import UserCodeError
 from skylimb.base.packing import Layout
 from skylimb.control.loop.flight import Flight, stopped_cause, unfinished
 from skylimb.control.loop.terminations import Terminations, find_loss
@@ -95,10 +96,21 @@ class Loop:
         return self._so_far().signal(name)
 
     def tick(self) -> bool:
-        """Fly one tick; false once the flight is over."""
+        """Fly one tick; false once the flight is over.
+
+        Raises:
+            UserCodeError: of the first tick; later the flight ends with it as its cause.
+        """
         if self._flight is not None:
             return False
-        self._at = at = self._fly(self.ticks)
+        try:
+            self._at = at = self._fly(self.ticks)
+        except UserCodeError as error:
+            if not self.ticks:
+                raise
+            cause = f"broken off at t = {self.time:.3f} s: {error}"
+            self._flight = self._lost(self._loss() or (self.ticks - 1, cause))
+            return False
         self.ticks += 1
         if at > self._last or self.ticks == self._next_check:
             self._check()

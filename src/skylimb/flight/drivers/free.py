@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from skylimb.base.errors import ConfigError
+from skylimb.base.errors import UserCodeError
 from skylimb.base.packing import Layout, number
 from skylimb.base.user_code import described_user_error
 from skylimb.control.controller import Controller
@@ -80,7 +80,7 @@ class FreeDriver:
         """Fly one tick.
 
         Raises:
-            ConfigError: when the controller fails, or its command or signals do not fit.
+            UserCodeError: when the controller fails, or its command or signals do not fit.
         """
         vehicle, dt = self._vehicle, self._mission.period
         measurement = vehicle.measure()
@@ -90,14 +90,14 @@ class FreeDriver:
         begun = perf_counter()
         try:
             self._state, command, own = self._step(self._gains, self._state, measurement, reference, dt)
-        except Exception as error:
-            raise described_user_error(f"{self._what} at t = {k * dt:.3f} s", error) from error
+        except (Exception, SystemExit) as error:
+            raise described_user_error(self._what, error) from error
         self._spent, self._ticks = self._spent + perf_counter() - begun, self._ticks + 1
         command = self._checked(command)
         pace = 1.0
         if self._window.paced:
             if PACE not in own:
-                raise ConfigError(f"{self._what} sets the mission's pace, but has no signal 'pace'")
+                raise UserCodeError(f"{self._what} sets the mission's pace, but has no signal 'pace'")
             pace, own = float(own[PACE]), {**own, MISSION_TIME: self._clock.ticks * dt}
         if k == 0:
             self._begin_log({name: number(value) for name, value in own.items()})
@@ -129,13 +129,15 @@ class FreeDriver:
         """Write the controller's own signals, which have to be those of the first tick."""
         if own.keys() != self._names:
             odd = sorted(own.keys() ^ self._names)
-            raise ConfigError(f"{self._what} records other signals than at its first tick: {', '.join(odd)}")
+            raise UserCodeError(
+                f"{self._what} records other signals than at its first tick: {', '.join(odd)}"
+            )
         for name, start, stop, shape in self._own:
             value = own[name]
             if type(value) is not float:
                 value = number(value)
                 if np.shape(value) != shape:
-                    raise ConfigError(
+                    raise UserCodeError(
                         f"{self._what} gives signal '{name}' the shape {np.shape(value)}, at its first tick "
                         f"it had {shape}"
                     )
@@ -149,7 +151,7 @@ class FreeDriver:
         for field, length in self._sizes:
             value = np.asarray(getattr(command, field, ()), dtype=float).reshape(-1)
             if len(value) != length:
-                raise ConfigError(
+                raise UserCodeError(
                     f"{self._what} gave {len(value)} {field}; {self._robot.name} takes {length}"
                 )
             parts.append(value)

@@ -10,13 +10,10 @@ import json
 import tempfile
 import threading
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
-
-import mujoco
 
 from skylimb.analysis.recording.run import Run
 from skylimb.analysis.recording.versions import versions
@@ -82,7 +79,7 @@ def fly_jobs(campaign: str, jobs: Sequence[Job]) -> list[Flown]:
     Raises:
         ConfigError: when this process has other versions than the campaign was begun with.
     """
-    with _ONE_AT_A_TIME, _quiet_engine():
+    with _ONE_AT_A_TIME:
         return _worker(campaign).fly(jobs)
 
 
@@ -179,17 +176,6 @@ class Worker:
 @lru_cache(maxsize=4)
 def _worker(campaign: str) -> Worker:
     return Worker(campaign_from_mapping(json.loads(campaign), "the campaign"))
-
-
-@contextmanager
-def _quiet_engine() -> Iterator[None]:
-    """Keep the physics' warnings off the terminal and out of the folder; a row says what came of a flight."""
-    before = mujoco.get_mju_user_warning()
-    mujoco.set_mju_user_warning(lambda message: None)
-    try:
-        yield
-    finally:
-        mujoco.set_mju_user_warning(before)
 
 
 def _bytes(run: Run) -> bytes:

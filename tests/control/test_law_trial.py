@@ -1,0 +1,59 @@
+"""What the trial of a user's law finds besides the mistakes of docs/mistakes.md."""
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from skylimb.base.config import write_toml
+from skylimb.base.errors import UserCodeError
+from skylimb.control.controller import load_controller
+from skylimb.control.preset import preset_mapping
+from skylimb.robots.model import Robot
+
+LAW = """from dataclasses import dataclass
+import numpy as np
+@dataclass(frozen=True)
+class Gains: ...
+ONES = []
+def initial_state(gains, start): return np.ones(1)
+def step(gains, state, inputs):
+    return state, inputs.estimate.body.model.mass * inputs.estimate.body.model.gravity, {}
+"""
+
+
+def read(folder: Path, robot: Robot, text: str) -> Any:
+    assert text != LAW
+    (folder / "law.py").write_text(text, encoding="utf-8")
+    tables, _ = preset_mapping("hybrid")
+    tables["translation"] = {"law": "law.py"}
+    (folder / "own.toml").write_text(write_toml(tables), encoding="utf-8")
+    return load_controller(str(folder / "own.toml"), robot)
+
+
+@pytest.mark.parametrize("step", ["state[0] + state[0]", "float(state[0]) + state[0]"])
+def test_a_vector_of_one_entry_is_a_vector(tmp_path: Path, robot: Robot, step: str) -> None:
+    cascade = read(tmp_path, robot, LAW.replace("{}", f"{{'sum': {step}}}"))
+    assert bool(cascade.in_python) == ("float" in step)
+    np.testing.assert_array_equal(cascade.initial_state().translation, [1.0])
+
+
+@pytest.mark.parametrize("made", ["np.random.rand()", "np.zeros(len(ONES + [ONES.append(1)]))"])
+def test_what_is_prepared_is_the_same_every_time(tmp_path: Path, robot: Robot, made: str) -> None:
+    text = LAW.replace("inputs)", "inputs, K)") + f"def prepare(gains, robot):\n    return {made}\n"
+    told = "translation law 'law.py': prepare gives another result when it is called again"
+    with pytest.raises(UserCodeError, match=re.escape(told)):
+        read(tmp_path, robot, text)
+
+
+def test_signals_are_those_of_every_call(tmp_path: Path, robot: Robot) -> None:
+    text = LAW.replace("{}", "{'a': 1.0} if inputs.reference.position[2] > 1.0 else {}")
+    with pytest.raises(UserCodeError, match=r"line \d+, .*step does not always return signals a; what"):
+        read(tmp_path, robot, text)
+
+
+def test_a_function_that_is_none_is_named(tmp_path: Path, robot: Robot) -> None:
+    with pytest.raises(UserCodeError, match=r"^translation law 'law\.py': prepare is no function"):
+        read(tmp_path, robot, LAW + "prepare = 3\n")
