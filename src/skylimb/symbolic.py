@@ -88,6 +88,14 @@ def clip(value: Any, low: Any, high: Any) -> Any:
     return np.clip(value, low, high)
 
 
+def within(value: Any, low: Any, high: Any) -> Any:
+    """1 where every entry lies between `low` and `high`, else 0; what is no number lies nowhere."""
+    if not is_symbolic(value, low, high):
+        return float(np.all((value >= low) & (value <= high)))
+    inside = ca.vec(ca.logic_and(value >= low, value <= high))
+    return functools.reduce(operator.mul, ca.vertsplit(inside), ca.SX(1.0))
+
+
 def exp(value: Any) -> Any:
     """The exponential, entry by entry."""
     return ca.exp(value) if is_symbolic(value) else np.exp(value)

@@ -191,6 +191,12 @@ SIGNALS: dict[str, SignalInfo] = {
     "tick_held": SignalInfo(
         _SCALAR, "", "", "1 where the command of the tick before was held", "measurement"
     ),
+    "supervisor_mode": SignalInfo(
+        _SCALAR, "", "", "mode, by its number in the supervisor's table", "estimate"
+    ),
+    "supervisor_bits": SignalInfo(
+        _SCALAR, "", "", "bits of the supervisor's table as a number, the first one lowest", "estimate"
+    ),
     "retreating": SignalInfo(_SCALAR, "", "", "1 once the flight was broken off", "measurement"),
     "phase": SignalInfo(_SCALAR, "", "", "phase of the mission", "reference"),
     "configuration": SignalInfo(("qpos",), "", "W", "positions of the scene's joints, for replay", "truth"),

@@ -12,6 +12,7 @@ import numpy as np
 from skylimb.base.errors import ConfigError
 from skylimb.control.controller import Controller, TraceableController, is_traceable
 from skylimb.control.corrections import Calibrated
+from skylimb.control.supervisor.supervised import Supervised
 from skylimb.flight.events import SurfaceChange, Timeline, require_events, timeline
 from skylimb.flight.events.surface import surface_table
 from skylimb.flight.experiments.experiment import Experiment
@@ -105,7 +106,8 @@ class Takeoff(FlightPlan):
     def _traced_controller(self) -> TraceableController:
         if not is_traceable(self.controller):
             raise ConfigError(f"controller '{self.controller.name}' cannot be compiled")
-        return self.controller
+        limits = self.experiment.supervisor
+        return self._of(Supervised, self.controller, limits) if limits.on else self.controller
 
 
 def simulated(plan: FlightPlan) -> Takeoff:

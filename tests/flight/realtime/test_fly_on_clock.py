@@ -14,9 +14,9 @@ import skylimb
 from short_flights import HOLD
 from skylimb.analysis.report.controller_replay import differences
 from skylimb.apps.cli.main import main
+from skylimb.control.supervisor.limits import Limits
 from skylimb.flight.realtime.fly_on_clock import fly_on_clock
 from skylimb.flight.realtime.pacer import Pacer
-from skylimb.flight.realtime.watchdog import Limits
 
 
 class FakeTime:

@@ -108,15 +108,18 @@ def test_over_a_link_it_is_the_flight_of_run(controller: str) -> None:
     assert len(found) > 10
 
 
-def test_a_link_that_is_cut_holds_then_breaks_off() -> None:
+def test_a_link_that_is_cut_coasts_then_breaks_off() -> None:
     def cut(k: int, robot: SimulatedRobot, far: End) -> None:
         far.cut = 80 <= k < 190
 
     over, _ = flown(before=cut)
     log = over.run.log
     held, broken = log.tick_held.values > 0.0, log.retreating.values > 0.0
-    assert not held[:100].any()
-    assert held[105:175].all()
+    # It goes on where the model has it, and nearly as if it were seen.
+    assert not held[:180].any()
+    run = skylimb.run("paper", "hybrid", set=HOLD)
+    away = log.root_position_measured.values[190] - run.log.root_position_measured.values[190]
+    assert float(np.abs(away).max()) < 0.03
     assert 180 < np.argmax(broken) < 190
     assert over.run.cause == "broken off by the guard"
     assert over.faults["too old"] > 50
@@ -130,7 +133,7 @@ def test_a_robot_whose_clock_is_set_flies_on(step: float) -> None:
     over, _ = flown(before=set_clock)
     run, count = skylimb.run("paper", "hybrid", set=HOLD), 160
     assert over.faults["clock of the stamps was set"] == 1
-    assert over.faults.get("too old", 0) == 0
+    assert over.faults.get("too old", 0) <= 2
     assert not over.run.log.retreating.values[:count].any()
     away = over.run.log.root_position_measured - run.log.root_position_measured
     assert float(np.abs(away[:count]).max()) < 0.005

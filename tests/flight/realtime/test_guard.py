@@ -1,6 +1,7 @@
 """A controller that commands nothing on bad grounds, and never anything out of limits."""
 
-from collections.abc import Callable
+import itertools
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -12,11 +13,11 @@ import skylimb
 from skylimb.control.estimation.records import Measurement
 from skylimb.control.missions.reference import Reference, zero_reference
 from skylimb.control.records import Command
+from skylimb.control.supervisor.limits import Limits
+from skylimb.control.supervisor.retreat import BACK, BACK_SPEED, DESCENT, retreat
 from skylimb.flight.realtime.compiled_controller import CompiledController
-from skylimb.flight.realtime.guard import BLIND, GuardedController
+from skylimb.flight.realtime.guard import GuardedController
 from skylimb.flight.realtime.pacer import Pacer
-from skylimb.flight.realtime.retreat import BACK, BACK_SPEED, DESCENT, Retreat
-from skylimb.flight.realtime.watchdog import Limits
 from skylimb.robots.model import Robot
 
 Make = Callable[..., Measurement]
@@ -63,6 +64,14 @@ class Counting:
         return state + 1, self.given(command), {"ticks": float(state + 1), "vector": np.ones(3)}
 
 
+def noisy(measurement: Measurement, count: Iterator[int] = itertools.count()) -> Measurement:  # noqa: B008
+    """What no sensor shows twice."""
+    try:
+        return measurement._replace(position=measurement.position + 1e-9 * next(count))
+    except TypeError:
+        return measurement
+
+
 class Flight:
     """A guard, its controller, and what happened to them so far."""
 
@@ -77,7 +86,7 @@ class Flight:
     def tick(self, measurement: Measurement, taken: float | None = None) -> tuple[Command, dict[str, Any]]:
         if taken is not None:
             self.guard.taken(taken)
-        self.state, command, own = self.guard.step(None, self.state, measurement, self.reference, DT)
+        self.state, command, own = self.guard.step(None, self.state, noisy(measurement), self.reference, DT)
         self.pacer.moment += DT
         return command, dict(own)
 
@@ -119,22 +128,43 @@ def test_too_many_missed_ticks_in_a_row_retreat(flight: Flight, hovering: Make) 
     assert flight.inner.seen[-1][1].touch == 0.0
 
 
-def test_old_measurements_hold_then_descend_and_a_fresh_one_retreats(robot: Robot, hovering: Make) -> None:
+def test_old_measurements_coast_then_descend_and_then_cut(
+    robot: Robot, hovering: Make, caplog: pytest.LogCaptureFixture
+) -> None:
     flight = Flight(robot)
     first, _ = flight.tick(hovering(), taken=0.0)
-    commands = [flight.tick(hovering(), taken=0.0) for _ in range(120)]
-    flown = [own["tick_held"] for _, own in commands]
-    assert flown[:19] == [0.0] * 19  # up to 0.1 s
-    np.testing.assert_array_equal(commands[50][0].thrusts, commands[20][0].thrusts)
-    blind = commands[-1][0]
-    hover = robot.at(hovering().joint_angles, hovering().vectoring_angles).hover_thrusts
-    np.testing.assert_allclose(blind.thrusts, BLIND * hover)
-    np.testing.assert_array_equal(blind.joint_angles, first.joint_angles)
+    modes, commands = list[str](), list[Command]()
+    for _ in range(250):
+        commands.append(flight.tick(hovering(), taken=0.0)[0])
+        modes.append(flight.guard.mode)
+    began = {mode: modes.index(mode) for mode in ("COAST", "DESCEND", "CUT")}
+    assert began == {"COAST": 6, "DESCEND": 100, "CUT": 200}
+    # The controller is asked all the while that it coasts, about where the model has the robot.
+    assert len(flight.inner.seen) == 101
+    moved = np.array([seen.position for seen, _ in flight.inner.seen[8:]])
+    assert np.diff(moved[:, 2]).max() < 0.0  # 20 N carry nothing, and it knows
+    level = np.array([command.thrusts for command in commands[100:200]])
+    low, high = robot.thrust_limits()
+    assert (level >= low).all()
+    assert (level <= high).all()
+    assert level.min() > low[0]
+    np.testing.assert_array_equal(commands[-1].thrusts, low)
+    np.testing.assert_array_equal(commands[-1].joint_angles, first.joint_angles)
     assert flight.guard.retreating
-    seen = len(flight.inner.seen)
-    flight.tick(hovering(), taken=121 * DT)
-    assert len(flight.inner.seen) == seen + 1  # measured again, it flies back under control
-    assert flight.inner.seen[-1][1].position[0] < 0.0
+    assert "guard" in caplog.text or "DESCEND" in caplog.text
+    flight.tick(hovering(), taken=1.3)
+    assert flight.guard.mode == "CUT"
+
+
+def test_a_fresh_measurement_ends_a_coast(robot: Robot, hovering: Make) -> None:
+    flight = Flight(robot)
+    for k in range(60):
+        blind = 20 <= k < 50
+        flight.tick(hovering(), taken=None if not blind else 19 * DT)
+        if blind and k > 26:
+            assert flight.guard.mode == "COAST"
+    assert flight.guard.mode == "NORMAL"
+    assert not flight.guard.retreating
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
@@ -177,15 +207,15 @@ def test_a_retreat_goes_back_then_down_and_stays() -> None:
     last = zero_reference(3, 4)._replace(
         position=np.array([1.0, 2.0, 1.5]), contact_axis=np.array([0.0, 1.0, 0.0]), touch=1.0, wait=1.0
     )
-    retreat, end = Retreat(last, floor=0.3), BACK / BACK_SPEED
-    assert retreat.at(0.0).position.tolist() == [1.0, 2.0, 1.5]
-    half = retreat.at(end / 2)
+    end = BACK / BACK_SPEED
+    assert retreat(last, 0.0, 0.3).position.tolist() == [1.0, 2.0, 1.5]
+    half = retreat(last, end / 2, 0.3)
     np.testing.assert_allclose(half.position, [1.0, 2.0 - BACK / 2, 1.5])
     np.testing.assert_allclose(half.velocity, [0.0, -BACK_SPEED, 0.0])
-    down = retreat.at(end + 1.0)
+    down = retreat(last, end + 1.0, 0.3)
     np.testing.assert_allclose(down.position, [1.0, 2.0 - BACK, 1.5 - DESCENT])
     np.testing.assert_allclose(down.velocity, [0.0, 0.0, -DESCENT])
-    landed = retreat.at(100.0)
+    landed = retreat(last, 100.0, 0.3)
     assert landed.position[2] == pytest.approx(0.3)
     assert not landed.velocity.any()
     for reference in (half, down, landed):
@@ -208,7 +238,7 @@ def test_a_retreat_begins_where_it_was_and_never_jumps(
         if k == tick:
             guard.retreat("for the test")
         guard.taken(k * dt)
-        state, _, _ = guard.step(None, state, hovering(), asked, dt)
+        state, _, _ = guard.step(None, state, noisy(hovering()), asked, dt)
         assert guard.flown is not None
         path.append(np.array(guard.flown.position))
         assert guard.retreating == (k >= tick)

@@ -81,7 +81,7 @@ def fly(
         print(f"flown for {ticks} ticks; then the commands stopped")
         return 0
     folder = new_folder(out, "-".join(filter(None, (stem(experiment), stem(controller or ""), *chosen))))
-    from skylimb.flight.realtime.watchdog import Limits
+    from skylimb.control.supervisor.limits import Limits
 
     limits = Limits() if overruns is None else Limits(overruns=overruns)
     with output.flights() as progress:

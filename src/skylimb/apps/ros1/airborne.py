@@ -18,14 +18,12 @@ from skylimb.control.missions.mission import Mission
 from skylimb.control.missions.reference import Reference
 from skylimb.control.needs import PACE
 from skylimb.control.records import Command
-from skylimb.flight.realtime.guard import BLIND
-from skylimb.flight.realtime.retreat import BACK, Retreat
+from skylimb.control.supervisor.retreat import BACK, retreat
+from skylimb.flight.realtime.guard import FAILED
 
 SPOOL_TIME, SPOOL_SHARE = 1.0, 0.9
 """Seconds in which the rotors come up on the ground, and the share of the hover thrusts that they come to."""
 
-FAILED = "the controller failed"
-"""Why a flight is broken off whose controller raises."""
 
 RISE = 0.3
 """Speed of a take-off, m/s."""
@@ -63,10 +61,11 @@ class Airborne:
         q, psi, _, _ = flyer.references.posture(theta)
         self._hover = np.asarray(flyer.robot.at(q, psi).hover_thrusts)
         self._bounds = flyer.robot.thrust_limits()
-        self._landing: Retreat | None = None
+        self._landing: Reference | None = None
         self._landing_since = now
         self.script: Script | None = None
-        self._failures = Counter[str]()
+        self._failed = ""
+        self._back = 0.0
 
     @property
     def reference(self) -> Reference | None:
@@ -82,17 +81,17 @@ class Airborne:
     @property
     def steerable(self) -> bool:
         """Whether nothing has gone wrong."""
-        return not (self._guard.retreating or self._failures)
+        return not (self._guard.retreating or self._guard.failed)
 
     @property
     def faults(self) -> Counter[str]:
         """How often each fault was met, by name."""
-        return self._failures + self._guard.counts + self._guard.watchdog.counts
+        return self._guard.counts
 
     def broken(self, body: Body | None) -> str:
         """Why the flight has to be broken off; empty while it has not."""
         reference, limits = self.reference, self._flyer.limits
-        if self._failures:
+        if self._guard.failed:
             return FAILED
         if self._guard.retreating:
             return "broken off by the guard"
@@ -110,7 +109,8 @@ class Airborne:
         """Lead it down from here, back from the surface first where it may touch one."""
         touching = self.script is not None and self.script.begun and self.script.mission.contact
         if self.reference is not None:
-            self._landing, self._landing_since = Retreat(self.reference, back=touching), now
+            self._landing, self._landing_since = self.reference, now
+            self._back = BACK if touching else 0.0
         self.script = None
 
     def lead_to(self, requests: Requests, request: Request, inputs: Inputs) -> None:
@@ -147,16 +147,12 @@ class Airborne:
         reference, script = self._lead(now, body)
         measurement = inputs.measurement or nothing_measured(self._flyer.robot)
         self._guard.taken(inputs.taken)
-        try:
-            self.state, command, signals = self._guard.step(
-                self._gains, self.state, measurement, reference, self._flyer.period
-            )
-        except Exception as error:  # a user's own controller: the robot must come down all the same
-            if not self._failures:
-                said.append(f"controller '{self._flyer.controller.name}' failed: {error}")
-            self._failures[FAILED] += 1
-            # Level and down: nobody holds the attitude but the flight controller.
-            return Tick(flying, self._hovering(BLIND), True, reference, {}, None, body, tuple(said))
+        self.state, command, signals = self._guard.step(
+            self._gains, self.state, measurement, reference, self._flyer.period
+        )
+        if self._guard.failed != self._failed:
+            self._failed = self._guard.failed
+            said.append(f"controller '{self._flyer.controller.name}' failed: {self._failed}")
         if script is not None and script.begun:
             self.script = after_tick(script, float(signals[PACE]) if self._flyer.plan.needs.paced else None)
             self._end_mission(self.script, now, said)
@@ -172,9 +168,8 @@ class Airborne:
         """The reference of now, and the mission that it is of."""
         flyer, script = self._flyer, self.script
         if self._landing is not None:
-            height = float(self._landing.last.position[2] if body is None else body.cog[2])
-            self._landing.floor = height - LEAD
-            reference = self._landing.at(now - self._landing_since)
+            height = float(self._landing.position[2] if body is None else body.cog[2])
+            reference = retreat(self._landing, now - self._landing_since, height - LEAD, self._back)
             return reference._replace(ahead=(reference,) * len(flyer.preview)), None
         if script is not None and not script.begun and not self.targets.legs:
             script = self.script = Script(script.name, script.mission, begun=True)

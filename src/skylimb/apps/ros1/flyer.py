@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -14,10 +14,10 @@ from skylimb.apps.ros1.targets import Target
 from skylimb.control.missions.mission import Mission
 from skylimb.control.missions.reference import Reference
 from skylimb.control.missions.table import window_of
+from skylimb.control.supervisor.limits import Limits
 from skylimb.flight.plan import FlightPlan
 from skylimb.flight.realtime.guard import GuardedController
 from skylimb.flight.realtime.pacer import Pacer
-from skylimb.flight.realtime.watchdog import Limits
 from skylimb.robots.model import Robot
 
 FLOOR = -0.5
@@ -77,7 +77,8 @@ class Flyer:
 
     def guard(self) -> GuardedController:
         """The controller of a flight, guarded."""
-        return GuardedController(self.controller, self.robot, self.pacer, self.guard_limits, FLOOR)
+        limits = replace(self.guard_limits, floor=FLOOR)
+        return GuardedController(self.controller, self.robot, self.pacer, limits)
 
     def held(self, target: Target) -> Reference:
         """The reference of a target that stays where it is as far as the controller looks ahead."""

@@ -24,6 +24,9 @@ from skylimb.control.missions.reference import Reference
 from skylimb.control.records import Command
 from skylimb.flight.realtime.watchdog import Watchdog
 
+FRESH = 0.1
+"""Seconds for which a pose says where the robot is."""
+
 
 class Pilot:
     """Flies a robot as its user orders.
@@ -89,9 +92,9 @@ class Pilot:
         """Where the robot is, if that is known and fresh."""
         if inputs.measurement is None and self._watch.good is None:
             return None  # nobody has measured anything yet
-        self._watch.judge(inputs.measurement, inputs.taken, inputs.now)
+        self._watch.judge(inputs.measurement, inputs.taken)
         good = self._watch.good
-        if good is None or inputs.now - inputs.taken > self.flyer.guard_limits.hold_after:
+        if good is None or inputs.now - inputs.taken > FRESH:
             return None
         return self._bodies.of(good)
 

@@ -13,8 +13,8 @@ from skylimb.apps.ros1.references import theta_of
 from skylimb.apps.ros1.targets import Place, Targets, duration_of
 from skylimb.apps.ros1.tick import Request
 from skylimb.base.rotations import rot_z, rotation_from_quaternion, rpy_from_rotation
+from skylimb.control.estimation.gates import BEYOND
 from skylimb.control.planning.posture import posture_family
-from skylimb.flight.realtime.watchdog import BEYOND
 from skylimb.robots.model import Robot
 
 OFF_FAMILY = 0.05

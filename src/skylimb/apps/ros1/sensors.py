@@ -14,9 +14,9 @@ from skylimb.analysis.exchange.messages import Imu, Joints, Pose, ServoStates
 from skylimb.apps.ros1.messages import Arrived
 from skylimb.apps.ros1.servos import Servos
 from skylimb.base.rotations import quaternion_from_rotation, rotation_from_quaternion
+from skylimb.control.estimation.gates import BEYOND
 from skylimb.control.estimation.records import Measurement
 from skylimb.control.estimation.stamps import Stamps, believed, judged
-from skylimb.flight.realtime.watchdog import BEYOND
 from skylimb.robots.model import Robot
 
 LOW_PASS = 20.0

@@ -25,6 +25,7 @@ from skylimb.control.planning.posture_path import PostureConfig
 from skylimb.control.planning.trajectory_config import TrajectoryConfig
 from skylimb.control.planning.user_path import spelled_out
 from skylimb.control.slots import shipped_gains
+from skylimb.control.supervisor.limits import Limits
 from skylimb.flight.events import Event, events_from_mapping
 from skylimb.flight.experiments.tolerances import Tolerances
 from skylimb.robots.description import GRAVITY
@@ -84,6 +85,7 @@ class Settings:
     sensors: SensorConfig = field(default_factory=SensorConfig)
     plant: PlantConfig = field(default_factory=PlantConfig)
     terminations: Terminations = field(default_factory=Terminations)
+    supervisor: Limits = field(default_factory=Limits)
     tolerances: Tolerances = field(default_factory=Tolerances)
     stop_at: Annotated[
         float | None,

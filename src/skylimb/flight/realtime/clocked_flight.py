@@ -13,13 +13,13 @@ from skylimb.analysis.recording.run import Run
 from skylimb.control.controller import is_traceable
 from skylimb.control.loop.flight import Flight
 from skylimb.control.loop.loop import Progress
+from skylimb.control.supervisor.limits import Limits
 from skylimb.flight.drivers.machine_code import fastest
 from skylimb.flight.plan import FlightPlan
 from skylimb.flight.realtime.compiled_controller import CompiledController
 from skylimb.flight.realtime.guard import GuardedController
 from skylimb.flight.realtime.pacer import Pacer
 from skylimb.flight.realtime.timing import Timing
-from skylimb.flight.realtime.watchdog import Limits
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from typing import Any
 from skylimb.control.controller import Controller
 from skylimb.control.corrections import Calibrated
 from skylimb.control.loop.loop import Loop, Progress
+from skylimb.control.supervisor.limits import Limits
 from skylimb.flight.drivers.free import FreeDriver
 from skylimb.flight.drivers.world import world
 from skylimb.flight.experiments.experiment import Experiment
@@ -20,7 +21,6 @@ from skylimb.flight.realtime.clocked_flight import (
     timing_of,
 )
 from skylimb.flight.realtime.pacer import Pacer
-from skylimb.flight.realtime.watchdog import Limits
 from skylimb.flight.simulated_run import recorded
 from skylimb.flight.takeoff import take_off
 from skylimb.simulation.engine_timer import without_timer
@@ -67,5 +67,5 @@ def fly_on_clock(
     return ClockedFlight(
         recorded(takeoff, flight),
         timing_of(flight, takeoff.period),
-        {**guard.counts, **guard.watchdog.counts},
+        guard.counts,
     )

@@ -16,6 +16,8 @@ from skylimb.control.loop.loop import Progress
 from skylimb.control.loop.terminations import Stretch, Terminations, distance, tilt
 from skylimb.control.missions.clock import Clock
 from skylimb.control.missions.mission import Mission
+from skylimb.control.supervisor.limits import Limits
+from skylimb.control.supervisor.retreat import BACK, BACK_SPEED, DESCENT
 from skylimb.flight.drivers.free import FreeDriver
 from skylimb.flight.events import CONTROLLER_KINDS, require_applied
 from skylimb.flight.experiments.experiment import Experiment
@@ -32,8 +34,6 @@ from skylimb.flight.realtime.clocked_flight import (
 from skylimb.flight.realtime.guard import GuardedController
 from skylimb.flight.realtime.link import Link, RemoteVehicle
 from skylimb.flight.realtime.pacer import Pacer
-from skylimb.flight.realtime.retreat import BACK, BACK_SPEED, DESCENT
-from skylimb.flight.realtime.watchdog import Limits
 
 PATIENCE = 5.0
 """Seconds that the first measurement is waited for."""
@@ -81,7 +81,7 @@ def fly_robot(
     values |= mission_signals(flown_mission(whole, flight), flight.ticks)
     times = np.arange(flight.ticks) * plan.period
     run = documented(flight_run(plan, values, times, flight.cause), plan)
-    faults = {**guard.counts, **guard.watchdog.counts, **vehicle.counts}
+    faults = {**guard.counts, **vehicle.counts}
     return ClockedFlight(run, timing_of(flight, plan.period), faults)
 
 

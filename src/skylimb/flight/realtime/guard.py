@@ -1,56 +1,51 @@
-"""A controller that commands nothing on bad grounds, and never anything out of limits."""
+"""The supervisor around a controller that flies here: clock, exceptions, and what is told to people."""
 
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+import casadi as ca
 import numpy as np
 
-from skylimb.base.errors import SkylimbError
+from skylimb.base.bound_function import BoundFunction
+from skylimb.base.packing import Layout
 from skylimb.control.controller import Controller
-from skylimb.control.estimation.records import Measurement
-from skylimb.control.missions.reference import Reference
+from skylimb.control.estimation.gates import FAULTS
+from skylimb.control.estimation.records import Measurement, zero_measurement
+from skylimb.control.missions.reference import Reference, zero_reference
 from skylimb.control.needs import needs_of
 from skylimb.control.records import Command
-from skylimb.flight.realtime.decision import Action, Evidence, decide
+from skylimb.control.supervisor.limits import Limits
+from skylimb.control.supervisor.supervisor import RETREAT, TABLE, Told, after, before, initial_watch
 from skylimb.flight.realtime.faults import Faults
 from skylimb.flight.realtime.pacer import Pacer
-from skylimb.flight.realtime.retreat import Retreat
-from skylimb.flight.realtime.watchdog import Limits, State, Watchdog
+from skylimb.flight.realtime.watchdog import shaped
 from skylimb.robots.model import Robot
 
 _log = logging.getLogger(__name__)
 
-BLIND = 0.95
-"""Share of the hover thrusts with which a robot descends that has nothing measured any more."""
+FAILED = "the controller failed"
+"""Why a flight is broken off whose controller raises."""
 
 _MARGIN = 1e-6
 """Radians, or parts of a newton, by which a command may be off its limits by rounding."""
 
-_INSTANT = 1e-6
-"""Least time between two ticks, s."""
-
 
 class GuardedController:
-    """Follows `Controller` around another one.
-
-    At every tick it either flies, holds the command of the tick before, or retreats from the surface and
-    descends level. It holds a tick that begins when the next one is due, a measurement that is too old or not
-    believed, and a command that is no number. It retreats once the last good measurement is too old, or after
-    too many ticks in a row without a new command. From a retreat there is no way back.
+    """Follows `Controller` around another one, which `control.supervisor` watches.
 
     Args:
         controller: what flies.
-        robot: gives the limits of a command.
+        robot: gives the model and the limits of a command.
         pacer: tells how late a tick is; None for a flight without a wall clock.
-        limits: when to hold and when to retreat.
-        floor: height of the centre of gravity at which the descent of a retreat ends, m.
+        limits: when the supervisor acts.
 
     Attributes:
-        flown: the reference that the controller was last given: the mission's, or that of the retreat.
+        flown: the reference that was flown last: the mission's, or that of the retreat.
         counts: how often each fault was met.
+        failed: what the controller raised first, in words; empty while it has not.
     """
 
     def __init__(
@@ -59,36 +54,41 @@ class GuardedController:
         robot: Robot,
         pacer: Pacer | None = None,
         limits: Limits | None = None,
-        floor: float = 0.0,
     ) -> None:
-        self._controller, self._pacer, self._floor = controller, pacer, floor
-        self._robot, self._limits = robot, limits or Limits()
+        self._controller, self._pacer, self._robot = controller, pacer, robot
+        self._limits = limits or Limits()
         self.name, self.needs = controller.name, needs_of(controller)
-        self.watchdog = Watchdog(robot, self._limits)
         self._bounds = (robot.thrust_limits(), robot.joint_limits(), robot.vectoring_limits())
-        # What was commanded and recorded last; set at the first tick.
-        self._last: tuple[Command, dict[str, Any]] = Command(*(low for low, _ in self._bounds)), {}
-        self._retreat: Retreat | None = None
-        self._retreated_at = self._ticks = self._without = 0
+        self._halves: _Halves | None = None
+        self._mode, self._told, self._own = 0, Told(), dict[str, Any]()
         self._taken: float | None = None
-        self._now = -_INSTANT
+        self._last = -np.inf
         self.flown: Reference | None = None
-        self.counts = Faults()
+        self.counts, self.failed = Faults(), ""
+
+    @property
+    def mode(self) -> str:
+        """Name of the mode, as in the supervisor's table."""
+        return list(TABLE.modes)[self._mode]
 
     @property
     def retreating(self) -> bool:
         """Whether the flight was broken off."""
-        return self._retreat is not None
+        return self._mode >= RETREAT or self._told.land > 0.0
 
     def taken(self, time: float) -> None:
-        """When the next tick's measurement was taken, s since the first tick; by default at that tick."""
+        """When the next tick's measurement was taken, s on a clock of its own; by default it is new."""
         self._taken = time
 
     def retreat(self, why: str = "") -> None:
         """Break the flight off at the next tick, for a fault if there is a reason, else to land."""
         if why:
             self.counts.note("guard", why)
-        self._without = self._limits.overruns + 1
+        self._told = self._told._replace(land=1.0)
+
+    def stop(self) -> None:
+        """Command the least at the next tick and from then on."""
+        self._told = self._told._replace(stop=1.0)
 
     def gains(self) -> Any:
         """The controller's own."""
@@ -101,99 +101,178 @@ class GuardedController:
     def step(
         self, gains: Any, state: Any, measurement: Measurement, reference: Reference, dt: float
     ) -> tuple[Any, Command, Mapping[str, Any]]:
-        """Look, decide (`decision.py`), and do what was decided."""
-        judged, missed = self._judged(measurement, dt), self._pacer is not None and self._pacer.missed
-        measured = self.watchdog.good is not None
-        believed = self.watchdog.good or measurement
-        if self._ticks == 0:
-            self._last = self._still(reference), {}
+        """Look, decide (`control/supervisor`), and do what was decided."""
+        halves = self._halves = self._halves or _Halves(self._robot, self._limits, len(reference.ahead), dt)
+        missed = self._pacer is not None and self._pacer.missed
         if missed:
             self.counts.note("guard", "missed tick")
-        if self._ticks == 0 and not measured:
-            # The signals' names come from a tick that is not flown.
-            _, _, own = self._controller.step(gains, state, _at_rest(reference), reference, dt)
-            self._last = self._last[0], {name: np.full(np.shape(own[name]), np.nan) for name in own}
-        overdue = self._without > self._limits.overruns
-        seen = Evidence(judged, missed, overdue, measured, self._ticks > 0 or not measured)
-        decision = decide(self.retreating, seen)
-        if decision.broken_off and self._retreat is None:
-            _log.warning("retreat at %.3f s", self._now)
-            self._retreat, self._retreated_at = Retreat(reference, self._floor), self._ticks
-        new, held = state, decision.held
-        if decision.action in (Action.FLY, Action.GO_BACK):
-            self.flown = self._asked(reference, dt)
-            made, wanted, own = self._controller.step(gains, state, believed, self.flown, dt)
-            command = self._within(wanted)
-            if command is None:  # nothing of this tick is remembered
-                held, self._without = True, self._without + 1
-                self._last = self._last[0], self._last[1] or dict(own)
-            else:
-                new, self._without = made, 0
-                self._last = command, dict(own)
-        elif decision.action == Action.DESCEND:
-            self._last = self._descent(believed), self._last[1]
-        else:
-            self._without += 1
-        self._ticks += 1
-        command, own = self._last
-        return new, command, {**own, **self._signals(held)}
-
-    def _judged(self, measurement: Measurement, dt: float) -> State:
-        """What the watchdog says of a measurement at the time of this tick."""
-        now = self._ticks * dt if self._pacer is None else self._pacer.time()
-        # A late tick and the one that catches up may read the same time; their measurements are two.
-        self._now = max(now, self._now + _INSTANT)
-        taken, self._taken = self._now if self._taken is None else self._taken, None
-        return self.watchdog.judge(measurement, taken, self._now)
-
-    def _asked(self, reference: Reference, dt: float) -> Reference:
-        """The reference of this tick: the mission's, or on the way back that of the retreat."""
-        if self._retreat is None:
-            return reference
-        back = self._retreat.at((self._ticks - self._retreated_at) * dt)
-        return back._replace(ahead=(back,) * len(self.needs.preview))
-
-    def _signals(self, held: bool) -> dict[str, float]:
+        fresh, measured = self._fresh(), self._shaped(measurement)
+        told = self._told._replace(fresh=float(fresh and measured is not None), late=float(missed))
+        self._told = Told()
+        sight = halves.look(told, measured, reference)
+        self._note(halves)
+        new, command = state, None
+        if halves.started:
+            self.flown = sight.reference
+        if sight.asks > 0.5:
+            new, command, own = self._asked(gains, state, sight.measurement, sight.reference, dt)
+            if command is not None or not self._own:
+                self._own = {name: own.get(name, before) for name, before in (self._own or own).items()}
+        elif not self._own:  # the signals' names come from a tick that is not flown
+            self._own = _unknown(self._asked(gains, state, _at_rest(reference), reference, dt)[2])
+        command, flew = halves.act(command)
         late, latency = (0.0, 0.0) if self._pacer is None else (self._pacer.late, self._pacer.elapsed())
-        return {
+        signals = {
             "tick_late": late,
             "tick_latency": latency,
-            "tick_held": float(held),
+            "tick_held": float(not flew),
             "retreating": float(self.retreating),
         }
+        return new, command, {**self._own, **signals}
 
-    def _within(self, command: Command) -> Command | None:
-        """The command within the robot's limits; None where it is no command."""
+    def _asked(
+        self, gains: Any, state: Any, measurement: Measurement, reference: Reference, dt: float
+    ) -> tuple[Any, Command | None, dict[str, Any]]:
+        """What the controller makes of a tick; the state of before and no command where that is none.
+
+        It may be anybody's Python, and a robot in the air comes down all the same.
+        """
+        try:
+            new, wanted, own = self._controller.step(gains, state, measurement, reference, dt)
+        except Exception as error:
+            self.counts.note("guard", FAILED)
+            self.failed = self.failed or str(error)
+            self.retreat()
+            return state, None, {}
+        command = self._checked(wanted)
+        if isinstance(new, np.ndarray) and not np.isfinite(new).all():
+            self.counts.note("guard", "state is no number")
+            command = None
+        return (state if command is None else new), command, dict(own)
+
+    def _fresh(self) -> bool:
+        """Whether the measurement of this tick was taken after the one before."""
+        taken, self._taken = self._taken, None
+        if taken is None:
+            return True
+        new = bool(np.isfinite(taken)) and taken > self._last
+        self._last = taken if new else self._last
+        return new
+
+    def _shaped(self, measurement: Measurement) -> Measurement | None:
+        """The measurement as arrays of the right sizes; None where it is none."""
+        seen = shaped(self._robot, measurement)
+        if isinstance(seen, str):
+            self.counts.note("guard", seen)
+            return None
+        return seen
+
+    def _note(self, halves: _Halves) -> None:
+        """Count what was seen, and say once what changed."""
+        for fault in {FAULTS[int(number)] for number in halves.sight.faults} - {""}:
+            self.counts.note("guard", fault)
+        bits = dict(zip(TABLE.bits, halves.sight.bits, strict=True))
+        for name, words in (("stale", "too old"), ("blind", "too old for long")):
+            if bits[name] > 0.5:
+                self.counts.note("guard", words)
+        mode, before = int(halves.mode), self.mode
+        if mode != self._mode:
+            self._mode = mode
+            if mode >= RETREAT:
+                _log.warning(
+                    "%s -> %s: %s", before, self.mode, ", ".join(n for n, b in bits.items() if b > 0.5)
+                )
+
+    def _checked(self, command: Command) -> Command | None:
+        """A command as arrays; None where it is none. The supervisor cuts it off at its limits."""
         parts = []
         for given, (low, high) in zip(command, self._bounds, strict=True):
             part = np.asarray(given, dtype=float).reshape(-1)
             if part.shape != low.shape or not np.isfinite(part).all():
-                self.counts.note(
-                    "guard", "command is no number" if part.shape == low.shape else "command of wrong size"
-                )
+                words = "command is no number" if part.shape == low.shape else "command of wrong size"
+                self.counts.note("guard", words)
                 return None
             if np.any(part < low - _MARGIN) or np.any(part > high + _MARGIN):
                 self.counts.note("guard", "command out of limits")
-                part = np.clip(part, low, high)
             parts.append(part)
         return Command(*parts)
 
-    def _still(self, reference: Reference) -> Command:
-        """The least that the actuators can do, in the nominal posture: for a first tick that fails."""
-        (low, _), (q_low, q_high), (psi_low, psi_high) = self._bounds
-        joints = np.clip(reference.joint_angles, q_low, q_high)
-        return Command(low, joints, np.clip(reference.vectoring_angles, psi_low, psi_high))
 
-    def _descent(self, known: Measurement) -> Command:
-        """A little less than hover thrusts in the last known posture: level, if the robot was level.
+class _Halves:
+    """Both halves of the supervisor, compiled, and what is remembered between them.
 
-        Nobody holds an attitude without measuring it. A flight controller with a loop of its own does.
-        """
-        try:
-            hover = self._robot.at(known.joint_angles, known.vectoring_angles).hover_thrusts
-        except SkylimbError:  # a posture in which the rotors cannot carry the robot
-            hover = self._bounds[0][0]
-        return self._last[0]._replace(thrusts=np.clip(BLIND * hover, *self._bounds[0]))
+    Attributes:
+        sight: what the last look came to.
+        mode: number of the mode.
+        started: whether a pose was believed yet.
+    """
+
+    def __init__(self, robot: Robot, limits: Limits, ahead: int, dt: float) -> None:
+        zero, first = zero_reference(robot.n_joints, robot.n_vectoring), initial_watch(robot)
+        self._watch, self._commands = Layout(first), Layout(first.command)
+        self._measurement = Layout(zero_measurement(robot.n_joints, robot.n_vectoring))
+        self._reference = Layout(zero._replace(ahead=(zero,) * ahead))
+
+        self._sight: Layout[Any] = Layout(())
+
+        def look(watch: Any, measured: Any, reference: Any) -> tuple[Any, ...]:
+            given = self._measurement.unpack(measured), self._reference.unpack(reference)
+            looked, sight = before(robot, limits, self._watch.unpack(watch), *given, dt)
+            self._sight = Layout(sight)
+            return self._watch.pack(looked), self._sight.pack(sight)
+
+        def act(watch: Any, sight: Any, wanted: Any, sound: Any) -> tuple[Any, ...]:
+            given = self._watch.unpack(watch), self._sight.unpack(sight), self._commands.unpack(wanted), sound
+            acted, command, made = after(robot, limits, *given, dt)
+            return self._watch.pack(acted), self._commands.pack(command), made
+
+        sizes = self._watch.size, self._measurement.size, self._reference.size
+        self._look, (self._state, *self._given), (self._looked, self._seen) = _bound(look, sizes)
+        sizes = self._watch.size, self._sight.size, self._commands.size, 1
+        self._act, handed, (_, self._command, self._made) = _bound(act, sizes)
+        _, _, self._wanted, self._sound = handed
+        self._act.bind([self._looked, self._seen, *handed[2:]], [self._state, self._command, self._made])
+        self._state[:] = self._watch.pack(first)
+        self.sight: Any = None
+        self.mode, self.started = 0.0, False
+
+    def look(self, told: Told, measurement: Measurement | None, reference: Reference) -> Any:
+        """What the controller is given; see `before`."""
+        for name, value in zip(Told._fields, told, strict=True):
+            self._state[self._watch.slices[f"told.{name}"]] = value
+        if measurement is not None:
+            self._given[0][:] = self._measurement.pack(measurement)
+        self._given[1][:] = self._reference.pack(reference)
+        self._look.evaluate()
+        self.sight = self._sight.unpack(self._seen.copy())
+        self.mode = self._looked[self._watch.slices["mode"]][0]
+        self.started = self._looked[self._watch.slices["started"]][0] > 0.5
+        return self.sight
+
+    def act(self, wanted: Command | None) -> tuple[Command, bool]:
+        """The command, and whether it is the controller's; see `after`."""
+        self._sound[:] = float(wanted is not None)
+        if wanted is not None:
+            self._wanted[:] = self._commands.pack(wanted)
+        self._act.evaluate()
+        return self._commands.unpack(self._command.copy()), bool(self._made[0] > 0.5)
+
+
+def _bound(
+    made: Callable[..., tuple[Any, ...]], sizes: Sequence[int]
+) -> tuple[BoundFunction, list[np.ndarray], list[np.ndarray]]:
+    """A function of flat vectors on arrays, and its arguments and results."""
+    symbols = [ca.SX.sym(f"given_{index}", size) for index, size in enumerate(sizes)]
+    function = ca.Function(
+        made.__name__, symbols, [ca.densify(part) for part in made(*symbols)], {"cse": True}
+    )
+    given = [np.zeros(size) for size in sizes]
+    results = [np.zeros(function.numel_out(index)) for index in range(function.n_out())]
+    return BoundFunction(function, given, results), given, results
+
+
+def _unknown(signals: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: np.full(np.shape(value), np.nan) for name, value in signals.items()}
 
 
 def _at_rest(reference: Reference) -> Measurement:

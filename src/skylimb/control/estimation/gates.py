@@ -1,0 +1,110 @@
+"""What is believed of a measurement: numbers, near to what the model says, and of a robot's size.
+
+Every gate is a comparison that has to hold, so what is no number passes none.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from skylimb.base.keys import Key, configuration
+from skylimb.control.estimation.records import Measurement
+from skylimb.symbolic import Array, dot, stack, where, within
+
+BEYOND = 1e9
+"""No SI number that a robot measures is as large."""
+
+FAULTS = ("", "not finite", "no attitude", "too fast", "jump", "angle out of range")
+"""What is wrong with a measurement, by number."""
+
+JUMP = 4.0
+
+
+@configuration
+class Gates:
+    """Sizes beyond which a measurement is not believed."""
+
+    speed: Annotated[float, Key("m/s", "speed above which none is believed", above=0.0, high=1e3)] = 10.0
+    turning: Annotated[float, Key("rad/s", "the same of the rates", above=0.0, high=1e3)] = 20.0
+    angles: Annotated[
+        float, Key("rad", "greatest size of a measured joint or vectoring angle", above=0.0, high=1e3)
+    ] = 7.0
+    jump: Annotated[
+        float, Key("m", "way from the predicted to a measured position that is none", above=0.0, high=1e3)
+    ] = 0.05
+    jump_turn: Annotated[float, Key("rad", "the same of the attitude", above=0.0, high=10.0)] = 0.2
+    relock_after: Annotated[
+        float,
+        Key("s", "of poses that agree with one another, after which a jump is believed", low=0.0, high=60.0),
+    ] = 0.2
+    relock_within: Annotated[float, Key("m", "greatest jump that is ever believed", low=0.0, high=1e3)] = 0.5
+    drift: Annotated[
+        float, Key("m/s", "how fast a prediction grows uncertain without measurements", low=0.0, high=1e3)
+    ] = 0.3
+    drift_turn: Annotated[float, Key("rad/s", "the same of the attitude", low=0.0, high=1e3)] = 0.5
+
+
+def pose_fault(gates: Any, seen: Measurement, predicted: Measurement, unseen: Any, started: Any) -> Any:
+    """Number of what is wrong with a measured pose and twist; 0 for nothing.
+
+    Args:
+        gates: a `Gates`.
+        seen: the measurement.
+        predicted: what the model says that it should be.
+        unseen: time since a pose was believed, s.
+        started: 1 once there is a prediction, else 0.
+    """
+    size, along = dot(seen.quaternion, seen.quaternion), dot(seen.quaternion, predicted.quaternion)
+    way = seen.position - predicted.position
+    far = gates.jump + gates.drift * unseen
+    # 1 - cos(angle / 2) of the rotation between the two, which needs no arc cosine.
+    turned = (gates.jump_turn + gates.drift_turn * unseen) ** 2 / 8.0
+    near = within(dot(way, way), 0.0, far * far) * within(along * along, (1.0 - turned) ** 2 * size, BEYOND)
+    fault = where(near + (1.0 - started) > 0.5, 0.0, JUMP)
+    slow = within(seen.velocity, -gates.speed, gates.speed)
+    slow = slow * within(seen.angular_velocity, -gates.turning, gates.turning)
+    fault = where(slow > 0.5, fault, 3.0)
+    fault = where(within(size, 0.81, 1.21) > 0.5, fault, 2.0)
+    flat = stack(seen.position, seen.quaternion, seen.velocity, seen.angular_velocity)
+    return where(within(flat, -BEYOND, BEYOND) > 0.5, fault, 1.0)
+
+
+def relocked(
+    gates: Any,
+    fault: Any,
+    strange: Any,
+    seen: Measurement,
+    before: Measurement,
+    predicted: Measurement,
+    dt: float,
+) -> tuple[Any, Any]:
+    """A fault that is none any more, as a row of poses agrees: the world moved, not the sensor.
+
+    Args:
+        gates: a `Gates`.
+        fault: of this pose.
+        strange: time for which poses that jump have agreed, s.
+        seen: the measurement.
+        before: of the last tick.
+        predicted: what the model says.
+        dt: control period, s.
+
+    Returns:
+        The fault, and that time.
+    """
+    way = seen.position - predicted.position
+    agrees = within(pose_fault(gates, seen, before, 0.0, 1.0), 0.0, 0.5) * within(fault, JUMP, JUMP)
+    agrees = agrees * within(dot(way, way), 0.0, gates.relock_within**2)
+    strange = where(agrees > 0.5, strange + dt, 0.0)
+    return where(strange > gates.relock_after, 0.0, fault), strange
+
+
+def angle_fault(gates: Any, angles: Array) -> Any:
+    """The same of joint and vectoring angles, rad."""
+    fault = where(within(angles, -gates.angles, gates.angles) > 0.5, 0.0, 5.0)
+    return where(within(angles, -BEYOND, BEYOND) > 0.5, fault, 1.0)
+
+
+def same_pose(first: Measurement, second: Measurement) -> Any:
+    """1 where not a bit of position and attitude differs, as of sensors that have stopped."""
+    return within(stack(first.position - second.position, first.quaternion - second.quaternion), 0.0, 0.0)

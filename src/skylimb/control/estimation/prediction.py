@@ -1,0 +1,146 @@
+"""Where the robot goes while nobody sees it: its own rotors and the estimated wrench, by its model.
+
+The prediction is of what the sensors would show, latency included, so that it can stand in for a measurement.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from skylimb.base.packing import numeric
+from skylimb.base.rotations import quaternion_product, rotation_from_quaternion
+from skylimb.control.estimation.body_state import (
+    AngleRateFilter,
+    AngleRateState,
+    angle_rates,
+    body_state,
+    initial_angle_rate_state,
+)
+from skylimb.control.estimation.delay import Delay, DelayState, delayed_wrench, remember
+from skylimb.control.estimation.momentum_observer import (
+    ObserverGains,
+    ObserverState,
+    known_wrench,
+    observe,
+)
+from skylimb.control.estimation.records import BodyState, Measurement
+from skylimb.control.thrusts import rotor_wrench
+from skylimb.robots.model import Robot, RobotState
+from skylimb.symbolic import Array, cross, dot, low_pass, right_inverse, vector
+
+_FILTER = AngleRateFilter()
+_OBSERVER = numeric(ObserverGains((10.0, 10.0, 10.0), (10.0, 10.0, 10.0)))
+
+
+class Motion(NamedTuple):
+    """Where the model has the robot at the next measurement.
+
+    Attributes:
+        position: of the centre of gravity in W, m, (3,).
+        velocity: W, m/s, (3,).
+        quaternion: of the measured body.
+        angular_velocity: of the measured body, in its own axes, rad/s, (3,).
+    """
+
+    position: Array
+    velocity: Array
+    quaternion: Array
+    angular_velocity: Array
+
+
+class Prediction(NamedTuple):
+    """What a prediction remembers.
+
+    Attributes:
+        motion: predicted for this tick.
+        angles: joint and vectoring angles that were last believed, rad.
+        rates: of these.
+        observer: of the external wrench, which goes on to act.
+        delay: wrenches that no measurement has shown yet.
+        thrusts: that the rotors make, behind their lag, N, (n,).
+    """
+
+    motion: Motion
+    angles: Array
+    rates: AngleRateState
+    observer: ObserverState
+    delay: DelayState
+    thrusts: Array
+
+
+def initial_prediction(robot: Robot, thrusts: np.ndarray) -> Prediction:
+    """Before the first tick: nothing is known but the thrusts."""
+    z3 = np.zeros(3)
+    motion = Motion(z3, z3, np.array([1.0, 0.0, 0.0, 0.0]), z3)
+    angles, rates = np.zeros(robot.n_joints + robot.n_vectoring), initial_angle_rate_state(robot)
+    return Prediction(motion, angles, rates, ObserverState(), DelayState(), thrusts)
+
+
+def differenced(state: Prediction, angles: Array, dt: float) -> tuple[Prediction, Array]:
+    """The prediction that knows this tick's angles, and their rates."""
+    rates, speeds = angle_rates(_FILTER, state.rates, angles, dt)
+    return state._replace(rates=rates, angles=angles), speeds
+
+
+def shown(state: Prediction, model: RobotState, n_joints: int, speeds: Array) -> Measurement:
+    """What the sensors should show at this tick; angles and their rates as they were given."""
+    motion = state.motion
+    R, lever = rotation_from_quaternion(motion.quaternion), model.cog_root
+    moving = cross(motion.angular_velocity, lever) + model.cog_jacobian @ speeds
+    return Measurement(
+        position=motion.position - R @ lever,
+        quaternion=motion.quaternion,
+        velocity=motion.velocity - R @ moving,
+        angular_velocity=motion.angular_velocity,
+        joint_angles=state.angles[:n_joints],
+        vectoring_angles=state.angles[n_joints:],
+    )
+
+
+def seen(
+    robot: Robot, state: Prediction, measurement: Measurement, speeds: Array, dt: float
+) -> tuple[Prediction, BodyState]:
+    """The prediction that knows this tick's measurement, and the body's state by it."""
+    body = body_state(robot, measurement, speeds)
+    observer, _ = observe(_OBSERVER, state.observer, body, dt)
+    return state._replace(observer=observer), body
+
+
+def moved(
+    state: Prediction,
+    body: BodyState,
+    quaternion: Array,
+    thrusts: Array,
+    latency: float,
+    lag: float,
+    dt: float,
+) -> Prediction:
+    """The prediction for the next tick.
+
+    Args:
+        state: that knows this tick's measurement.
+        body: by it.
+        quaternion: of the measured body.
+        thrusts: that are commanded, N, (n,).
+        latency: of the sensors, s.
+        lag: time constant of the rotors, s.
+        dt: control period, s.
+    """
+    made = low_pass(state.thrusts, thrusts, 1.0 / lag, dt)
+    delay = remember(state.delay, known_wrench(body, rotor_wrench(body, 0.5 * (state.thrusts + made))))
+    known = delayed_wrench(Delay(latency), delay, dt)
+    observer = state.observer._replace(known_force=known.force, known_torque=known.torque)
+    model = body.model
+    push = (dt / model.mass) * (known.force + observer.force)
+    spin = dt * (right_inverse(model.inertia_C) @ (known.torque + observer.torque))
+    turn = model.R_root_C @ (dt * (body.angular_velocity + 0.5 * spin))
+    half = quaternion_product(quaternion, vector(1.0, 0.5 * turn[0], 0.5 * turn[1], 0.5 * turn[2]))
+    motion = Motion(
+        position=body.position + dt * (body.velocity + 0.5 * push),
+        velocity=body.velocity + push,
+        quaternion=half / dot(half, half) ** 0.5,
+        angular_velocity=model.R_root_C @ (body.angular_velocity + spin),
+    )
+    return state._replace(motion=motion, observer=observer, delay=delay, thrusts=made)

@@ -1,0 +1,50 @@
+"""When a supervised flight no longer believes, and what it does then."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from skylimb.base.keys import Key, configuration
+from skylimb.control.estimation.gates import Gates
+
+
+@configuration
+class Limits(Gates):
+    """Times and sizes at which the supervisor acts."""
+
+    on: Annotated[
+        bool, Key("", "whether a simulated flight is supervised; one on a clock, a link or ROS always is")
+    ] = False
+    stale_after: Annotated[
+        float,
+        Key("s", "without a pose that is believed, after which the model's is flown on", low=0.0, high=10.0),
+    ] = 0.03
+    retreat_after: Annotated[
+        float, Key("s", "without one, after which the robot descends", low=0.0, high=60.0)
+    ] = 0.5
+    cut_after: Annotated[
+        float,
+        Key("s", "without one, after which the attitude is unknown and the rotors stop", low=0.0, high=60.0),
+    ] = 1.0
+    frozen_after: Annotated[
+        float,
+        Key("s", "of a pose that does not change by a bit, after which it is not new", low=0.0, high=60.0),
+    ] = 0.2
+    hold_for: Annotated[
+        float,
+        Key(
+            "s",
+            "without a command, for which the last one is repeated; then the reserve flies",
+            low=0.0,
+            high=0.2,
+        ),
+    ] = 0.05
+    overruns: Annotated[
+        int, Key("", "ticks in a row without a new command after which the robot retreats", low=1, high=10**6)
+    ] = 100
+    descend_for: Annotated[float, Key("s", "greatest length of a descent", above=0.0, high=600.0)] = 10.0
+    floor: Annotated[
+        float, Key("m", "height of the centre of gravity at which a retreat ends", low=-1e3, high=1e3)
+    ] = 0.0
+    latency: Annotated[float, Key("s", "assumed age of a measurement", low=0.0, high=0.07)] = 0.015
+    rotor_lag: Annotated[float, Key("s", "assumed lag of the rotors", above=0.0, high=1.0)] = 0.05

@@ -1,0 +1,76 @@
+"""A controller under its supervisor, as one traced step: for the compiled tick and for exported C."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from typing import Any, NamedTuple
+
+from skylimb.base.packing import Layout
+from skylimb.base.split_function import Asked
+from skylimb.control.controller import TraceableController
+from skylimb.control.estimation.gates import BEYOND
+from skylimb.control.estimation.records import Measurement
+from skylimb.control.missions.reference import Reference
+from skylimb.control.needs import PACE
+from skylimb.control.records import Command
+from skylimb.control.supervisor.limits import Limits
+from skylimb.control.supervisor.supervisor import Watch, after, before, initial_watch
+from skylimb.symbolic import dot, where, within
+
+MODE, BITS = "supervisor_mode", "supervisor_bits"
+"""Signals: the mode's number, and the bits of the table as one whole number, the first one lowest."""
+
+
+class State(NamedTuple):
+    """State of the controller, and what the supervisor remembers."""
+
+    own: Any
+    watch: Watch
+
+
+class Supervised:
+    """Follows `TraceableController` around another one.
+
+    Args:
+        controller: what flies.
+        limits: when the supervisor acts.
+    """
+
+    def __init__(self, controller: TraceableController, limits: Limits) -> None:
+        self._controller, self._limits = controller, limits
+        self.name, self.robot, self.needs = controller.name, controller.robot, controller.needs
+        self.require, self.gains, self.key_tables = (
+            controller.require,
+            controller.gains,
+            controller.key_tables,
+        )
+
+    def initial_state(self) -> State:
+        """The controller's own, and a supervisor that knows nothing yet."""
+        return State(self._controller.initial_state(), initial_watch(self.robot))
+
+    def structure(self) -> Hashable:
+        """Everything that ends up in the traced function rather than in its arguments."""
+        return type(self), self._limits, self._controller.structure()
+
+    def opened(self) -> tuple[Supervised, list[Asked]]:
+        """The same to be traced; see `Cascade.opened`."""
+        controller, asked = self._controller.opened()
+        return Supervised(controller, self._limits), asked
+
+    def step(
+        self, gains: Any, state: State, measurement: Measurement, reference: Reference, dt: float
+    ) -> tuple[State, Command, dict[str, Any]]:
+        """One tick: look, let the controller fly or not, and keep to the limits."""
+        watch, sight = before(self.robot, self._limits, state.watch, measurement, reference, dt)
+        new, wanted, signals = self._controller.step(gains, state.own, sight.measurement, sight.reference, dt)
+        layout = Layout(state.own)
+        made_state, old_state = layout.pack(new), layout.pack(state.own)
+        sound = within(made_state, -BEYOND, BEYOND) if layout.size else 1.0
+        watch, command, made = after(self.robot, self._limits, watch, sight, wanted, sound, dt)
+        own = layout.unpack(where(made > 0.5, made_state, old_state))
+        signals = dict(signals)
+        if PACE in signals:  # a controller that is not asked holds its mission
+            signals[PACE] = where(made > 0.5, signals[PACE], 0.0)
+        word = dot(sight.bits, [float(1 << place) for place in range(sight.bits.shape[0])])
+        return State(own, watch), command, {**signals, MODE: watch.mode, BITS: word}

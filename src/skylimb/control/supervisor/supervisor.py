@@ -1,0 +1,254 @@
+"""The supervisor: what is believed, which mode follows, what flies, and the limits that come last.
+
+    measurement -> before: gates, prediction, table -> controller -> after: reserve, limits -> command
+
+It may hand the controller another measurement and another reference, and command in its place. Both halves
+are pure, on numbers and on symbols: the same lines fly in simulation, on a robot and as exported C.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from skylimb.base.packing import Layout
+from skylimb.control.estimation.gates import BEYOND, angle_fault, pose_fault, relocked, same_pose
+from skylimb.control.estimation.prediction import (
+    Prediction,
+    differenced,
+    initial_prediction,
+    moved,
+    seen,
+    shown,
+)
+from skylimb.control.estimation.records import BodyState, Measurement, Wrench, zero_measurement
+from skylimb.control.missions.reference import Reference, zero_reference
+from skylimb.control.records import Command
+from skylimb.control.supervisor.limits import Limits
+from skylimb.control.supervisor.reserve import reserve_thrusts
+from skylimb.control.supervisor.retreat import retreat
+from skylimb.control.supervisor.table import shipped_table
+from skylimb.robots.model import Robot
+from skylimb.symbolic import Array, clip, stack, where, within
+
+TABLE = shipped_table()
+MOST = 1e12
+"""No number that is remembered is as large."""
+
+RETREAT, DESCEND, CUT = map(TABLE.mode, ("RETREAT", "DESCEND", "CUT"))
+
+
+class Told(NamedTuple):
+    """What the world around says at a tick; whoever flies writes it into the state.
+
+    Attributes:
+        fresh: 1 where the pose is newer than the one before, as its stamp says.
+        late: 1 where this tick came too late to ask the controller.
+        land: 1 where the flight is to be broken off.
+        stop: 1 where the motors are to stop.
+    """
+
+    fresh: Any = 1.0
+    late: Any = 0.0
+    land: Any = 0.0
+    stop: Any = 0.0
+
+
+class Clocks(NamedTuple):
+    """What time has passed.
+
+    Attributes:
+        mode: in this mode, s.
+        broken: since the flight was broken off, s.
+        unseen: since a pose was believed, s.
+        same: since the measured pose changed, s.
+        strange: for which poses that jump have agreed with one another, s.
+        without: ticks since the controller commanded.
+    """
+
+    mode: Any = 0.0
+    broken: Any = 0.0
+    unseen: Any = 0.0
+    same: Any = 0.0
+    strange: Any = 0.0
+    without: Any = 0.0
+
+
+class Watch(NamedTuple):
+    """What the supervisor remembers.
+
+    Attributes:
+        told: of the tick to come.
+        mode: number of the mode.
+        started: 1 once a pose was believed.
+        clocks: since when.
+        before: measurement of the last tick, as it came.
+        prediction: for the next one.
+        command: that was given last.
+        asked: last reference of the mission, at which the flight was broken off.
+    """
+
+    told: Told
+    mode: Any
+    started: Any
+    clocks: Clocks
+    before: Measurement
+    prediction: Prediction
+    command: Command
+    asked: Reference
+
+
+class Sight(NamedTuple):
+    """What `before` hands over: to the controller its measurement and reference, to `after` the rest.
+
+    Attributes:
+        measurement: that is believed.
+        reference: that is to be flown.
+        asks: 1 where the controller is asked.
+        body: state of {C} by that measurement.
+        faults: of pose and of angles, numbers as in `gates.FAULTS`.
+        bits: of the table, by its order.
+    """
+
+    measurement: Measurement
+    reference: Reference
+    asks: Any
+    body: BodyState
+    faults: Array
+    bits: Array
+
+
+def initial_watch(robot: Robot) -> Watch:
+    """Before the first tick: nothing is known, and the least is commanded."""
+    low, q, psi = (part[0] for part in _bounds(robot))
+    none = zero_measurement(robot.n_joints, robot.n_vectoring)
+    asked = zero_reference(robot.n_joints, robot.n_vectoring)
+    prediction = initial_prediction(robot, low)
+    return Watch(Told(), 0.0, 0.0, Clocks(), none, prediction, Command(low, q, psi), asked)
+
+
+def before(
+    robot: Robot, limits: Limits, watch: Watch, measured: Measurement, reference: Reference, dt: float
+) -> tuple[Watch, Sight]:
+    """Look, and decide what the controller is given."""
+    # 1. What is believed: the measurement, or in its place the model's.
+    prediction, clocks, told = watch.prediction, watch.clocks, watch.told
+    angles = stack(measured.joint_angles, measured.vectoring_angles)
+    wrong = angle_fault(limits, angles)
+    angles = where(wrong < 0.5, angles, prediction.angles)
+    prediction, speeds = differenced(prediction, angles, dt)
+    q, psi = angles[: robot.n_joints], angles[robot.n_joints :]
+    predicted = shown(prediction, robot.at(q, psi), robot.n_joints, speeds)
+    fault = pose_fault(limits, measured, predicted, clocks.unseen, watch.started)
+    fault, strange = relocked(limits, fault, clocks.strange, measured, watch.before, predicted, dt)
+    same = where(same_pose(measured, watch.before) > 0.5, clocks.same + dt, 0.0)
+    new = within(fault, 0.0, 0.5) * within(same, 0.0, limits.frozen_after) * told.fresh
+    unseen = where(new > 0.5, 0.0, clocks.unseen + dt)
+    stale = _over(unseen, limits.stale_after)
+    # An old pose is good until it is stale, as frames come more slowly than ticks.
+    good = within(fault, 0.0, 0.5) * (1.0 - stale)
+    started = where(watch.started + new > 0.5, 1.0, 0.0)
+    pose = Measurement._fields[:4]
+    chosen = {name: where(good > 0.5, getattr(measured, name), getattr(predicted, name)) for name in pose}
+    believed = measured._replace(joint_angles=q, vectoring_angles=psi, **chosen)
+    prediction, body = seen(robot, prediction, believed, speeds, dt)
+    # 2. Which mode follows.
+    found = {
+        "stop": told.stop,
+        "land": told.land,
+        "lost": _over(unseen, limits.cut_after) * started,
+        "blind": _over(unseen, limits.retreat_after) * started,
+        "stale": stale,
+        "silent": _over(clocks.without, float(limits.overruns)),
+        "late": where(told.late + _over(clocks.without, 0.0) > 0.5, 1.0, 0.0),
+        "spent": _over(clocks.mode, limits.descend_for),
+    }
+    bits = stack(*(found[name] for name in TABLE.bits))
+    mode = TABLE.decided(watch.mode, found)
+    was_broken = watch.mode > RETREAT - 0.5
+    broken = where(was_broken, clocks.broken + dt, 0.0)
+    clocks = Clocks(
+        where(mode == watch.mode, clocks.mode + dt, 0.0), broken, unseen, same, strange, clocks.without
+    )
+    # 3. What is to be flown: the mission, or from where it was broken off the way back.
+    asked = _chosen(was_broken, watch.asked, reference._replace(ahead=()))
+    back = retreat(asked, broken, limits.floor)
+    back = back._replace(ahead=(back,) * len(reference.ahead))
+    flown = _chosen(mode > RETREAT - 0.5, back, reference)
+    asks = started * within(mode, 0.0, DESCEND - 0.5) * (1.0 - told.late)
+    watch = watch._replace(
+        mode=mode, started=started, clocks=clocks, before=measured, prediction=prediction, asked=asked
+    )
+    return watch, Sight(believed, flown, asks, body, stack(fault, wrong), bits)
+
+
+def after(
+    robot: Robot, limits: Limits, watch: Watch, sight: Sight, wanted: Command, sound: Any, dt: float
+) -> tuple[Watch, Command, Any]:
+    """Take the controller's command, or another one in its place; within limits in any case.
+
+    Args:
+        robot: the model.
+        limits: of the supervisor.
+        watch: of `before`.
+        sight: of `before`.
+        wanted: what the controller commands.
+        sound: 1 where nothing else that it made is no number.
+        dt: control period, s.
+
+    Returns:
+        What is remembered, the command, and 1 where it is the controller's.
+    """
+    bounds = _bounds(robot)
+    made = sight.asks * sound * within(stack(*wanted), -BEYOND, BEYOND)
+    without = where(made > 0.5, 0.0, watch.clocks.without + 1.0)
+    external = watch.prediction.observer
+    back = sight.reference.velocity * where(watch.mode > RETREAT - 0.5, 1.0, 0.0)
+    reserve = reserve_thrusts(
+        sight.body, Wrench(external.force, external.torque), back, np.ones(robot.n_rotors), bounds[0]
+    )
+    # A command is repeated for moments only: frozen thrusts lose the flight by themselves.
+    holds = within(without * dt, 0.0, limits.hold_for) * within(watch.mode, 0.0, DESCEND - 0.5)
+    least = within(watch.mode, DESCEND + 0.5, CUT) + (1.0 - watch.started)
+    thrusts = where(least > 0.5, bounds[0][0], where(holds > 0.5, watch.command.thrusts, reserve))
+    first = Command(thrusts, sight.reference.joint_angles, sight.reference.vectoring_angles)
+    instead = _chosen(watch.started > 0.5, watch.command._replace(thrusts=thrusts), first)
+    command = _chosen(made > 0.5, wanted, instead)
+    command = Command(*(_within(*part) for part in zip(command, watch.command, bounds, strict=True)))
+    prediction = moved(
+        watch.prediction,
+        sight.body,
+        sight.measurement.quaternion,
+        command.thrusts,
+        limits.latency,
+        limits.rotor_lag,
+        dt,
+    )
+    clocks = watch.clocks._replace(without=without)
+    new = watch._replace(told=Told(), clocks=clocks, prediction=prediction, command=command)
+    layout, first = Layout(initial_watch(robot)), initial_watch(robot)
+    flat = layout.pack(new)
+    # Whatever happened, the next tick begins with numbers.
+    return layout.unpack(where(abs(flat) < MOST, flat, layout.pack(first))), command, made
+
+
+def _bounds(robot: Robot) -> tuple[tuple[Array, Array], ...]:
+    """Least and greatest of every part of a command."""
+    return robot.thrust_limits(), robot.joint_limits(), robot.vectoring_limits()
+
+
+def _over(value: Any, limit: float) -> Any:
+    """1 where a value is beyond a limit, or no number, else 0; sums of periods may round."""
+    return 1.0 - within(value, -BEYOND, limit + 1e-9)
+
+
+def _within(value: Array, last: Array, bounds: tuple[Array, Array]) -> Array:
+    """Numbers within limits: what is none is that of the tick before, which is within limits."""
+    return clip(where(abs(value) < BEYOND, value, last), *bounds)
+
+
+def _chosen(first: Any, one: Any, other: Any) -> Any:
+    """One record or another, entry by entry."""
+    layout = Layout(one)
+    return layout.unpack(where(first, layout.pack(one), layout.pack(other)))

@@ -1,0 +1,122 @@
+"""The supervisor's table: every entry, and what is proven of it."""
+
+from __future__ import annotations
+
+import itertools
+from typing import Any
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from skylimb.base.c_code import c_source
+from skylimb.base.config import read_toml
+from skylimb.base.errors import ConfigError, UnknownNameError
+from skylimb.control.supervisor.table import MOST_ROWS, TABLE, shipped_table, table_from
+from skylimb.simulation.compiling import built_library
+
+T = shipped_table()
+MODES, BITS = list(T.modes), list(T.bits)
+BROKEN_OFF = ("RETREAT", "DESCEND", "CUT")
+
+
+def every_entry() -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """Every mode with every combination of bits."""
+    words = np.arange(len(MODES) << len(BITS))
+    bits = {name: ((words >> place) & 1).astype(float) for place, name in enumerate(BITS)}
+    return (words >> len(BITS)).astype(float), bits
+
+
+def first_match(mode: int, seen: set[str]) -> int:
+    """The table as a person reads it."""
+    for row in T.rows:
+        if MODES[mode] in row.source and seen >= set(row.when) and not seen & set(row.unless):
+            return MODES.index(row.to)
+    return mode
+
+
+@pytest.fixture(scope="module")
+def decided() -> np.ndarray:
+    modes, bits = every_entry()
+    return T.decided(modes, bits)
+
+
+def test_the_first_row_that_matches_decides_in_every_entry(decided: np.ndarray) -> None:
+    for word, found in enumerate(decided):
+        seen = {name for place, name in enumerate(BITS) if word >> place & 1}
+        assert found == first_match(word >> len(BITS), seen), (MODES[word >> len(BITS)], seen)
+
+
+def test_c_decides_as_python_in_every_entry(decided: np.ndarray) -> None:
+    mode, bits = ca.SX.sym("mode"), ca.SX.sym("bits", len(BITS))
+    new = T.decided(mode, dict(zip(BITS, ca.vertsplit(bits), strict=True)))
+    function = ca.Function("decide", [mode, bits], [new])
+    compiled = ca.external("decide", str(built_library("native", "decide", c_source(function))))
+    modes, seen = every_entry()
+    found = compiled.map(len(modes))(modes[None], np.array(list(seen.values()))).full().ravel()
+    np.testing.assert_array_equal(found, decided)
+
+
+def test_it_latches_but_for_a_coast(decided: np.ndarray) -> None:
+    modes, _ = every_entry()
+    backwards = decided < modes
+    assert (modes[backwards] == T.mode("COAST")).all()
+    assert (decided[backwards] == T.mode("NORMAL")).all()
+    assert backwards.any()
+    assert (decided[modes == T.mode("CUT")] == T.mode("CUT")).all()
+
+
+def test_nothing_bad_is_flown_through(decided: np.ndarray) -> None:
+    """A flight goes on with its mission only where nothing but a landing's clock is wrong."""
+    _, bits = every_entry()
+    normal = decided == T.mode("NORMAL")
+    for name in set(BITS) - {"spent"}:
+        assert not bits[name][normal].any(), name
+
+
+# A fault that lasts: the bits that it sets by and by, in the order in which time sets them.
+LASTING: dict[str, tuple[tuple[str, ...], ...]] = {
+    "no pose": (("stale",), ("stale", "blind"), ("stale", "blind", "lost")),
+    "no command": (("late",), ("late", "silent")),
+    "a landing was ordered": (("land",),),
+    "a stop was ordered": (("stop",),),
+}
+
+
+@pytest.mark.parametrize("fault", LASTING)
+def test_a_lasting_fault_ends_broken_off_from_wherever_it_finds_the_flight(fault: str) -> None:
+    others = [name for name in BITS if name not in {bit for step in LASTING[fault] for bit in step}]
+    for mode, count in itertools.product(range(len(MODES)), range(len(others) + 1)):
+        for beside in itertools.combinations(others, count):
+            now = mode
+            for step in LASTING[fault]:
+                now = first_match(now, {*step, *beside})
+            assert MODES[now] in BROKEN_OFF, (fault, beside)
+            if fault in ("no pose", "a stop was ordered"):
+                assert MODES[now] == "CUT", (fault, beside)
+
+
+def test_a_descent_ends() -> None:
+    for count in range(len(BITS)):
+        for beside in itertools.combinations([name for name in BITS if name != "spent"], count):
+            assert MODES[first_match(MODES.index("DESCEND"), {"spent", *beside})] == "CUT"
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"from": ["NORMAL"], "when": ["stael"], "to": "COAST"}, "stale"),
+        ({"from": ["NROMAL"], "when": ["stale"], "to": "COAST"}, "NORMAL"),
+        ({"from": ["NORMAL"], "when": ["stale"], "to": "COST"}, "COAST"),
+        ({"from": ["NORMAL"], "to": "COAST"}, "row 1 of the supervisor's table names no mode or no bit"),
+    ],
+)
+def test_a_row_that_makes_no_sense_is_refused(change: dict[str, Any], message: str) -> None:
+    with pytest.raises((ConfigError, UnknownNameError), match=message):
+        table_from({**read_toml(TABLE), "rows": [change]})
+
+
+def test_a_table_that_nobody_reads_in_one_sitting_is_refused() -> None:
+    tables = read_toml(TABLE)
+    with pytest.raises(ConfigError, match="at most 40"):
+        table_from({**tables, "rows": tables["rows"][:1] * (MOST_ROWS + 1)})
