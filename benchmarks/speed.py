@@ -103,12 +103,16 @@ def wanted(data: Mapping[str, Any]) -> list[str]:
         ("Python driver: closed loop over raw replay", data["python"]["ratio"], loop.RATIO_WANTED, 1, ""),
         ("native driver: closed loop over raw replay", found["ratio"], native.RATIO_WANTED, 1, ""),
         ("native driver: two threads over one", threads[1] / threads[2], native.SCALING_WANTED, 1, ""),
-        (
-            "a Python controller of 20 us a tick: flight over raw replay, in time",
-            data["own_python"]["ratio"],
-            own_python.WANTED,
-            -1,
-            "",
+        *(
+            (
+                f"a Python {what} of 20 us a tick: flight over raw replay, in time",
+                data[key]["ratio"],
+                own_python.WANTED,
+                -1,
+                "",
+            )
+            for what, key in (("controller", "own_python"), ("law in a slot", "own_law"))
+            if key in data  # older figures have no law
         ),
         ("campaign: two workers over one", many["scaling"], campaign.SCALING_WANTED, 1, ""),
         (

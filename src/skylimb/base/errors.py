@@ -128,7 +128,7 @@ def unknown_name(kind: str, name: str, known: Iterable[str], endings: Iterable[s
     hint = f"; did you mean '{guess}'?" if guess else ""
     listed = ", ".join(known or ["none"]) if len(known) <= 24 else f"{', '.join(known[:24])}, ..."
     name = name if len(name) <= _LONG_NAME else f"{name[:_LONG_NAME]}..."
-    return UnknownNameError(f"unknown {kind} '{name}'{hint} (known: {listed})")
+    return UnknownNameError(f"unknown {kind} {name!r}{hint} (known: {listed})")
 
 
 def choice_error(option: str, value: str, choices: Iterable[str]) -> ConfigError:

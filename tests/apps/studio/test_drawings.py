@@ -1,11 +1,18 @@
 """What people draw on the surface is flown where they drew it."""
 
+import time
+
 import numpy as np
 import pytest
 
+from hostile_files import FILES
+from skylimb.apps.studio.messages import LONGEST
 from skylimb.base.errors import ConfigError
 from skylimb.control.planning.trajectories import drawing_strokes
 from told_session import Session
+
+SECONDS = 8.0
+"""Four times what a file may take of a core that does nothing else."""
 
 STROKES = [[[0.05, 0.02], [0.15, 0.02], [0.15, 0.12]], [[-0.02, 0.0], [0.0, 0.1]]]
 
@@ -45,5 +52,20 @@ def test_what_cannot_be_drawn_changes_nothing(session, drawing):
     flights = session.live.flights
     with pytest.raises(ConfigError):
         session.draw(drawing)
+    assert session.live.flights == flights
+    assert not list(session.out.glob("drawings/*"))
+
+
+def test_a_hostile_svg_is_refused_in_a_line_and_soon(session):
+    flights = session.live.flights
+    for name, made in FILES.items():
+        content = made()
+        if not name.endswith(".svg") or isinstance(content, bytes) or len(content) > LONGEST:
+            continue
+        began = time.process_time()
+        with pytest.raises(ConfigError) as refused:
+            session.draw(content)
+        assert time.process_time() - began < SECONDS, name
+        assert "\n" not in str(refused.value), name
     assert session.live.flights == flights
     assert not list(session.out.glob("drawings/*"))

@@ -114,7 +114,7 @@ class FlightView:
             mission.reference.position[flight.mission_tick],
         )
         pose, present = self._surface_pose()
-        lost = flight.over and (bool(flight.cause) or bool(flight.flight().cause))
+        lost = flight.over and bool(flight.flight().cause)
         state = FLYING if not flight.over else LOST if lost else ENDED
         poses = np.vstack([np.hstack([data.xpos, data.xquat]), pose])
         if not present:

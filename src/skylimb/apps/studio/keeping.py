@@ -91,7 +91,7 @@ def keep(flights: Sequence[LiveFlight], names: Sequence[str], out: Path, name: s
 def so_far(flight: LiveFlight) -> Run:
     """The run of what a flight has flown, before it is scored."""
     takeoff, flown = flight.takeoff, flight.flight()
-    if not flight.ended:
+    if not flight.over:
         takeoff = takeoff.changed(replace(flight.experiment, stop_at=flight.time))
     return with_origin(simulated_run(takeoff, flown), takeoff)
 

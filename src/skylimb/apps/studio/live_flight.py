@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from skylimb.base.errors import SkylimbError
 from skylimb.control.loop.flight import Flight, mission_ticks
 from skylimb.control.loop.loop import Loop
 from skylimb.flight.drivers.compiled import CompiledDriver, Saved
@@ -35,7 +34,6 @@ class LiveFlight:
 
     Attributes:
         takeoff: what is flown now.
-        cause: why its controller failed; empty while it has not.
         surface: state of the surface at every tick, as it is planned now, (ticks, width).
 
     Raises:
@@ -59,7 +57,6 @@ class LiveFlight:
         self._moments: dict[int, Saved] = {}
         self._branches = {0: takeoff}
         self._loop = self._loop_from(0)
-        self.cause = ""
         self._use(takeoff)
         self.tick()
 
@@ -104,12 +101,7 @@ class LiveFlight:
 
     @property
     def over(self) -> bool:
-        """Whether the flight has ended or is lost, or its controller has failed."""
-        return self._loop.over or bool(self.cause)
-
-    @property
-    def ended(self) -> bool:
-        """Whether the flight came to its end or is lost, so that nobody has to stop it."""
+        """Whether the flight has ended or is lost."""
         return self._loop.over
 
     @property
@@ -133,7 +125,7 @@ class LiveFlight:
         """Fly one tick; false once the flight is over.
 
         Raises:
-            SkylimbError: when the controller fails; the flight is over then.
+            UserCodeError: when the controller fails; the flight is over then.
         """
         if self.over:
             return False
@@ -142,11 +134,10 @@ class LiveFlight:
             self._save(k)
             if self._gains is not None:
                 self._driver.gains[self._gains.columns] = self._gains.values[k]
-        try:
-            return self._loop.tick()
-        except SkylimbError as error:
-            self.cause = str(error)
-            raise
+        going = self._loop.tick()
+        if self._loop.error is not None:
+            raise self._loop.error
+        return going
 
     def flight(self) -> Flight:
         """The flight so far; one that is not over counts as stopped here."""
@@ -164,7 +155,7 @@ class LiveFlight:
         Python flies, is flown again from take-off.
 
         Raises:
-            SkylimbError: when a controller in Python fails on the way.
+            UserCodeError: when a controller fails on the way.
         """
         tick = max(1, min(tick, self.ticks))
         branches = {at: takeoff for at, takeoff in self._branches.items() if at <= tick}
@@ -173,7 +164,7 @@ class LiveFlight:
             last = max(moments)
             self._driver.put_back(moments[last])
             self._moments, self._branches = moments, branches
-            self._loop, self.cause = self._loop_from(last), ""
+            self._loop = self._loop_from(last)
         else:
             self._take_off()
             self._branches = branches

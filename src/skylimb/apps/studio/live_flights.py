@@ -142,4 +142,4 @@ def numbered(names: Iterable[str], between: str) -> list[str]:
 def _verdict(flight: LiveFlight) -> str:
     if not flight.over:
         return "flying"
-    return flight.cause or flight.flight().cause or "came to its end"
+    return flight.flight().cause or "came to its end"

@@ -62,6 +62,7 @@ class Loop:
     Attributes:
         driver: what flies the ticks.
         ticks: flown so far.
+        error: of a user's code that ended the flight.
     """
 
     def __init__(
@@ -79,6 +80,7 @@ class Loop:
         self._next_check = min(start - start % check_interval + check_interval, count)
         self.ticks = self._at = self._checked = start
         self._flight: Flight | None = None
+        self.error: UserCodeError | None = None
         self._fly = driver.tick
 
     @property
@@ -108,6 +110,7 @@ class Loop:
         except UserCodeError as error:
             if not self.ticks:
                 raise
+            self.error = error
             cause = f"broken off at t = {self.time:.3f} s: {error}"
             self._flight = self._lost(self._loss() or (self.ticks - 1, cause))
             return False
