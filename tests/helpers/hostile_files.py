@@ -112,8 +112,8 @@ FILES: dict[str, Callable[[], str | bytes]] = {
     "attributes.svg": lambda: svg(
         "<g " + " ".join(f'a{i}=""' for i in range(9000)) + f">{'<g/>' * 9000}</g>"
     ),
-    "style.svg": lambda: svg("<style>*{" + "a:b;" * 4900 + f"}}</style>{LINE * 900}"),
-    "open_style.svg": lambda: svg(f"<style>{'a{' * 9000}</style>{LINE}"),
+    "style.svg": lambda: svg("<style>*{" + "a:b;" * 49_000 + f"}}</style>{LINE * 900}"),
+    "open_style.svg": lambda: svg(f"<style>{'a{' * 90_000}</style>{LINE}"),
     "pieces.svg": lambda: svg(f'<path d="M0 0{"h1" * 1_900_000}"/>'),
     "closes.svg": lambda: svg(f'<path d="M0 0{"z" * 100_000}"/>'),
     "curves.svg": lambda: svg(f'<path d="M0 0{"c1 9 2-9 3 1" * 19_000}"/>'),

@@ -8,6 +8,7 @@ from skylimb.base.errors import ConfigError, UnknownNameError
 from skylimb.base.sources import read_source
 from skylimb.control.planning.drawing import Strokes, clean, fitted, nearest_first
 from skylimb.control.planning.drawing_sources import svg_strokes, text_strokes
+from skylimb.control.planning.svg_lines import svg_lines
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "skylimb.svg"
 HEAD = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100" width="100" height="100" '
@@ -15,13 +16,11 @@ PEN = 'stroke="black" fill="none"'
 
 
 @pytest.fixture
-def read(tmp_path):
-    """Strokes of an SVG file with the given elements."""
+def read():
+    """Strokes of an SVG with the given elements, read in this process."""
 
     def read(elements: str, head: str = HEAD + ">") -> Strokes:
-        file = tmp_path / "drawing.svg"
-        file.write_text(f"{head}{elements}</svg>", encoding="utf-8")
-        return svg_strokes(read_source(file), str(file))
+        return clean(svg_lines(f"{head}{elements}</svg>".encode(), "it"), "it")
 
     return read
 

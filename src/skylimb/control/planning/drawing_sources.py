@@ -6,7 +6,12 @@ are loaded when they are first used.
 
 from __future__ import annotations
 
+import functools
 import io
+import os
+import subprocess
+import sys
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -14,16 +19,13 @@ import numpy as np
 from skylimb.base.errors import ConfigError, extra_module, unknown_name
 from skylimb.base.sources import Source
 from skylimb.base.xml_text import read_xml
-from skylimb.control.planning.drawing import MOST_POINTS, Strokes, clean, require_drawable
-from skylimb.control.planning.svg_limits import require_readable
+from skylimb.control.planning import svg_lines
+from skylimb.control.planning.drawing import Strokes, clean
 
-_FLATNESS = 1e-4
-"""How far a straight piece may be from its curve, as a part of the drawing's larger side."""
-_LOOK = np.linspace(0.0, 1.0, 33)
-"""Places on a curve at which its bend is looked at."""
-_MOST_PIECES = 4096
-_MOST_CURVES = 5_000
-"""Curves of a drawing at most: each is looked at from near."""
+_PATIENCE = 10
+"""How many times longer than it may work a process may take that reads an SVG, as others work beside it."""
+_ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+"""Threads of libraries that nobody needs there would take addresses."""
 _MOST_LETTERS = 500
 
 
@@ -41,37 +43,36 @@ def svg_strokes(source: Source, file: str) -> Strokes:
     Raises:
         ConfigError: where the file is no SVG, has nothing to draw, or has text or pictures in it.
     """
-    SVG: Any = extra_module("svgelements").SVG
-    what = f"SVG file '{file}'"
+    extra_module("svgelements")
     if not source.content:
-        raise ConfigError(f"{what} is empty")
+        raise ConfigError(f"SVG file '{file}' is empty")
     try:
-        require_readable(read_xml(source.content, document_type=True), what)
-        document: Any = SVG.parse(io.BytesIO(source.content), reify=False)
-    except (ValueError, TypeError, ArithmeticError, AttributeError, LookupError) as error:
-        raise ConfigError(f"'{file}' is not a readable SVG file: {error or type(error).__name__}") from None
-    if not isinstance(document, SVG):
-        raise ConfigError(f"'{file}' is not a readable SVG file: it has no svg element")
-    outlines = _outlines(document, what)
-    _require_few(outlines, what)
-    rough = [[_points(segment, _look(segment), place) for segment in outline] for outline, place in outlines]
-    points = np.vstack([np.zeros((0, 2)), *(points for part in rough for points in part)])
-    if not len(points):
-        raise ConfigError(f"{what} has nothing to draw: no visible path or shape in it")
-    if not np.isfinite(points).all():
-        raise ConfigError(f"{what} has coordinates that are not finite")
-    flatness = _FLATNESS * float(np.ptp(points, axis=0).max())
-    lines, count = [], 0
-    for (outline, place), looked in zip(outlines, rough, strict=True):
-        line = []
-        for each in zip(outline, looked, strict=True):
-            line.append(_flattened(*each, flatness, place))
-            count += len(line[-1])
-            if count > 2 * MOST_POINTS:  # where pieces meet, a point stands twice
-                require_drawable(what, 0, count // 2)
-        if line:
-            lines.append(np.vstack(line) * [1.0, -1.0])
-    return clean(lines, what)
+        read_xml(source.content, document_type=True)
+    except ValueError as error:
+        raise ConfigError(f"'{file}' is not a readable SVG file: {error}") from None
+    return clean(_lines(source.content, f"SVG file '{file}'"), f"SVG file '{file}'")
+
+
+@functools.lru_cache(maxsize=8)
+def _lines(content: bytes, what: str) -> list[np.ndarray]:
+    """What `svg_lines` finds, in a process whose time and memory are limited."""
+    command = [sys.executable, "-m", svg_lines.__name__, what, str(svg_lines.SECONDS)]
+    environment = {**os.environ, **_ONE_THREAD, "PYTHONPATH": os.pathsep.join(sys.path)}
+    words = f"{what} {svg_lines.TOO_MUCH}"
+    with suppress(subprocess.TimeoutExpired):
+        done = subprocess.run(
+            command,
+            input=content,
+            capture_output=True,
+            env=environment,
+            timeout=_PATIENCE * svg_lines.SECONDS,
+            check=False,
+        )
+        if done.returncode == 0:
+            with np.load(io.BytesIO(done.stdout)) as found:
+                return list(found.values())
+        words = (done.stderr.decode(errors="replace").strip().splitlines() or [words])[-1]
+    raise ConfigError(words)
 
 
 def text_strokes(text: str, font: str = "futural") -> Strokes:
@@ -99,75 +100,3 @@ def text_strokes(text: str, font: str = "futural") -> Strokes:
         )
     lines = [np.array(stroke, dtype=float).reshape(-1, 2) for stroke in letters.strokes_for_text(text)]
     return clean([line * [1.0, -1.0] for line in lines], f"trajectory.text = {text!r}")
-
-
-def _outlines(document: Any, what: str) -> list[tuple[list[Any], Any]]:
-    """The visible outlines: the segments of each, and the transform that places them."""
-    from svgelements import Image, Shape, Text
-    from svgelements import Path as Outline
-
-    found: list[tuple[list[Any], Any]] = []
-    for element in document.elements():
-        if isinstance(element, Text):
-            words = " ".join(str(element.text or "").split())
-            raise ConfigError(
-                f"{what} has a text element ('{words[:30]}'), which has no single line to draw; turn it into "
-                "paths in your editor, or draw words with --text (trajectory.text)"
-            )
-        if isinstance(element, Image):
-            raise ConfigError(f"{what} has a picture in it, which a pen cannot draw; trace it to paths first")
-        if isinstance(element, Shape) and _visible(element):
-            outline: Any = Outline(element)
-            found += [(list(part), outline.transform) for part in outline.as_subpaths()]
-    return found
-
-
-def _require_few(outlines: list[tuple[list[Any], Any]], what: str) -> None:
-    require_drawable(what, 0, sum(len(outline) for outline, _ in outlines))
-    curves = sum(len(_look(segment)) > 2 for outline, _ in outlines for segment in outline)
-    if curves > _MOST_CURVES:
-        raise ConfigError(f"{what} has {curves} curves, more than {_MOST_CURVES}; make it simpler")
-
-
-def _look(segment: Any) -> np.ndarray:
-    """Places at which a segment is looked at; of a straight one its ends are enough."""
-    from svgelements import Close, Line, Move
-
-    return _LOOK[[0, -1]] if isinstance(segment, (Line, Close, Move)) else _LOOK
-
-
-def _visible(shape: Any) -> bool:
-    # SVG fills with black where nothing is said; svgelements then gives a colour.
-    return any(paint is not None and paint.value is not None for paint in (shape.fill, shape.stroke))
-
-
-def _points(segment: Any, places: np.ndarray, transform: Any) -> np.ndarray:
-    """Points of one segment of a path, transformed; none for the move to its beginning.
-
-    The points are transformed and not the segment: svgelements has no arcs that are skewed.
-    """
-    from svgelements import Move
-
-    if isinstance(segment, Move) or segment.start is None or segment.end is None:
-        return np.zeros((0, 2))
-    found = segment.npoint(places)
-    given = found if isinstance(found, np.ndarray) else [tuple(point) for point in found]
-    points = np.array(given, dtype=float)
-    if not np.isfinite(points).all():
-        return np.full_like(points, np.nan)
-    turn = np.array([[transform.a, transform.b], [transform.c, transform.d]], dtype=float)
-    return points @ turn + [float(transform.e), float(transform.f)]
-
-
-def _flattened(segment: Any, looked: np.ndarray, flatness: float, transform: Any) -> np.ndarray:
-    """A segment as straight pieces that keep within `flatness` of it."""
-    from svgelements import Close, Line
-
-    if not len(looked):
-        return looked
-    if isinstance(segment, (Line, Close)):
-        return looked[[0, -1]]
-    # A chord is off by an eighth of the second derivative times its step squared.
-    bend = float(np.linalg.norm(np.diff(looked, n=2, axis=0), axis=1).max()) * (len(_LOOK) - 1) ** 2
-    pieces = int(np.clip(np.ceil(np.sqrt(bend / (8.0 * flatness))), 1, _MOST_PIECES)) if flatness > 0 else 1
-    return _points(segment, np.linspace(0.0, 1.0, pieces + 1), transform)

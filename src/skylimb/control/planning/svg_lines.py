@@ -1,0 +1,168 @@
+"""The lines in an SVG file, read in a process of its own: `python -m ...planning.svg_lines NAME`.
+
+A `use` repeats what it names, and what it names may repeat again; a transform is applied by all that is in
+there. So a file of a few lines can ask for more than any machine has, and nobody knows before it is read. The
+process reads the file from its input and has limits of time and memory; what it prints is NumPy's.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import sys
+from typing import Any
+
+import numpy as np
+
+from skylimb.base.errors import ConfigError, SkylimbError, extra_module
+from skylimb.control.planning.drawing import MOST_POINTS, require_drawable
+
+SECONDS, MEGABYTES = 2, 1024
+"""Time of the processor and memory that the process may take; the largest drawing takes 0.4 s."""
+
+TOO_MUCH = f"takes more than {SECONDS} s or {MEGABYTES} MB to read: make it simpler"
+
+_FLATNESS = 1e-4
+"""How far a straight piece may be from its curve, as a part of the drawing's larger side."""
+_LOOK = np.linspace(0.0, 1.0, 33)
+"""Places on a curve at which its bend is looked at."""
+_MOST_PIECES = 4096
+_MOST_CURVES = 5_000
+"""Curves of a drawing at most: each is looked at from near."""
+
+
+def svg_lines(content: bytes, what: str) -> list[np.ndarray]:
+    """The outlines in an SVG, (n, 2) each, in its units, x to the right and y up.
+
+    Args:
+        content: of the file.
+        what: it is called in messages.
+
+    Raises:
+        ConfigError: where it is no SVG, has nothing to draw, or has text or pictures in it.
+    """
+    SVG: Any = extra_module("svgelements").SVG
+    try:
+        document: Any = SVG.parse(io.BytesIO(content), reify=False)
+    except (ValueError, TypeError, ArithmeticError, AttributeError, LookupError) as error:
+        raise ConfigError(f"{what} is not a readable SVG file: {error or type(error).__name__}") from None
+    if not isinstance(document, SVG):
+        raise ConfigError(f"{what} is not a readable SVG file: it has no svg element")
+    outlines = _outlines(document, what)
+    _require_few(outlines, what)
+    rough = [[_points(segment, _look(segment), place) for segment in outline] for outline, place in outlines]
+    points = np.vstack([np.zeros((0, 2)), *(points for part in rough for points in part)])
+    if not len(points):
+        raise ConfigError(f"{what} has nothing to draw: no visible path or shape in it")
+    if not np.isfinite(points).all():
+        raise ConfigError(f"{what} has coordinates that are not finite")
+    flatness = _FLATNESS * float(np.ptp(points, axis=0).max())
+    lines, count = [], 0
+    for (outline, place), looked in zip(outlines, rough, strict=True):
+        line = []
+        for each in zip(outline, looked, strict=True):
+            line.append(_flattened(*each, flatness, place))
+            count += len(line[-1])
+            if count > 2 * MOST_POINTS:  # where pieces meet, a point stands twice
+                require_drawable(what, 0, count // 2)
+        if line:
+            lines.append(np.vstack(line) * [1.0, -1.0])
+    return lines
+
+
+def _outlines(document: Any, what: str) -> list[tuple[list[Any], Any]]:
+    """The visible outlines: the segments of each, and the transform that places them."""
+    from svgelements import Image, Shape, Text
+    from svgelements import Path as Outline
+
+    found: list[tuple[list[Any], Any]] = []
+    for element in document.elements():
+        if isinstance(element, Text):
+            words = " ".join(str(element.text or "").split())
+            raise ConfigError(
+                f"{what} has a text element ('{words[:30]}'), which has no single line to draw; turn it into "
+                "paths in your editor, or draw words with --text (trajectory.text)"
+            )
+        if isinstance(element, Image):
+            raise ConfigError(f"{what} has a picture in it, which a pen cannot draw; trace it to paths first")
+        if isinstance(element, Shape) and _visible(element):
+            outline: Any = Outline(element)
+            found += [(list(part), outline.transform) for part in outline.as_subpaths()]
+    return found
+
+
+def _require_few(outlines: list[tuple[list[Any], Any]], what: str) -> None:
+    require_drawable(what, 0, sum(len(outline) for outline, _ in outlines))
+    curves = sum(len(_look(segment)) > 2 for outline, _ in outlines for segment in outline)
+    if curves > _MOST_CURVES:
+        raise ConfigError(f"{what} has {curves} curves, more than {_MOST_CURVES}; make it simpler")
+
+
+def _look(segment: Any) -> np.ndarray:
+    """Places at which a segment is looked at; of a straight one its ends are enough."""
+    from svgelements import Close, Line, Move
+
+    return _LOOK[[0, -1]] if isinstance(segment, (Line, Close, Move)) else _LOOK
+
+
+def _visible(shape: Any) -> bool:
+    # SVG fills with black where nothing is said; svgelements then gives a colour.
+    return any(paint is not None and paint.value is not None for paint in (shape.fill, shape.stroke))
+
+
+def _points(segment: Any, places: np.ndarray, transform: Any) -> np.ndarray:
+    """Points of one segment of a path, transformed; none for the move to its beginning.
+
+    The points are transformed and not the segment: svgelements has no arcs that are skewed.
+    """
+    from svgelements import Move
+
+    if isinstance(segment, Move) or segment.start is None or segment.end is None:
+        return np.zeros((0, 2))
+    found = segment.npoint(places)
+    given = found if isinstance(found, np.ndarray) else [tuple(point) for point in found]
+    points = np.array(given, dtype=float)
+    if not np.isfinite(points).all():
+        return np.full_like(points, np.nan)
+    turn = np.array([[transform.a, transform.b], [transform.c, transform.d]], dtype=float)
+    return points @ turn + [float(transform.e), float(transform.f)]
+
+
+def _flattened(segment: Any, looked: np.ndarray, flatness: float, transform: Any) -> np.ndarray:
+    """A segment as straight pieces that keep within `flatness` of it."""
+    from svgelements import Close, Line
+
+    if not len(looked):
+        return looked
+    if isinstance(segment, (Line, Close)):
+        return looked[[0, -1]]
+    # A chord is off by an eighth of the second derivative times its step squared.
+    bend = float(np.linalg.norm(np.diff(looked, n=2, axis=0), axis=1).max()) * (len(_LOOK) - 1) ** 2
+    pieces = int(np.clip(np.ceil(np.sqrt(bend / (8.0 * flatness))), 1, _MOST_PIECES)) if flatness > 0 else 1
+    return _points(segment, np.linspace(0.0, 1.0, pieces + 1), transform)
+
+
+def _limit(seconds: int) -> None:
+    """Of this process; systems without such limits have that of the time alone, which its maker keeps."""
+    with contextlib.suppress(ImportError):
+        import resource
+
+        resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))
+        resource.setrlimit(resource.RLIMIT_AS, (MEGABYTES << 20, MEGABYTES << 20))
+
+
+def _main(what: str, seconds: str) -> None:
+    _limit(int(seconds))
+    try:
+        lines = svg_lines(sys.stdin.buffer.read(), what)
+    except RecursionError:
+        sys.exit(f"{what} has elements that repeat themselves, or too many inside of each other")
+    except MemoryError:
+        sys.exit(f"{what} {TOO_MUCH}")
+    except SkylimbError as error:
+        sys.exit(str(error))
+    np.savez(sys.stdout.buffer, *lines)
+
+
+if __name__ == "__main__":
+    _main(*sys.argv[1:])
