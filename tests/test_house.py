@@ -194,6 +194,9 @@ def test_files_in_the_guide_are_what_they_say(tmp_path: Path, monkeypatch: pytes
         assert skylimb.load_experiment(name).description
     for name in ("firm.toml", "springy.toml"):
         assert skylimb.load_controller(name, robot).name == name.removesuffix(".toml")
+    for law in ("regulator.py", "splined.py"):
+        cascade = skylimb.load_controller("springy.toml", robot, {"translation.law": law})
+        assert bool(cascade.in_python) == (law == "splined.py")  # type: ignore[attr-defined]
     assert {name for name, _ in written} == {path.name for path in tmp_path.glob("*.*")}
 
 
