@@ -22,9 +22,9 @@ from reproduction import section
 
 import skylimb
 from skylimb.analysis import write_comparison, write_videos
+from skylimb.analysis.paper.numbers import published
 from skylimb.analysis.scores.axis_names import PAPER
 from skylimb.analysis.scores.declared import shown_scores
-from skylimb.studies.reproduction.paper_numbers import published
 from skylimb.studies.verification import Row, verify_contact
 
 HERE = Path(__file__).parent

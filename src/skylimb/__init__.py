@@ -10,24 +10,8 @@ The names of `__init__.pyi` are loaded when they are first used, so that importi
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import lazy_loader
-
-from skylimb.analysis.recording.provided import provide
-
-if TYPE_CHECKING:
-    from skylimb.analysis.recording.publication import Publication
 
 __version__ = "0.1.0"
 
 __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
-
-
-def _paper() -> Publication:
-    from skylimb.studies.reproduction.published import PAPER
-
-    return PAPER
-
-
-provide(publication=_paper)

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from skylimb.analysis.paper.configuration import CONTROLLERS, FILE
 from skylimb.analysis.recording import Run
 from skylimb.analysis.scores.metrics import metrics
 from skylimb.base.config import write_toml
-from skylimb.studies.reproduction.paper_configuration import CONTROLLERS, FILE
 
 PHASES = "hover tare approach settle slide retreat hover_end"
 AXES = ["x", "y", "z"]

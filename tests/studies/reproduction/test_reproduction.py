@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from skylimb.analysis.paper.claims import CLAIMS
+from skylimb.analysis.paper.numbers import PUBLISHED
 from skylimb.analysis.scores.measures import fitted_circle
 from skylimb.analysis.scores.registry import SETS
 from skylimb.apps.cli.main import main
@@ -20,8 +22,6 @@ from skylimb.studies.campaign.frozen import freeze
 from skylimb.studies.reproduction import Prior, load_prior, reproduce
 from skylimb.studies.reproduction.judging import judge
 from skylimb.studies.reproduction.otherwise import flown_otherwise
-from skylimb.studies.reproduction.paper_claims import CLAIMS
-from skylimb.studies.reproduction.paper_numbers import PUBLISHED
 from skylimb.studies.reproduction.prior import PRIOR
 from skylimb.studies.reproduction.sensitivity import correlations, unknown_columns
 

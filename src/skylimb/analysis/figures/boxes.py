@@ -14,8 +14,8 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
 from skylimb.analysis.figures import style
+from skylimb.analysis.paper.numbers import published_beside
 from skylimb.analysis.recording import Run
-from skylimb.analysis.recording.publication import publication
 from skylimb.analysis.scores.axis_names import common_names
 from skylimb.analysis.scores.signals import Direction, contact_axis, in_phase, sliding_axes
 
@@ -120,7 +120,7 @@ def _panel(ax: Axes, runs: Mapping[str, Run], metric: str, quantity: Quantity) -
             shade = style.FAILURE if run.failed else style.TRUTH
             middle = {"transform": ax.get_xaxis_transform(), "ha": "center", "va": "center"}
             ax.text(place, 0.5, text, rotation=90, color=shade, **middle)
-        number = publication().number(run, metric)
+        number = published_beside(run, metric)
         if number is not None:
             ax.plot(
                 place - 0.38,

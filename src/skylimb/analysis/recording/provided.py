@@ -1,7 +1,7 @@
-"""What a record needs of code that stands above it: its pictures, and published numbers beside its own.
+"""What a record needs of code that stands above it: its pictures.
 
 Whoever makes one of them provides it here, from above; so the record imports none of it, and nothing is
-loaded before it is used. `skylimb.analysis` provides `plot`, `show` and `html`, `skylimb` the `publication`.
+loaded before it is used. `skylimb.analysis` provides `plot`, `show` and `html`.
 """
 
 from __future__ import annotations

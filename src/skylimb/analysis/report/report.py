@@ -11,8 +11,10 @@ from typing import Any
 from skylimb.analysis.figures import REPORT_FIGURES, palette
 from skylimb.analysis.figures.report_figures import ReportFigure
 from skylimb.analysis.pages.pages import inlined, render_page
+from skylimb.analysis.paper.check import check_claims
+from skylimb.analysis.paper.configuration import not_the_papers
+from skylimb.analysis.paper.numbers import SOURCE, published_beside
 from skylimb.analysis.recording import LOG_FILE, Run
-from skylimb.analysis.recording.publication import publication
 from skylimb.analysis.scores.axis_names import AxisNames, common_names
 from skylimb.analysis.scores.declared import shown_scores
 from skylimb.analysis.scores.score import Score
@@ -70,8 +72,7 @@ def render_report(
     first = next(iter(runs.values()))
     config = _config(first)
     axes = common_names(run.log for run in runs.values())
-    paper, groups = publication(), _groups(runs, axes)
-    claims = paper.claims(runs)
+    groups, claims = _groups(runs, axes), check_claims(runs)
     return render_page(
         TEMPLATE,
         title=_title(runs),
@@ -102,10 +103,10 @@ def render_report(
         ],
         happened=_happened(runs),
         compared=any(printed for _, rows in groups for _, _, cells in rows for _, printed in cells),
-        otherwise=paper.otherwise({palette.label(name): run for name, run in runs.items()}),
+        otherwise=not_the_papers({palette.label(name): run for name, run in runs.items()}),
         claims=claims,
         held=sum(claim.holds for claim in claims),
-        source=paper.source,
+        source=SOURCE,
         pictures=[
             (picture, inlined(folder / "figures" / f"{picture.name}.png", "image/png"))
             for picture in (*REPORT_FIGURES, *own)
@@ -143,11 +144,10 @@ def _groups(runs: Mapping[str, Run], axes: AxisNames) -> list[tuple[str, list[Li
 
     A line has what, its unit, and for each run our number and the paper's, empty where it prints none.
     """
-    number = publication().number
 
     def cell(run: Run, score: Score) -> tuple[str, str]:
         ours = score.printed(run.metrics.get(score.name)) or "–"
-        return ours, score.printed(number(run, score.name))
+        return ours, score.printed(published_beside(run, score.name))
 
     return [
         (

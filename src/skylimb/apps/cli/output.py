@@ -156,10 +156,10 @@ def working(what: str) -> Iterator[None]:
 
 def scores(runs: Mapping[str, Run]) -> None:
     """The metrics of every run side by side, the paper's numbers in brackets where it prints them."""
+    from skylimb.analysis.paper.configuration import is_the_papers, not_the_papers
+    from skylimb.analysis.paper.numbers import published_beside
     from skylimb.analysis.scores.axis_names import common_names
     from skylimb.analysis.scores.declared import shown_scores
-    from skylimb.studies.reproduction.paper_configuration import is_the_papers, not_the_papers
-    from skylimb.studies.reproduction.paper_numbers import published_beside
 
     def cells(score: Score) -> Iterator[str]:
         for run in runs.values():

@@ -8,11 +8,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from skylimb.analysis.paper.claims import CLAIMS, PaperClaim
+from skylimb.analysis.paper.numbers import PUBLISHED, published
 from skylimb.studies.campaign.frozen import Campaign
 from skylimb.studies.campaign.rows import OK, REFUSED, Row
 from skylimb.studies.campaign.statistics import success_rate
-from skylimb.studies.reproduction.paper_claims import CLAIMS, PaperClaim
-from skylimb.studies.reproduction.paper_numbers import PUBLISHED, published
 from skylimb.studies.reproduction.prior import Prior
 from skylimb.studies.reproduction.result import (
     BESIDE,

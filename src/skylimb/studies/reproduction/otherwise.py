@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from skylimb.analysis.paper.configuration import CONTROLLERS, Difference, differences
 from skylimb.control.controller import resolved_tables
 from skylimb.flight.experiments.experiment import robot_of
 from skylimb.studies.campaign.frozen import Campaign
-from skylimb.studies.reproduction.paper_configuration import CONTROLLERS, Difference, differences
 from skylimb.studies.reproduction.prior import Prior
 
 

@@ -8,12 +8,12 @@ from pathlib import Path
 
 from skylimb.analysis.figures import style
 from skylimb.analysis.pages.pages import inlined, render_page
+from skylimb.analysis.paper.numbers import SOURCE
 from skylimb.analysis.scores.registry import SCORES
 from skylimb.studies.campaign.frozen import Campaign
 from skylimb.studies.campaign.statistics import Rate
 from skylimb.studies.reproduction.files import command
 from skylimb.studies.reproduction.otherwise import flown_otherwise
-from skylimb.studies.reproduction.paper_numbers import SOURCE
 from skylimb.studies.reproduction.prior import Prior, value_text
 from skylimb.studies.reproduction.result import BESIDE, HIGH, LOW, NUMBERS, Result, Spread, label
 

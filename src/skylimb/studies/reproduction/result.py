@@ -7,10 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from skylimb.analysis.paper.claims import PaperClaim
 from skylimb.analysis.scores.axis_names import PAPER
 from skylimb.analysis.scores.registry import SCORES
 from skylimb.studies.campaign.statistics import Rate
-from skylimb.studies.reproduction.paper_claims import PaperClaim
 
 LOW, HIGH = 0.05, 0.95
 """Quantiles of the interval that a published number is held against."""

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 
+from skylimb.analysis.paper.claims import CLAIMS, PaperClaim
+from skylimb.analysis.paper.configuration import is_the_papers
+from skylimb.analysis.paper.numbers import PUBLISHED
 from skylimb.analysis.recording import Run
-from skylimb.analysis.recording.publication import Claim
 from skylimb.analysis.scores.registry import measured
-from skylimb.studies.reproduction.paper_claims import CLAIMS, PaperClaim
-from skylimb.studies.reproduction.paper_configuration import is_the_papers
-from skylimb.studies.reproduction.paper_numbers import PUBLISHED
 
 _CHECKED = {
     "impedance resists friction": "m",
@@ -20,6 +20,23 @@ _CHECKED = {
     "admittance narrows the force": "N",
 }
 """Claims that one comparison can be held against, in the paper's order, and the unit of their numbers."""
+
+
+@dataclass(frozen=True)
+class Claim:
+    """A published statement with its numbers and those of some runs.
+
+    Attributes:
+        text: the statement.
+        paper: what is published for it.
+        ours: the same from the runs.
+        holds: whether it is true of the runs.
+    """
+
+    text: str
+    paper: str
+    ours: str
+    holds: bool
 
 
 def check_claims(runs: Mapping[str, Run]) -> list[Claim]:

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 from skylimb.analysis.recording import Run
 from skylimb.base.config import flatten
 
-FILE = Path(__file__).with_name("paper_configuration.toml")
+FILE = Path(__file__).with_name("configuration.toml")
 
 CONTROLLERS = ("pid", "impedance", "admittance", "hybrid")
 """The paper's four."""

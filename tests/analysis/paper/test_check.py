@@ -2,9 +2,9 @@
 
 import pytest
 
+from skylimb.analysis.paper.check import check_claims
+from skylimb.analysis.paper.numbers import PUBLISHED, published, published_beside
 from skylimb.analysis.recording import Run
-from skylimb.studies.reproduction.claims_check import check_claims
-from skylimb.studies.reproduction.paper_numbers import PUBLISHED, published, published_beside
 
 NAMES = ("pid", "impedance", "admittance", "hybrid")
 

@@ -6,11 +6,7 @@ import tomllib
 
 import pytest
 
-from skylimb.base.config import put
-from skylimb.control.controller import load_controller, resolved_tables
-from skylimb.flight.experiments.experiment import load_experiment
-from skylimb.robots.loader import load_robot
-from skylimb.studies.reproduction.paper_configuration import (
+from skylimb.analysis.paper.configuration import (
     CONTROLLERS,
     FILE,
     NOTHING,
@@ -20,6 +16,10 @@ from skylimb.studies.reproduction.paper_configuration import (
     is_the_papers,
     not_the_papers,
 )
+from skylimb.base.config import put
+from skylimb.control.controller import load_controller, resolved_tables
+from skylimb.flight.experiments.experiment import load_experiment
+from skylimb.robots.loader import load_robot
 
 
 def flown(controller="hybrid", **changes):
@@ -33,7 +33,7 @@ def flown(controller="hybrid", **changes):
 
 @pytest.mark.parametrize("controller", CONTROLLERS)
 def test_the_shipped_experiment_and_presets_are_the_papers(controller):
-    """Where this fails, a key or a value is new: give it to paper_configuration.toml as well."""
+    """Where this fails, a key or a value is new: give it to configuration.toml as well."""
     assert in_words(differences(flown(controller), controller)) == ""
 
 

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from skylimb.analysis.paper.configuration import is_the_papers
 from skylimb.analysis.recording import Run
-from skylimb.studies.reproduction.paper_configuration import is_the_papers
 
 SOURCE = (
     "Z. Luo, M. Lei, J. Li, Y. Chen, Z. Xiong, M. Zhao: Hybrid Impedance-Admittance Control with Multi-Link "
@@ -51,7 +51,7 @@ def published(controller: str, metric: str) -> float | None:
 def published_beside(run: Run, metric: str) -> float | None:
     """The paper's number to stand beside a run's own; None where it prints none.
 
-    None as well beside a run of any other configuration than the paper's (`paper_configuration`).
+    None as well beside a run of any other configuration than the paper's (`configuration`).
     """
     number = published(run.controller, metric)
     return number if number is not None and is_the_papers(run) else None

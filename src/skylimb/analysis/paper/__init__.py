@@ -1,0 +1,1 @@
+"""What the paper prints: its configuration, numbers and claims, to stand beside those of a run."""
