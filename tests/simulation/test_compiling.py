@@ -184,3 +184,14 @@ print(made)
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith(str(tmp_path))
     assert [path.name for path in tmp_path.iterdir()] == ["cache"]
+
+
+@pytest.mark.parametrize(
+    ("does", "told"),
+    [("print('one\\ntwo')", "one, "), ("print('one'); raise SystemExit(3)", "none"), ("pass", "none")],
+)
+def test_a_version_is_that_of_a_compiler_that_works(
+    monkeypatch: pytest.MonkeyPatch, does: str, told: str
+) -> None:
+    monkeypatch.setattr(compiling, "compilers", lambda: [[sys.executable, "-c", does]])
+    assert compiling.compiler_version.__wrapped__().startswith(told)
