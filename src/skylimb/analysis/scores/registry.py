@@ -9,14 +9,14 @@ from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 
 from skylimb.analysis.recording.run import Run
-from skylimb.analysis.scores import body, drawn_strokes, force, measures, pen_line, task, touch
+from skylimb.analysis.scores import body, drawn_strokes, faults, force, measures, pen_line, task, touch
 from skylimb.analysis.scores.score import Metric, Number, Score, grouped
 from skylimb.analysis.scores.signals import in_phase
 from skylimb.analysis.scores.verdict import DONE
 
 METRICS: tuple[Metric, ...] = tuple(
     found
-    for module in (force, touch, pen_line, drawn_strokes, task, body, measures)
+    for module in (force, touch, pen_line, drawn_strokes, task, body, measures, faults)
     for found in vars(module).values()
     if isinstance(found, Metric)
 )
@@ -59,10 +59,12 @@ TOLERANCES = frozenset(
 
 
 def numbers_of(run: Run, metrics: Iterable[Metric]) -> dict[str, Number]:
-    """Shipped scores of a run, over its sliding period; None without one, and for a lost flight."""
-    if run.failed or not in_phase(run.log, "slide").any():
-        return dict.fromkeys(key for each in metrics for key in each.columns)
-    return {key: value for each in metrics for key, value in each.of(run).items()}
+    """Shipped scores of a run, over its sliding period; None without one, and mostly for a lost flight."""
+    whole = not run.failed and bool(in_phase(run.log, "slide").any())
+    found: dict[str, Number] = {}
+    for each in metrics:
+        found |= each.of(run) if whole or each.lost else dict.fromkeys(each.columns)
+    return found
 
 
 def measured(run: Run, sets: Iterable[str]) -> dict[str, Number]:

@@ -9,7 +9,8 @@ Scores that ship and those of a user's own file are declared alike, at the funct
 
 Such a function takes a run and returns a number, NaN where there is none. With `keys` it returns a dict, and
 each key is a score of its own: `keys=("roll", "pitch")` where all are declared alike, else
-`keys={"mean": skylimb.Score("Mean of it", "N"), ...}`. It never sees a run that failed.
+`keys={"mean": skylimb.Score("Mean of it", "N"), ...}`. It never sees a run that failed, unless it says
+`lost=True`: then it is for it to say what such a run still tells.
 """
 
 from __future__ import annotations
@@ -173,10 +174,11 @@ class Metric:
 
     Attributes:
         name: the function's.
-        function: of a run that did not fail.
+        function: of a run; of one that failed only where `lost` says so.
         scores: one, or one for each key.
         keys: of the dict that the function returns; empty where it returns a number.
         on_demand: the set of further numbers that it belongs to; empty for a score of every flight.
+        lost: whether it is of a flight that failed as well.
     """
 
     name: str
@@ -184,6 +186,7 @@ class Metric:
     scores: tuple[Score, ...]
     keys: tuple[str, ...] = ()
     on_demand: str = ""
+    lost: bool = False
 
     def __call__(self, run: Run) -> Any:
         """What the function returns."""
@@ -225,12 +228,13 @@ def metric(
     keys: Sequence[str] | Mapping[str, Score] = (),
     meaning: str = "",
     on_demand: str = "",
+    lost: bool = False,
 ) -> Any:
     """Make a function of a run a `Metric`; see the module.
 
     Args:
         function: what is decorated.
-        unit: see `Score`, as for all that follow but the last three.
+        unit: see `Score`, as for all that follow but the last four.
         smaller_is_better: see there.
         group: see there.
         row: see there.
@@ -240,6 +244,7 @@ def metric(
         keys: of the dict that the function returns, or a declaration for each.
         meaning: the first line of the function's docstring when empty.
         on_demand: name of a set; its scores are computed where a campaign's `measures` has it.
+        lost: whether it is of a flight that failed as well.
 
     Raises:
         ConfigError: naming what cannot be declared so.
@@ -266,7 +271,7 @@ def metric(
             ]
         else:
             scores = [replace(alike, meaning=text)]
-        return Metric(name, function, tuple(scores), tuple(keys), on_demand)
+        return Metric(name, function, tuple(scores), tuple(keys), on_demand, lost)
 
     return made if function is None else made(function)
 

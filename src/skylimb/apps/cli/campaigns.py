@@ -1,4 +1,4 @@
-"""The verbs for many flights: `campaign`, `campaign report`, `tune` and `reproduce`."""
+"""The verbs for many flights: `campaign`, `campaign report`, `tune`, `reproduce` and `faults`."""
 
 from __future__ import annotations
 
@@ -148,6 +148,51 @@ def reproduce(
         total = outcome.campaign.flight(outcome.campaign.spec.draws, 0)
         return _interrupted(len(outcome.rows), total, out, f"reproduce --draws {draws or DRAWS}")
     _show_reproduction(outcome.result)
+    output.places(Path(out))
+    return 0
+
+
+def faults(
+    *,
+    controllers: Annotated[
+        tuple[str, ...], arg("Presets, TOML files or Python files; by default the catalogue's.", "NAME ...")
+    ] = (),
+    only: Annotated[tuple[str, ...], arg("Faults to fly, by name; all by default.", "FAULT ...")] = (),
+    catalogue: Annotated[str, arg("Another catalogue than the one that ships.", "FILE")] = "",
+    draws: Annotated[int, arg("Draws of each fault that each controller flies.", "N")] = 200,
+    out: Annotated[str, arg("Folder for the results.", "DIR")] = "out/faults",
+    workers: Workers = None,
+    resume: Resume = False,
+) -> int:
+    """Fly a catalogue of faults, and say what survives within which bounds.
+
+    Each fault is a campaign: rotors that fail, joints, motion capture, pushes, a board that is gone, commands
+    that come too late. Leaves faults.json, faults.md, and the campaigns' folders, each with a report in which
+    the worst flight can be watched. Ctrl-C finishes what flies and keeps it; --resume goes on.
+
+    Examples:
+        skylimb faults --draws 20 --out out/faults
+        skylimb faults --only "rotor at half" "push of 4 N" --draws 4
+        skylimb faults --controllers hybrid mine.toml
+    """
+    from skylimb.studies.faults import fly_faults, load_catalogue
+
+    within("--draws", draws, 1, 1_000_000)
+    chosen = load_catalogue(catalogue) if catalogue else None
+    with _progress() as report:
+        outcome = fly_faults(
+            out, draws, controllers=controllers, only=only, catalogue=chosen, workers=workers, resume=resume,
+            progress=report,
+        )  # fmt: skip
+    if not outcome.complete:
+        print(f"interrupted; what was flown is kept in {out}; the same command with --resume goes on")
+        return INTERRUPTED
+    known = {fault.name: fault for fault in outcome.catalogue.faults}
+    rows = [
+        (row.fault, row.flown_by, *row.shares, "yes" if row.reached(known[row.fault]) else "no")
+        for row in outcome.rows
+    ]
+    output.show_table(rows, "Fault", "Flown by", "Survived", "Within its bounds", "All kept")
     output.places(Path(out))
     return 0
 

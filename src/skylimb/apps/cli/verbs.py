@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from skylimb.apps.cli.arguments import Verb, arg
 from skylimb.apps.cli.calibrating import calibrate
-from skylimb.apps.cli.campaigns import campaign, campaign_report, reproduce, tune
+from skylimb.apps.cli.campaigns import campaign, campaign_report, faults, reproduce, tune
 from skylimb.apps.cli.converting import convert
 from skylimb.apps.cli.examples import examples
 from skylimb.apps.cli.exporting import export_c
@@ -66,4 +66,5 @@ VERBS: dict[str, Verb] = {
     "campaign report": campaign_report,
     "tune": tune,
     "reproduce": reproduce,
+    "faults": faults,
 }

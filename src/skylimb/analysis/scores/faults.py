@@ -1,0 +1,88 @@
+"""What a fault did to a flight: how far it threw the robot, how long it went on, and when it was noticed.
+
+A fault is whatever the flight's events are. What it did is counted from the sample before the first of them,
+against the mission's reference, until `WINDOW` after the last has ended; of a flight without events, such as
+one with a heavier robot, all along. A flight that was lost before the window's end has none of these numbers,
+but how long it went on.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from skylimb.analysis.recording.run import Run
+from skylimb.analysis.scores.score import Score, metric
+from skylimb.analysis.scores.signals import contact_axis, events_of, recorded, stretches
+
+WINDOW = 1.5
+"""Seconds in which a robot shows what a fault does to it."""
+
+MODE = "supervisor_mode"
+"""Signal of a supervised flight: 0 while nothing is wrong."""
+
+
+def _worse(meaning: str, unit: str) -> Score:
+    return Score(meaning, unit, smaller_is_better=True, ranked=False)
+
+
+@metric(
+    on_demand="faults",
+    lost=True,
+    keys={
+        "lasted": Score("Time that the flight went on after a fault began", "s", False, ranked=False),
+        "tilt": _worse("Greatest turn of the measured link's axis after a fault", "rad"),
+        "sink": _worse("Greatest loss of height after a fault", "m"),
+        "sideways": _worse("Greatest horizontal way along the surface after a fault", "m"),
+        "tip": _worse("Greatest way of the tip from its course after a fault", "m"),
+        "force": _worse("Greatest normal force after a fault", "N"),
+        "speed": _worse("Greatest speed of the centre of gravity after a fault", "m/s"),
+        "seen": _worse("Time from a fault until the supervisor acts; never: no number", "s"),
+        "alarms": _worse("Times that the supervisor acted before a fault, or without one", ""),
+    },
+)
+def fault(run: Run) -> dict[str, float]:
+    """How far a fault threw the robot, and when it was noticed."""
+    log, happened = run.log, events_of(run.log)
+    time = log.time.values
+    onset = happened[0].time if happened else 0.0
+    end = max(each.time + each.duration for each in happened) + WINDOW if happened else np.inf
+    lasted = float(time[-1] - onset) if happened else np.nan
+    seen, alarms = _noticed(log, onset if happened else np.inf)
+    if run.failed and time[-1] < end:
+        known = {"lasted": lasted, "seen": seen, "alarms": alarms}
+        return {key: known.get(key, np.nan) for key in fault.keys}
+    # What is there from take-off on is counted from the first sample.
+    first = max(0, int(np.searchsorted(time, onset - 1e-9)) - 1)
+    after = slice(first, int(np.searchsorted(time, end)))
+    off, axis = _departure(log, "cog_position", after), contact_axis(log)
+    aside = (off - np.outer(axis.along(off), axis.vector)) * (1.0, 1.0, 0.0)
+    w, x, y, z = log.root_quaternion.values[after].T
+    upright = np.stack([2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)], axis=1)
+    return {
+        "lasted": lasted,
+        "tilt": float(np.arccos(np.clip(upright @ upright[0], -1.0, 1.0)).max()),
+        "sink": float(-off[:, 2].min()),
+        "sideways": float(np.linalg.norm(aside, axis=1).max()),
+        "tip": float(np.linalg.norm(_departure(log, "tip_position", after), axis=1).max()),
+        "force": float(log.contact_force_normal.values[after].max()),
+        "speed": float(np.linalg.norm(log.cog_velocity.values[after], axis=1).max()),
+        "seen": seen,
+        "alarms": alarms,
+    }
+
+
+def _departure(log: xr.Dataset, place: str, after: slice) -> np.ndarray:
+    """How far a place has come from its reference since the first of some samples, W, m."""
+    off = recorded(log, place)[after] - recorded(log, f"{place}_reference")[after]
+    return off - off[0]
+
+
+def _noticed(log: xr.Dataset, onset: float) -> tuple[float, float]:
+    """Time from an onset until the supervisor acts, s, and how often it acted before."""
+    if MODE not in log:
+        return np.nan, np.nan
+    begins = np.array([begin for begin, _ in stretches(log[MODE].values > 0)], dtype=int)
+    times = log.time.values[begins]
+    after = times[times >= onset - 1e-9]
+    return float(after[0] - onset) if len(after) else np.nan, float(len(times) - len(after))

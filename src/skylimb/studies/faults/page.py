@@ -1,0 +1,116 @@
+"""The page of the catalogue: a summary, then every fault with its physics and its numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from skylimb.analysis.scores.registry import SCORES
+from skylimb.studies.faults.catalogue import Catalogue, Fault
+
+_HEAD = """# Faults
+
+What each fault does to a flight in contact, without the supervisor and with it. Every controller flies each
+fault {draws} times: on the board leaning to either side, with another onset and noise in each draw. This page
+and docs/faults.json are what `skylimb faults --draws {draws}` leaves. Numbers are median / what 99 % keep, in
+brackets what both are held to; a dash is a number that lost flights do not have. "ok" means: all is kept.
+
+A flight survives that goes on for 5 s after the onset, or to its mission's end: not tilted beyond 1 rad, on
+the floor, or 2 m astray. What a fault does is counted from its onset to 1.5 s after its end. A fault that
+unprotected flights of every controller survive within its bounds is no test, and is marked so.
+"""
+
+_NONE = (None, None)
+
+
+@dataclass(frozen=True)
+class Row:
+    """What a fault did to one controller's flights.
+
+    Attributes:
+        fault: its name.
+        controller: that met it.
+        supervised: whether the supervisor was on.
+        flights: that were flown.
+        survived: of them.
+        within: of them, that also kept what 99 % are held to, in every number.
+        numbers: of each bound: median and what 99 % keep; None where that many are lost.
+        worst: folder of the worst flight's log, in the folder of all; empty where others were worse.
+        cause: what ended the first flight that was lost.
+    """
+
+    fault: str
+    controller: str
+    supervised: bool
+    flights: int
+    survived: int
+    within: int
+    numbers: dict[str, tuple[float | None, float | None]]
+    worst: str
+    cause: str
+
+    @property
+    def flown_by(self) -> str:
+        """Controller and side, as tables call them."""
+        return f"{self.controller}, {'supervised' if self.supervised else 'unprotected'}"
+
+    @property
+    def shares(self) -> tuple[str, str]:
+        """How many flights survived, and how many within the bounds."""
+        return f"{self.survived} of {self.flights}", f"{self.within} of {self.flights}"
+
+    def reached(self, fault: Fault) -> bool:
+        """Whether 99 % survive, and median and 99 % of every number are within their bounds."""
+        return self.survived >= 0.99 * self.flights and all(
+            value is not None and value <= bound
+            for key, bounds in fault.held(self.supervised).items()
+            for value, bound in zip(self.numbers[key], bounds, strict=True)
+        )
+
+
+def faults_page(catalogue: Catalogue, rows: Sequence[Row]) -> str:
+    """The page as Markdown.
+
+    Args:
+        catalogue: what was flown.
+        rows: what came of it.
+    """
+    draws = max((row.flights for row in rows), default=0)
+    lines = [_HEAD.format(draws=draws), "## All of them", ""]
+    columns = list(dict.fromkeys(row.flown_by for row in rows))
+    lines += _table("fault: flights within the bounds", [*columns, ""], _summary(catalogue, rows))
+    for fault in catalogue.faults:
+        own = [row for row in rows if row.fault == fault.name]
+        heads = [
+            f"{key} {SCORES[f'fault_{key}'].unit} ({_both(bounds)})".replace("  ", " ")
+            for key, bounds in fault.bounds.items()
+        ]
+        lines += ["", f"## {fault.name[0].upper()}{fault.name[1:]}", "", fault.physics.strip(), ""]
+        lines += _table("", ["survived", "within", *heads, "worst flight"], _numbers(fault, own))
+        lost = next((row for row in own if row.cause), None)
+        lines += ["", f"The first that was lost, {lost.flown_by}: {lost.cause}."] if lost else []
+    return "\n".join(lines) + "\n"
+
+
+def _summary(catalogue: Catalogue, rows: Sequence[Row]) -> Iterator[tuple[str, ...]]:
+    """A line for each fault: how many flights of each column are within its bounds."""
+    for fault in catalogue.faults:
+        own = [row for row in rows if row.fault == fault.name]
+        cells = [row.shares[1] + (", ok" if row.reached(fault) else "") for row in own]
+        harmless = all(row.reached(fault) for row in own if not row.supervised)
+        yield fault.name, *cells, "no test" if harmless else ""
+
+
+def _numbers(fault: Fault, rows: Sequence[Row]) -> Iterator[tuple[str, ...]]:
+    """A line for each controller and side."""
+    for row in rows:
+        cells = [_both(row.numbers.get(key, (None, None))) for key in fault.bounds]
+        yield row.flown_by, *row.shares, *cells, f"`{row.worst}`" if row.worst else ""
+
+
+def _table(first: str, columns: Sequence[str], lines: Iterator[tuple[str, ...]]) -> list[str]:
+    return [f"| {' | '.join(line)} |" for line in ((first, *columns), ["---"] * (1 + len(columns)), *lines)]
+
+
+def _both(numbers: tuple[float | None, float | None]) -> str:
+    return " / ".join("-" if value is None else f"{value:.3g}" for value in numbers)

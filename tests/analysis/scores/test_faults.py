@@ -1,0 +1,94 @@
+"""What a fault did is counted from its onset; a flight that was lost in its window has no such numbers."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from skylimb.analysis.recording import Run
+from skylimb.analysis.scores.faults import MODE, WINDOW
+from skylimb.analysis.scores.registry import measured
+
+TIME = 0.005 * np.arange(1200)
+ONSET = 2.0
+
+
+def log(events: list[dict[str, Any]], status: Any = "OK", **changes: Any) -> xr.Dataset:
+    """A flight of six seconds that stands where it should but for what is changed."""
+    still, q = np.zeros((len(TIME), 3)), np.tile([1.0, 0.0, 0.0, 0.0], (len(TIME), 1))
+    places = ("cog_position", "tip_position", "cog_position_reference", "tip_position_reference")
+    values: dict[str, Any] = {name: (("time", "axis"), changes.get(name, still)) for name in places}
+    values["cog_velocity"] = ("time", "axis"), changes.get("cog_velocity", still)
+    values["root_quaternion"] = ("time", "quaternion"), changes.get("root_quaternion", q)
+    force = changes.get("contact_force_normal", np.ones(len(TIME)))
+    values |= {"contact_force_normal": ("time", force), "phase": ("time", np.full(len(TIME), 4))}
+    if MODE in changes:
+        values[MODE] = "time", changes[MODE]
+    found = xr.Dataset(values, {"time": TIME})
+    found.phase.attrs = {"flag_values": [4], "flag_meanings": "slide"}
+    told = [{"words": "", "duration": 0.0, **event} for event in events]
+    found.attrs = {"status": status, "events": json.dumps(told), "contact_axis": "x"}
+    return found
+
+
+def numbers(flight: xr.Dataset) -> dict[str, Any]:
+    found = measured(Run("", "", flight), ["faults"])
+    return {name.removeprefix("fault_"): value for name, value in found.items()}
+
+
+def step(at: float, size: list[float]) -> np.ndarray:
+    return (TIME[:, None] >= at - 1e-9) * np.array(size)
+
+
+PUSH = {"kind": "push", "time": ONSET, "duration": 0.5}
+
+
+def test_what_is_counted_begins_with_the_fault_and_ends_after_it() -> None:
+    apart, after = step(1.0, [5.0, 5.0, -5.0]) + step(4.1, [9.0, 9.0, -9.0]), step(2.5, [0.3, -0.2, -0.1])
+    velocity = step(2.2, [0.0, 0.3, 0.4]) - step(2.4, [0.0, 0.3, 0.4])
+    force = 1.0 + step(2.1, [3.0])[:, 0] - step(2.2, [3.0])[:, 0]
+    tilted = np.array([np.cos(0.1), 0.0, np.sin(0.1), 0.0])
+    q = np.where((TIME[:, None] > 3.0) & (TIME[:, None] < 3.1), tilted, [1.0, 0.0, 0.0, 0.0])
+    places = {"cog_position": apart + after, "tip_position": apart + 2.0 * after}
+    more = {"cog_velocity": velocity, "contact_force_normal": force, "root_quaternion": q}
+    found = numbers(log([PUSH], **places, **more))
+    wanted = {"tilt": 0.2, "sink": 0.1, "sideways": 0.2, "force": 4.0, "speed": 0.5}
+    wanted["tip"] = 2.0 * np.sqrt(0.14)
+    assert {key: found[key] for key in wanted} == pytest.approx(wanted)
+    assert found["lasted"] == pytest.approx(TIME[-1] - ONSET)
+    assert (found["seen"], found["alarms"]) == (None, None)
+
+
+def test_the_reference_s_own_motion_is_no_fault() -> None:
+    course = TIME[:, None] * np.array([0.0, 0.1, 0.1])
+    moved = dict.fromkeys(("cog_position", "tip_position"), course)
+    moved |= {f"{name}_reference": course for name in moved}
+    found = numbers(log([PUSH], **moved))
+    assert [found[key] for key in ("sink", "sideways", "tip")] == pytest.approx([0.0, 0.0, 0.0], abs=1e-12)
+
+
+def test_a_flight_that_is_lost_in_the_window_tells_only_how_long_it_went_on() -> None:
+    whole = log([PUSH], "FAILED")
+    end = ONSET + PUSH["duration"] + WINDOW
+    lost, outlived = (numbers(whole.sel(time=slice(0.0, at))) for at in (end - 0.1, end + 0.1))
+    assert lost["tilt"] is None
+    assert lost["lasted"] == pytest.approx(1.9, abs=0.006)
+    assert outlived["tilt"] == 0.0
+
+
+def test_without_an_event_all_of_the_flight_counts_and_a_lost_one_has_nothing() -> None:
+    sunk = step(0.1, [0.0, 0.0, -0.3])
+    assert numbers(log([], cog_position=sunk))["sink"] == pytest.approx(0.3)
+    assert set(numbers(log([], "FAILED", cog_position=sunk)).values()) == {None}
+
+
+def test_what_the_supervisor_does_before_a_fault_is_a_false_alarm() -> None:
+    mode = np.where((TIME > 1.0) & (TIME < 1.1) | (TIME >= 2.25), 1.0, 0.0)
+    found = numbers(log([PUSH], **{MODE: mode}))
+    assert (found["seen"], found["alarms"]) == (pytest.approx(0.25, abs=0.006), 1.0)
+    quiet = numbers(log([], **{MODE: mode}))
+    assert (quiet["seen"], quiet["alarms"]) == (None, 2.0)
