@@ -28,7 +28,7 @@ from skylimb.control.contact_machine import SLIDE
 from skylimb.control.controller import load_controller
 from skylimb.flight.drivers.native import fly_native
 from skylimb.flight.experiments.experiment import load_experiment
-from skylimb.flight.simulated_run import recorded
+from skylimb.flight.simulated_run import scored_run
 from skylimb.flight.takeoff import prepare
 from skylimb.robots.loader import load_robot
 
@@ -85,7 +85,8 @@ def flown(gains: dict[str, Any], count: int) -> list[dict[str, Any]]:
     for begin in range(0, count, CHUNK):
         some = ready[begin : begin + CHUNK]
         found += [
-            scores(recorded(takeoff, flight)) for takeoff, flight in zip(some, fly_native(some), strict=True)
+            scores(scored_run(takeoff, flight))
+            for takeoff, flight in zip(some, fly_native(some), strict=True)
         ]
     return found
 

@@ -26,7 +26,7 @@ from skylimb.control.contact_machine import SLIDE
 from skylimb.control.controller import load_controller
 from skylimb.flight.drivers.native import fly_native
 from skylimb.flight.experiments.experiment import load_experiment
-from skylimb.flight.simulated_run import recorded
+from skylimb.flight.simulated_run import scored_run
 from skylimb.flight.takeoff import prepare
 from skylimb.robots.loader import load_robot
 from skylimb.robots.model import Robot
@@ -83,7 +83,7 @@ def main() -> None:
         ready = [prepare(one, robot, controller) for one in experiments[begin : begin + CHUNK]]
         for takeoff, flight in zip(ready, fly_native(ready), strict=True):
             sensors = takeoff.experiment.sensors
-            found, share = turned(recorded(takeoff, flight), robot, sensors.latency)
+            found, share = turned(scored_run(takeoff, flight), robot, sensors.latency)
             truth = np.asarray(sensors.attitude_misalignment)
             error.append([truth, found - truth])
             left.append(share)

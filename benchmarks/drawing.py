@@ -28,7 +28,7 @@ from skylimb.analysis.scores.drawn_strokes import lifted, stroke_begins
 from skylimb.analysis.scores.pen_line import drawn_samples
 from skylimb.control.corrections import Corrections
 from skylimb.flight.drivers.native import fly_native
-from skylimb.flight.simulated_run import recorded
+from skylimb.flight.simulated_run import scored_run
 from skylimb.flight.takeoff import take_off
 from skylimb.robots.loader import load_robot
 
@@ -117,7 +117,7 @@ def flown(cell: Mapping[str, Any], drawn: Sequence[Mapping[str, Any]]) -> dict[s
 def fly(seed: int | None, changes: Mapping[str, Any], calibration: Corrections | None = None) -> Run:
     """One flight on the native driver, which a flight of four minutes is worth."""
     (takeoff,) = take_off("paper", ("drawing",), seed, changes, calibration=calibration)
-    return recorded(takeoff, fly_native([takeoff])[0])
+    return scored_run(takeoff, fly_native([takeoff])[0])
 
 
 def corrections(number: int, drawn: Mapping[str, Any]) -> Corrections:

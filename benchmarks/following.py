@@ -33,7 +33,7 @@ from skylimb.analysis.scores.registry import measured
 from skylimb.control.controller import load_controller
 from skylimb.flight.drivers.native import fly_native
 from skylimb.flight.experiments.experiment import load_experiment
-from skylimb.flight.simulated_run import recorded
+from skylimb.flight.simulated_run import scored_run
 from skylimb.flight.takeoff import Takeoff, prepare
 from skylimb.robots.loader import load_robot
 
@@ -162,7 +162,7 @@ def ensemble(
         ready.append(prepare(load_experiment(experiment, given), robot, flown))
         if len(ready) == CHUNK or index == count - 1:
             for takeoff, flight in zip(ready, fly_native(ready), strict=True):
-                scores.append(scored(recorded(takeoff, flight)))
+                scores.append(scored(scored_run(takeoff, flight)))
             ready.clear()
     return scores
 

@@ -25,7 +25,7 @@ from skylimb.control.controller import load_controller, resolved_tables
 from skylimb.control.planning.posture import posture_family
 from skylimb.flight.drivers.native import fly_native
 from skylimb.flight.experiments.experiment import load_experiment
-from skylimb.flight.simulated_run import recorded
+from skylimb.flight.simulated_run import scored_run
 from skylimb.flight.takeoff import prepare
 from skylimb.robots import Robot
 from skylimb.robots.loader import load_robot
@@ -73,7 +73,7 @@ def fly(name: str, count: int, kept: dict[str, Any]) -> None:
             for given in changes[begin : min(begin + TOGETHER, count)]
         ]
         for takeoff, flight in zip(ready, fly_native(ready), strict=True):
-            score = scored(recorded(takeoff, flight))
+            score = scored(scored_run(takeoff, flight))
             scores["scores"].append({key: score.get(key) for key in ("cause", *(key for _, key, _ in SHOWN))})
         KEPT.write_text(json.dumps(kept, indent=1) + "\n", encoding="utf-8")
 

@@ -27,7 +27,7 @@ from skylimb.control.needs import needs_of
 from skylimb.flight.drivers.native import fly_native
 from skylimb.flight.experiments.experiment import Experiment, load_experiment
 from skylimb.flight.feasible import pressed_against_drag
-from skylimb.flight.simulated_run import recorded
+from skylimb.flight.simulated_run import scored_run
 from skylimb.flight.takeoff import prepare
 from skylimb.robots.loader import load_robot
 
@@ -70,7 +70,7 @@ def flown(some: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
     ]
     rows = []
     for cell, takeoff, flight in zip(some, ready, fly_native(ready), strict=True):
-        found = scored(recorded(takeoff, flight))
+        found = scored(scored_run(takeoff, flight))
         held = pressed_against_drag(takeoff.experiment, robot, needs_of(takeoff.controller), MOST).force
         rows.append(
             {

@@ -35,7 +35,7 @@ from skylimb.base.keys import keys_of
 from skylimb.control.loop.flight import Flight
 from skylimb.flight.drivers.native import fly_native
 from skylimb.flight.experiments.tolerances import Tolerances
-from skylimb.flight.simulated_run import recorded
+from skylimb.flight.simulated_run import scored_run
 from skylimb.flight.takeoff import Takeoff, take_off
 from skylimb.studies.verification.stability import (
     active_bands,
@@ -380,7 +380,7 @@ def tasks(count: int, only: list[str], resume: bool) -> str:
         rng = np.random.default_rng(SEED)
         draws = [{**task.wanted, **task.draw(rng)} for _ in range(count)]
         for takeoff, flight in flown(task.experiment, task.controller, draws, len(flights)):
-            run = recorded(takeoff, flight)
+            run = scored_run(takeoff, flight)
             judged = {name: check["value"] for name, check in run.metrics["checks"].items()}
             besides = {} if run.failed else task.besides(run, takeoff, flight)
             flights.append({"done": run.done, "missed": run.missed, "judged": judged, "besides": besides})

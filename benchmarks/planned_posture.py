@@ -20,7 +20,7 @@ from transformations import PAGE
 
 import skylimb
 from skylimb.flight.drivers.native import fly_native
-from skylimb.flight.simulated_run import recorded
+from skylimb.flight.simulated_run import scored_run
 from skylimb.flight.takeoff import take_off
 from skylimb.studies.planning.task_plan import EXPERIMENT, plan_posture, write_planned
 
@@ -51,7 +51,7 @@ def flown(experiment: str, controller: str, draws: int, kept: Path) -> list[dict
         seeds = range(first, min(first + TOGETHER, draws))
         some = [take_off(experiment, (controller,), seed, drawn(seed))[0] for seed in seeds]
         for takeoff, flight in zip(some, fly_native(some), strict=True):
-            run = recorded(takeoff, flight)
+            run = scored_run(takeoff, flight)
             measured = {name: float(run.metrics.get(name, np.nan)) for name in MEASURES}
             scores.append({**measured, "lost": run.failed})
         kept.with_suffix(".part").write_text(json.dumps(scores), encoding="utf-8")

@@ -27,7 +27,7 @@ from skylimb.analysis.recording.run import Run
 from skylimb.control.controller import load_controller
 from skylimb.flight.drivers.native import fly_native
 from skylimb.flight.experiments.experiment import load_experiment
-from skylimb.flight.simulated_run import recorded
+from skylimb.flight.simulated_run import scored_run
 from skylimb.flight.takeoff import prepare
 from skylimb.robots.loader import load_robot
 from skylimb.studies.verification import verify_rotors
@@ -73,7 +73,7 @@ def ensemble(preset: str, inertia: float | None, count: int) -> list[dict[str, A
         drawn |= {"approach.doubtful": "fly"}
         ready.append(prepare(load_experiment("paper", drawn), robot, controller))
         if len(ready) == CHUNK or index == count - 1:
-            scores += [scored(recorded(*one)) for one in zip(ready, fly_native(ready), strict=True)]
+            scores += [scored(scored_run(*one)) for one in zip(ready, fly_native(ready), strict=True)]
             ready.clear()
     return scores
 
@@ -118,7 +118,7 @@ def spectra() -> None:
                 load_experiment("paper", changes), load_robot("hydrus_xi_quad"),
                 load_controller(preset, load_robot("hydrus_xi_quad")),
             )  # fmt: skip
-            log = recorded(takeoff, fly_native([takeoff])[0]).log
+            log = scored_run(takeoff, fly_native([takeoff])[0]).log
             command = log.thrusts_command.values[log.time.values > 10.0]
             windows = np.lib.stride_tricks.sliding_window_view(command, 1024, axis=0)[::512]
             shaped = (windows - windows.mean(axis=-1, keepdims=True)) * np.hanning(1024)

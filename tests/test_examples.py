@@ -12,11 +12,11 @@ EXAMPLES = Path(__file__).parents[1] / "examples"
 EXPECTED = {
     "stepped": ["touched at", "stopped from outside", "pressed with up to"],
     "run": ["hybrid: OK", "error_u_median", "estimated force while in touch"],
-    "own_path": ["OK: the pen is "],
-    "own_metric": [" pid: overshoot", " hybrid: overshoot", "rad"],
-    "own_controller": ["hybrid: OK", " upright: OK"],
-    "own_slope": ["20 degrees, leak as in the paper: OK", "FAILED, lost position", "leak compensated: OK"],
-    "own_gains": ["k_a =    8 N/m: OK", "k_a =   32 N/m: OK"],
+    "user_path": ["OK: the pen is "],
+    "user_metric": [" pid: overshoot", " hybrid: overshoot", "rad"],
+    "user_controller": ["hybrid: OK", " upright: OK"],
+    "user_slope": ["20 degrees, leak as in the paper: OK", "FAILED, lost position", "leak compensated: OK"],
+    "user_gains": ["k_a =    8 N/m: OK", "k_a =   32 N/m: OK"],
 }
 
 

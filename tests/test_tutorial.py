@@ -162,7 +162,7 @@ def looking_around(user: User) -> None:
     assert "surface.friction" in user.does("skylimb keys friction", "skylimb", "keys", "friction")
     assert "friction = 0.4" in user.does("skylimb show paper", "skylimb", "show", "paper")
     user.does("skylimb examples", "skylimb", "examples", "examples")
-    assert (user.folder / "examples" / "own_controller.py").is_file()
+    assert (user.folder / "examples" / "user_controller.py").is_file()
 
 
 def the_first_flight(user: User) -> None:
@@ -180,7 +180,7 @@ def an_experiment_of_ones_own(user: User) -> None:
 
 
 def a_controller_of_ones_own(user: User) -> None:
-    shutil.copy(user.folder / "examples" / "own_controller.py", user.folder / "my_controller.py")
+    shutil.copy(user.folder / "examples" / "user_controller.py", user.folder / "my_controller.py")
     user.writes("my_gains.toml", GAINS)
     user.does(
         "own controller", "skylimb", "run", "mine.toml", "--controller", "my_controller.py", "--out", "own",
@@ -202,7 +202,7 @@ def a_run_moves_and_repeats_to_the_bit(user: User) -> None:
         "print(a.log.configuration.equals(b.log.configuration), a.metrics == b.metrics)"
     )
     assert user.does("compare the bits", "python", "-c", code).split() == ["True", "True"]
-    shutil.copy(user.folder / "examples" / "own_controller.py", user.folder / "my_controller.py")
+    shutil.copy(user.folder / "examples" / "user_controller.py", user.folder / "my_controller.py")
 
 
 def a_law_of_ones_own(user: User) -> None:
@@ -218,7 +218,7 @@ def a_metric_and_a_path_of_ones_own(user: User) -> None:
     assert "hardest" in said or "Largest normal force" in said
     user.does(
         "own path", "skylimb", "run", "paper", "--out", "path", "--set",
-        "trajectory.shape=examples/own_path.py:heart", "trajectory.duration=30",
+        "trajectory.shape=examples/user_path.py:heart", "trajectory.duration=30",
     )  # fmt: skip
 
 

@@ -25,7 +25,7 @@ from skylimb.control.law_monitor import LawMonitor
 from skylimb.control.law_trial import with_trial
 from skylimb.control.preset import Preset, preset_from_mapping, preset_mapping, preset_names
 from skylimb.control.slots import SLOTS, Slot, Slots, find_law, law_names
-from skylimb.flight.events import GainChange, Stage
+from skylimb.flight.events import EventContext, GainChange
 from skylimb.robots.model import Robot
 from skylimb.simulation.surfaces import surface_from_mapping
 
@@ -259,9 +259,9 @@ def test_a_gain_that_needs_a_field_is_refused_before_and_in_flight(
     following, drawing = (load_controller(name, robot) for name in ("following", "drawing"))
     told = rf"^{{}} following: translation law 'following' needs {field} \({key} = .*\), which contact law 'f"
     change, board = GainChange(5.0, key, value), surface_from_mapping({})
-    change.require(Stage(robot, drawing, board))
+    change.require(EventContext(robot, drawing, board))
     with pytest.raises(ConfigError, match=told.format("gain at 5 s, controller")):
-        change.require(Stage(robot, following, board))
+        change.require(EventContext(robot, following, board))
     assert isinstance(following, Cascade)
     with pytest.raises(ConfigError, match=told.format("controller")):
         following.with_gains({key: value})

@@ -30,7 +30,7 @@ from skylimb.flight.realtime.link import Datagram
 from skylimb.flight.realtime.messages import Names, encode
 from skylimb.flight.realtime.pacer import Pacer
 from skylimb.flight.realtime.simulated_robot import SimulatedRobot, serve_plant
-from skylimb.flight.simulated_run import recorded
+from skylimb.flight.simulated_run import scored_run
 from skylimb.flight.takeoff import take_off
 from skylimb.studies.campaign.frozen import freeze
 from skylimb.studies.campaign.spec import CampaignSpec
@@ -96,12 +96,12 @@ def by_begin(experiment: str, controller: str | None, given: dict[str, Any]) -> 
 
 def by_native(experiment: str, controller: str | None, given: dict[str, Any]) -> Run:
     (takeoff,) = take_off(experiment, (controller,), set=given)
-    return recorded(takeoff, fly_native([takeoff])[0])
+    return scored_run(takeoff, fly_native([takeoff])[0])
 
 
 def by_compiled(experiment: str, controller: str | None, given: dict[str, Any]) -> Run:
     (takeoff,) = take_off(experiment, (controller,), set=given)
-    return recorded(takeoff, fly_here(takeoff))
+    return scored_run(takeoff, fly_here(takeoff))
 
 
 def by_clock(experiment: str, controller: str | None, given: dict[str, Any]) -> Run:
@@ -113,7 +113,7 @@ def by_studio(experiment: str, controller: str | None, given: dict[str, Any]) ->
     flight = LiveFlight(takeoff)
     while flight.tick():
         pass
-    return recorded(flight.takeoff, flight.flight())
+    return scored_run(flight.takeoff, flight.flight())
 
 
 def by_campaign(experiment: str, controller: str | None, given: dict[str, Any]) -> Run:

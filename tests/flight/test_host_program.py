@@ -14,7 +14,7 @@ from skylimb.apps.cli.main import main
 from skylimb.base.errors import ConfigError
 from skylimb.flight.export.host import FLIGHT, export_with_flight, host_input
 from skylimb.flight.flying import fly
-from skylimb.flight.simulated_run import recorded
+from skylimb.flight.simulated_run import scored_run
 from skylimb.flight.takeoff import Takeoff
 
 STRICT = ("-std=c99", "-O1", "-g", "-Wall", "-Wextra", "-Werror", "-ffp-contract=off")
@@ -39,7 +39,7 @@ def test_it_commands_what_was_recorded(
     make_takeoff: Callable[..., Takeoff], tmp_path: Path, name: str, flags: tuple[str, ...]
 ) -> None:
     takeoff = make_takeoff(controller=name)
-    run = recorded(takeoff, fly(takeoff))
+    run = scored_run(takeoff, fly(takeoff))
     export_with_flight(run, tmp_path / "c")
     done = subprocess.run(
         [built(tmp_path / "c", flags)],
@@ -62,7 +62,7 @@ def test_input_that_is_cut_is_told(
     make_takeoff: Callable[..., Takeoff], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     takeoff = make_takeoff()
-    run = recorded(takeoff, fly(takeoff))
+    run = scored_run(takeoff, fly(takeoff))
     run.save(tmp_path / "log.nc")
     assert main(["export-c", "--log", str(tmp_path / "log.nc"), str(tmp_path / "c")]) == 0
     assert "./host < flight.bin > commands.bin" in capsys.readouterr().out

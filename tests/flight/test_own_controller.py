@@ -16,7 +16,7 @@ from skylimb.flight.drivers.native import fly_native, native_available
 from skylimb.flight.flying import fly_here
 from skylimb.flight.takeoff import take_off
 
-EXAMPLE = str(Path(__file__).parents[2] / "examples" / "own_controller.py")
+EXAMPLE = str(Path(__file__).parents[2] / "examples" / "user_controller.py")
 
 
 def test_both_compiled_drivers_give_the_same_bits() -> None:

@@ -199,6 +199,6 @@ SIGNALS: dict[str, SignalInfo] = {
     ),
     "retreating": SignalInfo(_SCALAR, "", "", "1 once the flight was broken off", "measurement"),
     "phase": SignalInfo(_SCALAR, "", "", "phase of the mission", "reference"),
-    "configuration": SignalInfo(("qpos",), "", "W", "positions of the scene's joints, for replay", "truth"),
+    "configuration": SignalInfo(("qpos",), "", "W", "positions of the scene's joints, for viewers", "truth"),
     "skeleton": SignalInfo(("node", "axis"), "m", "W", "points along the chain, root to tip", "truth"),
 }

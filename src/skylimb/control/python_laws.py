@@ -1,7 +1,7 @@
 """Laws in plain Python inside of a compiled cascade.
 
 Where such a law stands, the trace has symbols for what it makes (`base.split_function`). Its state is part of
-the controller's flat state like any other, so a flight with it can be saved, rewound and replayed.
+the controller's flat state like any other, so a flight with it can be saved, rewound and flown again.
 """
 
 from __future__ import annotations

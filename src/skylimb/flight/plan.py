@@ -25,7 +25,7 @@ from skylimb.control.missions.table import Window, window_of
 from skylimb.control.needs import Needs, needs_of
 from skylimb.control.planning.posture_path import PostureConfig
 from skylimb.flight.derived import Derived
-from skylimb.flight.events import Stage, Timeline, require_events, timeline
+from skylimb.flight.events import EventContext, Timeline, require_events, timeline
 from skylimb.flight.experiments.experiment import Experiment
 from skylimb.flight.feasible import require_feasible
 from skylimb.flight.flyable import require_flyable, standing_out
@@ -93,15 +93,15 @@ class FlightPlan:
         return len(times) if stop_at is None else max(1, int(np.searchsorted(times, stop_at - 1e-9)))
 
     @property
-    def stage(self) -> Stage:
+    def event_context(self) -> EventContext:
         """What events act on, without a plant."""
         plant = self.experiment.plant
         touches = "foot" if plant.foot is not None else "peg" if plant.peg is not None else "ball"
-        return Stage(self.robot, self.controller, self.experiment.surface, touches)
+        return EventContext(self.robot, self.controller, self.experiment.surface, touches)
 
     def timeline(self, times: np.ndarray) -> Timeline:
         """What the events do at the ticks that begin at these times, s; here those on the controller."""
-        return self.derived.of(timeline, self.experiment.events, self.stage, times)
+        return self.derived.of(timeline, self.experiment.events, self.event_context, times)
 
     def changed(self, experiment: Experiment) -> Self:
         """The same flight of another experiment; what its changes do not touch is not computed again.
@@ -127,10 +127,10 @@ def checked(plan: P) -> P:
     if is_traceable(controller):
         controller.require(plan.period)
     require_plant(robot.description, experiment.surface, experiment.plant, plan.period)
-    require_events(experiment.events, plan.stage, np.inf)
+    require_events(experiment.events, plan.event_context, np.inf)
     require_feasible(experiment, robot, controller)
     require_flyable(experiment.surface, robot, plan.mission)
-    require_events(experiment.events, plan.stage, float(plan.times[-1]))
+    require_events(experiment.events, plan.event_context, float(plan.times[-1]))
     if all(event.latest is None for event in experiment.events):
         return plan
     events = tuple(event.drawn(experiment.seed, number) for number, event in enumerate(experiment.events))

@@ -19,7 +19,7 @@ from skylimb.simulation.flight_truth import flight_truth
 from skylimb.simulation.joint_stops import leaning
 
 
-def recorded(takeoff: Takeoff, flight: Flight, mission: Mission | None = None) -> Run:
+def scored_run(takeoff: Takeoff, flight: Flight, mission: Mission | None = None) -> Run:
     """The run of a simulated flight with all that produced it and its scores; see `simulated_run`."""
     return scored(with_origin(simulated_run(takeoff, flight, mission), takeoff), takeoff.own)
 

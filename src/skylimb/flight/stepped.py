@@ -6,7 +6,7 @@ from skylimb.analysis.recording.run import Run
 from skylimb.control.loop.loop import Loop
 from skylimb.flight.drivers.world import world
 from skylimb.flight.flying import simulated_driver
-from skylimb.flight.simulated_run import recorded
+from skylimb.flight.simulated_run import scored_run
 from skylimb.flight.takeoff import Takeoff
 
 
@@ -32,4 +32,4 @@ class SteppedFlight(Loop):
 
     def finish(self) -> Run:
         """The run; a flight that is stopped before its end has status FAILED and says so."""
-        return recorded(self.takeoff, self.stop())
+        return scored_run(self.takeoff, self.stop())

@@ -73,8 +73,8 @@ class Takeoff(FlightPlan):
 
     def timeline(self, times: np.ndarray) -> Timeline:
         """What the events do at the ticks that begin at these times, s, to controller and plant."""
-        stage = self.stage._replace(plant=self.plant)
-        return self.derived.of(timeline, self.experiment.events, stage, times)
+        context = self.event_context._replace(plant=self.plant)
+        return self.derived.of(timeline, self.experiment.events, context, times)
 
     @property
     def surface_table(self) -> np.ndarray | None:
@@ -124,8 +124,8 @@ def simulated(plan: FlightPlan) -> Takeoff:
 
 def _require_takeoff(takeoff: Takeoff) -> None:
     experiment, start, model = takeoff.experiment, takeoff.start, takeoff.plant.model
-    stage = takeoff.stage._replace(plant=takeoff.plant)
-    require_events(experiment.events, stage, float(takeoff.times[-1]))
+    context = takeoff.event_context._replace(plant=takeoff.plant)
+    require_events(experiment.events, context, float(takeoff.times[-1]))
     bodies = [i for i in range(1, model.nbody) if not model.body(i).name.startswith("surface")]
     points = np.vstack([start.xpos[bodies], start.site(TIP_SITE).xpos])
     require_clear(experiment.surface, points, takeoff.robot.description.tip.radius, takeoff.robot.name)

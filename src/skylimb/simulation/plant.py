@@ -107,7 +107,7 @@ class Plant:
 
     @cached_property
     def scene(self) -> str:
-        """The model as MJCF text, with what is only looked at, for replay and video."""
+        """The model as MJCF text, with what is only looked at, for viewer and video."""
         step = float(self.model.opt.timestep)
         spec, _ = scene_spec(self.robot.description, self.surface, step, self.substeps, self.foot, self.peg)
         spec.compile()

@@ -23,7 +23,7 @@ from skylimb.analysis.scores.user_scores import (
 )
 from skylimb.base.errors import ConfigError, UnknownNameError, UserCodeError
 
-EXAMPLE = Path(__file__).parents[3] / "examples" / "own_metric.py"
+EXAMPLE = Path(__file__).parents[3] / "examples" / "user_metric.py"
 
 
 def run(status: str = "OK") -> Run:

@@ -8,7 +8,7 @@ import xarray as xr
 import skylimb
 from skylimb.analysis.viewer.moved import is_moved, moves_of, taken_back, where
 from skylimb.analysis.viewer.packing import unpacked
-from skylimb.analysis.viewer.payload import replay_payload
+from skylimb.analysis.viewer.payload import viewer_payload
 
 CHANGES = [
     {"kind": "surface", "time": 1.0, "position": [1.55, 0.02, 1.2], "slope": -0.2, "pitch": 0.1},
@@ -29,7 +29,7 @@ def point_on(pose, local):
 
 
 def test_the_board_is_shown_where_it_was(run):
-    (flight,) = replay_payload({"pid": run})["flights"]
+    (flight,) = viewer_payload({"pid": run})["flights"]
     model = mujoco.MjModel.from_xml_string(run.log.attrs["scene"])
     assert flight["bodies"] == model.nbody + 1
     board = [shape for shape in flight["shapes"] if shape["body"] == model.nbody]

@@ -15,8 +15,8 @@ from hypothesis.extra.numpy import arrays
 
 from skylimb.analysis.recording import Run
 from skylimb.analysis.viewer.packing import LEVELS, packed, unpacked
-from skylimb.analysis.viewer.page import replay_html
-from skylimb.analysis.viewer.payload import RATE, replay_payload
+from skylimb.analysis.viewer.page import viewer_html
+from skylimb.analysis.viewer.payload import RATE, viewer_payload
 from skylimb.analysis.viewer.shapes import body_poses, shapes, thrust_sites
 from skylimb.base.errors import OutputError
 
@@ -88,7 +88,7 @@ def test_poses_are_the_engines_and_turn_without_a_jump(model: mujoco.MjModel) ->
 
 
 def test_a_flight_is_packed_with_its_lines_and_curves(run: Run) -> None:
-    (flight,) = json.loads(json.dumps(replay_payload({"hybrid": run}), allow_nan=False))["flights"]
+    (flight,) = json.loads(json.dumps(viewer_payload({"hybrid": run}), allow_nan=False))["flights"]
     times = run.log.time.values
     moments = unpacked(flight["moments"])[:, 0]
     assert np.diff(moments) == pytest.approx(1.0 / RATE, abs=np.diff(times).max())
@@ -106,7 +106,7 @@ def test_a_flight_is_packed_with_its_lines_and_curves(run: Run) -> None:
 
 
 def test_the_page_needs_nothing_from_elsewhere(run: Run) -> None:
-    page = replay_html({"hybrid": run, "pid": run})
+    page = viewer_html({"hybrid": run, "pid": run})
     assert not re.findall(r"<(?:script|link|img|iframe)[^>]+(?:src|href)=", page)
     assert "</script" not in page.split('id="replay-data">')[1].split("</script>")[0]
     assert len(page) < 4_000_000
@@ -114,7 +114,7 @@ def test_the_page_needs_nothing_from_elsewhere(run: Run) -> None:
 
 def test_a_log_without_a_scene_has_no_replay(run: Run) -> None:
     bare = Run(run.name, run.controller, run.log.drop_attrs(), run.metrics)
-    assert replay_html({"bare": bare}) == ""
+    assert viewer_html({"bare": bare}) == ""
     with pytest.raises(OutputError, match="recorded without its scene"):
         bare.show()
 
@@ -126,7 +126,7 @@ def test_a_flight_that_drew_nothing_is_packed() -> None:
 
 def test_events_are_packed_with_where_a_push_acts(run: Run, make_event, happening) -> None:
     def flight(log):
-        return replay_payload({"hybrid": Run("hybrid", "hybrid", log, {})})["flights"][0]
+        return viewer_payload({"hybrid": Run("hybrid", "hybrid", log, {})})["flights"][0]
 
     assert (flight(run.log)["events"], flight(run.log)["cog"]) == ([], None)
     force, none = [0.0, 2.0, 0.0], [0.0, 0.0, 0.0]

@@ -59,7 +59,7 @@ def test_show_takes_what_run_takes(capsys: pytest.CaptureFixture[str]) -> None:
     for name in (folder, folder / "flight.toml"):
         assert main(["show", str(name)]) == 0
         assert "measured_link" in capsys.readouterr().out
-    assert main(["show", str(ROOT / "examples" / "own_controller.py")]) == 0
+    assert main(["show", str(ROOT / "examples" / "user_controller.py")]) == 0
     assert "upright" in capsys.readouterr().out
     assert main(["show", "nothing_like_it"]) == 2
     assert "unknown experiment, controller, robot" in capsys.readouterr().err

@@ -105,7 +105,7 @@ def test_view_without_a_display_writes_a_page_to_open(
     code, out, _ = call(["view", str(compared[1]), "--speed", "2"], capsys)
     assert code == 0
     assert "No display" in out
-    page = compared[1] / "replay.html"
+    page = compared[1] / "view.html"
     assert str(page) in out
     assert '"speed":2.0' in page.read_text(encoding="utf-8")
 

@@ -153,7 +153,7 @@ def test_a_file_with_gains_of_a_users_controller_is_shown(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "mine.py").write_text(
-        (Path(__file__).parents[3] / "examples" / "own_controller.py").read_text()
+        (Path(__file__).parents[3] / "examples" / "user_controller.py").read_text()
     )
     (tmp_path / "gains.toml").write_text('file = "mine.py"\nvelocity = [3.0, 3.0, 3.5]\n')
     assert main(["show", str(tmp_path / "gains.toml")]) == 0

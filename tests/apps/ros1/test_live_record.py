@@ -14,7 +14,7 @@ from skylimb.analysis.report.controller_replay import differences
 from skylimb.apps.ros1.live_record import LiveRecord
 from skylimb.apps.ros1.states import FlightState, Order
 from skylimb.control.loop.flight import Flight
-from skylimb.flight.simulated_run import recorded
+from skylimb.flight.simulated_run import scored_run
 from steered import Steered
 
 PREVIEW = str(Path(__file__).parents[3] / "examples" / "laws" / "preview.toml")
@@ -76,7 +76,7 @@ def test_it_is_replayed_to_the_same_numbers(flown: Flown) -> None:
 
 def test_its_mission_has_the_scores_of_run(flown: Flown) -> None:
     robot, _, mission = flown
-    run = recorded(robot.takeoff, mission)
+    run = scored_run(robot.takeoff, mission)
     assert run.status == "OK"
     alone = skylimb.run(robot.takeoff.experiment, robot.takeoff.controller)
     assert run.metrics.keys() == alone.metrics.keys()

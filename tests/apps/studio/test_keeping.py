@@ -12,7 +12,7 @@ from skylimb.base.errors import ConfigError, OutputError
 from skylimb.flight.drivers.native import fly_native
 from skylimb.flight.events import GainChange, Push, SurfaceChange
 from skylimb.flight.flying import fly_here
-from skylimb.flight.simulated_run import recorded
+from skylimb.flight.simulated_run import scored_run
 from skylimb.flight.takeoff import take_off
 from told_session import Session
 
@@ -72,7 +72,7 @@ def test_a_kept_flight_is_repeated_to_the_bit_by_any_driver(session, kept, name)
     assert len(of_kind(experiment, Push)) == 2
     assert len(of_kind(experiment, GainChange)) == (2 if name == "following" else 1)
     for flight in (fly_here(takeoff), fly_native([takeoff])[0]):
-        again = recorded(takeoff, flight)
+        again = scored_run(takeoff, flight)
         assert again.cause == run.cause
         for signal in SIGNALS:
             assert np.array_equal(again.log[signal].values, run.log[signal].values, equal_nan=True), signal

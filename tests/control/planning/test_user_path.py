@@ -12,7 +12,7 @@ from skylimb.control.planning.trajectory_config import TrajectoryConfig
 from skylimb.control.planning.user_path import spelled_out, user_path
 from skylimb.flight.experiments.experiment import load_experiment
 
-HEART = {"file": str(Path(__file__).parents[3] / "examples" / "own_path.py"), "function": "heart"}
+HEART = {"file": str(Path(__file__).parents[3] / "examples" / "user_path.py"), "function": "heart"}
 
 Write = Callable[..., str]
 

@@ -36,8 +36,8 @@ def changed(*events: BodyChange, tick: int = 10) -> mujoco.MjModel:
     model = mujoco.MjModel.from_xml_string(SCENE.format(load=""))
     tip = SimpleNamespace(link="arm", position=np.array([0.4, 0.0, 0.0]))
     plant: Any = SimpleNamespace(model=model)
-    stage: Any = SimpleNamespace(robot=SimpleNamespace(description=SimpleNamespace(tip=tip)), plant=plant)
-    (write,) = writing(plant, Timeline(model=BodyChange.effect(events, stage, TIMES)))
+    context: Any = SimpleNamespace(robot=SimpleNamespace(description=SimpleNamespace(tip=tip)), plant=plant)
+    (write,) = writing(plant, Timeline(model=BodyChange.effect(events, context, TIMES)))
     write(tick)
     return model
 

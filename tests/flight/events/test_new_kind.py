@@ -14,7 +14,7 @@ from skylimb.base.errors import UnknownNameError, unknown_name
 from skylimb.base.keys import Key, configuration
 from skylimb.flight.drivers.native import fly_native, native_available
 from skylimb.flight.events import EVENTS
-from skylimb.flight.events.event import Event, ModelRows, Place, Stage
+from skylimb.flight.events.event import Event, EventContext, ModelRows, Place
 from skylimb.flight.flying import fly_here
 from skylimb.flight.takeoff import take_off
 
@@ -32,16 +32,16 @@ class Flutter(Event):
     def words(self) -> str:
         return f"{self.rotor} at {self.left:g} of its thrust"
 
-    def require(self, stage: Stage) -> None:
-        names = [one.name for one in stage.robot.description.rotors]
+    def require(self, context: EventContext) -> None:
+        names = [one.name for one in context.robot.description.rotors]
         if self.rotor not in names:
             raise unknown_name("rotor of an event", self.rotor, names)
 
     @classmethod
-    def effect(cls, events: Sequence[Flutter], stage: Stage, times: np.ndarray) -> ModelRows:
-        assert stage.plant is not None
-        names = [one.name for one in stage.robot.description.rotors]
-        first = stage.plant.model.actuator_gainprm[: len(names), 0]
+    def effect(cls, events: Sequence[Flutter], context: EventContext, times: np.ndarray) -> ModelRows:
+        assert context.plant is not None
+        names = [one.name for one in context.robot.description.rotors]
+        first = context.plant.model.actuator_gainprm[: len(names), 0]
         values = np.tile(first, (len(times), 1))
         for event in sorted(events, key=lambda one: one.time):
             rotor = names.index(event.rotor)

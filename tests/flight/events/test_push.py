@@ -44,10 +44,10 @@ def data(model: mujoco.MjModel) -> mujoco.MjData:
 
 
 def wrenches(model: mujoco.MjModel, *pushes: Push) -> tuple[Wrench, ...]:
-    stage: Any = SimpleNamespace(
+    context: Any = SimpleNamespace(
         robot=SimpleNamespace(description=SimpleNamespace(root="root")), plant=SimpleNamespace(model=model)
     )
-    return Push.effect(pushes, stage, TIMES)
+    return Push.effect(pushes, context, TIMES)
 
 
 def applied(model: mujoco.MjModel, data: mujoco.MjData, k: int, *pushes: Push) -> np.ndarray:

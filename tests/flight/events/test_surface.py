@@ -13,7 +13,7 @@ from skylimb.flight.events import SurfaceChange
 from skylimb.flight.events.surface import surface_table
 from skylimb.flight.experiments.experiment import experiment_from_mapping, load_experiment
 from skylimb.flight.flying import begin_loop, fly_here
-from skylimb.flight.simulated_run import recorded
+from skylimb.flight.simulated_run import scored_run
 from skylimb.flight.takeoff import take_off
 from skylimb.simulation.surfaces import surface_from_mapping
 
@@ -84,7 +84,7 @@ def test_a_change_that_comes_to_what_is_there_changes_no_bit():
 @pytest.fixture(scope="module")
 def run():
     takeoff = made(changes=BOARD)
-    return recorded(takeoff, fly_here(takeoff))
+    return scored_run(takeoff, fly_here(takeoff))
 
 
 def between(log, first, last):
@@ -116,12 +116,12 @@ def test_a_surface_that_is_taken_away_touches_nothing_and_has_no_gap(run):
 
 def test_friction_and_stiffness_are_those_of_the_pair():
     slippery = made(changes=[{"time": 2.5, "friction": 0.0, "duration": 0.0}])
-    log = recorded(slippery, fly_here(slippery)).log
+    log = scored_run(slippery, fly_here(slippery)).log
     sliding = between(log, 2.6, 4.0)
     assert np.abs(sliding.contact_force_tangential).max() < 1e-3
     assert np.abs(between(log, 2.0, 2.4).contact_force_tangential).max() > 0.05
     soft = made(changes=[{"time": 2.5, "stiffness": 500.0, "duration": 0.0}])
-    pressed = between(recorded(soft, fly_here(soft)).log, 3.0, 3.5)
+    pressed = between(scored_run(soft, fly_here(soft)).log, 3.0, 3.5)
     assert float(-pressed.surface_gap.mean()) == pytest.approx(
         float(pressed.contact_force_normal.mean()) / 500.0, rel=0.05
     )
@@ -130,7 +130,7 @@ def test_friction_and_stiffness_are_those_of_the_pair():
 def test_the_run_says_that_figures_draw_the_surface_where_it_was(run):
     assert any("moved or taken away in flight, from t = 2.3 s on" in note for note in run.notes)
     quiet = made(changes=[{"time": 1.3, "friction": 0.2}])
-    assert recorded(quiet, fly_here(quiet)).notes == ()
+    assert scored_run(quiet, fly_here(quiet)).notes == ()
 
 
 @pytest.mark.parametrize(

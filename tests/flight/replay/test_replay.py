@@ -15,7 +15,7 @@ from skylimb.apps.cli.main import main
 from skylimb.base.errors import ConfigError, UnknownNameError
 from skylimb.control.corrections import Corrections
 from skylimb.flight.flying import fly
-from skylimb.flight.simulated_run import recorded
+from skylimb.flight.simulated_run import scored_run
 from skylimb.flight.takeoff import Takeoff
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
@@ -27,7 +27,7 @@ Make = Callable[..., Takeoff]
 @pytest.fixture(scope="module")
 def flown(make_takeoff: Make) -> skylimb.Run:
     takeoff = make_takeoff(controller="hybrid")
-    return recorded(takeoff, fly(takeoff))
+    return scored_run(takeoff, fly(takeoff))
 
 
 def bare(run: skylimb.Run, *names: str, every: int = 1, start: float = 0.0) -> skylimb.Run:
@@ -51,14 +51,14 @@ def require_same_bits(run: skylimb.Run, replayed: skylimb.Run, least: int) -> No
 @pytest.mark.parametrize("controller", ["hybrid", str(EXAMPLES / "laws" / "preview.toml")])
 def test_what_was_recorded_comes_out_again(make_takeoff: Make, controller: str) -> None:
     takeoff = make_takeoff(controller=controller, set={"surface.friction": 0.4})
-    run = recorded(takeoff, fly(takeoff))
+    run = scored_run(takeoff, fly(takeoff))
     assert run.status == "OK", run.cause
     require_same_bits(run, skylimb.replay(run), 17)
 
 
 def test_a_clock_that_was_held_back_is_followed(make_takeoff: Make) -> None:
     takeoff = make_takeoff(controller="following", set={"surface.advance_distance": -0.03})
-    run = recorded(takeoff, fly(takeoff))
+    run = scored_run(takeoff, fly(takeoff))
     late = run.log.time.values - run.log.mission_time.values
     assert late[-1] > 0.1
     assert np.any(late % takeoff.period > 1e-5)  # between two rows of the mission
@@ -68,15 +68,15 @@ def test_a_clock_that_was_held_back_is_followed(make_takeoff: Make) -> None:
 def test_gains_that_changed_in_flight_change_again(make_takeoff: Make) -> None:
     change = {"kind": "gain", "time": 0.6, "key": "estimation.observer.force", "value": [9.0, 9.0, 9.0]}
     takeoff = make_takeoff(set={"events": [change]})
-    run = recorded(takeoff, fly(takeoff))
+    run = scored_run(takeoff, fly(takeoff))
     require_same_bits(run, skylimb.replay(run), 17)
-    other = skylimb.replay(run, str(EXAMPLES / "own_controller.py"))
+    other = skylimb.replay(run, str(EXAMPLES / "user_controller.py"))
     assert "has no gain 'estimation.observer.force'" in " ".join(other.notes)
 
 
 @pytest.mark.parametrize("compiled", [True, False])
 def test_a_users_controller_is_replayed(make_takeoff: Make, tmp_path: Path, compiled: bool) -> None:
-    text = (EXAMPLES / "own_controller.py").read_text(encoding="utf-8")
+    text = (EXAMPLES / "user_controller.py").read_text(encoding="utf-8")
     if not compiled:
         first = "        model = self.robot.at(measurement.joint_angles"
         assert first in text
@@ -86,7 +86,7 @@ def test_a_users_controller_is_replayed(make_takeoff: Make, tmp_path: Path, comp
     short = {"approach.speed": 0.3, "trajectory.shape": "hold", "trajectory.duration": 0.2}
     takeoff = make_takeoff(controller=str(file), set=short)
     assert takeoff.traceable == compiled
-    run = recorded(takeoff, fly(takeoff))
+    run = scored_run(takeoff, fly(takeoff))
     require_same_bits(run, skylimb.replay(run), 4)
 
 

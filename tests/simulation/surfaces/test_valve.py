@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import skylimb
-from skylimb.analysis.viewer.payload import replay_payload
+from skylimb.analysis.viewer.payload import viewer_payload
 from skylimb.base.errors import ConfigError
 from skylimb.flight.drivers.native import fly_native
 from skylimb.flight.flying import fly_here
@@ -88,7 +88,7 @@ def test_every_driver_flies_the_same_flight(takeoff, flight):
 
 def test_the_replay_shows_the_lever_turn(tmp_path, log):
     run = skylimb.run("valve", set={**QUICK, "stop_at": 14.0})
-    shown = replay_payload({"valve": run})["flights"][0]
+    shown = viewer_payload({"valve": run})["flights"][0]
     levers = [shape for shape in shown["shapes"] if shape["kind"] == "box" and shape["size"][1] == 0.15]
     assert len(levers) == 1
     assert levers[0]["body"] > 0

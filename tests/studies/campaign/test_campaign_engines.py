@@ -25,7 +25,7 @@ from skylimb.studies.campaign.store import load_rows
 
 SpecWriter = Callable[..., Path]
 
-EXAMPLE = Path(__file__).parents[3] / "examples" / "own_controller.py"
+EXAMPLE = Path(__file__).parents[3] / "examples" / "user_controller.py"
 DEADLY = """
 import multiprocessing
 import os

@@ -14,7 +14,7 @@ import skylimb
 from skylimb.apps.cli import main
 from skylimb.base.errors import SkylimbError
 from skylimb.control.preset import preset_mapping
-from skylimb.studies.campaign import Progress, report_campaign, run_campaign, tune
+from skylimb.studies.campaign import CampaignProgress, report_campaign, run_campaign, tune
 from skylimb.studies.campaign.flight_queue import BATCH, FlightQueue, Interrupted
 
 pytest.importorskip("cma")
@@ -75,7 +75,7 @@ def test_an_interrupted_search_goes_on_and_finds_the_same(
     tune(spec, tmp_path / "whole", workers=0)
     for least in (3, 20):
 
-        def stop(progress: Progress, least: int = least) -> None:
+        def stop(progress: CampaignProgress, least: int = least) -> None:
             if progress.done >= least and not progress.stopping:
                 os.kill(os.getpid(), signal.SIGINT)
 

@@ -11,7 +11,7 @@ import pytest
 
 from skylimb.base.errors import ConfigError, OutputError
 from skylimb.studies.campaign.engines import Engine, WorkerError
-from skylimb.studies.campaign.flight_queue import BATCH, FlightQueue, Interrupted, Progress
+from skylimb.studies.campaign.flight_queue import BATCH, CampaignProgress, FlightQueue, Interrupted
 from skylimb.studies.campaign.frozen import Campaign, freeze
 from skylimb.studies.campaign.reading import load_spec
 from skylimb.studies.campaign.rows import OK, make_row
@@ -193,7 +193,7 @@ def test_an_error_of_the_worker_ends_the_campaign(campaign: Campaign, store: Sto
 
 
 def test_progress_counts_flights_and_failures(campaign: Campaign, store: Store) -> None:
-    seen: list[Progress] = []
+    seen: list[CampaignProgress] = []
     engine = ScriptedEngine(campaign, lambda jobs: Death(1) if Job(0) in jobs else None)
     FlightQueue(store, engine, Event(), seen.append, 8).fly([Job(flight) for flight in range(8)])
     assert (seen[0].done, seen[-1].done) == (0, 8)

@@ -21,7 +21,7 @@ def fastest(run):
     '''Largest speed.'''
     return float(abs(run.log.cog_velocity).max())
 """
-OWN = f'["{(EXAMPLES / "own_controller.py").as_posix()}"]'
+OWN = f'["{(EXAMPLES / "user_controller.py").as_posix()}"]'
 
 
 @pytest.fixture

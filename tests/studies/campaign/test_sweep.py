@@ -20,7 +20,7 @@ SHORT = {
     "phases.hover_end": 0.1,
     "trajectory.shape": "hold",
 }
-OWN = str(EXAMPLES / "own_controller.py")
+OWN = str(EXAMPLES / "user_controller.py")
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +31,7 @@ def swept() -> xr.Dataset:
         {"plant.mass_scale": [1.0, 1.1], "trajectory.duration": np.array([0.1, 0.2])},
         seeds=(5, 6),
         set=SHORT,
-        use=[EXAMPLES / "own_metric.py"],
+        use=[EXAMPLES / "user_metric.py"],
         logs=["thrusts", "tilt"],
         workers=0,
     )
@@ -42,14 +42,14 @@ def test_scores_stand_over_the_swept_keys(swept: xr.Dataset) -> None:
     assert swept.seed.values.tolist() == [5, 6]
     assert swept["trajectory.duration"].values.tolist() == [0.1, 0.2]
     assert swept["trajectory.duration"].attrs["units"] == "s"
-    assert swept.controller.values.tolist() == ["hybrid", "own_controller"]
+    assert swept.controller.values.tolist() == ["hybrid", "user_controller"]
     assert (swept.status == "OK").all()
     assert swept.tilt_max.attrs == {"units": "rad", "long_name": "Largest tilt"}
     assert swept.tilt_spread_roll.attrs["units"] == "rad"
 
 
 def test_each_place_has_the_flight_of_its_values(swept: xr.Dataset) -> None:
-    for controller, name in (("hybrid", "hybrid"), (OWN, "own_controller")):
+    for controller, name in (("hybrid", "hybrid"), (OWN, "user_controller")):
         settings = {**SHORT, "plant.mass_scale": 1.1, "trajectory.duration": 0.1}
         run = skylimb.run("paper", controller, seed=6, set=settings)
         place = {"plant.mass_scale": 1.1, "trajectory.duration": 0.1, "seed": 6, "controller": name}
@@ -89,8 +89,8 @@ def test_what_cannot_be_swept_is_refused(over: dict, error: type, message: str) 
 
 
 def test_a_metric_at_hand_is_found_in_its_file() -> None:
-    (overshoot, *_) = load_user_scores([EXAMPLES / "own_metric.py"])
-    assert _files([overshoot, str(EXAMPLES / "own_metric.py")]) == (str(EXAMPLES / "own_metric.py"),)
+    (overshoot, *_) = load_user_scores([EXAMPLES / "user_metric.py"])
+    assert _files([overshoot, str(EXAMPLES / "user_metric.py")]) == (str(EXAMPLES / "user_metric.py"),)
     nowhere = skylimb.metric(eval("lambda run: 1.0"))
     with pytest.raises(ConfigError, match="a sweep needs the Python file"):
         _files([nowhere])

@@ -44,7 +44,7 @@ class Run:
         log: signals over `time` (s), with named axes; each variable's attributes hold `units` (SI), `frame`,
             `long_name` and `kind` (truth, estimate, reference, command or measurement). The dataset's
             attributes hold `status`, `cause`, `seed`, `config` (the resolved configuration as TOML),
-            `config_units` (JSON), `versions` (JSON) and `scene` (what a replay needs).
+            `config_units` (JSON), `versions` (JSON) and `scene` (what a viewer needs).
         metrics: the figures of merit, see `skylimb.analysis.scores.metrics`; empty before the flight is
             scored.
         sources: copies of the files that produced it, by the name that `config` has for each; they are

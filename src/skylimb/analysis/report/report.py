@@ -19,7 +19,7 @@ from skylimb.analysis.scores.axis_names import AxisNames, common_names
 from skylimb.analysis.scores.declared import shown_scores
 from skylimb.analysis.scores.score import Score
 from skylimb.analysis.scores.signals import HappenedEvent, common_events, contact_transitions, events_of
-from skylimb.analysis.viewer.page import replay_html
+from skylimb.analysis.viewer.page import viewer_html
 
 TEMPLATE = Path(__file__).with_name("report_template.html")
 
@@ -112,7 +112,7 @@ def render_report(
             for picture in (*REPORT_FIGURES, *own)
             if (folder / "figures" / f"{picture.name}.png").is_file()
         ],
-        replay=replay_html(runs),
+        viewer=viewer_html(runs),
         films=_films(runs, folder, videos_follow),
         videos_follow=videos_follow,
         command=_command(runs),

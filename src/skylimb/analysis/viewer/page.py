@@ -24,15 +24,15 @@ def can_replay(run: Run) -> bool:
     return bool(run.log.attrs.get("scene")) and all(name in run.log for name in NEEDED)
 
 
-def replay_html(runs: Mapping[str, Run], speed: float = 1.0) -> str:
+def viewer_html(runs: Mapping[str, Run], speed: float = 1.0) -> str:
     """HTML that holds everything and fetches nothing; empty where no run can be shown."""
     shown = {name: run for name, run in runs.items() if can_replay(run)}
     if not shown:
         return ""
-    from skylimb.analysis.viewer.payload import replay_payload  # the engine is slow to load
+    from skylimb.analysis.viewer.payload import viewer_payload  # the engine is slow to load
 
     data = json.dumps(
-        {**replay_payload(shown), "speed": speed}, separators=(",", ":"), allow_nan=False
+        {**viewer_payload(shown), "speed": speed}, separators=(",", ":"), allow_nan=False
     ).replace("<", "\\u003c")
     files = (_HERE / "viewer.css", VENDOR, _HERE / "viewer.js")
     style, vendor, program = (path.read_text(encoding="utf-8") for path in files)
@@ -56,10 +56,10 @@ class FlightViewer:
     """
 
     def __init__(self, runs: Mapping[str, Run], speed: float = 1.0) -> None:
-        content = replay_html(runs, speed)
+        content = viewer_html(runs, speed)
         if not content:
             raise OutputError(f"{', '.join(runs)} was recorded without its scene; there is nothing to watch")
-        self.page = render_page(_HERE / "page.html", title=", ".join(runs), versions={}, replay=content)
+        self.page = render_page(_HERE / "page.html", title=", ".join(runs), versions={}, viewer=content)
 
     def _repr_html_(self) -> str:
         return (

@@ -22,7 +22,7 @@ RATE = 25.0
 """Poses a second; the page interpolates between them."""
 
 
-def replay_payload(runs: Mapping[str, Run]) -> dict[str, Any]:
+def viewer_payload(runs: Mapping[str, Run]) -> dict[str, Any]:
     """Scenes, motions and plots of flights.
 
     Args:

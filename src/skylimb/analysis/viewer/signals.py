@@ -1,4 +1,4 @@
-"""The plots beside a replay: which curves of a flight stand in which panel."""
+"""The plots beside the view: which curves of a flight stand in which panel."""
 
 from __future__ import annotations
 

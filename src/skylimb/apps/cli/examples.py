@@ -36,6 +36,6 @@ def examples_folder() -> Path:
         OutputError: when they are in neither place.
     """
     for folder in (_PACKAGE / "examples", _PACKAGE.parents[1] / "examples"):
-        if (folder / "own_controller.py").is_file():
+        if (folder / "user_controller.py").is_file():
             return folder
     raise OutputError("the examples did not come with this installation; they are in the repository")

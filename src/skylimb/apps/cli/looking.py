@@ -211,18 +211,18 @@ def score(folder: Folder, *, use: Use = ()) -> int:
 def view(folder: Folder, *, speed: Annotated[float, arg("Times the real speed.", "X")] = 1.0) -> None:
     """Watch a flight again in MuJoCo's viewer; without a display, as a page in the browser.
 
-    The page is replay.html in the folder, one file that needs no network.
+    The page is view.html in the folder, one file that needs no network.
 
     Examples:
         skylimb view out/demo/hybrid
         skylimb view out/demo --speed 0.5
     """
     from skylimb.analysis.recording import load_runs
-    from skylimb.apps.cli.viewer import replay
+    from skylimb.apps.cli.viewer import show_runs
 
     if not speed > 0.0:
         raise ConfigError(f"--speed = {speed:g} must be positive")
-    replay(load_runs(folder), Path(folder), speed)
+    show_runs(load_runs(folder), Path(folder), speed)
 
 
 def verify_contact(

@@ -1,4 +1,4 @@
-"""Replays a recorded flight in MuJoCo's own viewer, or without a display as a page for a browser."""
+"""Shows a recorded flight in MuJoCo's own viewer, or without a display as a page for a browser."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ import numpy as np
 from skylimb.analysis.recording.run import Run
 from skylimb.base.errors import OutputError
 
-PAGE = "replay.html"
+PAGE = "view.html"
 """Name of the page that shows flights again."""
 
 
-def replay(runs: Mapping[str, Run], folder: Path, speed: float) -> None:
+def show_runs(runs: Mapping[str, Run], folder: Path, speed: float) -> None:
     """Show the flights one after the other; closing the window leaves.
 
     Args:
@@ -32,7 +32,7 @@ def replay(runs: Mapping[str, Run], folder: Path, speed: float) -> None:
     """
     for name, run in runs.items():
         if "configuration" not in run.log or not run.log.attrs.get("scene"):
-            raise OutputError(f"run '{name}' was recorded without its scene; there is nothing to replay")
+            raise OutputError(f"run '{name}' was recorded without its scene; there is nothing to show")
     if not _has_display():
         _show_page(runs, folder, speed)
         return
@@ -49,7 +49,7 @@ def _has_display() -> bool:
 
 
 def _show_page(runs: Mapping[str, Run], folder: Path, speed: float) -> None:
-    """Write the replay as one file, which needs no network; open it where a browser can be."""
+    """Write the view as one file, which needs no network; open it where a browser can be."""
     from skylimb.analysis.viewer.page import FlightViewer
     from skylimb.base.files import replace_text, writing
 

@@ -18,7 +18,7 @@ from skylimb.apps.ros1.profile import PendingRun, profile_topics
 from skylimb.apps.ros1.tick import Received, Tick
 from skylimb.control.estimation.records import Measurement
 from skylimb.control.loop.flight import unfinished
-from skylimb.flight.simulated_run import recorded
+from skylimb.flight.simulated_run import scored_run
 from skylimb.flight.takeoff import Takeoff
 
 _SENSED = (MOCAP, IMU, JOINT_STATES)
@@ -71,5 +71,5 @@ class Both(Piloted):
         if flown is not None:
             name, flight = flown
             mission = self._missions[name]
-            run = lambda: recorded(self._takeoff, unfinished(mission, flight()), mission)  # noqa: E731
+            run = lambda: scored_run(self._takeoff, unfinished(mission, flight()), mission)  # noqa: E731
             self.kept.append(PendingRun(name, run))

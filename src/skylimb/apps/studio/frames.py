@@ -135,7 +135,7 @@ class FlightView:
         }
 
     def _nominal(self) -> dict[str, Any]:
-        """The path that is asked for, on the surface, in dashes; as a replay has it."""
+        """The path that is asked for, on the surface, in dashes; as the viewer has it."""
         takeoff = self._flight.takeoff
         mission, surface = takeoff.mission, takeoff.plant.surface
         points = dashes(mission.tip_path[mission.in_phase("slide")]).reshape(-1, 3)

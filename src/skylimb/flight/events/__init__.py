@@ -12,7 +12,7 @@ what all events of a flight do, and the checks that hold for all kinds.
 """
 
 from skylimb.flight.events.body import BodyChange
-from skylimb.flight.events.event import Event, GainRows, ModelRows, Place, Stage
+from skylimb.flight.events.event import Event, EventContext, GainRows, ModelRows, Place
 from skylimb.flight.events.gain import GainChange
 from skylimb.flight.events.joint import JointFault
 from skylimb.flight.events.push import Push, Wrench
@@ -39,6 +39,7 @@ __all__ = [
     "PLANT_KINDS",
     "BodyChange",
     "Event",
+    "EventContext",
     "GainChange",
     "GainRows",
     "JointFault",
@@ -47,7 +48,6 @@ __all__ = [
     "Place",
     "Push",
     "RotorChange",
-    "Stage",
     "SurfaceChange",
     "Timeline",
     "Wind",

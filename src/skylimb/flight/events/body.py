@@ -15,7 +15,7 @@ import numpy as np
 from skylimb.base.errors import ConfigError, unknown_name
 from skylimb.base.keys import Key, Vector3, configuration, refused
 from skylimb.base.rotations import quaternion_from_rotation, rotation_from_quaternion
-from skylimb.flight.events.event import Event, ModelRows, Stage
+from skylimb.flight.events.event import Event, EventContext, ModelRows
 from skylimb.simulation.contact_keys import TIP_GEOM, TIP_SITE
 
 if TYPE_CHECKING:
@@ -59,26 +59,26 @@ class BodyChange(Event):
         ]
         return " and ".join(said)
 
-    def require(self, stage: Stage) -> None:
+    def require(self, context: EventContext) -> None:
         """The robot has such a link, of which enough is left, and a pen that is longer."""
-        names = [body.name for body in stage.robot.bodies]
+        names = [body.name for body in context.robot.bodies]
         if self.link and self.link not in names:
             raise unknown_name("link of a load", self.link, names)
-        if self.pen and stage.touches != "ball":
-            raise ConfigError(f"{self}: a {stage.touches}, plant.{stage.touches}, does not break off")
-        tip = stage.robot.description.tip
+        if self.pen and context.touches != "ball":
+            raise ConfigError(f"{self}: a {context.touches}, plant.{context.touches}, does not break off")
+        tip = context.robot.description.tip
         if self.pen >= np.linalg.norm(tip.position):
             raise ConfigError(f"{self}: pen = {self.pen:g} m is more than {tip.link} is long")
-        if stage.plant is not None:
-            left = stage.plant.model.body(self.link or tip.link).mass[0] + self.mass
+        if context.plant is not None:
+            left = context.plant.model.body(self.link or tip.link).mass[0] + self.mass
             if left <= 0.0:
                 raise ConfigError(f"{self}: mass = {self.mass:g} kg leaves {left:g} kg of the link")
 
     @classmethod
-    def effect(cls, events: Sequence[BodyChange], stage: Stage, times: np.ndarray) -> ModelRows:
+    def effect(cls, events: Sequence[BodyChange], context: EventContext, times: np.ndarray) -> ModelRows:
         """Inertia of each link that changes, masses above it, and the tip's place."""
-        assert stage.plant is not None
-        model, tip = stage.plant.model, stage.robot.description.tip
+        assert context.plant is not None
+        model, tip = context.plant.model, context.robot.description.tip
         ids = [model.body(one.link or tip.link).id for one in events]
         carriers = sorted({above for body in ids for above in _above(model, body)})
         which = sorted(set(ids))

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from skylimb.simulation.plant import Plant
 
 
-class Stage(NamedTuple):
+class EventContext(NamedTuple):
     """What an event may name: who flies, and what is touched.
 
     Attributes:
@@ -66,7 +66,7 @@ class Event(abc.ABC):
         """What happens, in a few words, for lists and plots."""
 
     @abc.abstractmethod
-    def require(self, stage: Stage) -> None:
+    def require(self, context: EventContext) -> None:
         """Raise a `ConfigError` unless what it names is there and may be changed like this."""
 
     @property
@@ -76,12 +76,12 @@ class Event(abc.ABC):
 
     @classmethod
     @abc.abstractmethod
-    def effect(cls, events: Sequence[Any], stage: Stage, times: np.ndarray) -> Effect:
+    def effect(cls, events: Sequence[Any], context: EventContext, times: np.ndarray) -> Effect:
         """What all events of this kind do to a flight, tick by tick.
 
         Args:
             events: of this kind, in any order; at least one.
-            stage: what they act on; with a plant for kinds that act on it.
+            context: what they act on; with a plant for kinds that act on it.
             times: of every tick that the flight may have, s.
         """
 

@@ -17,7 +17,7 @@ from skylimb.base.errors import ConfigError, unknown_name
 from skylimb.base.keys import Key, configuration
 from skylimb.base.packing import Layout
 from skylimb.control.controller import is_traceable
-from skylimb.flight.events.event import Change, Event, GainRows, Stage, write_changes
+from skylimb.flight.events.event import Change, Event, EventContext, GainRows, write_changes
 
 
 @configuration
@@ -50,9 +50,9 @@ class GainChange(Event):
         value = np.ravel(self.value)
         return f"{self.key} to {value[0]:g}" if len(value) == 1 else f"{self.key} to {value.tolist()}"
 
-    def require(self, stage: Stage) -> None:
+    def require(self, context: EventContext) -> None:
         """The controller is compiled, and has such a gain, which may have such a value."""
-        controller = stage.controller
+        controller = context.controller
         if not is_traceable(controller):
             raise ConfigError(
                 f"{self}: controller '{controller.name}' flies in Python; only the gains of one that is "
@@ -69,9 +69,9 @@ class GainChange(Event):
         return {self.key: self.value}
 
     @classmethod
-    def effect(cls, events: Sequence[GainChange], stage: Stage, times: np.ndarray) -> GainRows:
+    def effect(cls, events: Sequence[GainChange], context: EventContext, times: np.ndarray) -> GainRows:
         """The gains that change, at every tick."""
-        return gain_rows(events, stage.controller, times)
+        return gain_rows(events, context.controller, times)
 
 
 def gain_rows(changes: Sequence[GainChange], controller: Any, times: np.ndarray) -> GainRows:

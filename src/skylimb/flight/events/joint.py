@@ -15,7 +15,7 @@ import numpy as np
 
 from skylimb.base.errors import unknown_name
 from skylimb.base.keys import Key, configuration, refused
-from skylimb.flight.events.event import Event, ModelRows, Stage
+from skylimb.flight.events.event import Event, EventContext, ModelRows
 
 _FIELDS = ("actuator_gainprm", 1), ("actuator_biasprm", 3), ("actuator_ctrlrange", 2)
 
@@ -59,20 +59,20 @@ class JointFault(Event):
         found = {"strength": self.strength, "speed": self.speed}
         return {f"{self.joint} {name}": value for name, value in found.items() if value is not None}
 
-    def require(self, stage: Stage) -> None:
+    def require(self, context: EventContext) -> None:
         """The robot has such a joint with a servo."""
-        names = _servos(stage)
+        names = _servos(context)
         if self.joint not in names:
             raise unknown_name("joint of an event", self.joint, names)
 
     @classmethod
-    def effect(cls, events: Sequence[JointFault], stage: Stage, times: np.ndarray) -> ModelRows:
+    def effect(cls, events: Sequence[JointFault], context: EventContext, times: np.ndarray) -> ModelRows:
         """What the engine knows of the servos, at every tick."""
-        assert stage.plant is not None
-        names, rotors = _servos(stage), stage.robot.n_rotors
+        assert context.plant is not None
+        names, rotors = _servos(context), context.robot.n_rotors
         which = sorted({rotors + names.index(one.joint) for one in events})
         fields = [(name, index, entries) for index in which for name, entries in _FIELDS]
-        rows = ModelRows.untouched(stage.plant.model, fields, times)
+        rows = ModelRows.untouched(context.plant.model, fields, times)
         for one in sorted(events, key=lambda event: event.time):
             first = 6 * which.index(rotors + names.index(one.joint))
             ticks = one.lasting(times)
@@ -83,5 +83,5 @@ class JointFault(Event):
         return rows
 
 
-def _servos(stage: Stage) -> list[str]:
-    return [*stage.robot.description.shape_joints, *stage.robot.description.vectoring_joints]
+def _servos(context: EventContext) -> list[str]:
+    return [*context.robot.description.shape_joints, *context.robot.description.vectoring_joints]

@@ -11,7 +11,7 @@ import numpy as np
 
 from skylimb.base.errors import unknown_name
 from skylimb.base.keys import Key, configuration, refused
-from skylimb.flight.events.event import Event, Stage
+from skylimb.flight.events.event import Event, EventContext
 
 Vector = tuple[float, float, float]
 
@@ -47,17 +47,17 @@ class Push(Event):
         said = " and ".join(f"{size:.3g} {unit}" for size, unit in sizes if size > 0.0)
         return f"{said or 'nothing'} on {self.link or 'the centre of gravity'}"
 
-    def require(self, stage: Stage) -> None:
+    def require(self, context: EventContext) -> None:
         """The robot has such a link that moves by itself."""
-        names = [body.name for body in stage.robot.bodies]
+        names = [body.name for body in context.robot.bodies]
         if self.link and self.link not in names:
             raise unknown_name("link of a push", self.link, names)
 
     @classmethod
-    def effect(cls, events: Sequence[Push], stage: Stage, times: np.ndarray) -> tuple[Wrench, ...]:
+    def effect(cls, events: Sequence[Push], context: EventContext, times: np.ndarray) -> tuple[Wrench, ...]:
         """All wrenches that act in some tick, in the order in which they are added up."""
-        assert stage.plant is not None
-        model, root, found = stage.plant.model, stage.robot.description.root, []
+        assert context.plant is not None
+        model, root, found = context.plant.model, context.robot.description.root, []
         for push in events:
             begin, end = np.searchsorted(times, [push.time - 1e-9, push.time + push.duration - 1e-9])
             if begin < end and (any(push.force) or any(push.torque)):

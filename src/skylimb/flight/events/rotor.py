@@ -14,7 +14,7 @@ import numpy as np
 
 from skylimb.base.errors import unknown_name
 from skylimb.base.keys import Key, configuration
-from skylimb.flight.events.event import Change, Event, ModelRows, Stage, write_changes
+from skylimb.flight.events.event import Change, Event, EventContext, ModelRows, write_changes
 
 
 @configuration
@@ -42,17 +42,17 @@ class RotorChange(Event):
         """The rotor and what is left."""
         return {self.rotor or "all rotors": self.effectiveness}
 
-    def require(self, stage: Stage) -> None:
+    def require(self, context: EventContext) -> None:
         """The robot has such a rotor."""
-        names = [rotor.name for rotor in stage.robot.description.rotors]
+        names = [rotor.name for rotor in context.robot.description.rotors]
         if self.rotor and self.rotor not in names:
             raise unknown_name("rotor of an event", self.rotor, names)
 
     @classmethod
-    def effect(cls, events: Sequence[RotorChange], stage: Stage, times: np.ndarray) -> ModelRows:
+    def effect(cls, events: Sequence[RotorChange], context: EventContext, times: np.ndarray) -> ModelRows:
         """What each rotor makes of its command, at every tick."""
-        assert stage.plant is not None
-        names = ["", *(rotor.name for rotor in stage.robot.description.rotors)]
+        assert context.plant is not None
+        names = ["", *(rotor.name for rotor in context.robot.description.rotors)]
         left = np.ones((len(times), len(names)))
         for column, name in enumerate(names):
             own = [
@@ -62,5 +62,5 @@ class RotorChange(Event):
             ]
             write_changes(left, [column], own, times)
         fields = [("actuator_gainprm", index, 1) for index in range(len(names) - 1)]
-        rows = ModelRows.untouched(stage.plant.model, fields, times)
+        rows = ModelRows.untouched(context.plant.model, fields, times)
         return ModelRows(rows.places, rows.values * left[:, :1] * left[:, 1:])

@@ -17,7 +17,7 @@ import numpy as np
 from skylimb.base.errors import ConfigError
 from skylimb.base.keys import Key, brief, configuration, refused
 from skylimb.base.rotations import quaternion_from_rotation, quaternion_product
-from skylimb.flight.events.event import Change, Event, ModelRows, Place, Stage, write_changes
+from skylimb.flight.events.event import Change, Event, EventContext, ModelRows, Place, write_changes
 from skylimb.simulation.contact_keys import PAIR_NAME
 from skylimb.simulation.surface_state import COLUMNS, POSE, first_row, state_of
 from skylimb.simulation.surfaces import Surface
@@ -87,14 +87,14 @@ class SurfaceChange(Event):
         ]
         return f"surface {', '.join(said)}"
 
-    def require(self, stage: Stage) -> None:
+    def require(self, context: EventContext) -> None:
         """The surface may change like this, and the time step can carry its new stiffness."""
-        surface, changed = stage.surface, self.changed
+        surface, changed = context.surface, self.changed
         if surface.turns or surface.many:
             raise ConfigError(f"{self}: a surface of kind '{surface.kind}' cannot change in flight")
-        if stage.touches != "ball":
+        if context.touches != "ball":
             raise ConfigError(
-                f"{self} is written for one ball: not with a {stage.touches}, plant.{stage.touches}"
+                f"{self} is written for one ball: not with a {context.touches}, plant.{context.touches}"
             )
         if surface.moves and changed.keys() & set(POSE_KEYS):
             raise ConfigError(
@@ -104,17 +104,17 @@ class SurfaceChange(Event):
         if surface.friction_varies and named:
             why = "a friction_map" if surface.friction_map else "a static_ratio"
             raise ConfigError(f"{self}: {named} cannot change in flight on a surface with {why}; present can")
-        if self.stiffness is not None and stage.plant is not None:
+        if self.stiffness is not None and context.plant is not None:
             try:
-                stage.plant.compliance(self.stiffness)
+                context.plant.compliance(self.stiffness)
             except ConfigError as error:
                 raise ConfigError(f"{self}: {error}") from None
 
     @classmethod
-    def effect(cls, events: Sequence[SurfaceChange], stage: Stage, times: np.ndarray) -> ModelRows:
+    def effect(cls, events: Sequence[SurfaceChange], context: EventContext, times: np.ndarray) -> ModelRows:
         """The engine's numbers of the surface at every tick."""
-        assert stage.plant is not None
-        return model_rows(stage.plant, surface_table(events, stage.surface, times))
+        assert context.plant is not None
+        return model_rows(context.plant, surface_table(events, context.surface, times))
 
 
 def surface_table(changes: Sequence[SurfaceChange], surface: Surface, times: np.ndarray) -> np.ndarray:

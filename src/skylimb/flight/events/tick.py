@@ -12,7 +12,7 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 
 from skylimb.base.keys import Key, configuration
-from skylimb.flight.events.event import Event, ModelRows, Stage
+from skylimb.flight.events.event import Event, EventContext, ModelRows
 
 _NEVER = 1e30
 """A rotor of this time constant keeps its thrust to the bit, s."""
@@ -34,18 +34,18 @@ class LostCommands(Event):
         """How long."""
         return f"no command for {self.duration:g} s"
 
-    def require(self, stage: Stage) -> None:
+    def require(self, context: EventContext) -> None:
         """Every robot has commands."""
 
     @classmethod
-    def effect(cls, events: Sequence[LostCommands], stage: Stage, times: np.ndarray) -> ModelRows:
+    def effect(cls, events: Sequence[LostCommands], context: EventContext, times: np.ndarray) -> ModelRows:
         """The rotors' time constants and the servos' speed limits, at every tick."""
-        assert stage.plant is not None
-        robot, rotors = stage.robot, stage.robot.n_rotors
+        assert context.plant is not None
+        robot, rotors = context.robot, context.robot.n_rotors
         servos = range(rotors, rotors + robot.n_joints + robot.n_vectoring)
         fields = [("actuator_dynprm", index, 1) for index in range(rotors)]
         fields += [("actuator_ctrlrange", index, 2) for index in servos]
-        rows = ModelRows.untouched(stage.plant.model, fields, times)
+        rows = ModelRows.untouched(context.plant.model, fields, times)
         for one in events:
             ticks = one.lasting(times)
             rows.values[ticks, :rotors] = _NEVER

@@ -11,7 +11,7 @@ import numpy as np
 from skylimb.base.errors import ConfigError
 from skylimb.base.keys import brief
 from skylimb.flight.events.body import BodyChange
-from skylimb.flight.events.event import Event, GainRows, ModelRows, Stage
+from skylimb.flight.events.event import Event, EventContext, GainRows, ModelRows
 from skylimb.flight.events.gain import GainChange
 from skylimb.flight.events.joint import JointFault
 from skylimb.flight.events.push import Push, Wrench
@@ -49,40 +49,40 @@ class Timeline:
     wrenches: tuple[Wrench, ...] = ()
 
 
-def timeline(events: Sequence[Event], stage: Stage, times: np.ndarray) -> Timeline:
+def timeline(events: Sequence[Event], context: EventContext, times: np.ndarray) -> Timeline:
     """What events do to a flight.
 
     Args:
         events: in the order of the experiment.
-        stage: what they act on; those on a plant are left out where it has none.
+        context: what they act on; those on a plant are left out where it has none.
         times: of every tick that the flight may have, s.
     """
     found = Timeline()
     for kind, cls in EVENTS.items():
         own = [event for event in events if event.kind == kind]
-        if not own or (cls.on == "plant" and stage.plant is None):
+        if not own or (cls.on == "plant" and context.plant is None):
             continue
-        effect = cls.effect(own, stage, times)
+        effect = cls.effect(own, context, times)
         found = Timeline(
             effect if isinstance(effect, GainRows) else found.gains,
-            _beside(found.model, effect, stage) if isinstance(effect, ModelRows) else found.model,
+            _beside(found.model, effect, context) if isinstance(effect, ModelRows) else found.model,
             (*found.wrenches, *effect) if isinstance(effect, tuple) else found.wrenches,
         )
     return found
 
 
-def _beside(first: ModelRows | None, second: ModelRows, stage: Stage) -> ModelRows:
+def _beside(first: ModelRows | None, second: ModelRows, context: EventContext) -> ModelRows:
     """Numbers of two kinds of events in one table."""
     if first is None:
         return second
-    assert stage.plant is not None
+    assert context.plant is not None
     width, values = first.values.shape[1], second.values.copy()
     before = {place[:3]: place.column for place in first.places}
     for place in second.places:
         column = before.pop(place[:3], None)
         if column is not None:  # what the second leaves alone is the first's
             own = slice(place.column, place.column + place.entries)
-            untouched = np.ravel(getattr(stage.plant.model, place.field)[place.row])[: place.entries]
+            untouched = np.ravel(getattr(context.plant.model, place.field)[place.row])[: place.entries]
             other = first.values[:, column : column + place.entries]
             values[:, own] = np.where(values[:, own] == untouched, other, values[:, own])
     kept = tuple(place for place in first.places if place[:3] in before)
@@ -90,12 +90,12 @@ def _beside(first: ModelRows | None, second: ModelRows, stage: Stage) -> ModelRo
     return ModelRows((*kept, *moved), np.hstack([first.values, values]))
 
 
-def require_events(events: Sequence[Event], stage: Stage, end: float) -> None:
+def require_events(events: Sequence[Event], context: EventContext, end: float) -> None:
     """Raise a `ConfigError` for an event of a thing or a time that is not there, or two that contradict.
 
     Args:
         events: of the experiment.
-        stage: what they act on.
+        context: what they act on.
         end: of the longest that the flight may take, s since take-off.
     """
     for number, event in enumerate(events):
@@ -103,7 +103,7 @@ def require_events(events: Sequence[Event], stage: Stage, end: float) -> None:
             raise ConfigError(
                 f"events.{number}: {event}, {event.words}, comes after the flight's end at {end:g} s"
             )
-        event.require(stage)
+        event.require(context)
     given: dict[tuple[str, float, str], Any] = {}
     for event in events:
         for name, value in event.changed.items():

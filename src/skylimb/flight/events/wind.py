@@ -18,7 +18,7 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 
 from skylimb.base.keys import Key, Vector3, configuration
-from skylimb.flight.events.event import Event, Stage
+from skylimb.flight.events.event import Event, EventContext
 from skylimb.flight.events.push import Push, Wrench
 
 _AIR = 1.225
@@ -54,13 +54,13 @@ class Wind(Event):
         speed, force = np.linalg.norm(self.velocity), np.linalg.norm(self.force)
         return f"wind of {speed:.3g} m/s, {force:.3g} N"
 
-    def require(self, stage: Stage) -> None:
+    def require(self, context: EventContext) -> None:
         """Wind blows on every robot."""
 
     @classmethod
-    def effect(cls, events: Sequence[Wind], stage: Stage, times: np.ndarray) -> tuple[Wrench, ...]:
+    def effect(cls, events: Sequence[Wind], context: EventContext, times: np.ndarray) -> tuple[Wrench, ...]:
         """The pushes that it amounts to."""
-        return Push.effect([push for wind in events for push in wind.pushes()], stage, times)
+        return Push.effect([push for wind in events for push in wind.pushes()], context, times)
 
     def pushes(self) -> list[Push]:
         """The wind as pushes, one behind the other."""

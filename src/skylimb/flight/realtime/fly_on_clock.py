@@ -21,7 +21,7 @@ from skylimb.flight.realtime.clocked_flight import (
     timing_of,
 )
 from skylimb.flight.realtime.pacer import Pacer
-from skylimb.flight.simulated_run import recorded
+from skylimb.flight.simulated_run import scored_run
 from skylimb.flight.takeoff import take_off
 from skylimb.simulation.engine_timer import without_timer
 
@@ -65,7 +65,7 @@ def fly_on_clock(
             each_second(clock, progress, k + 1, k + 1, len(mission.times))
     flight = loop.stop()
     return ClockedFlight(
-        recorded(takeoff, flight),
+        scored_run(takeoff, flight),
         timing_of(flight, takeoff.period),
         guard.counts,
     )

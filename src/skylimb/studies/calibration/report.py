@@ -9,7 +9,7 @@ import numpy as np
 
 from skylimb.analysis.pages.pages import inlined, render_page
 from skylimb.analysis.recording.run import LOG_FILE, Run
-from skylimb.analysis.viewer.page import replay_html
+from skylimb.analysis.viewer.page import viewer_html
 from skylimb.base.files import new_folder
 from skylimb.studies.calibration.figures import write_figures
 from skylimb.studies.calibration.parameters import centers, spreads
@@ -117,7 +117,7 @@ def _page(made: Calibration, figures: Path, captions: dict[str, str], moved: str
         correlated=correlated(made),
         strong=STRONG,
         moved=moved,
-        replay=replay_html({flown.name: flown}) if flown is not None else "",
+        viewer=viewer_html({flown.name: flown}) if flown is not None else "",
         figures=[(inlined(figures / name, "image/png"), caption) for name, caption in captions.items()],
         versions=dict(made.versions),
     )

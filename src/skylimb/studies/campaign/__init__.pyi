@@ -1,4 +1,4 @@
-from .flight_queue import Progress as Progress
+from .flight_queue import CampaignProgress as CampaignProgress
 from .fly_campaign import Outcome as Outcome
 from .fly_campaign import report_campaign as report_campaign
 from .fly_campaign import run_campaign as run_campaign

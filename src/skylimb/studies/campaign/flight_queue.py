@@ -30,7 +30,7 @@ _PAUSE = 0.5
 
 
 @dataclass
-class Progress:
+class CampaignProgress:
     """How far a campaign or a search is.
 
     Attributes:
@@ -50,7 +50,7 @@ class Progress:
     stopping: bool = False
 
 
-Report = Callable[[Progress], None]
+Report = Callable[[CampaignProgress], None]
 
 
 class Interrupted(Exception):  # noqa: N818 - it is no error
@@ -145,7 +145,7 @@ class FlightQueue:
     def _show(self) -> None:
         done, seconds = len(self.store.rows), time.monotonic() - self._begun
         flown, stopping = done - self._before, self._stop.is_set()
-        self._report(Progress(done, self._total, self._failures, flown, seconds, stopping))
+        self._report(CampaignProgress(done, self._total, self._failures, flown, seconds, stopping))
 
 
 @contextmanager

@@ -15,7 +15,7 @@ from skylimb.analysis.pages.pages import render_page
 from skylimb.analysis.recording import LOG_FILE, Run
 from skylimb.analysis.scores.axis_names import AxisNames
 from skylimb.analysis.scores.score import Score, grouped
-from skylimb.analysis.viewer.page import replay_html
+from skylimb.analysis.viewer.page import viewer_html
 from skylimb.base.config import to_mapping, value_of, write_toml
 from skylimb.studies.campaign.draws import changed
 from skylimb.studies.campaign.figures import report_figures
@@ -99,7 +99,7 @@ def render_report(
             )
             for row in summary.worst
         ],
-        replay=replay_html(
+        viewer=viewer_html(
             {
                 f"{style.label(row['controller'])}, flight {row['flight']}": Run.load(
                     folder / log_name(row) / LOG_FILE

@@ -1,6 +1,6 @@
 """The paper's flight on boards of your own, up to one that leans the other way.
 
-    python examples/own_slope.py
+    python examples/user_slope.py
 
 Leaning the other way, the board's push turns into a side force that the paper's controller feeds back, and
 the flight is lost. Compensating that leak (docs/errata.md) is an option of the preset.

@@ -1,9 +1,9 @@
 """A metric and a figure of your own.
 
-    python examples/own_metric.py
-    skylimb run --use examples/own_metric.py          the figure is in the report, the metric in the table
+    python examples/user_metric.py
+    skylimb run --use examples/user_metric.py          the figure is in the report, the metric in the table
 
-In a campaign's file: use = ["own_metric.py"]. Then `score`, `success`, `stop` and `tune` know `overshoot`.
+In a campaign's file: use = ["user_metric.py"]. Then `score`, `success`, `stop` and `tune` know `overshoot`.
 """
 
 import matplotlib.pyplot as plt

@@ -1,8 +1,8 @@
 """A controller of your own, flown beside one of the paper's.
 
-    python examples/own_controller.py
-    skylimb run --controller examples/own_controller.py                  the same from the command line
-    skylimb run --controller examples/own_controller.py --set 'controller.velocity=[3, 3, 3]'
+    python examples/user_controller.py
+    skylimb run --controller examples/user_controller.py                  the same from the command line
+    skylimb run --controller examples/user_controller.py --set 'controller.velocity=[3, 3, 3]'
 
 The file needs nothing but the function `controller(robot)`, which returns an object with `name`, `gains`,
 `initial_state` and `step`. This one uses the operations of `skylimb.symbolic`, so it is compiled and flies as

@@ -1,6 +1,6 @@
 """The paper's hybrid controller with other gains: how soft the arm is decides how calm the body stays.
 
-    python examples/own_gains.py
+    python examples/user_gains.py
 
 Keys that begin with `controller.` go to the preset; `skylimb show hybrid` lists them.
 """

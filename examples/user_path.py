@@ -1,7 +1,7 @@
 """A path of your own: a function of time.
 
-    python examples/own_path.py
-    skylimb run --set trajectory.shape=examples/own_path.py:heart trajectory.duration=30
+    python examples/user_path.py
+    skylimb run --set trajectory.shape=examples/user_path.py:heart trajectory.duration=30
 
 The function gets the times in s, an array, and returns u and v in m about the middle of the task. Where it
 jumps, or is faster than `trajectory.speed` and `trajectory.acceleration` allow, the flight is refused.
