@@ -237,7 +237,7 @@ def cog_target(gains: Any, inputs: LawInput) -> Array:
 
 
 def _error_limit(gains: Any, axis: Array, i: int, gravity: Array) -> Any:
-    """The error beyond which a spring pulls no harder, m: one that carries the robot gives half the weight."""
+    """The error beyond which a spring pulls no harder, m: one that carries gives half the weight."""
     g = dot(gravity, gravity) ** 0.5
     upright = (dot(axis, gravity) / g) ** 2
     return gains.error_limit + upright * clip(0.5 * g / gains.stiffness[i] - gains.error_limit, 0.0, 10.0)
