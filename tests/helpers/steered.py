@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -33,12 +35,14 @@ class Steered:
 
     Args:
         controller: a preset's name.
+        plant: keys of a plant that is not what the controller believes.
     """
 
-    def __init__(self, controller: str = "hybrid") -> None:
+    def __init__(self, controller: str = "hybrid", plant: Mapping[str, Any] = MappingProxyType({})) -> None:
         self.takeoff, chosen = ready(controller)
         self.robot, period = self.takeoff.robot, self.takeoff.period
-        self.plant = GroundedPlant(self.takeoff)
+        (really,) = take_off("paper", (controller,), set={**CIRCLE, **plant})
+        self.plant = GroundedPlant(really if plant else self.takeoff)
         self.time, self.k = 0, 0
         self.pacer = Pacer(period, lambda: self.time, self._sleep, spin=0.0)
         missions = {"paper": self.takeoff.mission}
@@ -90,7 +94,7 @@ class Steered:
             )
         )
         self.rows.append(self.plant.record(self._measurement or measured, tick.command).copy())  # type: ignore[arg-type]
-        self.plant.apply(tick.command)
+        self.plant.apply(tick.driven)
         self.k += 1
         self.said += tick.said
         self.ticks.append(tick)

@@ -39,6 +39,7 @@ class Wire:
         self._made = lambda: Controlled(Flyer(takeoff, controller, missions, link, pacer), config)
         self.pilot = self._made()
         self.spoil: Callable[[Outgoing], Outgoing | None] = lambda one: one
+        self.spoil_down: Callable[[Outgoing], Outgoing | None] = lambda one: one
         self.up, self.down = deque[Outgoing](), deque[Outgoing]()
         self.k, self.silent, self.said = 0, False, list[str]()
         self.names, self.where = Counter[str](), list[np.ndarray]()
@@ -59,7 +60,8 @@ class Wire:
         self.up = deque(kept for one in self.up if (kept := self.spoil(one)) is not None)
         up = [] if self.silent else heard(self.up, "/spinal")
         came = [*up, *(Arrived(order, None, "/client", now) for order in orders)]
-        self.down += [one for one in self.pilot.tick(came, now) if one.topic in topics.ACTUATORS]
+        told = [one for one in self.pilot.tick(came, now) if one.topic in topics.ACTUATORS]
+        self.down += [kept for one in told if (kept := self.spoil_down(one)) is not None]
         self.names.update(one.topic.name for one in self.down)
         self.up += self.robot.tick(heard(self.down, "/skylimb"), now)
         self.names.update(one.topic.name for one in self.up)
@@ -67,6 +69,23 @@ class Wire:
         self.k += 1
         assert self.pilot.last is not None
         self.said += self.pilot.last.said
+
+    @property
+    def armed(self) -> bool:
+        """Whether the flight controller's motors turn."""
+        return self.robot._spinal.armed
+
+    def sinks(self) -> float:
+        """The fastest that it has sunk, m/s."""
+        return float(-np.diff(np.array(self.where)[:, 2]).min() / 0.005)
+
+    def fly_alone(self, seconds: float) -> None:
+        """Nobody commands the robot."""
+        for _ in range(round(seconds / 0.005)):
+            self.pacer.wait(self.k)
+            self.up = deque(self.robot.tick([], self.pacer.time()))
+            self.where.append(self.robot.plant.truth().position.copy())
+            self.k += 1
 
     def restart(self) -> None:
         """The controller's process was killed; another one begins, and knows nothing."""

@@ -23,6 +23,7 @@ STEPS = (
 def test_a_clock_that_is_set_moves_no_robot() -> None:
     wire = Wire()
     wire.hover()
+    wire.fly(2.0)
     wire.where.clear()
     ahead = {topic.name: 0.0 for topic, _ in STEPS}
 

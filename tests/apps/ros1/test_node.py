@@ -73,7 +73,7 @@ def test_ctrl_c_lands_before_it_ends() -> None:
     def interrupt() -> None:
         os.kill(os.getpid(), signal.SIGINT)
 
-    carrier = Carrier({2: ["teleop_command/start"], 20: ["teleop_command/takeoff"], 900: interrupt}, 6000)
+    carrier = Carrier({2: ["teleop_command/start"], 20: ["teleop_command/takeoff"], 1300: interrupt}, 6000)
     flying, both, said = node(carrier)
     flying.spin()
     assert said[:4] == ["ARM_OFF -> START", "START -> ARM_ON", "ARM_ON -> TAKEOFF", "TAKEOFF -> HOVER"]

@@ -10,10 +10,14 @@ import numpy as np
 import pytest
 
 import skylimb
+from skylimb.analysis.exchange.lab_messages import Names, pose_errors
 from skylimb.analysis.exchange.messages import Joints, Pose
 from skylimb.apps.ros1.grounded import STAND, GroundedPlant
+from skylimb.apps.ros1.limits import FlightLimits
+from skylimb.apps.ros1.requests import Requests
 from skylimb.apps.ros1.states import FORCE_LANDING, FlightState, Order
 from skylimb.base.errors import ConfigError
+from skylimb.base.rotations import wrapped
 from skylimb.control.estimation.records import Measurement
 from skylimb.flight.takeoff import take_off
 from steered import Steered
@@ -153,6 +157,84 @@ def test_low_battery_lands_and_does_not_start() -> None:
     assert "start is refused: low battery" in robot.said
 
 
+def test_the_yaw_error_is_that_of_the_labs_link() -> None:
+    robot = Steered()
+    robot.hover()
+    place = robot.pilot.flyer.references.place_of(robot.ticks[-1].reference)  # type: ignore[arg-type]
+    x, y, z = place.position
+    turned = place.yaw + 0.4
+    robot.tick(requests=(Pose(0.0, (x, y, z), (np.cos(turned / 2), 0.0, 0.0, np.sin(turned / 2))),))
+    seen = []
+    for _ in range(600):
+        tick = robot.tick()
+        seen.append(pose_errors(tick.view(0.0, Names(robot.robot), None)))
+    wanted = [one["yaw.target_p"] for one in seen]
+    assert np.ptp(wanted) == pytest.approx(0.4, abs=0.01)
+    assert wanted[-1] == pytest.approx(wrapped(turned), abs=1e-6)
+    off = np.abs([one["yaw.err_p"] for one in seen])
+    assert off.max() > 0.02  # it lags its target
+    assert off[-1] < 0.05
+    yaw = robot.ticks[-1].body.yaw  # type: ignore[union-attr]
+    assert seen[-1]["yaw.err_p"] == pytest.approx(wrapped(turned - yaw), abs=1e-6)
+
+
+@pytest.mark.parametrize(("preset", "scale"), [("hybrid", 0.8), ("following", 1.25), ("pid", 0.92)])
+def test_a_take_off_learns_its_thrust(preset: str, scale: float) -> None:
+    robot = Steered(preset, {"plant.thrust_scale": scale})
+    robot.tick()
+    robot.tick(Order.START)
+    robot.until(FlightState.ARM_ON)
+    robot.tick(Order.TAKEOFF)
+    robot.until(FlightState.HOVER, 10.0)
+    flight = robot.pilot.flight
+    assert flight is not None
+    assert flight.lift.share == pytest.approx(1.0 / scale, rel=0.015)
+    assert max(tick.body.tilt for tick in robot.ticks if tick.body) < 0.1  # type: ignore[union-attr]
+    lifted = [tick for tick in robot.ticks if tick.scale != 1.0]
+    np.testing.assert_array_equal(lifted[0].driven.thrusts, flight.lift.share * lifted[0].command.thrusts)
+    assert any("times the thrust of the robot's file" in words for words in robot.said)
+
+
+def test_rotors_that_do_not_lift_the_robot_stop() -> None:
+    robot = Steered("hybrid", {"plant.thrust_scale": 0.7})
+    robot.tick()
+    robot.tick(Order.START)
+    robot.until(FlightState.ARM_ON)
+    robot.tick(Order.TAKEOFF)
+    robot.until(FlightState.ARM_OFF, 12.0)
+    assert "force landing: 1.35 times the hover thrusts do not lift it" in robot.said
+    assert robot.plant.truth().position[2] < STAND + 0.01
+
+
+def test_a_landing_while_the_rotors_come_up_stops_them() -> None:
+    robot = Steered()
+    robot.tick()
+    robot.tick(Order.START)
+    robot.until(FlightState.ARM_ON)
+    robot.tick(Order.TAKEOFF)
+    robot.fly(0.5)
+    robot.tick(Order.LAND)
+    robot.until(FlightState.ARM_OFF, 5.0)
+    assert max(row[robot.plant.layout.slices["configuration"]][2] for row in robot.rows) < STAND + 0.01
+
+
+def test_a_fence_lands_who_leaves_it_and_refuses_who_would() -> None:
+    robot = Steered()
+    limits = FlightLimits(fence=((-5.0, 5.0), (-0.5, 5.0), (-1.0, 1.0)))
+    robot.pilot.flyer = dataclasses.replace(robot.pilot.flyer, limits=limits)
+    robot.pilot._requests = Requests(robot.robot, limits)
+    robot.hover()
+    robot.tick(requests=(Pose(0.0, (0.0, 0.0, 1.2), LEVEL),))
+    assert robot.said[-1] == "pose refused: it is beyond the fence: z = 1.20 m is outside of -1 .. 1 m"
+    robot.tick(mission="paper")
+    assert "it leads beyond the fence" in robot.said[-1]
+    robot.plant._data.qvel[1] = -2.0  # pushed out
+    robot.until(FlightState.LAND, 3.0)
+    assert robot.said[-2].startswith("force landing: beyond the fence: y = -0.5")
+    robot.plant._data.qvel[1] = 0.0
+    robot.until(FlightState.ARM_OFF, 10.0)
+
+
 def test_land_on_the_surface_goes_back_before_it_goes_down() -> None:
     robot = Steered()
     robot.hover()
@@ -233,7 +315,7 @@ def test_a_controller_that_fails_brings_the_robot_down() -> None:
     robot.tick(Order.START)
     robot.until(FlightState.ARM_ON)
     robot.tick(Order.TAKEOFF)
-    robot.fly(1.8)
+    robot.fly(4.0)
     assert "controller 'fails' failed: spring broke" in robot.said
     assert robot.ticks[-1].flying.shown == FORCE_LANDING or robot.plant.stands
 

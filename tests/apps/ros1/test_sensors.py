@@ -148,7 +148,7 @@ def test_of_each_sensor_only_the_first_sender_counts() -> None:
     assert [one.value for one in heard] == [1, 3]
     assert sorter.counts == {"second publisher of imu": 1}
     sorted_ = sorter.sort(
-        [Arrived("flight_config_cmd_ack", 1, "/a", 0.0), Arrived("skylimb/mission", "x", "/u", 0.0)]
+        [Arrived("flight_config_ack", 1, "/a", 0.0), Arrived("skylimb/mission", "x", "/u", 0.0)]
     )
     assert (sorted_.acknowledged, sorted_.mission) == (1, "x")
 

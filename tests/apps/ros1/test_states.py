@@ -137,16 +137,17 @@ def test_a_landing_stops_only_a_robot_that_stands() -> None:
 def test_halt_stops_and_force_landing_shows() -> None:
     for state in FlightState:
         out, _ = after(at(state), seen(0.0, Order.HALT))
-        assert out.state == (state if state == FlightState.ARM_OFF else FlightState.STOP)
+        assert out.state == FlightState.STOP
     flying, _ = after(at(FlightState.HOVER), seen(0.0, Order.FORCE_LANDING))
     assert (flying.state, flying.shown, flying.arming) == (
         FlightState.LAND,
         FORCE_LANDING,
         Arming.FORCE_LANDING,
     )
-    flying, said = after(at(FlightState.ARM_ON), seen(0.0, Order.FORCE_LANDING))
-    assert flying.state == FlightState.ARM_ON
-    assert "nothing flies" in said[0]
+    for state in (FlightState.START, FlightState.ARM_ON, FlightState.STOP):  # it stands
+        assert after(at(state), seen(0.0, Order.FORCE_LANDING))[0].state == FlightState.STOP
+    flying, _ = after(Flying(), seen(0.0, Order.FORCE_LANDING, position=None))  # nobody here knows
+    assert (flying.state, flying.arming) == (FlightState.LAND, Arming.FORCE_LANDING)
     flying, said = after(at(FlightState.HOVER), seen(0.0, broken="tilt above 1 rad"), seen(0.1, broken="x"))
     assert (flying.shown, said) == (FORCE_LANDING, ["force landing: tilt above 1 rad"])
     flying, _ = after(flying, seen(0.2, Order.HALT), seen(0.3, acknowledged=1))

@@ -23,6 +23,7 @@ from skylimb.analysis.exchange.messages import (
     Path,
     PMatrix,
     Pose,
+    Pwms,
     ServoStates,
     ServoTargets,
     UavInfo,
@@ -84,6 +85,7 @@ FORMS = {
         MotorInfo,
         ("min_pwm", "max_pwm", "min_thrust", "force_landing_thrust", "pwm_conversion_mode", "motor_info"),
     ),
+    "spinal/msg/Pwms": Form(Pwms, ("stamp", "motor_value")),
     "spinal/msg/UavInfo": Form(UavInfo, ("motor_num", "uav_model")),
     "aerial_robot_msgs/msg/FlightNav": Form(
         lambda xy, z, yaw, x, y, height, vx, vy, vz, *more: Nav(

@@ -17,7 +17,7 @@ import numpy as np
 from skylimb.analysis.exchange.body import Body
 from skylimb.analysis.exchange.codec import WORLD
 from skylimb.analysis.exchange.messages import FourAxes, Imu, Joints, Pose, Quaternion, Vector
-from skylimb.base.rotations import quaternion_from_rotation, rot_z, rpy_from_rotation
+from skylimb.base.rotations import quaternion_from_rotation, rot_z, rpy_from_rotation, wrapped
 from skylimb.robots.model import Robot
 
 Fields = dict[str, Any]
@@ -61,7 +61,7 @@ class TickView:
         magnetic_field: that its compass shows.
         state: the byte of `flight_state`.
         arming: what the flight controller is commanded.
-        target: position and velocity of the reference, W, (3,) each.
+        target: position and velocity of the reference, W, (3,) each, and the yaw of the lab's link, rad.
     """
 
     stamp: float
@@ -76,7 +76,7 @@ class TickView:
     magnetic_field: Vector = _UNKNOWN
     state: int | None = None
     arming: int | None = None
-    target: tuple[np.ndarray, np.ndarray] | None = None
+    target: tuple[np.ndarray, np.ndarray, float] | None = None
 
 
 def _of_body(make: Callable[[TickView, Body], Any]) -> Callable[[TickView], Any]:
@@ -165,10 +165,10 @@ def transforms(tick: TickView, body: Body) -> Fields:
 
 @_of_body
 def pose_errors(tick: TickView, body: Body) -> Fields | None:
-    """Targets and errors; the heading's error stands for that of the yaw."""
+    """Targets and errors; the yaw is that of the lab's link."""
     if tick.target is None:
         return None
-    place, speed = tick.target
+    place, speed, yaw = tick.target
     found = header(tick)
     for i, axis in enumerate("xyz"):
         found[f"{axis}.target_p"], found[f"{axis}.err_p"] = float(place[i]), float(place[i] - body.cog[i])
@@ -176,8 +176,9 @@ def pose_errors(tick: TickView, body: Body) -> Fields | None:
             float(speed[i]),
             float(speed[i] - body.velocity[i]),
         )
-    roll, pitch, yaw = floats(rpy_from_rotation(body.R_WC))
-    return {**found, "roll.err_p": -roll, "pitch.err_p": -pitch, "yaw.target_p": yaw}
+    roll, pitch, _ = floats(rpy_from_rotation(body.R_WC))
+    off = float(wrapped(yaw - body.yaw))
+    return {**found, "roll.err_p": -roll, "pitch.err_p": -pitch, "yaw.target_p": yaw, "yaw.err_p": off}
 
 
 def wrench(force: str, torque: str) -> Callable[[TickView], Fields | None]:

@@ -89,7 +89,8 @@ TF = Topic("/tf", "tf2_msgs/msg/TFMessage", 100.0, made.transforms)
 STATE = Topic("flight_state", "std_msgs/msg/UInt8", 40.0, attrgetter("state"))
 PID = Topic("debug/pose/pid", "aerial_robot_msgs/msg/PoseControlPid", 40.0, made.pose_errors)
 CONFIG = Topic("flight_config_cmd", "spinal/msg/FlightConfigCmd", 40.0, attrgetter("arming"))
-ACK = Topic("flight_config_cmd_ack", "std_msgs/msg/UInt8")
+ACK = Topic("flight_config_ack", "std_msgs/msg/UInt8")
+PWMS = Topic("motor_pwms", "spinal/msg/Pwms", 10.0)
 SERVO_STATES = Topic("servo/states", "spinal/msg/ServoStates", 50.0)
 SERVO_TARGETS = Topic("servo/target_states", "spinal/msg/ServoControlCmd", 50.0)
 MOTOR_INFO, UAV_INFO = (
@@ -107,6 +108,9 @@ RECORD, SOURCE = Topic("/skylimb/record", _BYTES), Topic("/skylimb/source", _BYT
 ROW = Topic("/skylimb/row", "std_msgs/msg/Float64MultiArray", 200.0)
 DIAGNOSTICS = Topic("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", 1.0)
 
+FOREIGN = "skylimb/foreign"
+"""No topic: under this name the bridge says who else publishes on a command's."""
+
 IN_LOGS = (
     *(MOCAP, IMU, JOINT_STATES, FOUR_AXES, JOINTS_CTRL, GIMBALS_CTRL, COG, WRENCH, CONTACT, REFERENCE),
 )
@@ -118,7 +122,7 @@ EACH_TICK = (MOCAP, FOUR_AXES, JOINTS_CTRL, GIMBALS_CTRL)
 USER = (*ORDERS, TARGET_POSE, TARGET_PATH, NAV, JOINTS_CTRL, MISSION)
 """What a user sends."""
 
-SENSORS = (MOCAP, IMU, JOINT_STATES, SERVO_STATES, ACK, BATTERY)
+SENSORS = (MOCAP, IMU, JOINT_STATES, SERVO_STATES, ACK, PWMS, BATTERY)
 """What a robot sends; of each only the first sender is listened to."""
 
 ACTUATORS = (

@@ -13,6 +13,9 @@ from enum import IntEnum
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 
+IDLE = 1040
+"""Duty of a motor that stands at most, of 2000: the flight controller's is 1000."""
+
 
 @dataclass(frozen=True)
 class Pose:
@@ -162,6 +165,24 @@ class MotorInfo:
     force_landing_thrust: float
     conversion: int
     motors: tuple[Motor, ...]
+
+
+@dataclass(frozen=True)
+class Pwms:
+    """What the motors are driven with (`motor_pwms`), and so whether they turn.
+
+    Attributes:
+        stamp: s.
+        duties: of each, 0 .. 2000.
+    """
+
+    stamp: float
+    duties: tuple[int, ...]
+
+    @property
+    def armed(self) -> bool:
+        """Whether any of them is driven with more than a motor that stands."""
+        return max(self.duties, default=0) > IDLE
 
 
 @dataclass(frozen=True)

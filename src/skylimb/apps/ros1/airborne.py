@@ -8,6 +8,7 @@ import numpy as np
 
 from skylimb.analysis.exchange.body import Body
 from skylimb.apps.ros1.flyer import Flyer
+from skylimb.apps.ros1.lift import Lift
 from skylimb.apps.ros1.requests import RefusedError, Requests
 from skylimb.apps.ros1.script import Script, after_tick
 from skylimb.apps.ros1.sensors import nothing_measured
@@ -20,10 +21,6 @@ from skylimb.control.needs import PACE
 from skylimb.control.records import Command
 from skylimb.control.supervisor.retreat import BACK, retreat
 from skylimb.flight.realtime.guard import FAILED
-
-SPOOL_TIME, SPOOL_SHARE = 1.0, 0.9
-"""Seconds in which the rotors come up on the ground, and the share of the hover thrusts that they come to."""
-
 
 RISE = 0.3
 """Speed of a take-off, m/s."""
@@ -40,6 +37,7 @@ class Airborne:
         now: s.
         body: where the robot stands.
         theta: shape angle of its posture, rad.
+        rises: whether it stands, and its rotors begin to turn.
 
     Attributes:
         targets: where it is led, while no mission or landing does.
@@ -48,14 +46,14 @@ class Airborne:
         state: of the controller.
     """
 
-    def __init__(self, flyer: Flyer, now: float, body: Body, theta: float) -> None:
+    def __init__(self, flyer: Flyer, now: float, body: Body, theta: float, rises: bool = True) -> None:
         self._flyer, self.theta = flyer, theta
         limits = flyer.limits
         here = Place(body.cog, body.yaw, theta)
-        above = here._replace(position=np.array([*body.cog[:2], limits.takeoff_height]))
-        self._spool = now + SPOOL_TIME
-        duration = max(duration_of(here, above, limits, RISE), limits.shortest_way)
-        self.targets = Targets(here, self._spool).go(above, self._spool, duration)
+        self._above = here._replace(position=np.array([*body.cog[:2], limits.takeoff_height]))
+        ground = float(body.cog[2])
+        self.lift = Lift(ground) if rises else Lift(ground, 1.0, True)
+        self.targets = Targets(here, now)
         self._guard = flyer.guard()
         self._gains, self.state = self._guard.gains(), self._guard.initial_state()
         q, psi, _, _ = flyer.references.posture(theta)
@@ -75,6 +73,8 @@ class Airborne:
     @property
     def end_of_targets(self) -> np.ndarray:
         """Where the targets lead in the end, W, m, (3,)."""
+        if not self.lift.lifted:
+            return self._above.position
         legs = self.targets.legs
         return legs[-1].end.position if legs else self.targets.place.position
 
@@ -91,26 +91,29 @@ class Airborne:
     def broken(self, body: Body | None) -> str:
         """Why the flight has to be broken off; empty while it has not."""
         reference, limits = self.reference, self._flyer.limits
-        if self._guard.failed:
-            return FAILED
-        if self._guard.retreating:
-            return "broken off by the guard"
+        if self._guard.failed or self._guard.retreating:
+            return FAILED if self._guard.failed else "broken off by the guard"
+        if self.lift.failed:
+            return f"{self.lift.share:g} times the hover thrusts do not lift it"
         if body is None or reference is None:
             return ""
-        if body.tilt > limits.tilt:
-            return f"tilt above {limits.tilt:g} rad"
+        outside = limits.outside(body.cog)
         # A robot that stands is not where its landing leads.
-        away = np.asarray(reference.position) - body.cog
-        if float(np.linalg.norm(away[:2])) > limits.astray:
-            return f"more than {limits.astray:g} m from the reference"
-        return ""
+        away = (np.asarray(reference.position) - body.cog)[:2]
+        reasons = (
+            (body.tilt > limits.tilt, f"tilt above {limits.tilt:g} rad"),
+            (outside, f"beyond the fence: {outside}"),
+            (np.linalg.norm(body.velocity) > limits.speed, f"faster than {limits.speed:g} m/s"),
+            (np.linalg.norm(away) > limits.astray, f"more than {limits.astray:g} m from the reference"),
+        )
+        return next((words for holds, words in reasons if holds), "")
 
     def land(self, now: float) -> None:
         """Lead it down from here, back from the surface first where it may touch one."""
         touching = self.script is not None and self.script.begun and self.script.mission.contact
-        if self.reference is not None:
-            self._landing, self._landing_since = self.reference, now
-            self._back = BACK if touching else 0.0
+        self.lift = self.lift._replace(lifted=True)
+        self._landing, self._landing_since = self.reference or self._flyer.held(self.targets.at(now)[1]), now
+        self._back = BACK if touching else 0.0
         self.script = None
 
     def lead_to(self, requests: Requests, request: Request, inputs: Inputs) -> None:
@@ -131,6 +134,10 @@ class Airborne:
         """
         if self.script is not None:
             raise RefusedError(f"'{self.script.name}' is being flown")
+        path = mission.reference.position
+        for place in (path.min(axis=0), path.max(axis=0)):
+            if outside := self._flyer.limits.outside(place):
+                raise RefusedError(f"it leads beyond the fence: {outside}")
         self.script = Script(name, mission)
         there = self._flyer.references.place_of(mission.first)
         here = self.targets.at(now)[0].place
@@ -138,26 +145,41 @@ class Airborne:
 
     def fly(self, flying: Flying, inputs: Inputs, body: Body | None, said: list[str]) -> Tick:
         """One tick."""
-        now = inputs.now
-        if now < self._spool:
-            # The rotors come up to nearly carrying the robot.
-            part = max(0.0, 1.0 - (self._spool - now) / SPOOL_TIME)
-            command = self._hovering(part * SPOOL_SHARE)
-            return Tick(flying, command, True, None, {}, None, body, tuple(said))
+        now, height = inputs.now, None if body is None else float(body.cog[2])
+        if self._landing is None:
+            before, gravity = self.lift, self._flyer.robot.description.gravity
+            self.lift = before.after(height, self._flyer.period, gravity)
+            if self.lift.lifted > before.lifted:
+                self._rise(now, body, said)
         reference, script = self._lead(now, body)
         measurement = inputs.measurement or nothing_measured(self._flyer.robot)
         self._guard.taken(inputs.taken)
-        self.state, command, signals = self._guard.step(
+        state, command, signals = self._guard.step(
             self._gains, self.state, measurement, reference, self._flyer.period
         )
         if self._guard.failed != self._failed:
             self._failed = self._guard.failed
             said.append(f"controller '{self._flyer.controller.name}' failed: {self._failed}")
+        if not self.lift.lifted:  # the controller is tried, and what it makes is not flown
+            command = self._hovering(self.lift.share)
+            return Tick(flying, command, True, None, {}, None, body, tuple(said))
+        self.state = state
         if script is not None and script.begun:
             self.script = after_tick(script, float(signals[PACE]) if self._flyer.plan.needs.paced else None)
             self._end_mission(self.script, now, said)
-        flown = self.reference or reference
-        return Tick(flying, command, True, flown, signals, script, body, tuple(said))
+        flown, scale = self.reference or reference, self.lift.share
+        _, _, frames, _ = self._flyer.references.posture(self.theta)
+        yaw = float(flown.heading) + frames.yaw_in_C - frames.tip_heading
+        return Tick(flying, command, True, flown, signals, script, body, tuple(said), yaw, scale)
+
+    def _rise(self, now: float, body: Body | None, said: list[str]) -> None:
+        """On from where it left the ground, with the thrust that it took."""
+        place = self.targets.place
+        self.targets = self.targets.hold(place if body is None else place._replace(position=body.cog), now)
+        duration = duration_of(self.targets.place, self._above, self._flyer.limits, RISE)
+        self.targets = self.targets.go(self._above, now, duration)
+        if self.lift.share != 1.0:
+            said.append(f"the rotors need {self.lift.share:.2f} times the thrust of the robot's file")
 
     def _hovering(self, share: float) -> Command:
         """A share of the hover thrusts, in the posture that is commanded."""

@@ -66,7 +66,7 @@ class Both(Piloted):
 
     def _apply(self, tick: Tick) -> None:
         """A tick of physics; a mission that is over is kept, with its scores."""
-        self.plant.apply(tick.command)
+        self.plant.apply(tick.driven)
         flown = self._live.mission_flown(tick)
         if flown is not None:
             name, flight = flown

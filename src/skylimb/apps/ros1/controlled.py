@@ -48,6 +48,7 @@ class Controlled(Piloted):
         return super().faults + self._sensors.counts
 
     def _sensed(self, arrived: Arrived) -> None:
+        super()._sensed(arrived)
         self._sensors.take(arrived)
 
     def _measured(self, now: float) -> tuple[Measurement | None, float]:

@@ -9,6 +9,7 @@ from typing import Any
 
 from skylimb.analysis.exchange.lab_topics import NAMESPACE
 from skylimb.apps.ros1.limits import FlightLimits
+from skylimb.apps.ros1.preflight import Desk
 from skylimb.apps.ros1.references import References
 from skylimb.apps.ros1.targets import Target
 from skylimb.control.missions.mission import Mission
@@ -38,6 +39,7 @@ class Flyer:
         limits: of the flight states.
         guard_limits: when to hold and when to retreat.
         namespace: of the lab's frames.
+        desk: what was found before take-off.
     """
 
     plan: FlightPlan
@@ -49,6 +51,7 @@ class Flyer:
     limits: FlightLimits = field(default_factory=FlightLimits)
     guard_limits: Limits = field(default_factory=Limits)
     namespace: str = NAMESPACE
+    desk: Desk = field(default_factory=Desk)
 
     @property
     def robot(self) -> Robot:

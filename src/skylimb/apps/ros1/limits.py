@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 
 @dataclass(frozen=True)
 class FlightLimits:
@@ -20,6 +22,9 @@ class FlightLimits:
         landed_speed: speed down below which it may stand, m/s.
         landed_lead: how far the target has to be below a robot that stands, m; ours, so that none is stopped
             in the air on its way back from a surface.
+        blind_fall: acceleration with which a blind robot sinks at least, m/s^2; ours.
+        blind_margin: time beyond that of the fall after which it is down in any case, s; ours.
+        disarmed: time in which a flight controller that was disarmed may still say otherwise, s; ours.
         nav_speed: of a step on `uav/nav`, m/s.
         fastest: of a velocity on `uav/nav`, m/s.
         nav_timeout: after which a velocity on `uav/nav` ends, s.
@@ -33,6 +38,15 @@ class FlightLimits:
         acknowledged: time in which arming has to be acknowledged, s; ours.
         tilt: beyond which a flight is broken off, rad; the flight controller's.
         astray: distance from the reference beyond which it is, m; ours.
+        fence: x, y and z between which the centre of gravity has to stay, W, m; ours.
+        speed: of the centre of gravity beyond which a flight is broken off, m/s; ours.
+        start_tilt: with which no flight begins, rad; this and what follows is ours.
+        start_speed: likewise, m/s.
+        start_age: of a sensor's newest message, s.
+        start_offset: of a sensor's clock from ours, s.
+        disk: free space, bytes.
+        calibrated: age of the calibration, days.
+        mass: by how much the robot that ROS describes may weigh more or less than its file's, part of it.
     """
 
     takeoff_height: float = 0.6
@@ -44,6 +58,9 @@ class FlightLimits:
     landed_way: float = 0.02
     landed_speed: float = 0.05
     landed_lead: float = 0.1
+    blind_fall: float = 0.4
+    blind_margin: float = 2.0
+    disarmed: float = 0.3
     nav_speed: float = 0.3
     fastest: float = 0.5
     nav_timeout: float = 0.5
@@ -57,3 +74,26 @@ class FlightLimits:
     acknowledged: float = 5.0
     tilt: float = 1.0
     astray: float = 2.0
+    fence: tuple[tuple[float, float], ...] = ((-20.0, 20.0), (-20.0, 20.0), (-2.0, 10.0))
+    speed: float = 3.0
+    start_tilt: float = 0.2
+    start_speed: float = 0.5
+    start_age: float = 0.2
+    start_offset: float = 0.1
+    disk: float = 1e9
+    calibrated: float = 30.0
+    mass: float = 0.02
+
+    @property
+    def fence_words(self) -> str:
+        """The fence for people."""
+        return ", ".join(
+            f"{low:g} < {axis} < {high:g} m" for axis, (low, high) in zip("xyz", self.fence, strict=True)
+        )
+
+    def outside(self, position: np.ndarray) -> str:
+        """How a place, W, m, (3,), lies outside of the fence; empty where it does not."""
+        for axis, value, (low, high) in zip("xyz", position, self.fence, strict=True):
+            if not low <= value <= high:
+                return f"{axis} = {value:.2f} m is outside of {low:g} .. {high:g} m"
+        return ""

@@ -13,9 +13,11 @@ from skylimb.analysis.exchange.body import Bodies, Body
 from skylimb.analysis.exchange.messages import Joints
 from skylimb.apps.ros1.airborne import Airborne
 from skylimb.apps.ros1.flyer import Flyer
+from skylimb.apps.ros1.preflight import Check, Measured, checks
+from skylimb.apps.ros1.references import theta_of
 from skylimb.apps.ros1.requests import RefusedError, Requests
 from skylimb.apps.ros1.script import require_from_hover
-from skylimb.apps.ros1.states import FlightState, Flying, Seen, advance
+from skylimb.apps.ros1.states import FlightState, Flying, Order, Seen, advance
 from skylimb.apps.ros1.targets import Target
 from skylimb.apps.ros1.tick import Inputs, Received, Tick
 from skylimb.base.errors import unknown_name
@@ -48,6 +50,9 @@ class Pilot:
         self.flying = Flying()
         self.flight: Airborne | None = None
         self._counts: Counter[str] = Counter()
+        self._battery: float | None = None
+        self._believed = -np.inf
+        self._foreign: tuple[str, ...] = ()
         self._theta = flyer.references.place_of(flyer.first).theta
         # On the ground nothing is flown, but what is measured is judged as in flight.
         self._watch = Watchdog(robot, self.flyer.guard_limits)
@@ -82,6 +87,11 @@ class Pilot:
         _, _, signals = guard.step(guard.gains(), guard.initial_state(), measured, given, self.flyer.period)
         return signals, given
 
+    def checks(self, inputs: Inputs, body: Body | None) -> list[Check]:
+        """What is looked at before a flight."""
+        measured = Measured(body, inputs.ages, inputs.offsets, self._battery, self._foreign)
+        return [*checks(self.flyer.desk, measured, self.flyer.limits)]
+
     @property
     def faults(self) -> Counter[str]:
         """How often each fault was met, by name."""
@@ -90,36 +100,40 @@ class Pilot:
 
     def _body(self, inputs: Inputs) -> Body | None:
         """Where the robot is, if that is known and fresh."""
-        if inputs.measurement is None and self._watch.good is None:
-            return None  # nobody has measured anything yet
         self._watch.judge(inputs.measurement, inputs.taken)
         good = self._watch.good
-        if good is None or inputs.now - inputs.taken > FRESH:
-            return None
-        return self._bodies.of(good)
+        if good is not None and good is inputs.measurement:
+            self._believed = inputs.taken
+        # A pose that comes and is not believed makes the one before it no fresher.
+        return None if good is None or inputs.now - self._believed > FRESH else self._bodies.of(good)
 
     def _advance(self, inputs: Inputs, body: Body | None, said: list[str]) -> None:
         """The flight states, and what begins and ends with them."""
         before = self.flying
         self.flying, words = advance(before, self._seen(inputs, body), self.flyer.limits)
         said.extend(words)
-        state = self.flying.state
-        if state == before.state and self.flying.force_landing == before.force_landing:
-            return
-        said.append(f"{before.state.name} -> {state.name}")
-        if state == FlightState.TAKEOFF and body is not None:
-            self.flight = Airborne(self.flyer, inputs.now, body, self._theta)
-        elif self.flight is None:
-            return
-        elif state == FlightState.LAND and before.state != FlightState.LAND:
+        state, landing = self.flying.state, self.flying.state == FlightState.LAND
+        if state != before.state or self.flying.force_landing != before.force_landing:
+            said.append(f"{before.state.name} -> {state.name}")
+        if self.flying.in_air and self.flight is None and body is not None:
+            # It rises, or comes down from a flight that somebody else began.
+            good = self._watch.good
+            theta = theta_of(self.flyer.robot, good.joint_angles) if landing and good else self._theta
+            self.flight = Airborne(self.flyer, inputs.now, body, theta, rises=not landing)
+            before = Flying()
+        if self.flight is not None and landing and before.state != state:
             self.flight.land(inputs.now)
-        elif not self.flying.in_air:
+        elif self.flight is not None and not self.flying.in_air:
             self._counts += self.flight.faults
             self._theta, self.flight = self.flight.theta, None
 
     def _seen(self, inputs: Inputs, body: Body | None) -> Seen:
         """What the flight states judge by."""
-        flight, target = self.flight, None
+        flight, target, received = self.flight, None, inputs.received
+        self._battery = self._battery if received.battery is None else received.battery
+        self._foreign = self._foreign if received.foreign is None else received.foreign
+        begins = not {Order.START, Order.TAKEOFF}.isdisjoint(received.orders) and flight is None
+        refused = [str(one) for one in self.checks(inputs, body) if not one.fine] if begins else []
         if flight is not None and self.flying.state == FlightState.TAKEOFF:
             target = flight.end_of_targets
         elif flight is not None and flight.reference is not None:
@@ -129,10 +143,13 @@ class Pilot:
             None if body is None else body.cog,
             0.0 if body is None else -float(body.velocity[2]),
             target,
-            inputs.received.orders,
-            inputs.received.acknowledged,
-            inputs.received.battery,
+            received.orders,
+            received.acknowledged,
+            received.battery,
             "" if flight is None else flight.broken(body),
+            tuple(refused),
+            received.armed,
+            inputs.rest,
         )
 
     def _lead(self, flight: Airborne, inputs: Inputs, said: list[str]) -> None:

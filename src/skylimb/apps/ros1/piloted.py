@@ -12,6 +12,7 @@ import numpy as np
 
 from skylimb.analysis.exchange.lab_messages import Names
 from skylimb.apps.ros1.flyer import Flyer
+from skylimb.apps.ros1.heard import Heard
 from skylimb.apps.ros1.live_record import LiveRecord
 from skylimb.apps.ros1.messages import Arrived, Outgoing
 from skylimb.apps.ros1.pilot import Pilot
@@ -39,7 +40,7 @@ class Piloted(ABC):
         self._robot, self._names = flyer.robot, Names(flyer.robot, flyer.namespace)
         self._sorter = MessageSorter(flyer.cells, self._sensed)
         self._live = LiveRecord(flyer.plan, layout, self.pilot.rehearsed())
-        self._k = 0
+        self._k, self._heard = 0, Heard()
         self.last: Tick | None = None
         self.kept: list[PendingRun] = []
 
@@ -58,7 +59,9 @@ class Piloted(ABC):
         received, now = self._sorter.sort(arrived), self._pacer.time()
         measured, taken = self._measured(now)
         received = replace(received, acknowledged=self._acknowledged(received))
-        tick = self.pilot.tick(Inputs(now, measured, taken, received, now - stamp))
+        heard = self._heard.ages(now), self._heard.offsets(stamp - now)
+        rest = max(0.0, now - self._heard.rests)
+        tick = self.pilot.tick(Inputs(now, measured, taken, received, now - stamp, *heard, rest))
         out = [*self._messages(stamp, measured, tick)]
         if measured is not None:
             out += self._live.add(tick, self._recorded(measured, tick))
@@ -74,8 +77,9 @@ class Piloted(ABC):
         if flight is not None:
             self.kept.append(flight)
 
-    def _sensed(self, arrived: Arrived) -> None:  # noqa: B027 - a simulated robot's are not asked
+    def _sensed(self, arrived: Arrived) -> None:
         """Take what a sensor says."""
+        self._heard = self._heard.take(arrived, self._robot.description.gravity)
 
     def _acknowledged(self, received: Received) -> int | None:
         """The last command that the flight controller acknowledged."""

@@ -44,7 +44,7 @@ def profile_topics(profile: str, servos: bool = False) -> ProfileTopics:
     states, targets = (topics.JOINT_STATES,), (topics.JOINTS_CTRL, topics.GIMBALS_CTRL)
     if servos:
         states, targets = (topics.SERVO_STATES,), (topics.SERVO_TARGETS,)
-    robot = (*sensors, *states, topics.ACK, topics.BATTERY)
+    robot = (*sensors, *states, topics.ACK, topics.PWMS, topics.BATTERY)
     if profile == "simulator":
         return ProfileTopics((*board, *targets), (*robot, topics.DIAGNOSTICS))
     more = (topics.JOINT_STATES,) if servos else ()

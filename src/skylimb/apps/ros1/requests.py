@@ -131,6 +131,8 @@ class Requests:
             raise RefusedError("its position is no number")
         if float(np.linalg.norm(there.position - here.position)) > limits.farthest:
             raise RefusedError(f"it is more than {limits.farthest:g} m away")
+        if outside := limits.outside(there.position):
+            raise RefusedError(f"it is beyond the fence: {outside}")
         if there.position[2] < limits.lowest:
             raise RefusedError(f"its height {there.position[2]:.2f} m is below {limits.lowest:g} m")
         return there

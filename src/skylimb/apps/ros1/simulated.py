@@ -95,6 +95,7 @@ class Simulated:
             out.append(Outgoing(topics.SERVO_STATES, ServoStates(stamp, tuple(counts.items()))))
         if is_due(topics.BATTERY, self._k, self._pacer.period):
             out.append(Outgoing(topics.BATTERY, VOLTS * self._cells))
+            out.append(Outgoing(topics.PWMS, self._spinal.pwms(stamp)))
         self._k += 1
         return out
 

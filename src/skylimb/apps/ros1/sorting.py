@@ -5,8 +5,17 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Iterable
+from typing import Any
 
-from skylimb.analysis.exchange.lab_topics import ACK, BATTERY, MISSION, ORDERS, SENSORS
+from skylimb.analysis.exchange.lab_topics import (
+    ACK,
+    BATTERY,
+    FOREIGN,
+    MISSION,
+    ORDERS,
+    PWMS,
+    SENSORS,
+)
 from skylimb.apps.ros1.battery import percentage
 from skylimb.apps.ros1.messages import Arrived
 from skylimb.apps.ros1.states import Order
@@ -33,31 +42,35 @@ class MessageSorter:
 
     def sort(self, arrived: Iterable[Arrived]) -> Received:
         """Everything that came, in its order."""
-        orders, requests, mission = list[Order](), list[Request](), ""
-        acknowledged: int | None = None
-        battery: float | None = None
+        orders, requests, said = list[Order](), list[Request](), dict[str, Any]()
         for one in arrived:
             if one.topic in _ORDERS:
                 orders.append(_ORDERS[one.topic])
             elif one.topic in _SENSORS:
-                if self._senders.setdefault(one.topic, one.sender) != one.sender:
-                    self.counts[f"second publisher of {one.topic}"] += 1
-                elif one.topic == ACK.name:
-                    acknowledged = int(one.value)
-                elif one.topic == BATTERY.name:
-                    charge = percentage(float(one.value), self._cells)
-                    if math.isnan(charge):
-                        self.counts["battery voltage is no number"] += 1
-                    else:
-                        battery = charge
-                else:
-                    self._sense(one)
-            elif one.topic == MISSION.name:
-                mission = str(one.value)
+                said |= self._of_the_robot(one)
+            elif one.topic in (MISSION.name, FOREIGN):
+                said["mission" if one.topic == MISSION.name else "foreign"] = one.value
             elif isinstance(one.value, Request):
                 requests.append(one.value)
         if len(requests) > _MOST_REQUESTS:
             self.counts["requests thrown away"] += len(requests) - _MOST_REQUESTS
         # A user's newest order stands for all alike before it.
         orders = list(dict.fromkeys(orders))
-        return Received(tuple(orders), tuple(requests[-_MOST_REQUESTS:]), mission, acknowledged, battery)
+        return Received(tuple(orders), tuple(requests[-_MOST_REQUESTS:]), **said)
+
+    def _of_the_robot(self, one: Arrived) -> dict[str, Any]:
+        """What is received of a message of its first sender; a sensor's is handed on."""
+        if self._senders.setdefault(one.topic, one.sender) != one.sender:
+            self.counts[f"second publisher of {one.topic}"] += 1
+        elif one.topic == ACK.name:
+            return {"acknowledged": int(one.value)}
+        elif one.topic == PWMS.name:
+            return {"armed": one.value.armed}
+        elif one.topic == BATTERY.name:
+            charge = percentage(float(one.value), self._cells)
+            if not math.isnan(charge):
+                return {"battery": charge}
+            self.counts["battery voltage is no number"] += 1
+        else:
+            self._sense(one)
+        return {}

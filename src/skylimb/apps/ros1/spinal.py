@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from skylimb.analysis.exchange.messages import FourAxes, Gains, MotorInfo, PMatrix, UavInfo
+from skylimb.analysis.exchange.messages import FourAxes, Gains, MotorInfo, PMatrix, Pwms, UavInfo
 from skylimb.apps.ros1.states import Arming
 from skylimb.base.rotations import rotation_from_rpy, rpy_from_rotation
 
@@ -74,6 +74,11 @@ class Spinal:
     def least(self) -> float:
         """Mean thrust that a forced landing ends at, N."""
         return LEAST if self.motors is None else self.motors.force_landing_thrust
+
+    def pwms(self, stamp: float) -> Pwms:
+        """What its motors are driven with, as far as anybody reads it: whether they turn at all."""
+        duty = self.motors.min_pwm if self.armed and self.motors is not None else 0.5
+        return Pwms(stamp, (round(2000.0 * duty),) * self.rotors)
 
     def informed(self, message: UavInfo | MotorInfo) -> Spinal:
         """After a `uav_info` or a `motor_info`; its number of motors is taken once."""

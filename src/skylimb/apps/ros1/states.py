@@ -2,11 +2,12 @@
 
     ARM_OFF -start-> START -acknowledged-> ARM_ON -takeoff-> TAKEOFF -settled-> HOVER -land-> LAND -stands->
     STOP -acknowledged-> ARM_OFF
-    any -halt-> STOP
+    any -halt-> STOP                 ARM_OFF, but the flight controller is armed -> LAND, or STOP again
 
 Numbers are those of the lab's navigator. Two of its transitions are refused here, as they drop a robot that
 flies: `takeoff` in the air, which stops the motors there, and `start` in the air, which resets the
-controller.
+controller. Who begins anew knows nothing of a flight that is under way: so `halt` and `force_landing` act
+in every state, and a flight controller that says that it is armed is believed.
 """
 
 from __future__ import annotations
@@ -34,6 +35,9 @@ class FlightState(IntEnum):
 
 LOW_BATTERY, FORCE_LANDING = 0x10, 0x11
 """Take the place of the state on that topic."""
+
+UNKNOWN_HEIGHT = 2.0
+"""That a robot is believed to fly at where nobody knows the ground, m."""
 
 FLYING = (FlightState.TAKEOFF, FlightState.HOVER, FlightState.LAND)
 
@@ -69,6 +73,9 @@ class Seen:
         acknowledged: the last command that the flight controller acknowledged since then; None without one.
         battery: charge, per cent; None where nobody says.
         broken: why the flight has to be broken off; empty while it has not.
+        refused: why a flight must not begin; nothing where it may.
+        armed: whether the flight controller says that it is armed; None where it has said nothing since.
+        rest: for how long the accelerometer has felt nothing but the ground, s.
     """
 
     now: float
@@ -79,6 +86,9 @@ class Seen:
     acknowledged: int | None = None
     battery: float | None = None
     broken: str = ""
+    refused: tuple[str, ...] = ()
+    armed: bool | None = None
+    rest: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -92,6 +102,8 @@ class Flying:
         settled: since when a take-off has been near its target, s.
         looked: when a landing was last looked at, s.
         height: where it was then, m.
+        blind: since when the position is not known, s.
+        above: the height above the origin at which it was known last, m.
         force_landing: whether the landing is a forced one.
         low_battery: whether the battery is nearly empty.
     """
@@ -102,6 +114,8 @@ class Flying:
     settled: float = math.inf
     looked: float = 0.0
     height: float = math.inf
+    blind: float = math.nan
+    above: float = UNKNOWN_HEIGHT
     force_landing: bool = False
     low_battery: bool = False
 
@@ -137,6 +151,7 @@ def advance(flying: Flying, seen: Seen, limits: FlightLimits) -> tuple[Flying, t
         The new state, and what has to be said to people, one line each.
     """
     said: list[str] = []
+    flying = _placed(flying, seen)
     if seen.battery is not None:
         low = seen.battery < limits.low_battery
         if low and not flying.low_battery:
@@ -144,6 +159,8 @@ def advance(flying: Flying, seen: Seen, limits: FlightLimits) -> tuple[Flying, t
         flying = replace(flying, low_battery=low)
     for order in seen.orders:
         flying = _ORDERS[order](flying, seen, limits, said)
+    if seen.armed and flying.state == FlightState.ARM_OFF:
+        flying = _found_armed(flying, seen, limits, said)
     by_board = seen.acknowledged == Arming.FORCE_LANDING
     why = "by the flight controller" if by_board else seen.broken
     if why and flying.in_air and not flying.force_landing:
@@ -157,6 +174,28 @@ def advance(flying: Flying, seen: Seen, limits: FlightLimits) -> tuple[Flying, t
     return flying, tuple(said)
 
 
+def _placed(flying: Flying, seen: Seen) -> Flying:
+    """Where and when it was seen last."""
+    if seen.position is None:
+        return replace(flying, blind=seen.now) if math.isnan(flying.blind) else flying
+    ground = seen.position[2] - UNKNOWN_HEIGHT if flying.origin is None else flying.origin[2]
+    return replace(flying, blind=seen.now, above=float(seen.position[2] - ground))
+
+
+def _found_armed(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str]) -> Flying:
+    """Somebody else armed it, or it did not hear that it is over."""
+    known = flying.origin is not None
+    # What was disarmed says so a little late; a first position comes a little late.
+    waits = known or seen.position is None
+    if waits and seen.now - (flying.since if known else flying.blind) < limits.disarmed:
+        return flying
+    if known:
+        said.append("the flight controller is armed still: it is stopped again")
+        return _enter(flying, FlightState.STOP, seen)
+    said.append("the flight controller is armed, and nobody here armed it: landing")
+    return replace(_enter(flying, FlightState.LAND, seen), force_landing=seen.position is None)
+
+
 def _enter(flying: Flying, state: FlightState, seen: Seen) -> Flying:
     height = math.inf if seen.position is None else float(seen.position[2])
     settled = seen.now if state == FlightState.TAKEOFF else flying.settled
@@ -164,15 +203,12 @@ def _enter(flying: Flying, state: FlightState, seen: Seen) -> Flying:
 
 
 def _halt(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str]) -> Flying:
-    if flying.state == FlightState.ARM_OFF:
-        return flying
     return replace(_enter(flying, FlightState.STOP, seen), force_landing=False)
 
 
 def _force_landing(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str]) -> Flying:
-    if not flying.in_air:
-        said.append(f"force_landing is ignored in {flying.state.name}: nothing flies")
-        return flying
+    if flying.state in (FlightState.START, FlightState.ARM_ON, FlightState.STOP):
+        return _halt(flying, seen, limits, said)  # it stands
     return replace(_enter(flying, FlightState.LAND, seen), force_landing=True)
 
 
@@ -188,8 +224,9 @@ def _start(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str]) ->
         said.append(f"start is refused in {flying.state.name}: it would reset the controller of this flight")
     elif flying.low_battery:
         said.append("start is refused: low battery")
-    elif seen.position is None:
-        said.append("start is refused: the robot's position is not known")
+    elif seen.position is None or seen.refused:
+        reasons = seen.refused or ("the robot's position is not known",)
+        said.extend(f"start is refused: {why}" for why in reasons)
     else:
         begun = replace(flying, origin=np.array(seen.position), force_landing=False)
         return _enter(begun, FlightState.START, seen)
@@ -199,20 +236,19 @@ def _start(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str]) ->
 def _take_off(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str]) -> Flying:
     if flying.state == FlightState.TAKEOFF:
         return flying
-    if flying.in_air:
-        said.append(f"takeoff is refused in {flying.state.name}: the robot flies already")
-        return flying
+    why = "the robot flies already" if flying.in_air else "start comes first"
     if flying.state != FlightState.ARM_ON:
-        said.append(f"takeoff is refused in {flying.state.name}: start comes first")
-        return flying
-    if seen.position is None or flying.origin is None:
+        said.append(f"takeoff is refused in {flying.state.name}: {why}")
+    elif seen.position is None or flying.origin is None:
         said.append("takeoff is refused: the robot's position is not known")
-        return flying
-    way = seen.position - flying.origin
-    if float(np.hypot(way[0], way[1])) > limits.takeoff_drift or abs(way[2]) > limits.takeoff_drift:
-        said.append(f"takeoff stops: the robot was moved by more than {limits.takeoff_drift:g} m since start")
-        return _enter(flying, FlightState.STOP, seen)
-    return _enter(flying, FlightState.TAKEOFF, seen)
+    else:
+        way = seen.position - flying.origin
+        moved = max(float(np.hypot(way[0], way[1])), abs(float(way[2]))) > limits.takeoff_drift
+        drift = (f"the robot was moved by more than {limits.takeoff_drift:g} m since start",)
+        reasons = seen.refused + drift * moved
+        said.extend(f"takeoff stops: {why}" for why in reasons)
+        return _enter(flying, FlightState.STOP if reasons else FlightState.TAKEOFF, seen)
+    return flying
 
 
 def _in_start(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str]) -> Flying:
@@ -241,14 +277,26 @@ def _in_takeoff(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str
 def _in_land(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str]) -> Flying:
     if seen.now - flying.looked <= limits.landed_time:
         return flying
-    if seen.position is None:  # blind: only a user's halt ends it
-        return replace(flying, looked=seen.now, height=math.inf)
+    if seen.position is None:
+        return _in_blind_land(flying, seen, limits, said)
     height = float(seen.position[2])
     leads = seen.target is not None and height - float(seen.target[2]) > limits.landed_lead
     still = abs(height - flying.height) < limits.landed_way and seen.sinking < limits.landed_speed
     if leads and still:
         return _enter(flying, FlightState.STOP, seen)
     return replace(flying, looked=seen.now, height=height)
+
+
+def _in_blind_land(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str]) -> Flying:
+    """Down by what the accelerometer feels, else by the time that a fall with nearly the weight takes."""
+    fall = math.sqrt(2.0 * max(flying.above, 0.0) / limits.blind_fall)
+    blind = seen.now - flying.blind
+    stands = blind > 0.5 * fall and seen.rest > limits.landed_time
+    if stands or blind > 1.5 * fall + limits.blind_margin:
+        what = "the accelerometer feels the ground" if stands else f"it must be down after {blind:.1f} s"
+        said.append(f"blind landing ends: {what}")
+        return _enter(flying, FlightState.STOP, seen)
+    return replace(flying, looked=seen.now, height=math.inf)
 
 
 def _in_stop(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str]) -> Flying:

@@ -34,6 +34,8 @@ class Received:
         mission: that is to be flown; empty for none.
         acknowledged: the last command that the flight controller acknowledged since then.
         battery: charge, per cent.
+        armed: whether the flight controller says that it is armed; None where it said nothing.
+        foreign: who else commands the robot; None where nobody has looked since.
     """
 
     orders: tuple[Order, ...] = ()
@@ -41,6 +43,8 @@ class Received:
     mission: str = ""
     acknowledged: int | None = None
     battery: float | None = None
+    armed: bool | None = None
+    foreign: tuple[str, ...] | None = None
 
 
 @dataclass(frozen=True)
@@ -52,6 +56,9 @@ class Inputs:
         measurement: the newest one; None while there has been none.
         taken: when it was measured, s.
         received: since the last tick.
+        ages: of the newest message of each sensor, s.
+        offsets: of the sensors' clocks from ours, s.
+        rest: for how long the accelerometer has felt nothing but the ground, s.
         stamp_offset: what has to be added to a request's stamp for our clock, s.
     """
 
@@ -60,6 +67,9 @@ class Inputs:
     taken: float
     received: Received = field(default_factory=Received)
     stamp_offset: float = 0.0
+    ages: Mapping[str, float] = field(default_factory=dict)
+    offsets: Mapping[str, float] = field(default_factory=dict)
+    rest: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -75,6 +85,8 @@ class Tick:
         script: the mission under way as this tick flew it; None without one.
         body: centre of gravity and the lab's link as measured; None where nothing fresh is.
         said: to people, one line each.
+        yaw: of the lab's link that the reference means, rad.
+        scale: of the thrusts that the rotors are told, over those of the command.
     """
 
     flying: Flying
@@ -85,6 +97,13 @@ class Tick:
     script: Script | None
     body: Body | None
     said: tuple[str, ...]
+    yaw: float = 0.0
+    scale: float = 1.0
+
+    @property
+    def driven(self) -> Command:
+        """What the actuators are told."""
+        return self.command._replace(thrusts=self.scale * self.command.thrusts)
 
     def view(self, stamp: float, names: Names, measured: Measurement | None) -> TickView:
         """What messages are made of."""
@@ -94,11 +113,11 @@ class Tick:
             names,
             self.body,
             None if measured is None else np.concatenate(measured[4:]),
-            tuple(self.command),
+            tuple(self.driven),
             self.motors,
             self.signals,
             magnetic_field=(0.0, 0.0, 0.0),
             state=self.flying.shown,
             arming=self.flying.arming,
-            target=None if reference is None else (reference.position, reference.velocity),
+            target=None if reference is None else (reference.position, reference.velocity, self.yaw),
         )
