@@ -64,7 +64,7 @@ EXTRAS = {
     "campaign": ("pyarrow", "scipy"),
     "cluster": ("dask", "distributed", "dask_jobqueue"),
     "import": ("yourdfpy", "trimesh", "xacrodoc", "collada"),
-    "logs": ("rosbags", "mcap"),
+    "logs": ("rosbags", "mcap", "lz4"),
     "ros": ("yaml",),
     "tune": ("cma",),
     "video": ("av",),

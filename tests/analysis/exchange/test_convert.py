@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import shutil
+import subprocess
 import sys
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -18,6 +20,7 @@ from skylimb.analysis.exchange.containers import container_of
 from skylimb.analysis.exchange.convert import convert, read_log, write_log
 from skylimb.analysis.exchange.frames import lab_link
 from skylimb.analysis.exchange.from_run import messages_of
+from skylimb.analysis.exchange.lab_topics import ROW
 from skylimb.analysis.exchange.layouts import first_second, foxglove_layout, plots, write_layouts
 from skylimb.analysis.exchange.message_types import DEFINITIONS, IMU, message_types
 from skylimb.analysis.exchange.run_topics import row_table, run_of
@@ -263,6 +266,43 @@ def test_files_that_are_none_of_these_are_refused(flown: skylimb.Run, tmp_path: 
             with pytest.raises(OutputError, match=f"is not a readable {kind}|no topic"):
                 read_log(broken)
     assert not (tmp_path / "a.bagg").exists()
+
+
+@pytest.mark.parametrize("ending", [".bag", ".mcap"])
+def test_what_was_cut_off_is_read_up_to_its_last_whole_chunk(
+    messages: list[Message], tmp_path: Path, ending: str
+) -> None:
+    path = tmp_path / f"a{ending}"
+    many = [message._replace(time=message.time + k * 10**10) for k in range(8) for message in messages]
+    container_of(path).write(path, many)
+    whole = path.read_bytes()
+    path.write_bytes(whole[: int(0.8 * len(whole))])
+    with container_of(path).read(path) as read, pytest.warns(UserWarning, match=r"was cut off: what was rec"):
+        found = list(read)
+    assert len(messages) < len(found) < len(many)
+    for one, other in zip(found, many, strict=False):
+        assert (one.topic, one.type, one.time) == (other.topic, other.type, other.time)
+        if one.topic == ROW.name:
+            assert one.value.data.tobytes() == other.value.data.tobytes()
+    damaged = bytearray(whole)
+    damaged[len(whole) // 3] ^= 16
+    path.write_bytes(damaged)
+    with pytest.raises(OutputError, match="is not a readable"), container_of(path).read(path) as read:
+        list(read)
+
+
+ROS_PYTHON = "/usr/bin/python3"
+READ = "import sys, rosbag; print(sum(1 for _ in rosbag.Bag(sys.argv[1]).read_messages()))"
+
+
+def test_ros_itself_reads_every_message_of_a_bag(messages: list[Message], tmp_path: Path) -> None:
+    here = Path(ROS_PYTHON).is_file() and shutil.which("rosbag")
+    if not here:
+        pytest.skip("no rosbag here: apt-get install python3-rosbag")
+    path = tmp_path / "log.bag"
+    container_of(path).write(path, messages)
+    read = subprocess.run([ROS_PYTHON, "-c", READ, path], capture_output=True, text=True, check=False, env={})
+    assert read.stdout.strip() == str(len(messages)), read.stderr
 
 
 def juggled(topic: str, value: Any) -> dict[str, float]:

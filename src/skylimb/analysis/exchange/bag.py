@@ -7,10 +7,17 @@ from contextlib import contextmanager
 from functools import cache, partial
 from pathlib import Path
 
+from skylimb.analysis.exchange.bag_records import raw_messages
 from skylimb.analysis.exchange.message_types import message_types
-from skylimb.analysis.exchange.stream import Message, readable
-from skylimb.base.errors import extra_module
+from skylimb.analysis.exchange.stream import Message, decoded, readable
 from skylimb.base.files import new_file
+
+
+def _blocks(content: bytes) -> bytes:
+    """LZ4 as ROS 1 itself reads it: blocks that need no other one, no size ahead of them, and a checksum."""
+    from lz4.frame import compress
+
+    return compress(content, 0, block_linked=False, store_size=False, content_checksum=True)
 
 
 class Bag:
@@ -24,6 +31,7 @@ class Bag:
         with new_file(path) as aside:
             writer = Writer(aside)
             writer.set_compression(Writer.CompressionFormat.LZ4)
+            writer.compressor = _blocks
             with writer:
                 connection = cache(partial(writer.add_connection, typestore=types))
                 for message in messages:
@@ -32,10 +40,6 @@ class Bag:
 
     @contextmanager
     def read(self, path: Path) -> Iterator[Iterator[Message]]:
-        """The messages of a bag, read with the definitions that it brings."""
-        reader_of = extra_module("rosbags.highlevel").AnyReader
-        with readable(path, "ROS 1 bag"), reader_of([path]) as reader:
-            yield (
-                Message(one.topic, one.msgtype, time, reader.deserialize(raw, one.msgtype))
-                for one, time, raw in reader.messages()
-            )
+        """The messages of a bag, read with the definitions that it brings; see `stream.decoded`."""
+        with readable(path, "ROS 1 bag"), path.open("rb") as file:
+            yield decoded(raw_messages(file), path, EOFError)

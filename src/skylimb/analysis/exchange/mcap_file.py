@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from skylimb.analysis.exchange.message_types import message_types
-from skylimb.analysis.exchange.stream import Message, readable
+from skylimb.analysis.exchange.stream import Message, Raw, decoded, readable
 from skylimb.base.errors import extra_module
 from skylimb.base.files import new_file
 
@@ -40,19 +40,15 @@ class Mcap:
 
     @contextmanager
     def read(self, path: Path) -> Iterator[Iterator[Message]]:
-        """The messages of a file that are ROS 1's, read with the definitions that it brings."""
-        reader_of = extra_module("mcap.reader").make_reader
+        """The messages of a file that are ROS 1's, read with their own definitions; see `decoded`."""
+        reader_of = extra_module("mcap.reader").NonSeekingReader
+        cut = extra_module("mcap.exceptions").EndOfFile
         with readable(path, "MCAP file"), path.open("rb") as file:
-            yield _messages(reader_of(file))
+            yield decoded(_raw(reader_of(file, validate_crcs=True)), path, cut)
 
 
-def _messages(reader: Any) -> Iterator[Message]:
-    stores: dict[int, Any] = {}
-    for schema, channel, message in reader.iter_messages():
-        if schema is None or schema.encoding != "ros1msg":
-            continue
-        kind = schema.name if "/msg/" in schema.name else schema.name.replace("/", "/msg/", 1)
-        if schema.id not in stores:
-            stores[schema.id] = message_types({kind: schema.data.decode()})
-        value = stores[schema.id].deserialize_ros1(message.data, kind)
-        yield Message(channel.topic, kind, message.log_time, value)
+def _raw(reader: Any) -> Iterator[Raw]:
+    for schema, channel, message in reader.iter_messages(log_time_order=False):
+        if schema is not None and schema.encoding == "ros1msg":
+            kind = schema.name if "/msg/" in schema.name else schema.name.replace("/", "/msg/", 1)
+            yield Raw(channel.topic, kind, schema.data.decode(), message.log_time, message.data)
