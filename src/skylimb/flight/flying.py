@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 import logging
-from collections.abc import Callable
 from contextlib import suppress
 
 import numpy as np
@@ -14,7 +13,7 @@ from skylimb.base.split_function import made_faster
 from skylimb.control.cascade import Cascade
 from skylimb.control.controller import Controller, is_traceable
 from skylimb.control.loop.flight import Flight, Interrupted
-from skylimb.control.loop.loop import Loop
+from skylimb.control.loop.loop import Loop, Progress
 from skylimb.control.user_controller import UserController
 from skylimb.flight.drivers.compiled import CompiledDriver
 from skylimb.flight.drivers.free import FreeDriver
@@ -27,9 +26,6 @@ from skylimb.simulation.tick import CompiledTick
 from skylimb.simulation.vehicle import SimulatedVehicle
 
 _log = logging.getLogger(__name__)
-
-Progress = Callable[[int, int], None]
-"""Called now and then with (ticks flown, ticks in all)."""
 
 
 def fly(takeoff: Takeoff, progress: Progress | None = None) -> Flight:

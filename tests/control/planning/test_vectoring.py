@@ -158,7 +158,9 @@ def test_shapes():
 
 @pytest.mark.parametrize("theta", [0.1, 1.3, np.nan])
 def test_angles_outside_of_the_range_are_refused(theta):
-    with pytest.raises(UnreachableError, match=r"known for shape angles 0.2 .. 1.25 rad, not for"):
+    with pytest.raises(
+        UnreachableError, match=r"outside of 0.2 .. 1.25 rad .where vectoring angles are known"
+    ):
         TABLE.angles(theta)
 
 

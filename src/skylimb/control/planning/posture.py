@@ -17,15 +17,12 @@ import casadi as ca
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from skylimb.base.errors import DescriptionError, UnreachableError
-from skylimb.control.planning.series import evaluate_chebyshev, fit_chebyshev, fit_circle
+from skylimb.base.errors import DescriptionError
+from skylimb.control.planning.series import evaluate_chebyshev, fit_chebyshev, fit_circle, within
 from skylimb.robots import PostureFamily, Robot
-from skylimb.symbolic import is_symbolic
+from skylimb.symbolic import clip, is_symbolic
 
 _NEWTON_STEPS = 2
-_SLACK = 1e-9
-"""A rounding error beyond the end of a range is inside of it."""
-
 _WIDEST, _NARROWEST = 0.35, 0.02
 """How far theta of a family that is sought goes to both sides, at most and at least, rad."""
 
@@ -81,7 +78,7 @@ class ReachFamily:
 
     def __init__(self, robot: Robot) -> None:
         posture = robot.description.posture
-        self._robot_name = robot.name
+        self._name, self._angle = robot.name, f"shape angle {{}} of '{robot.name}'"
         self._offset, self._slope = posture.offset, posture.slope
         self.described = (posture.theta_min, posture.theta_max)
         self.theta_nominal = posture.theta_nominal
@@ -116,7 +113,7 @@ class ReachFamily:
 
     def joint_angles(self, theta: Any) -> Any:
         """Joint angles q = offset + slope theta: (nq,) rad, (..., nq) for an array, nq x 1 in CasADi."""
-        inside = self._within(theta, (self.theta_min, self.theta_max), "shape angle", "rad", self._limits)
+        inside = within(theta, (self.theta_min, self.theta_max), self._angle, "rad", self._limits)
         if is_symbolic(theta):
             return ca.DM(self._offset) + ca.DM(self._slope) * inside
         return self._offset + self._slope * np.asarray(inside)[..., None]
@@ -137,7 +134,7 @@ class ReachFamily:
         """
         symbolic = is_symbolic(reach)
         angles = f"shape angle {self.theta_min:.4g} .. {self.theta_max:.4g} rad"
-        value = self._within(reach, (self.reach_min, self.reach_max), "reach", "m", angles)
+        value = within(reach, (self.reach_min, self.reach_max), f"reach {{}} of '{self._name}'", "m", angles)
         if self._rigid:
             return ca.SX(self.theta_nominal) if symbolic else _number(0.0 * value + self.theta_nominal)
         if self.coefficients is None:
@@ -146,7 +143,7 @@ class ReachFamily:
         A, B, C = self.coefficients
         D, phi = math.hypot(B, C), math.atan2(C, B)
         cosine = (value - A) / D
-        turn = ca.acos(_hold(cosine, -1.0, 1.0)) if symbolic else np.arccos(np.clip(cosine, -1.0, 1.0))
+        turn = ca.acos(clip(cosine, -1.0, 1.0)) if symbolic else np.arccos(np.clip(cosine, -1.0, 1.0))
         return _number(phi + turn if self._falling else phi - turn)
 
     def _invert_series(self, reach: Any) -> Any:
@@ -172,31 +169,13 @@ class ReachFamily:
 
     def _series(self, theta: Any, order: int) -> Any:
         """Reach (order 0) or its slope (order 1) at a theta in the description's range."""
-        angle = self._within(theta, self.described, "shape angle", "rad", "posture.theta_min, theta_max")
+        angle = within(theta, self.described, self._angle, "rad", "posture.theta_min, theta_max")
         if self.coefficients is None:
             series = self._derivative if order else self._forward
             return _number(evaluate_chebyshev(series, *self.described, angle))
         A, B, C = self.coefficients
         cos, sin = (ca.cos, ca.sin) if is_symbolic(theta) else (np.cos, np.sin)
         return _number(C * cos(angle) - B * sin(angle) if order else A + B * cos(angle) + C * sin(angle))
-
-    def _within(self, given: Any, ends: tuple[float, float], what: str, unit: str, limits: str) -> Any:
-        """A number, refused where it is outside of a range; a symbol, held inside."""
-        low, high = ends
-        if is_symbolic(given):
-            return _hold(given, low, high)
-        value = np.asarray(given, dtype=float)
-        inside = (value >= low - _SLACK) & (value <= high + _SLACK)
-        if not np.all(inside):
-            raise UnreachableError(
-                f"{what} {float(np.ravel(value[~inside])[0]):.4g} {unit} of '{self._robot_name}' is outside "
-                f"of {low:.4g} .. {high:.4g} {unit} ({limits})"
-            )
-        return value if value.ndim else float(value)
-
-
-def _hold(value: Any, low: float, high: float) -> Any:
-    return ca.fmin(ca.fmax(value, low), high)
 
 
 def _number(value: Any) -> Any:

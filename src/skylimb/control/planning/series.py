@@ -8,7 +8,36 @@ from typing import Any
 import numpy as np
 from numpy.polynomial import chebyshev
 
+from skylimb.base.errors import UnreachableError
+from skylimb.symbolic import clip, is_symbolic
+
 _EXACT = 1e-12
+_SLACK = 1e-9
+"""A rounding error beyond the end of a range is inside of it."""
+
+
+def within(given: Any, ends: tuple[float, float], what: str, unit: str, limits: str) -> Any:
+    """A number or an array, refused where it is outside of a range; a symbol, which cannot be, held inside.
+
+    Args:
+        given: the variable.
+        ends: of its range.
+        what: it is, for the message, with braces in the place of its value.
+        unit: its own.
+        limits: what ends the range, in words.
+
+    Raises:
+        UnreachableError: a number outside of the range.
+    """
+    low, high = ends
+    if is_symbolic(given):
+        return clip(given, low, high)
+    value = np.asarray(given, dtype=float)
+    inside = (value >= low - _SLACK) & (value <= high + _SLACK)
+    if not np.all(inside):
+        named = what.format(f"{float(np.ravel(value[~inside])[0]):.4g} {unit}")
+        raise UnreachableError(f"{named} is outside of {low:.4g} .. {high:.4g} {unit} ({limits})")
+    return value if value.ndim else float(value)
 
 
 def fit_circle(

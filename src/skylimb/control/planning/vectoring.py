@@ -13,10 +13,11 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from skylimb.base.errors import ConfigError, UnreachableError
+from skylimb.base.errors import ConfigError
 from skylimb.base.keys import choice_problem
 from skylimb.control.planning import vectoring_files
 from skylimb.control.planning.posture import posture_family
+from skylimb.control.planning.series import within
 from skylimb.control.planning.vectoring_criteria import CONTACT, TORQUE, VectoringCriteria
 from skylimb.control.planning.vectoring_search import evaluate
 from skylimb.control.planning.vectoring_step import first_vectoring
@@ -26,8 +27,6 @@ from skylimb.symbolic import is_symbolic
 PURPOSES = {criteria.purpose: criteria for criteria in (TORQUE, CONTACT)}
 ONLINE = "online"
 """Purpose of angles that a controller plans in flight: the table has those of the nominal posture only."""
-
-_SLACK = 1e-9
 
 
 class VectoringTable:
@@ -43,7 +42,7 @@ class VectoringTable:
     def __init__(
         self, robot: Robot, coefficients: np.ndarray, digest: str, span: tuple[float, float] | None = None
     ) -> None:
-        self._robot = robot
+        self._angle = f"shape angle {{}} of '{robot.name}'"
         posture = robot.description.posture
         self.coefficients = coefficients
         self.theta_min, self.theta_max = span or (posture.theta_min, posture.theta_max)
@@ -61,11 +60,12 @@ class VectoringTable:
         return self._series(theta, 1)
 
     def _series(self, theta: Any, order: int) -> Any:
-        low, high = self.theta_min, self.theta_max
+        low, high = ends = self.theta_min, self.theta_max
+        inside = within(theta, ends, self._angle, "rad", "where vectoring angles are known")
         if not is_symbolic(theta):
-            return evaluate(self.coefficients, low, high, self._checked(theta), order)
+            return evaluate(self.coefficients, low, high, inside, order)
         # Powers of x by Horner's rule cost half of Clenshaw's recurrence; at this degree they are as exact.
-        x = (2.0 * ca.fmin(ca.fmax(theta, low), high) - (low + high)) / (high - low)
+        x = (2.0 * inside - (low + high)) / (high - low)
         rows = []
         for series in np.polynomial.chebyshev.chebder(self.coefficients, order, axis=1):
             powers = np.polynomial.chebyshev.cheb2poly(series) * (2.0 / (high - low)) ** order
@@ -74,17 +74,6 @@ class VectoringTable:
                 value = value * x + power
             rows.append(value)
         return ca.vertcat(*rows) if rows else ca.SX(0, 1)
-
-    def _checked(self, theta: Any) -> np.ndarray:
-        value = np.asarray(theta, dtype=float)
-        inside = (value >= self.theta_min - _SLACK) & (value <= self.theta_max + _SLACK)
-        if not np.all(inside):
-            raise UnreachableError(
-                f"vectoring angles of '{self._robot.name}' are known for shape angles {self.theta_min:.4g} "
-                ".. "
-                f"{self.theta_max:.4g} rad, not for {float(np.ravel(value[~inside])[0]):.4g} rad"
-            )
-        return value
 
 
 def vectoring_table(robot: Robot, purpose: str = "torque", *, cache: bool = True) -> VectoringTable:

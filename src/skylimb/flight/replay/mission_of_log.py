@@ -14,6 +14,7 @@ from skylimb.control.missions.mission import PHASES, Mission
 from skylimb.control.missions.reference import Reference
 from skylimb.control.planning.posture import posture_family
 from skylimb.flight.replay.recorded import Recorded
+from skylimb.flight.replay.whole_reference import mission_of_rows
 from skylimb.robots.model import Robot
 
 _TOUCHING, _WAITING = ("approach", "settle", "slide"), ("settle", "slide")
@@ -72,9 +73,7 @@ def mission_of_log(
         wait=is_in(*_WAITING),
         sliding_axis=np.tile(frame.sliding_u, (count, 1)),
     )
-    times = np.arange(count) * period
-    touched = bool(made.touch.any())
-    return Mission(times, made, phase.astype(int), frame, made.tip_position, touched), tuple(said)
+    return mission_of_rows(made, phase.astype(int), period), tuple(said)
 
 
 def _where_it_is(recorded: Recorded, robot: Robot) -> tuple[np.ndarray, np.ndarray]:

@@ -60,12 +60,13 @@ def whole_mission(log: xr.Dataset, period: float) -> Mission | None:
     """The mission of a log with whole references, one row for every tick; None for any other log."""
     if not all(name in log.variables for name in _ENTRIES):
         return None
-    entries = [np.asarray(log[name].values, dtype=float) for name in _ENTRIES]
+    entries = (np.asarray(log[name].values, dtype=float) for name in _ENTRIES)
     named: dict[str, Any] = dict(zip(_FIELDS, entries, strict=True))
-    reference = Reference(**named)
-    axis = np.asarray(reference.contact_axis)[0]
-    frame = contact_frame((float(axis[0]), float(axis[1]), float(axis[2])))
-    count = len(log.time)
+    return mission_of_rows(Reference(**named), np.zeros(len(log.time), dtype=int), period)
+
+
+def mission_of_rows(reference: Reference, phase: np.ndarray, period: float) -> Mission:
+    """A mission with a row a tick: references and phase of each, (k, ...) and (k,)."""
+    frame = contact_frame(tuple(np.asarray(reference.contact_axis)[0].tolist()))
     touched = bool(np.any(reference.touch))
-    phase = np.zeros(count, dtype=int)
-    return Mission(np.arange(count) * period, reference, phase, frame, entries[11], touched)
+    return Mission(np.arange(len(phase)) * period, reference, phase, frame, reference.tip_position, touched)
