@@ -62,20 +62,21 @@ def built_library(folder: str, stem: str, source: str) -> Path:
     raise CompileError(f"C code can be compiled nowhere: {'; '.join(map(str, problems))}")
 
 
-def met_before(folder: str, stem: str, source: str) -> bool:
-    """Whether this machine's cache has the library of a C source, or was asked for it before.
+def met_often(folder: str, stem: str, source: str, often: int) -> bool:
+    """Whether this machine's cache has the library of a C source, or was asked for it `often` times before.
 
-    A library pays only after some flights. So whoever flies once asks this first: the answer is no the first
-    time, and yes from then on. Where the cache cannot be written it stays no.
+    A library pays only after some flights. So whoever flies once asks this first. Where the cache cannot be
+    written the answer stays no.
     """
     path = cache_folder() / _library_name(folder, stem, source)
-    mark = path.with_suffix(".met")
-    if path.is_file() or mark.is_file():
+    if path.is_file():
         return True
     if path.is_absolute():
+        mark = path.with_suffix(".met")  # a byte for each time
         with contextlib.suppress(OSError):
             mark.parent.mkdir(parents=True, exist_ok=True)
-            mark.touch()
+            with mark.open("ab") as file:
+                return file.write(b".") + mark.stat().st_size > often
     return False
 
 

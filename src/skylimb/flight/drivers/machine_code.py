@@ -10,10 +10,13 @@ import casadi as ca
 
 from skylimb.base.c_code import c_source
 from skylimb.base.errors import CompileError
-from skylimb.simulation.compiling import built_before, built_library, compilers, load_library, met_before
+from skylimb.simulation.compiling import built_before, built_library, compilers, load_library, met_often
 
 MOST_ARGUMENTS, MOST_RESULTS = 512, 128
 """Room that the native driver has for a function's arguments and results; as in flight.c."""
+
+PAYS_AFTER = 10
+"""Flights over which machine code saves as long as it takes to build (7 to 30 were measured)."""
 
 _FOLDER = "native"
 _loaded: OrderedDict[int, tuple[ca.Function, ctypes.CDLL, int]] = OrderedDict()
@@ -36,12 +39,11 @@ def compile_native(function: ca.Function) -> tuple[ctypes.CDLL, int]:
 
 
 def worth_building(function: ca.Function) -> bool:
-    """Whether a single flight should use machine code: it is loaded, in the cache, or flown again.
+    """Whether a single flight should use machine code: it is loaded, in the cache, or flown often.
 
-    Building takes as long as it saves over some ten flights, so a function that is met for the first time on
-    this machine is evaluated by CasADi.
+    Until then the function is evaluated by CasADi.
     """
-    return hash(function) in _loaded or met_before(_FOLDER, function.name(), c_source(function))
+    return hash(function) in _loaded or met_often(_FOLDER, function.name(), c_source(function), PAYS_AFTER)
 
 
 def is_built(function: ca.Function) -> bool:
@@ -68,14 +70,15 @@ def _build(function: ca.Function) -> tuple[ctypes.CDLL, int]:
     return library, address
 
 
-def fastest(function: ca.Function, build: bool = True) -> ca.Function:
+def fastest(function: ca.Function, build: bool = True, often: bool = False) -> ca.Function:
     """A function as machine code where that pays, else as it is; same bits.
 
     Args:
         function: of one tick.
         build: whether there is time for a compiler; if not, machine code is taken where it is built already.
+        often: whether it is evaluated for so long that building it pays at once.
     """
-    ready = worth_building(function) if build else is_built(function)
+    ready = (often or worth_building(function)) if build else is_built(function)
     if ready and compilers():
         with suppress(CompileError):  # nowhere to build it
             return machine_code(function)

@@ -89,7 +89,7 @@ class Predictor:
     def __init__(self, n: int, mass: float, root: tuple[float, np.ndarray], dt: float) -> None:
         self.dt = dt
         functions = _functions(n, mass, root[0], tuple(map(float, root[1])), dt)
-        self._filtering, self._predicting = map(fastest, functions)
+        self._filtering, self._predicting = (fastest(each, often=True) for each in functions)
         self.parameters = 11 + n
 
     def start(self, steps: Steps, theta: np.ndarray) -> np.ndarray:
