@@ -38,6 +38,15 @@ def test_a_table_is_laid_out_like_a_height_map():
     np.testing.assert_allclose(board.friction_at(corners)[0], [0.1, 0.2, 0.3, 0.4, 0.25])
 
 
+def test_a_table_of_more_rows_is_bilinear_in_each_of_its_cells():
+    table = ((0.0, 0.1, 0.2), (0.3, 0.4, 0.5), (0.6, 0.7, 0.8))
+    board = Board(size=(2.0, 2.0), friction_map=FrictionMap(table=table))
+    places = np.stack(
+        [at(board, u, v) for u, v in ((0.5, 0.5), (-0.5, 0.5), (0.5, -0.5), (-0.5, -0.5), (0, 0))]
+    )
+    np.testing.assert_allclose(board.friction_at(places)[0], [0.2, 0.3, 0.5, 0.6, 0.4])
+
+
 def test_an_image_is_friction_between_two_values(tmp_path):
     from PIL import Image
 
