@@ -109,5 +109,5 @@ def simulated_vehicle(
         build: whether there is time for a compiler; see `fastest`.
     """
     faster = functools.partial(fastest, build=build)
-    sensors = takeoff.experiment.sensors
+    sensors = takeoff.remembering
     return SimulatedVehicle(world.plant, world.data, rows, sensors, takeoff.period, world.hooks, faster)

@@ -97,7 +97,9 @@ class FlightPlan:
         """What events act on, without a plant."""
         plant = self.experiment.plant
         touches = "foot" if plant.foot is not None else "peg" if plant.peg is not None else "ball"
-        return EventContext(self.robot, self.controller, self.experiment.surface, touches)
+        supervised = self.experiment.supervisor.on and self.traceable
+        where = self.experiment.surface, touches, self.experiment.sensors
+        return EventContext(self.robot, self.controller, *where, supervised)
 
     def timeline(self, times: np.ndarray) -> Timeline:
         """What the events do at the ticks that begin at these times, s; here those on the controller."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any, Self
 
 import mujoco
@@ -13,7 +13,7 @@ from skylimb.base.errors import ConfigError
 from skylimb.control.controller import Controller, TraceableController, is_traceable
 from skylimb.control.corrections import Calibrated
 from skylimb.control.supervisor.supervised import Supervised
-from skylimb.flight.events import SurfaceChange, Timeline, require_events, timeline
+from skylimb.flight.events import SensorFault, SurfaceChange, Timeline, require_events, timeline
 from skylimb.flight.events.surface import surface_table
 from skylimb.flight.experiments.experiment import Experiment
 from skylimb.flight.loading import Use, plan_flights
@@ -22,6 +22,7 @@ from skylimb.robots.model import Robot
 from skylimb.simulation.plant import Plant, build_plant, initial_data
 from skylimb.simulation.robot_bodies import TIP_SITE
 from skylimb.simulation.rows import FlightRows, flight_rows
+from skylimb.simulation.sensors import SensorConfig
 from skylimb.simulation.surfaces import require_clear
 from skylimb.simulation.tick import CompiledTick, compile_tick, initial_tick_state
 
@@ -44,13 +45,13 @@ class Takeoff(FlightPlan):
     @property
     def initial_tick_state(self) -> Any:
         """Sensors, controller and mission clock before the first tick, as a record."""
-        sensors, root = self.experiment.sensors, self._of(_root, self.start)
+        sensors, root = self.remembering, self._of(_root, self.start)
         return self._of(initial_tick_state, self._traced_controller, self.plant, sensors, root, self.period)
 
     @property
     def tick(self) -> CompiledTick:
         """The compiled tick; only for a controller that can be traced."""
-        sensors, root = self.experiment.sensors, self._of(_root, self.start)
+        sensors, root = self.remembering, self._of(_root, self.start)
         return self._of(compile_tick, self._traced_controller, self.plant, sensors, root, self.period)
 
     @property
@@ -59,12 +60,20 @@ class Takeoff(FlightPlan):
         return self.traceable and not self.tick.calls
 
     @property
+    def remembering(self) -> SensorConfig:
+        """The sensors with the greatest latency that they have in flight, for which they must remember."""
+        sensors, events = self.experiment.sensors, self.experiment.events
+        older = max((one.older(sensors) for one in events if isinstance(one, SensorFault)), default=0.0)
+        return replace(sensors, latency=sensors.latency + older) if older else sensors
+
+    @property
     def fixed_rows(self) -> FlightRows:
         """References and noise of the whole mission, whenever the flight is stopped."""
-        experiment = self.experiment
-        return self._of(
+        experiment, added = self.experiment, self.timeline(self.times).rows
+        rows = self._of(
             flight_rows, self.plant.robot, self.mission, experiment.sensors, experiment.seed, self.window
         )
+        return rows if added is None else self._of(FlightRows.with_added, rows, added.added)
 
     @property
     def rows(self) -> FlightRows:

@@ -18,16 +18,25 @@ from skylimb.simulation.sensors import SensorConfig, SensorNoise, draw_noise, fr
 
 
 class TickRow(NamedTuple):
-    """What is known of a tick before the flight, whatever the mission asks at it."""
+    """What is known of a tick before the flight, whatever the mission asks at it.
+
+    Attributes:
+        age: of the motion capture's frame, s.
+        held: 1 where no frame comes, and the last one is seen still.
+        late: 1 where the controller comes too late, of which only a supervisor knows.
+        noise: errors of the sensors.
+    """
 
     age: Any
+    held: Any
+    late: Any
     noise: SensorNoise
 
 
 def row_layout(robot: Robot) -> Layout[TickRow]:
     """Layout of a `TickRow` for this robot."""
     z3, nq, nv = np.zeros(3), robot.n_joints, robot.n_vectoring
-    return Layout(TickRow(0.0, SensorNoise(z3, z3, z3, z3, np.zeros(nq), np.zeros(nv))))
+    return Layout(TickRow(0.0, 0.0, 0.0, SensorNoise(z3, z3, z3, z3, np.zeros(nq), np.zeros(nv))))
 
 
 @functools.lru_cache(maxsize=16)
@@ -53,6 +62,10 @@ class FlightRows:
     def __len__(self) -> int:
         return len(self.ticks)
 
+    def with_added(self, added: np.ndarray) -> FlightRows:
+        """The rows of a flight with something added to what is known of its ticks."""
+        return dataclasses.replace(self, ticks=self.ticks + added)
+
     def until(self, count: int) -> FlightRows:
         """The rows of a flight that has `count` ticks at most; its references are the whole mission's."""
         return self if count >= len(self) else dataclasses.replace(self, ticks=self.ticks[:count])
@@ -73,7 +86,9 @@ def flight_rows(
     times = mission.flight_times(window.paced)
     rng = np.random.default_rng(seed)
     noise = draw_noise(sensors, times, robot.n_joints, robot.n_vectoring, rng)
-    ticks = pack_rows(row_layout(robot), TickRow(frame_ages(sensors, times), noise), len(times))
+    none = np.zeros(len(times))
+    known = TickRow(frame_ages(sensors, times), none, none, noise)
+    ticks = pack_rows(row_layout(robot), known, len(times))
     return FlightRows(
         ticks, reference_table(mission, reference_layout(robot), window), len(mission.times) - 1
     )

@@ -16,7 +16,10 @@ import numpy as np
 from skylimb.base.keys import Key, configuration
 from skylimb.base.rotations import quaternion_product
 from skylimb.control.estimation.records import Measurement
-from skylimb.symbolic import Array, clip, vector
+from skylimb.symbolic import Array, clip, stack, vector, where
+
+LONGEST = 0.2
+"""Greatest age of a frame when it comes, s."""
 
 
 @configuration
@@ -29,7 +32,7 @@ class SensorConfig:
             "Hz", "frames a second of the motion capture; 0 for one at every control tick", low=0.0, high=1e4
         ),
     ] = 100.0
-    latency: Annotated[float, Key("s", "age of a frame when it comes", low=0.0, high=0.2)] = 0.010
+    latency: Annotated[float, Key("s", "age of a frame when it comes", low=0.0, high=LONGEST)] = 0.010
     position_noise: Annotated[float, Key("m", "noise of the position", low=0.0, high=0.1)] = 0.001
     velocity_noise: Annotated[float, Key("m/s", "noise of the velocity", low=0.0, high=1.0)] = 0.005
     attitude_noise: Annotated[
@@ -62,9 +65,15 @@ class SensorNoise(NamedTuple):
 
 
 class SensorState(NamedTuple):
-    """Root pose and twist at the last ticks, newest first, each (13,)."""
+    """What a tick hands on to the next.
+
+    Attributes:
+        history: true root pose and twist at the last ticks, newest first, each (13,).
+        shown: pose and twist of the frame that was seen last, (13,).
+    """
 
     history: tuple[Array, ...]
+    shown: Array
 
 
 def history_depth(config: SensorConfig, dt: float) -> int:
@@ -79,7 +88,8 @@ def history_depth(config: SensorConfig, dt: float) -> int:
 
 def initial_sensor_state(config: SensorConfig, dt: float, root: np.ndarray) -> SensorState:
     """A robot that has been at rest in this root state, (13,), for as long as the history goes back."""
-    return SensorState((np.asarray(root, dtype=float),) * history_depth(config, dt))
+    past = np.asarray(root, dtype=float)
+    return SensorState((past,) * history_depth(config, dt), past)
 
 
 def frame_numbers(config: SensorConfig, times: np.ndarray) -> np.ndarray:
@@ -125,6 +135,7 @@ def sense(
     age: Any,
     noise: SensorNoise,
     dt: float,
+    held: Any = 0.0,
 ) -> tuple[SensorState, Measurement]:
     """What the sensors say at this tick.
 
@@ -136,6 +147,7 @@ def sense(
         age: of the frame seen now, s.
         noise: errors of this tick.
         dt: control period, s.
+        held: 1 where no frame comes, and the last one is seen still.
     """
     rows = (root, *state.history[:-1])
     ticks = age * (1.0 / dt)
@@ -145,12 +157,15 @@ def sense(
     error = noise.attitude
     turned = quaternion_product(quaternion, vector(1.0, 0.5 * error[0], 0.5 * error[1], 0.5 * error[2]))
     turned = turned / (1.0 + 0.25 * (error[0] ** 2 + error[1] ** 2 + error[2] ** 2)) ** 0.5
+    velocity, omega = seen[7:10] + noise.velocity, seen[10:13] + noise.angular_velocity
+    fresh = stack(seen[0:3] + noise.position, turned, velocity, omega)
+    shown = where(held > 0.5, state.shown, fresh)
     measurement = Measurement(
-        position=seen[0:3] + noise.position,
-        quaternion=turned,
-        velocity=seen[7:10] + noise.velocity,
-        angular_velocity=seen[10:13] + noise.angular_velocity,
+        position=shown[0:3],
+        quaternion=shown[3:7],
+        velocity=shown[7:10],
+        angular_velocity=shown[10:13],
         joint_angles=joint_angles + noise.joint_angles,
         vectoring_angles=vectoring_angles + noise.vectoring_angles,
     )
-    return SensorState(rows), measurement
+    return SensorState(rows, shown), measurement

@@ -30,6 +30,7 @@ from skylimb.control.missions.clock import next_clock, start_of_mission
 from skylimb.control.missions.table import Window, window_of
 from skylimb.control.needs import PACE, needs_of
 from skylimb.control.records import Command
+from skylimb.control.supervisor.supervised import Supervised
 from skylimb.robots.description import RobotDescription
 from skylimb.simulation.actuators import actuate
 from skylimb.simulation.plant import Plant
@@ -54,7 +55,7 @@ def sense_plant(
     root = ca.vertcat(outputs.qpos[0:7], outputs.qvel[0:6])
     joints = outputs.qpos[list(plant.joint_qpos)]
     vectoring = outputs.qpos[list(plant.vectoring_qpos)]
-    return sense(state, root, joints, vectoring, row.age, row.noise, dt)
+    return sense(state, root, joints, vectoring, row.age, row.noise, dt, row.held)
 
 
 def plant_signals(
@@ -285,9 +286,10 @@ def _trace(
     known, reference = rows.unpack(row), window.read(references, given, clock)
     sensor_state, measurement = sense_plant(plant, sensor_state, outputs, known, dt)
     traced, asked = controller.opened()
-    controller_state, command, inner = traced.step(
-        gain_layout.unpack(p), controller_state, measurement, reference, dt
-    )
+    before: Any = controller_state
+    if isinstance(traced, Supervised):
+        before = traced.told(controller_state, known.late)
+    controller_state, command, inner = traced.step(gain_layout.unpack(p), before, measurement, reference, dt)
     drive = drive_plant(plant, controller.robot.description, outputs, command, rotors, rates, dt)
     recorded = {**plant_signals(plant, outputs, measurement, command), **drive.signals, **inner}
     if window.paced:

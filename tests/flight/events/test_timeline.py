@@ -38,6 +38,7 @@ SURFACE = {"kind": "surface", "time": 1.0, "friction": 0.2}
 ROTOR = {"kind": "rotor", "time": 1.0, "rotor": "rotor2", "effectiveness": 0.5}
 JOINT = {"kind": "joint", "time": 1.0, "joint": "joint2", "strength": 0.0}
 WIND = {"kind": "wind", "time": 1.0, "duration": 0.5, "velocity": [0.0, 5.0, 0.0]}
+ENCODER = {"kind": "sensor", "time": 1.0, "joint": "joint1", "offset": 0.1}
 SECONDS = 2.0
 """Longest that a refusal may take, of the processor."""
 
@@ -93,6 +94,12 @@ SECONDS = 2.0
         ([{"kind": "tick", "time": 1.0, "duration": 0.0}], ["events.0.duration = 0 s"]),
         ([{**WIND, "drag_area": 0.0}], ["events.0.drag_area = 0 m^2"]),
         ([{**WIND, "profile": "storm"}], ["events.0.profile", "gust"]),
+        ([{"kind": "sensor", "time": 1.0}], ["events.0.time", "changes nothing", "capture, late"]),
+        ([{"kind": "sensor", "time": 1.0, "joint": "joint1"}], ["events.0.offset", "needs a joint"]),
+        ([{**ENCODER, "joint": "joint9"}], ["encoder of an event 'joint9'", "did you mean 'joint"]),
+        ([{**ENCODER, "late": 0.195}], ["events.0.late = 0.195 s"]),
+        ([{**ENCODER, "late": 0.19, "capture": "disordered"}], ["sensor at 1 s", "0.22 s old", "0.2 s"]),
+        ([{**ENCODER, "capture": "gone"}], ["events.0.capture", "'lost'"]),
         ([{"kind": "body", "time": 1.0}], ["events.0.mass", "changes nothing"]),
         ([{"kind": "body", "time": 1.0, "mass": -1.5}], ["body at 1 s", "mass = -1.5 kg leaves -"]),
         ([{"kind": "body", "time": 1.0, "pen": 0.7}], ["body at 1 s", "pen = 0.7 m is more than link4"]),
@@ -165,7 +172,7 @@ def test_a_flight_without_events_has_an_empty_timeline() -> None:
 
 def test_who_cannot_apply_an_event_says_what_it_can() -> None:
     assert {"gain"} == CONTROLLER_KINDS
-    assert {"push", "surface", "rotor", "joint", "tick", "wind", "body"} == PLANT_KINDS
+    assert {"push", "surface", "rotor", "joint", "tick", "wind", "body", "sensor"} == PLANT_KINDS
     assert EVENTS.keys() == ALL_KINDS
     events = (GainChange(1.0, KEY, 2.0), Push(1.5, duration=0.2), SurfaceChange(2.0, slope=0.1))
     require_applied(events, ALL_KINDS, "this")

@@ -160,6 +160,10 @@ _OFTEN_NAN = ("contact_point",)
 
 @functools.lru_cache(maxsize=16)
 def watched_columns(layout: Layout[dict[str, object]]) -> np.ndarray:
-    """Columns of a log that must be finite; a user's controller may leave its own signals open."""
-    names = [name for name in _WATCHED if name in layout.slices]
+    """Columns of a log that must be finite; a user's controller may leave its own signals open.
+
+    What a sensor says may be no number where the truth is known.
+    """
+    seen = [name for name in _WATCHED if name in layout.slices]
+    names = [name for name in seen if CONFIGURATION not in seen or not name.endswith("_measured")]
     return np.concatenate([np.arange(layout.size)[layout.slices[name]] for name in names])

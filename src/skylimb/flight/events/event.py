@@ -12,6 +12,7 @@ import numpy as np
 from skylimb.base.keys import Key, configuration, refused
 from skylimb.control.controller import Controller
 from skylimb.robots.model import Robot
+from skylimb.simulation.sensors import SensorConfig
 from skylimb.simulation.surfaces import Surface
 
 if TYPE_CHECKING:
@@ -26,6 +27,8 @@ class EventContext(NamedTuple):
         controller: what flies it.
         surface: as it is before take-off.
         touches: "ball", "foot" or "peg": what the robot touches it with.
+        sensors: that measure it.
+        supervised: whether a supervisor stands between controller and plant.
         plant: the simulated robot and surface; None where no engine simulates them.
     """
 
@@ -33,6 +36,8 @@ class EventContext(NamedTuple):
     controller: Controller
     surface: Surface
     touches: str = "ball"
+    sensors: SensorConfig = SensorConfig()
+    supervised: bool = False
     plant: Plant | None = None
 
 
@@ -162,8 +167,19 @@ class ModelRows:
         return cls(places, np.tile(first, (len(times), 1)))
 
 
-Effect = GainRows | ModelRows | tuple[Any, ...]
-"""What a kind of event does: gains, numbers of the model, or a tuple of `Wrench` (push.py)."""
+@dataclass(frozen=True)
+class TickRows:
+    """What is added to the numbers that are known of every tick before take-off.
+
+    Attributes:
+        added: to `simulation.rows.TickRow`, packed, one row for every tick that the flight may have, (k, m).
+    """
+
+    added: np.ndarray
+
+
+Effect = GainRows | ModelRows | TickRows | tuple[Any, ...]
+"""What a kind of event does: gains, numbers of the model or of the sensors, or a tuple of `Wrench`."""
 
 
 class Change(NamedTuple):

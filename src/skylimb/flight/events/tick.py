@@ -1,6 +1,7 @@
-"""Ticks whose commands never reach the robot: a computer that comes too late, a cable that breaks contact.
+"""Ticks for which the controller comes too late: a busy computer, a law that raises or never comes back.
 
-Thrusts and set points stay what they are for so long, and the controller, which does not know, goes on.
+Without a supervisor nobody commands then: thrusts and set points stay what they are for so long, and the
+controller, which does not know, goes on. A supervisor is told, and commands in the controller's place.
 """
 
 from __future__ import annotations
@@ -12,15 +13,16 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 
 from skylimb.base.keys import Key, configuration
-from skylimb.flight.events.event import Event, EventContext, ModelRows
+from skylimb.flight.events.event import Event, EventContext, ModelRows, TickRows
+from skylimb.simulation.rows import row_layout
 
 _NEVER = 1e30
 """A rotor of this time constant keeps its thrust to the bit, s."""
 
 
 @configuration
-class LostCommands(Event):
-    """No command reaches the robot: its thrusts and set points stay what they are."""
+class LateTicks(Event):
+    """The controller gives no command in time."""
 
     kind: Literal["tick"] = field(default="tick", kw_only=True)
     duration: Annotated[
@@ -38,16 +40,23 @@ class LostCommands(Event):
         """Every robot has commands."""
 
     @classmethod
-    def effect(cls, events: Sequence[LostCommands], context: EventContext, times: np.ndarray) -> ModelRows:
-        """The rotors' time constants and the servos' speed limits, at every tick."""
+    def effect(
+        cls, events: Sequence[LateTicks], context: EventContext, times: np.ndarray
+    ) -> ModelRows | TickRows:
+        """The rotors' time constants and the servos' speed limits, or what a supervisor is told."""
+        robot, rotors, late = context.robot, context.robot.n_rotors, [one.lasting(times) for one in events]
+        if context.supervised:
+            layout = row_layout(robot)
+            added = np.zeros((len(times), layout.size))
+            for ticks in late:
+                added[ticks, layout.slices["late"]] = 1.0
+            return TickRows(added)
         assert context.plant is not None
-        robot, rotors = context.robot, context.robot.n_rotors
         servos = range(rotors, rotors + robot.n_joints + robot.n_vectoring)
         fields = [("actuator_dynprm", index, 1) for index in range(rotors)]
         fields += [("actuator_ctrlrange", index, 2) for index in servos]
         rows = ModelRows.untouched(context.plant.model, fields, times)
-        for one in events:
-            ticks = one.lasting(times)
+        for ticks in late:
             rows.values[ticks, :rotors] = _NEVER
             rows.values[ticks, rotors:] = 0.0
         return rows

@@ -11,16 +11,27 @@ import numpy as np
 from skylimb.base.errors import ConfigError
 from skylimb.base.keys import brief
 from skylimb.flight.events.body import BodyChange
-from skylimb.flight.events.event import Event, EventContext, GainRows, ModelRows
+from skylimb.flight.events.event import Event, EventContext, GainRows, ModelRows, TickRows
 from skylimb.flight.events.gain import GainChange
 from skylimb.flight.events.joint import JointFault
 from skylimb.flight.events.push import Push, Wrench
 from skylimb.flight.events.rotor import RotorChange
+from skylimb.flight.events.sensor import SensorFault
 from skylimb.flight.events.surface import SurfaceChange
-from skylimb.flight.events.tick import LostCommands
+from skylimb.flight.events.tick import LateTicks
 from skylimb.flight.events.wind import Wind
 
-_KINDS = GainChange, Push, Wind, SurfaceChange, RotorChange, LostCommands, JointFault, BodyChange
+_KINDS = (
+    GainChange,
+    Push,
+    Wind,
+    SurfaceChange,
+    RotorChange,
+    LateTicks,
+    JointFault,
+    BodyChange,
+    SensorFault,
+)
 EVENTS: dict[str, type[Event]] = {cls.kind: cls for cls in _KINDS}
 """Every kind of event by its name in `[[events]]`; what two change of one number is the later kind's."""
 
@@ -41,11 +52,13 @@ class Timeline:
     Attributes:
         gains: numbers of the controller that change; None where none do.
         model: numbers of the engine's model that change; None where none do.
+        rows: what is added to the rows of sensors; None where nothing is.
         wrenches: on the robot.
     """
 
     gains: GainRows | None = None
     model: ModelRows | None = None
+    rows: TickRows | None = None
     wrenches: tuple[Wrench, ...] = ()
 
 
@@ -66,9 +79,15 @@ def timeline(events: Sequence[Event], context: EventContext, times: np.ndarray) 
         found = Timeline(
             effect if isinstance(effect, GainRows) else found.gains,
             _beside(found.model, effect, context) if isinstance(effect, ModelRows) else found.model,
+            _summed(found.rows, effect) if isinstance(effect, TickRows) else found.rows,
             (*found.wrenches, *effect) if isinstance(effect, tuple) else found.wrenches,
         )
     return found
+
+
+def _summed(first: TickRows | None, second: TickRows) -> TickRows:
+    """What two kinds of events add to the rows."""
+    return second if first is None else TickRows(first.added + second.added)
 
 
 def _beside(first: ModelRows | None, second: ModelRows, context: EventContext) -> ModelRows:

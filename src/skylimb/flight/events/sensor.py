@@ -1,0 +1,130 @@
+"""Sensors that fail: motion capture that is lost, late, wrong or out of order, and encoders.
+
+All of it is known before take-off: a few numbers are added to the rows that say how old a tick's frame is,
+whether it is the last one still, and what its errors are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import field
+from typing import Annotated, Any, ClassVar, Literal
+
+import numpy as np
+
+from skylimb.base.errors import ConfigError, unknown_name
+from skylimb.base.keys import Key, Vector3, configuration, refused
+from skylimb.flight.events.event import Event, EventContext, TickRows
+from skylimb.simulation.rows import row_layout
+from skylimb.simulation.sensors import LONGEST, SensorConfig, frame_numbers
+
+_ZERO = (0.0, 0.0, 0.0)
+_POSE = ("noise.position", "noise.velocity", "noise.attitude", "noise.angular_velocity")
+_BACK = 2.0
+"""Frames by which one that is out of order is older."""
+
+
+@configuration
+class SensorFault(Event):
+    """Sensors say something else than what is, or nothing."""
+
+    kind: Literal["sensor"] = field(default="sensor", kw_only=True)
+    capture: Annotated[
+        Literal["", "lost", "nan", "disordered"],
+        Key(
+            "",
+            "'lost': the last frame is seen still; 'nan': no numbers; 'disordered': every second frame is "
+            "older than the one before it",
+        ),
+    ] = ""
+    late: Annotated[float, Key("s", "by which frames come later", low=0.0, high=0.19)] = 0.0
+    jump: Annotated[Vector3, Key("m", "from the true to the seen position, W", low=-100.0, high=100.0)] = (
+        _ZERO
+    )
+    turn: Annotated[
+        Vector3, Key("rad", "rotation vector from the true to the seen body axes", low=-3.0, high=3.0)
+    ] = _ZERO
+    joint: Annotated[str, Key("", "whose encoder is off, of shape or vectoring joints")] = ""
+    offset: Annotated[float, Key("rad", "by how much", low=-6.3, high=6.3)] = 0.0
+    duration: Annotated[float, Key("s", "how long it lasts; 0: for good", low=0.0, high=1e5)] = field(
+        default=0.0, kw_only=True
+    )
+
+    on: ClassVar[Literal["controller", "plant"]] = "plant"
+
+    def check(self) -> None:
+        """Refuse a fault that changes nothing."""
+        super().check()
+        if bool(self.joint) != bool(self.offset):
+            raise refused(self, "offset", "needs a joint, and joint an offset")
+        if not self.changed:
+            raise refused(self, "time", "changes nothing: give capture, late, jump, turn or joint")
+
+    @property
+    def changed(self) -> dict[str, Any]:
+        """What is otherwise."""
+        names = ("capture", "late", "jump", "turn", "joint")
+        return {name: value for name in names if (value := getattr(self, name)) not in ("", 0.0, _ZERO)}
+
+    @property
+    def words(self) -> str:
+        """What they do."""
+        said = {
+            "capture": f"capture {self.capture}",
+            "late": f"capture {1e3 * self.late:g} ms later",
+            "jump": f"capture {np.linalg.norm(self.jump):.3g} m off",
+            "turn": f"capture turned by {np.linalg.norm(self.turn):.3g} rad",
+            "joint": f"encoder of {self.joint} {self.offset:g} rad off",
+        }
+        return ", ".join(said[name] for name in self.changed)
+
+    def older(self, sensors: SensorConfig) -> float:
+        """By how much a frame may be older than it is without the fault, s."""
+        return self.late + (_BACK / (sensors.rate or np.inf) if self.capture == "disordered" else 0.0)
+
+    def require(self, context: EventContext) -> None:
+        """There is such a joint or an IMU, and frames are not older than the sensors remember."""
+        names = _joints(context)
+        if self.joint and self.joint not in names:
+            raise unknown_name("encoder of an event", self.joint, names)
+        sensors = context.sensors
+        if self.capture == "disordered" and not sensors.rate:
+            raise ConfigError(f"{self}: sensors.rate = 0 has a frame at every tick, which come in order")
+        oldest = sensors.latency + self.older(sensors)
+        if oldest > LONGEST:
+            raise ConfigError(f"{self}: frames would be {oldest:g} s old; the sensors remember {LONGEST:g} s")
+
+    @classmethod
+    def effect(cls, events: Sequence[SensorFault], context: EventContext, times: np.ndarray) -> TickRows:
+        """What is added to the rows of the flight."""
+        layout = row_layout(context.robot)
+        added = np.zeros((len(times), layout.size))
+        part = {name: added[:, where] for name, where in layout.slices.items()}
+        for one in events:
+            ticks = one.lasting(times)
+            since = times[ticks, None] - one.time
+            waiting = since < one.late - 1e-9
+            part["held"][ticks] += waiting | (one.capture == "lost")
+            part["age"][ticks] += np.where(waiting, 0.0, one.late)
+            if one.capture == "disordered":
+                odd = frame_numbers(context.sensors, times[ticks, None]) % 2
+                part["age"][ticks] += odd * _BACK / context.sensors.rate
+            part["noise.position"][ticks] += one.jump
+            part["noise.attitude"][ticks] += _small(one.turn)
+            for name in _POSE if one.capture == "nan" else ():
+                part[name][ticks] = np.nan
+            if one.joint:
+                angles = one.offset * (np.array(_joints(context)) == one.joint)
+                part["noise.joint_angles"][ticks] += angles[: context.robot.n_joints]
+                part["noise.vectoring_angles"][ticks] += angles[context.robot.n_joints :]
+        return TickRows(added)
+
+
+def _small(turn: Vector3) -> np.ndarray:
+    """A rotation vector as the sensors' error has it: twice the tangent of half the angle along the axis."""
+    angle = float(np.linalg.norm(turn))
+    return np.array(turn) * (2.0 * np.tan(0.5 * angle) / angle if angle else 1.0)
+
+
+def _joints(context: EventContext) -> list[str]:
+    return [*context.robot.description.shape_joints, *context.robot.description.vectoring_joints]

@@ -1,0 +1,112 @@
+"""What sensors say while they fail, at every tick, against the same flight without the fault."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import skylimb
+from short_flights import HOLD
+from skylimb.base.rotations import rotation_from_quaternion, rotation_from_vector
+from skylimb.flight.events import SensorFault
+from skylimb.flight.takeoff import take_off
+
+ONSET = 200
+"""Tick at which a fault begins, at 1 s: of motion capture a new frame comes then, and every second tick."""
+
+
+NAMES = ("position", "quaternion", "velocity", "angular_velocity")
+QUIET = {f"sensors.{name}_noise": 0.0 for name in ("position", "attitude", "velocity", "angular_velocity")}
+
+
+def measured(*faults: dict[str, Any], **settings: Any) -> dict[str, np.ndarray]:
+    """What is shown of a robot that turns on the spot, at every tick of a second and a half."""
+    events = [{"kind": "sensor", "time": 1.0, **fault} for fault in faults]
+    push = {"kind": "push", "time": 0.5, "duration": 1.0, "torque": [0.0, 0.0, 0.3], "force": [0.3, 0.5, 0.7]}
+    flight = skylimb.begin("free_flight", set={"events": [*events, push], **settings})
+    while flight.time < 1.5:
+        flight.tick()
+    found = {name: flight.signal(f"root_{name}_measured") for name in NAMES}
+    return {**found, "true": flight.signal("configuration")}
+
+
+def ages(seen: dict[str, np.ndarray], ticks: np.ndarray) -> np.ndarray:
+    """How old what is shown without noise is, ticks: the true position nearest to it, of those before."""
+    way = np.linalg.norm(seen["position"][ticks, None] - seen["true"][None, :300, :3], axis=2)
+    assert way.min(axis=1).max() < 1e-9
+    return ticks - way.argmin(axis=1)
+
+
+def test_without_a_frame_the_last_one_stays() -> None:
+    seen = measured({"capture": "lost", "duration": 0.1})
+    for name in NAMES:
+        assert not np.diff(seen[name][ONSET - 1 : ONSET + 20], axis=0).any()
+        assert np.diff(seen[name][ONSET + 19 : ONSET + 21], axis=0).any()
+    after = np.arange(ONSET + 20, ONSET + 24)
+    assert ages(measured({"capture": "lost", "duration": 0.1}, **QUIET), after).tolist() == [2, 3, 2, 3]
+
+
+def test_late_frames_are_those_of_before() -> None:
+    seen = measured({"late": 0.05}, **QUIET)
+    assert not np.diff(seen["position"][ONSET - 1 : ONSET + 10], axis=0).any()
+    assert ages(seen, np.arange(ONSET - 4, ONSET)).tolist() == [2, 3, 2, 3]
+    assert ages(seen, np.arange(ONSET + 10, ONSET + 14)).tolist() == [12, 13, 12, 13]
+
+
+def test_no_numbers_are_no_numbers_and_only_for_so_long() -> None:
+    seen = measured({"capture": "nan", "duration": 0.01})
+    for name in NAMES:
+        assert np.isnan(seen[name][ONSET : ONSET + 2]).all()
+        assert np.isfinite(seen[name][:ONSET]).all()
+        assert np.isfinite(seen[name][ONSET + 2 :]).all()
+
+
+def test_a_flight_is_not_lost_by_what_a_sensor_says() -> None:
+    """The controller that believes it, loses it."""
+    event = {"kind": "sensor", "time": 1.0, "capture": "nan", "duration": 0.01}
+    run = skylimb.run("paper", "hybrid", set={**HOLD, "events": [event]})
+    assert float(run.log.time[-1]) > 1.0
+
+
+@pytest.mark.parametrize("late", [0, 6])
+def test_frames_out_of_order_go_back_and_forth(late: int) -> None:
+    seen = measured({"capture": "disordered", "late": 0.005 * late, "duration": 0.2}, **QUIET)
+    found = ages(seen, np.arange(ONSET + 8, ONSET + 40, 2))
+    assert set(found.tolist()) == {2 + late, 6 + late}
+    assert (np.abs(np.diff(found)) == 4).all()
+    assert set(ages(seen, np.arange(ONSET + 40, ONSET + 60, 2)).tolist()) == {2}
+
+
+def test_a_jump_and_a_turn_are_what_they_say() -> None:
+    turn, jump = np.array([0.3, -1.0, 2.0]), np.array([0.1, 0.0, -0.2])
+    seen, right = measured({"jump": jump, "turn": turn}), measured()
+    np.testing.assert_allclose(seen["position"][ONSET] - right["position"][ONSET], jump, atol=1e-12)
+    R, R_right = (rotation_from_quaternion(one["quaternion"][ONSET]) for one in (seen, right))
+    # To first order in the attitude's own noise, 1 mrad.
+    np.testing.assert_allclose(R_right.T @ R, rotation_from_vector(turn), atol=0.01)
+
+
+@pytest.mark.parametrize(
+    ("joint", "signal", "index"), [("joint2", "joint", 1), ("gimbal_joint4", "vectoring", 3)]
+)
+def test_an_encoder_is_off(joint: str, signal: str, index: int) -> None:
+    event = {"kind": "sensor", "time": 1.0, "joint": joint, "offset": 0.05}
+    flights = [skylimb.begin("free_flight", set={"events": events}) for events in ([event], [])]
+    for flight in flights:
+        while flight.time < 1.0 + 1e-6:
+            flight.tick()
+    off, right = (flight.signal(f"{signal}_angles_measured")[-1] for flight in flights)
+    np.testing.assert_allclose(off - right, 0.05 * (np.arange(len(off)) == index), atol=1e-12)
+
+
+def test_sensors_remember_for_as_long_as_a_fault_looks_back() -> None:
+    depths = []
+    for events in ([], [{"kind": "sensor", "time": 1.0, "late": 0.1}]):
+        (takeoff,) = take_off("paper", ("hybrid",), set={**HOLD, "events": events})
+        depths.append(len(takeoff.initial_tick_state[0].history))
+    assert depths[1] == depths[0] + 20
+
+
+def test_what_it_is_called() -> None:
+    fault = SensorFault(1.0, capture="lost", late=0.05, joint="joint1", offset=0.1)
+    assert fault.words == "capture lost, capture 50 ms later, encoder of joint1 0.1 rad off"
