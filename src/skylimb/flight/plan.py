@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Hashable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Any, Self, TypeVar
 
 import numpy as np
@@ -152,19 +152,13 @@ def mission_of(experiment: Experiment, robot: Robot, vectoring: str = "torque") 
 
 def _mission_inputs(experiment: Experiment, robot: Robot, vectoring: str) -> tuple[Any, ...]:
     """What a mission depends on, in the order of `_mission`."""
-    asked = (
-        experiment.phases,
-        experiment.approach,
-        experiment.trajectory,
-        experiment.excitation,
-        experiment.wrap,
-    )
+    asked = (getattr(experiment, part.name) for part in fields(MissionConfig))
     place = experiment.contact_axis, experiment.path_center, experiment.posture
-    return asked, *place, experiment.surface, experiment.control_period, robot, vectoring
+    return MissionConfig(*asked), *place, experiment.surface, experiment.control_period, robot, vectoring
 
 
 def _mission(
-    asked: tuple[Any, ...],
+    config: MissionConfig,
     contact_axis: tuple[float, float, float],
     center: tuple[float, float, float],
     posture: PostureConfig,
@@ -173,7 +167,6 @@ def _mission(
     robot: Robot,
     vectoring: str,
 ) -> Mission:
-    config = MissionConfig(*asked)
     plan = config, contact_axis, center, posture, robot, vectoring, dt
     # A path that is read from a file may change from one flight to the next.
     shared = config.trajectory.shape not in ("drawing", "own") and _is_hashable(plan)

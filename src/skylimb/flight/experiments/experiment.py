@@ -18,11 +18,8 @@ from skylimb.base.errors import ConfigError, SkylimbError, UnknownNameError, nea
 from skylimb.base.keys import Key, configuration, keys_of
 from skylimb.base.keys.key import shown
 from skylimb.control.loop.terminations import Terminations
-from skylimb.control.missions.configuration import ApproachConfig, PhaseConfig
-from skylimb.control.missions.excitation import ExcitationConfig
-from skylimb.control.missions.wrap import WrapConfig
+from skylimb.control.missions.configuration import MissionConfig
 from skylimb.control.planning.posture_path import PostureConfig
-from skylimb.control.planning.trajectory_config import TrajectoryConfig
 from skylimb.control.planning.user_path import spelled_out
 from skylimb.control.slots import shipped_gains
 from skylimb.control.supervisor.limits import Limits
@@ -50,7 +47,7 @@ _NOW_EVENTS = {
 
 
 @configuration
-class Settings:
+class Settings(MissionConfig):
     """All of an experiment but its surface and its events."""
 
     name: Annotated[str, Key("", "short name")] = ""
@@ -76,12 +73,7 @@ class Settings:
             high=1.0,
         ),
     ] = None
-    trajectory: TrajectoryConfig = field(default_factory=TrajectoryConfig)
-    approach: ApproachConfig = field(default_factory=ApproachConfig)
-    phases: PhaseConfig = field(default_factory=PhaseConfig)
     posture: PostureConfig = field(default_factory=PostureConfig)
-    excitation: ExcitationConfig = field(default_factory=ExcitationConfig)
-    wrap: WrapConfig = field(default_factory=WrapConfig)
     sensors: SensorConfig = field(default_factory=SensorConfig)
     plant: PlantConfig = field(default_factory=PlantConfig)
     terminations: Terminations = field(default_factory=Terminations)
