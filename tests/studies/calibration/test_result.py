@@ -43,7 +43,7 @@ def test_the_map_of_information(made: Calibration) -> None:
 
 
 def test_a_folder_with_data_page_and_figures(made: Calibration, tmp_path: Path) -> None:
-    folder = write_calibration(made, tmp_path / "made", "Everything moved.")
+    folder = write_calibration(made, tmp_path / "made")
     names = sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*"))
     figures = ["correlations", "information", "intervals", "residuals"]
     assert names == [
@@ -54,7 +54,8 @@ def test_a_folder_with_data_page_and_figures(made: Calibration, tmp_path: Path) 
     ]
     page = (folder / "report.html").read_text("utf-8")
     assert escape(made.verdict, quote=False).replace("'", "&#39;") in page
-    assert "Everything moved." in page
+    assert escape(made.moved) in page
+    assert made.moved.startswith("The measured link moved over")
     assert page.count("data:image/png") == 4
     assert "Watch it" not in page
     with pytest.raises(OutputError, match="exists already"):
@@ -62,7 +63,7 @@ def test_a_folder_with_data_page_and_figures(made: Calibration, tmp_path: Path) 
 
 
 def test_the_page_shows_the_flight_again(made: Calibration, flown: Run, tmp_path: Path) -> None:
-    folder = write_calibration(made, tmp_path / "flown", "Everything moved.", flown)
+    folder = write_calibration(made, tmp_path / "flown", flown)
     page = (folder / "report.html").read_text("utf-8")
     assert "Watch it" in page
     assert 'id="replay-data"' in page

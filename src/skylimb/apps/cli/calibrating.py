@@ -30,19 +30,15 @@ def calibrate(
         skylimb calibrate out/paper-following/log.nc
     """
     folder = new_folder(out, f"{stem(what.rstrip('/').split('/')[-1])}-calibrated")
-    from skylimb.studies.calibration.excited import motion_of
     from skylimb.studies.calibration.public import calibration_from, flight_of, is_log, robot_of
-    from skylimb.studies.calibration.record import record_of
     from skylimb.studies.calibration.report import rows_of, write_calibration
 
     with output.flights() as progress:
         flown = flight_of(what, seed, set, progress)
-    robot = robot_of(flown)
     with output.working("estimating"):
-        made = calibration_from(flown, robot)
+        made = calibration_from(flown, robot_of(flown))
     with output.working("writing the report"):
-        kept = None if is_log(what) else flown
-        write_calibration(made, folder, motion_of(record_of(flown, robot)), kept)
+        write_calibration(made, folder, None if is_log(what) else flown)
     known = made.truth is not None
     columns = ("", "Value", "95 % interval", "Believed before", "Shown", "Truth", "Error / std")
     rows = [

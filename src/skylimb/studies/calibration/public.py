@@ -89,4 +89,4 @@ def calibration_from(flown: Run, robot: Robot) -> Calibration:
     """The calibration of one flight; `calibrate` says more."""
     record = record_of(flown, robot)
     require_excited(record)
-    return calibration_of(flown, robot, estimate(record), record.duration)
+    return calibration_of(flown, record, estimate(record))

@@ -71,15 +71,12 @@ def correlated(made: Calibration) -> list[str]:
     ]
 
 
-def write_calibration(
-    made: Calibration, folder: str | Path, moved: str = "", flown: Run | None = None
-) -> Path:
+def write_calibration(made: Calibration, folder: str | Path, flown: Run | None = None) -> Path:
     """Write `calibration.toml`, `report.html` and the figures into a new folder.
 
     Args:
         made: the calibration.
         folder: it must not exist.
-        moved: what was excited, in words.
         flown: the flight, whose log.nc is kept beside them, and which the report shows again.
 
     Returns:
@@ -95,11 +92,11 @@ def write_calibration(
         figures = staging / "figures"
         figures.mkdir()
         captions = write_figures(made, figures)
-        (staging / REPORT).write_text(_page(made, figures, captions, moved, flown), encoding="utf-8")
+        (staging / REPORT).write_text(_page(made, figures, captions, flown), encoding="utf-8")
     return Path(folder)
 
 
-def _page(made: Calibration, figures: Path, captions: dict[str, str], moved: str, flown: Run | None) -> str:
+def _page(made: Calibration, figures: Path, captions: dict[str, str], flown: Run | None) -> str:
     estimate, flight = made.estimate, made.flight
     before = float(np.sqrt(np.mean(estimate.before**2)))
     return render_page(
@@ -116,7 +113,7 @@ def _page(made: Calibration, figures: Path, captions: dict[str, str], moved: str
         with_truth=made.truth is not None,
         correlated=correlated(made),
         strong=STRONG,
-        moved=moved,
+        moved=made.moved,
         viewer=viewer_html({flown.name: flown}) if flown is not None else "",
         figures=[(inlined(figures / name, "image/png"), caption) for name, caption in captions.items()],
         versions=dict(made.versions),

@@ -16,7 +16,9 @@ from skylimb.base.config import from_mapping
 from skylimb.control.corrections import FORMAT, Corrections
 from skylimb.robots.model import Robot
 from skylimb.studies.calibration.estimate import Estimate
+from skylimb.studies.calibration.excited import motion_of
 from skylimb.studies.calibration.parameters import slices
+from skylimb.studies.calibration.record import Record
 
 FILE = "calibration.toml"
 
@@ -39,6 +41,7 @@ class Calibration:
         digest: of its description.
         estimate: values, covariance, residuals.
         flight: what was flown: experiment, controller, seed, seconds, frames.
+        moved: what moved in it, and how far, in words.
         truth: where the flight was simulated, the true value of every entry, (p,); else None.
         versions: what computed it.
     """
@@ -47,6 +50,7 @@ class Calibration:
     digest: str
     estimate: Estimate
     flight: Mapping[str, Any]
+    moved: str
     truth: np.ndarray | None = None
     versions: Mapping[str, str] = field(default_factory=versions)
 
@@ -130,18 +134,19 @@ class Calibration:
         return f"Calibration({self.robot!r}: {self.verdict})"
 
 
-def calibration_of(run: Run, robot: Robot, estimate: Estimate, duration: float) -> Calibration:
+def calibration_of(run: Run, record: Record, estimate: Estimate) -> Calibration:
     """The calibration that a run's estimate makes; the truth beside it where the run was simulated."""
-    attrs = run.log.attrs
+    attrs, robot = run.log.attrs, record.robot
     flight = {
         "experiment": str(attrs.get("experiment", "")),
         "controller": run.controller,
         "seed": int(attrs.get("seed", 0)),
-        "seconds": round(float(duration), 3),
+        "seconds": round(record.duration, 3),
         "frames": len(estimate.times),
         "frames_left_out": estimate.left_out,
     }
-    return Calibration(robot.name, robot.description.digest, estimate, flight, true_values(run, robot))
+    truth = true_values(run, robot)
+    return Calibration(robot.name, robot.description.digest, estimate, flight, motion_of(record), truth)
 
 
 def true_values(run: Run, robot: Robot) -> np.ndarray | None:
