@@ -117,7 +117,14 @@ class InC:
         self, gains: Any, state: np.ndarray, measurement: Measurement, reference: Reference, dt: float
     ) -> tuple[np.ndarray, Command, dict[str, Any]]:
         s, new = self._step, state.copy()
-        given = [new, s.inputs.measurement.pack(measurement), s.inputs.reference.pack(reference), s.gains]
+        told = np.array((ctypes.c_double * 5).in_dll(self._library, "skylimb_all_well"))
+        given = [
+            new,
+            told,
+            s.inputs.measurement.pack(measurement),
+            s.inputs.reference.pack(reference),
+            s.gains,
+        ]
         command, signals = np.zeros(s.commands.size), np.zeros(s.signals.size)
         arrays = [*given, command, signals]
         self._library.skylimb_controller_step(*(ctypes.c_void_p(array.ctypes.data) for array in arrays))

@@ -78,6 +78,7 @@ def test_nothing_bad_is_flown_through(decided: np.ndarray) -> None:
 LASTING: dict[str, tuple[tuple[str, ...], ...]] = {
     "no pose": (("stale",), ("stale", "blind"), ("stale", "blind", "lost")),
     "no command": (("late",), ("late", "silent")),
+    "no joint angles": (("numb",),),
     "a landing was ordered": (("land",),),
     "a stop was ordered": (("stop",),),
 }

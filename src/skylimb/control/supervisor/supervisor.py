@@ -30,11 +30,11 @@ from skylimb.control.supervisor.reserve import reserve_thrusts
 from skylimb.control.supervisor.retreat import retreat
 from skylimb.control.supervisor.table import shipped_table
 from skylimb.robots.model import Robot
-from skylimb.symbolic import Array, clip, stack, where, within
+from skylimb.symbolic import Array, clip, dot, stack, where, within
 
 TABLE = shipped_table()
 MOST = 1e12
-"""No number that is remembered is as large."""
+"""No number that is remembered is larger, but for those of a memory that somebody wrote into."""
 
 RETREAT, DESCEND, CUT = map(TABLE.mode, ("RETREAT", "DESCEND", "CUT"))
 
@@ -43,13 +43,15 @@ class Told(NamedTuple):
     """What the world around says at a tick; whoever flies writes it into the state.
 
     Attributes:
-        fresh: 1 where the pose is newer than the one before, as its stamp says.
+        pose: 1 where the pose is newer than the one before, as its stamp says.
+        joints: 1 where the joint angles are.
         late: 1 where this tick came too late to ask the controller.
         land: 1 where the flight is to be broken off.
         stop: 1 where the motors are to stop.
     """
 
-    fresh: Any = 1.0
+    pose: Any = 1.0
+    joints: Any = 1.0
     late: Any = 0.0
     land: Any = 0.0
     stop: Any = 0.0
@@ -62,6 +64,7 @@ class Clocks(NamedTuple):
         mode: in this mode, s.
         broken: since the flight was broken off, s.
         unseen: since a pose was believed, s.
+        unfelt: since joint angles were believed, s.
         same: since the measured pose changed, s.
         strange: for which poses that jump have agreed with one another, s.
         without: ticks since the controller commanded.
@@ -70,6 +73,7 @@ class Clocks(NamedTuple):
     mode: Any = 0.0
     broken: Any = 0.0
     unseen: Any = 0.0
+    unfelt: Any = 0.0
     same: Any = 0.0
     strange: Any = 0.0
     without: Any = 0.0
@@ -121,7 +125,8 @@ class Sight(NamedTuple):
 
 def initial_watch(robot: Robot) -> Watch:
     """Before the first tick: nothing is known, and the least is commanded."""
-    low, q, psi = (part[0] for part in _bounds(robot))
+    low, psi = robot.thrust_limits()[0], np.clip(np.zeros(robot.n_vectoring), *robot.vectoring_limits())
+    q = np.clip(robot.nominal_posture(), *robot.joint_limits())
     none = zero_measurement(robot.n_joints, robot.n_vectoring)
     asked = zero_reference(robot.n_joints, robot.n_vectoring)
     prediction = initial_prediction(robot, low)
@@ -132,18 +137,24 @@ def before(
     robot: Robot, limits: Limits, watch: Watch, measured: Measurement, reference: Reference, dt: float
 ) -> tuple[Watch, Sight]:
     """Look, and decide what the controller is given."""
+    # Whatever happened to the memory, the tick begins with numbers.
+    first = initial_watch(robot)
+    memory = Layout(first)
+    watch = memory.unpack(_numbers(memory.pack(watch), memory.pack(first), MOST))
     # 1. What is believed: the measurement, or in its place the model's.
     prediction, clocks, told = watch.prediction, watch.clocks, watch.told
     angles = stack(measured.joint_angles, measured.vectoring_angles)
     wrong = angle_fault(limits, angles)
-    angles = where(wrong < 0.5, angles, prediction.angles)
+    felt = within(wrong, 0.0, 0.5) * told.joints
+    unfelt = where(felt > 0.5, 0.0, clocks.unfelt + dt)
+    angles = where(felt > 0.5, angles, prediction.angles)
     prediction, speeds = differenced(prediction, angles, dt)
     q, psi = angles[: robot.n_joints], angles[robot.n_joints :]
     predicted = shown(prediction, robot.at(q, psi), robot.n_joints, speeds)
     fault = pose_fault(limits, measured, predicted, clocks.unseen, watch.started)
     fault, strange = relocked(limits, fault, clocks.strange, measured, watch.before, predicted, dt)
     same = where(same_pose(measured, watch.before) > 0.5, clocks.same + dt, 0.0)
-    new = within(fault, 0.0, 0.5) * within(same, 0.0, limits.frozen_after) * told.fresh
+    new = within(fault, 0.0, 0.5) * within(same, 0.0, limits.frozen_after) * told.pose
     unseen = where(new > 0.5, 0.0, clocks.unseen + dt)
     stale = _over(unseen, limits.stale_after)
     # An old pose is good until it is stale, as frames come more slowly than ticks.
@@ -155,13 +166,15 @@ def before(
     prediction, body = seen(robot, prediction, believed, speeds, dt)
     # 2. Which mode follows.
     found = {
-        "stop": told.stop,
-        "land": told.land,
+        # What is no number counts as said.
+        "stop": _over(told.stop, 0.5),
+        "land": _over(told.land, 0.5),
         "lost": _over(unseen, limits.cut_after) * started,
         "blind": _over(unseen, limits.retreat_after) * started,
         "stale": stale,
+        "numb": _over(unfelt, limits.retreat_after),
         "silent": _over(clocks.without, float(limits.overruns)),
-        "late": where(told.late + _over(clocks.without, 0.0) > 0.5, 1.0, 0.0),
+        "late": where(_over(told.late, 0.5) + _over(clocks.without, 0.0) > 0.5, 1.0, 0.0),
         "spent": _over(clocks.mode, limits.descend_for),
     }
     bits = stack(*(found[name] for name in TABLE.bits))
@@ -169,14 +182,25 @@ def before(
     was_broken = watch.mode > RETREAT - 0.5
     broken = where(was_broken, clocks.broken + dt, 0.0)
     clocks = Clocks(
-        where(mode == watch.mode, clocks.mode + dt, 0.0), broken, unseen, same, strange, clocks.without
+        where(mode == watch.mode, clocks.mode + dt, 0.0),
+        broken,
+        unseen,
+        unfelt,
+        same,
+        strange,
+        clocks.without,
     )
     # 3. What is to be flown: the mission, or from where it was broken off the way back.
-    asked = _chosen(was_broken, watch.asked, reference._replace(ahead=()))
+    layout, aimed = Layout(reference), reference._replace(ahead=())
+    aims = within(layout.pack(reference), -BEYOND, BEYOND)
+    asked = _chosen(where(was_broken, 1.0, 0.0) + (1.0 - aims) > 0.5, watch.asked, aimed)
     back = retreat(asked, broken, limits.floor)
     back = back._replace(ahead=(back,) * len(reference.ahead))
-    flown = _chosen(mode > RETREAT - 0.5, back, reference)
-    asks = started * within(mode, 0.0, DESCEND - 0.5) * (1.0 - told.late)
+    broken_off = within(mode, RETREAT - 0.5, CUT)
+    flown = _chosen(broken_off > 0.5, back, reference)
+    # A flight that was never given a reference has none to be broken off at.
+    aims = within(dot(flown.contact_axis, flown.contact_axis), 0.5, 2.0) * where(broken_off > 0.5, 1.0, aims)
+    asks = started * within(mode, 0.0, DESCEND - 0.5) * within(told.late, 0.0, 0.5) * aims
     watch = watch._replace(
         mode=mode, started=started, clocks=clocks, before=measured, prediction=prediction, asked=asked
     )
@@ -215,7 +239,8 @@ def after(
     first = Command(thrusts, sight.reference.joint_angles, sight.reference.vectoring_angles)
     instead = _chosen(watch.started > 0.5, watch.command._replace(thrusts=thrusts), first)
     command = _chosen(made > 0.5, wanted, instead)
-    command = Command(*(_within(*part) for part in zip(command, watch.command, bounds, strict=True)))
+    parts = zip(command, watch.command, bounds, strict=True)
+    command = Command(*(clip(_numbers(part, last), *bound) for part, last, bound in parts))
     prediction = moved(
         watch.prediction,
         sight.body,
@@ -227,10 +252,7 @@ def after(
     )
     clocks = watch.clocks._replace(without=without)
     new = watch._replace(told=Told(), clocks=clocks, prediction=prediction, command=command)
-    layout, first = Layout(initial_watch(robot)), initial_watch(robot)
-    flat = layout.pack(new)
-    # Whatever happened, the next tick begins with numbers.
-    return layout.unpack(where(abs(flat) < MOST, flat, layout.pack(first))), command, made
+    return new, command, made
 
 
 def _bounds(robot: Robot) -> tuple[tuple[Array, Array], ...]:
@@ -243,9 +265,9 @@ def _over(value: Any, limit: float) -> Any:
     return 1.0 - within(value, -BEYOND, limit + 1e-9)
 
 
-def _within(value: Array, last: Array, bounds: tuple[Array, Array]) -> Array:
-    """Numbers within limits: what is none is that of the tick before, which is within limits."""
-    return clip(where(abs(value) < BEYOND, value, last), *bounds)
+def _numbers(values: Array, instead: Array, most: float = BEYOND) -> Array:
+    """The values, and others in the place of those that are no numbers or absurd ones."""
+    return where(abs(values) < most, values, instead)
 
 
 def _chosen(first: Any, one: Any, other: Any) -> Any:

@@ -1,7 +1,8 @@
-/* The controller '@CONTROLLER@' of the robot '@ROBOT@', to be called every @PERIOD@ s.
+/* The controller '@CONTROLLER@' of the robot '@ROBOT@' under its supervisor, to be called every @PERIOD@ s.
  *
  * Every vector is flat; the numbers below say where each of its entries begins. Axes: W is the world, z up.
- * Nothing is allocated and nothing is kept between calls but the state, which belongs to the caller.
+ * Nothing is allocated and nothing is kept between calls but the state, which belongs to the caller. Whatever
+ * comes in, NaN and infinity too, the command is finite and within its limits.
  */
 #ifndef SKYLIMB_CONTROLLER_H
 #define SKYLIMB_CONTROLLER_H
@@ -10,21 +11,33 @@
 
 @SIZES@
 
+/* The status word: the mode from SKYLIMB_MODE_SHIFT on, and a bit for all that is wrong. */
+#define SKYLIMB_MODE_SHIFT 24
+#define SKYLIMB_MODE(status) ((status) >> SKYLIMB_MODE_SHIFT)
+@STATUS@
+
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-/* What the state begins with, and the preset's gains. */
+/* What the state begins with, the preset's gains, the limits of a command, and what is told while all is well. */
 extern const double skylimb_initial_state[SKYLIMB_STATE_SIZE];
 extern const double skylimb_preset_gains[SKYLIMB_GAINS_SIZE];
+extern const double skylimb_least_command[SKYLIMB_COMMAND_SIZE];
+extern const double skylimb_greatest_command[SKYLIMB_COMMAND_SIZE];
+extern const double skylimb_all_well[SKYLIMB_TOLD_SIZE];
 
-/* One control tick. Takes the state along; `signals` tells what went on inside. */
-void skylimb_controller_step(double state[SKYLIMB_STATE_SIZE],
-                             const double measurement[SKYLIMB_MEASUREMENT_SIZE],
-                             const double reference[SKYLIMB_REFERENCE_SIZE],
-                             const double gains[SKYLIMB_GAINS_SIZE],
-                             double command[SKYLIMB_COMMAND_SIZE],
-                             double signals[SKYLIMB_SIGNALS_SIZE]);
+/* Begin a flight: a supervisor that has broken one off never goes back to it. */
+void skylimb_reset(double state[SKYLIMB_STATE_SIZE]);
+
+/* One control tick; the status word. Takes the state along; `signals` tells what went on inside. */
+unsigned long skylimb_controller_step(double state[SKYLIMB_STATE_SIZE],
+                                      const double told[SKYLIMB_TOLD_SIZE],
+                                      const double measurement[SKYLIMB_MEASUREMENT_SIZE],
+                                      const double reference[SKYLIMB_REFERENCE_SIZE],
+                                      const double gains[SKYLIMB_GAINS_SIZE],
+                                      double command[SKYLIMB_COMMAND_SIZE],
+                                      double signals[SKYLIMB_SIGNALS_SIZE]);
 
 #ifdef __cplusplus
 }

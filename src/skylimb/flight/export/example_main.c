@@ -16,9 +16,10 @@ static double difference(const double* found, const double* wanted, int count) {
 int main(void) {
   double state[SKYLIMB_STATE_SIZE], command[SKYLIMB_COMMAND_SIZE], signals[SKYLIMB_SIGNALS_SIZE];
   double most = 0.0;
-  for (int i = 0; i < SKYLIMB_STATE_SIZE; i++) state[i] = skylimb_initial_state[i];
+  skylimb_reset(state);
   for (int k = 0; k < TEST_TICKS; k++) {
-    skylimb_controller_step(state, test_measurement[k], test_reference[k], skylimb_preset_gains, command, signals);
+    skylimb_controller_step(state, skylimb_all_well, test_measurement[k], test_reference[k], skylimb_preset_gains,
+                            command, signals);
     double apart = fmax(difference(command, test_command[k], SKYLIMB_COMMAND_SIZE),
                         difference(signals, test_signals[k], SKYLIMB_SIGNALS_SIZE));
     if (!(apart <= most)) most = apart;

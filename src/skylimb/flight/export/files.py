@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -16,8 +16,11 @@ from skylimb.base.files import new_folder
 from skylimb.base.keys import rows_of
 from skylimb.base.packing import Layout
 from skylimb.control.controller import Controller, TraceableController, require_compiled
+from skylimb.control.supervisor.limits import Limits
+from skylimb.control.supervisor.supervisor import TABLE, Told
 from skylimb.control.traced_step import TracedStep
 from skylimb.flight.export.step import NAME, Vector, controller_step, example_vector
+from skylimb.robots.model import Robot
 
 _TEMPLATES = Path(__file__).parent
 _QUIET = """\
@@ -34,8 +37,9 @@ def export_c(
     folder: str | Path,
     control_period: float = 0.005,
     beside: Mapping[str, bytes] = MappingProxyType({}),
+    limits: Limits | None = None,
 ) -> list[Path]:
-    """Write a controller as C99 that allocates nothing and needs only libm.
+    """Write a controller under its supervisor as C99 that allocates nothing and needs only libm.
 
     Left in the folder: `controller_function.c` (CasADi's own text of the cascade), `controller.c` and
     `controller.h` (its gains, first state, the place of every named number, and one function to call),
@@ -47,6 +51,7 @@ def export_c(
         folder: new.
         control_period: s, that the code is called with.
         beside: more files for the folder, by name.
+        limits: when the supervisor acts.
 
     Returns:
         The files.
@@ -58,11 +63,11 @@ def export_c(
     traced = require_compiled(controller, "written as C")
     if not 0.0 < control_period < math.inf:
         raise ConfigError(f"control period = {control_period:g} s must be positive")
-    step = controller_step(traced, control_period)
+    step = controller_step(traced, control_period, limits)
     texts = {
         "controller_function.c": f"{_QUIET}{c_source(step.function)}",
         "controller.h": _header(traced, step, control_period),
-        "controller.c": _source(step),
+        "controller.c": _source(traced.robot, step),
         "test_vector.h": _vector(example_vector(traced, step)),
         "main.c": (_TEMPLATES / "example_main.c").read_text("utf-8"),
         "host.c": (_TEMPLATES / "host.c").read_text("utf-8"),
@@ -100,6 +105,13 @@ _ABOUT = {
     "reference.wait": "1 while the mission should not go on without touch",
     "reference.sliding_axis": "unit vector u of the sliding plane, W",
     "signals.pace": "speed that the mission's clock is to have; 1 is its own",
+    "told.pose": "1 where a pose has come since the last tick, else 0",
+    "told.joints": "1 where joint angles have",
+    "told.late": "1 where this tick came too late",
+    "told.land": "1 to break the flight off",
+    "told.stop": "1 to stop the motors",
+    "signals.supervisor_mode": "mode, by its number",
+    "signals.supervisor_bits": "what is wrong, a bit each",
     "command.thrusts": "N",
     "command.joint_angles": "rad",
     "command.vectoring_angles": "rad",
@@ -112,10 +124,15 @@ def _header(controller: TraceableController, step: TracedStep, dt: float) -> str
         ("reference", step.inputs.reference),
         ("gains", step.inputs.gains),
         ("command", step.commands),
+        ("told", Layout(Told())),
         ("signals", step.signals),
     ]
     about = {**_ABOUT, **_about_gains(controller)}
-    lines = [f"#define SKYLIMB_STATE_SIZE {len(step.state)}"]
+    first = step.inputs.state.slices[f"watch.told.{Told._fields[0]}"].start
+    lines = [
+        f"#define SKYLIMB_STATE_SIZE {len(step.state)}",
+        f"#define SKYLIMB_STATE_TOLD {first} /* what is told */",
+    ]
     for part, layout in parts:
         lines += ["", f"#define SKYLIMB_{part.upper()}_SIZE {layout.size}"]
         for name, where in layout.slices.items():
@@ -129,7 +146,16 @@ def _header(controller: TraceableController, step: TracedStep, dt: float) -> str
         .replace("@ROBOT@", controller.robot.name)
         .replace("@PERIOD@", repr(float(dt)))
         .replace("@SIZES@", "\n".join(lines))
+        .replace("@STATUS@", "\n".join(_status()))
     )
+
+
+def _status() -> Iterator[str]:
+    """Modes and bits of the supervisor's table."""
+    for number, (name, meaning) in enumerate(TABLE.modes.items()):
+        yield f"#define SKYLIMB_{name} {number}ul /* {meaning} */"
+    for place, (name, meaning) in enumerate(TABLE.bits.items()):
+        yield f"#define SKYLIMB_BIT_{name.upper()} {1 << place:#x}ul /* {meaning} */"
 
 
 def _about_gains(controller: TraceableController) -> dict[str, str]:
@@ -143,7 +169,9 @@ def _upper(name: str) -> str:
     return "".join(letter if letter.isalnum() else "_" for letter in name).upper()
 
 
-def _source(step: TracedStep) -> str:
+def _source(robot: Robot, step: TracedStep) -> str:
+    limits = zip(robot.thrust_limits(), robot.joint_limits(), robot.vectoring_limits(), strict=True)
+    least, greatest = (_numbers(np.concatenate(part)) for part in limits)
     template, function = (_TEMPLATES / "controller_template.c").read_text("utf-8"), step.function
     return (
         template.replace("@FUNCTION@", NAME)
@@ -152,6 +180,9 @@ def _source(step: TracedStep) -> str:
         .replace("@RESULTS@", str(function.sz_res()))
         .replace("@STATE@", _numbers(step.state))
         .replace("@GAINS@", _numbers(step.gains))
+        .replace("@LEAST@", least)
+        .replace("@GREATEST@", greatest)
+        .replace("@WELL@", _numbers(np.array(Told())))
     )
 
 
@@ -169,4 +200,4 @@ def _vector(vector: Vector) -> str:
 
 def _numbers(values: np.ndarray) -> str:
     """Numbers in C, each with as many digits as it needs to come back the same."""
-    return ", ".join(repr(float(value)) for value in values)
+    return ", ".join(repr(float(value)).replace("inf", "HUGE_VAL") for value in values)

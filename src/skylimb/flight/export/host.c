@@ -1,26 +1,35 @@
 /* Measurements in, commands out, as on a flight computer. 64-bit numbers of this machine, one block a tick:
  *   cc -std=c99 -O2 host.c controller.c controller_function.c -o host -lm && ./host < flight.bin > commands.bin
- * In: measurement, then reference. Out: command. On the error stream: how long a tick took.
+ * In: measurement, then reference. Out: command. On the error stream: how long a tick took, and what went wrong.
  */
 #include <stdio.h>
+#include <string.h>
 #include <time.h>
 #include "controller.h"
 
-static double state[SKYLIMB_STATE_SIZE], signals[SKYLIMB_SIGNALS_SIZE];
+static double state[SKYLIMB_STATE_SIZE], signals[SKYLIMB_SIGNALS_SIZE], told[SKYLIMB_TOLD_SIZE];
 static double given[SKYLIMB_MEASUREMENT_SIZE + SKYLIMB_REFERENCE_SIZE], command[SKYLIMB_COMMAND_SIZE];
 
 int main(void) {
   const size_t count = sizeof given / sizeof *given;
   double worst = 0.0, total = 0.0;
+  unsigned long before = 0;
   long ticks = 0;
   size_t read;
-  for (int i = 0; i < SKYLIMB_STATE_SIZE; i++) state[i] = skylimb_initial_state[i];
+  skylimb_reset(state);
   while ((read = fread(given, sizeof *given, count, stdin)) == count) {
+    unsigned long status;
     clock_t begun = clock();
-    skylimb_controller_step(state, given, given + SKYLIMB_MEASUREMENT_SIZE, skylimb_preset_gains, command, signals);
-    double took = (double)(clock() - begun) / CLOCKS_PER_SEC;
+    double took;
+    /* On a robot: told[SKYLIMB_TOLD_POSE] = 1 where a pose has come since the last tick, and so on. */
+    memcpy(told, skylimb_all_well, sizeof told);
+    status = skylimb_controller_step(state, told, given, given + SKYLIMB_MEASUREMENT_SIZE, skylimb_preset_gains,
+                                     command, signals);
+    took = (double)(clock() - begun) / CLOCKS_PER_SEC;
     if (took > worst) worst = took;
     total += took;
+    if (status != before) fprintf(stderr, "tick %ld: mode %lu, status %#lx\n", ticks, SKYLIMB_MODE(status), status);
+    before = status;
     ticks++;
     if (fwrite(command, sizeof command, 1, stdout) != 1) return 2; /* nobody takes the commands */
   }

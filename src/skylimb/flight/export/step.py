@@ -5,15 +5,17 @@ from __future__ import annotations
 import numpy as np
 
 from skylimb.control.controller import TraceableController
+from skylimb.control.supervisor.limits import Limits
+from skylimb.control.supervisor.supervised import Supervised
 from skylimb.control.traced_step import TracedStep, traced_step
 from skylimb.control.user_trace import shaken_hover
 
 NAME = "skylimb_controller_function"
 
 
-def controller_step(controller: TraceableController, dt: float) -> TracedStep:
-    """A controller's tick of `dt` seconds, as its C has it: a reference shows nothing that lies ahead."""
-    return traced_step(controller, dt, name=NAME)
+def controller_step(controller: TraceableController, dt: float, limits: Limits | None = None) -> TracedStep:
+    """A supervised controller's tick of `dt` seconds; in its C a reference shows nothing that lies ahead."""
+    return traced_step(Supervised(controller, limits or Limits()), dt, name=NAME)
 
 
 Vector = dict[str, np.ndarray]

@@ -107,7 +107,7 @@ class GuardedController:
         if missed:
             self.counts.note("guard", "missed tick")
         fresh, measured = self._fresh(), self._shaped(measurement)
-        told = self._told._replace(fresh=float(fresh and measured is not None), late=float(missed))
+        told = self._told._replace(pose=float(fresh and measured is not None), late=float(missed))
         self._told = Told()
         sight = halves.look(told, measured, reference)
         self._note(halves)

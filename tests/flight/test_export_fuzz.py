@@ -1,0 +1,55 @@
+"""Exported C on random inputs: whatever comes in, every command is finite and within its limits."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+import skylimb
+from skylimb.flight.export import export_c
+
+FUZZ = Path(__file__).parents[1] / "helpers" / "fuzz.c"
+STRICT = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-ffp-contract=off")
+SANITIZERS = ("-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
+COMPILERS = [name for name in ("gcc", "clang") if shutil.which(name)]
+
+
+def fuzzed(compiler: str, name: str, folder: Path, flags: tuple[str, ...], ticks: int) -> list[int]:
+    """Ticks in each mode."""
+    made = folder / "c"
+    export_c(skylimb.load_controller(name, skylimb.load_robot("hydrus_xi_quad")), made)
+    sources = [FUZZ, made / "controller.c", made / "controller_function.c"]
+    built = [compiler, *STRICT, *flags, f"-I{made}", *map(str, sources), "-o", str(folder / "fuzz"), "-lm"]
+    subprocess.run(built, check=True, capture_output=True)
+    done = subprocess.run([folder / "fuzz", str(ticks), "7"], check=False, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return list(map(int, done.stdout.split()))
+
+
+@pytest.mark.skipif(not COMPILERS, reason="no gcc or clang on this machine")
+def test_commands_stay_within_limits(tmp_path: Path) -> None:
+    modes = fuzzed(COMPILERS[0], "hybrid", tmp_path, SANITIZERS, 50_000)
+    assert sum(modes) == 50_000
+    assert min(modes) > 100
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("compiler", COMPILERS)
+@pytest.mark.parametrize("name", ["hybrid", "following", "drawing"])
+def test_a_million_ticks(compiler: str, name: str, tmp_path: Path) -> None:
+    modes = fuzzed(compiler, name, tmp_path, ("-O2",), 1_000_000)
+    assert sum(modes) == 1_000_000
+    assert min(modes) > 1000
+
+
+@pytest.mark.skipif(not COMPILERS, reason="no gcc or clang on this machine")
+def test_code_that_would_let_a_nan_through_is_not_built(tmp_path: Path) -> None:
+    made = tmp_path / "c"
+    export_c(skylimb.load_controller("pid", skylimb.load_robot("hydrus_xi_quad")), made)
+    built = [COMPILERS[0], "-c", "-ffast-math", str(made / "controller.c"), "-o", str(tmp_path / "c.o")]
+    done = subprocess.run(built, check=False, capture_output=True, text=True)
+    assert done.returncode != 0
+    assert "-ffast-math" in done.stderr
