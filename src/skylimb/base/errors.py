@@ -72,6 +72,11 @@ EXTRAS = {
 """Packages that an extra of skylimb installs, as Python imports them; SciPy comes with several."""
 
 
+def first_line(error: Exception) -> str:
+    """The first line of what an error says, or its kind where it says nothing."""
+    return (str(error).splitlines() or [type(error).__name__])[0]
+
+
 def missing_extra(package: str) -> MissingExtraError:
     """An error that names a package of an extra, and the command that installs it.
 

@@ -20,9 +20,39 @@ import tempfile
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
-from skylimb.base.errors import OutputError
+from skylimb.base.errors import OutputError, SkylimbError, first_line
+
+
+@contextmanager
+def readable(source: Path | BinaryIO, kind: str, called: str = "") -> Iterator[BinaryIO]:
+    """A file that a library reads: what that raises for a damaged one is an `OutputError`.
+
+    Args:
+        source: its path, or its bytes as a stream.
+        kind: of file, for messages.
+        called: what messages call it; its path by default.
+
+    Raises:
+        OutputError: also when there is no such file.
+    """
+    called = called or str(source)
+    try:
+        if isinstance(source, Path) and source.exists() and not source.is_file():
+            raise OutputError(f"cannot read '{called}': it is no regular file")
+        opened = source.open("rb") if isinstance(source, Path) else source
+    except FileNotFoundError:
+        raise OutputError(f"'{called}' does not exist") from None
+    except OSError as error:
+        raise OutputError(f"cannot read '{called}': {error.strerror or error}") from error
+    with opened:
+        try:
+            yield opened
+        except SkylimbError:
+            raise
+        except Exception as error:  # a damaged file fails in whatever layer meets the damage first
+            raise OutputError(f"'{called}' is not a readable {kind}: {first_line(error)}") from error
 
 
 def require_new(path: str | Path) -> Path:

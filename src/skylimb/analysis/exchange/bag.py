@@ -9,8 +9,8 @@ from pathlib import Path
 
 from skylimb.analysis.exchange.bag_records import raw_messages
 from skylimb.analysis.exchange.message_types import message_types
-from skylimb.analysis.exchange.stream import Message, decoded, readable
-from skylimb.base.files import new_file
+from skylimb.analysis.exchange.stream import Message, decoded
+from skylimb.base.files import new_file, readable
 
 
 def _blocks(content: bytes) -> bytes:
@@ -41,5 +41,5 @@ class Bag:
     @contextmanager
     def read(self, path: Path) -> Iterator[Iterator[Message]]:
         """The messages of a bag, read with the definitions that it brings; see `stream.decoded`."""
-        with readable(path, "ROS 1 bag"), path.open("rb") as file:
+        with readable(path, "ROS 1 bag") as file:
             yield decoded(raw_messages(file), path, EOFError)

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from skylimb.analysis.exchange.message_types import message_types
-from skylimb.analysis.exchange.stream import Message, Raw, decoded, readable
+from skylimb.analysis.exchange.stream import Message, Raw, decoded
 from skylimb.base.errors import extra_module
-from skylimb.base.files import new_file
+from skylimb.base.files import new_file, readable
 
 
 class Mcap:
@@ -43,7 +43,7 @@ class Mcap:
         """The messages of a file that are ROS 1's, read with their own definitions; see `decoded`."""
         reader_of = extra_module("mcap.reader").NonSeekingReader
         cut = extra_module("mcap.exceptions").EndOfFile
-        with readable(path, "MCAP file"), path.open("rb") as file:
+        with readable(path, "MCAP file") as file:
             yield decoded(_raw(reader_of(file, validate_crcs=True)), path, cut)
 
 

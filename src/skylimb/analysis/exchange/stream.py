@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from skylimb.analysis.exchange.message_types import message_types
-from skylimb.base.errors import OutputError, SkylimbError
 
 
 class Message(NamedTuple):
@@ -64,21 +62,3 @@ def decoded(messages: Iterable[Raw], path: Path, cut: type[Exception]) -> Iterat
     except cut:
         until = f"what was recorded up to {1e-9 * last:.3f} s" if last else "no message"
         warnings.warn(f"'{path}' was cut off: {until} is read", UserWarning, stacklevel=2)
-
-
-@contextmanager
-def readable(path: Path, kind: str) -> Iterator[None]:
-    """Where a file is read: what a library raises for a damaged one is an `OutputError`.
-
-    Raises:
-        OutputError: also when there is no such file.
-    """
-    if not path.is_file():
-        raise OutputError(f"log '{path}' {'is no regular file' if path.exists() else 'does not exist'}")
-    try:
-        yield
-    except SkylimbError:
-        raise
-    except Exception as error:  # a damaged file fails in whatever layer meets the damage first
-        first = (str(error).splitlines() or [type(error).__name__])[0]
-        raise OutputError(f"'{path}' is not a readable {kind}: {first}") from error

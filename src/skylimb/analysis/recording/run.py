@@ -14,7 +14,7 @@ from skylimb.analysis.recording.netcdf import netcdf_bytes, read_netcdf
 from skylimb.analysis.recording.origin import moved, read_sources
 from skylimb.analysis.recording.provided import provided
 from skylimb.base.errors import OutputError, unknown_name
-from skylimb.base.files import new_file
+from skylimb.base.files import new_file, readable
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -217,7 +217,7 @@ class Run:
         """
         path = Path(path)
         file = path / LOG_FILE if path.is_dir() else path
-        run = cls._of(_read(file))
+        run = cls._of(_dataset(file, str(file)))
         return dataclasses.replace(run, sources=read_sources(run.config, file.parent), file=file)
 
     @classmethod
@@ -251,25 +251,10 @@ class Run:
         return dataclasses.replace(self, log=log, sources=files)
 
 
-def _read(path: Path) -> xr.Dataset:
-    try:
-        if path.exists() and not path.is_dir() and not path.is_file():
-            raise OutputError(f"cannot read run file '{path}': it is no regular file")
-        with path.open("rb") as file:
-            file.read(1)
-    except FileNotFoundError:
-        raise OutputError(f"run file '{path}' does not exist") from None
-    except OSError as error:
-        raise OutputError(f"cannot read run file '{path}': {error.strerror or error}") from error
-    return _dataset(path, str(path))
-
-
-def _dataset(source: Any, path: str) -> xr.Dataset:
+def _dataset(source: Path | io.BytesIO, path: str) -> xr.Dataset:
     """The dataset of a run's file, or of its bytes; `path` is what messages call it."""
-    try:
-        log = read_netcdf(source, _MOST_UNPACKED)
-    except Exception as error:  # a damaged file fails in whatever layer meets the damage first
-        raise OutputError(f"'{path}' is not a readable NetCDF-4 file: {_first_line(error)}") from error
+    with readable(source, "NetCDF-4 file", path) as file:
+        log = read_netcdf(file, _MOST_UNPACKED)
     if log.attrs.get("format") != FORMAT:
         raise OutputError(f"'{path}' is a NetCDF file but not a {FORMAT} (no attribute format = '{FORMAT}')")
     version = int(log.attrs.get("format_version", 0))
@@ -278,7 +263,3 @@ def _dataset(source: Any, path: str) -> xr.Dataset:
             f"'{path}' has format version {version}, skylimb here reads up to {FORMAT_VERSION}: update it"
         )
     return log
-
-
-def _first_line(error: Exception) -> str:
-    return (str(error).splitlines() or [type(error).__name__])[0]

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from skylimb.base.errors import ConfigError, SkylimbError, missing_extra
+from skylimb.base.errors import ConfigError, SkylimbError, first_line, missing_extra
 from skylimb.base.sources import Source, read_source
 
 _IMAGES = {".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp"}
@@ -50,8 +50,7 @@ def values_in(source: Source, name: str) -> np.ndarray:
     except SkylimbError:
         raise
     except Exception as error:  # a damaged file fails in whatever layer meets the damage first
-        reason = (str(error).splitlines() or [type(error).__name__])[0]
-        raise ConfigError(f"{name}: cannot be read: {reason}") from error
+        raise ConfigError(f"{name}: cannot be read: {first_line(error)}") from error
 
 
 def _numbers_of_npy(content: io.BytesIO) -> np.ndarray:

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from concurrent.futures import CancelledError, Future
 from typing import TYPE_CHECKING, Any
 
-from skylimb.base.errors import extra_module
+from skylimb.base.errors import extra_module, first_line
 from skylimb.studies.campaign.engines import DEATHS, Engine, WorkerError
 from skylimb.studies.campaign.worker import Flown, Job, fly_jobs
 
@@ -73,5 +73,4 @@ def connect(campaign: str, address: str) -> ClusterEngine:
     try:
         return ClusterEngine(campaign, distributed.Client(address, timeout="5s", set_as_default=False))
     except (OSError, ValueError) as error:
-        first = (str(error).splitlines() or [type(error).__name__])[0]
-        raise WorkerError(f"no Dask scheduler answers at '{address}': {first}") from error
+        raise WorkerError(f"no Dask scheduler answers at '{address}': {first_line(error)}") from error
