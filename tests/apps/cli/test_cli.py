@@ -247,16 +247,20 @@ def test_runs_clears_away_what_a_killed_process_left(
     shutil.copytree(flown[1], whole / "whole")
     (half / "half").mkdir(parents=True)
     (half / "half" / "log.nc").write_bytes((flown[1] / "log.nc").read_bytes()[:1000])
-    known = [(whole, "whole"), (half, "half")]
+    flying = tmp_path / ".flying.0.partial"
+    (flying / "flying").mkdir(parents=True)
+    (flying / "flying" / "01-flight.mcap").write_bytes(b"as it was flown")
+    known = [(whole, "whole"), (half, "half"), (flying, "flying")]
     monkeypatch.setattr(
         "skylimb.base.files.orphans", lambda folder: [one for one in known if one[0].exists()]
     )
     _, out, _ = call(["runs", str(tmp_path)], capsys)
-    assert out.count("left by a process that was killed; `skylimb runs --clean` clears it away") == 2
+    assert out.count("left by a process that was killed; `skylimb runs --clean` clears it away") == 3
     _, out, _ = call(["runs", str(tmp_path), "--clean"], capsys)
     assert f"kept as '{tmp_path / 'whole-interrupted'}'" in out
     assert f"{half}: left by a process that was killed; removed" in out
-    assert [path.name for path in tmp_path.iterdir()] == ["whole-interrupted"]
+    assert f"kept as '{tmp_path / 'flying-interrupted'}'; `skylimb convert FILE.mcap LOG.nc` reads it" in out
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["flying-interrupted", "whole-interrupted"]
     assert call(["runs", str(tmp_path / "nowhere")], capsys)[0] == 2
 
 

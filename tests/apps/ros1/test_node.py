@@ -6,10 +6,15 @@ import os
 import signal
 import time
 from collections import Counter
+from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from skylimb.analysis.exchange.convert import read_log
 from skylimb.analysis.exchange.frames import lab_link
 from skylimb.analysis.exchange.lab_topics import DIAGNOSTICS, RECORD, ROW, STATE
+from skylimb.analysis.exchange.recorder import FlightRecorder
 from skylimb.apps.ros1.both import Both
 from skylimb.apps.ros1.flyer import Flyer
 from skylimb.apps.ros1.messages import Arrived, Outgoing
@@ -60,22 +65,24 @@ class Clock:
         self.time += round(seconds * 1e9)
 
 
-def node(carrier: Carrier) -> tuple[Node, Both, list[str]]:
+def node(carrier: Carrier, recorder: FlightRecorder | None = None) -> tuple[Node, Both, list[str]]:
     takeoff, controller = ready("hybrid")
     pacer, said = Clock().pacer(takeoff.period), list[str]()
     missions = {"paper": takeoff.mission}
     both = Both(takeoff, Flyer(takeoff, controller, missions, lab_link(takeoff.robot), pacer))
     bridge: Any = carrier
-    return Node(both, bridge, pacer, said.append), both, said
+    return Node(both, bridge, pacer, said.append, recorder=recorder), both, said
 
 
-def test_ctrl_c_lands_before_it_ends() -> None:
+def test_ctrl_c_lands_before_it_ends(tmp_path: Path) -> None:
     def interrupt() -> None:
         os.kill(os.getpid(), signal.SIGINT)
 
     carrier = Carrier({2: ["teleop_command/start"], 20: ["teleop_command/takeoff"], 1300: interrupt}, 6000)
-    flying, both, said = node(carrier)
+    recorder = FlightRecorder(tmp_path)
+    flying, both, said = node(carrier, recorder)
     flying.spin()
+    recorder.close()
     assert said[:4] == ["ARM_OFF -> START", "START -> ARM_ON", "ARM_ON -> TAKEOFF", "TAKEOFF -> HOVER"]
     assert said[-2:] == ["HOVER -> LAND", "LAND -> STOP"]
     assert carrier.k < 6000
@@ -84,7 +91,9 @@ def test_ctrl_c_lands_before_it_ends() -> None:
     assert len(carrier.of(RECORD)) == 1
     assert len(carrier.of(ROW)) > 500
     assert [kept.name for kept in both.kept] == ["flight"]
-    assert both.kept[0].run().log.sizes["time"] == len(carrier.of(ROW))
+    flown, kept = both.kept[0].run().log, read_log(tmp_path / "01-flight.mcap").run.log
+    assert flown.sizes["time"] == len(carrier.of(ROW))
+    np.testing.assert_array_equal(kept.thrusts_command, flown.thrusts_command)
 
 
 def test_it_ends_when_the_middleware_is_gone_and_says_each_fault_once() -> None:

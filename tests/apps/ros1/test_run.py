@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from skylimb.analysis.exchange.lab_topics import Topic
+from skylimb.analysis.exchange.lab_topics import RECORD, Topic
 from skylimb.analysis.exchange.message_types import Definitions
 from skylimb.apps.ros1.profile import PROFILES
-from skylimb.apps.ros1.run import _say_left_out, missions_of
+from skylimb.apps.ros1.run import _say_left_out, missions_of, recording
 from skylimb.base.errors import ConfigError, UnknownNameError
 from steered import ready
 
@@ -49,3 +49,21 @@ def test_only_the_profile_without_a_robot_does_without_unknown_types(profile: st
     else:
         with pytest.raises(ConfigError, match=r"^no definition of lab/Odd: name the robot"):
             _say_left_out(profile, (known, unknown), Definitions(), said.append)
+
+
+def test_what_was_flown_before_an_error_is_kept(tmp_path: Path) -> None:
+    folder = tmp_path / "out"
+    with recording(folder) as recorder:
+        assert not folder.exists()
+    assert recorder.faults == {}
+    assert list(tmp_path.iterdir()) == []
+
+    def fly() -> None:
+        with recording(folder) as recorder:
+            recorder.take([(RECORD, {"data": b"", "layout.dim": []})])
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError) as error:
+        fly()
+    assert [path.name for path in tmp_path.rglob("*")] == ["out-interrupted", "01-flight.mcap"]
+    assert error.value.__notes__ == [f"what was flown is kept in '{tmp_path / 'out-interrupted'}'"]

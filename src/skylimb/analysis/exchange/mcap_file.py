@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -14,29 +14,50 @@ from skylimb.base.errors import extra_module
 from skylimb.base.files import new_file, readable
 
 
+class McapStream:
+    """An MCAP file of the profile ros1 that grows message by message, in chunks with checksums.
+
+    Args:
+        path: of a new file.
+        chunk: bytes after which a chunk is on its way to the disk, uncompressed; 0: an archive's, compressed.
+    """
+
+    def __init__(self, path: Path, chunk: int = 0) -> None:
+        module = extra_module("mcap.writer")
+        small = {"chunk_size": chunk, "compression": module.CompressionType.NONE} if chunk else {}
+        self._types, self._file = message_types(), path.open("xb")
+        self._writer = module.Writer(self._file, **small)
+        self._writer.start(profile="ros1", library="skylimb")
+        self._schema, self._channel = cache(self._schema_of), cache(self._channel_of)
+
+    def add(self, message: Message) -> None:
+        """Write a message."""
+        raw = bytes(self._types.serialize_ros1(message.value, message.type))
+        channel = self._channel(message.topic, message.type)
+        self._writer.add_message(channel, message.time, raw, message.time)
+        self._file.flush()
+
+    def close(self) -> None:
+        """Write the index, and end the file."""
+        with self._file:
+            self._writer.finish()
+
+    def _schema_of(self, kind: str) -> int:
+        text, _ = self._types.generate_msgdef(kind, ros_version=1)
+        return self._writer.register_schema(kind.replace("/msg/", "/"), "ros1msg", text.encode())
+
+    def _channel_of(self, topic: str, kind: str) -> int:
+        return self._writer.register_channel(topic, "ros1", self._schema(kind))
+
+
 class Mcap:
     """An MCAP file of the profile ros1."""
 
     def write(self, path: Path, messages: Iterable[Message]) -> None:
         """Write a new file."""
-        types, writer_of = message_types(), extra_module("mcap.writer").Writer
-        with new_file(path) as aside, aside.open("wb") as file:
-            writer = writer_of(file)
-            writer.start(profile="ros1", library="skylimb")
-
-            @cache
-            def schema(kind: str) -> int:
-                text, _ = types.generate_msgdef(kind, ros_version=1)
-                return writer.register_schema(kind.replace("/msg/", "/"), "ros1msg", text.encode())
-
-            @cache
-            def channel(topic: str, kind: str) -> int:
-                return writer.register_channel(topic, "ros1", schema(kind))
-
+        with new_file(path) as aside, closing(McapStream(aside)) as stream:
             for message in messages:
-                raw = bytes(types.serialize_ros1(message.value, message.type))
-                writer.add_message(channel(message.topic, message.type), message.time, raw, message.time)
-            writer.finish()
+                stream.add(message)
 
     @contextmanager
     def read(self, path: Path) -> Iterator[Iterator[Message]]:

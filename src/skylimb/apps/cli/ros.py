@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from typing import Annotated
 
 from skylimb.apps.cli import output
@@ -51,28 +52,31 @@ def ros(
     """
     within("--cells", cells, 1, 20)
     folder = new_folder(out, "ros") if out else None
-    from skylimb.apps.ros1.run import run, write
+    from skylimb.apps.ros1.run import recording, run, write
 
-    flown = run(
-        profile,
-        robot=robot,
-        experiment=experiment,
-        missions=mission,
-        controller=controller,
-        settings=set,
-        messages=messages,
-        namespace=namespace,
-        link=link,
-        cells=cells,
-        anywhere=anywhere,
-        bare=bare,
-        config=config,
-        say=lambda words: print(words, flush=True),
-    )
+    with recording(folder) if folder else nullcontext() as recorder:
+        flown = run(
+            profile,
+            robot=robot,
+            experiment=experiment,
+            missions=mission,
+            controller=controller,
+            settings=set,
+            messages=messages,
+            namespace=namespace,
+            link=link,
+            cells=cells,
+            anywhere=anywhere,
+            bare=bare,
+            config=config,
+            say=lambda words: print(words, flush=True),
+            recorder=recorder,
+        )
+        if folder is not None:
+            with output.working("writing the results"):
+                write(flown, folder)
     print(flown.timing.verdict())
     for name, count in flown.faults.items():
         print(f"note: {name}: {count} times")
     if folder is not None:
-        with output.working("writing the results"):
-            write(flown, folder)
         output.places(folder)

@@ -82,12 +82,14 @@ def _cleared(path: Path, name: str) -> str:
     from skylimb.base.files import rename_new
 
     inside = path / name
+    recorded = [*inside.glob("*.mcap")]  # as it was flown; whole up to the last chunk
     try:
-        load_runs(inside)
+        if not recorded:
+            load_runs(inside)
     except OutputError:
         shutil.rmtree(path) if path.is_dir() else path.unlink()
         return "removed"
     place = interrupted_name(path.with_name(name))
     rename_new(inside, place)
     path.rmdir()
-    return f"kept as '{place}'"
+    return f"kept as '{place}'" + "; `skylimb convert FILE.mcap LOG.nc` reads it" * bool(recorded)

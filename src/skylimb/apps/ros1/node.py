@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from skylimb.analysis.exchange.lab_topics import DIAGNOSTICS
+from skylimb.analysis.exchange.recorder import FlightRecorder
 from skylimb.apps.ros1.bridge.process import Bridge
 from skylimb.apps.ros1.messages import Arrived, Outgoing
 from skylimb.apps.ros1.piloted import Piloted
@@ -39,6 +40,7 @@ class Node:
         pacer: of the ticks.
         say: takes what people are to read.
         clock: of the messages' stamps, s.
+        recorder: keeps flights on the disk as they are flown.
     """
 
     def __init__(
@@ -48,9 +50,10 @@ class Node:
         pacer: Pacer,
         say: Callable[[str], None] = print,
         clock: Callable[[], float] = time.time,
+        recorder: FlightRecorder | None = None,
     ) -> None:
         self._profile, self._bridge, self._pacer = profile, bridge, pacer
-        self._say, self._clock = say, clock
+        self._say, self._clock, self._recorder = say, clock, recorder
         self._to_end = 0
         self._known: Counter[str] = Counter()
         self._last_said: dict[str, float] = {}
@@ -66,7 +69,8 @@ class Node:
     @property
     def faults(self) -> Counter[str]:
         """How often each fault was met, by the profile and on the way."""
-        return self._profile.faults + self._bridge.faults
+        kept = Counter[str]() if self._recorder is None else self._recorder.faults
+        return self._profile.faults + self._bridge.faults + kept
 
     def spin(self) -> None:
         """Tick until there is nobody to talk to; Ctrl-C lands first, a second one ends it."""
@@ -77,7 +81,10 @@ class Node:
                 k = 0
                 while not self._done():
                     self._late.append(self._pacer.wait(k))
-                    self._bridge.carry(self._profile.tick(self._arrived(), self._clock()))
+                    messages = self._profile.tick(self._arrived(), self._clock())
+                    self._bridge.carry(messages)
+                    if self._recorder is not None:
+                        self._recorder.take(messages)
                     k += 1
                     if k % round(1.0 / self._pacer.period) == 0:
                         self._diagnose()

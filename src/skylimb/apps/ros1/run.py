@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,8 @@ from typing import Any
 from skylimb.analysis.exchange.frames import lab_link
 from skylimb.analysis.exchange.lab_topics import NAMESPACE, Topic
 from skylimb.analysis.exchange.message_types import Definitions
+from skylimb.analysis.exchange.recorder import FlightRecorder
+from skylimb.analysis.report.keeping import interrupted_name
 from skylimb.apps.ros1.both import Both
 from skylimb.apps.ros1.bridge.installation import require_loopback, require_master, require_ros
 from skylimb.apps.ros1.bridge.process import Bridge
@@ -22,6 +25,7 @@ from skylimb.apps.ros1.profile import PROFILES, PendingRun, profile_topics
 from skylimb.apps.ros1.simulated import Simulated
 from skylimb.apps.ros1.tick import STARTED_BY_ITS_USER
 from skylimb.base.errors import ConfigError, choice_error
+from skylimb.base.files import new_folder, rename_new, staging
 from skylimb.control.missions.mission import Mission
 from skylimb.flight.events import require_applied
 from skylimb.flight.experiments.experiment import load_experiment
@@ -80,6 +84,7 @@ def run(
     bare: bool = False,
     config: Sequence[str] = (),
     say: Callable[[str], None] = print,
+    recorder: FlightRecorder | None = None,
 ) -> Flown:
     """Be a node until it is shut down.
 
@@ -98,6 +103,7 @@ def run(
         bare: whether the cost of `controller` is accepted.
         config: the robot's own YAML files of motors and servos.
         say: takes what people are to read.
+        recorder: keeps flights on the disk as they are flown.
 
     Raises:
         SkylimbError: before anything is published, where ROS, its master, a message or a name is missing.
@@ -134,7 +140,7 @@ def run(
             say(words)
     bridge = Bridge(profile, messages, namespace, lab.servos is not None)
     try:
-        node = Node(made, bridge, pacer, say)
+        node = Node(made, bridge, pacer, say, recorder=recorder)
         say(f"{profile}: {plan.robot.name} below /{namespace}, missions {', '.join(flown)}")
         node.spin()
     finally:
@@ -142,10 +148,31 @@ def run(
     return Flown(tuple(made.kept), node.timing, dict(node.faults))
 
 
+@contextmanager
+def recording(folder: Path) -> Iterator[FlightRecorder]:
+    """Flights on the disk as they are flown, aside of a new folder; who comes to the end has them whole.
+
+    After an error they are kept in FOLDER-interrupted; those of a killed process are found by `skylimb runs`.
+    """
+    with staging(folder) as aside:
+        inside = aside / folder.name
+        inside.mkdir()
+        recorder = FlightRecorder(inside)
+        try:
+            yield recorder
+        except BaseException as error:
+            recorder.close()
+            if any(inside.iterdir()):
+                place = interrupted_name(folder)
+                rename_new(inside, place)
+                error.add_note(f"what was flown is kept in '{place}'")
+            raise
+        recorder.close()
+
+
 def write(flown: Flown, folder: Path) -> list[Path]:
     """Flights and missions below a new folder, and how the loop kept to the clock."""
     from skylimb.analysis import write_run
-    from skylimb.base.files import new_folder
 
     places = []
     with new_folder(folder) as aside:

@@ -1,0 +1,89 @@
+"""A flight on the disk as it is flown: whole up to its last chunk, and worth less than the flight itself."""
+
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+
+import skylimb
+from skylimb.analysis.exchange import recorder as module
+from skylimb.analysis.exchange.convert import read_log
+from skylimb.analysis.exchange.lab_topics import ROW, STATE, Topic
+from skylimb.analysis.exchange.recorder import FULL, LEAST, FlightRecorder
+from skylimb.analysis.exchange.run_topics import record_messages, row_table
+from skylimb.base.errors import OutputError
+
+
+def published(run: skylimb.Run, ticks: int | None = None) -> Iterator[list[tuple[Topic, Any]]]:
+    """What a node publishes tick by tick, other topics among it."""
+    begin = list(record_messages(run))
+    for row in row_table(run.log)[:ticks]:
+        yield [*begin, (STATE, 5), (ROW, {"data": row})]
+        begin = []
+
+
+def test_a_flight_that_is_killed_is_there_up_to_a_tenth_of_a_second(
+    flown: skylimb.Run, tmp_path: Path
+) -> None:
+    recorder = FlightRecorder(tmp_path)
+    for messages in published(flown, 300):
+        recorder.take(messages)
+    content = (tmp_path / "01-flight.mcap").read_bytes()  # nobody has closed it
+    (tmp_path / "killed.mcap").write_bytes(content)
+    with pytest.warns(UserWarning, match="was cut off: what was recorded up to"):
+        read = read_log(tmp_path / "killed.mcap").run
+    assert 250 < read.log.sizes["time"] < 300
+    for name in ("thrusts_command", "root_position_measured"):
+        np.testing.assert_array_equal(
+            read.log[name].values, flown.log[name].values[: read.log.sizes["time"]], err_msg=name
+        )
+    recorder.close()
+    assert read_log(tmp_path / "01-flight.mcap").run.log.sizes["time"] == 300
+    assert not recorder.faults
+
+
+def test_each_flight_has_a_file(flown: skylimb.Run, tmp_path: Path) -> None:
+    recorder = FlightRecorder(tmp_path)
+    recorder.take([(ROW, {"data": np.zeros(3)})])  # before any flight
+    for ticks in (5, 7):
+        for messages in published(flown, ticks):
+            recorder.take(messages)
+    recorder.close()
+    sizes = {path.name: read_log(path).run.log.sizes["time"] for path in tmp_path.iterdir()}
+    assert sizes == {"01-flight.mcap": 5, "02-flight.mcap": 7}
+
+
+class Usage(NamedTuple):
+    free: int
+
+
+def test_a_disk_that_fills_ends_the_record_and_not_the_flight(
+    flown: skylimb.Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    free = [10**10]
+    monkeypatch.setattr(shutil, "disk_usage", lambda folder: Usage(free[0]))
+    recorder = FlightRecorder(tmp_path)
+    for k, messages in enumerate(published(flown, 500)):
+        free[0] = LEAST - (k > 210)
+        recorder.take(messages)
+    assert recorder.faults == {FULL: 1}
+    assert read_log(tmp_path / "01-flight.mcap").run.log.sizes["time"] == 400
+    with pytest.raises(OutputError, match=r"has 0\.10 GB of room; flights are recorded with 1 GB or more"):
+        FlightRecorder(tmp_path)
+
+
+def test_a_file_that_cannot_be_written_is_a_fault(
+    flown: skylimb.Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Full(module.McapStream):
+        def add(self, message: Any) -> None:
+            raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(module, "McapStream", Full)
+    recorder = FlightRecorder(tmp_path)
+    for messages in published(flown, 3):
+        recorder.take(messages)
+    assert recorder.faults == {FULL: 1}
