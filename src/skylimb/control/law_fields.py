@@ -128,7 +128,7 @@ def called(slots: Slots, slot: str) -> str:
 
 def _known(table: str, law: Any, names: Iterable[str], known: Iterable[str]) -> frozenset[str]:
     """The names of a declaration; an `UnknownNameError` for one that is none."""
-    where = f"{table} of {getattr(law, 'what', '') or law.__name__}"
+    where = f"{table} of {getattr(law, 'what', '') or getattr(law, '__name__', 'a law')}"
     if isinstance(names, str):
         raise ConfigError(f"{where} should be a tuple of names, as in ('{names}',)")
     names, known = frozenset(names), list(known)
