@@ -7,8 +7,8 @@ import xarray as xr
 
 import skylimb
 from skylimb.analysis.viewer.moved import is_moved, moves_of, taken_back, where
-from skylimb.analysis.viewer.packing import unpacked
 from skylimb.analysis.viewer.payload import viewer_payload
+from unpacking import unpacked
 
 CHANGES = [
     {"kind": "surface", "time": 1.0, "position": [1.55, 0.02, 1.2], "slope": -0.2, "pitch": 0.1},

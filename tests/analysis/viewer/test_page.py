@@ -14,11 +14,12 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from skylimb.analysis.recording import Run
-from skylimb.analysis.viewer.packing import LEVELS, packed, unpacked
+from skylimb.analysis.viewer.packing import LEVELS, packed
 from skylimb.analysis.viewer.page import viewer_html
 from skylimb.analysis.viewer.payload import RATE, viewer_payload
 from skylimb.analysis.viewer.shapes import body_poses, shapes, thrust_sites
 from skylimb.base.errors import OutputError
+from unpacking import unpacked
 
 SCENE = """
 <mujoco>

@@ -9,7 +9,6 @@ import pytest
 import skylimb
 from skylimb.analysis.figures import scene
 from skylimb.analysis.recording import Run
-from skylimb.analysis.viewer.packing import unpacked
 from skylimb.analysis.viewer.pushes import (
     LEAN,
     MOMENTS,
@@ -25,6 +24,7 @@ from skylimb.robots.equilibrium import greatest_push
 from skylimb.robots.equilibrium_results import Within
 from skylimb.robots.loads import loads_function
 from skylimb.robots.model import Robot
+from unpacking import unpacked
 
 AXES = np.vstack([np.eye(3), -np.eye(3)])
 
