@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 from collections.abc import Mapping
 from types import MappingProxyType
@@ -19,7 +20,7 @@ from skylimb.apps.ros1.tick import Inputs, Received, Tick
 from skylimb.control.estimation.records import Measurement
 from skylimb.flight.flying import fastest
 from skylimb.flight.realtime.compiled_controller import CompiledController
-from skylimb.flight.realtime.pacer import Pacer
+from skylimb.flight.realtime.pacer import stepped
 from skylimb.flight.takeoff import Takeoff, take_off
 
 
@@ -43,8 +44,7 @@ class Steered:
         self.robot, period = self.takeoff.robot, self.takeoff.period
         (really,) = take_off("paper", (controller,), set={**CIRCLE, **plant})
         self.plant = GroundedPlant(really if plant else self.takeoff)
-        self.time, self.k = 0, 0
-        self.pacer = Pacer(period, lambda: self.time, self._sleep, spin=0.0)
+        self.k, self.pacer = 0, stepped(period)
         missions = {"paper": self.takeoff.mission}
         self.pilot = Pilot(Flyer(self.takeoff, chosen, missions, lab_link(self.robot), self.pacer))
         self.acknowledges, self.measures = True, True
@@ -54,9 +54,6 @@ class Steered:
         self.rows: list[np.ndarray] = []
         self._taken, self._measurement = -np.inf, None
         self.pacer.start()
-
-    def _sleep(self, seconds: float) -> None:
-        self.time += round(seconds * 1e9)
 
     @property
     def state(self) -> FlightState:
@@ -69,7 +66,12 @@ class Steered:
         return float(body.cog[2])
 
     def tick(
-        self, *orders: Order, requests: tuple[Any, ...] = (), mission: str = "", spoil: Any = None
+        self,
+        *orders: Order,
+        requests: tuple[Any, ...] = (),
+        mission: str = "",
+        spoil: Any = None,
+        received: Received | None = None,
     ) -> Tick:
         self.pacer.wait(self.k)
         measured: Measurement | None = self.plant.measure()
@@ -79,20 +81,10 @@ class Steered:
         if self.measures:
             self._taken, self._measurement = now, measured
         arming = self.pilot.flying.arming
-        tick = self.pilot.tick(
-            Inputs(
-                now,
-                self._measurement,
-                self._taken,
-                Received(
-                    orders,
-                    requests,
-                    mission,
-                    int(arming) if arming is not None and self.acknowledges else None,
-                    self.battery,
-                ),
-            )
-        )
+        acknowledged = int(arming) if arming is not None and self.acknowledges else None
+        received = received or Received(orders, requests, mission, battery=self.battery)
+        received = dataclasses.replace(received, acknowledged=acknowledged)
+        tick = self.pilot.tick(Inputs(now, self._measurement, self._taken, received))
         self.rows.append(self.plant.record(self._measurement or measured, tick.command).copy())  # type: ignore[arg-type]
         self.plant.apply(tick.driven)
         self.k += 1

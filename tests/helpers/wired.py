@@ -17,7 +17,7 @@ from skylimb.apps.ros1.lab_config import read_lab_config
 from skylimb.apps.ros1.messages import Arrived, Outgoing
 from skylimb.apps.ros1.simulated import Simulated
 from skylimb.apps.ros1.states import FlightState
-from skylimb.flight.realtime.pacer import Pacer
+from skylimb.flight.realtime.pacer import stepped
 from skylimb.flight.takeoff import take_off
 from steered import ready
 
@@ -31,9 +31,8 @@ class Wire:
         takeoff, controller = ready("hybrid")
         config = read_lab_config([LAB / name for name in files], takeoff.robot)
         (inner,) = take_off("paper", ("hybrid",), set={**CIRCLE, "controller_rate": 1000.0})
-        self.time, link = 0, lab_link(takeoff.robot)
-        pacer = Pacer(takeoff.period, lambda: self.time, self._sleep, spin=0.0)
-        self.pacer = pacer
+        link = lab_link(takeoff.robot)
+        self.pacer = pacer = stepped(takeoff.period)
         self.robot = Simulated(inner, link, pacer, servos=config.servos)
         missions = {"paper": takeoff.mission}
         self._made = lambda: Controlled(Flyer(takeoff, controller, missions, link, pacer), config)
@@ -44,9 +43,6 @@ class Wire:
         self.k, self.silent, self.said = 0, False, list[str]()
         self.names, self.where = Counter[str](), list[np.ndarray]()
         pacer.start()
-
-    def _sleep(self, seconds: float) -> None:
-        self.time += round(seconds * 1e9)
 
     def tick(self, *orders: str) -> None:
         self.pacer.wait(self.k)

@@ -6,6 +6,7 @@ import os
 import signal
 import time
 from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -13,12 +14,13 @@ import numpy as np
 
 from skylimb.analysis.exchange.convert import read_log
 from skylimb.analysis.exchange.frames import lab_link
-from skylimb.analysis.exchange.lab_topics import DIAGNOSTICS, RECORD, ROW, STATE
+from skylimb.analysis.exchange.lab_topics import CLOCK, DIAGNOSTICS, RECORD, ROW, STATE
 from skylimb.analysis.exchange.recorder import FlightRecorder
 from skylimb.apps.ros1.both import Both
 from skylimb.apps.ros1.flyer import Flyer
 from skylimb.apps.ros1.messages import Arrived, Outgoing
 from skylimb.apps.ros1.node import Node
+from skylimb.apps.ros1.states import FlightState
 from skylimb.flight.realtime.pacer import Pacer
 from steered import ready
 
@@ -55,19 +57,21 @@ class Carrier:
 
 
 class Clock:
-    def __init__(self) -> None:
-        self.time = 0
+    def __init__(self, busy: Callable[[], float] = lambda: 0.0) -> None:
+        self.time, self.busy = 0, busy
 
     def pacer(self, period: float) -> Pacer:
         return Pacer(period, lambda: self.time, self.sleep, spin=0.0)
 
     def sleep(self, seconds: float) -> None:
-        self.time += round(seconds * 1e9)
+        self.time += round((seconds + self.busy()) * 1e9)
 
 
-def node(carrier: Carrier, recorder: FlightRecorder | None = None) -> tuple[Node, Both, list[str]]:
+def node(
+    carrier: Carrier, recorder: FlightRecorder | None = None, busy: Callable[[], float] = lambda: 0.0
+) -> tuple[Node, Both, list[str]]:
     takeoff, controller = ready("hybrid")
-    pacer, said = Clock().pacer(takeoff.period), list[str]()
+    pacer, said = Clock(busy).pacer(takeoff.period), list[str]()
     missions = {"paper": takeoff.mission}
     both = Both(takeoff, Flyer(takeoff, controller, missions, lab_link(takeoff.robot), pacer))
     bridge: Any = carrier
@@ -94,6 +98,22 @@ def test_ctrl_c_lands_before_it_ends(tmp_path: Path) -> None:
     flown, kept = both.kept[0].run().log, read_log(tmp_path / "01-flight.mcap").run.log
     assert flown.sizes["time"] == len(carrier.of(ROW))
     np.testing.assert_array_equal(kept.thrusts_command, flown.thrusts_command)
+
+
+def test_a_busy_computer_is_slow_and_flies_the_same_flight() -> None:
+    """Two ticks of three begin late, by up to a second: not a bit of the flight is another."""
+    rng, flown = np.random.default_rng(3), []
+    for busy in (lambda: 0.0, lambda: float(rng.choice([0.0, 0.02, 1.0], p=[0.3, 0.6, 0.1]))):
+        carrier = Carrier({2: ["teleop_command/start"], 20: ["teleop_command/takeoff"]}, 1500)
+        flying, both, _ = node(carrier, busy=busy)
+        flying.spin()
+        assert both.pilot.flying.state == FlightState.HOVER
+        assert not both.faults
+        flown.append([value["data"] for value in carrier.of(ROW)])
+        clock = [value["clock"] for value in carrier.of(CLOCK)]
+        np.testing.assert_allclose(np.diff(clock), 0.005, atol=1e-6)
+    assert max(flying.timing.late) > 0.5
+    np.testing.assert_array_equal(*flown)
 
 
 def test_it_ends_when_the_middleware_is_gone_and_says_each_fault_once() -> None:

@@ -193,6 +193,8 @@ def test_a_take_off_learns_its_thrust(preset: str, scale: float) -> None:
     lifted = [tick for tick in robot.ticks if tick.scale != 1.0]
     np.testing.assert_array_equal(lifted[0].driven.thrusts, flight.lift.share * lifted[0].command.thrusts)
     assert any("times the thrust of the robot's file" in words for words in robot.said)
+    robot.tick(mission="paper")
+    assert ("it touches nothing" in robot.said[-1]) == (abs(1.0 / scale - 1.0) > 0.12)
 
 
 def test_rotors_that_do_not_lift_the_robot_stop() -> None:

@@ -17,6 +17,7 @@ from skylimb.analysis.exchange.messages import (
     Gains,
     Imu,
     Joints,
+    Joy,
     Motor,
     MotorInfo,
     Nav,
@@ -67,6 +68,7 @@ FORMS = {
     ),
     "nav_msgs/msg/Path": Form(Path, ("poses",)),
     "sensor_msgs/msg/JointState": Form(Joints, ("header.stamp", "name", "position")),
+    "sensor_msgs/msg/Joy": Form(Joy, ("header.stamp", "axes", "buttons")),
     "spinal/msg/Imu": Form(Imu, ("stamp", "gyro", "acc", "quaternion", "mag")),
     "spinal/msg/FourAxisCommand": Form(FourAxes, ("angles", "base_thrust")),
     "spinal/msg/RollPitchYawTerm": Form(

@@ -86,6 +86,7 @@ REFERENCE = Topic(
     ("cog_position_reference",),
 )  # fmt: skip
 TF = Topic("/tf", "tf2_msgs/msg/TFMessage", 100.0, made.transforms)
+CLOCK = Topic("/clock", "rosgraph_msgs/msg/Clock", 200.0, lambda tick: {"clock": tick.stamp})
 STATE = Topic("flight_state", "std_msgs/msg/UInt8", 40.0, attrgetter("state"))
 PID = Topic("debug/pose/pid", "aerial_robot_msgs/msg/PoseControlPid", 40.0, made.pose_errors)
 CONFIG = Topic("flight_config_cmd", "spinal/msg/FlightConfigCmd", 40.0, attrgetter("arming"))
@@ -103,6 +104,7 @@ DESIRE = Topic("desire_coordinate", "spinal/msg/DesireCoord", 15.0)
 BATTERY = Topic("battery_voltage_status", "std_msgs/msg/Float32", 10.0)
 NAV = Topic("uav/nav", "aerial_robot_msgs/msg/FlightNav")
 TARGET_POSE, TARGET_PATH = Topic("target_pose", _POSE), Topic("target_path", "nav_msgs/msg/Path")
+JOY = Topic("joy", "sensor_msgs/msg/Joy")
 MISSION = Topic("skylimb/mission", "std_msgs/msg/String")
 RECORD, SOURCE = Topic("/skylimb/record", _BYTES), Topic("/skylimb/source", _BYTES)
 ROW = Topic("/skylimb/row", "std_msgs/msg/Float64MultiArray", 200.0)
@@ -119,7 +121,7 @@ IN_LOGS = (
 EACH_TICK = (MOCAP, FOUR_AXES, JOINTS_CTRL, GIMBALS_CTRL)
 """Of a log whatever its rate: all commands, and every new frame of the motion capture."""
 
-USER = (*ORDERS, TARGET_POSE, TARGET_PATH, NAV, JOINTS_CTRL, MISSION)
+USER = (*ORDERS, TARGET_POSE, TARGET_PATH, NAV, JOINTS_CTRL, MISSION, JOY)
 """What a user sends."""
 
 SENSORS = (MOCAP, IMU, JOINT_STATES, SERVO_STATES, ACK, PWMS, BATTERY)

@@ -193,6 +193,15 @@ class UavInfo:
     model: int
 
 
+@dataclass(frozen=True)
+class Joy:
+    """A radio's sticks, -1 .. 1, and its buttons, 0 or 1 (`joy`)."""
+
+    stamp: float
+    axes: tuple[float, ...]
+    buttons: tuple[int, ...]
+
+
 class NavMode(IntEnum):
     """How an axis of `uav/nav` is meant."""
 

@@ -7,7 +7,7 @@ from typing import Annotated
 
 from skylimb.apps.cli import output
 from skylimb.apps.cli.arguments import arg
-from skylimb.apps.cli.options import Settings, new_folder, within
+from skylimb.apps.cli.options import Calibration, Settings, new_folder, within
 
 
 def ros(
@@ -35,6 +35,11 @@ def ros(
     bare: Annotated[
         bool, arg("That the flight controller may hold no attitude; controller needs it.")
     ] = False,
+    calibration: Calibration = None,
+    fence: Annotated[
+        tuple[float, ...], arg("Where the robot may fly, m: least and greatest x, y and z.", "M ...")
+    ] = (),
+    check: Annotated[bool, arg("Look at everything before a flight, and command nothing.")] = False,
     set: Settings = None,
     out: Annotated[str, arg("New folder for flights and missions; none by default.", "DIR")] = "",
 ) -> None:
@@ -49,6 +54,7 @@ def ros(
         skylimb ros both --experiment paper --mission my_drawing.toml --out out/ros
         skylimb ros simulator --messages ~/jsk_aerial_robot
         skylimb ros controller --controller hybrid --messages ~/jsk_aerial_robot --bare
+        skylimb ros controller --controller hybrid --messages ~/jsk_aerial_robot --bare --check
     """
     within("--cells", cells, 1, 20)
     folder = new_folder(out, "ros") if out else None
@@ -69,12 +75,17 @@ def ros(
             anywhere=anywhere,
             bare=bare,
             config=config,
+            calibration=calibration,
+            fence=fence,
+            check=check,
             say=lambda words: print(words, flush=True),
             recorder=recorder,
         )
-        if folder is not None:
+        if folder is not None and not check:
             with output.working("writing the results"):
                 write(flown, folder)
+    if check:
+        raise SystemExit(1 if flown.failed else 0)
     print(flown.timing.verdict())
     for name, count in flown.faults.items():
         print(f"note: {name}: {count} times")

@@ -15,6 +15,7 @@ from skylimb.apps.ros1.sensors import nothing_measured
 from skylimb.apps.ros1.states import Flying
 from skylimb.apps.ros1.targets import Place, Targets, duration_of
 from skylimb.apps.ros1.tick import Inputs, Request, Tick
+from skylimb.control.estimation.calibration import SOUND
 from skylimb.control.missions.mission import Mission
 from skylimb.control.missions.reference import Reference
 from skylimb.control.needs import PACE
@@ -134,6 +135,10 @@ class Airborne:
         """
         if self.script is not None:
             raise RefusedError(f"'{self.script.name}' is being flown")
+        if mission.contact and abs(self.lift.share - 1.0) > SOUND:
+            raise RefusedError(
+                f"its rotors needed {self.lift.share:.2f} times their thrust: it touches nothing"
+            )
         path = mission.reference.position
         for place in (path.min(axis=0), path.max(axis=0)):
             if outside := self._flyer.limits.outside(place):
@@ -201,9 +206,19 @@ class Airborne:
         self.theta = target.place.theta
         return flyer.held(target), script
 
-    def _end_mission(self, script: Script, now: float, said: list[str]) -> None:
-        """Back to hover where the mission ends, or away from the surface where it was given up."""
-        if not (script.over or script.given_up):
+    def take_over(self, now: float, said: list[str]) -> None:
+        """A user's sticks end a mission."""
+        script, self.script = self.script, None
+        if script is not None and script.begun:
+            self._end_mission(script, now, said, "the radio took over")
+        elif script is not None:
+            self.targets = self.targets.hold(self.targets.at(now)[0].place, now)
+            said.append(f"mission '{script.name}': given up, the radio took over")
+
+    def _end_mission(self, script: Script, now: float, said: list[str], why: str = "") -> None:
+        """Back to hover where the mission ends, or away from the surface where it is given up."""
+        why = why or ("held back for too long" if script.given_up else "")
+        if not (script.over or why):
             return
         last = script.mission.row(min(int(script.clock.ticks), len(script.mission.times) - 1))
         place = self._flyer.references.place_of(last)
@@ -213,5 +228,5 @@ class Airborne:
         else:
             away = place._replace(position=place.position - BACK * np.asarray(last.contact_axis))
             self.targets = self.targets.go(away, now, self._flyer.limits.shortest_way)
-            said.append(f"mission '{script.name}': given up, held back for too long; hovering away from it")
+            said.append(f"mission '{script.name}': given up, {why}; hovering away from it")
         self.script = None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -12,12 +12,13 @@ from skylimb.analysis.exchange.lab_topics import IMU, JOINT_STATES, MOCAP
 from skylimb.apps.ros1.accelerometer import Accelerometer
 from skylimb.apps.ros1.flyer import Flyer
 from skylimb.apps.ros1.grounded import GroundedPlant
-from skylimb.apps.ros1.messages import Outgoing, published
+from skylimb.apps.ros1.messages import Arrived, Outgoing, published
 from skylimb.apps.ros1.piloted import Piloted
 from skylimb.apps.ros1.profile import PendingRun, profile_topics
 from skylimb.apps.ros1.tick import Received, Tick
 from skylimb.control.estimation.records import Measurement
 from skylimb.control.loop.flight import unfinished
+from skylimb.flight.realtime.pacer import stepped
 from skylimb.flight.simulated_run import scored_run
 from skylimb.flight.takeoff import Takeoff
 
@@ -26,16 +27,20 @@ _OTHERS = tuple(topic for topic in profile_topics("both").published if topic not
 
 
 class Both(Piloted):
-    """One tick of plant and controller.
+    """One tick of plant and controller, in step: time goes on by a period a tick, however long it took.
+
+    So a computer that is busy is slow, and no flight is lost to it. The topic `/clock` tells that time.
 
     Args:
         takeoff: gives the plant.
-        flyer: who flies it.
+        flyer: who flies it; its pacer is not looked at.
     """
 
     def __init__(self, takeoff: Takeoff, flyer: Flyer) -> None:
         self.plant = GroundedPlant(takeoff)
-        super().__init__(flyer, self.plant.layout)
+        super().__init__(replace(flyer, pacer=stepped(flyer.period)), self.plant.layout)
+        self._pacer.start()
+        self._begun: float | None = None
         self._takeoff, self._missions = takeoff, flyer.missions
         self._bodies = Bodies(takeoff.robot, flyer.link)
         self._felt = Accelerometer(takeoff.period, takeoff.robot.description.gravity)
@@ -44,6 +49,13 @@ class Both(Piloted):
     def over(self) -> str:
         """Why it cannot go on; empty while it can."""
         return self.plant.over
+
+    def tick(self, arrived: Iterable[Arrived], stamp: float) -> list[Outgoing]:
+        """One tick; only that of the first one counts of the stamps."""
+        self._begun = stamp if self._begun is None else self._begun
+        self._pacer.wait(self._k)
+        heard = [one._replace(at=self._pacer.time()) for one in arrived]
+        return super().tick(heard, self._begun + self._pacer.time())
 
     def _measured(self, now: float) -> tuple[Measurement, float]:
         return self.plant.measure(), now

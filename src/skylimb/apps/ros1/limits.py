@@ -40,6 +40,7 @@ class FlightLimits:
         astray: distance from the reference beyond which it is, m; ours.
         fence: x, y and z between which the centre of gravity has to stay, W, m; ours.
         speed: of the centre of gravity beyond which a flight is broken off, m/s; ours.
+        radio: silence of a radio that was heard after which the robot lands, s; ours.
         start_tilt: with which no flight begins, rad; this and what follows is ours.
         start_speed: likewise, m/s.
         start_age: of a sensor's newest message, s.
@@ -76,6 +77,7 @@ class FlightLimits:
     astray: float = 2.0
     fence: tuple[tuple[float, float], ...] = ((-20.0, 20.0), (-20.0, 20.0), (-2.0, 10.0))
     speed: float = 3.0
+    radio: float = 1.0
     start_tilt: float = 0.2
     start_speed: float = 0.5
     start_age: float = 0.2

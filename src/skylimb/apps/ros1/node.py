@@ -12,9 +12,11 @@ import numpy as np
 
 from skylimb.analysis.exchange.lab_topics import DIAGNOSTICS
 from skylimb.analysis.exchange.recorder import FlightRecorder
+from skylimb.apps.ros1.both import Both
 from skylimb.apps.ros1.bridge.process import Bridge
 from skylimb.apps.ros1.messages import Arrived, Outgoing
 from skylimb.apps.ros1.piloted import Piloted
+from skylimb.apps.ros1.preflight import Check
 from skylimb.apps.ros1.simulated import Simulated
 from skylimb.apps.ros1.tick import Tick
 from skylimb.flight.realtime.clocked_flight import without_garbage
@@ -81,6 +83,8 @@ class Node:
                 k = 0
                 while not self._done():
                     self._late.append(self._pacer.wait(k))
+                    if isinstance(self._profile, Both) and self._pacer.missed:
+                        self._pacer.forgive()
                     messages = self._profile.tick(self._arrived(), self._clock())
                     self._bridge.carry(messages)
                     if self._recorder is not None:
@@ -96,6 +100,15 @@ class Node:
         gone = "" if self._to_end or not self._bridge.closed else "the middleware's process is gone"
         if self._profile.over or gone:
             self._say(self._profile.over or gone)
+
+    def look(self, seconds: float) -> list[Check]:
+        """Listen for some seconds, publish nothing, and tell what was looked at."""
+        assert isinstance(self._profile, Piloted)
+        self._pacer.start(self._pacer.period)
+        for k in range(round(seconds / self._pacer.period)):
+            self._pacer.wait(k)
+            self._profile.tick(self._arrived(), self._clock())
+        return self._profile.pilot.checks()
 
     def _arrived(self) -> list[Arrived]:
         started = self._pacer.started

@@ -52,7 +52,9 @@ class Pilot:
         self._counts: Counter[str] = Counter()
         self._battery: float | None = None
         self._believed = -np.inf
+        self._radio = np.inf
         self._foreign: tuple[str, ...] = ()
+        self._now: tuple[Inputs, Body | None] = Inputs(0.0, None, -np.inf), None
         self._theta = flyer.references.place_of(flyer.first).theta
         # On the ground nothing is flown, but what is measured is judged as in flight.
         self._watch = Watchdog(robot, self.flyer.guard_limits)
@@ -61,6 +63,7 @@ class Pilot:
         """One tick."""
         said, received = list[str](), inputs.received
         body = self._body(inputs)
+        self._now = inputs, body
         self._advance(inputs, body, said)
         if self.flight is not None and self.flying.state == FlightState.HOVER and self.flight.steerable:
             self._lead(self.flight, inputs, said)
@@ -87,8 +90,9 @@ class Pilot:
         _, _, signals = guard.step(guard.gains(), guard.initial_state(), measured, given, self.flyer.period)
         return signals, given
 
-    def checks(self, inputs: Inputs, body: Body | None) -> list[Check]:
-        """What is looked at before a flight."""
+    def checks(self) -> list[Check]:
+        """What is looked at before a flight, as it stands at the last tick."""
+        inputs, body = self._now
         measured = Measured(body, inputs.ages, inputs.offsets, self._battery, self._foreign)
         return [*checks(self.flyer.desk, measured, self.flyer.limits)]
 
@@ -132,8 +136,10 @@ class Pilot:
         flight, target, received = self.flight, None, inputs.received
         self._battery = self._battery if received.battery is None else received.battery
         self._foreign = self._foreign if received.foreign is None else received.foreign
+        self._radio = self._radio if received.radio is None else received.radio
+        silent = "the radio is silent" if inputs.now - self._radio > self.flyer.limits.radio else ""
         begins = not {Order.START, Order.TAKEOFF}.isdisjoint(received.orders) and flight is None
-        refused = [str(one) for one in self.checks(inputs, body) if not one.fine] if begins else []
+        refused = [str(one) for one in self.checks() if not one.fine] if begins else []
         if flight is not None and self.flying.state == FlightState.TAKEOFF:
             target = flight.end_of_targets
         elif flight is not None and flight.reference is not None:
@@ -146,7 +152,7 @@ class Pilot:
             received.orders,
             received.acknowledged,
             received.battery,
-            "" if flight is None else flight.broken(body),
+            "" if flight is None else flight.broken(body) or silent,
             tuple(refused),
             received.armed,
             inputs.rest,
@@ -154,6 +160,8 @@ class Pilot:
 
     def _lead(self, flight: Airborne, inputs: Inputs, said: list[str]) -> None:
         """Lead a robot that hovers where its user asks."""
+        if inputs.received.taken_over:
+            flight.take_over(inputs.now, said)
         for request in inputs.received.requests:
             with self._refusals(type(request).__name__.lower(), said):
                 flight.lead_to(self._requests, request, inputs)

@@ -38,7 +38,7 @@ class Piloted(ABC):
     def __init__(self, flyer: Flyer, layout: Layout[dict[str, Any]]) -> None:
         self.pilot, self._pacer, self._period = Pilot(flyer), flyer.pacer, flyer.period
         self._robot, self._names = flyer.robot, Names(flyer.robot, flyer.namespace)
-        self._sorter = MessageSorter(flyer.cells, self._sensed)
+        self._sorter = MessageSorter(flyer.cells, self._sensed, flyer.limits)
         self._live = LiveRecord(flyer.plan, layout, self.pilot.rehearsed())
         self._k, self._heard = 0, Heard()
         self.last: Tick | None = None

@@ -25,6 +25,12 @@ class ProfileTopics(NamedTuple):
     subscribed: tuple[Topic, ...]
     published: tuple[Topic, ...]
 
+    @property
+    def commands(self) -> tuple[Topic, ...]:
+        """Those on which nobody else may publish: what moves a robot, but for what its user asks for."""
+        own = (topic for topic in self.published if topic in topics.ACTUATORS)
+        return tuple(topic for topic in own if topic not in topics.USER)
+
 
 def profile_topics(profile: str, servos: bool = False) -> ProfileTopics:
     """The topics of a profile.
@@ -40,7 +46,7 @@ def profile_topics(profile: str, servos: bool = False) -> ProfileTopics:
     if profile == "both":
         commands = (topics.FOUR_AXES, topics.GIMBALS_CTRL, topics.CONFIG)
         robot = (*sensors, topics.JOINT_STATES, *commands)
-        return ProfileTopics((*topics.USER, topics.BATTERY), (*robot, *topics.VIEWS))
+        return ProfileTopics((*topics.USER, topics.BATTERY), (topics.CLOCK, *robot, *topics.VIEWS))
     states, targets = (topics.JOINT_STATES,), (topics.JOINTS_CTRL, topics.GIMBALS_CTRL)
     if servos:
         states, targets = (topics.SERVO_STATES,), (topics.SERVO_TARGETS,)

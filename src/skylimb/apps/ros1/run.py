@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+import shutil
+import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,12 +17,19 @@ from skylimb.analysis.exchange.message_types import Definitions
 from skylimb.analysis.exchange.recorder import FlightRecorder
 from skylimb.analysis.report.keeping import interrupted_name
 from skylimb.apps.ros1.both import Both
-from skylimb.apps.ros1.bridge.installation import require_loopback, require_master, require_ros
+from skylimb.apps.ros1.bridge.installation import (
+    described_mass,
+    require_loopback,
+    require_master,
+    require_ros,
+)
 from skylimb.apps.ros1.bridge.process import Bridge
 from skylimb.apps.ros1.controlled import Controlled
 from skylimb.apps.ros1.flyer import Flyer
 from skylimb.apps.ros1.lab_config import LabConfig, read_lab_config
+from skylimb.apps.ros1.limits import FlightLimits
 from skylimb.apps.ros1.node import Node, Profile
+from skylimb.apps.ros1.preflight import Desk
 from skylimb.apps.ros1.profile import PROFILES, PendingRun, profile_topics
 from skylimb.apps.ros1.simulated import Simulated
 from skylimb.apps.ros1.tick import STARTED_BY_ITS_USER
@@ -40,6 +49,9 @@ from skylimb.robots.model import Robot
 
 INNER_RATE = 1000.0
 """Hz, of the flight controller's inner loop, which `simulator` runs."""
+
+LOOK = 3.0
+"""Seconds for which a node listens that only looks."""
 
 UNKNOWN_MOTORS = (
     "controller: no motor_info is sent, and a flight controller that has none acknowledges no arming; "
@@ -61,11 +73,13 @@ class Flown:
         kept: flights and missions, in their order.
         timing: how the loop kept to the clock.
         faults: how often each was met, by name.
+        failed: names of the checks that failed, where it only looked.
     """
 
     kept: tuple[PendingRun, ...]
     timing: Timing
     faults: Mapping[str, int]
+    failed: tuple[str, ...] = ()
 
 
 def run(
@@ -83,6 +97,9 @@ def run(
     anywhere: bool = False,
     bare: bool = False,
     config: Sequence[str] = (),
+    calibration: str | None = None,
+    fence: Sequence[float] = (),
+    check: bool = False,
     say: Callable[[str], None] = print,
     recorder: FlightRecorder | None = None,
 ) -> Flown:
@@ -102,6 +119,9 @@ def run(
         anywhere: whether master and node may be on a network.
         bare: whether the cost of `controller` is accepted.
         config: the robot's own YAML files of motors and servos.
+        calibration: as of `skylimb.run`.
+        fence: least and greatest x, y and z of the centre of gravity, W, m; by default a large one.
+        check: whether it looks for some seconds, says what it found, and commands nothing.
         say: takes what people are to read.
         recorder: keeps flights on the disk as they are flown.
 
@@ -114,6 +134,8 @@ def run(
         raise ConfigError(f"{WARNING} --bare says that you know")
     if profile == "both" and config:
         raise ConfigError("both has neither motors nor servos of the lab; --config is not for it")
+    if check and profile != "controller":
+        raise ConfigError("--check looks at a robot: it is for the profile controller")
     require_ros()
     require_loopback(anywhere)
     definitions = Definitions(messages)
@@ -121,7 +143,7 @@ def run(
     period = load_experiment(experiment, parted(keys)[0]).control_period
     if profile == "simulator":
         keys["controller_rate"] = INNER_RATE
-    (plan,) = plan_flights(experiment, (controller,), set=keys)
+    (plan,) = plan_flights(experiment, (controller,), set=keys, calibration=calibration)
     require_applied(plan.experiment.events, (), STARTED_BY_ITS_USER)
     flown = missions_of(plan, missions)
     lab = read_lab_config(config, plan.robot)
@@ -131,7 +153,9 @@ def run(
     if profile == "simulator":
         made: Profile = Simulated(simulated(plan), link, pacer, cells, lab.servos)
     else:
-        flyer = Flyer(plan, compiled(plan), flown, link, pacer, cells, namespace=namespace)
+        limits = replace(FlightLimits(), fence=_fence(fence)) if fence else FlightLimits()
+        desk = _desk(plan.robot, namespace, calibration)
+        flyer = Flyer(plan, compiled(plan), flown, link, pacer, cells, limits, namespace=namespace, desk=desk)
         made = Both(simulated(plan), flyer) if profile == "both" else Controlled(flyer, lab)
     _say_left_out(profile, (*topics.subscribed, *topics.published), definitions, say)
     if profile == "controller":
@@ -142,10 +166,34 @@ def run(
     try:
         node = Node(made, bridge, pacer, say, recorder=recorder)
         say(f"{profile}: {plan.robot.name} below /{namespace}, missions {', '.join(flown)}")
-        node.spin()
+        found = node.look(LOOK) if check else node.spin()
     finally:
         bridge.close()
-    return Flown(tuple(made.kept), node.timing, dict(node.faults))
+    for one in found or ():
+        say(f"{'ok' if one.fine else 'NO'}  {one}")
+    failed = tuple(one.name for one in found or () if not one.fine)
+    return Flown(tuple(made.kept), node.timing, dict(node.faults), failed)
+
+
+def _fence(bounds: Sequence[float]) -> tuple[tuple[float, float], ...]:
+    """The fence of six numbers.
+
+    Raises:
+        ConfigError: where they are not six, or do not rise.
+    """
+    pairs = tuple(zip(bounds[::2], bounds[1::2], strict=False))
+    if len(bounds) != 6 or not all(low < high for low, high in pairs):
+        told = " ".join(f"{bound:g}" for bound in bounds)
+        raise ConfigError(f"--fence {told}: wanted are least and greatest x, y and z, rising")
+    return pairs
+
+
+def _desk(robot: Robot, namespace: str, calibration: str | None) -> Desk:
+    """What can be looked at before anything is measured."""
+    mass, place = described_mass(namespace), None if calibration is None else Path(calibration)
+    age = None if place is None else (time.time() - place.stat().st_mtime) / 86400.0
+    masses = None if mass is None else (mass, float(robot.mass))
+    return Desk(masses, age, float(shutil.disk_usage(Path.cwd()).free))
 
 
 @contextmanager

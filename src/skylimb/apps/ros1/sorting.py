@@ -16,8 +16,11 @@ from skylimb.analysis.exchange.lab_topics import (
     PWMS,
     SENSORS,
 )
+from skylimb.analysis.exchange.messages import Joy
 from skylimb.apps.ros1.battery import percentage
+from skylimb.apps.ros1.limits import FlightLimits
 from skylimb.apps.ros1.messages import Arrived
+from skylimb.apps.ros1.radio import ordered, steered
 from skylimb.apps.ros1.states import Order
 from skylimb.apps.ros1.tick import Received, Request
 
@@ -33,10 +36,17 @@ class MessageSorter:
     Args:
         cells: of the battery, in series.
         sense: takes what a sensor says.
+        limits: of what a radio's sticks ask for.
     """
 
-    def __init__(self, cells: int, sense: Callable[[Arrived], None] = lambda arrived: None) -> None:
-        self._cells, self._sense = cells, sense
+    def __init__(
+        self,
+        cells: int,
+        sense: Callable[[Arrived], None] = lambda arrived: None,
+        limits: FlightLimits | None = None,
+    ) -> None:
+        self._cells, self._sense, self._limits = cells, sense, limits or FlightLimits()
+        self._joy: Joy | None = None
         self._senders: dict[str, str] = {}
         self.counts: Counter[str] = Counter()
 
@@ -48,6 +58,11 @@ class MessageSorter:
                 orders.append(_ORDERS[one.topic])
             elif one.topic in _SENSORS:
                 said |= self._of_the_robot(one)
+            elif isinstance(one.value, Joy):
+                orders += ordered(self._joy, one.value)
+                self._joy, asked = one.value, steered(one.value, self._limits)
+                requests += [] if asked is None else [asked]
+                said |= {"radio": one.at, "taken_over": asked is not None}
             elif one.topic in (MISSION.name, FOREIGN):
                 said["mission" if one.topic == MISSION.name else "foreign"] = one.value
             elif isinstance(one.value, Request):

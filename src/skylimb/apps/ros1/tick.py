@@ -35,6 +35,8 @@ class Received:
         acknowledged: the last command that the flight controller acknowledged since then.
         battery: charge, per cent.
         armed: whether the flight controller says that it is armed; None where it said nothing.
+        radio: when a radio was heard, s; None where none was.
+        taken_over: whether its sticks are moved.
         foreign: who else commands the robot; None where nobody has looked since.
     """
 
@@ -44,6 +46,8 @@ class Received:
     acknowledged: int | None = None
     battery: float | None = None
     armed: bool | None = None
+    radio: float | None = None
+    taken_over: bool = False
     foreign: tuple[str, ...] | None = None
 
 

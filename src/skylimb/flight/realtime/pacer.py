@@ -46,6 +46,11 @@ class Pacer:
         self._begun = self._deadline - left
         return -left * 1e-9
 
+    def forgive(self) -> None:
+        """What was lost is not caught up: later ticks are due as if the present one had begun in time."""
+        self._start += self._begun - self._deadline
+        self._deadline = self._begun
+
     @property
     def late(self) -> float:
         """How late the present tick began, s."""
@@ -72,3 +77,13 @@ class Pacer:
     def elapsed(self) -> float:
         """Time since the present tick was due, s."""
         return (self._now() - self._deadline) * 1e-9
+
+
+def stepped(period: float) -> Pacer:
+    """A pacer whose clock goes on only while it waits: whoever works by it may take any time."""
+    time_ns = [0]
+
+    def sleep(seconds: float) -> None:
+        time_ns[0] += round(seconds * 1e9)
+
+    return Pacer(period, lambda: time_ns[0], sleep, spin=0.0)

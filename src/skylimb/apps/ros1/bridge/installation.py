@@ -9,6 +9,7 @@ from pathlib import Path
 from urllib.parse import urlparse
 
 from skylimb.base.errors import ConfigError, MissingExtraError
+from skylimb.base.xml_text import read_xml
 
 DEBIAN = Path("/usr/lib/python3/dist-packages")
 PACKAGES = "python3-rospy python3-rosmaster python3-roslaunch"
@@ -70,3 +71,15 @@ def require_master() -> None:
     if not rosgraph.is_master_online():
         uri = os.environ.get("ROS_MASTER_URI", "")
         raise ConfigError(f"no ROS master answers at '{uri}'; start roscore in another window")
+
+
+def described_mass(namespace: str) -> float | None:
+    """Mass of the robot that ROS's parameters describe, kg; None where they describe none."""
+    import rosgraph
+
+    try:
+        text = rosgraph.Master("/skylimb").getParam(f"/{namespace.strip('/')}/robot_description")
+        masses = [float(one.get("value", "nan")) for one in read_xml(str(text).encode()).iter("mass")]
+    except Exception:  # rosgraph has no such parameter, or it is no description
+        return None
+    return sum(masses) if masses else None

@@ -19,6 +19,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from skylimb.analysis.exchange.lab_topics import FOREIGN
 from skylimb.analysis.exchange.message_types import Definitions
 from skylimb.apps.ros1.bridge.inbox import Inbox, Raw
 from skylimb.apps.ros1.bridge.installation import require_ros
@@ -99,7 +100,8 @@ def bridge(pipe: Pipe, profile: str, messages: Sequence[str], namespace: str, se
     definitions, topics = Definitions(messages), profile_topics(profile, servos)
     inbox = Inbox(topics.subscribed, definitions, namespace, time.monotonic, _subscribe, rospy.get_name())
     outbox = Outbox(topics.published, definitions, namespace, _Publisher)
-    master, due = MasterWatch(), time.monotonic()
+    commands, due = {topic.full(namespace) for topic in topics.commands}, time.monotonic()
+    master = MasterWatch(commands, rospy.get_name())
     while not rospy.is_shutdown() and not pipe.closed:
         select.select([pipe], [], [], _PATIENCE)
         for batch in pipe.receive():
@@ -111,6 +113,8 @@ def bridge(pipe: Pipe, profile: str, messages: Sequence[str], namespace: str, se
             due += _EVERY
             gone = Counter({"master is gone": master.gone}) if master.gone else Counter[str]()
             pipe.send(inbox.counts + outbox.counts + gone)
+            if master.foreign is not None:
+                pipe.send([Arrived(FOREIGN, master.foreign, "", time.monotonic())])
     pipe.close()
     master.close()
     rospy.signal_shutdown("done")

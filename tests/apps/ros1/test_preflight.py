@@ -1,0 +1,112 @@
+"""What is looked at before a flight: each thing fails for its own reason, by its name."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from skylimb.analysis.exchange.body import Body
+from skylimb.apps.ros1.bridge.installation import described_mass
+from skylimb.apps.ros1.bridge.master import MasterWatch
+from skylimb.apps.ros1.limits import FlightLimits
+from skylimb.apps.ros1.preflight import Desk, Measured, checks
+from skylimb.apps.ros1.profile import profile_topics
+from skylimb.apps.ros1.run import _fence
+from skylimb.base.errors import ConfigError
+from skylimb.base.rotations import rotation_from_rpy
+
+LIMITS = FlightLimits(fence=((-2.0, 2.0), (-1.0, 1.0), (0.0, 3.0)))
+I3, Z3 = np.eye(3), np.zeros(3)
+STANDS = Body(np.array([0.1, 0.2, 0.3]), Z3, I3, Z3, Z3, Z3, I3, Z3, Z3, I3)
+DESK = Desk((4.1, 4.12), 2.0, 5e9)
+AGES, OFFSETS = {"mocap/pose": 0.01, "imu": 0.005}, {"mocap/pose": -0.02, "imu": 0.001}
+SOUND = Measured(STANDS, AGES, OFFSETS, 80.0)
+
+
+def failed(desk: Desk = DESK, measured: Measured = SOUND) -> list[str]:
+    return [str(one) for one in checks(desk, measured, LIMITS) if not one.fine]
+
+
+def test_a_robot_that_is_ready_passes_every_check() -> None:
+    found = list(checks(DESK, SOUND, LIMITS))
+    assert failed() == []
+    assert [one.name for one in found] == [
+        "attitude", "motion", "fence", "age of mocap/pose", "age of imu", "clock of mocap/pose",
+        "clock of imu", "battery", "publishers of commands", "disk", "age of the calibration", "robot",
+    ]  # fmt: skip
+    assert [one.name for one in checks(Desk(), Measured(STANDS), LIMITS)] == [
+        "attitude", "motion", "fence", "publishers of commands", "disk",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"body": None}, "position: not known"),
+        ({"body": STANDS._replace(R_WC=np.asarray(rotation_from_rpy(1.8, 0.0, 0.3)))}, "attitude: 1.8 rad"),
+        ({"body": STANDS._replace(velocity=np.array([0.0, 0.0, -0.6]))}, "motion: 0.6 m/s"),
+        (
+            {"body": STANDS._replace(cog=np.array([0.0, 1.2, 0.3]))},
+            "fence: y = 1.20 m is outside",
+        ),
+        ({"ages": {**AGES, "imu": 0.3}}, "age of imu: 0.3 s"),
+        ({"offsets": {**OFFSETS, "imu": -0.2}}, "clock of imu: 0.2 s beside ours"),
+        ({"offsets": {**OFFSETS, "imu": np.nan}}, "clock of imu: nan s"),
+        ({"battery": 9.0}, "battery: 9 %"),
+        (
+            {"foreign": ("/base on /hydrus_xi/four_axes/command",)},
+            "publishers of commands: /base",
+        ),
+    ],
+)
+def test_what_is_measured_is_refused_by_its_name(change: dict[str, Any], words: str) -> None:
+    (found,) = failed(measured=replace(SOUND, **change))
+    assert found.startswith(words)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"masses": (4.6, 4.12)}, "robot: 4.600 kg on ROS, 4.120 kg in its file"),
+        ({"calibrated": 31.0}, "age of the calibration: 31 days"),
+        ({"free": 9e8}, "disk: 0.9 GB free"),
+    ],
+)
+def test_what_lies_on_the_desk_is_refused_by_its_name(change: dict[str, Any], words: str) -> None:
+    (found,) = failed(replace(DESK, **change))
+    assert found.startswith(words)
+
+
+def test_a_fence_is_six_numbers_that_rise() -> None:
+    assert _fence((-1, 1, -2, 2, 0, 3)) == ((-1, 1), (-2, 2), (0, 3))
+    for wrong in ((-1, 1, -2, 2, 0), (1, -1, -2, 2, 0, 3), (-1, 1, -2, 2, 0, float("nan"))):
+        with pytest.raises(ConfigError, match="--fence"):
+            _fence(wrong)
+
+
+def master(monkeypatch: pytest.MonkeyPatch, **answers: Any) -> None:
+    answering = SimpleNamespace(Master=lambda name: SimpleNamespace(**answers))
+    monkeypatch.setitem(sys.modules, "rosgraph", answering)
+
+
+def test_the_master_tells_who_else_commands_the_robot(monkeypatch: pytest.MonkeyPatch) -> None:
+    publishers = [["/h/four_axes/command", ["/skylimb", "/base"]], ["/h/joints_ctrl", ["/user"]]]
+    master(monkeypatch, getSystemState=lambda: (publishers, [], []))
+    topics = {topic.full("h") for topic in profile_topics("controller").commands}
+    watch = MasterWatch(topics, "/skylimb", 1e-3)
+    while watch.foreign is None:
+        pass
+    watch.close()
+    assert watch.foreign == ("/base on /h/four_axes/command",)
+
+
+def test_the_described_robot_is_weighed(monkeypatch: pytest.MonkeyPatch) -> None:
+    text = '<robot><link><inertial><mass value="1.5"/></inertial></link><mass value="2"/></robot>'
+    for told, mass in ((text, 3.5), ("<robot", None), ("<robot/>", None)):
+        master(monkeypatch, getParam=lambda name, told=told: told)
+        assert described_mass("hydrus_xi") == mass
