@@ -13,7 +13,7 @@ from skylimb.apps.cli.arguments import arg
 from skylimb.apps.cli.options import Calibration, within
 
 if TYPE_CHECKING:
-    from skylimb.studies.campaign import Outcome, Progress
+    from skylimb.studies.campaign import CampaignProgress, Outcome
     from skylimb.studies.reproduction import Result
 
 INTERRUPTED = 130
@@ -282,7 +282,7 @@ def _show_reproduction(result: Result) -> None:
 
 
 @contextmanager
-def _progress() -> Iterator[Callable[[Progress], None]]:
+def _progress() -> Iterator[Callable[[CampaignProgress], None]]:
     """A bar with rate, time left and failures so far."""
     from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
 
@@ -290,7 +290,7 @@ def _progress() -> Iterator[Callable[[Progress], None]]:
     with output.bars(*columns) as bars:
         task = bars.add_task("")
 
-        def report(now: Progress) -> None:
+        def report(now: CampaignProgress) -> None:
             rate = now.flown / now.seconds if now.seconds > 0.0 else 0.0
             words = "starting"
             if now.stopping:
