@@ -8,12 +8,16 @@ but how long it went on.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-import xarray as xr
 
 from skylimb.analysis.recording.run import Run
 from skylimb.analysis.scores.score import Score, metric
 from skylimb.analysis.scores.signals import contact_axis, events_of, recorded, stretches
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 WINDOW = 1.5
 """Seconds in which a robot shows what a fault does to it."""
