@@ -109,3 +109,14 @@ def test_a_robot_that_sees_nothing_any_more_sinks_level_and_then_stops() -> None
     stopped = thrusts[begin + 200 :]
     assert len(stopped) > 0
     np.testing.assert_array_equal(stopped, np.tile(low, (len(stopped), 1)))
+
+
+def test_a_rotor_at_half_is_named_and_the_flight_broken_off_under_control() -> None:
+    lost = {"kind": "rotor", "time": 4.0, "rotor": "rotor3", "effectiveness": 0.5}
+    watched = {"supervisor.on": True, "supervisor.losses": True, "phases.tare": 2.0, "stop_at": 4.6}
+    log = skylimb.run("paper", "following", set={**HOLD, **watched, "events": [lost]}).log
+    modes = log.supervisor_mode.values
+    assert not modes[:800].any()
+    assert 0 < int(np.argmax(modes > 0.0)) - 800 < 40
+    assert set(modes[850:]) == {2.0}
+    np.testing.assert_allclose(log.rotor_shares_estimate.values[-1], [1.0, 1.0, 0.5, 1.0], atol=0.1)

@@ -194,6 +194,9 @@ SIGNALS: dict[str, SignalInfo] = {
     "supervisor_mode": SignalInfo(
         _SCALAR, "", "", "mode, by its number in the supervisor's table", "estimate"
     ),
+    "rotor_shares_estimate": SignalInfo(
+        _ROTOR, "", "", "share of its thrust that each rotor has", "estimate"
+    ),
     "supervisor_bits": SignalInfo(
         _SCALAR, "", "", "bits of the supervisor's table as a number, the first one lowest", "estimate"
     ),

@@ -42,6 +42,16 @@ class Limits(Gates):
     overruns: Annotated[
         int, Key("", "ticks in a row without a new command after which the robot retreats", low=1, high=10**6)
     ] = 100
+    losses: Annotated[
+        bool, Key("", "whether lost rotors are looked for; tuned to hydrus_xi_quad with the noise that ships")
+    ] = False
+    lossy: Annotated[
+        float,
+        Key(
+            "", "share of its thrust that a rotor has lost, from which the robot retreats", low=0.0, high=1.0
+        ),
+    ] = 0.35
+    dead: Annotated[float, Key("", "the same, from which the reserve flies", low=0.0, high=1.0)] = 0.7
     descend_for: Annotated[float, Key("s", "greatest length of a descent", above=0.0, high=600.0)] = 10.0
     floor: Annotated[
         float, Key("m", "height of the centre of gravity at which a retreat ends", low=-1e3, high=1e3)

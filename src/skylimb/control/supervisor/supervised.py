@@ -17,8 +17,9 @@ from skylimb.control.supervisor.limits import Limits
 from skylimb.control.supervisor.supervisor import Watch, after, before, initial_watch
 from skylimb.symbolic import dot, where, within
 
-MODE, BITS = "supervisor_mode", "supervisor_bits"
-"""Signals: the mode's number, and the bits of the table as one whole number, the first one lowest."""
+MODE, BITS, SHARES = "supervisor_mode", "supervisor_bits", "rotor_shares_estimate"
+"""Signals: the mode's number, the bits of the table as one whole number, the first one lowest; and what is
+left of each rotor."""
 
 
 class State(NamedTuple):
@@ -78,4 +79,4 @@ class Supervised:
         if PACE in signals:  # a controller that is not asked holds its mission
             signals[PACE] = where(made > 0.5, signals[PACE], 0.0)
         word = dot(sight.bits, [float(1 << place) for place in range(sight.bits.shape[0])])
-        return State(own, watch), command, {**signals, MODE: watch.mode, BITS: word}
+        return State(own, watch), command, {**signals, MODE: watch.mode, BITS: word, SHARES: watch.loss.left}

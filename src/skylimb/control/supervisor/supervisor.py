@@ -23,6 +23,7 @@ from skylimb.control.estimation.prediction import (
     shown,
 )
 from skylimb.control.estimation.records import BodyState, Measurement, Wrench, zero_measurement
+from skylimb.control.estimation.rotor_loss import NOTHING_LOST, Loss, initial_loss, look
 from skylimb.control.missions.reference import Reference, zero_reference
 from skylimb.control.records import Command
 from skylimb.control.supervisor.limits import Limits
@@ -89,6 +90,7 @@ class Watch(NamedTuple):
         clocks: since when.
         before: measurement of the last tick, as it came.
         prediction: for the next one.
+        loss: which rotor has lost thrust.
         command: that was given last.
         asked: last reference of the mission, at which the flight was broken off.
     """
@@ -99,6 +101,7 @@ class Watch(NamedTuple):
     clocks: Clocks
     before: Measurement
     prediction: Prediction
+    loss: Loss
     command: Command
     asked: Reference
 
@@ -130,7 +133,17 @@ def initial_watch(robot: Robot) -> Watch:
     none = zero_measurement(robot.n_joints, robot.n_vectoring)
     asked = zero_reference(robot.n_joints, robot.n_vectoring)
     prediction = initial_prediction(robot, low)
-    return Watch(Told(), 0.0, 0.0, Clocks(), none, prediction, Command(low, q, psi), asked)
+    return Watch(
+        Told(),
+        0.0,
+        0.0,
+        Clocks(),
+        none,
+        prediction,
+        initial_loss(robot.n_rotors),
+        Command(low, q, psi),
+        asked,
+    )
 
 
 def before(
@@ -164,6 +177,9 @@ def before(
     chosen = {name: where(good > 0.5, getattr(measured, name), getattr(predicted, name)) for name in pose}
     believed = measured._replace(joint_angles=q, vectoring_angles=psi, **chosen)
     prediction, body = seen(robot, prediction, believed, speeds, dt)
+    loss, lost = watch.loss, NOTHING_LOST
+    if limits.losses:
+        loss, lost = look(loss, prediction.observer, body, prediction.thrusts, good, dt)
     # 2. Which mode follows.
     found = {
         # What is no number counts as said.
@@ -172,10 +188,13 @@ def before(
         "lost": _over(unseen, limits.cut_after) * started,
         "blind": _over(unseen, limits.retreat_after) * started,
         "stale": stale,
+        "dead": _over(lost.lost, limits.dead),
+        "lossy": _over(lost.lost, limits.lossy),
+        "pushed": lost.pushed,
         "numb": _over(unfelt, limits.retreat_after),
         "silent": _over(clocks.without, float(limits.overruns)),
         "late": where(_over(told.late, 0.5) + _over(clocks.without, 0.0) > 0.5, 1.0, 0.0),
-        "spent": _over(clocks.mode, limits.descend_for),
+        "spent": _over(clocks.mode, limits.descend_for) * within(watch.mode, DESCEND, DESCEND),
     }
     bits = stack(*(found[name] for name in TABLE.bits))
     mode = TABLE.decided(watch.mode, found)
@@ -202,7 +221,13 @@ def before(
     aims = within(dot(flown.contact_axis, flown.contact_axis), 0.5, 2.0) * where(broken_off > 0.5, 1.0, aims)
     asks = started * within(mode, 0.0, DESCEND - 0.5) * within(told.late, 0.0, 0.5) * aims
     watch = watch._replace(
-        mode=mode, started=started, clocks=clocks, before=measured, prediction=prediction, asked=asked
+        mode=mode,
+        started=started,
+        clocks=clocks,
+        before=measured,
+        prediction=prediction,
+        loss=loss,
+        asked=asked,
     )
     return watch, Sight(believed, flown, asks, body, stack(fault, wrong), bits)
 
@@ -230,7 +255,7 @@ def after(
     external = watch.prediction.observer
     back = sight.reference.velocity * where(watch.mode > RETREAT - 0.5, 1.0, 0.0)
     reserve = reserve_thrusts(
-        sight.body, Wrench(external.force, external.torque), back, np.ones(robot.n_rotors), bounds[0]
+        sight.body, Wrench(external.force, external.torque), back, watch.loss.left, bounds[0]
     )
     # A command is repeated for moments only: frozen thrusts lose the flight by themselves.
     holds = within(without * dt, 0.0, limits.hold_for) * within(watch.mode, 0.0, DESCEND - 0.5)
