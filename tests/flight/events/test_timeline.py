@@ -52,7 +52,7 @@ SECONDS = 2.0
         ([{"time": 1.0, "duration": 0.2}], ["'events.0.kind' is missing", "body, gain, joint, push, rotor"]),
         ([3], ["events.0 = 3", "a table"]),
         ({"kind": "push"}, ["events = ", "a list of tables"]),
-        ([{**PUSH, "time": 99.0}], ["events.0", "push at 99 s", "after the flight's end at"]),
+        ([{**PUSH, "time": 99.0}], ["events.0.time = 99 s", "push at 99 s", "after the flight's end at"]),
         ([{**PUSH, "tme": 1.0}], ["'events.0.tme'", "did you mean 'events.0.time'"]),
         ([{"kind": "push", "time": 1.0}], ["'events.0.duration' is missing"]),
         ([{"kind": "gain", "time": 1.0, "key": KEY}], ["'events.0.value' is missing"]),
@@ -78,7 +78,7 @@ SECONDS = 2.0
         ([{**SURFACE, "position": [1.5, 0.0, math.nan]}], ["events.0.position", "nan"]),
         ([{**SURFACE, "stiffness": 9e5}], ["surface at 1 s", "too stiff"]),
         ([{**PUSH, "latest": 0.5}], ["events.0.latest = 0.5 s", "before time = 1 s"]),
-        ([{**PUSH, "latest": 99.0}], ["events.0", "push at 1 s", "after the flight's end at"]),
+        ([{**PUSH, "latest": 99.0}], ["events.0.latest = 99 s", "push at 1 s", "after the flight's end at"]),
         ([{**ROTOR, "rotor": "rotor5"}], ["rotor of an event 'rotor5'", "did you mean 'rotor"]),
         ([{**ROTOR, "effectiveness": -0.1}], ["events.0.effectiveness = -0.1"]),
         (

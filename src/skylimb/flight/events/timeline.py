@@ -118,10 +118,12 @@ def require_events(events: Sequence[Event], context: EventContext, end: float) -
         end: of the longest that the flight may take, s since take-off.
     """
     for number, event in enumerate(events):
-        if max(event.time, event.latest or 0.0) > end:
-            raise ConfigError(
-                f"events.{number}: {event}, {event.words}, comes after the flight's end at {end:g} s"
-            )
+        for key, at in (("time", event.time), ("latest", event.latest or 0.0)):
+            if at > end:
+                raise ConfigError(
+                    f"events.{number}.{key} = {at:g} s: {event}, {event.words}, comes after the flight's end "
+                    f"at {end:g} s"
+                )
         event.require(context)
     given: dict[tuple[str, float, str], Any] = {}
     for event in events:

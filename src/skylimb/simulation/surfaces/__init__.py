@@ -50,7 +50,7 @@ def surface_from_mapping(mapping: Mapping[str, Any], where: str = "surface") -> 
 
         return from_mapping(user_surface(kind), mapping, where, at="surface")
     if kind not in SURFACES:
-        raise unknown_name("surface", kind, SURFACES, (".py",))
+        raise unknown_name("surface.kind", kind, SURFACES, (".py",))
     return from_mapping(SURFACES[kind], mapping, where, at="surface")
 
 
