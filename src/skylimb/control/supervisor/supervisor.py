@@ -37,6 +37,9 @@ TABLE = shipped_table()
 MOST = 1e12
 """No number that is remembered is larger, but for those of a memory that somebody wrote into."""
 
+LEAST_SHARE = 0.3
+"""Of its thrust, that a rotor is believed to have while the controller flies."""
+
 RETREAT, DESCEND, CUT = map(TABLE.mode, ("RETREAT", "DESCEND", "CUT"))
 
 
@@ -263,7 +266,9 @@ def after(
     thrusts = where(least > 0.5, bounds[0][0], where(holds > 0.5, watch.command.thrusts, reserve))
     first = Command(thrusts, sight.reference.joint_angles, sight.reference.vectoring_angles)
     instead = _chosen(watch.started > 0.5, watch.command._replace(thrusts=thrusts), first)
-    command = _chosen(made > 0.5, wanted, instead)
+    # What the controller believes to be made of its command is made, as far as the rotor can.
+    share = clip(watch.loss.left, LEAST_SHARE, 1.0)
+    command = _chosen(made > 0.5, wanted._replace(thrusts=wanted.thrusts / share), instead)
     parts = zip(command, watch.command, bounds, strict=True)
     command = Command(*(clip(_numbers(part, last), *bound) for part, last, bound in parts))
     prediction = moved(
