@@ -93,6 +93,10 @@ SECONDS = 2.0
         ),
         ([{"kind": "tick", "time": 1.0, "duration": 0.0}], ["events.0.duration = 0 s"]),
         ([{**WIND, "drag_area": 0.0}], ["events.0.drag_area = 0 m^2"]),
+        (
+            [{**WIND, "velocity": [60.0, 0.0, 0.0], "drag_area": 1.0}],
+            ["events.0.velocity", "2.2e+03 N, at most 100 N"],
+        ),
         ([{**WIND, "profile": "storm"}], ["events.0.profile", "gust"]),
         ([{"kind": "sensor", "time": 1.0}], ["events.0.time", "changes nothing", "capture, late"]),
         ([{"kind": "sensor", "time": 1.0, "joint": "joint1"}], ["events.0.offset", "needs a joint"]),

@@ -60,6 +60,7 @@ def test_the_table_says_what_the_flights_rows_say(flown: Outcome) -> None:
 def test_the_page_has_every_fault_with_its_bounds(flown: Outcome) -> None:
     page = (flown.folder / "faults.md").read_text(encoding="utf-8")
     assert page == faults_page(SMALL, flown.rows)
+    assert "Not outlived by every supervised flight: no thrust." in page
     assert "## No thrust\n\nIt falls.\n" in page
     assert "tilt rad (0.2 / 0.3)" in page
     assert "| hybrid, unprotected | 0 of 2 | 0 of 2 | - / - |" in page
@@ -71,6 +72,7 @@ def test_a_bound_is_missed_by_median_or_by_what_99_percent_keep(flown: Outcome) 
     for numbers, kept in cases:
         assert replace(row, numbers={"sideways": numbers}).reached(fault) is kept
     assert not replace(row, survived=1).reached(fault)
+    assert replace(row, survived=1).reached(replace(fault, survived=False))
 
 
 def test_a_folder_goes_on_where_it_was_left(flown: Outcome) -> None:

@@ -15,6 +15,8 @@ from skylimb.flight.events.event import Event, EventContext
 
 Vector = tuple[float, float, float]
 
+STRONGEST = 100.0
+"""Greatest force along an axis, N."""
 _ZERO = (0.0, 0.0, 0.0)
 _Word, _Vector = ctypes.c_int64, ctypes.c_double * 3
 
@@ -25,7 +27,7 @@ class Push(Event):
 
     kind: Literal["push"] = field(default="push", kw_only=True)
     duration: Annotated[float, Key("s", "how long it lasts", above=0.0, high=1e5)] = field(kw_only=True)
-    force: Annotated[Vector, Key("N", "force in W", low=-100.0, high=100.0)] = _ZERO
+    force: Annotated[Vector, Key("N", "force in W", low=-STRONGEST, high=STRONGEST)] = _ZERO
     torque: Annotated[Vector, Key("N m", "torque in W", low=-50.0, high=50.0)] = _ZERO
     link: Annotated[str, Key("", "link that is pushed; empty for the robot's true centre of gravity")] = ""
     point: Annotated[

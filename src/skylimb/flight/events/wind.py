@@ -17,9 +17,9 @@ from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 
-from skylimb.base.keys import Key, Vector3, configuration
+from skylimb.base.keys import Key, Vector3, configuration, refused
 from skylimb.flight.events.event import Event, EventContext
-from skylimb.flight.events.push import Push, Wrench
+from skylimb.flight.events.push import STRONGEST, Push, Wrench
 
 _AIR = 1.225
 _STEPS = 100
@@ -41,6 +41,13 @@ class Wind(Event):
     duration: Annotated[float, Key("s", "how long it blows", above=0.0, high=1e5)] = field(kw_only=True)
 
     on: ClassVar[Literal["controller", "plant"]] = "plant"
+
+    def check(self) -> None:
+        """Refuse wind that pushes harder than a push may."""
+        super().check()
+        force = float(np.linalg.norm(self.force))
+        if force > STRONGEST:
+            raise refused(self, "velocity", f"pushes with {force:.3g} N, at most {STRONGEST:g} N")
 
     @property
     def force(self) -> np.ndarray:

@@ -34,6 +34,7 @@ class Fault:
         default_factory=dict
     )
     vary: dict[str, Distribution] = field(default_factory=dict)
+    survived: Annotated[bool, Key("", "whether it is to be outlived; where not, it is to be noticed")] = True
     bounds: Annotated[
         dict[str, tuple[float, float]],
         Key("", "number of a flight -> greatest median, and what 99 % keep", low=-inf, high=inf),
@@ -97,7 +98,7 @@ class Catalogue:
             vary={**self.vary, **fault.vary},
             measures=(MEASURES,),
             score="fault_tilt",
-            logs=f"worst {2 * len(self.controllers)}",
+            logs=f"worst {len(self.controllers)}",
         )
 
 

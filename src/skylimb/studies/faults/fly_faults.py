@@ -16,7 +16,7 @@ from skylimb.studies.campaign.fly_campaign import Outcome as CampaignOutcome
 from skylimb.studies.campaign.fly_campaign import run_campaign
 from skylimb.studies.campaign.folder import log_name, logged
 from skylimb.studies.campaign.logs import worst
-from skylimb.studies.campaign.rows import LOST, OK, REFUSED
+from skylimb.studies.campaign.rows import OK, REFUSED
 from skylimb.studies.faults.catalogue import Catalogue, Fault, load_catalogue
 from skylimb.studies.faults.page import Row, faults_page
 
@@ -97,11 +97,14 @@ def _rows(fault: Fault, supervised: bool, flown: CampaignOutcome, place: Path) -
     """What a fault did to the flights of each controller."""
     for name in flown.campaign.names:
         own = [row for row in flown.rows.values() if row["controller"] == name and row["status"] != REFUSED]
-        held = fault.held(supervised)
+        held, kept_by_all = fault.held(supervised), fault.held(False)
         found = {key: [row[f"fault_{key}"] for row in own] for key in held}
         values = {key: [inf if one is None else one for one in numbers] for key, numbers in found.items()}
-        kept = [all(values[key][k] <= most for key, (_, most) in held.items()) for k in range(len(own))]
+        kept = [
+            all(values[key][k] <= most for key, (_, most) in kept_by_all.items()) for k in range(len(own))
+        ]
         lived = [row["status"] == OK or (row["fault_lasted"] or 0.0) >= SURVIVAL for row in own]
+        outlived = fault.survived or not kept_by_all
         kept_logs = logged(flown.folder, own)
         bad = worst(flown.campaign, [row for row in own if row["flight"] in kept_logs], 1)
         yield Row(
@@ -110,10 +113,10 @@ def _rows(fault: Fault, supervised: bool, flown: CampaignOutcome, place: Path) -
             supervised,
             len(own),
             sum(lived),
-            sum(a and b for a, b in zip(lived, kept, strict=True)),
+            sum(b and (a or not outlived) for a, b in zip(lived, kept, strict=True)),
             {key: _spread(numbers) for key, numbers in values.items()},
             (place / log_name(bad[0])).as_posix() if bad else "",
-            next((row["cause"] for row in own if row["status"] in LOST), ""),
+            next((row["cause"] for row, alive in zip(own, lived, strict=True) if not alive), ""),
         )
 
 

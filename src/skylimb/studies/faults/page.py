@@ -33,10 +33,10 @@ class Row:
         supervised: whether the supervisor was on.
         flights: that were flown.
         survived: of them.
-        within: of them, that also kept what 99 % are held to, in every number.
+        within: of them, that also kept what 99 % are held to in every number, whether it was noticed or not.
         numbers: of each bound: median and what 99 % keep; None where that many are lost.
         worst: folder of the worst flight's log, in the folder of all; empty where others were worse.
-        cause: what ended the first flight that was lost.
+        cause: what ended the first flight that did not survive.
     """
 
     fault: str
@@ -60,10 +60,16 @@ class Row:
         return f"{self.survived} of {self.flights}", f"{self.within} of {self.flights}"
 
     def reached(self, fault: Fault) -> bool:
-        """Whether 99 % survive, and median and 99 % of every number are within their bounds."""
-        return self.survived >= 0.99 * self.flights and all(
+        """Whether 99 % survive, and median and 99 % of every number are within their bounds.
+
+        Without a supervisor nobody reaches what is only to be noticed.
+        """
+        held = fault.held(self.supervised)
+        if not held or (fault.survived and self.survived < 0.99 * self.flights):
+            return False
+        return all(
             value is not None and value <= bound
-            for key, bounds in fault.held(self.supervised).items()
+            for key, bounds in held.items()
             for value, bound in zip(self.numbers[key], bounds, strict=True)
         )
 
@@ -79,6 +85,8 @@ def faults_page(catalogue: Catalogue, rows: Sequence[Row]) -> str:
     lines = [_HEAD.format(draws=draws), "## All of them", ""]
     columns = list(dict.fromkeys(row.flown_by for row in rows))
     lines += _table("fault: flights within the bounds", [*columns, ""], _summary(catalogue, rows))
+    lost = dict.fromkeys(row.fault for row in rows if row.supervised and row.survived < row.flights)
+    lines += ["", f"Not outlived by every supervised flight: {', '.join(lost) or 'none'}."]
     for fault in catalogue.faults:
         own = [row for row in rows if row.fault == fault.name]
         heads = [
@@ -87,8 +95,8 @@ def faults_page(catalogue: Catalogue, rows: Sequence[Row]) -> str:
         ]
         lines += ["", f"## {fault.name[0].upper()}{fault.name[1:]}", "", fault.physics.strip(), ""]
         lines += _table("", ["survived", "within", *heads, "worst flight"], _numbers(fault, own))
-        lost = next((row for row in own if row.cause), None)
-        lines += ["", f"The first that was lost, {lost.flown_by}: {lost.cause}."] if lost else []
+        first = next((row for row in own if row.cause), None)
+        lines += ["", f"The first that did not survive, {first.flown_by}: {first.cause}."] if first else []
     return "\n".join(lines) + "\n"
 
 
