@@ -71,7 +71,7 @@ class Silent:
 
 
 ROTORS = "rotors with a speed"
-"""A push on a plant whose rotors turn the robot too."""
+"""A push on a plant whose rotors turn the robot too, and which has an IMU."""
 
 
 def settings(event: Mapping[str, Any] | None, **more: Any) -> dict[str, Any]:
@@ -80,7 +80,7 @@ def settings(event: Mapping[str, Any] | None, **more: Any) -> dict[str, Any]:
 
 def settings_of(kind: str) -> dict[str, Any]:
     if kind == ROTORS:
-        return settings(PUSH, **{"plant.rotors": "speed"})
+        return settings(PUSH, **{"plant.rotors": "speed", "sensors.imu.on": True})
     return settings(EVENTS.get(kind))
 
 

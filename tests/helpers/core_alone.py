@@ -69,7 +69,7 @@ class Held:
         return self.measured
 
     def record(self, measurement, command):
-        return np.concatenate([*measurement, *command])
+        return np.hstack([*measurement.entries, *command])
 
     def apply(self, command):
         self.command = command

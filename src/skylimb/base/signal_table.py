@@ -13,7 +13,7 @@ class SignalInfo(NamedTuple):
     Attributes:
         dims: dimensions besides time.
         units: SI, empty for a pure number.
-        frame: "W", "C", "root", or empty.
+        frame: "W", "C", "root", "imu", or empty.
         long_name: a few words.
         kind: truth, estimate, reference, command or measurement.
     """
@@ -66,6 +66,15 @@ SIGNALS: dict[str, SignalInfo] = {
     "root_velocity_measured": SignalInfo(_AXIS, "m/s", "W", "its velocity, measured", "measurement"),
     "root_angular_velocity_measured": SignalInfo(
         _AXIS, "rad/s", "root", "angular velocity of the root link, measured", "measurement"
+    ),
+    "capture_age": SignalInfo(
+        _SCALAR, "s", "", "age of the motion capture's frame seen now, as its stamp says", "measurement"
+    ),
+    "imu_angular_velocity_measured": SignalInfo(
+        _AXIS, "rad/s", "imu", "angular velocity of the IMU's link, measured", "measurement"
+    ),
+    "imu_specific_force_measured": SignalInfo(
+        _AXIS, "m/s^2", "imu", "acceleration without gravity's share, mean since the last tick", "measurement"
     ),
     "external_force_estimate": SignalInfo(_AXIS, "N", "W", "external force, estimated and tared", "estimate"),
     "external_torque_estimate": SignalInfo(

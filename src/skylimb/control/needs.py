@@ -27,6 +27,7 @@ class Needs:
             "online".
         force: normal force that it commands, N; refused before take-off where the robot cannot hold it.
         moves: how far it moves the vectoring angles from those of the posture, rad.
+        imu: whether it works on what an IMU measures.
     """
 
     paced: bool = False
@@ -34,6 +35,7 @@ class Needs:
     vectoring: str = TORQUE
     force: float = 0.0
     moves: float = 0.0
+    imu: bool = False
 
 
 def needs_of(controller: Any) -> Needs:
@@ -46,6 +48,12 @@ def declared_needs(needs: Any, what: str) -> Needs:
     if not isinstance(needs, Needs):
         raise ConfigError(f"{what}: got {type(needs).__name__}, expected skylimb.control.needs.Needs(...)")
     return needs
+
+
+def require_imu(controller: Any, there: bool, where: str) -> None:
+    """Raise a `ConfigError` where a controller works on an IMU and there is none; `where` says what to do."""
+    if needs_of(controller).imu and not there:
+        raise ConfigError(f"controller '{controller.name}' works on what an IMU measures: {where}")
 
 
 def merged(needs: Iterable[Needs]) -> Needs:
@@ -68,4 +76,5 @@ def merged(needs: Iterable[Needs]) -> Needs:
         next(iter(purposes), TORQUE),
         max((need.force for need in needs), default=0.0),
         max((need.moves for need in needs), default=0.0),
+        any(need.imu for need in needs),
     )

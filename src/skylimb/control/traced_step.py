@@ -13,6 +13,7 @@ from skylimb.base.packing import Layout
 from skylimb.base.split_function import PythonCall, split_function
 from skylimb.control.estimation.records import Measurement, zero_measurement
 from skylimb.control.missions.reference import Reference, zero_reference
+from skylimb.control.needs import needs_of
 from skylimb.control.records import Command
 
 
@@ -36,7 +37,7 @@ def step_inputs(controller: Any, ahead: int = 0) -> StepInputs:
     zero = zero_reference(robot.n_joints, robot.n_vectoring)
     return StepInputs(
         Layout(controller.initial_state()),
-        Layout(zero_measurement(robot.n_joints, robot.n_vectoring)),
+        Layout(zero_measurement(robot.n_joints, robot.n_vectoring, needs_of(controller).imu)),
         Layout(zero._replace(ahead=(zero,) * ahead)),
         Layout(controller.gains()),
     )

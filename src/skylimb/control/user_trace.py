@@ -9,7 +9,7 @@ import numpy as np
 
 from skylimb.base.packing import Layout, with_floats
 from skylimb.base.user_code import described
-from skylimb.control.estimation.records import Measurement
+from skylimb.control.estimation.records import Imu, Measurement
 from skylimb.control.missions.reference import Reference, zero_reference
 from skylimb.control.needs import PACE, TORQUE
 from skylimb.control.planning.vectoring import nominal_posture
@@ -54,8 +54,9 @@ def _difference(trial: Any, step: TracedStep) -> str:
     """What the traced step gives otherwise than the Python step over some ticks; empty where nothing."""
     rng = np.random.default_rng(0)
     gains, state, flat = trial.gains(), trial.made.initial_state(), step.state
+    needs = trial.needs
     for _ in range(STEPS):
-        measurement, reference = shaken_hover(trial.robot, rng, len(trial.needs.preview))
+        measurement, reference = shaken_hover(trial.robot, rng, len(needs.preview), imu=needs.imu)
         given = step.inputs.measurement.pack(measurement), step.inputs.reference.pack(reference)
         state, command, signals = trial.made.step(gains, state, measurement, reference, PERIOD)
         flat, *results = (part.full().ravel() for part in step.function.call([flat, *given, step.gains]))
@@ -80,7 +81,7 @@ def _attributes(made: Any) -> dict[str, str]:
 
 
 def shaken_hover(
-    robot: Robot, rng: np.random.Generator, ahead: int = 0, vectoring: str = TORQUE
+    robot: Robot, rng: np.random.Generator, ahead: int = 0, vectoring: str = TORQUE, imu: bool = False
 ) -> tuple[Measurement, Reference]:
     """A robot near the origin in its nominal posture, shaken about, and a reference beside it.
 
@@ -89,11 +90,12 @@ def shaken_hover(
         rng: shakes it.
         ahead: how many references ahead the reference holds.
         vectoring: purpose of its vectoring angles.
+        imu: whether it has one.
     """
     q, psi = nominal_posture(robot, vectoring)
     x, y, z = np.eye(3)
-    exact = Measurement(z, np.array([1.0, 0.0, 0.0, 0.0]), np.zeros(3), np.zeros(3), q, psi)
-    noisy = Measurement(*(part + 0.01 * rng.standard_normal(part.shape) for part in exact))
+    exact = z, np.array([1.0, 0.0, 0.0, 0.0]), np.zeros(3), np.zeros(3), q, psi
+    p, quaternion, *others = list[Any](part + 0.01 * rng.standard_normal(part.shape) for part in exact)
     reference = zero_reference(robot.n_joints, robot.n_vectoring)._replace(
         position=z + 0.1 * rng.standard_normal(3),
         velocity=0.1 * rng.standard_normal(3),
@@ -106,7 +108,11 @@ def shaken_hover(
         reach=1.0,
         touch=1.0,
     )
+    shaken = Measurement(p, quaternion / np.linalg.norm(quaternion), *others)
+    if imu:
+        said = np.zeros(3), robot.description.gravity * z
+        shaken = shaken._replace(imu=Imu(*(part + 0.01 * rng.standard_normal(3) for part in said)))
     return (
-        noisy._replace(quaternion=noisy.quaternion / np.linalg.norm(noisy.quaternion)),
+        shaken,
         reference._replace(ahead=(reference,) * ahead),
     )

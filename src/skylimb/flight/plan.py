@@ -22,7 +22,7 @@ from skylimb.control.missions.mission import Mission
 from skylimb.control.missions.plan import plan_mission
 from skylimb.control.missions.posture import posture_plan
 from skylimb.control.missions.table import Window, window_of
-from skylimb.control.needs import Needs, needs_of
+from skylimb.control.needs import Needs, needs_of, require_imu
 from skylimb.control.planning.posture_path import PostureConfig
 from skylimb.flight.derived import Derived
 from skylimb.flight.events import EventContext, Timeline, require_events, timeline
@@ -128,6 +128,7 @@ def checked(plan: P) -> P:
     experiment, robot, controller = plan.experiment, plan.robot, plan.controller
     if is_traceable(controller):
         controller.require(plan.period)
+    require_imu(controller, experiment.sensors.imu.on, "set sensors.imu.on = true, where the robot has one")
     require_plant(robot.description, experiment.surface, experiment.plant, plan.period)
     require_events(experiment.events, plan.event_context, np.inf)
     require_feasible(experiment, robot, controller)

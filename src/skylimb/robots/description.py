@@ -172,6 +172,15 @@ class Tip(_Fixed):
 
 
 @dataclass(frozen=True, eq=False)
+class Mount(_Fixed):
+    """Where a sensor sits: origin (m) and axes in the frame of a link."""
+
+    link: str
+    xyz: np.ndarray = field(default_factory=_zeros)
+    R: np.ndarray = field(default_factory=lambda: np.eye(3))
+
+
+@dataclass(frozen=True, eq=False)
 class PostureFamily(_Fixed):
     """Postures with one parameter, the shape angle: q = offset + slope * theta (eq:joint angles), in rad."""
 
@@ -205,6 +214,7 @@ class RobotDescription(_Fixed):
         folder: where the files are.
         sources: the flight TOML and the URDF as they were read.
         gravity: of the place where it flies, m/s^2.
+        imu_mount: where the file says that the IMU is; None where it does not (`imu`).
     """
 
     name: str
@@ -225,6 +235,12 @@ class RobotDescription(_Fixed):
     folder: Path
     sources: tuple[Source, ...] = ()
     gravity: float = GRAVITY
+    imu_mount: Mount | None = None
+
+    @property
+    def imu(self) -> Mount:
+        """Where the IMU is; at the measured link's origin, in its axes, where the file does not say."""
+        return self.imu_mount or Mount(self.measured_link)
 
     def link(self, name: str) -> Link:
         """The link of that name."""

@@ -120,6 +120,17 @@ class TipSection:
 
 
 @configuration
+class ImuSection:
+    """The IMU; where there is no such table it sits at the measured link's origin, in that link's axes."""
+
+    link: Annotated[str, Key("", "link that it sits on")]
+    xyz: Annotated[_Place, Key("m", "its origin in the link's frame", low=-10.0, high=10.0)] = (0.0, 0.0, 0.0)
+    rpy: Annotated[
+        _Place, Key("rad", "roll, pitch and yaw of its axes in the link's frame", low=-_TURN, high=_TURN)
+    ] = (0.0, 0.0, 0.0)
+
+
+@configuration
 class PostureSection:
     """Postures with one parameter, the shape angle: q = offset + slope theta (eq:joint angles)."""
 
@@ -151,6 +162,7 @@ class FlightFile:
     shape: ShapeSection | None = None
     vectoring: VectoringSection | None = None
     posture: PostureSection | None = None
+    imu: ImuSection | None = None
     rotors: tuple[RotorSection, ...] = field(default_factory=tuple)
     summary: Annotated[str, Key("", "one line for people")] = ""
     root_link: Annotated[

@@ -93,6 +93,29 @@ def body_poses(bodies: Sequence[Body], angles: Mapping[str, Any]) -> list[BodyPo
     return poses
 
 
+def joint_axis(body: Body, pose: BodyPose) -> Array:
+    """Axis of the joint that carries a body, in root axes; zero for the root."""
+    return pose.turned(body.joint.axis) if body.joint else ca.SX(3, 1)
+
+
+def angular_velocities(
+    bodies: Sequence[Body], poses: Sequence[BodyPose], root: Array, rates: Mapping[str, Any]
+) -> list[Array]:
+    """Angular velocity of every body in root axes, rad/s.
+
+    Args:
+        bodies: parents first.
+        poses: of each.
+        root: angular velocity of the root.
+        rates: joint name -> rate, rad/s.
+    """
+    turns = [root]
+    for body, pose in zip(bodies[1:], poses[1:], strict=True):
+        rate = rates[body.joint.name] if body.joint else 0.0
+        turns.append(turns[body.parent] + joint_axis(body, pose) * rate)
+    return turns
+
+
 def composite(bodies: Sequence[Body], poses: Sequence[BodyPose]) -> tuple[Array, Array]:
     """Centre of gravity in the root frame and inertia about it in root axes.
 

@@ -14,7 +14,7 @@ from skylimb.base.config import from_mapping, parse_toml, read_toml
 from skylimb.base.errors import ConfigError, DescriptionError, UnreadableError, unknown_name
 from skylimb.base.rotations import rotation_from_rpy
 from skylimb.base.sources import Source, read_source
-from skylimb.robots.description import GRAVITY, NO_SERVO, PostureFamily, RobotDescription, Rotor, Tip
+from skylimb.robots.description import GRAVITY, NO_SERVO, Mount, PostureFamily, RobotDescription, Rotor, Tip
 from skylimb.robots.flight_check import check_robot
 from skylimb.robots.flight_file import (
     FlightFile,
@@ -147,6 +147,7 @@ def describe(flight: FlightFile, flight_source: Source, urdf: Source, tree: Tree
     root, links, joints = tree
     _require_known("measured_link", [flight.measured_link], [link.name for link in links])
     _require_known("tip.link", [flight.tip.link], [link.name for link in links])
+    _require_known("imu.link", [flight.imu.link] if flight.imu else [], [link.name for link in links])
     _require_known("rotors.link", [rotor.link for rotor in flight.rotors], [link.name for link in links])
     moving = [joint.name for joint in joints if joint.kind != "fixed"]
     shape = flight.shape or ShapeSection((), NO_SERVO)
@@ -183,6 +184,7 @@ def describe(flight: FlightFile, flight_source: Source, urdf: Source, tree: Tree
         digest=_digest(flight_source, urdf),
         folder=flight_source.path.parent,
         sources=(flight_source, urdf),
+        imu_mount=flight.imu and Mount(flight.imu.link, *_pose(flight.imu.xyz, flight.imu.rpy)),
     )
 
 
@@ -193,12 +195,17 @@ def _require_known(key: str, names: Iterable[str], known: Sequence[str]) -> None
             raise unknown_name(f"{kind} in {key}", name, known)
 
 
+def _pose(xyz: Sequence[float], rpy: Sequence[float]) -> tuple[np.ndarray, np.ndarray]:
+    return np.array(xyz, dtype=float), clean_rotation(rotation_from_rpy(*rpy))
+
+
 def _rotor(section: RotorSection, index: int) -> Rotor:
+    xyz, R = _pose(section.xyz, section.rpy)
     return Rotor(
         name=section.name or f"rotor{index + 1}",
         link=section.link,
-        xyz=np.array(section.xyz, dtype=float),
-        R=clean_rotation(rotation_from_rpy(*section.rpy)),
+        xyz=xyz,
+        R=R,
         spin=section.spin,
         # A rotor that turns about +z is dragged about -z, and so is the body it sits on.
         drag_torque_coefficient=-section.spin * section.drag_torque_coefficient,

@@ -14,7 +14,7 @@ from skylimb.base.packing import Layout
 from skylimb.robots.bodies import lump
 from skylimb.robots.description import RobotDescription
 from skylimb.robots.hovering import hovering_frame
-from skylimb.robots.kinematics import BodyPose, body_poses, composite, congruence
+from skylimb.robots.kinematics import BodyPose, angular_velocities, body_poses, composite, congruence
 from skylimb.symbolic import is_symbolic
 
 Array = Any
@@ -200,6 +200,23 @@ class Robot:
             for axis, point, rotor in zip(axes, points, self.description.rotors, strict=True)
         ]
         return ca.Function("wrench", [q, psi], [ca.horzcat(*columns)], ["q", "psi"], ["Q"])
+
+    @functools.cached_property
+    def imu_motion(self) -> ca.Function:
+        """(q, psi, their rates) -> the IMU in the root frame: place (m), axes, velocity, angular velocity.
+
+        The velocities (m/s, rad/s) are those by the joints that turn.
+        """
+        q, psi = ca.SX.sym("q", self.n_joints), ca.SX.sym("psi", self.n_vectoring)
+        angles, mount = ca.vertcat(q, psi), self.description.imu
+        rates = ca.SX.sym("rates", angles.numel())
+        poses = self._poses(q, psi)
+        point, R = self._place(poses, mount.link, mount.xyz)
+        names = [*self.description.shape_joints, *self.description.vectoring_joints]
+        by_joint = {name: rates[index] for index, name in enumerate(names)}
+        turning = angular_velocities(self.bodies, poses, ca.SX(3, 1), by_joint)
+        moved = point, R @ mount.R, ca.jtimes(point, angles, rates), turning[self.placements[mount.link].body]
+        return ca.Function("imu", [q, psi, rates], list(map(ca.densify, moved)))
 
     def _angles(self, name: str, value: Any, length: int) -> np.ndarray:
         try:

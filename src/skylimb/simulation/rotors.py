@@ -22,7 +22,7 @@ import casadi as ca
 import numpy as np
 
 from skylimb.robots.description import RobotDescription
-from skylimb.robots.kinematics import body_poses
+from skylimb.robots.kinematics import angular_velocities, body_poses, joint_axis
 from skylimb.robots.model import Robot
 from skylimb.symbolic import Array
 
@@ -140,10 +140,8 @@ def momentum_forces(
     names = [*robot.description.shape_joints, *robot.description.vectoring_joints]
     poses = body_poses(robot.bodies, {name: joint_angles[index] for index, name in enumerate(names)})
     at = {index: names.index(body.joint.name) for index, body in enumerate(robot.bodies) if body.joint}
-    turns, axes = [rates[:3]], [ca.SX(3, 1)]
-    for index, body in enumerate(robot.bodies[1:], start=1):
-        axes.append(poses[index].turned(body.joint.axis) if body.joint else ca.SX(3, 1))
-        turns.append(turns[body.parent] + axes[index] * rates[3 + at[index]])
+    by_joint = {name: rates[3 + index] for index, name in enumerate(names)}
+    turns = angular_velocities(robot.bodies, poses, rates[:3], by_joint)
     torques = [ca.SX(3, 1) for _ in robot.bodies]
     for index, rotor in enumerate(robot.description.rotors):
         place = robot.placements[rotor.link]
@@ -154,6 +152,6 @@ def momentum_forces(
     # From the ends of the tree on, each body hands its torque to the one that carries it.
     joints = ca.SX(len(names), 1)
     for index in range(len(robot.bodies) - 1, 0, -1):
-        joints[at[index]] = ca.dot(axes[index], torques[index])
+        joints[at[index]] = ca.dot(joint_axis(robot.bodies[index], poses[index]), torques[index])
         torques[robot.bodies[index].parent] += torques[index]
     return ca.vertcat(torques[0], joints)

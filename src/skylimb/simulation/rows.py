@@ -24,19 +24,21 @@ class TickRow(NamedTuple):
         age: of the motion capture's frame, s.
         held: 1 where no frame comes, and the last one is seen still.
         late: 1 where the controller comes too late, of which only a supervisor knows.
+        imu_age: of what the IMU says, s.
         noise: errors of the sensors.
     """
 
     age: Any
     held: Any
     late: Any
+    imu_age: Any
     noise: SensorNoise
 
 
 def row_layout(robot: Robot) -> Layout[TickRow]:
     """Layout of a `TickRow` for this robot."""
     z3, nq, nv = np.zeros(3), robot.n_joints, robot.n_vectoring
-    return Layout(TickRow(0.0, 0.0, 0.0, SensorNoise(z3, z3, z3, z3, np.zeros(nq), np.zeros(nv))))
+    return Layout(TickRow(0.0, 0.0, 0.0, 0.0, SensorNoise(z3, z3, z3, z3, np.zeros(nq), np.zeros(nv))))
 
 
 @functools.lru_cache(maxsize=16)
@@ -87,7 +89,8 @@ def flight_rows(
     rng = np.random.default_rng(seed)
     noise = draw_noise(sensors, times, robot.n_joints, robot.n_vectoring, rng)
     none = np.zeros(len(times))
-    known = TickRow(frame_ages(sensors, times), none, none, noise)
+    imu_ages = np.full(len(times), sensors.imu.latency)
+    known = TickRow(frame_ages(sensors, times), none, none, imu_ages, noise)
     ticks = pack_rows(row_layout(robot), known, len(times))
     return FlightRows(
         ticks, reference_table(mission, reference_layout(robot), window), len(mission.times) - 1

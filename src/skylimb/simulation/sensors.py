@@ -1,4 +1,4 @@
-"""Motion capture with rate, latency and noise, and joint encoders.
+"""Motion capture with rate, latency and noise, joint encoders, and an IMU where there is one.
 
 A frame of motion capture shows the plant as it was `latency` before the frame came, and stays until the next
 one. Both follow from one number a tick, the age of what is seen: the measurement is the plant's state that
@@ -9,6 +9,7 @@ row of noise, the same in every driver.
 from __future__ import annotations
 
 import math
+from dataclasses import field
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
@@ -16,7 +17,16 @@ import numpy as np
 from skylimb.base.keys import Key, configuration
 from skylimb.base.rotations import quaternion_product
 from skylimb.control.estimation.records import Measurement
-from skylimb.symbolic import Array, clip, stack, vector, where
+from skylimb.simulation.imu import (
+    ImuConfig,
+    ImuMotion,
+    ImuState,
+    at_age,
+    draw_imu_errors,
+    initial_imu_state,
+    sense_imu,
+)
+from skylimb.symbolic import Array, stack, vector, where
 
 LONGEST = 0.2
 """Greatest age of a frame when it comes, s."""
@@ -51,6 +61,7 @@ class SensorConfig:
         tuple[float, float, float],
         Key("rad", "constant rotation vector from the true to the measured body axes", low=-0.3, high=0.3),
     ] = (0.0, 0.0, 0.0)
+    imu: ImuConfig = field(default_factory=ImuConfig)
 
 
 class SensorNoise(NamedTuple):
@@ -62,6 +73,8 @@ class SensorNoise(NamedTuple):
     angular_velocity: Array
     joint_angles: Array
     vectoring_angles: Array
+    gyro: Array = np.zeros(3)
+    accelerometer: Array = np.zeros(3)
 
 
 class SensorState(NamedTuple):
@@ -70,10 +83,14 @@ class SensorState(NamedTuple):
     Attributes:
         history: true root pose and twist at the last ticks, newest first, each (13,).
         shown: pose and twist of the frame that was seen last, (13,).
+        age: of that frame, s.
+        imu: of the IMU, where there is one.
     """
 
     history: tuple[Array, ...]
     shown: Array
+    age: Any = 0.0
+    imu: ImuState | tuple[()] = ()
 
 
 def history_depth(config: SensorConfig, dt: float) -> int:
@@ -89,7 +106,8 @@ def history_depth(config: SensorConfig, dt: float) -> int:
 def initial_sensor_state(config: SensorConfig, dt: float, root: np.ndarray) -> SensorState:
     """A robot that has been at rest in this root state, (13,), for as long as the history goes back."""
     past = np.asarray(root, dtype=float)
-    return SensorState((past,) * history_depth(config, dt), past)
+    history = (past,) * history_depth(config, dt)
+    return SensorState(history, past, imu=initial_imu_state(config.imu, dt))
 
 
 def frame_numbers(config: SensorConfig, times: np.ndarray) -> np.ndarray:
@@ -124,6 +142,8 @@ def draw_noise(
         per_frame[:, 9:12] * config.angular_velocity_noise,
         per_tick[:, :n_joints] * config.joint_noise,
         per_tick[:, n_joints:] * config.vectoring_noise,
+        # Last, so that a flight without an IMU keeps its noise.
+        *draw_imu_errors(config.imu, len(times), rng),
     )
 
 
@@ -136,6 +156,7 @@ def sense(
     noise: SensorNoise,
     dt: float,
     held: Any = 0.0,
+    imu: tuple[ImuMotion, float, Any] | None = None,
 ) -> tuple[SensorState, Measurement]:
     """What the sensors say at this tick.
 
@@ -148,11 +169,10 @@ def sense(
         noise: errors of this tick.
         dt: control period, s.
         held: 1 where no frame comes, and the last one is seen still.
+        imu: how the IMU moves, gravity (m/s^2), and the age of what it says, s.
     """
     rows = (root, *state.history[:-1])
-    ticks = age * (1.0 / dt)
-    # Linear interpolation without a branch: each remembered tick weighs in with a hat of one tick's width.
-    seen: Any = sum(row * clip(1.0 - abs(ticks - index), 0.0, 1.0) for index, row in enumerate(rows))
+    seen = at_age(rows, age, dt)
     quaternion = seen[3:7] / (seen[3] ** 2 + seen[4] ** 2 + seen[5] ** 2 + seen[6] ** 2) ** 0.5
     error = noise.attitude
     turned = quaternion_product(quaternion, vector(1.0, 0.5 * error[0], 0.5 * error[1], 0.5 * error[2]))
@@ -167,5 +187,10 @@ def sense(
         angular_velocity=shown[10:13],
         joint_angles=joint_angles + noise.joint_angles,
         vectoring_angles=vectoring_angles + noise.vectoring_angles,
+        capture_age=where(held > 0.5, state.age + dt, age),
     )
-    return SensorState(rows, shown), measurement
+    state = SensorState(rows, shown, measurement.capture_age, state.imu)
+    if imu is None or not isinstance(state.imu, ImuState):
+        return state, measurement
+    felt, said = sense_imu(state.imu, *imu, (noise.gyro, noise.accelerometer), dt)
+    return state._replace(imu=felt), measurement._replace(imu=said)

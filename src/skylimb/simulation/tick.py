@@ -26,6 +26,7 @@ from skylimb.base.split_function import PythonCall, split_function
 from skylimb.control.controller import TraceableController
 from skylimb.control.estimation.records import Measurement
 from skylimb.control.loop.flight import MISSION_TIME
+from skylimb.control.loop.vehicle import measured_signals
 from skylimb.control.missions.clock import next_clock, start_of_mission
 from skylimb.control.missions.table import Window, window_of
 from skylimb.control.needs import PACE, needs_of
@@ -33,6 +34,7 @@ from skylimb.control.records import Command
 from skylimb.control.supervisor.supervised import Supervised
 from skylimb.robots.description import RobotDescription
 from skylimb.simulation.actuators import actuate
+from skylimb.simulation.imu import imu_motion
 from skylimb.simulation.plant import Plant
 from skylimb.simulation.rotors import RotorNumbers, momentum_forces, rotor_numbers, rotor_tick
 from skylimb.simulation.rows import TickRow, reference_layout, row_layout
@@ -55,7 +57,16 @@ def sense_plant(
     root = ca.vertcat(outputs.qpos[0:7], outputs.qvel[0:6])
     joints = outputs.qpos[list(plant.joint_qpos)]
     vectoring = outputs.qpos[list(plant.vectoring_qpos)]
-    return sense(state, root, joints, vectoring, row.age, row.noise, dt, row.held)
+    imu, robot = None, plant.robot
+    if state.imu:
+        rates = outputs.qvel[_joint_rates(plant)]
+        imu = imu_motion(robot, root, joints, vectoring, rates), robot.description.gravity, row.imu_age
+    return sense(state, root, joints, vectoring, row.age, row.noise, dt, row.held, imu)
+
+
+def _joint_rates(plant: Plant) -> list[int]:
+    """Where the rates of shape and vectoring joints stand: the free joint has a velocity less than places."""
+    return [address - 1 for address in (*plant.joint_qpos, *plant.vectoring_qpos)]
 
 
 def plant_signals(
@@ -67,12 +78,7 @@ def plant_signals(
     return {
         "configuration": outputs.qpos,
         "configuration_velocity": outputs.qvel,
-        "root_position_measured": measurement.position,
-        "root_quaternion_measured": measurement.quaternion,
-        "root_velocity_measured": measurement.velocity,
-        "root_angular_velocity_measured": measurement.angular_velocity,
-        "joint_angles_measured": measurement.joint_angles,
-        "vectoring_angles_measured": measurement.vectoring_angles,
+        **measured_signals(measurement),
         "thrusts": outputs.act[:n],
         "thrusts_command": command.thrusts,
         "joint_angles_command": command.joint_angles,
@@ -126,8 +132,7 @@ def drive_plant(
     numbers = RotorNumbers(*ca.vertsplit(rotors, n))
     tick = rotor_tick(numbers, outputs.act[:n], command.thrusts, dt)
     joints = [*plant.joint_qpos, *plant.vectoring_qpos]
-    # The free joint has one velocity less than positions.
-    turns = [3, 4, 5, *(address - 1 for address in joints)]
+    turns = [3, 4, 5, *_joint_rates(plant)]
     rates = outputs.qvel[turns]
     # As they will be in the middle of the tick: a torque that is held would else feed a precession.
     middle = 1.5 * rates - 0.5 * before
@@ -254,9 +259,9 @@ def _structure(
     model, reading = plant.model, plant.reading
     return (
         controller.structure(),
-        structure((initial[0], initial[2])),
+        structure((initial[0], *initial[2:])),
         (plant.joint_qpos, plant.vectoring_qpos, plant.robot.n_rotors),
-        plant.robot.description.digest if plant.turning else None,
+        plant.robot.description.digest if plant.turning or initial[0].imu else None,
         tuple(int(size) for size in (model.nq, model.nv, model.na, model.nhistory)),
         tuple(part.tobytes() for part in (reading.found, reading.force, reading.position)),
         window,

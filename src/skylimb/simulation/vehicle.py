@@ -11,7 +11,7 @@ import numpy as np
 
 from skylimb.base.bound_function import BoundFunction
 from skylimb.base.packing import Layout
-from skylimb.control.estimation.records import Measurement
+from skylimb.control.estimation.records import Measurement, zero_measurement
 from skylimb.control.records import Command
 from skylimb.simulation.engine_warnings import raised_warnings
 from skylimb.simulation.plant import Plant
@@ -55,9 +55,9 @@ class SimulatedVehicle:
         check_measured_link(plant)
         self._plant, self._data, self._rows = plant, data, rows
         self._acts, self._tick = tuple(acts), 0
-        template = _measurement_template(plant)
-        layout = Layout(template)
-        self._slices = [layout.slices[name] for name in Measurement._fields]
+        robot = plant.robot
+        layout = Layout(zero_measurement(robot.n_joints, robot.n_vectoring, sensors.imu.on))
+        self._unpack = layout.unpack
         self._measured, self._row = np.zeros(layout.size), np.zeros(rows.shape[1])
         self._taken: Command | None = None
         self._command = [np.zeros(size) for size in _command_sizes(plant)]
@@ -92,8 +92,7 @@ class SimulatedVehicle:
         self._row[:] = self._rows[self._tick]
         self._sense[self._tick & 1].evaluate()
         # A copy, as a controller may keep what it has seen.
-        flat = self._measured.copy()
-        return Measurement(*[flat[part] for part in self._slices])
+        return self._unpack(self._measured.copy())
 
     def record(self, measurement: Measurement, command: Command) -> np.ndarray:
         """Truth, measurement and command of this tick, flat; overwritten at the next one."""
@@ -141,11 +140,6 @@ def _driven(plant: Plant, dt: float) -> tuple[PlantOutputs, ca.SX, ca.SX, Comman
     rates = ca.SX.sym("rates", len(initial_rates(plant)))
     command = Command(*map(ca.SX.sym, Command._fields, _command_sizes(plant)))
     return symbolic_outputs(plant.model), rotors, rates, command
-
-
-def _measurement_template(plant: Plant) -> Measurement:
-    z3, robot = np.zeros(3), plant.robot
-    return Measurement(z3, np.zeros(4), z3, z3, np.zeros(robot.n_joints), np.zeros(robot.n_vectoring))
 
 
 def _sensors(

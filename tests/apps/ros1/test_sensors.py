@@ -55,7 +55,7 @@ def test_what_the_sensors_show_becomes_what_was_measured() -> None:
     measured = robot.plant.truth()
     body = Bodies(ROBOT, LINK).of(measured)
     sensors = Sensors(ROBOT, LINK)
-    view = TickView(1.0, NAMES, body, np.concatenate(measured[4:]))
+    view = TickView(1.0, NAMES, body, np.concatenate(measured[4:6]))
     for topic, value in published((MOCAP, IMU, JOINT_STATES), view, 0, 0.005):
         hear(sensors, value, 0.0, topic.name)
     found, taken = sensors.measurement(0.0, PSI)

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import skylimb
-from skylimb.control.estimation.records import Measurement
+from skylimb.control.estimation.records import Imu, Measurement
 from skylimb.control.missions.reference import zero_reference
 from skylimb.flight.realtime.compiled_controller import CompiledController
 from skylimb.flight.realtime.guard import GuardedController
@@ -74,8 +74,35 @@ def test_a_message_goes_there_and_back(robot: Robot, hovering: Make) -> None:
     names, sent = Names(robot), hovering(velocity=np.array([1.0, 2.0, 1e-300]))
     message = decode(encode(names.state_message(7, 0.1, sent)), StateMessage)
     assert (message.seq, message.stamp) == (7, 0.1)
-    for one, two in zip(sent, names.measurement(message), strict=True):
+    assert names.measurement(message).imu is None
+    for one, two in zip(sent.entries, names.measurement(message).entries, strict=True):
         np.testing.assert_array_equal(one, two)
+
+
+def test_an_imu_and_the_age_of_the_frame_travel_too(robot: Robot, hovering: Make) -> None:
+    names, imu = Names(robot), Imu(np.array([0.1, 0.2, 0.3]), np.array([0.0, -0.1, 9.8]))
+    sent = hovering()._replace(capture_age=0.015, imu=imu)
+    message = decode(encode(names.state_message(0, 0.0, sent)), StateMessage)
+    for one, two in zip(sent.entries, names.measurement(message).entries, strict=True):
+        np.testing.assert_array_equal(one, two)
+    wire = Wire()
+    blind, seeing = (RemoteVehicle(robot, wire, lambda: 0.25, imu=imu) for imu in (False, True))
+    for vehicle in (blind, seeing):
+        wire.put(encode(message))
+        measured = vehicle.measure()
+        assert measured.capture_age == pytest.approx(0.015)
+        assert (measured.imu is None) == (vehicle is blind)
+    assert seeing.layout.size == blind.layout.size + 6
+    wire.put(encode(names.state_message(1, 0.1, hovering())))
+    seeing.measure()
+    assert dict(seeing.counts) == {"no imu": 1}
+
+
+def test_a_frame_that_is_seen_again_is_older(linked: Vehicle, hovering: Make) -> None:
+    linked.wire.put(encode(linked.state(hovering()._replace(capture_age=0.01), 0)))
+    assert linked.vehicle.measure().capture_age == pytest.approx(0.01)
+    linked.time = 0.3
+    assert linked.vehicle.measure().capture_age == pytest.approx(0.31)
 
 
 def test_joints_are_found_by_name(robot: Robot, hovering: Make) -> None:

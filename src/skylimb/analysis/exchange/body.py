@@ -91,14 +91,15 @@ class Bodies:
         self._ends = np.cumsum([part.numel() for part in flat])[:-1]
         self._bound = BoundFunction(function, [self._given], [self._made])
 
-    def of(self, measured: Sequence[np.ndarray]) -> Body:
+    def of(self, measured: Sequence[Any]) -> Body:
         """The body of a measurement that is believed.
 
         Args:
             measured: of the measured link: position in W, m, (3,), quaternion (w, x, y, z), velocity in W,
-                m/s, (3,), and angular velocity in its axes, rad/s, (3,); joint and vectoring angles, rad.
+                m/s, (3,), and angular velocity in its axes, rad/s, (3,); joint and vectoring angles, rad;
+                what comes behind them does not matter.
         """
-        np.concatenate(measured, out=self._given)
+        np.concatenate(measured[:6], out=self._given)
         self._bound.evaluate()
         parts = np.split(self._made.copy(), self._ends)
         return Body(*(part.reshape(3, -1) if part.size == 9 else part for part in parts))

@@ -11,11 +11,11 @@ from skylimb.apps.ros1.flyer import Flyer
 from skylimb.apps.ros1.lift import Lift
 from skylimb.apps.ros1.requests import RefusedError, Requests
 from skylimb.apps.ros1.script import Script, after_tick
-from skylimb.apps.ros1.sensors import nothing_measured
 from skylimb.apps.ros1.states import Flying
 from skylimb.apps.ros1.targets import Place, Targets, duration_of
 from skylimb.apps.ros1.tick import Inputs, Request, Tick
 from skylimb.control.estimation.calibration import SOUND
+from skylimb.control.loop.vehicle import nothing_measured
 from skylimb.control.missions.mission import Mission
 from skylimb.control.missions.reference import Reference
 from skylimb.control.needs import PACE
@@ -157,7 +157,7 @@ class Airborne:
             if self.lift.lifted > before.lifted:
                 self._rise(now, body, said)
         reference, script = self._lead(now, body)
-        measurement = inputs.measurement or nothing_measured(self._flyer.robot)
+        measurement = inputs.measurement or nothing_measured(self._flyer.robot, self._flyer.plan.needs.imu)
         self._guard.taken(inputs.taken)
         state, command, signals = self._guard.step(
             self._gains, self.state, measurement, reference, self._flyer.period

@@ -56,7 +56,7 @@ class Controlled(Piloted):
 
     def _recorded(self, measured: Measurement, tick: Tick) -> np.ndarray:
         """Measurement and command, in the order of `measured_layout`."""
-        return np.concatenate([*measured, *tick.command])
+        return np.hstack([*measured.entries, *tick.command])
 
     def _messages(self, stamp: float, measured: Measurement | None, tick: Tick) -> Iterator[Outgoing]:
         self._vectoring = np.asarray(tick.command.vectoring_angles, dtype=float)

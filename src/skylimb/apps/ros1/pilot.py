@@ -21,9 +21,9 @@ from skylimb.apps.ros1.states import FlightState, Flying, Order, Seen, advance
 from skylimb.apps.ros1.targets import Target
 from skylimb.apps.ros1.tick import Inputs, Received, Tick
 from skylimb.base.errors import unknown_name
-from skylimb.control.estimation.records import Measurement
 from skylimb.control.missions.reference import Reference
 from skylimb.control.records import Command
+from skylimb.flight.realtime.guard import at_rest
 from skylimb.flight.realtime.watchdog import Watchdog
 
 FRESH = 0.1
@@ -84,9 +84,7 @@ class Pilot:
         still = np.zeros(3)
         given = self.flyer.held(Target(here, still, still))
         guard = self.flyer.guard()
-        level = np.array([1.0, 0.0, 0.0, 0.0])
-        posture = given.joint_angles, given.vectoring_angles
-        measured = Measurement(here.position, level, still, still, *posture)
+        measured = at_rest(given, self.flyer.plan.needs.imu)
         _, _, signals = guard.step(guard.gains(), guard.initial_state(), measured, given, self.flyer.period)
         return signals, given
 

@@ -17,6 +17,7 @@ from skylimb.base.rotations import quaternion_from_rotation, rotation_from_quate
 from skylimb.control.estimation.gates import BEYOND
 from skylimb.control.estimation.records import Measurement
 from skylimb.control.estimation.stamps import Stamps, believed, judged
+from skylimb.control.loop.vehicle import nothing_measured
 from skylimb.robots.model import Robot
 
 LOW_PASS = 20.0
@@ -27,12 +28,6 @@ OLDEST = 0.5
 
 _TURNED = 10.0
 """Radians that no joint turns by."""
-
-
-def nothing_measured(robot: Robot) -> Measurement:
-    """A measurement that nobody believes: no number is one."""
-    sizes = (3, 4, 3, 3, robot.n_joints, robot.n_vectoring)
-    return Measurement(*(np.full(size, np.nan) for size in sizes))
 
 
 class Sensors:
@@ -97,7 +92,8 @@ class Sensors:
             taken = min(taken, oldest)
         joints = self._joints[1]
         vectoring = commanded if self._vectoring is None else self._vectoring
-        return self._moved(pose, joints, vectoring), taken
+        age = now - self._pose[0]
+        return self._moved(pose, joints, vectoring)._replace(capture_age=age), taken
 
     def _see(self, taken: float, pose: Pose) -> None:
         """A new pose, and its velocity."""

@@ -86,7 +86,7 @@ class Simulated:
             # A forced landing of its own is acknowledged like one that was commanded.
             out.append(Outgoing(topics.ACK, int(Arming.FORCE_LANDING)))
         seen = measured._replace(angular_velocity=self.plant.truth().angular_velocity)
-        body, angles = self._bodies.of(seen), np.concatenate(seen[4:])
+        body, angles = self._bodies.of(seen), np.concatenate(seen[4:6])
         felt = self._felt.of(body)
         view = TickView(stamp, self._names, body, angles, acceleration=felt, magnetic_field=(0.0, 0.0, 0.0))
         out += published(self._topics, view, self._k, self._pacer.period)

@@ -116,7 +116,7 @@ class Tick:
             stamp,
             names,
             self.body,
-            None if measured is None else np.concatenate(measured[4:]),
+            None if measured is None else np.concatenate(measured[4:6]),
             tuple(self.driven),
             self.motors,
             self.signals,

@@ -22,6 +22,19 @@ ABSENT: Any = None
 """In the place of a field of a record that a law does not fill in."""
 
 
+class Imu(NamedTuple):
+    """What an IMU says of the link that it sits on, in its own axes; the joints' motion is in it.
+
+    Attributes:
+        angular_velocity: of the link, rad/s, (3,).
+        specific_force: acceleration of the IMU's origin without gravity's share, mean since the last tick,
+            m/s^2, (3,); at rest g along up.
+    """
+
+    angular_velocity: Array
+    specific_force: Array
+
+
 class Measurement(NamedTuple):
     """What the sensors measure at a control tick.
 
@@ -32,6 +45,8 @@ class Measurement(NamedTuple):
         angular_velocity: of the body, in B, rad/s, (3,).
         joint_angles: shape joints q, rad.
         vectoring_angles: vectoring joints psi, rad.
+        capture_age: of the motion capture's frame that is seen now, in pose and twist, as its stamp says, s.
+        imu: absent where the robot has none, or nobody needs it.
     """
 
     position: Array
@@ -40,12 +55,20 @@ class Measurement(NamedTuple):
     angular_velocity: Array
     joint_angles: Array
     vectoring_angles: Array
+    capture_age: Any = 0.0
+    imu: Imu | None = ABSENT
+
+    @property
+    def entries(self) -> tuple[Any, ...]:
+        """Every entry in turn, those of an IMU behind the others: what travels flat."""
+        return (*self[:-1], *(self.imu or ()))
 
 
-def zero_measurement(n_joints: int, n_vectoring: int) -> Measurement:
+def zero_measurement(n_joints: int, n_vectoring: int, imu: bool = False) -> Measurement:
     """A measurement of zeros, which shows the sizes of all entries."""
     z3 = np.zeros(3)
-    return Measurement(z3, np.zeros(4), z3, z3, np.zeros(n_joints), np.zeros(n_vectoring))
+    angles = np.zeros(n_joints), np.zeros(n_vectoring)
+    return Measurement(z3, np.zeros(4), z3, z3, *angles, 0.0, Imu(z3, z3) if imu else ABSENT)
 
 
 class BodyState(NamedTuple):

@@ -7,9 +7,22 @@ from typing import Any, Protocol
 import numpy as np
 
 from skylimb.base.packing import Layout
-from skylimb.control.estimation.records import Measurement
+from skylimb.control.estimation.records import Measurement, zero_measurement
 from skylimb.control.records import Command
 from skylimb.robots.model import Robot
+
+MEASURED = (
+    "root_position_measured",
+    "root_quaternion_measured",
+    "root_velocity_measured",
+    "root_angular_velocity_measured",
+    "joint_angles_measured",
+    "vectoring_angles_measured",
+    "capture_age",
+    "imu_angular_velocity_measured",
+    "imu_specific_force_measured",
+)
+"""Signals of a measurement, in the order of its entries."""
 
 
 class Vehicle(Protocol):
@@ -47,19 +60,29 @@ class Vehicle(Protocol):
         ...
 
 
-def measured_layout(robot: Robot) -> Layout[dict[str, Any]]:
-    """Layout of what is known of a robot that is no simulation: measurement and command."""
-    q, psi = np.zeros(robot.n_joints), np.zeros(robot.n_vectoring)
+def measured_signals(measurement: Measurement) -> dict[str, Any]:
+    """The signals of a measurement by name; those of an IMU only where there is one."""
+    return dict(zip(MEASURED, measurement.entries, strict=False))
+
+
+def nothing_measured(robot: Robot, imu: bool = False) -> Measurement:
+    """A measurement that nobody believes: no number is one."""
+    sizes = Layout(zero_measurement(robot.n_joints, robot.n_vectoring, imu))
+    return sizes.unpack(np.full(sizes.size, np.nan))
+
+
+def measured_layout(robot: Robot, imu: bool = False) -> Layout[dict[str, Any]]:
+    """Layout of what is known of a robot that is no simulation: measurement and command.
+
+    Args:
+        robot: what flies.
+        imu: whether the measurements have an IMU's.
+    """
     return Layout(
         {
-            "root_position_measured": np.zeros(3),
-            "root_quaternion_measured": np.zeros(4),
-            "root_velocity_measured": np.zeros(3),
-            "root_angular_velocity_measured": np.zeros(3),
-            "joint_angles_measured": q,
-            "vectoring_angles_measured": psi,
+            **measured_signals(zero_measurement(robot.n_joints, robot.n_vectoring, imu)),
             "thrusts_command": np.zeros(robot.n_rotors),
-            "joint_angles_command": q,
-            "vectoring_angles_command": psi,
+            "joint_angles_command": np.zeros(robot.n_joints),
+            "vectoring_angles_command": np.zeros(robot.n_vectoring),
         }
     )

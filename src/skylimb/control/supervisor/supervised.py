@@ -48,7 +48,7 @@ class Supervised:
 
     def initial_state(self) -> State:
         """The controller's own, and a supervisor that knows nothing yet."""
-        return State(self._controller.initial_state(), initial_watch(self.robot))
+        return State(self._controller.initial_state(), initial_watch(self.robot, self.needs.imu))
 
     def structure(self) -> Hashable:
         """Everything that ends up in the traced function rather than in its arguments."""

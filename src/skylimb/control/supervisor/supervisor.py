@@ -22,7 +22,7 @@ from skylimb.control.estimation.prediction import (
     seen,
     shown,
 )
-from skylimb.control.estimation.records import BodyState, Measurement, Wrench, zero_measurement
+from skylimb.control.estimation.records import BodyState, Imu, Measurement, Wrench, zero_measurement
 from skylimb.control.estimation.rotor_loss import NOTHING_LOST, Loss, initial_loss, look
 from skylimb.control.missions.reference import Reference, zero_reference
 from skylimb.control.records import Command
@@ -34,6 +34,9 @@ from skylimb.robots.model import Robot
 from skylimb.symbolic import Array, clip, dot, stack, where, within
 
 TABLE = shipped_table()
+UNSEEN = 1e6
+"""Age of a frame that is not seen, s."""
+
 MOST = 1e12
 """No number that is remembered is larger, but for those of a memory that somebody wrote into."""
 
@@ -129,11 +132,16 @@ class Sight(NamedTuple):
     bits: Array
 
 
-def initial_watch(robot: Robot) -> Watch:
-    """Before the first tick: nothing is known, and the least is commanded."""
+def initial_watch(robot: Robot, imu: bool = False) -> Watch:
+    """Before the first tick: nothing is known, and the least is commanded.
+
+    Args:
+        robot: the model.
+        imu: whether the controller works on what an IMU measures; else nobody gets it.
+    """
     low, psi = robot.thrust_limits()[0], np.clip(np.zeros(robot.n_vectoring), *robot.vectoring_limits())
     q = np.clip(robot.nominal_posture(), *robot.joint_limits())
-    none = zero_measurement(robot.n_joints, robot.n_vectoring)
+    none = zero_measurement(robot.n_joints, robot.n_vectoring, imu)
     asked = zero_reference(robot.n_joints, robot.n_vectoring)
     prediction = initial_prediction(robot, low)
     return Watch(
@@ -154,7 +162,7 @@ def before(
 ) -> tuple[Watch, Sight]:
     """Look, and decide what the controller is given."""
     # Whatever happened to the memory, the tick begins with numbers.
-    first = initial_watch(robot)
+    first = initial_watch(robot, watch.before.imu is not None)
     memory = Layout(first)
     watch = memory.unpack(_numbers(memory.pack(watch), memory.pack(first), MOST))
     # 1. What is believed: the measurement, or in its place the model's.
@@ -178,7 +186,11 @@ def before(
     started = where(watch.started + new > 0.5, 1.0, 0.0)
     pose = Measurement._fields[:4]
     chosen = {name: where(good > 0.5, getattr(measured, name), getattr(predicted, name)) for name in pose}
-    believed = measured._replace(joint_angles=q, vectoring_angles=psi, **chosen)
+    # Where the pose is the model's, no frame is seen: who has an IMU goes on by that.
+    age = where(good * within(measured.capture_age, 0.0, UNSEEN) > 0.5, measured.capture_age, UNSEEN)
+    imu = watch.before.imu and _chosen_imu(measured.imu, watch.before.imu)
+    measured = measured._replace(imu=imu)
+    believed = measured._replace(joint_angles=q, vectoring_angles=psi, capture_age=age, **chosen)
     prediction, body = seen(robot, prediction, believed, speeds, dt)
     loss, lost = watch.loss, NOTHING_LOST
     if limits.losses:
@@ -283,6 +295,11 @@ def after(
     clocks = watch.clocks._replace(without=without)
     new = watch._replace(told=Told(), clocks=clocks, prediction=prediction, command=command)
     return new, command, made
+
+
+def _chosen_imu(said: Imu | None, last: Imu) -> Imu:
+    """What an IMU says; where that is no number, what it said last."""
+    return last if said is None else _chosen(within(stack(*said), -BEYOND, BEYOND) > 0.5, said, last)
 
 
 def _bounds(robot: Robot) -> tuple[tuple[Array, Array], ...]:

@@ -10,8 +10,9 @@ import numpy as np
 from skylimb.analysis.recording.run import Run
 from skylimb.base.packing import Layout, pack_rows
 from skylimb.control.controller import Controller, require_compiled
+from skylimb.control.estimation.records import ABSENT, zero_measurement
 from skylimb.control.missions.reference import zero_reference
-from skylimb.control.needs import needs_of
+from skylimb.control.needs import needs_of, require_imu
 from skylimb.flight.experiments.experiment import Experiment, robot_of
 from skylimb.flight.export.files import export_c
 from skylimb.flight.loading import chosen_controller
@@ -57,11 +58,13 @@ def host_input(run: Run, experiment: Experiment, controller: Controller) -> np.n
     log, _ = sampled(run.log, period)
     held = recorded(log, robot, period, needs.vectoring)
     mission = mission_of(experiment, robot, needs.vectoring).along(held.clock)
-    first = type(held.measurement)(*(entry[0] for entry in held.measurement))
+    require_imu(controller, held.measurement.imu is not None, "the log has none")
+    measured = held.measurement if needs.imu else held.measurement._replace(imu=ABSENT)
+    sizes = Layout(zero_measurement(robot.n_joints, robot.n_vectoring, needs.imu))
     references = Layout(zero_reference(robot.n_joints, robot.n_vectoring))
     return np.hstack(
         [
-            pack_rows(Layout(first), held.measurement, len(held)),
+            pack_rows(sizes, measured, len(held)),
             pack_rows(references, mission.reference, len(held)),
         ]
     )

@@ -29,7 +29,9 @@ def example_vector(controller: TraceableController, step: TracedStep) -> Vector:
     """A hovering robot that is shaken about, and then pushed back: every law has something to do."""
     rng, state, rows = np.random.default_rng(0), step.state, []
     for k in range(TICKS):
-        measurement, reference = shaken_hover(controller.robot, rng, vectoring=controller.needs.vectoring)
+        measurement, reference = shaken_hover(
+            controller.robot, rng, vectoring=controller.needs.vectoring, imu=controller.needs.imu
+        )
         tare, adapt = float(_TARE[0] <= k < _TARE[1]), float(k >= _ADAPT)
         pushed = measurement.position - 0.001 * max(0, k - _ADAPT) * reference.contact_axis
         measurement = measurement._replace(position=pushed)

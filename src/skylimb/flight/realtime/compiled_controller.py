@@ -59,7 +59,8 @@ class CompiledController:
         """One tick."""
         given = self._given
         given[0][:], given[3][:] = state, gains
-        np.concatenate(measurement, out=given[1])
+        # An IMU that nobody needs is left out.
+        given[1][:] = np.hstack(measurement.entries)[: len(given[1])]
         flat = [*reference[:-1], *(entry for ahead in reference.ahead for entry in ahead[:-1])]
         np.concatenate([np.ravel(entry) for entry in flat], out=given[2])
         self._bound.evaluate()

@@ -75,7 +75,9 @@ def fly_robot(
     require_applied(plan.experiment.events, CONTROLLER_KINDS, "a robot behind a link")
     clock = pacer or Pacer(plan.period)
     guard = guarded_controller(plan, clock, limits)
-    vehicle = RemoteVehicle(plan.robot, link, clock.clock, lambda time: guard.taken(time - clock.started))
+    vehicle = RemoteVehicle(
+        plan.robot, link, clock.clock, lambda time: guard.taken(time - clock.started), plan.needs.imu
+    )
     flight, whole = _fly(plan, guard, vehicle, clock, patience, progress)
     values = {name: flight.signal(name) for name in flight.layout.slices}
     values |= mission_signals(flown_mission(whole, flight), flight.ticks)

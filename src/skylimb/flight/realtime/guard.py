@@ -102,7 +102,9 @@ class GuardedController:
         self, gains: Any, state: Any, measurement: Measurement, reference: Reference, dt: float
     ) -> tuple[Any, Command, Mapping[str, Any]]:
         """Look, decide (`control/supervisor`), and do what was decided."""
-        halves = self._halves = self._halves or _Halves(self._robot, self._limits, len(reference.ahead), dt)
+        halves = self._halves = self._halves or _Halves(
+            self._robot, self._limits, len(reference.ahead), dt, self.needs.imu
+        )
         missed = self._pacer is not None and self._pacer.missed
         if missed:
             self.counts.note("guard", "missed tick")
@@ -119,7 +121,8 @@ class GuardedController:
             if command is not None or not self._own:
                 self._own = {name: own.get(name, before) for name, before in (self._own or own).items()}
         elif not self._own:  # the signals' names come from a tick that is not flown
-            self._own = _unknown(self._asked(gains, state, _at_rest(reference), reference, dt)[2])
+            still = at_rest(reference, self.needs.imu)
+            self._own = _unknown(self._asked(gains, state, still, reference, dt)[2])
         command, flew = halves.act(command)
         late, latency = (0.0, 0.0) if self._pacer is None else (self._pacer.late, self._pacer.elapsed())
         signals = {
@@ -161,7 +164,7 @@ class GuardedController:
 
     def _shaped(self, measurement: Measurement) -> Measurement | None:
         """The measurement as arrays of the right sizes; None where it is none."""
-        seen = shaped(self._robot, measurement)
+        seen = shaped(self._robot, measurement, self.needs.imu)
         if isinstance(seen, str):
             self.counts.note("guard", seen)
             return None
@@ -207,10 +210,10 @@ class _Halves:
         started: whether a pose was believed yet.
     """
 
-    def __init__(self, robot: Robot, limits: Limits, ahead: int, dt: float) -> None:
-        zero, first = zero_reference(robot.n_joints, robot.n_vectoring), initial_watch(robot)
+    def __init__(self, robot: Robot, limits: Limits, ahead: int, dt: float, imu: bool) -> None:
+        zero, first = zero_reference(robot.n_joints, robot.n_vectoring), initial_watch(robot, imu)
         self._watch, self._commands = Layout(first), Layout(first.command)
-        self._measurement = Layout(zero_measurement(robot.n_joints, robot.n_vectoring))
+        self._measurement = Layout(first.before)
         self._reference = Layout(zero._replace(ahead=(zero,) * ahead))
 
         self._sight: Layout[Any] = Layout(())
@@ -275,9 +278,11 @@ def _unknown(signals: Mapping[str, Any]) -> dict[str, Any]:
     return {name: np.full(np.shape(value), np.nan) for name, value in signals.items()}
 
 
-def _at_rest(reference: Reference) -> Measurement:
-    """A measurement of a robot that hovers level near its reference."""
-    z3, level = np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0])
-    return Measurement(
-        np.array(reference.position), level, z3, z3, reference.joint_angles, reference.vectoring_angles
+def at_rest(reference: Reference, imu: bool = False) -> Measurement:
+    """A measurement of a robot that hovers level near its reference, where nobody flies by it."""
+    q, psi = reference.joint_angles, reference.vectoring_angles
+    level = np.array([1.0, 0.0, 0.0, 0.0])
+    still = zero_measurement(len(q), len(psi), imu)
+    return still._replace(
+        position=np.array(reference.position), quaternion=level, joint_angles=q, vectoring_angles=psi
     )

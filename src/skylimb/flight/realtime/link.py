@@ -7,9 +7,9 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from skylimb.control.estimation.records import Measurement
+from skylimb.control.estimation.records import ABSENT, Measurement
 from skylimb.control.estimation.stamps import Stamps, believed, judged
-from skylimb.control.loop.vehicle import measured_layout
+from skylimb.control.loop.vehicle import measured_layout, nothing_measured
 from skylimb.control.records import Command
 from skylimb.flight.realtime.faults import Faults
 from skylimb.flight.realtime.messages import (
@@ -55,6 +55,7 @@ class RemoteVehicle:
         link: carries the messages.
         now: a clock that never goes back, s.
         taken: called with when the measurement of a tick was taken, s on that clock.
+        imu: whether an IMU's measurements are needed; messages without them are none then.
 
     Attributes:
         layout: measurement and command: nobody knows more of a robot.
@@ -67,15 +68,15 @@ class RemoteVehicle:
         link: Link,
         now: Callable[[], float],
         taken: Callable[[float], None] = lambda time: None,
+        imu: bool = False,
     ) -> None:
         self._names, self._link, self._now, self._taken = Names(robot), link, now, taken
         self._sender: Hashable | None = None
         self._link.receive(MOST)  # what lies there from before
         self._stamps, self._sent = Stamps(), 0
         self.counts = Faults()
-        sizes = 3, 4, 3, 3, robot.n_joints, robot.n_vectoring
-        self._measured = Measurement(*(np.full(size, np.nan) for size in sizes))
-        self.layout = measured_layout(robot)
+        self._imu, self._measured = imu, nothing_measured(robot, imu)
+        self.layout = measured_layout(robot, imu)
 
     @property
     def heard(self) -> bool:
@@ -97,23 +98,26 @@ class RemoteVehicle:
             except RefusedMessageError as refused:
                 self.counts.note("link", str(refused))
         self._taken(self._stamps.taken)
-        return self._measured
+        older = self._now() - self._stamps.taken
+        return self._measured._replace(capture_age=self._measured.capture_age + older)
 
     def _take(self, datagram: Datagram) -> None:
         message = decode(datagram.data, StateMessage)
         measurement, now = self._names.measurement(message), self._now()
+        if self._imu and measurement.imu is None:
+            raise RefusedMessageError("no imu")
         if self.heard and datagram.sender != self._sender:
             raise RefusedMessageError("second sender")
         self._sender = datagram.sender
         self._stamps, fault = judged(self._stamps, message.stamp, now)
         if believed(fault):
-            self._measured = measurement
+            self._measured = measurement if self._imu else measurement._replace(imu=ABSENT)
         if fault:
             raise RefusedMessageError(fault)
 
     def record(self, measurement: Measurement, command: Command) -> np.ndarray:
         """Measurement and command, flat."""
-        return np.concatenate([*measurement, *command])
+        return np.hstack([*measurement.entries, *command])
 
     def apply(self, command: Command) -> None:
         """Send the command; the clock says when the next tick is due."""

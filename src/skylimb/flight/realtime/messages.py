@@ -13,7 +13,7 @@ from typing import TypeVar
 import msgspec
 import numpy as np
 
-from skylimb.control.estimation.records import Measurement
+from skylimb.control.estimation.records import ABSENT, Imu, Measurement
 from skylimb.control.records import Command
 from skylimb.robots.model import Robot
 
@@ -36,6 +36,9 @@ class StateMessage:
         angular_velocity: in its own axes.
         names: of joints and vectoring joints, in any order.
         angles: of each.
+        capture_age: of pose and twist when they were sent, s.
+        imu_angular_velocity: of the IMU's link, in the IMU's axes, rad/s; nothing where there is no IMU.
+        imu_specific_force: acceleration there without gravity's share, mean since the last message, m/s^2.
     """
 
     seq: int
@@ -46,6 +49,9 @@ class StateMessage:
     angular_velocity: tuple[float, float, float]
     names: tuple[str, ...]
     angles: tuple[float, ...]
+    capture_age: float = 0.0
+    imu_angular_velocity: tuple[float, float, float] | None = None
+    imu_specific_force: tuple[float, float, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -110,12 +116,14 @@ class Names:
             RefusedMessageError: when names are missing, doubled or unknown.
         """
         angles = self._in_order(message.names, message.angles)
-        if not math.isfinite(message.stamp):
+        if not math.isfinite(message.stamp + message.capture_age):
             raise RefusedMessageError("stamp is no number")
         count = len(self.joints)
         parts = (message.position, message.quaternion, message.velocity, message.angular_velocity)
-        body = [np.array(part, dtype=float) for part in parts]
-        return Measurement(*body, joint_angles=angles[:count], vectoring_angles=angles[count:])
+        p, q, v, w = (np.array(part, dtype=float) for part in parts)
+        felt = message.imu_angular_velocity, message.imu_specific_force
+        imu = ABSENT if None in felt else Imu(*(np.array(part, dtype=float) for part in felt))
+        return Measurement(p, q, v, w, angles[:count], angles[count:], message.capture_age, imu)
 
     def command(self, message: CommandMessage) -> Command:
         """The command in a message; see `measurement`."""
@@ -132,8 +140,11 @@ class Names:
 
     def state_message(self, seq: int, stamp: float, measurement: Measurement) -> StateMessage:
         """A measurement as a message."""
-        p, q, v, w, joints, vectoring = (tuple(map(float, part)) for part in measurement)
-        return StateMessage(seq, stamp, p, q, v, w, self._all, (*joints, *vectoring))  # type: ignore[arg-type]
+        p, q, v, w, joints, vectoring, *felt = (
+            tuple(map(float, part)) for part in (*measurement[:6], *(measurement.imu or ()))
+        )
+        age, angles = float(measurement.capture_age), (*joints, *vectoring)
+        return StateMessage(seq, stamp, p, q, v, w, self._all, angles, age, *felt)  # type: ignore[arg-type]
 
     def command_message(self, seq: int, stamp: float, command: Command) -> CommandMessage:
         """A command as a message."""

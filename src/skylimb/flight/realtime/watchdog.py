@@ -4,23 +4,30 @@ from __future__ import annotations
 
 import numpy as np
 
+from skylimb.base.packing import Layout
 from skylimb.control.estimation.gates import FAULTS, angle_fault, pose_fault
-from skylimb.control.estimation.records import Measurement
+from skylimb.control.estimation.records import Measurement, zero_measurement
 from skylimb.control.supervisor.limits import Limits
 from skylimb.flight.realtime.faults import Faults
 from skylimb.robots.model import Robot
 
 
-def shaped(robot: Robot, measurement: Measurement) -> Measurement | str:
-    """A measurement as arrays of the robot's sizes, or what is wrong with it."""
-    sizes = (3, 4, 3, 3, robot.n_joints, robot.n_vectoring)
+def shaped(robot: Robot, measurement: Measurement, imu: bool = False) -> Measurement | str:
+    """A measurement as arrays of the robot's sizes, or what is wrong with it.
+
+    Args:
+        robot: gives the sizes.
+        measurement: whatever came.
+        imu: whether an IMU's part is needed; else it is left out.
+    """
+    sizes = Layout(zero_measurement(robot.n_joints, robot.n_vectoring, imu))
     try:
-        parts = [np.asarray(part, dtype=float) for part in measurement]
+        parts = [np.asarray(part, dtype=float) for part in measurement.entries][: len(sizes.shapes)]
     except (TypeError, ValueError):
         return "no numbers"
-    if tuple(part.shape for part in parts) != tuple((size,) for size in sizes):
+    if [part.shape for part in parts] != list(sizes.shapes.values()):
         return "wrong size"
-    return Measurement(*parts)
+    return sizes.unpack(np.hstack(parts))
 
 
 class Watchdog:

@@ -11,7 +11,6 @@ from skylimb.base.errors import ConfigError
 from skylimb.base.packing import Layout, number
 from skylimb.base.user_code import described_user_error
 from skylimb.control.controller import Controller, is_traceable
-from skylimb.control.estimation.records import Measurement
 from skylimb.control.loop.loop import Progress
 from skylimb.control.missions.clock import Clock
 from skylimb.control.missions.mission import Mission
@@ -65,7 +64,7 @@ def open_loop(
             given[-traced.robot.n_rotors :] = recorded.command.thrusts[k]
         if traced is not None and gains is not None:
             given[gains[0]] = gains[1][k]
-        measurement = Measurement(*(part[k].copy() for part in recorded.measurement))
+        measurement = recorded.measured_at(k)
         reference = mission.at(Clock(clock.ticks[k], clock.pace[k]), preview)
         if ahead is not None:
             reference = reference._replace(ahead=tuple(map(entry.unpack, ahead[k])))

@@ -4,29 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from skylimb.base.errors import ConfigError
-from skylimb.control.estimation.records import Measurement
+from skylimb.control.estimation.records import ABSENT, Imu, Measurement
 from skylimb.control.loop.flight import MISSION_TIME
+from skylimb.control.loop.vehicle import MEASURED
 from skylimb.control.missions.clock import Clock, limited_pace
 from skylimb.control.needs import PACE
 from skylimb.control.planning.vectoring import nominal_posture
 from skylimb.control.records import Command
 from skylimb.flight.replay.rates import angular_velocities, velocities
 from skylimb.robots.model import Robot
-
-MEASURED = (
-    "root_position_measured",
-    "root_quaternion_measured",
-    "root_velocity_measured",
-    "root_angular_velocity_measured",
-    "joint_angles_measured",
-    "vectoring_angles_measured",
-)
-"""Signals of a log that make a measurement, in the order of its entries."""
 
 HELD = "tick_held"
 """Signal of a flight on the wall clock: 1 where the command of the tick before was held."""
@@ -57,6 +49,12 @@ class Recorded:
 
     def __len__(self) -> int:
         return len(self.times)
+
+    def measured_at(self, k: int) -> Measurement:
+        """The measurement of a tick."""
+        *others, imu = self.measurement
+        felt = imu and Imu(*(part[k].copy() for part in imu))
+        return Measurement(*(part[k].copy() for part in others), imu=felt)
 
 
 def sampled(log: xr.Dataset, period: float) -> tuple[xr.Dataset, tuple[str, ...]]:
@@ -105,7 +103,7 @@ def recorded(log: xr.Dataset, robot: Robot, period: float, vectoring: str) -> Re
             raise ConfigError(f"the log has no '{name}': without a measured pose nothing can be replayed")
         return values
 
-    def entry(name: str, width: int, otherwise: Callable[[], np.ndarray], words: str) -> np.ndarray:
+    def entry(name: str, width: int | None, otherwise: Callable[[], np.ndarray], words: str) -> np.ndarray:
         values = _held(log, name, width, said)
         if values is None:
             said.append(f"no {name}: {words}")
@@ -118,9 +116,9 @@ def recorded(log: xr.Dataset, robot: Robot, period: float, vectoring: str) -> Re
     angular_velocity = entry(
         MEASURED[3], 3, lambda: angular_velocities(times, quaternion), words.format("attitudes")
     )
-    measured, commanded = list[np.ndarray](), list[np.ndarray]()
+    measured, commanded = list[Any](), list[np.ndarray]()
     sizes = robot.n_joints, robot.n_vectoring
-    for name, width, angles in zip(MEASURED[4:], sizes, nominal_posture(robot, vectoring), strict=True):
+    for name, width, angles in zip(MEASURED[4:6], sizes, nominal_posture(robot, vectoring), strict=True):
         command = _held(log, name.replace("_measured", "_command"), width, said)
         instead = np.tile(angles, (len(times), 1)) if command is None else command
         words = "those of the nominal posture" if command is None else "the commanded ones"
@@ -133,11 +131,14 @@ def recorded(log: xr.Dataset, robot: Robot, period: float, vectoring: str) -> Re
         "the estimator gets what the replayed controller commands, so its external wrench is that "
         "controller's own error",
     )
+    age = entry(MEASURED[6], None, lambda: np.zeros(len(times)), "poses are taken for those of their tick")
+    rates, force = (_held(log, name, 3, said) for name in MEASURED[7:])
+    imu = ABSENT if rates is None or force is None else Imu(rates, force)
     clock = _clock(log, period, said)
     held = np.asarray(log[HELD].values, dtype=float) > 0.0 if HELD in log else np.zeros(len(times), bool)
     return Recorded(
         times,
-        Measurement(position, quaternion, velocity, angular_velocity, *measured),
+        Measurement(position, quaternion, velocity, angular_velocity, *measured, capture_age=age, imu=imu),
         Command(thrusts, *commanded),
         clock,
         held,
@@ -145,14 +146,18 @@ def recorded(log: xr.Dataset, robot: Robot, period: float, vectoring: str) -> Re
     )
 
 
-def _held(log: xr.Dataset, name: str, width: int, said: list[str]) -> np.ndarray | None:
-    """A signal, (k, width), its rows that are no numbers replaced by the last that was; None without one."""
+def _held(log: xr.Dataset, name: str, width: int | None, said: list[str]) -> np.ndarray | None:
+    """A signal, its rows that are no numbers replaced by the last that was; None without one.
+
+    It is (k, width), or (k,) where there is no width.
+    """
     if name not in log.variables:
         return None
     values = np.asarray(log[name].values, dtype=float)
-    if values.shape != (len(log.time), width):
-        raise ConfigError(f"signal '{name}' of the log has the shape {values.shape[1:]}, wanted ({width},)")
-    bad = np.logical_not(np.isfinite(values).all(axis=1))
+    wanted = () if width is None else (width,)
+    if values.shape != (len(log.time), *wanted):
+        raise ConfigError(f"signal '{name}' of the log has the shape {values.shape[1:]}, wanted {wanted}")
+    bad = np.logical_not(np.isfinite(values.reshape(len(values), -1)).all(axis=1))
     if not bad.any():
         return values
     if bad.all():

@@ -25,7 +25,11 @@ from skylimb.simulation.tick import CompiledTick
 LONGEST_LATENCY = 0.10
 """Greatest true latency that a point's sensor history goes back for, s."""
 
-_NOISE = ("position", "velocity", "attitude", "angular_velocity", "joint", "vectoring")
+_NOISE = (
+    *("position", "velocity", "attitude", "angular_velocity", "joint", "vectoring"),
+    *("imu.gyro", "imu.accelerometer"),
+)
+_BIAS = ("sensors.imu.gyro_bias_drawn", "sensors.imu.accelerometer_bias_drawn")
 
 
 @dataclass(frozen=True)
@@ -135,7 +139,7 @@ class OperatingPoint:
 
 def quiet(experiment: Experiment) -> Experiment:
     """The experiment without noise and with a frame at every tick, so that time has no mark."""
-    noise = {f"sensors.{name}_noise": 0.0 for name in _NOISE}
+    noise = dict.fromkeys([*(f"sensors.{name}_noise" for name in _NOISE), *_BIAS], 0.0)
     return experiment_with(experiment, {**noise, "sensors.rate": 0.0})
 
 
