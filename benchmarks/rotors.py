@@ -1,11 +1,15 @@
 """What the inertia of the rotors does to every preset: force, touching, losses, line, jumps, motor torque.
 
-    python benchmarks/rotors.py [--draws 100] [--tables]    (about half an hour on two cores)
+    python benchmarks/rotors.py [--draws 100] [--tables]    (an hour on two cores)
+    python benchmarks/rotors.py --preset following --set 'controller.attitude.damping_ratio=[1,1,1]' \
+        --draws 8 --seed 1000
 
-The paper's board with the draws of benchmarks/following.py. With a speed (plant.rotors = "speed") the rotors
-have the stated inertia, drawn within 30 % of it, and the controllers know nothing of it. Flights that
-take-off would refuse for their reaction are flown too (approach.doubtful). docs/rotors.json keeps every
-number; the table in docs/reports/rotors.md and the spectra in docs/images are written anew.
+The paper's board twice: robots that know themselves, where a draw is noise and inertia; and robots that do
+not, with the draws of benchmarks/following.py. The rotors have the stated inertia, drawn within 30 % of it,
+and the controllers know the robot's file alone. Flights that take-off would refuse for their reaction are
+flown too (approach.doubtful). docs/rotors.json keeps every number; the tables in docs/reports/rotors.md and
+the spectra in docs/images are written anew. `--preset` flies one preset with changes, prints its rows and
+writes nothing: gains are searched on other seeds than the tables'.
 """
 
 from __future__ import annotations
@@ -13,31 +17,44 @@ from __future__ import annotations
 import argparse
 import itertools
 import json
-import re
 import warnings
+from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from following import compact, draws  # beside this file
+from following import NONE, Changes, compact, draws  # beside this file
 from results import claims
 
 from skylimb.analysis.recording.run import Run
-from skylimb.control.controller import load_controller
+from skylimb.apps.cli.options import settings_of
+from skylimb.base.errors import UnreachableError
+from skylimb.control.controller import load_controller, require_compiled
+from skylimb.control.planning.vectoring import nominal_posture
 from skylimb.flight.drivers.native import fly_native
 from skylimb.flight.experiments.experiment import load_experiment
+from skylimb.flight.loading import parted
 from skylimb.flight.simulated_run import scored_run
 from skylimb.flight.takeoff import prepare
 from skylimb.robots.loader import load_robot
+from skylimb.robots.reaction import reaction_zeros, slowest_unstable_zero
 from skylimb.studies.verification import verify_rotors
+from skylimb.studies.verification.stability import linearise, operating_point
 
 DOCS = Path(__file__).parents[1] / "docs"
 PAGE, NUMBERS = DOCS / "reports" / "rotors.md", DOCS / "rotors.json"
 PRESETS = ("pid", "impedance", "admittance", "hybrid", "following", "drawing")
 INERTIAS = (None, 0.0, 1e-4, 2e-4, 3.24e-4, 6.5e-4)
 """kg m^2; None for the paper's rotors, whose thrust lags."""
-CHUNK, PERIOD = 10, 0.005
+KNOWN, DRAWN = "known", "drawn"
+CASES = (
+    *itertools.product((KNOWN,), PRESETS, INERTIAS),
+    *itertools.product((DRAWN,), PRESETS, INERTIAS),
+)
+"""Whether the robot knows itself or not, preset, inertia."""
+SEED, CHUNK, PERIOD = 11, 10, 0.005
 SHOWN = (
     ("force std N", "contact_force_normal_std", 1.0, 3),
     ("touching %", "contact_fraction", 100.0, 1),
@@ -61,46 +78,89 @@ def scored(run: Run) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def ensemble(preset: str, inertia: float | None, count: int) -> list[dict[str, Any]]:
+def drawn_flights(kind: str, count: int, seed: int) -> Iterator[dict[str, Any]]:
+    """Changes to the paper's board, without the rotors'."""
+    if kind == KNOWN:
+        return ({"seed": seed + index} for index in range(count))
+    # Another seed's draws are later ones.
+    first = seed - SEED
+    return itertools.islice(draws("paper", first + count), first, None)
+
+
+def ensemble(
+    kind: str, preset: str, inertia: float | None, count: int, seed: int = SEED, changes: Changes = NONE
+) -> list[dict[str, Any]]:
     """Scores of every draw."""
     warnings.simplefilter("ignore")
-    robot, rng = load_robot("hydrus_xi_quad"), np.random.default_rng(11)
-    controller, ready, scores = load_controller(preset, robot), [], []
-    for index, drawn in enumerate(draws("paper", count)):
+    robot, rng = load_robot("hydrus_xi_quad"), np.random.default_rng(seed)
+    settings, gains = parted(changes)
+    controller, ready, scores = load_controller(preset, robot, gains), [], []
+    for index, drawn in enumerate(drawn_flights(kind, count, seed)):
         share = rng.uniform(0.7, 1.3)
+        rotors: dict[str, Any] = {"plant.rotors": "thrust"}
         if inertia is not None:
-            drawn |= {"plant.rotors": "speed", "plant.rotor_inertia": share * inertia}
-        drawn |= {"approach.doubtful": "fly"}
-        ready.append(prepare(load_experiment("paper", drawn), robot, controller))
+            rotors = {"plant.rotors": "speed", "plant.rotor_inertia": share * inertia}
+        flown = {**drawn, **rotors, "approach.doubtful": "fly", **settings}
+        ready.append(prepare(load_experiment("paper", flown), robot, controller))
         if len(ready) == CHUNK or index == count - 1:
             scores += [scored(scored_run(*one)) for one in zip(ready, fly_native(ready), strict=True)]
             ready.clear()
     return scores
 
 
-def name_of(preset: str, inertia: float | None) -> str:
+def name_of(kind: str, preset: str, inertia: float | None) -> str:
     """A row's name."""
-    return f"{preset}, {'lag of the thrust' if inertia is None else f'{inertia:g}'}"
+    return f"{kind}, {preset}, {'lag of the thrust' if inertia is None else f'{inertia:g}'}"
 
 
-def table(numbers: dict[str, Any]) -> str:
+def row(preset: str, inertia: float | None, scores: list[dict[str, Any]]) -> str:
     """Medians and worst deciles of the flights that came home, in Markdown."""
-    lines = ["| preset | inertia kg m² | lost | " + " | ".join(title for title, *_ in SHOWN) + " |"]
-    lines.append("|---" * (3 + len(SHOWN)) + "|")
-    for preset, inertia in itertools.product(PRESETS, INERTIAS):
-        scores = numbers[name_of(preset, inertia)]
-        home = [score for score in scores if score["status"] == "OK"]
-        cells = [
-            f"`{preset}`",
-            "none" if inertia is None else f"{inertia:g}",
-            f"{len(scores) - len(home)} of {len(scores)}",
-        ]
-        for _, key, scale, digits in SHOWN:
-            known = [scale * score[key] for score in home if score[key] is not None]
-            worst = 10.0 if key == "contact_fraction" else 90.0
-            both = [f"{np.percentile(known, at):.{digits}f}" for at in (50.0, worst)] if known else []
-            cells.append(" / ".join(both))
-        lines.append(f"| {' | '.join(cells)} |")
+    home = [score for score in scores if score["status"] == "OK"]
+    cells = [
+        f"`{preset}`",
+        "none" if inertia is None else f"{inertia:g}",
+        f"{len(scores) - len(home)} of {len(scores)}",
+    ]
+    for _, key, scale, digits in SHOWN:
+        known = [scale * score[key] for score in home if score[key] is not None]
+        worst = 10.0 if key == "contact_fraction" else 90.0
+        both = [f"{np.percentile(known, at):.{digits}f}" for at in (50.0, worst)] if known else []
+        cells.append(" / ".join(both))
+    return f"| {' | '.join(cells)} |"
+
+
+def heading() -> list[str]:
+    """The first two lines of a table."""
+    titles = ["preset", "inertia kg m²", "lost", *(title for title, *_ in SHOWN)]
+    return [f"| {' | '.join(titles)} |", "|---" * len(titles) + "|"]
+
+
+def table(numbers: dict[str, Any], kind: str) -> str:
+    """The table of one kind of draws, in Markdown."""
+    cases = [case for case in CASES if case[0] == kind and name_of(*case) in numbers]
+    return "\n".join([*heading(), *(row(*case[1:], numbers[name_of(*case)]) for case in cases)])
+
+
+def margins() -> str:
+    """Zeros on both sides of the arm, and of the modes in contact above 1 Hz the one that dies slowest."""
+    titles = ("preset", "inertia kg m²", "zero, as the paper", "zero, as flown", "mode", "damping ratio")
+    robot = load_robot("hydrus_xi_quad")
+    q, psi = nominal_posture(robot, "contact")
+    lines = [f"| {' | '.join(titles)} |", "|---" * len(titles) + "|"]
+    for preset, inertia in itertools.product(("following", "drawing"), INERTIAS[1:]):
+        flown = {
+            "plant.rotors": "speed", "plant.rotor_inertia": inertia, "approach.doubtful": "fly",
+            "phases.hover": 1.0, "phases.tare": 1.0, "sensors.latency": 0.02,
+        }  # fmt: skip
+        controller = require_compiled(load_controller(preset, robot), "linearised")
+        ends = ("lost", "")
+        with suppress(UnreachableError):
+            modes = linearise(operating_point(load_experiment("paper", flown), controller)).modes(60)
+            mode = min((mode for mode in modes if mode.frequency > 1.0), key=lambda mode: mode.damping_ratio)
+            ends = (f"{mode.frequency:.1f} Hz", f"{mode.damping_ratio:.2f}")
+        zeros = [slowest_unstable_zero(reaction_zeros(robot, s * q, s * psi, inertia)) for s in (-1.0, 1.0)]
+        shown = ["none" if np.isinf(zero) else f"+{zero:.3g} rad/s" for zero in zeros]
+        lines.append(f"| {' | '.join((f'`{preset}`', f'{inertia:g}', *shown, *ends))} |")
     return "\n".join(lines)
 
 
@@ -111,7 +171,7 @@ def spectra() -> None:
     figure, axes = plt.subplots(1, 2, figsize=(9.0, 3.6), sharey=True, layout="constrained")
     for axis, preset in zip(axes, ("hybrid", "following"), strict=True):
         for inertia, label in ((None, "thrust lags"), (2e-4, "2e-4 kg m²")):
-            changes: dict[str, Any] = {"approach.doubtful": "fly"}
+            changes: dict[str, Any] = {"approach.doubtful": "fly", "plant.rotors": "thrust"}
             if inertia is not None:
                 changes |= {"plant.rotors": "speed", "plant.rotor_inertia": inertia}
             takeoff = prepare(
@@ -139,29 +199,46 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--draws", type=int, default=100)
     parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument("--tables", action="store_true", help="fly nothing: the table of docs/rotors.json")
+    parser.add_argument(
+        "--only", default="", help="fly the cases with this in their name, and keep the others"
+    )
+    parser.add_argument("--tables", action="store_true", help="fly nothing: the tables of docs/rotors.json")
+    parser.add_argument("--preset", help="fly this one alone, and print its rows")
+    parser.add_argument("--set", nargs="*", default=[], metavar="KEY=VALUE")
+    parser.add_argument("--seed", type=int, default=SEED, help="of the first draw")
+    parser.add_argument("--inertias", nargs="*", type=float, default=[0.0, 2e-4, 3.24e-4])
+    parser.add_argument("--kind", choices=(KNOWN, DRAWN), default=KNOWN)
     options = parser.parse_args()
-    cases = list(itertools.product(PRESETS, INERTIAS))
-    if options.tables:
+    if options.preset:
+        changes = settings_of(tuple(options.set))
+        print("\n".join(heading()))
+        for inertia in options.inertias:
+            flown = ensemble(options.kind, options.preset, inertia, options.draws, options.seed, changes)
+            print(row(options.preset, inertia, flown), flush=True)
+        return
+    numbers: dict[str, Any] = {}
+    if options.tables or options.only:
         kept = json.loads(NUMBERS.read_text(encoding="utf-8"))
         numbers = {
             key: [dict(zip(value, row, strict=True)) for row in zip(*value.values(), strict=True)]
             for key, value in kept.items()
             if isinstance(value, dict)
         }
-    else:
-        numbers = {}
+    if not options.tables:
+        cases = [case for case in CASES if options.only in name_of(*case)]
         with ProcessPoolExecutor(options.workers) as pool:
             jobs = [pool.submit(ensemble, *case, options.draws) for case in cases]
-            for case, job in zip(cases, jobs, strict=True):
+            for done, (case, job) in enumerate(zip(cases, jobs, strict=True), start=1):
                 numbers[name_of(*case)] = job.result()
-                print(f"{len(numbers)} of {len(cases)}", flush=True)
-        NUMBERS.write_text(compact(numbers), encoding="utf-8")
+                NUMBERS.write_text(compact(numbers), encoding="utf-8")
+                print(f"{done} of {len(cases)}", flush=True)
         spectra()
+    made = {KNOWN: table(numbers, KNOWN), DRAWN: table(numbers, DRAWN), "margins": margins()}
     text = PAGE.read_text(encoding="utf-8")
-    for name, made in (("table", table(numbers)), ("claims", "\n".join(claims(verify_rotors())))):
+    for name, part in {**made, "claims": "\n".join(claims(verify_rotors()))}.items():
         begin, end = f"<!-- begin: {name} -->", f"<!-- end: {name} -->"
-        text = re.sub(f"{begin}.*?{end}", lambda _, made=f"{begin}\n{made}\n{end}": made, text, flags=re.S)
+        before, _, rest = text.partition(begin)
+        text = f"{before}{begin}\n{part}\n{end}{rest.partition(end)[2]}"
     PAGE.write_text(text, encoding="utf-8")
 
 

@@ -272,9 +272,10 @@ def test_the_presets_are_what_has_been_flown(robot: Robot) -> None:
     """Every number, those that no file states among them: a default that changes changes flights."""
     following = cascade_from_tables(*preset_mapping("following"), robot).tables()
     assert flattened(following, "estimation") == {
-        "angle_rates.bandwidth": 25.0, "observer.force": [10.0] * 3, "observer.torque": [3.0] * 3,
+        "angle_rates.bandwidth": 50.0, "observer.force": [5.0] * 3, "observer.torque": [3.0] * 3,
         "force_filter.cutoff": 2.0, "tare": True, "delay.latency": 0.02, "calibration.feed": True,
-        "calibration.attitude": True, "calibration.cog": True, "calibration.rate": 1.0, **SMOOTHING,
+        "calibration.attitude": True, "calibration.cog": True, "calibration.rate": 1.0,
+        **SMOOTHING, "smoothing.on": True, "smoothing.velocity": 25.0,
     }  # fmt: skip
     assert flattened(following, "contact") == {
         "approach_speed": 0.025, "approach_ramp": 1.0, "retreat_speed": 0.1, "axis_speed": 0.025,
@@ -292,15 +293,15 @@ def test_the_presets_are_what_has_been_flown(robot: Robot) -> None:
     assert flattened(following, "translation") == {
         "stiffness": [5.0, 10.0, 5.0], "damping_ratio": [0.8, 0.7, 0.8], "press_stiffness": 0.3,
         "press_damping": 3.3, "press_mass_ratio": 0.7, "force": 1.0, "force_integral": 1.5,
-        "force_integral_limit": 3.0, "tank": 0.5, "cancel": [0.8, 1.0], "cancel_cutoff": [5.0, 5.0],
+        "force_integral_limit": 3.0, "tank": 0.5, "cancel": [0.5, 0.7], "cancel_cutoff": [5.0, 5.0],
         "cancel_limit": 1.0, "cancel_speed": 0.06, "error_limit": 0.1, "pen": 1.0, "feed": 0.0,
         "swing": [0.0, 0.0], "swing_cutoff": 1.0, "swing_speed": 10.0,
         "landing_cancel": [0.0, 0.0],
     }  # fmt: skip
     assert flattened(following, "allocation") == {
         "hold_lift": True, "leak.compensate": True, "leak.cutoff": 3.0, "rotor_lag.compensate": True,
-        "rotor_lag.time_constant": 0.05, "rotor_lag.lead": 2.0, "rotor_lag.bandwidth": 1e6,
-        "rotor_lag.reaction": False, "vectoring.purpose": "contact",
+        "rotor_lag.time_constant": 0.05, "rotor_lag.lead": 2.0, "rotor_lag.bandwidth": 120.0,
+        "rotor_lag.reaction": True, "vectoring.purpose": "contact",
         "vectoring.limit": 0.5, "vectoring.damping": 0.5, "vectoring.cutoff": 2.0, "vectoring.lead": 2.0,
     }  # fmt: skip
     hybrid = cascade_from_tables(*preset_mapping("hybrid"), robot).tables()

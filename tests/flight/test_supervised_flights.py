@@ -82,7 +82,7 @@ def test_a_pressing_robot_that_sees_nothing_goes_on_by_its_model(
     seen: Guarded, ticks: int, bound: float
 ) -> None:
     """Held commands lost 2 of 4 such flights in 0.4 s."""
-    begin = 450  # it presses
+    begin = 500  # it presses
     assert seen.flight.signal("contact_force")[begin, 0] != 0.0
     blind = Guarded(begin, begin + ticks)
     assert blind.flight.cause == ""

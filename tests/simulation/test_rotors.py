@@ -99,9 +99,12 @@ SPEED = {"plant.rotors": "speed"}
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        ({"plant.rotor_inertia": 2e-4}, "plant.rotor_inertia = 0.0002 kg m.2 has no effect .* it needs"),
+        (
+            {"plant.rotors": "thrust", "plant.rotor_inertia": 2e-4},
+            "plant.rotor_inertia = 0.0002 kg m.2 has no effect .* it needs",
+        ),
         ({**SPEED, "plant.rotor_inertia": 0.3}, "plant.rotor_inertia = 0.3 kg m.2 is outside of -1 .. 0.1"),
-        ({"plant.rotors": "spead"}, "plant.rotors = 'spead' is not one of 'thrust', 'speed'"),
+        ({"plant.rotors": "spead"}, "plant.rotors = 'spead' is not one of 'described', 'speed', 'thrust'"),
     ],
 )
 def test_nonsense_is_refused_by_name(given: dict[str, Any], message: str) -> None:
@@ -117,9 +120,15 @@ def test_a_robot_that_says_nothing_of_its_rotors_is_refused(tmp_path: Any) -> No
     given = {**HOLD, **SPEED, "robot": str(tmp_path / "flight.toml")}
     with pytest.raises(ConfigError, match=r"needs rotors\.inertia, which rotor1 of robot hydrus_xi_quad"):
         skylimb.run("paper", "hybrid", set=given)
-    run = skylimb.run("paper", "hybrid", set={**given, "plant.rotor_inertia": 1e-4})
-    assert run.status == "OK"
-    assert {"rotor_speeds", "motor_torques"} <= set(run.log.data_vars)
+    for rotors in ("speed", "described"):
+        run = skylimb.run(
+            "paper", "hybrid", set={**given, "plant.rotors": rotors, "plant.rotor_inertia": 1e-4}
+        )
+        assert run.status == "OK"
+        assert {"rotor_speeds", "motor_torques"} <= set(run.log.data_vars)
+    # As it is described such a robot has the paper's rotors.
+    run = skylimb.run("paper", "hybrid", set={**given, "plant.rotors": "described"})
+    assert "rotor_speeds" not in run.log
 
 
 def test_flights_with_other_inertias_share_a_function() -> None:

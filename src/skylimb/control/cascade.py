@@ -37,7 +37,7 @@ from skylimb.control.law_monitor import LawMonitor
 from skylimb.control.law_trial import with_trial
 from skylimb.control.missions.reference import Reference
 from skylimb.control.needs import Needs, merged
-from skylimb.control.planning.posture import ReachFamily, posture_family
+from skylimb.control.planning.posture import ReachFamily, posture_family, standing
 from skylimb.control.planning.vectoring import VectoringTable, vectoring_table
 from skylimb.control.posture import heading_of, posture_of
 from skylimb.control.preset import Preset
@@ -352,7 +352,8 @@ def build_cascade(robot: Robot, preset: Preset) -> Cascade:
         ConfigError: naming the laws that do not fit, and the field.
     """
     purpose = merged(slot.needs for slot in preset.slots).vectoring
-    return _tried(Cascade(robot, preset, posture_family(robot), vectoring_table(robot, purpose)))
+    family = posture_family(standing(robot, purpose))
+    return _tried(Cascade(robot, preset, family, vectoring_table(robot, purpose)))
 
 
 def _tried(cascade: Cascade) -> Cascade:

@@ -40,6 +40,7 @@ from skylimb.robots.hover import cannot_hover
 from skylimb.robots.model import Robot
 from skylimb.robots.reaction import reaction_zeros, slowest_unstable_zero
 from skylimb.robots.touch import can_touch
+from skylimb.simulation.plant_config import turning
 
 DOUBTFUL_SHARE = 0.5
 """Of what can be held against slope and drag: up to here the force leaves enough over."""
@@ -185,7 +186,7 @@ def _require_reserve(experiment: Experiment, robot: Robot, needs: Needs) -> None
 def _require_slow_enough(experiment: Experiment, robot: Robot, controller: Controller) -> None:
     """The attitude's bandwidth against the zero of the rotors' reaction, where the rotors have a speed."""
     stiffness = attitude_stiffness(controller)
-    if experiment.plant.rotors == "thrust" or stiffness <= 0.0:
+    if not turning(robot.description, experiment.plant) or stiffness <= 0.0:
         return
     inertia = experiment.plant.rotor_inertia
     zeros = reaction_zeros(

@@ -138,7 +138,7 @@ def _lags(takeoff: Takeoff) -> list[Line]:
 def _rotors(takeoff: Takeoff) -> list[Line]:
     group, plant = "rotors", takeoff.plant
     if not plant.turning:
-        return [Line(group, "inertia", "none", 'plant.rotors = "speed" gives the rotors that of their file')]
+        return [Line(group, "inertia", "none", "plant.rotors and the robot's file can give them one")]
     rotors, first = plant.robot.description.rotors, takeoff.mission.first
     zeros = reaction_zeros(plant.robot, first.joint_angles, first.vectoring_angles)
     zero = slowest_unstable_zero(zeros)

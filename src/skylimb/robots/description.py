@@ -189,6 +189,7 @@ class PostureFamily(_Fixed):
     theta_min: float
     theta_max: float
     theta_nominal: float
+    contact_side: Literal["same", "mirrored"] = "same"
 
 
 @dataclass(frozen=True, eq=False)

@@ -139,6 +139,14 @@ class PostureSection:
     theta_min: Annotated[float, Key("rad", "smallest theta", low=-_TURN, high=_TURN)]
     theta_max: Annotated[float, Key("rad", "largest theta", low=-_TURN, high=_TURN)]
     theta_nominal: Annotated[float, Key("rad", "theta that it flies with", low=-_TURN, high=_TURN)]
+    contact_side: Annotated[
+        Literal["same", "mirrored"],
+        Key(
+            "",
+            "'mirrored': with vectoring angles for contact the joints bend to the other side, "
+            "q = -(offset + slope theta)",
+        ),
+    ] = "same"
 
     def check(self) -> None:
         """Refuse a nominal posture outside of the range, and an empty range."""

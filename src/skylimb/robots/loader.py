@@ -179,6 +179,7 @@ def describe(flight: FlightFile, flight_source: Source, urdf: Source, tree: Tree
             posture.theta_min,
             posture.theta_max,
             posture.theta_nominal,
+            posture.contact_side,
         ),
         measured_link=flight.measured_link,
         digest=_digest(flight_source, urdf),

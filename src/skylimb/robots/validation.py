@@ -5,6 +5,7 @@ The ranges of the flight TOML's own keys stand with the keys, in `skylimb.robots
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections import Counter
 from collections.abc import Sequence
@@ -179,11 +180,12 @@ def limited_by_torque(description: RobotDescription) -> str:
 def _check_posture(description: RobotDescription) -> None:
     posture = description.posture
     nominal = posture.offset + posture.slope * posture.theta_nominal
-    for name, angle in zip(description.shape_joints, nominal, strict=True):
+    sides = (1.0, -1.0) if posture.contact_side == "mirrored" else (1.0,)
+    for side, (name, angle) in itertools.product(sides, zip(description.shape_joints, nominal, strict=True)):
         joint = description.joint(name)
-        if not joint.lower <= angle <= joint.upper:
+        if not joint.lower <= side * angle <= joint.upper:
             raise DescriptionError(
-                f"posture.theta_nominal = {posture.theta_nominal:g} puts '{name}' at {angle:.4g} rad, "
+                f"posture.theta_nominal = {posture.theta_nominal:g} puts '{name}' at {side * angle:.4g} rad, "
                 "outside of its limits "
                 f"{joint.lower:g} .. {joint.upper:g} rad"
             )

@@ -20,7 +20,14 @@ from skylimb.robots.description import Inertial, Link, RobotDescription
 from skylimb.robots.model import Robot
 from skylimb.simulation.contact import ContactReading, pair_compliance
 from skylimb.simulation.joint_stops import tune_joint_stops
-from skylimb.simulation.plant_config import Peg, PlantConfig, physics_steps, require_plant, thrust_scales
+from skylimb.simulation.plant_config import (
+    Peg,
+    PlantConfig,
+    physics_steps,
+    require_plant,
+    thrust_scales,
+    turning,
+)
 from skylimb.simulation.scene import scene_spec
 from skylimb.simulation.servo_friction import tune_servo_friction
 from skylimb.simulation.surfaces import Surface
@@ -135,8 +142,8 @@ def build_plant(robot: Robot, surface: Surface, config: PlantConfig, dt: float) 
     tune_servo_friction(model)
     tune_joint_stops(model, true.shape_joints, config.joint_stop_stiffness, config.joint_stop_damping)
     model.actuator_gainprm[: len(scales), 0] = scales
-    turning = config.rotors == "speed"
-    if turning:
+    turns = turning(true, config)
+    if turns:
         # What reaches the engine leads the thrust, so that it ends where the rotor's speed does.
         model.actuator_ctrllimited[: len(scales)] = False
 
@@ -162,7 +169,7 @@ def build_plant(robot: Robot, surface: Surface, config: PlantConfig, dt: float) 
         hinge=joint_at(parts.hinge),
         foot=config.foot,
         peg=config.peg,
-        turning=turning,
+        turning=turns,
     )
 
 

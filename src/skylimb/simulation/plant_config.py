@@ -8,7 +8,7 @@ import numpy as np
 
 from skylimb.base.errors import ConfigError
 from skylimb.base.keys import Key, configuration
-from skylimb.robots.description import RobotDescription
+from skylimb.robots.description import RobotDescription, Rotor
 from skylimb.simulation.surfaces import Surface
 
 Peg = tuple[float, float]
@@ -32,11 +32,12 @@ class PlantConfig:
         Key("s", "time constant of the thrust; negative keeps the description's", low=-1.0, high=1.0),
     ] = -1.0
     rotors: Annotated[
-        Literal["thrust", "speed"],
+        Literal["described", "speed", "thrust"],
         Key(
             "",
-            "'thrust': the paper's rotors, whose thrust lags and which have no inertia; 'speed': their speed "
-            "lags, within the motor's torque, and turns the robot",
+            "'speed': their speed lags, within the motor's torque, and turns the robot; 'thrust': the "
+            "paper's, whose thrust lags and which have no inertia; 'described': 'speed' where the robot's "
+            "file says what it takes",
         ),
     ] = "thrust"
     rotor_inertia: Annotated[
@@ -120,9 +121,24 @@ def require_plant(description: RobotDescription, surface: Surface, config: Plant
     require_hole(surface, config.peg)
 
 
+def turning(description: RobotDescription, config: PlantConfig) -> bool:
+    """Whether the rotors have a speed and an inertia."""
+    if config.rotors != "described":
+        return config.rotors == "speed"
+    return not any(_unsaid(rotor, config) for rotor in description.rotors)
+
+
+def _unsaid(rotor: Rotor, config: PlantConfig) -> list[str]:
+    """Keys without which a rotor has no speed."""
+    needed = {"thrust_factor": rotor.thrust_factor}
+    if config.rotor_inertia < 0.0:
+        needed["inertia"] = rotor.inertia
+    return [key for key, value in needed.items() if value is None]
+
+
 def require_rotors(description: RobotDescription, config: PlantConfig) -> None:
     """Raise a `ConfigError` where rotors are to have a speed, and the robot's file says too little of it."""
-    if config.rotors == "thrust":
+    if not turning(description, config):
         if config.rotor_inertia > 0.0:
             raise ConfigError(
                 f"plant.rotor_inertia = {config.rotor_inertia:g} kg m^2 has no effect on rotors without a "
@@ -130,10 +146,7 @@ def require_rotors(description: RobotDescription, config: PlantConfig) -> None:
             )
         return
     for rotor in description.rotors:
-        needed = {"thrust_factor": rotor.thrust_factor}
-        if config.rotor_inertia < 0.0:
-            needed["inertia"] = rotor.inertia
-        lacking = [key for key, value in needed.items() if value is None]
+        lacking = _unsaid(rotor, config)
         if lacking:
             raise ConfigError(
                 f"plant.rotors = 'speed' needs rotors.{lacking[0]}, which {rotor.name} of robot "

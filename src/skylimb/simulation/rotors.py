@@ -72,7 +72,7 @@ def rotor_numbers(description: RobotDescription, dt: float) -> RotorNumbers:
     """
     columns = [
         (
-            np.exp(-dt / rotor.lag),
+            np.exp(-dt / rotor.lag) if rotor.lag > 0.0 else 0.0,
             rotor.thrust_factor,
             rotor.inertia,
             rotor.torque_max,

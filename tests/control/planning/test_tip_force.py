@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from skylimb.base.rotations import rot_z
 from skylimb.control.estimation.records import BodyState
 from skylimb.control.planning.tip_force import tip_force_map
-from skylimb.control.planning.vectoring import vectoring_table
+from skylimb.control.planning.vectoring import nominal_posture, vectoring_table
 from skylimb.control.thrusts import allocate
 from skylimb.robots import load_robot
 
@@ -50,7 +50,7 @@ def test_it_is_the_sum_of_all_forces(seed):
 
 @pytest.mark.parametrize("purpose", ["torque", "contact"])
 def test_the_cascade_holds_the_attitude_with_the_same_force(purpose):
-    state = ROBOT.at(joints(0.5), vectoring_table(ROBOT, purpose).angles(0.5))
+    state = ROBOT.at(*nominal_posture(ROBOT, purpose))
     push = np.array([0.3, -0.8, 0.0])  # in {C}; a push along z would change the lift that is wanted
     weight = np.array([0.0, 0.0, state.mass * 9.80665])
     body = BodyState(np.zeros(3), np.zeros(3), np.eye(3), np.zeros(3), state)

@@ -46,7 +46,10 @@ class Pilot:
         for name, mission in flyer.missions.items():
             require_from_hover(name, mission)
         self.flyer, robot = flyer, flyer.robot
-        self._bodies, self._requests = Bodies(robot, flyer.link), Requests(robot, flyer.limits)
+        self._bodies, self._requests = (
+            Bodies(robot, flyer.link),
+            Requests(flyer.references.robot, flyer.limits),
+        )
         self.flying = Flying()
         self.flight: Airborne | None = None
         self._counts: Counter[str] = Counter()

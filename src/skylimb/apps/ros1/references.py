@@ -8,7 +8,7 @@ from skylimb.analysis.exchange.frames import LinkFrames, frames_at, frames_funct
 from skylimb.apps.ros1.targets import Place, Target
 from skylimb.base.rotations import rot_z
 from skylimb.control.missions.reference import Reference
-from skylimb.control.planning.posture import posture_family
+from skylimb.control.planning.posture import posture_family, standing
 from skylimb.control.planning.vectoring import vectoring_table
 from skylimb.robots.model import Robot
 
@@ -24,8 +24,9 @@ class References:
     """
 
     def __init__(self, robot: Robot, link: str, template: Reference, purpose: str) -> None:
-        self._family, self._table = posture_family(robot), vectoring_table(robot, purpose)
-        self._frames, self._robot = frames_function(robot, link), robot
+        self.robot = standing(robot, purpose)
+        self._family, self._table = posture_family(self.robot), vectoring_table(robot, purpose)
+        self._frames = frames_function(robot, link)
         self._template = template._replace(
             tare=0.0, align=0.0, adapt=0.0, touch=0.0, wait=0.0, tip_acceleration=np.zeros(3), ahead=()
         )
@@ -42,7 +43,7 @@ class References:
         theta = float(np.clip(theta, self._family.theta_min, self._family.theta_max))
         q = np.asarray(self._family.joint_angles(theta), dtype=float)
         psi = np.asarray(self._table.angles(theta), dtype=float)
-        state = self._robot.at(q, psi)
+        state = self.robot.at(q, psi)
         return q, psi, frames_at(self._frames, q, psi), rot_z(-state.tip_heading) @ state.tip_C
 
     def at(self, target: Target) -> Reference:
@@ -67,7 +68,7 @@ class References:
         q = np.asarray(reference.joint_angles, dtype=float)
         frames = frames_at(self._frames, q, np.asarray(reference.vectoring_angles, dtype=float))
         yaw = float(reference.heading) - frames.tip_heading + frames.yaw_in_C
-        return Place(np.array(reference.position, dtype=float), yaw, theta_of(self._robot, q))
+        return Place(np.array(reference.position, dtype=float), yaw, theta_of(self.robot, q))
 
 
 def theta_of(robot: Robot, joint_angles: np.ndarray) -> float:

@@ -11,7 +11,7 @@ import numpy as np
 
 from skylimb.base.errors import ConfigError
 from skylimb.base.rotations import rot_z
-from skylimb.control.planning.posture import posture_family
+from skylimb.control.planning.posture import posture_family, standing
 from skylimb.control.planning.posture_path import PostureConfig, posture_path
 from skylimb.control.planning.vectoring import ONLINE, nominal_posture
 from skylimb.control.planning.vectoring_path import vectoring_path
@@ -87,7 +87,7 @@ def posture_plan(config: PostureConfig, robot: Robot, purpose: str = "torque") -
     )
 
     return PosturePlan(
-        reach=float(posture_family(robot).reach_nominal),
+        reach=float(posture_family(standing(robot, purpose)).reach_nominal),
         tip=rot_z(-nominal.tip_heading) @ nominal.tip_C,
         tip_radius=robot.description.tip.radius,
         duration=path.duration,

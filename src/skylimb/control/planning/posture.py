@@ -22,6 +22,9 @@ from skylimb.control.planning.series import evaluate_chebyshev, fit_chebyshev, f
 from skylimb.robots import PostureFamily, Robot
 from skylimb.symbolic import clip, is_symbolic
 
+CONTACT = "contact"
+"""Purpose of vectoring angles with which a robot may stand on the other side."""
+
 _NEWTON_STEPS = 2
 _WIDEST, _NARROWEST = 0.35, 0.02
 """How far theta of a family that is sought goes to both sides, at most and at least, rad."""
@@ -36,6 +39,24 @@ def posture_family(robot: Robot) -> ReachFamily:
             way with theta.
     """
     return ReachFamily(robot)
+
+
+@functools.lru_cache(maxsize=16)
+def standing(robot: Robot, purpose: str) -> Robot:
+    """The robot as it stands with vectoring angles of a purpose, for contact perhaps bent to the other side.
+
+    Mirrored, a chain keeps what its rotors can hold but for their spins, which nobody mirrors: where their
+    reaction was against their thrust it helps it (`robots.reaction`).
+
+    Args:
+        robot: as it is described.
+        purpose: as of `vectoring.vectoring_table`.
+    """
+    posture = robot.description.posture
+    if purpose != CONTACT or posture.contact_side == "same":
+        return robot
+    posture = replace(posture, offset=-posture.offset, slope=-posture.slope, contact_side="same")
+    return Robot(replace(robot.description, posture=posture))
 
 
 def widest_family(

@@ -16,7 +16,7 @@ import numpy as np
 from skylimb.base.errors import ConfigError
 from skylimb.base.keys import choice_problem
 from skylimb.control.planning import vectoring_files
-from skylimb.control.planning.posture import posture_family
+from skylimb.control.planning.posture import posture_family, standing
 from skylimb.control.planning.series import within
 from skylimb.control.planning.vectoring_criteria import CONTACT, TORQUE, VectoringCriteria
 from skylimb.control.planning.vectoring_search import evaluate
@@ -101,6 +101,7 @@ def vectoring_table(robot: Robot, purpose: str = "torque", *, cache: bool = True
         AllocationError: no continuous path of vectoring angles keeps the purpose's criteria over its range,
             or none let it hover in its nominal posture.
     """
+    robot = standing(robot, purpose)
     if purpose == ONLINE:
         return VectoringTable(robot, first_vectoring(robot).angles[:, None], ONLINE)
     criteria = _criteria(purpose)
@@ -117,7 +118,7 @@ def nominal_posture(robot: Robot, purpose: str = "torque") -> tuple[np.ndarray, 
         robot: any robot.
         purpose: of the vectoring angles, as of `vectoring_table`.
     """
-    family = posture_family(robot)
+    family = posture_family(standing(robot, purpose))
     angles = family.joint_angles, vectoring_table(robot, purpose).angles
     q, psi = (np.asarray(of(family.theta_nominal), dtype=float) for of in angles)
     return q, psi
@@ -130,7 +131,7 @@ def vectoring_file(robot: Robot, purpose: str = "torque") -> tuple[str, str] | N
     """
     if purpose == ONLINE:
         return None
-    criteria = _criteria(purpose)
+    criteria, robot = _criteria(purpose), standing(robot, purpose)
     coefficients, digest = vectoring_files.find_coefficients(_level(robot, criteria), criteria)
     text = vectoring_files.table_text(coefficients, digest, robot, criteria)
     return vectoring_files.table_file(criteria), text

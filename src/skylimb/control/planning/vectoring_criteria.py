@@ -6,7 +6,7 @@ import math
 from typing import Annotated
 
 from skylimb.base.keys import Key, configuration
-from skylimb.control.planning.posture import posture_family
+from skylimb.control.planning import posture
 from skylimb.robots import Robot
 
 
@@ -94,10 +94,10 @@ class VectoringCriteria:
 
     def span(self, robot: Robot) -> tuple[float, float]:
         """The range of theta that is searched, rad."""
-        posture = robot.description.posture
+        described = robot.description.posture
         if not self.reachable:
-            return posture.theta_min, posture.theta_max
-        family = posture_family(robot)
+            return described.theta_min, described.theta_max
+        family = posture.posture_family(robot)
         return family.theta_min, family.theta_max
 
 
@@ -105,7 +105,7 @@ TORQUE = VectoringCriteria("torque")
 """Most guaranteed torque without hover tilt, over all described postures."""
 
 CONTACT = VectoringCriteria(
-    "contact", tilt=0.1, effort=0.5, thrust_margin=0.15, leak=0.1, sideways=0.0, reachable=True
+    posture.CONTACT, tilt=0.1, effort=0.5, thrust_margin=0.15, leak=0.1, sideways=0.0, reachable=True
 )
 """Most guaranteed torque where a push across the surface hardly reaches the pressing force.
 

@@ -32,6 +32,7 @@ from skylimb.control.loop.flight import MISSION_TIME
 from skylimb.control.missions.clock import Clock
 from skylimb.control.missions.mission import Mission
 from skylimb.control.needs import needs_of
+from skylimb.control.planning.posture import standing
 from skylimb.flight.events import GainChange
 from skylimb.flight.events.gain import gain_rows
 from skylimb.flight.experiments.experiment import Experiment, load_experiment, robot_of
@@ -186,7 +187,7 @@ def _mission(
 ) -> tuple[Mission, tuple[str, ...]]:
     """The references of the flight: planned anew where its configuration is known, else from the log."""
     if not run.config:
-        return mission_of_log(log, held, robot, experiment.control_period)
+        return mission_of_log(log, held, standing(robot, purpose), experiment.control_period)
     mission = mission_of(experiment, robot, purpose)
     name = "cog_position_reference"
     if name not in log.variables:

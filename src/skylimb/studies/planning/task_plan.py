@@ -19,6 +19,7 @@ from skylimb.base.rotations import rot_z
 from skylimb.base.sources import read_source
 from skylimb.control.controller import Controller
 from skylimb.control.needs import TORQUE, needs_of
+from skylimb.control.planning.posture import standing
 from skylimb.control.planning.task_family import settled_in
 from skylimb.control.planning.task_posture import (
     Task,
@@ -123,6 +124,7 @@ def plan_posture(
             f"experiment {experiment.name} touches nothing (approach.contact); there is nothing to plan"
         )
     needs = needs_of(controller)
+    robot = standing(robot, needs.vectoring)
     wanted = force if force is not None else needs.force or FORCE
     if not 0.0 < wanted < 1e3:
         raise ConfigError(f"force = {wanted:g} N is outside of 0 .. 1000 N")
