@@ -71,6 +71,17 @@ def test_the_reference_s_own_motion_is_no_fault() -> None:
     assert [found[key] for key in ("sink", "sideways", "tip")] == pytest.approx([0.0, 0.0, 0.0], abs=1e-12)
 
 
+def test_the_tip_is_to_stay_on_a_surface_that_leans() -> None:
+    course = TIME[:, None] * np.array([0.0, 0.1, 0.0])
+    on_it = course + TIME[:, None] * np.array([0.1 * np.tan(0.3), 0.0, 0.0])
+    flight = log([PUSH], tip_position=on_it, tip_position_reference=course)
+    assert numbers(flight)["tip"] == pytest.approx(0.1 * np.tan(0.3) * 2.0, abs=1e-3)
+    axes = {"origin": [0, 0, 0], "axis_u": [0, 1, 0], "axis_v": [0, 0, 1]}
+    lean = {**axes, "normal": [-np.cos(0.3), np.sin(0.3), 0.0]}
+    flight = flight.assign(contact=("time", np.ones(len(TIME)))).assign_attrs(surface=json.dumps(lean))
+    assert numbers(flight)["tip"] == pytest.approx(0.0, abs=1e-12)
+
+
 def test_a_flight_that_is_lost_in_the_window_tells_only_how_long_it_went_on() -> None:
     whole = log([PUSH], "FAILED")
     end = ONSET + PUSH["duration"] + WINDOW
@@ -80,10 +91,24 @@ def test_a_flight_that_is_lost_in_the_window_tells_only_how_long_it_went_on() ->
     assert outlived["tilt"] == 0.0
 
 
-def test_without_an_event_all_of_the_flight_counts_and_a_lost_one_has_nothing() -> None:
+def test_a_flight_that_went_on_for_long_tells_of_a_fault_that_lasts() -> None:
+    sunk = step(3.0, [0.0, 0.0, -0.3])
+    whole = log([{**PUSH, "time": 0.5, "duration": 100.0}], "FAILED", cog_position=sunk)
+    assert numbers(whole)["sink"] == pytest.approx(0.3)
+    assert numbers(whole.sel(time=slice(0.0, 5.4)))["sink"] is None
+
+
+def test_without_an_event_all_of_the_flight_counts() -> None:
     sunk = step(0.1, [0.0, 0.0, -0.3])
     assert numbers(log([], cog_position=sunk))["sink"] == pytest.approx(0.3)
-    assert set(numbers(log([], "FAILED", cog_position=sunk)).values()) == {None}
+    assert numbers(log([], "FAILED", cog_position=sunk))["sink"] == pytest.approx(0.3)
+    early = numbers(log([], "FAILED", cog_position=sunk).sel(time=slice(0.0, 4.9)))
+    assert (early["sink"], early["lasted"]) == (None, pytest.approx(4.9))
+
+
+def test_a_flight_that_is_lost_before_its_fault_tells_nothing_of_it() -> None:
+    lost = log([{**PUSH, "time": 6.5}], "FAILED")
+    assert set(numbers(lost).values()) == {None}
 
 
 def test_what_the_supervisor_does_before_a_fault_is_a_false_alarm() -> None:

@@ -2,8 +2,8 @@
 
 A fault is whatever the flight's events are. What it did is counted from the sample before the first of them,
 against the mission's reference, until `WINDOW` after the last has ended; of a flight without events, such as
-one with a heavier robot, all along. A flight that was lost before the window's end has none of these numbers,
-but how long it went on.
+one with a heavier robot, all along. A flight that was lost before the window's end and before `OUTLIVED` has
+none of these numbers, but how long it went on.
 """
 
 from __future__ import annotations
@@ -14,13 +14,23 @@ import numpy as np
 
 from skylimb.analysis.recording.run import Run
 from skylimb.analysis.scores.score import Score, metric
-from skylimb.analysis.scores.signals import contact_axis, events_of, recorded, stretches
+from skylimb.analysis.scores.signals import (
+    contact_axis,
+    events_of,
+    in_contact,
+    recorded,
+    stretches,
+    surface_of,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
 
 WINDOW = 1.5
 """Seconds in which a robot shows what a fault does to it."""
+
+OUTLIVED = 5.0
+"""Seconds from a fault's beginning after which a flight has outlived it."""
 
 MODE = "supervisor_mode"
 """Signal of a supervised flight: 0 while nothing is wrong."""
@@ -48,12 +58,13 @@ def _worse(meaning: str, unit: str) -> Score:
 def fault(run: Run) -> dict[str, float]:
     """How far a fault threw the robot, and when it was noticed."""
     log, happened = run.log, events_of(run.log)
-    time = log.time.values
+    time, planned = log.time.values, log.attrs.get("events", "[]") != "[]"
     onset = happened[0].time if happened else 0.0
     end = max(each.time + each.duration for each in happened) + WINDOW if happened else np.inf
-    lasted = float(time[-1] - onset) if happened else np.nan
+    # A flight that was lost before its fault tells nothing of it.
+    lasted = float(time[-1] - onset) if happened or not planned else np.nan
     seen, alarms = _noticed(log, onset if happened else np.inf)
-    if run.failed and time[-1] < end:
+    if run.failed and not (time[-1] >= end or lasted >= OUTLIVED):
         known = {"lasted": lasted, "seen": seen, "alarms": alarms}
         return {key: known.get(key, np.nan) for key in fault.keys}
     # What is there from take-off on is counted from the first sample.
@@ -68,7 +79,7 @@ def fault(run: Run) -> dict[str, float]:
         "tilt": float(np.arccos(np.clip(upright @ upright[0], -1.0, 1.0)).max()),
         "sink": float(-off[:, 2].min()),
         "sideways": float(np.linalg.norm(aside, axis=1).max()),
-        "tip": float(np.linalg.norm(_departure(log, "tip_position", after), axis=1).max()),
+        "tip": float(np.linalg.norm(_astray(log, after), axis=1).max()),
         "force": float(log.contact_force_normal.values[after].max()),
         "speed": float(np.linalg.norm(log.cog_velocity.values[after], axis=1).max()),
         "seen": seen,
@@ -80,6 +91,19 @@ def _departure(log: xr.Dataset, place: str, after: slice) -> np.ndarray:
     """How far a place has come from its reference since the first of some samples, W, m."""
     off = recorded(log, place)[after] - recorded(log, f"{place}_reference")[after]
     return off - off[0]
+
+
+def _astray(log: xr.Dataset, after: slice) -> np.ndarray:
+    """How far the tip has come from its course since the first of some samples, W, m.
+
+    In contact it is to stay on the surface, whose lean the mission's reference does not know.
+    """
+    off, surface, axis = _departure(log, "tip_position", after), surface_of(log), contact_axis(log).vector
+    if surface is None or not in_contact(log)[after][0]:
+        return off
+    course = recorded(log, "tip_position_reference")[after]
+    normal = np.array(surface["normal"])
+    return off + np.outer((course - course[0]) @ normal / (normal @ axis), axis)
 
 
 def _noticed(log: xr.Dataset, onset: float) -> tuple[float, float]:

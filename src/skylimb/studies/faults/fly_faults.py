@@ -9,6 +9,7 @@ from itertools import product
 from math import ceil, inf, isfinite
 from pathlib import Path
 
+from skylimb.analysis.scores.faults import OUTLIVED
 from skylimb.base.errors import OutputError
 from skylimb.base.files import replace_text
 from skylimb.studies.campaign.flight_queue import Report
@@ -21,8 +22,6 @@ from skylimb.studies.faults.catalogue import Catalogue, Fault, load_catalogue
 from skylimb.studies.faults.page import Row, faults_page
 
 DRAWS = 200
-SURVIVAL = 5.0
-"""A flight survives that goes on for so long after a fault begins, or ends its mission, s."""
 RESULT_FILE, PAGE_FILE = "faults.json", "faults.md"
 SIDES = ("unprotected", "supervised")
 """Folders of the flights without the supervisor, and with it."""
@@ -103,7 +102,7 @@ def _rows(fault: Fault, supervised: bool, flown: CampaignOutcome, place: Path) -
         kept = [
             all(values[key][k] <= most for key, (_, most) in kept_by_all.items()) for k in range(len(own))
         ]
-        lived = [row["status"] == OK or (row["fault_lasted"] or 0.0) >= SURVIVAL for row in own]
+        lived = [row["status"] == OK or (row["fault_lasted"] or 0.0) >= OUTLIVED for row in own]
         outlived = fault.survived or not kept_by_all
         kept_logs = logged(flown.folder, own)
         bad = worst(flown.campaign, [row for row in own if row["flight"] in kept_logs], 1)
