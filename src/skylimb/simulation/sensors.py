@@ -89,7 +89,7 @@ class SensorState(NamedTuple):
 
     history: tuple[Array, ...]
     shown: Array
-    age: Any = 0.0
+    age: Any
     imu: ImuState | tuple[()] = ()
 
 
@@ -107,7 +107,7 @@ def initial_sensor_state(config: SensorConfig, dt: float, root: np.ndarray) -> S
     """A robot that has been at rest in this root state, (13,), for as long as the history goes back."""
     past = np.asarray(root, dtype=float)
     history = (past,) * history_depth(config, dt)
-    return SensorState(history, past, imu=initial_imu_state(config.imu, dt))
+    return SensorState(history, past, config.latency, initial_imu_state(config.imu, dt))
 
 
 def frame_numbers(config: SensorConfig, times: np.ndarray) -> np.ndarray:
@@ -157,6 +157,7 @@ def sense(
     dt: float,
     held: Any = 0.0,
     imu: tuple[ImuMotion, float, Any] | None = None,
+    stamp: Any = 0.0,
 ) -> tuple[SensorState, Measurement]:
     """What the sensors say at this tick.
 
@@ -170,6 +171,7 @@ def sense(
         dt: control period, s.
         held: 1 where no frame comes, and the last one is seen still.
         imu: how the IMU moves, gravity (m/s^2), and the age of what it says, s.
+        stamp: by which the frame's stamp is older than the frame, s.
     """
     rows = (root, *state.history[:-1])
     seen = at_age(rows, age, dt)
@@ -180,6 +182,7 @@ def sense(
     velocity, omega = seen[7:10] + noise.velocity, seen[10:13] + noise.angular_velocity
     fresh = stack(seen[0:3] + noise.position, turned, velocity, omega)
     shown = where(held > 0.5, state.shown, fresh)
+    age = where(held > 0.5, state.age + dt, age)
     measurement = Measurement(
         position=shown[0:3],
         quaternion=shown[3:7],
@@ -187,9 +190,9 @@ def sense(
         angular_velocity=shown[10:13],
         joint_angles=joint_angles + noise.joint_angles,
         vectoring_angles=vectoring_angles + noise.vectoring_angles,
-        capture_age=where(held > 0.5, state.age + dt, age),
+        capture_age=age + stamp,
     )
-    state = SensorState(rows, shown, measurement.capture_age, state.imu)
+    state = SensorState(rows, shown, age, state.imu)
     if imu is None or not isinstance(state.imu, ImuState):
         return state, measurement
     felt, said = sense_imu(state.imu, *imu, (noise.gyro, noise.accelerometer), dt)

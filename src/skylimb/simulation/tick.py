@@ -39,6 +39,7 @@ from skylimb.simulation.plant import Plant
 from skylimb.simulation.rotors import RotorNumbers, momentum_forces, rotor_numbers, rotor_tick
 from skylimb.simulation.rows import TickRow, reference_layout, row_layout
 from skylimb.simulation.sensors import SensorConfig, SensorState, initial_sensor_state, sense
+from skylimb.symbolic import where
 
 
 class PlantOutputs(NamedTuple):
@@ -61,7 +62,7 @@ def sense_plant(
     if state.imu:
         rates = outputs.qvel[_joint_rates(plant)]
         imu = imu_motion(robot, root, joints, vectoring, rates), robot.description.gravity, row.imu_age
-    return sense(state, root, joints, vectoring, row.age, row.noise, dt, row.held, imu)
+    return sense(state, root, joints, vectoring, row.age, row.noise, dt, row.held, imu, row.stamp)
 
 
 def _joint_rates(plant: Plant) -> list[int]:
@@ -289,11 +290,14 @@ def _trace(
     outputs = symbolic_outputs(plant.model)
     sensor_state, controller_state, clock, rates = states.unpack(x)
     known, reference = rows.unpack(row), window.read(references, given, clock)
+    last_age = sensor_state.age
     sensor_state, measurement = sense_plant(plant, sensor_state, outputs, known, dt)
     traced, asked = controller.opened()
     before: Any = controller_state
     if isinstance(traced, Supervised):
-        before = traced.told(controller_state, known.late)
+        # What came decides whether a pose is new, whatever its stamp says.
+        fresh = where(sensor_state.age < last_age + 0.5 * dt, 1.0, 0.0)
+        before = traced.told(controller_state, known.late, fresh)
     controller_state, command, inner = traced.step(gain_layout.unpack(p), before, measurement, reference, dt)
     drive = drive_plant(plant, controller.robot.description, outputs, command, rotors, rates, dt)
     recorded = {**plant_signals(plant, outputs, measurement, command), **drive.signals, **inner}

@@ -100,7 +100,8 @@ def test_a_controller_of_ones_own_cannot_be_changed(tmp_path: Path) -> None:
         "import skylimb\n\nclass Own:\n    name = 'own'\n    def gains(self): ...\n"
         "    def initial_state(self): ...\n"
         "    def step(self, gains, state, measurement, reference, dt):\n"
-        "        return state, skylimb.Command([float(reference.reach)] * 4, *measurement[-2:]), {}\n\n"
+        "        angles = measurement.joint_angles, measurement.vectoring_angles\n"
+        "        return state, skylimb.Command([float(reference.reach)] * 4, *angles), {}\n\n"
         "def controller(robot):\n    return Own()\n"
     )
     with pytest.raises(ConfigError, match="'own' flies in Python"):

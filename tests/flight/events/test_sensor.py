@@ -27,7 +27,7 @@ def measured(*faults: dict[str, Any], **settings: Any) -> dict[str, np.ndarray]:
     while flight.time < 1.5:
         flight.tick()
     found = {name: flight.signal(f"root_{name}_measured") for name in NAMES}
-    return {**found, "true": flight.signal("configuration")}
+    return {**found, "true": flight.signal("configuration"), "age": flight.signal("capture_age")}
 
 
 def ages(seen: dict[str, np.ndarray], ticks: np.ndarray) -> np.ndarray:
@@ -44,6 +44,46 @@ def test_without_a_frame_the_last_one_stays() -> None:
         assert np.diff(seen[name][ONSET + 19 : ONSET + 21], axis=0).any()
     after = np.arange(ONSET + 20, ONSET + 24)
     assert ages(measured({"capture": "lost", "duration": 0.1}, **QUIET), after).tolist() == [2, 3, 2, 3]
+
+
+def test_without_a_frame_the_stamp_grows_old() -> None:
+    said = measured({"capture": "lost", "duration": 0.1})["age"]
+    np.testing.assert_allclose(said[ONSET - 1 : ONSET + 20], 0.015 + 0.005 * np.arange(21), atol=1e-9)
+    np.testing.assert_allclose(said[ONSET + 20 : ONSET + 24], [0.01, 0.015, 0.01, 0.015], atol=1e-9)
+
+
+def test_frozen_capture_sends_new_stamps() -> None:
+    seen = measured({"capture": "frozen", "duration": 0.1})
+    assert not np.diff(seen["position"][ONSET - 1 : ONSET + 20], axis=0).any()
+    np.testing.assert_allclose(seen["age"][ONSET - 1 : ONSET + 20], 0.015, atol=1e-9)
+
+
+def test_stamps_step() -> None:
+    said = measured({"stamp": -0.3, "duration": 0.1})["age"]
+    np.testing.assert_allclose(said[ONSET : ONSET + 2], [-0.29, -0.285], atol=1e-9)
+    np.testing.assert_allclose(said[ONSET + 20], 0.01, atol=1e-9)
+
+
+def test_an_imu_is_lost_where_there_is_one() -> None:
+    event = {"kind": "sensor", "time": 1.0, "imu": "lost", "duration": 0.1}
+    flight = skylimb.begin("free_flight", set={"events": [event], "sensors.imu.on": True})
+    while flight.time < 1.2:
+        flight.tick()
+    rates = flight.signal("imu_angular_velocity_measured")
+    assert np.isnan(rates[ONSET : ONSET + 20]).all()
+    assert np.isfinite(rates[:ONSET]).all()
+    assert np.isfinite(rates[ONSET + 20 :]).all()
+
+
+def test_a_supervisor_misses_a_frame_that_does_not_come_and_flies_on() -> None:
+    event = {"kind": "sensor", "time": 1.0, "capture": "lost", "duration": 0.1}
+    flight = skylimb.begin("paper", "hybrid", set={**HOLD, "supervisor.on": True, "events": [event]})
+    while flight.time < 1.5:
+        flight.tick()
+    mode = flight.signal("supervisor_mode")
+    assert not mode[: ONSET + 5].any()
+    assert mode[ONSET + 7 : ONSET + 20].all()
+    assert not mode[ONSET + 22 :].any()
 
 
 def test_late_frames_are_those_of_before() -> None:
@@ -108,5 +148,6 @@ def test_sensors_remember_for_as_long_as_a_fault_looks_back() -> None:
 
 
 def test_what_it_is_called() -> None:
-    fault = SensorFault(1.0, capture="lost", late=0.05, joint="joint1", offset=0.1)
-    assert fault.words == "capture lost, capture 50 ms later, encoder of joint1 0.1 rad off"
+    fault = SensorFault(1.0, capture="lost", late=0.05, stamp=-0.3, joint="joint1", offset=0.1)
+    words = "capture lost, capture 50 ms later, stamps -0.3 s older, encoder of joint1 0.1 rad off"
+    assert fault.words == words

@@ -103,6 +103,7 @@ SECONDS = 2.0
         ([{**ENCODER, "joint": "joint9"}], ["encoder of an event 'joint9'", "did you mean 'joint"]),
         ([{**ENCODER, "late": 0.195}], ["events.0.late = 0.195 s"]),
         ([{**ENCODER, "late": 0.19, "capture": "disordered"}], ["sensor at 1 s", "0.22 s old", "0.2 s"]),
+        ([{**ENCODER, "imu": "lost"}], ["sensor at 1 s", "no IMU", "sensors.imu.on"]),
         ([{**ENCODER, "capture": "gone"}], ["events.0.capture", "'lost'"]),
         ([{"kind": "body", "time": 1.0}], ["events.0.mass", "changes nothing"]),
         ([{"kind": "body", "time": 1.0, "mass": -1.5}], ["body at 1 s", "mass = -1.5 kg leaves -"]),

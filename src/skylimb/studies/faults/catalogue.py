@@ -63,6 +63,9 @@ class Catalogue:
     set: Annotated[dict[str, Any], Key("", "dotted key -> value for all flights")] = field(
         default_factory=dict
     )
+    supervised: Annotated[dict[str, Any], Key("", "the same for the supervised ones")] = field(
+        default_factory=lambda: {SWITCH: True}
+    )
     vary: dict[str, Distribution] = field(default_factory=dict)
 
     def check(self) -> None:
@@ -94,7 +97,7 @@ class Catalogue:
             controllers=self.controllers,
             draws=draws,
             seed=self.seed,
-            set={**self.set, **fault.set, SWITCH: supervised},
+            set={SWITCH: False, **self.set, **fault.set, **(self.supervised if supervised else {})},
             vary={**self.vary, **fault.vary},
             measures=(MEASURES,),
             score="fault_tilt",

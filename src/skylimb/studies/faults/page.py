@@ -79,16 +79,18 @@ def faults_page(catalogue: Catalogue, rows: Sequence[Row]) -> str:
     """The page as Markdown.
 
     Args:
-        catalogue: what was flown.
+        catalogue: what was flown; what of it was not is left out.
         rows: what came of it.
     """
+    flown = {row.fault for row in rows}
+    faults = [fault for fault in catalogue.faults if fault.name in flown]
     draws = max((row.flights for row in rows), default=0)
     lines = [_HEAD.format(draws=draws), "## All of them", ""]
     columns = list(dict.fromkeys(row.flown_by for row in rows))
-    lines += _table("fault: flights within the bounds", [*columns, ""], _summary(catalogue, rows))
+    lines += _table("fault: flights within the bounds", [*columns, ""], _summary(faults, rows))
     lost = dict.fromkeys(row.fault for row in rows if row.supervised and row.survived < row.flights)
     lines += ["", f"Not outlived by every supervised flight: {', '.join(lost) or 'none'}."]
-    for fault in catalogue.faults:
+    for fault in faults:
         own = [row for row in rows if row.fault == fault.name]
         heads = [
             f"{key} {SCORES[f'fault_{key}'].unit} ({_both(bounds)})".replace("  ", " ")
@@ -101,9 +103,9 @@ def faults_page(catalogue: Catalogue, rows: Sequence[Row]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _summary(catalogue: Catalogue, rows: Sequence[Row]) -> Iterator[tuple[str, ...]]:
+def _summary(faults: Sequence[Fault], rows: Sequence[Row]) -> Iterator[tuple[str, ...]]:
     """A line for each fault: how many flights of each column are within its bounds."""
-    for fault in catalogue.faults:
+    for fault in faults:
         own = [row for row in rows if row.fault == fault.name]
         cells = [row.shares[1] + (", ok" if row.reached(fault) else "") for row in own]
         harmless = all(row.reached(fault) for row in own if not row.supervised)
