@@ -190,6 +190,18 @@ def where(condition: Any, if_true: Any, if_false: Any) -> Any:
     return np.where(condition, if_true, if_false)
 
 
+def between(rows: Sequence[Any], index: Any) -> Any:
+    """What rows hold at an index that may lie between two, on the straight line; beyond the ends, nothing.
+
+    Args:
+        rows: numbers, vectors or matrices of one size.
+        index: a scalar.
+    """
+    # Without a branch: each row weighs in with a hat of one index's width.
+    hats = [clip(1.0 - abs(index - place), 0.0, 1.0) for place in range(len(rows))]
+    return sum((row * hat for row, hat in zip(rows[1:], hats[1:], strict=True)), start=rows[0] * hats[0])
+
+
 def interp(value: Any, points: Sequence[float], values: Any) -> Any:
     """What stands at `value` on straight lines between points; beyond the ends, what stands there.
 

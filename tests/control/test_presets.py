@@ -261,6 +261,7 @@ def test_keys_of_a_users_own_law_are_checked_and_named_in_full(tmp_path: Path, r
 SMOOTHING = {
     "smoothing.on": False, "smoothing.position": 20.0, "smoothing.velocity": 40.0,
     "smoothing.attitude": 40.0, "smoothing.angular_velocity": 40.0,
+    "smoothing.imu": False, "smoothing.bias": 0.3,
 }  # fmt: skip
 
 

@@ -40,11 +40,6 @@ EXACT = {
 }
 
 
-def numbers(motion: ImuMotion) -> ImuMotion:
-    R, velocity, rates = (np.array(part) for part in motion)
-    return ImuMotion(R, velocity.ravel(), rates.ravel())
-
-
 def felt(before: ImuMotion, now: ImuMotion, dt: float) -> Any:
     """What a perfect IMU says after two ticks."""
     state = initial_imu_state(ImuConfig(on=True), dt)
@@ -77,7 +72,7 @@ def test_rates_and_specific_force_are_pinocchios(name: str) -> None:
         root = np.concatenate([x[:3], np.roll(x[3:7], 1), R @ rates[:3], rates[3:6]])
         angles = [x[j.idx_q] if j.nq == 1 else np.arctan2(x[j.idx_q + 1], x[j.idx_q]) for j in joints]
         q, psi = np.split(np.array(angles), [robot.n_joints])
-        return numbers(imu_motion(robot, root, q, psi, np.array([rates[j.idx_v] for j in joints])))
+        return imu_motion(robot, root, q, psi, np.array([rates[j.idx_v] for j in joints]))
 
     said = felt(at(-0.5 * dt), at(0.5 * dt), dt)
     pin.forwardKinematics(model, data, middle, v, a)
@@ -111,7 +106,7 @@ def test_a_falling_plant_feels_nothing_and_the_engine_agrees() -> None:
         rates = data.qvel[[address - 1 for address in angles]]
         root = np.concatenate([data.qpos[:7], data.qvel[:6]])
         q, psi = np.split(data.qpos[angles], [robot.n_joints])
-        return numbers(imu_motion(robot, root, q, psi, rates))
+        return imu_motion(robot, root, q, psi, rates)
 
     assert site.link == "flight_controller"
     before = now()

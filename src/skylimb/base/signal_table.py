@@ -76,6 +76,10 @@ SIGNALS: dict[str, SignalInfo] = {
     "imu_specific_force_measured": SignalInfo(
         _AXIS, "m/s^2", "imu", "acceleration without gravity's share, mean since the last tick", "measurement"
     ),
+    "gyro_bias_estimate": SignalInfo(_AXIS, "rad/s", "imu", "bias of the IMU's rates", "estimate"),
+    "accelerometer_bias_estimate": SignalInfo(
+        _AXIS, "m/s^2", "imu", "bias of the IMU's specific force", "estimate"
+    ),
     "external_force_estimate": SignalInfo(_AXIS, "N", "W", "external force, estimated and tared", "estimate"),
     "external_torque_estimate": SignalInfo(
         _AXIS, "N m", "C", "external torque, estimated and tared", "estimate"

@@ -22,7 +22,7 @@ import numpy as np
 from skylimb.base.keys import Key, configuration
 from skylimb.control.records import Demand, LawInput
 from skylimb.robots.model import Robot
-from skylimb.symbolic import Array, clip, low_pass, matrix, right_inverse, stack
+from skylimb.symbolic import Array, as_numpy, clip, low_pass, matrix, right_inverse, stack
 
 
 @configuration
@@ -78,9 +78,10 @@ def lateral_move(gains: Any, move: Array, inputs: LawInput, demand: Demand) -> t
         demand: force, torque and nominal vectoring angles.
     """
     nominal, force = demand.vectoring_angles, inputs.estimate.body.R_WC.T @ demand.force
-    side, J, *_ = side_force_function(inputs.robot)(
+    found = side_force_function(inputs.robot)(
         inputs.measurement.joint_angles, nominal, nominal + move, force[2], demand.torque
     )
+    side, J, *_ = map(as_numpy, found)
     # What is missing, where the move so far counts for what it does alone.
     new = least_move(J, gains.damping, force[0:2] - side + J @ move)
     new = clip(new, -gains.limit, gains.limit)

@@ -57,6 +57,22 @@ class RobotState(NamedTuple):
     tip_heading: Any
 
 
+class ImuPlace(NamedTuple):
+    """The IMU in the root frame.
+
+    Attributes:
+        xyz: (3,) its origin, m.
+        R: (3, 3) its axes.
+        velocity: (3,) of the origin by the joints that turn, m/s.
+        rates: (3,) of the axes by these, in root axes, rad/s.
+    """
+
+    xyz: Array
+    R: Array
+    velocity: Array
+    rates: Array
+
+
 class Robot:
     """A multi-link aerial robot: its description, and its mechanics as functions of (q, psi).
 
@@ -201,12 +217,22 @@ class Robot:
         ]
         return ca.Function("wrench", [q, psi], [ca.horzcat(*columns)], ["q", "psi"], ["Q"])
 
-    @functools.cached_property
-    def imu_motion(self) -> ca.Function:
-        """(q, psi, their rates) -> the IMU in the root frame: place (m), axes, velocity, angular velocity.
+    def imu_at(self, joint_angles: Array, vectoring_angles: Array, rates: Array) -> ImuPlace:
+        """The IMU on its link, in numbers or symbols.
 
-        The velocities (m/s, rad/s) are those by the joints that turn.
+        Args:
+            joint_angles: (nq,) q in rad.
+            vectoring_angles: (nv,) psi in rad.
+            rates: of both, rad/s.
         """
+        found = self._imu.call([joint_angles, vectoring_angles, rates])
+        if is_symbolic(joint_angles, vectoring_angles, rates):
+            return ImuPlace(*found)
+        xyz, R, velocity, turning = (part.full() for part in found)
+        return ImuPlace(xyz[:, 0], R, velocity[:, 0], turning[:, 0])
+
+    @functools.cached_property
+    def _imu(self) -> ca.Function:
         q, psi = ca.SX.sym("q", self.n_joints), ca.SX.sym("psi", self.n_vectoring)
         angles, mount = ca.vertcat(q, psi), self.description.imu
         rates = ca.SX.sym("rates", angles.numel())

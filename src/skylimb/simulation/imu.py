@@ -17,7 +17,7 @@ from skylimb.base.keys import Key, Vector3, configuration
 from skylimb.base.rotations import rotation_from_quaternion
 from skylimb.control.estimation.records import Imu
 from skylimb.robots.model import Robot
-from skylimb.symbolic import Array, clip, cross, stack, vector
+from skylimb.symbolic import Array, between, cross, stack, vector
 
 _Z3 = np.zeros(3)
 
@@ -89,7 +89,9 @@ def draw_imu_errors(config: ImuConfig, count: int, rng: np.random.Generator) -> 
     )
 
 
-def imu_motion(robot: Robot, root: Array, joint_angles: Array, vectoring_angles: Array, rates: Array) -> Any:
+def imu_motion(
+    robot: Robot, root: Array, joint_angles: Array, vectoring_angles: Array, rates: Array
+) -> ImuMotion:
     """How the IMU moves.
 
     Args:
@@ -99,10 +101,10 @@ def imu_motion(robot: Robot, root: Array, joint_angles: Array, vectoring_angles:
         vectoring_angles: psi, rad.
         rates: of both, rad/s.
     """
-    place, R, moving, turning = robot.imu_motion.call([joint_angles, vectoring_angles, rates])
+    imu = robot.imu_at(joint_angles, vectoring_angles, rates)
     R_WB, omega = rotation_from_quaternion(root[3:7]), root[10:13]
-    velocity = root[7:10] + R_WB @ (cross(omega, place) + moving)
-    return ImuMotion(R_WB @ R, velocity, R.T @ (omega + turning))
+    velocity = root[7:10] + R_WB @ (cross(omega, imu.xyz) + imu.velocity)
+    return ImuMotion(R_WB @ imu.R, velocity, imu.R.T @ (omega + imu.rates))
 
 
 def sense_imu(
@@ -122,12 +124,5 @@ def sense_imu(
     gained = state.started * (motion.velocity - state.velocity)
     now = stack(motion.rates, motion.R.T @ (gained * (1.0 / dt) + vector(0.0, 0.0, gravity)))
     rows = (now, *(now + state.started * (row - now) for row in state.history[:-1]))
-    seen = at_age(rows, age, dt)
+    seen = between(rows, age * (1.0 / dt))
     return ImuState(motion.velocity, rows, 1.0), Imu(seen[0:3] + errors[0], seen[3:6] + errors[1])
-
-
-def at_age(rows: tuple[Array, ...], age: Any, dt: float) -> Any:
-    """What a shift register held `age` seconds ago, between two ticks on the straight line; newest first."""
-    ticks = age * (1.0 / dt)
-    # Without a branch: each remembered tick weighs in with a hat of one tick's width.
-    return sum(row * clip(1.0 - abs(ticks - index), 0.0, 1.0) for index, row in enumerate(rows))

@@ -21,12 +21,11 @@ from skylimb.simulation.imu import (
     ImuConfig,
     ImuMotion,
     ImuState,
-    at_age,
     draw_imu_errors,
     initial_imu_state,
     sense_imu,
 )
-from skylimb.symbolic import Array, stack, vector, where
+from skylimb.symbolic import Array, between, stack, vector, where
 
 LONGEST = 0.2
 """Greatest age of a frame when it comes, s."""
@@ -174,7 +173,7 @@ def sense(
         stamp: by which the frame's stamp is older than the frame, s.
     """
     rows = (root, *state.history[:-1])
-    seen = at_age(rows, age, dt)
+    seen = between(rows, age * (1.0 / dt))
     quaternion = seen[3:7] / (seen[3] ** 2 + seen[4] ** 2 + seen[5] ** 2 + seen[6] ** 2) ** 0.5
     error = noise.attitude
     turned = quaternion_product(quaternion, vector(1.0, 0.5 * error[0], 0.5 * error[1], 0.5 * error[2]))

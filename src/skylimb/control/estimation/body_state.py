@@ -33,22 +33,26 @@ class AngleRateState(NamedTuple):
     Attributes:
         smoothed: low-pass filtered joint and vectoring angles, rad.
         started: 0 before the first tick, 1 after it.
+        rates: of the angles at the last tick, rad/s.
     """
 
     smoothed: Array
     started: float | Array
+    rates: Array
 
 
 def initial_angle_rate_state(robot: Robot) -> AngleRateState:
     """The state before the first tick."""
-    return AngleRateState(np.zeros(robot.n_joints + robot.n_vectoring), 0.0)
+    still = np.zeros(robot.n_joints + robot.n_vectoring)
+    return AngleRateState(still, 0.0, still)
 
 
 def angle_rates(gains: Any, state: AngleRateState, angles: Array, dt: float) -> tuple[AngleRateState, Array]:
     """Angle rates: the slope of the low-passed angles, the filter's pole held exactly."""
     previous = state.smoothed * state.started + angles * (1.0 - state.started)
     smoothed = low_pass(previous, angles, gains.bandwidth, dt)
-    return AngleRateState(smoothed, 1.0), (smoothed - previous) * (1.0 / dt)
+    rates = (smoothed - previous) * (1.0 / dt)
+    return AngleRateState(smoothed, 1.0, rates), rates
 
 
 def body_state(robot: Robot, measurement: Measurement, rates: Array) -> BodyState:

@@ -23,7 +23,7 @@ from skylimb.base.errors import ConfigError
 from skylimb.base.keys import Key, configuration
 from skylimb.base.rotations import small_rotation
 from skylimb.control.estimation.records import BodyState, Wrench
-from skylimb.symbolic import Array, clip, right_inverse, stack
+from skylimb.symbolic import Array, between, clip, right_inverse, stack
 
 DEPTH = 16
 """Ticks of history; at 200 Hz latencies up to 75 ms can be predicted."""
@@ -64,10 +64,7 @@ def remember(state: DelayState, known: Wrench) -> DelayState:
 def delayed_wrench(gains: Any, state: DelayState, dt: float) -> Wrench:
     """Known wrench that acted over the last tick whose end the next measurement shows."""
     ticks = clip(gains.latency / dt, 0.0, DEPTH - 1.0)
-    known: Any = sum(
-        (wrench * clip(1.0 - abs(ticks - index), 0.0, 1.0) for index, wrench in enumerate(state.wrenches)),
-        start=0.0 * state.wrenches[0],
-    )
+    known = between(state.wrenches, ticks)
     return Wrench(known[0:3], known[3:6])
 
 

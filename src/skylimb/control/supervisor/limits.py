@@ -26,6 +26,15 @@ class Limits(Gates):
         float,
         Key("s", "without one, after which the attitude is unknown and the rotors stop", low=0.0, high=60.0),
     ] = 1.0
+    imu_for: Annotated[
+        float,
+        Key(
+            "s",
+            "by which it sinks and stops later where the controller goes on by an IMU, and flies back first",
+            low=0.0,
+            high=60.0,
+        ),
+    ] = 5.0
     frozen_after: Annotated[
         float,
         Key("s", "of a pose that does not change by a bit, after which it is not new", low=0.0, high=60.0),

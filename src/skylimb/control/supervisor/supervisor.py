@@ -188,20 +188,21 @@ def before(
     chosen = {name: where(good > 0.5, getattr(measured, name), getattr(predicted, name)) for name in pose}
     # Where the pose is the model's, no frame is seen: who has an IMU goes on by that.
     age = where(good * within(measured.capture_age, 0.0, UNSEEN) > 0.5, measured.capture_age, UNSEEN)
-    imu = watch.before.imu and _chosen_imu(measured.imu, watch.before.imu)
+    imu, speaks = _heard(measured.imu, watch.before.imu)
     measured = measured._replace(imu=imu)
     believed = measured._replace(joint_angles=q, vectoring_angles=psi, capture_age=age, **chosen)
     prediction, body = seen(robot, prediction, believed, speeds, dt)
     loss, lost = watch.loss, NOTHING_LOST
     if limits.losses:
         loss, lost = look(loss, prediction.observer, body, prediction.thrusts, good, dt)
-    # 2. Which mode follows.
+    # 2. Which mode follows. By its IMU a robot finds back and down for a while.
+    blind = _over(unseen, limits.retreat_after) * started
     found = {
         # What is no number counts as said.
         "stop": _over(told.stop, 0.5),
-        "land": _over(told.land, 0.5),
-        "lost": _over(unseen, limits.cut_after) * started,
-        "blind": _over(unseen, limits.retreat_after) * started,
+        "land": where(speaks * blind + _over(told.land, 0.5) > 0.5, 1.0, 0.0),
+        "lost": _over(unseen - speaks * limits.imu_for, limits.cut_after) * started,
+        "blind": _over(unseen - speaks * limits.imu_for, limits.retreat_after) * started,
         "stale": stale,
         "dead": _over(lost.lost, limits.dead),
         "lossy": _over(lost.lost, limits.lossy),
@@ -297,9 +298,12 @@ def after(
     return new, command, made
 
 
-def _chosen_imu(said: Imu | None, last: Imu) -> Imu:
-    """What an IMU says; where that is no number, what it said last."""
-    return last if said is None else _chosen(within(stack(*said), -BEYOND, BEYOND) > 0.5, said, last)
+def _heard(said: Imu | None, last: Imu | None) -> tuple[Imu | None, Any]:
+    """What an IMU says, where that is no number, what it said last; and 1 where it says anything new."""
+    if said is None or last is None:
+        return last, 0.0
+    heard = _chosen(within(stack(*said), -BEYOND, BEYOND) > 0.5, said, last)
+    return heard, 1.0 - within(stack(*heard) - stack(*last), 0.0, 0.0)
 
 
 def _bounds(robot: Robot) -> tuple[tuple[Array, Array], ...]:

@@ -20,6 +20,7 @@ from skylimb.control.estimation.body_state import (
 )
 from skylimb.control.estimation.estimate import PushState, estimate_of
 from skylimb.control.estimation.force_filter import ForceFilter
+from skylimb.control.estimation.inertial import Inertial
 from skylimb.control.estimation.momentum_observer import (
     ObserverGains,
     ObserverState,
@@ -27,7 +28,8 @@ from skylimb.control.estimation.momentum_observer import (
     observe,
 )
 from skylimb.control.estimation.records import Estimate, Sensed, Signals, Start, Wrench
-from skylimb.control.estimation.smoothing import Smoothed, Smoothing, smoothed
+from skylimb.control.estimation.smoothing import Smoothed, Smoothing, bias_signals, felt_of, smoothed
+from skylimb.control.needs import Needs
 
 PROVIDES = ("estimate.body", "estimate.wrench", "estimate.raw", "estimate.contact_force", "estimate.arm")
 
@@ -52,21 +54,28 @@ class State(NamedTuple):
     push: PushState
 
 
+def needs(gains: Gains) -> Needs:
+    """An IMU, where it says the motion."""
+    return Needs(imu=gains.smoothing.imu)
+
+
 def initial_state(gains: Gains, start: Start) -> State:
     """Nothing is known of any wrench."""
-    kept = Smoothed() if gains.smoothing.on else ()
+    kept = Smoothed(inertial=Inertial() if gains.smoothing.imu else ()) if gains.smoothing.on else ()
     return State(initial_angle_rate_state(start.robot), kept, ObserverState(), PushState())
 
 
 def step(gains: Any, state: State, sensed: Sensed) -> tuple[State, Estimate, Signals]:
     """The estimate of this tick."""
     rates, body = see_body(gains.angle_rates, state.angle_rates, sensed)
-    kept = state.smoothed
+    kept, felt = state.smoothed, None
     if isinstance(kept, Smoothed):
-        kept, body = smoothed(gains.smoothing, kept, body, state.observer, sensed.dt)
+        if gains.smoothing.imu:
+            felt = felt_of(sensed.robot, sensed.measurement, rates.rates)
+        kept, body = smoothed(gains.smoothing, kept, body, state.observer, sensed.dt, felt)
     observer, raw = observe(gains.observer, state.observer, body, sensed.dt)
     push, estimate = estimate_of(gains, state.push, body, raw, sensed)
-    return State(rates, kept, observer, push), estimate, {}
+    return State(rates, kept, observer, push), estimate, bias_signals(kept)
 
 
 def commanded(gains: Any, state: State, estimate: Estimate, rotors: Wrench, dt: float) -> State:

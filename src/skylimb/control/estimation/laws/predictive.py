@@ -33,6 +33,7 @@ from skylimb.control.estimation.laws import momentum
 from skylimb.control.estimation.momentum_observer import known_wrench
 from skylimb.control.estimation.records import Estimate, Sensed, Signals, Start, Wrench
 
+needs = momentum.needs
 PROVIDES = (*momentum.PROVIDES, "estimate.bias")
 
 
@@ -67,7 +68,9 @@ def step(gains: Any, state: State, sensed: Sensed) -> tuple[State, Estimate, Sig
     dt = sensed.dt
     basic, then, signals = momentum.step(gains, state.momentum, sensed)
     yaw = rpy_from_rotation(then.body.R_WC)[2]
-    body = predict(gains.delay, state.delay, then.body, then.raw, dt)
+    # With an IMU the state is that of now.
+    now = gains.smoothing.imu
+    body = then.body if now else predict(gains.delay, state.delay, then.body, then.raw, dt)
     bias = fed_bias(gains.calibration, state.correction, yaw)
     body, arm = calibrated(gains.calibration, state.correction, body)
     tare, reference = basic.push.tare, sensed.reference
@@ -78,7 +81,8 @@ def step(gains: Any, state: State, sensed: Sensed) -> tuple[State, Estimate, Sig
 
 def commanded(gains: Any, state: State, estimate: Estimate, rotors: Wrench, dt: float) -> State:
     """The state that knows which wrench the rotors make until the next tick."""
-    delay = remember(state.delay, known_wrench(estimate.body, rotors))
-    known = delayed_wrench(gains.delay, delay, dt)
+    known = known_wrench(estimate.body, rotors)
+    delay = remember(state.delay, known)
+    known = known if gains.smoothing.imu else delayed_wrench(gains.delay, delay, dt)
     observer = state.momentum.observer._replace(known_force=known.force, known_torque=known.torque)
     return state._replace(momentum=state.momentum._replace(observer=observer), delay=delay)

@@ -1,0 +1,78 @@
+"""Flights whose controller works on the plant's IMU."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+import pytest
+
+import skylimb
+from short_flights import HOLD
+from skylimb.base.errors import ConfigError
+from skylimb.control.needs import needs_of
+from skylimb.flight.flying import fly, fly_here
+from skylimb.flight.takeoff import take_off
+
+ON = {
+    "controller.estimation.smoothing.on": True,
+    "controller.estimation.smoothing.imu": True,
+    **{f"controller.estimation.smoothing.{name}": 10.0 for name in ("position", "velocity", "attitude")},
+    "controller.estimation.smoothing.angular_velocity": 200.0,
+}
+IMU = {"sensors.imu.on": True, **ON}
+
+
+class Untraceable:
+    """Hides that a controller can be traced, so that the free driver flies it with numbers."""
+
+    def __init__(self, inner: Any) -> None:
+        self.name, self.step, self.gains = inner.name, inner.step, inner.gains
+        self.initial_state, self.needs = inner.initial_state, needs_of(inner)
+
+
+def test_all_drivers_fly_the_same() -> None:
+    (takeoff,) = take_off("paper", ("following",), set={**HOLD, **IMU, "stop_at": 1.5})
+    compiled, fastest = fly_here(takeoff), fly(takeoff)
+    slow = fly_here(dataclasses.replace(takeoff, controller=Untraceable(takeoff.controller)))
+    np.testing.assert_array_equal(fastest.signals[: fastest.ticks], compiled.signals[: compiled.ticks])
+    for name in ("configuration", "thrusts_command", "gyro_bias_estimate"):
+        np.testing.assert_allclose(slow.signal(name), compiled.signal(name), atol=1e-9, err_msg=name)
+
+
+def test_the_state_is_known_better() -> None:
+    """The paper's controller, whose state has the capture's noise and is 10 to 15 ms old without the IMU."""
+    plain, felt = (skylimb.run("paper", "pid", set={**HOLD, **sets}) for sets in ({}, IMU))
+    assert felt.status == "OK"
+    for name, share in (("cog_position", 0.7), ("cog_velocity", 0.75), ("attitude", 0.7)):
+        off, less = (
+            float(np.sqrt(np.mean((run.log[f"{name}_estimate"].values - run.log[name].values) ** 2)))
+            for run in (plain, felt)
+        )
+        assert less < share * off, name
+
+
+def test_the_replay_of_a_flight_gives_its_bits() -> None:
+    run = skylimb.run("paper", "following", set={**HOLD, **IMU, "stop_at": 1.5})
+    again = skylimb.replay(run)
+    for name in ("thrusts_command", "angular_velocity_estimate", "accelerometer_bias_estimate"):
+        np.testing.assert_array_equal(again.log[name].values, run.log[name].values, err_msg=name)
+
+
+@pytest.mark.parametrize("gap", [0.3, 2.0])
+def test_without_poses_it_goes_on_by_the_imu(gap: float) -> None:
+    """In contact, with the supervisor as it ships: the way that it is off, and that it is not stopped."""
+    lost = {"kind": "sensor", "time": 2.0, "capture": "lost", "duration": gap}
+    settings = {**HOLD, **IMU, "trajectory.duration": 4.0, "supervisor.on": True, "events": [lost]}
+    log = skylimb.run("paper", "following", set={**settings, "stop_at": 2.0 + gap}).log
+    away = np.linalg.norm(log.cog_position_estimate.values - log.cog_position.values, axis=1)
+    blind = log.time.values > 2.05
+    assert log.capture_age.values[-1] == pytest.approx(gap + 0.01, abs=0.02)
+    assert away[blind].max() < {0.3: 0.02, 2.0: 0.30}[gap]
+    assert log.supervisor_mode.values.max() == {0.3: 1.0, 2.0: 2.0}[gap]  # goes on; flies back
+
+
+def test_a_controller_that_needs_an_imu_is_refused_without_one() -> None:
+    with pytest.raises(ConfigError, match=r"works on what an IMU measures: set sensors\.imu\.on = true"):
+        skylimb.run("paper", "following", set={**HOLD, **ON})
