@@ -26,6 +26,7 @@ def log(events: list[dict[str, Any]], status: Any = "OK", **changes: Any) -> xr.
     values["root_quaternion"] = ("time", "quaternion"), changes.get("root_quaternion", q)
     force = changes.get("contact_force_normal", np.ones(len(TIME)))
     values |= {"contact_force_normal": ("time", force), "phase": ("time", np.full(len(TIME), 4))}
+    values["tilt"] = "time", changes.get("tilt", np.zeros(len(TIME)))
     if MODE in changes:
         values[MODE] = "time", changes[MODE]
     found = xr.Dataset(values, {"time": TIME})
@@ -98,6 +99,19 @@ def test_a_flight_that_went_on_for_long_tells_of_a_fault_that_lasts() -> None:
     assert numbers(whole.sel(time=slice(0.0, 5.4)))["sink"] is None
 
 
+@pytest.mark.parametrize(
+    ("speed", "tilt", "acting", "landed"),
+    [(0.3, 0.1, 1.0, True), (0.7, 0.1, 1.0, False), (0.3, 0.3, 1.0, False), (0.3, 0.1, 0.0, False)],
+)
+def test_what_the_supervisor_lands_is_not_lost(
+    speed: float, tilt: float, acting: float, landed: bool
+) -> None:
+    velocity, still = step(0.0, [0.0, 0.0, -speed]), np.ones(len(TIME))
+    more = {"cog_velocity": velocity, "tilt": tilt * still, MODE: acting * still}
+    found = numbers(log([PUSH], "FAILED", **more).sel(time=slice(0.0, 3.0)))
+    assert (found["landed"], found["speed"] is not None) == (landed, landed)
+
+
 def test_without_an_event_all_of_the_flight_counts() -> None:
     sunk = step(0.1, [0.0, 0.0, -0.3])
     assert numbers(log([], cog_position=sunk))["sink"] == pytest.approx(0.3)
@@ -108,7 +122,7 @@ def test_without_an_event_all_of_the_flight_counts() -> None:
 
 def test_a_flight_that_is_lost_before_its_fault_tells_nothing_of_it() -> None:
     lost = log([{**PUSH, "time": 6.5}], "FAILED")
-    assert set(numbers(lost).values()) == {None}
+    assert {key for key, value in numbers(lost).items() if value is not None} == {"landed"}
 
 
 def test_what_the_supervisor_does_before_a_fault_is_a_false_alarm() -> None:

@@ -3,7 +3,7 @@
 A fault is whatever the flight's events are. What it did is counted from the sample before the first of them,
 against the mission's reference, until `WINDOW` after the last has ended; of a flight without events, such as
 one with a heavier robot, all along. A flight that was lost before the window's end and before `OUTLIVED` has
-none of these numbers, but how long it went on.
+none of these numbers, but how long it went on; one that its supervisor landed was not lost.
 """
 
 from __future__ import annotations
@@ -32,6 +32,9 @@ WINDOW = 1.5
 OUTLIVED = 5.0
 """Seconds from a fault's beginning after which a flight has outlived it."""
 
+GENTLE, UPRIGHT = 0.6, 0.2
+"""Speed (m/s) and tilt (rad) below which a supervised flight that comes to the floor has landed."""
+
 MODE = "supervisor_mode"
 """Signal of a supervised flight: 0 while nothing is wrong."""
 
@@ -45,6 +48,7 @@ def _worse(meaning: str, unit: str) -> Score:
     lost=True,
     keys={
         "lasted": Score("Time that the flight went on after a fault began", "s", False, ranked=False),
+        "landed": Score("Whether the supervisor brought it to the floor unharmed", kind="yes or no"),
         "tilt": _worse("Greatest turn of the measured link's axis after a fault", "rad"),
         "sink": _worse("Greatest loss of height after a fault", "m"),
         "sideways": _worse("Greatest horizontal way along the surface after a fault", "m"),
@@ -64,24 +68,26 @@ def fault(run: Run) -> dict[str, float]:
     # A flight that was lost before its fault tells nothing of it.
     lasted = float(time[-1] - onset) if happened or not planned else np.nan
     seen, alarms = _noticed(log, onset if happened else np.inf)
-    if run.failed and not (time[-1] >= end or lasted >= OUTLIVED):
-        known = {"lasted": lasted, "seen": seen, "alarms": alarms}
+    landed = run.failed and _landed(log)
+    if run.failed and not (time[-1] >= end or lasted >= OUTLIVED or landed):
+        known = {"lasted": lasted, "landed": landed, "seen": seen, "alarms": alarms}
         return {key: known.get(key, np.nan) for key in fault.keys}
     # What is there from take-off on is counted from the first sample.
     first = max(0, int(np.searchsorted(time, onset - 1e-9)) - 1)
     after = slice(first, int(np.searchsorted(time, end)))
     off, axis = _departure(log, "cog_position", after), contact_axis(log)
     aside = (off - np.outer(axis.along(off), axis.vector)) * (1.0, 1.0, 0.0)
-    w, x, y, z = log.root_quaternion.values[after].T
+    w, x, y, z = recorded(log, "root_quaternion")[after].T
     upright = np.stack([2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)], axis=1)
     return {
         "lasted": lasted,
+        "landed": landed,
         "tilt": float(np.arccos(np.clip(upright @ upright[0], -1.0, 1.0)).max()),
         "sink": float(-off[:, 2].min()),
         "sideways": float(np.linalg.norm(aside, axis=1).max()),
         "tip": float(np.linalg.norm(_astray(log, after), axis=1).max()),
-        "force": float(log.contact_force_normal.values[after].max()),
-        "speed": float(np.linalg.norm(log.cog_velocity.values[after], axis=1).max()),
+        "force": float(recorded(log, "contact_force_normal")[after].max()),
+        "speed": float(np.linalg.norm(recorded(log, "cog_velocity")[after], axis=1).max()),
         "seen": seen,
         "alarms": alarms,
     }
@@ -104,6 +110,13 @@ def _astray(log: xr.Dataset, after: slice) -> np.ndarray:
     course = recorded(log, "tip_position_reference")[after]
     normal = np.array(surface["normal"])
     return off + np.outer((course - course[0]) @ normal / (normal @ axis), axis)
+
+
+def _landed(log: xr.Dataset) -> bool:
+    """Whether a flight that ended early ended on its feet."""
+    last = log.isel(time=-1)
+    acting = MODE in log and float(last[MODE]) > 0.0
+    return acting and float(np.linalg.norm(last.cog_velocity)) < GENTLE and float(last.tilt) < UPRIGHT
 
 
 def _noticed(log: xr.Dataset, onset: float) -> tuple[float, float]:

@@ -102,7 +102,10 @@ def _rows(fault: Fault, supervised: bool, flown: CampaignOutcome, place: Path) -
         kept = [
             all(values[key][k] <= most for key, (_, most) in kept_by_all.items()) for k in range(len(own))
         ]
-        lived = [row["status"] == OK or (row["fault_lasted"] or 0.0) >= OUTLIVED for row in own]
+        lived = [
+            row["status"] == OK or (row["fault_lasted"] or 0.0) >= OUTLIVED or row["fault_landed"] == 1.0
+            for row in own
+        ]
         outlived = fault.survived or not kept_by_all
         kept_logs = logged(flown.folder, own)
         bad = worst(flown.campaign, [row for row in own if row["flight"] in kept_logs], 1)

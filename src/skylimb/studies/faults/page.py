@@ -16,9 +16,9 @@ and docs/faults.json are what `skylimb faults --draws {draws}` leaves. Numbers a
 brackets what both are held to; a dash is a number that lost flights do not have. "ok" means: all is kept.
 
 A flight survives that goes on for 5 s after the onset, or to its mission's end: not tilted beyond 1 rad, on
-the floor, or 2 m astray. What a fault does is counted from its onset to 1.5 s after its end; of one that is
-there from take-off on, all along. A fault that unprotected flights of every controller survive within its
-bounds is no test, and is marked so.
+the floor, or 2 m astray. So does one that its supervisor lands, slower than 0.6 m/s and upright. What a fault
+does is counted from its onset to 1.5 s after its end; of one that is there from take-off on, all along. A
+fault that unprotected flights of every controller survive within its bounds is no test, and is marked so.
 """
 
 _NONE = (None, None)
