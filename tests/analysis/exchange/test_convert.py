@@ -177,11 +177,29 @@ def test_a_bag_of_the_lab_becomes_a_log(flown: skylimb.Run, messages: list[Messa
         "topics without a place in a log: /hydrus_xi/skylimb/cog_reference",
         "joint_angles_measured at 50 Hz: at each tick the last one",
         "thrusts_command is base_thrust: what a flight controller adds on board is in no topic",
-        "imu: its rates are those of flight_controller, not of link1; left out",
     ):
         assert words in said
     replayed = skylimb.replay(read.run, "hybrid")
     assert np.isfinite(replayed.log.external_force_estimate).all()
+
+
+def test_an_imu_goes_into_a_bag_and_comes_back(flown: skylimb.Run) -> None:
+    """The board's rates and specific force, in 32 bits; without an IMU its rates alone."""
+    count = flown.log.sizes["time"]
+    rng, dims = np.random.default_rng(2), flown.log.root_velocity_measured.dims
+    said = {name: rng.normal(size=(count, 3)) for name in ("angular_velocity", "specific_force")}
+    felt = {f"imu_{name}_measured": (dims, values) for name, values in said.items()}
+    run = dataclasses.replace(flown, log=flown.log.assign(felt))
+    log = from_the_lab(messages_of(run, ROBOT, message_types(), lab_link(ROBOT))).run.log
+    for name, (_, values) in felt.items():
+        np.testing.assert_allclose(log[name].values[: count - 1], values[: count - 1], atol=1e-5)
+    blind = from_the_lab(messages_of(flown, ROBOT, message_types(), lab_link(ROBOT))).run.log
+    assert np.isnan(blind.imu_specific_force_measured).all()
+    other = run_from(
+        (m for m in messages_of(run, ROBOT, message_types(), "link3") if not m.topic.startswith("/skylimb/")),
+        lambda: ROBOT, "real", lambda _: "link3",
+    )  # fmt: skip
+    assert any("imu: it sits on link3" in note for note in other.notes)
 
 
 def test_clocks_that_differ_are_brought_together(messages: list[Message]) -> None:

@@ -15,7 +15,6 @@ from skylimb.analysis.exchange.frames import lab_link
 from skylimb.analysis.exchange.lab_messages import Names, TickView, transforms
 from skylimb.analysis.exchange.lab_topics import IMU, JOINT_STATES, MOCAP
 from skylimb.analysis.exchange.messages import Imu, Joints, Pose, ServoStates
-from skylimb.apps.ros1.accelerometer import Accelerometer
 from skylimb.apps.ros1.lab_config import read_lab_config
 from skylimb.apps.ros1.messages import Arrived, published
 from skylimb.apps.ros1.sensors import Sensors
@@ -169,13 +168,21 @@ def test_servos_are_read_in_their_own_counts() -> None:
     assert sensors.counts["servo/states: wrong joint names"] == 1
 
 
-def test_what_the_flight_controller_feels() -> None:
-    robot = Steered()
-    bodies, felt = Bodies(ROBOT, LINK), Accelerometer(0.005, GRAVITY)
-    still = bodies.of(robot.plant.truth())
-    np.testing.assert_allclose(np.linalg.norm(felt.of(still)), GRAVITY, rtol=1e-9)
-    moved = still._replace(link_velocity=still.link_velocity + np.array([0.01, 0.0, -0.005 * GRAVITY]))
-    np.testing.assert_allclose(still.R_W_link @ felt.of(moved), [2.0, 0.0, 0.0], atol=1e-9)
+def test_the_joints_motion_is_taken_off_and_what_the_imu_says_is_handed_on() -> None:
+    """Joint 1 turns at 0.2 rad/s below a flight controller that stands still: link 1 turns the other way."""
+    sensors, still = Sensors(ROBOT, LINK), np.array([0.0, 0.0, GRAVITY])
+    for k in range(200):
+        at, bent = 0.02 * k, Q + np.array([0.004 * k, 0.0, 0.0])
+        hear(sensors, Pose(1.0 + at, (0.0, 0.0, 1.0), LEVEL), at)
+        hear(sensors, Imu(1.0 + at, (0.0, 0.0, 0.01), (0.0, 0.0, GRAVITY)), at)
+        hear(sensors, Joints(1.0 + at, ALL.names, (*bent.tolist(), *PSI.tolist())), at)
+    found, _ = sensors.measurement(4.0, PSI)
+    assert found is not None
+    assert found.imu is not None
+    np.testing.assert_allclose(found.imu.angular_velocity, [0.0, 0.0, 0.01])
+    np.testing.assert_allclose(found.imu.specific_force, still)
+    np.testing.assert_allclose(found.angular_velocity, [0.0, 0.0, 0.01 - 0.2], atol=1e-6)
+    assert found.capture_age == pytest.approx(4.0 - 0.02 * 199)
 
 
 def test_frames_lead_from_the_world_to_the_centre_of_gravity() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import casadi as ca
@@ -11,12 +12,9 @@ from skylimb.base.errors import unknown_name
 from skylimb.base.rotations import rpy_from_rotation
 from skylimb.robots.model import Robot
 
-LAB = "flight_controller"
-"""The link whose pose is on the lab's topics, where a robot has it."""
-
 
 def lab_link(robot: Robot, name: str = "") -> str:
-    """The link whose pose is on the lab's topics: the one that is named, else the flight controller.
+    """The link whose pose is on the lab's topics: the one that is named, else the IMU's.
 
     Raises:
         UnknownNameError: when the robot has no link of that name.
@@ -24,7 +22,13 @@ def lab_link(robot: Robot, name: str = "") -> str:
     links = [link.name for link in robot.description.links]
     if name and name not in links:
         raise unknown_name(f"link of {robot.name}", name, links)
-    return name or (LAB if LAB in links else robot.description.measured_link)
+    return name or robot.description.imu.link
+
+
+def felt_by(robot: Robot, link: str, imu: Sequence[Any] | None) -> tuple[Any, Any] | None:
+    """What an IMU says in the axes of its link; None where it sits on another than `link`."""
+    mount = robot.description.imu
+    return None if imu is None or mount.link != link else (mount.R @ imu[0], mount.R @ imu[1])
 
 
 class LinkFrames(NamedTuple):

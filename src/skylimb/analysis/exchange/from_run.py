@@ -10,6 +10,7 @@ import xarray as xr
 
 from skylimb.analysis.exchange.body import Bodies
 from skylimb.analysis.exchange.codec import message_of
+from skylimb.analysis.exchange.frames import felt_by
 from skylimb.analysis.exchange.lab_messages import Names, TickView
 from skylimb.analysis.exchange.lab_topics import COG, EACH_TICK, IN_LOGS, MOCAP, NAMESPACE, ROW, Topic, is_due
 from skylimb.analysis.exchange.run_topics import record_messages, row_table
@@ -28,6 +29,7 @@ _MEASURED = (
     *("root_position_measured", "root_quaternion_measured", "root_velocity_measured"),
     *("root_angular_velocity_measured", "joint_angles_measured", "vectoring_angles_measured"),
 )
+_FELT = ("imu_angular_velocity_measured", "imu_specific_force_measured")
 _COMMAND = ("thrusts_command", "joint_angles_command", "vectoring_angles_command")
 
 
@@ -75,7 +77,7 @@ def messages_of(
 
 def _views(log: xr.Dataset, robot: Robot, link: str, names: Names) -> Callable[[int, float], TickView]:
     """What makes the view of a row of a log, at a stamp, s."""
-    wanted = {*_MEASURED, *(name for topic in IN_LOGS for name in topic.needs)}
+    wanted = {*_MEASURED, *_FELT, *(name for topic in IN_LOGS for name in topic.needs)}
     values = {name: np.asarray(log[name].values) for name in sorted(wanted) if name in log.variables}
     bodies, none = Bodies(robot, link), np.zeros(0)
     sizes = (3, 4, 3, 3, robot.n_joints, robot.n_vectoring)
@@ -96,6 +98,7 @@ def _views(log: xr.Dataset, robot: Robot, link: str, names: Names) -> Callable[[
             np.concatenate(measured[4:]),
             (thrusts, joints, vectoring),
             signals=row,
+            felt=felt_by(robot, link, [row[name] for name in _FELT] if _FELT[0] in row else None),
             cog=cog,
         )
 

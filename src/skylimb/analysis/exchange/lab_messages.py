@@ -57,7 +57,8 @@ class TickView:
         motors: whether the thrusts mean anything.
         signals: of a controller or a log, by name.
         cog: position, velocity, attitude and rates of C, where they are not the body's.
-        acceleration: that the flight controller feels, m/s^2.
+        felt: rates (rad/s) and specific force (m/s^2) of the flight controller's IMU in the axes of the lab's
+            link.
         magnetic_field: that its compass shows.
         state: the byte of `flight_state`.
         arming: what the flight controller is commanded.
@@ -72,7 +73,7 @@ class TickView:
     motors: bool = True
     signals: Mapping[str, Any] = field(default_factory=dict)
     cog: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray] | None = None
-    acceleration: Vector = _UNKNOWN
+    felt: tuple[np.ndarray, np.ndarray] | None = None
     magnetic_field: Vector = _UNKNOWN
     state: int | None = None
     arming: int | None = None
@@ -97,9 +98,10 @@ def mocap(tick: TickView, body: Body) -> Pose:
 
 @_of_body
 def imu(tick: TickView, body: Body) -> Imu:
-    """Attitude and rates of the lab's link."""
+    """Attitude of the lab's link, and what its IMU says; without one the rates that the body has."""
     w, x, y, z = _quaternion(body.R_W_link)
-    return Imu(tick.stamp, vector(body.rates_link), tick.acceleration, (x, y, z, w), tick.magnetic_field)
+    gyro, force = tick.felt or (body.rates_link, _UNKNOWN)
+    return Imu(tick.stamp, vector(gyro), vector(force), (x, y, z, w), tick.magnetic_field)
 
 
 def joint_states(tick: TickView) -> Joints | None:

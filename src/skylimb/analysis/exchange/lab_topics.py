@@ -59,8 +59,9 @@ ORDERS = tuple(
 )
 MOCAP = Topic("mocap/pose", _POSE, 100.0, made.mocap, _POSED, {"pose": "pose"})
 IMU = Topic(
-    "imu", "spinal/msg/Imu", 200.0, made.imu, (*_POSED, "root_angular_velocity_measured"), {"gyro": "gyro"}
-)
+    "imu", "spinal/msg/Imu", 200.0, made.imu, (*_POSED, "root_angular_velocity_measured"),
+    {"gyro": "gyro", "acc": "acc"},
+)  # fmt: skip
 JOINT_STATES = Topic("joint_states", _JOINTS, 50.0, made.joint_states, _ANGLES, {"measured": ""})
 FOUR_AXES = Topic(
     "four_axes/command", "spinal/msg/FourAxisCommand", 200.0, made.four_axes, ("thrusts_command",),

@@ -155,7 +155,7 @@ def _signals(held: dict[str, np.ndarray], robot: Robot, link: str, said: list[st
         size = sizes.get(name.partition("_")[0], values.shape[1])
         if values.shape[1] != size:
             said.append(f"{name}: {values.shape[1]} values, {robot.name} has {size}; left out")
-        elif name not in ("pose", "gyro"):
+        elif name not in ("pose", "gyro", "acc"):
             found[name] = values
     if "thrusts_command" in held:
         said.append("thrusts_command is base_thrust: what a flight controller adds on board is in no topic")
@@ -175,10 +175,14 @@ def _signals(held: dict[str, np.ndarray], robot: Robot, link: str, said: list[st
         positions = positions - np.array([R @ one.link for R, one in zip(turns, frames, strict=True)])
         attitudes = np.array([quaternion_from_rotation(R) for R in turns])
     found["root_position_measured"], found["root_quaternion_measured"] = positions, attitudes
+    mount = robot.description.imu
     if "gyro" in held and link == measured:
         found["root_angular_velocity_measured"] = held["gyro"]
+    if "gyro" in held and link == mount.link:
+        for name, values in (("angular_velocity", held["gyro"]), ("specific_force", held["acc"])):
+            found[f"imu_{name}_measured"] = values @ mount.R
     elif "gyro" in held:
-        said.append(f"imu: its rates are those of {link}, not of {measured}; left out")
+        said.append(f"imu: it sits on {link}, in the robot's file on {mount.link}; left out")
     return found
 
 

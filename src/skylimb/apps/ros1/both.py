@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from skylimb.analysis.exchange.body import Bodies
+from skylimb.analysis.exchange.frames import felt_by
 from skylimb.analysis.exchange.lab_topics import IMU, JOINT_STATES, MOCAP
-from skylimb.apps.ros1.accelerometer import Accelerometer
 from skylimb.apps.ros1.flyer import Flyer
 from skylimb.apps.ros1.grounded import GroundedPlant
 from skylimb.apps.ros1.messages import Arrived, Outgoing, published
@@ -43,7 +43,7 @@ class Both(Piloted):
         self._begun: float | None = None
         self._takeoff, self._missions = takeoff, flyer.missions
         self._bodies = Bodies(takeoff.robot, flyer.link)
-        self._felt = Accelerometer(takeoff.period, takeoff.robot.description.gravity)
+        self._link = flyer.link
 
     @property
     def over(self) -> str:
@@ -71,8 +71,8 @@ class Both(Piloted):
     def _messages(self, stamp: float, measured: Measurement | None, tick: Tick) -> Iterator[Outgoing]:
         assert measured is not None
         view = tick.view(stamp, self._names, measured)
-        felt = self._felt.of(self._bodies.of(self.plant.truth()))
-        sensed = replace(view, body=tick.body or self._bodies.of(measured), acceleration=felt)
+        felt = felt_by(self._robot, self._link, measured.imu)
+        sensed = replace(view, body=tick.body or self._bodies.of(measured), felt=felt)
         yield from published(_SENSED, sensed, self._k, self._period)
         yield from published(_OTHERS, view, self._k, self._period)
 

@@ -36,7 +36,7 @@ class Controlled(Piloted):
     def __init__(self, flyer: Flyer, config: LabConfig | None = None) -> None:
         self._config = config or LabConfig()
         self._sensors = Sensors(flyer.plan.robot, flyer.link, self._config.servos)
-        super().__init__(flyer, measured_layout(flyer.plan.robot))
+        super().__init__(flyer, measured_layout(flyer.plan.robot, self._sensors.has_imu))
         self._topics = profile_topics("controller", self._config.servos is not None).published
         first = flyer.first
         self._vectoring = np.asarray(first.vectoring_angles, dtype=float)

@@ -139,7 +139,8 @@ def run(
     require_ros()
     require_loopback(anywhere)
     definitions = Definitions(messages)
-    keys = {**(settings or {}), **({"robot": robot} if robot else {})}
+    # A robot on these topics has an IMU.
+    keys = {"sensors.imu.on": True, **(settings or {}), **({"robot": robot} if robot else {})}
     period = load_experiment(experiment, parted(keys)[0]).control_period
     if profile == "simulator":
         keys["controller_rate"] = INNER_RATE

@@ -15,10 +15,14 @@ from skylimb.apps.ros1.messages import Arrived
 from skylimb.apps.ros1.servos import Servos
 from skylimb.base.rotations import quaternion_from_rotation, rotation_from_quaternion
 from skylimb.control.estimation.gates import BEYOND
-from skylimb.control.estimation.records import Measurement
+from skylimb.control.estimation.records import ABSENT, Measurement
+from skylimb.control.estimation.records import Imu as Felt
 from skylimb.control.estimation.stamps import Stamps, believed, judged
 from skylimb.control.loop.vehicle import nothing_measured
 from skylimb.robots.model import Robot
+
+JOINT_LOW_PASS = 2.0
+"""Hz, of the joints' rates, which are differences of counts."""
 
 LOW_PASS = 20.0
 """Hz, of the velocity that is made of stamped positions: the lab's own."""
@@ -34,13 +38,17 @@ class Sensors:
     """Keeps the newest of each, and makes measurements of them.
 
     The motion capture shows the lab's link. Its velocity is the difference of stamped positions, low pass.
-    Its rates are the IMU's. Joints give the pose of the measured link. Vectoring angles that nobody
-    measures are the commanded ones.
+    Its rates are the IMU's. Joints give the pose of the measured link, and their motion is taken off its
+    rates and velocity. Vectoring angles that nobody measures are the commanded ones.
 
     Args:
         robot: what flies.
         link: whose pose and rates come.
         servos: read `servo/states`; None where only `joint_states` come.
+
+    Attributes:
+        has_imu: whether the IMU sits on that link, so that a measurement has what it says.
+        counts: how often each fault was met.
     """
 
     def __init__(self, robot: Robot, link: str, servos: Servos | None = None) -> None:
@@ -51,6 +59,8 @@ class Sensors:
         self._imu: tuple[float, Imu] | None = None
         self._joints: tuple[float, np.ndarray] | None = None
         self._vectoring: np.ndarray | None = None
+        self._bending = np.zeros(robot.n_joints + robot.n_vectoring)
+        self.has_imu = robot.description.imu.link == link
         self._velocity = np.zeros(3)
         self.counts: Counter[str] = Counter()
 
@@ -99,13 +109,8 @@ class Sensors:
         """A new pose, and its velocity."""
         if self._pose is not None:
             before, last = self._pose
-            gap = taken - before
-            rate = (np.array(pose.position) - np.array(last.position)) / max(gap, 1e-3)
-            part = 1.0 - math.exp(-2.0 * math.pi * LOW_PASS * gap)
-            with np.errstate(invalid="ignore", over="ignore"):
-                moved = self._velocity + part * (rate - self._velocity)
-            # What is no number is the watchdog's affair; the velocity must survive it.
-            self._velocity = moved if np.isfinite(moved).all() else self._velocity
+            way = np.array(pose.position) - np.array(last.position)
+            self._velocity = _differenced(self._velocity, way, taken - before, LOW_PASS)
         self._pose = (taken, pose)
 
     def _bend(self, taken: float, value: Joints, topic: str) -> None:
@@ -117,23 +122,43 @@ class Sensors:
         elif not set(self._names.joints) <= known.keys():
             self.counts[f"{topic}: wrong joint names"] += 1
         else:
-            self._joints = (taken, np.array([known[name] for name in self._names.joints], dtype=float))
+            angles = np.array([known[name] for name in self._names.joints], dtype=float)
+            if self._joints is not None:
+                rates = self._bending[: len(angles)]
+                self._bending[: len(angles)] = _differenced(
+                    rates, angles - self._joints[1], taken - self._joints[0], JOINT_LOW_PASS
+                )
+            self._joints = (taken, angles)
             if set(self._names.gimbals) <= known.keys():
                 self._vectoring = np.array([known[name] for name in self._names.gimbals], dtype=float)
 
     def _moved(self, pose: Pose, joints: np.ndarray, vectoring: np.ndarray) -> Measurement:
         """The measurement of the measured link; one that no watchdog believes where a number is none."""
         assert self._imu is not None
-        gyro: Any = np.array(self._imu[1].gyro)
+        gyro, force = np.array(self._imu[1].gyro), np.array(self._imu[1].acceleration)
         turn = np.array(pose.quaternion)
         size = float(np.sqrt(np.sum(np.clip(turn, -2.0, 2.0) ** 2)))
         angles, others = np.concatenate([joints, vectoring]), np.array([*gyro, *pose.position])
         sane = (np.abs(angles) < _TURNED).all() and (np.abs(others) < BEYOND).all()
         if not (sane and abs(size - 1.0) < 0.1):
-            return nothing_measured(self._robot)._replace(joint_angles=joints, vectoring_angles=vectoring)
+            nothing = nothing_measured(self._robot, self.has_imu)
+            return nothing._replace(joint_angles=joints, vectoring_angles=vectoring)
         frames = frames_at(self._frames, joints, vectoring)
         R = rotation_from_quaternion(turn / size) @ frames.R_root_link.T
-        rates = frames.R_root_link @ gyro
-        velocity = self._velocity - R @ np.cross(rates, frames.link)
-        position = np.array(pose.position) - R @ frames.link
-        return Measurement(position, quaternion_from_rotation(R), velocity, rates, joints, vectoring)
+        rates, moving, imu = frames.R_root_link @ gyro, np.zeros(3), ABSENT
+        mount = self._robot.description.imu
+        if self.has_imu:
+            place = self._robot.imu_at(joints, vectoring, self._bending)
+            rates, moving = rates - place.rates, place.velocity
+            imu = Felt(mount.R.T @ gyro, mount.R.T @ force)
+        velocity = self._velocity - R @ (np.cross(rates, frames.link) + moving)
+        position, turn = np.array(pose.position) - R @ frames.link, quaternion_from_rotation(R)
+        return Measurement(position, turn, velocity, rates, joints, vectoring, imu=imu)
+
+
+def _differenced(rate: np.ndarray, way: np.ndarray, gap: float, cutoff: float) -> np.ndarray:
+    """A rate after a way, behind a low pass (Hz); what is no number leaves it, the gates see to that."""
+    part = 1.0 - math.exp(-2.0 * math.pi * cutoff * gap)
+    with np.errstate(invalid="ignore", over="ignore"):
+        moved = rate + part * (way / max(gap, 1e-3) - rate)
+    return moved if np.isfinite(moved).all() else rate

@@ -9,6 +9,7 @@ import numpy as np
 
 from skylimb.analysis.exchange import lab_topics as topics
 from skylimb.analysis.exchange.body import Bodies
+from skylimb.analysis.exchange.frames import felt_by
 from skylimb.analysis.exchange.lab_messages import Names, TickView, floats
 from skylimb.analysis.exchange.lab_topics import is_due
 from skylimb.analysis.exchange.messages import (
@@ -22,7 +23,6 @@ from skylimb.analysis.exchange.messages import (
     ServoTargets,
     UavInfo,
 )
-from skylimb.apps.ros1.accelerometer import Accelerometer
 from skylimb.apps.ros1.grounded import GroundedPlant
 from skylimb.apps.ros1.messages import Arrived, Outgoing, published
 from skylimb.apps.ros1.profile import PendingRun, profile_topics
@@ -58,7 +58,7 @@ class Simulated:
         self._inner = round(pacer.period / takeoff.period)
         self._bodies, self._names, self._servos = Bodies(robot, link), Names(robot), servos
         self._topics = profile_topics("simulator", servos is not None).published
-        self._felt = Accelerometer(pacer.period, robot.description.gravity)
+        self._robot, self._link, self._forces = robot, link, list[np.ndarray]()
         self._spinal, self._limits = Spinal(robot.n_rotors), robot.thrust_limits()
         self._bounds = np.concatenate([robot.joint_limits(), robot.vectoring_limits()], axis=1)
         first = takeoff.mission.first
@@ -78,17 +78,20 @@ class Simulated:
         now, landing = self._pacer.time(), self._spinal.force_landing
         out = [answer for one in arrived for answer in self._take(one, now)]
         measured = self.plant.measure()
+        felt = newest = felt_by(self._robot, self._link, measured.imu)
+        if felt is not None:  # the force is the mean since the last message
+            felt = felt[0], np.mean([*self._forces, felt[1]], axis=0)
+        self._forces.clear()
         for inner in range(self._inner):
             if inner:
-                self.plant.measure()
-            self._step(now + inner * self._period)
+                newest = felt_by(self._robot, self._link, self.plant.measure().imu)
+                self._forces += [] if newest is None else [newest[1]]
+            self._step(now + inner * self._period, newest)
         if self._spinal.force_landing and not landing:
             # A forced landing of its own is acknowledged like one that was commanded.
             out.append(Outgoing(topics.ACK, int(Arming.FORCE_LANDING)))
-        seen = measured._replace(angular_velocity=self.plant.truth().angular_velocity)
-        body, angles = self._bodies.of(seen), np.concatenate(seen[4:6])
-        felt = self._felt.of(body)
-        view = TickView(stamp, self._names, body, angles, acceleration=felt, magnetic_field=(0.0, 0.0, 0.0))
+        body, angles = self._bodies.of(measured), np.concatenate(measured[4:6])
+        view = TickView(stamp, self._names, body, angles, felt=felt, magnetic_field=(0.0, 0.0, 0.0))
         out += published(self._topics, view, self._k, self._pacer.period)
         if self._servos is not None and is_due(topics.SERVO_STATES, self._k, self._pacer.period):
             counts = self._servos.counts(dict(zip(self._all_names, floats(angles), strict=True)))
@@ -106,11 +109,12 @@ class Simulated:
     def _all_names(self) -> tuple[str, ...]:
         return (*self._names.joints, *self._names.gimbals)
 
-    def _step(self, now: float) -> None:
-        """A tick of the inner loop and of the plant."""
+    def _step(self, now: float, felt: tuple[np.ndarray, np.ndarray] | None) -> None:
+        """A tick of the inner loop and of the plant; the board's rates are those of its IMU."""
         body = self._bodies.of(self.plant.truth())
+        rates = body.rates_link if felt is None else felt[0]
         self._spinal, thrusts = attitude_loop(
-            self._spinal, body.R_W_link, body.rates_link, now, self._period, self._limits
+            self._spinal, body.R_W_link, rates, now, self._period, self._limits
         )
         self.plant.apply(Command(thrusts, *np.split(self._angles, [self._n_joints])))
 
