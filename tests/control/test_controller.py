@@ -20,11 +20,15 @@ from skylimb.control.slots import SLOTS, find_law, keys_of_law, law_names, right
 from skylimb.robots.model import Robot
 
 OWN = """
+from skylimb import Command
+
 class Own:
     name = "own"
     def gains(self): return 3
     def initial_state(self): return 4
-    def step(self, gains, state, measurement, reference, dt): return state, None, {}
+    def step(self, gains, state, measurement, reference, dt):
+        hover = self.robot.at(measurement.joint_angles, measurement.vectoring_angles).hover_thrusts
+        return state, Command(hover, reference.joint_angles, reference.vectoring_angles), {}
 """
 
 

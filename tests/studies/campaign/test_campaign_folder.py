@@ -192,7 +192,9 @@ def test_a_draw_that_nobody_can_fly_is_named_and_charged_to_nobody(
 def test_a_users_mistake_in_flight_is_a_loss_of_that_controller(
     write_spec: SpecWriter, tmp_path: Path
 ) -> None:
-    (tmp_path / "faulty.py").write_text(HOVER.replace("return state", "1 / 0\n        return state"))
+    counted = HOVER.replace("(self):\n        return None", "(self):\n        return 0.0")
+    text = counted.replace("return state,", "1 / (0 if state > 20.0 else 1)\n        return state + 1.0,")
+    (tmp_path / "faulty.py").write_text(text)
     outcome = run_campaign(
         write_spec(draws=1, controllers='["pid", "faulty.py"]'), tmp_path / "out", workers=0
     )

@@ -95,6 +95,6 @@ def test_a_search_tunes_its_gains(spec: Callable[..., Path], tmp_path: Path) -> 
     table = '[tune]\nobjective = "fastest"\ntrials = 2\nheld_out = 2\ngains = { "velocity.2" = [2.0, 8.0] }'
     outcome = tune(spec(more=table), tmp_path / "out", workers=0)
     assert "m/s" in outcome.lines()[0]
-    tuned = load_controller(str(tmp_path / "out" / "own_controller.toml"), load_robot("hydrus_xi_quad"))
-    found = outcome.tuned["own_controller"]
+    tuned = load_controller(str(tmp_path / "out" / "user_controller.toml"), load_robot("hydrus_xi_quad"))
+    found = outcome.tuned["user_controller"]
     assert resolved_tables(tuned)["velocity"] == [2.6, 2.6, found.after["velocity.2"]]
