@@ -57,6 +57,11 @@ def test_c_decides_as_python_in_every_entry(decided: np.ndarray) -> None:
     np.testing.assert_array_equal(found, decided)
 
 
+@pytest.mark.parametrize("spoilt", [-1.0, 0.5, 5.0, 1e9, np.nan])
+def test_a_number_that_is_no_mode_descends(spoilt: float) -> None:
+    assert T.decided(spoilt, dict.fromkeys(BITS, 0.0)) == T.mode("DESCEND")
+
+
 def test_it_latches_but_for_a_coast(decided: np.ndarray) -> None:
     modes, _ = every_entry()
     backwards = decided < modes

@@ -45,7 +45,9 @@ class Table:
             mode: number of the present one: a float, an array or a symbol.
             bits: 0 or 1 by name, of the same kind.
         """
-        new = mode
+        # A number that is no mode comes from memory that something else wrote into.
+        known: Any = sum(((mode == self.mode(name)) * 1.0 for name in self.modes), start=0.0)
+        new = where(known > 0.5, mode, self.mode("DESCEND"))
         for row in reversed(self.rows):
             matches: Any = sum(((mode == self.mode(name)) * 1.0 for name in row.source), start=0.0)
             for name in row.when:
