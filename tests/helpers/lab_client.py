@@ -126,7 +126,9 @@ def main(mission: str, seconds: float, out: Path) -> None:
     x, y, z = client.position()
     client.go(x - 0.3, y + 0.2, z + 0.3)
     moved = client.position()
-    client.pose_joints(joint1=0.87, joint2=1.4, joint3=-0.7)
+    # The presets with vectoring angles for contact bend the arm to the other side.
+    side = math.copysign(1.0, (client.joints or {"joint1": 1.0})["joint1"])
+    client.pose_joints(joint1=side * 0.87, joint2=side * 1.4, joint3=side * -0.7)
     posed = dict(client.joints or {})
     client.fly(mission)
     time.sleep(seconds)
