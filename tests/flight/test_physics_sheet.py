@@ -53,3 +53,15 @@ def test_rotors_with_a_speed_and_stops_with_a_stiffness() -> None:
 
 def test_a_flight_without_contact_has_no_contact() -> None:
     assert not any("mass" in what for what in lines("free_flight"))
+
+
+def test_an_imu_whose_place_no_file_says_is_said_to_be_assumed() -> None:
+    (known,), (assumed,) = (
+        take_off(name, ("pid",), set={"sensors.imu.on": True}) for name in ("paper", "board_hydrus_xi_hex")
+    )
+    notes = [
+        next(line.note for line in physics_sheet(takeoff) if "IMU" in line.what)
+        for takeoff in (known, assumed)
+    ]
+    assert notes[0] == "on link flight_controller"
+    assert notes[1].startswith("on link link1, at its origin: assumed")

@@ -14,9 +14,11 @@ import mujoco
 import numpy as np
 
 from skylimb.flight.takeoff import Takeoff
+from skylimb.robots.description import RobotDescription
 from skylimb.robots.reaction import reaction_zeros, slowest_unstable_zero
 from skylimb.simulation.contact import effective_mass
 from skylimb.simulation.contact_keys import PAIR_NAME
+from skylimb.simulation.imu import ImuConfig
 from skylimb.simulation.robot_bodies import TIP_SITE
 
 AIR_DENSITY = 1.2
@@ -110,6 +112,15 @@ def _contact(takeoff: Takeoff) -> list[Line]:
     ]
 
 
+def _imu(group: str, config: ImuConfig, description: RobotDescription) -> Line:
+    where = f"on link {description.imu.link}"
+    if description.imu_mount is None:
+        where += ", at its origin: assumed, the robot's file has no [imu]"
+    return Line(
+        group, "age of what the IMU says", f"{1e3 * config.latency:g} ms" if config.on else "none", where
+    )
+
+
 def _lags(takeoff: Takeoff) -> list[Line]:
     experiment, d = takeoff.experiment, takeoff.plant.robot.description
     sensors, group = experiment.sensors, "lags"
@@ -117,6 +128,7 @@ def _lags(takeoff: Takeoff) -> list[Line]:
     lines = [
         Line(group, "control period", f"{1e3 * takeoff.period:g} ms", "commands are held over it"),
         Line(group, "age of a frame when it comes", f"{1e3 * sensors.latency:g} ms", frames),
+        _imu(group, sensors.imu, d),
         Line(
             group,
             "rotors",
