@@ -16,7 +16,7 @@ from typing import Any, Generic, TypeVar
 import casadi as ca
 import numpy as np
 
-from skylimb.symbolic import as_numpy, is_symbolic
+from skylimb.symbolic import as_numpy, is_symbolic, where
 
 R = TypeVar("R")
 
@@ -246,6 +246,12 @@ def numeric(record: R) -> R:
     """The same record with every leaf a float or a NumPy array, ready for arithmetic."""
     layout = Layout(record)
     return layout.unpack(layout.pack(record))
+
+
+def chosen(first: Any, one: R, other: R) -> R:
+    """One record where a condition holds, else the other; in numbers and in symbols alike."""
+    layout = Layout(one)
+    return layout.unpack(where(first, layout.pack(one), layout.pack(other)))
 
 
 def number(value: Any) -> Any:

@@ -12,10 +12,10 @@ import pytest
 from skylimb.base.c_code import c_source
 from skylimb.base.config import read_toml
 from skylimb.base.errors import ConfigError, UnknownNameError
-from skylimb.control.supervisor.table import MOST_ROWS, TABLE, shipped_table, table_from
+from skylimb.control.supervisor.table import FILE, MOST_ROWS, TABLE, table_from
 from skylimb.simulation.compiling import built_library
 
-T = shipped_table()
+T = TABLE
 MODES, BITS = list(T.modes), list(T.bits)
 BROKEN_OFF = ("RETREAT", "DESCEND", "CUT")
 
@@ -119,10 +119,10 @@ def test_a_descent_ends() -> None:
 )
 def test_a_row_that_makes_no_sense_is_refused(change: dict[str, Any], message: str) -> None:
     with pytest.raises((ConfigError, UnknownNameError), match=message):
-        table_from({**read_toml(TABLE), "rows": [change]})
+        table_from({**read_toml(FILE), "rows": [change]})
 
 
 def test_a_table_that_nobody_reads_in_one_sitting_is_refused() -> None:
-    tables = read_toml(TABLE)
+    tables = read_toml(FILE)
     with pytest.raises(ConfigError, match="at most 40"):
         table_from({**tables, "rows": tables["rows"][:1] * (MOST_ROWS + 1)})

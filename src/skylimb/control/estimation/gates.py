@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 from skylimb.base.keys import Key, configuration
 from skylimb.control.estimation.records import Measurement
-from skylimb.symbolic import Array, dot, stack, where, within
+from skylimb.symbolic import Array, abs, dot, stack, where, within
 
 BEYOND = 1e9
 """No SI number that a robot measures is as large."""
@@ -103,6 +103,16 @@ def angle_fault(gates: Any, angles: Array) -> Any:
     """The same of joint and vectoring angles, rad."""
     fault = where(within(angles, -gates.angles, gates.angles) > 0.5, 0.0, 5.0)
     return where(within(angles, -BEYOND, BEYOND) > 0.5, fault, 1.0)
+
+
+def over(value: Any, limit: float) -> Any:
+    """1 where a value is beyond a limit, or no number, else 0; sums of periods may round."""
+    return 1.0 - within(value, -BEYOND, limit + 1e-9)
+
+
+def numbers(values: Array, instead: Array, most: float = BEYOND) -> Array:
+    """The values, and others in the place of those that are no numbers or absurd ones."""
+    return where(abs(values) < most, values, instead)
 
 
 def same_pose(first: Measurement, second: Measurement) -> Any:

@@ -1,17 +1,49 @@
-"""Away from the surface and down: the reference of a flight that is broken off."""
+"""What is to be flown: the mission, or where it is broken off, away from the surface and down."""
 
 from __future__ import annotations
 
 from typing import Any
 
+from skylimb.base.packing import Layout, chosen
+from skylimb.control.estimation.gates import BEYOND
 from skylimb.control.missions.reference import Reference
-from skylimb.symbolic import max, min, vector, where
+from skylimb.control.supervisor.records import Watch
+from skylimb.control.supervisor.table import CUT, RETREAT
+from skylimb.symbolic import dot, max, min, vector, where, within
 
 BACK, BACK_SPEED = 0.3, 0.2
 """Way back along the contact axis, m, and its speed, m/s."""
 
 DESCENT = 0.3
 """Speed down, m/s: that of the lab's own landing."""
+
+
+def aimed(
+    watch: Watch, mode: Any, reference: Reference, floor: float, dt: float
+) -> tuple[Watch, Reference, Any]:
+    """What is to be flown in a mode: the mission, or from where it was broken off the way back.
+
+    Args:
+        watch: in the mode of the tick before.
+        mode: that follows.
+        reference: of the mission.
+        floor: height of the centre of gravity at which a descent ends, m.
+        dt: control period, s.
+
+    Returns:
+        What is remembered, the reference, and 1 where that is one.
+    """
+    was_broken = watch.mode > RETREAT - 0.5
+    broken = where(was_broken, watch.clocks.broken + dt, 0.0)
+    aims = within(Layout(reference).pack(reference), -BEYOND, BEYOND)
+    kept = where(was_broken, 1.0, 0.0) + (1.0 - aims) > 0.5
+    asked = chosen(kept, watch.asked, reference._replace(ahead=()))
+    back = retreat(asked, broken, floor)
+    broken_off = within(mode, RETREAT - 0.5, CUT)
+    flown = chosen(broken_off > 0.5, back._replace(ahead=(back,) * len(reference.ahead)), reference)
+    # A flight that was never given a reference has none to be broken off at.
+    aims = within(dot(flown.contact_axis, flown.contact_axis), 0.5, 2.0) * where(broken_off > 0.5, 1.0, aims)
+    return watch._replace(asked=asked, clocks=watch.clocks._replace(broken=broken)), flown, aims
 
 
 def retreat(last: Reference, time: Any, floor: Any = 0.0, back: float = BACK) -> Reference:

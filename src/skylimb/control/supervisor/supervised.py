@@ -14,7 +14,8 @@ from skylimb.control.missions.reference import Reference
 from skylimb.control.needs import PACE
 from skylimb.control.records import Command
 from skylimb.control.supervisor.limits import Limits
-from skylimb.control.supervisor.supervisor import Watch, after, before, initial_watch
+from skylimb.control.supervisor.records import Watch, initial_watch
+from skylimb.control.supervisor.supervisor import after, before
 from skylimb.symbolic import dot, where, within
 
 MODE, BITS, SHARES = "supervisor_mode", "supervisor_bits", "rotor_shares_estimate"
@@ -72,8 +73,8 @@ class Supervised:
         new, wanted, signals = self._controller.step(gains, state.own, sight.measurement, sight.reference, dt)
         layout = Layout(state.own)
         made_state, old_state = layout.pack(new), layout.pack(state.own)
-        sound = within(made_state, -BEYOND, BEYOND) if layout.size else 1.0
-        watch, command, made = after(self.robot, self._limits, watch, sight, wanted, sound, dt)
+        whole = within(made_state, -BEYOND, BEYOND) if layout.size else 1.0
+        watch, command, made = after(self.robot, self._limits, watch, sight, wanted, whole, dt)
         own = layout.unpack(where(made > 0.5, made_state, old_state))
         signals = dict(signals)
         if PACE in signals:  # a controller that is not asked holds its mission

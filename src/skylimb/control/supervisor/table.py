@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +11,7 @@ from skylimb.base.config import read_toml
 from skylimb.base.errors import ConfigError, unknown_name
 from skylimb.symbolic import where
 
-TABLE = Path(__file__).parent / "table.toml"
+FILE = Path(__file__).parent / "table.toml"
 MOST_ROWS, MOST_BITS = 40, 20
 
 
@@ -58,12 +57,6 @@ class Table:
         return new
 
 
-@functools.cache
-def shipped_table() -> Table:
-    """The table that flies."""
-    return table_from(read_toml(TABLE))
-
-
 def table_from(tables: Mapping[str, Any]) -> Table:
     """A table from its file's content.
 
@@ -92,3 +85,10 @@ def _known(what: str, names: Sequence[str], known: Mapping[str, Any]) -> tuple[s
         if name not in known:
             raise unknown_name(f"{what} of the supervisor's table", name, known)
     return tuple(names)
+
+
+TABLE = table_from(read_toml(FILE))
+"""The table that flies."""
+
+RETREAT, DESCEND, CUT = map(TABLE.mode, ("RETREAT", "DESCEND", "CUT"))
+"""Numbers of the modes of a flight that is broken off, which are the last ones."""

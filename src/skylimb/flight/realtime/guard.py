@@ -18,7 +18,9 @@ from skylimb.control.missions.reference import Reference, zero_reference
 from skylimb.control.needs import needs_of
 from skylimb.control.records import Command
 from skylimb.control.supervisor.limits import Limits
-from skylimb.control.supervisor.supervisor import RETREAT, TABLE, Told, after, before, initial_watch
+from skylimb.control.supervisor.records import Told, initial_watch
+from skylimb.control.supervisor.supervisor import after, before
+from skylimb.control.supervisor.table import RETREAT, TABLE
 from skylimb.flight.realtime.faults import Faults
 from skylimb.flight.realtime.pacer import Pacer
 from skylimb.flight.realtime.watchdog import shaped

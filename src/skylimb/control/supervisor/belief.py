@@ -1,0 +1,100 @@
+"""What is believed at a tick: the measurement, or in its place what the model shows."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from skylimb.base.packing import chosen
+from skylimb.control.estimation.gates import (
+    BEYOND,
+    angle_fault,
+    over,
+    pose_fault,
+    relocked,
+    same_pose,
+)
+from skylimb.control.estimation.prediction import differenced, seen, shown
+from skylimb.control.estimation.records import BodyState, Imu, Measurement
+from skylimb.control.estimation.rotor_loss import NOTHING_LOST, Seen, look
+from skylimb.control.supervisor.limits import Limits
+from skylimb.control.supervisor.records import Watch
+from skylimb.robots.model import Robot
+from skylimb.symbolic import Array, stack, where, within
+
+UNSEEN = 1e6
+"""Age of a frame that is not seen, s."""
+
+
+class Belief(NamedTuple):
+    """What a look comes to.
+
+    Attributes:
+        measurement: that is believed.
+        body: state of {C} by it.
+        faults: of pose and of angles, numbers as in `gates.FAULTS`.
+        stale: 1 where the pose is the model's.
+        speaks: 1 where an IMU says anything new.
+        lost: what rotors seem to have lost.
+    """
+
+    measurement: Measurement
+    body: BodyState
+    faults: Array
+    stale: Any
+    speaks: Any
+    lost: Seen
+
+
+def believed(
+    robot: Robot, limits: Limits, watch: Watch, measured: Measurement, dt: float
+) -> tuple[Watch, Belief]:
+    """Look at a measurement; its time goes on, and what is known goes into the prediction."""
+    told, clocks, prediction = watch.told, watch.clocks, watch.prediction
+    # Joints: their angles, or those that were believed last.
+    angles = stack(measured.joint_angles, measured.vectoring_angles)
+    wrong = angle_fault(limits, angles)
+    felt = within(wrong, 0.0, 0.5) * told.joints
+    angles = where(felt > 0.5, angles, prediction.angles)
+    prediction, speeds = differenced(prediction, angles, dt)
+    q, psi = angles[: robot.n_joints], angles[robot.n_joints :]
+    # Pose: as measured where that is near to what the model says, or where a row of them agrees.
+    predicted = shown(prediction, robot.at(q, psi), robot.n_joints, speeds)
+    fault = pose_fault(limits, measured, predicted, clocks.unseen, watch.started)
+    fault, strange = relocked(limits, fault, clocks.strange, measured, watch.before, predicted, dt)
+    same = where(same_pose(measured, watch.before) > 0.5, clocks.same + dt, 0.0)
+    new = within(fault, 0.0, 0.5) * within(same, 0.0, limits.frozen_after) * told.pose
+    unseen = where(new > 0.5, 0.0, clocks.unseen + dt)
+    unfelt = where(felt > 0.5, 0.0, clocks.unfelt + dt)
+    stale = over(unseen, limits.stale_after)
+    # An old pose is good until it is stale, as frames come more slowly than ticks.
+    good = within(fault, 0.0, 0.5) * (1.0 - stale)
+    pose = {
+        name: where(good > 0.5, getattr(measured, name), getattr(predicted, name))
+        for name in Measurement._fields[:4]
+    }
+    # Where the pose is the model's, no frame is seen: who has an IMU goes on by that.
+    age = where(good * within(measured.capture_age, 0.0, UNSEEN) > 0.5, measured.capture_age, UNSEEN)
+    imu, speaks = _heard(measured.imu, watch.before.imu)
+    measured = measured._replace(imu=imu)
+    belief = measured._replace(joint_angles=q, vectoring_angles=psi, capture_age=age, **pose)
+    prediction, body = seen(robot, prediction, belief, speeds, dt)
+    # Rotors: what one of them would explain by its loss.
+    loss, lost = watch.loss, NOTHING_LOST
+    if limits.losses:
+        loss, lost = look(loss, prediction.observer, body, prediction.thrusts, good, dt)
+    watch = watch._replace(
+        started=where(watch.started + new > 0.5, 1.0, 0.0),
+        clocks=clocks._replace(unseen=unseen, unfelt=unfelt, same=same, strange=strange),
+        before=measured,
+        prediction=prediction,
+        loss=loss,
+    )
+    return watch, Belief(belief, body, stack(fault, wrong), stale, speaks, lost)
+
+
+def _heard(said: Imu | None, last: Imu | None) -> tuple[Imu | None, Any]:
+    """What an IMU says, where that is no number, what it said last; and 1 where it says anything new."""
+    if said is None or last is None:
+        return last, 0.0
+    heard = chosen(within(stack(*said), -BEYOND, BEYOND) > 0.5, said, last)
+    return heard, 1.0 - within(stack(*heard) - stack(*last), 0.0, 0.0)

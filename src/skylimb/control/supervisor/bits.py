@@ -1,0 +1,40 @@
+"""The bits of the table: sizes and times that are beyond their limits. What is no number is beyond all."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from skylimb.control.estimation.gates import over
+from skylimb.control.supervisor.belief import Belief
+from skylimb.control.supervisor.limits import Limits
+from skylimb.control.supervisor.records import Watch
+from skylimb.control.supervisor.table import DESCEND
+from skylimb.symbolic import where, within
+
+
+def bits_of(limits: Limits, watch: Watch, belief: Belief) -> dict[str, Any]:
+    """1 or 0 of every bit, by its name in the table.
+
+    Args:
+        limits: when the supervisor acts.
+        watch: that knows the belief, in the mode of the tick before.
+        belief: of this tick.
+    """
+    told, clocks = watch.told, watch.clocks
+    # By its IMU a robot finds back and down for a while.
+    blind = clocks.unseen - belief.speaks * limits.imu_for
+    unseen = over(clocks.unseen, limits.retreat_after) * watch.started
+    return {
+        "stop": over(told.stop, 0.5),
+        "land": where(belief.speaks * unseen + over(told.land, 0.5) > 0.5, 1.0, 0.0),
+        "lost": over(blind, limits.cut_after) * watch.started,
+        "blind": over(blind, limits.retreat_after) * watch.started,
+        "stale": belief.stale,
+        "dead": over(belief.lost.lost, limits.dead),
+        "lossy": over(belief.lost.lost, limits.lossy),
+        "pushed": belief.lost.pushed,
+        "numb": over(clocks.unfelt, limits.retreat_after),
+        "silent": over(clocks.without, float(limits.overruns)),
+        "late": where(over(told.late, 0.5) + over(clocks.without, 0.0) > 0.5, 1.0, 0.0),
+        "spent": over(clocks.mode, limits.descend_for) * within(watch.mode, DESCEND, DESCEND),
+    }
