@@ -34,24 +34,23 @@ LATENCY = 0.015
 
 
 class Given(NamedTuple):
-    """What a step is given."""
+    """What a step is given besides its state."""
 
-    state: Inertial
     said: Imu
     seen: Place
     age: Any
     started: Any
 
 
-GIVEN = Layout(Given(Inertial(), Imu(Z3, Z3), Place(), 0.0, 0.0))
+GIVEN = Layout(Given(Imu(Z3, Z3), Place(), 0.0, 0.0))
 KEPT, BODY = Layout(Inertial()), Layout(Place())
 
 
 def _step() -> ca.Function:
-    flat = ca.SX.sym("given", GIVEN.size)
+    before, flat = ca.SX.sym("before", KEPT.size), ca.SX.sym("given", GIVEN.size)
     given = GIVEN.unpack(flat)
-    kept, body = navigated(GAINS, *given[:4], MOUNT, given.started, G, DT)
-    return ca.Function("step", [flat], [KEPT.pack(kept), BODY.pack(body)])
+    kept, body = navigated(GAINS, KEPT.unpack(before), *given[:3], MOUNT, given.started, G, DT)
+    return ca.Function("step", [before, flat], [KEPT.pack(kept), BODY.pack(body)])
 
 
 STEP = _step()
@@ -83,12 +82,11 @@ def flight(seconds: float, turning: float = 1.0) -> Flight:
 
 def estimated(flown: Flight, seen: list[Place], said: list[Imu], ages: np.ndarray) -> tuple[Any, list[Place]]:
     """What is remembered at the end, and the body at every tick."""
-    state, found = KEPT.pack(Inertial()), list[Place]()
-    for k in range(len(flown.moved)):
-        given = Given(KEPT.unpack(state), said[k], seen[k], float(ages[k]), float(k > 0))
-        state, body = (part.full().ravel() for part in STEP(GIVEN.pack(given)))
-        found.append(BODY.unpack(body))
-    return KEPT.unpack(state), found
+    given = [
+        GIVEN.pack(Given(said[k], seen[k], float(ages[k]), float(k > 0))) for k in range(len(flown.moved))
+    ]
+    kept, bodies = STEP.mapaccum(len(given))(KEPT.pack(Inertial()), np.transpose(given))
+    return KEPT.unpack(kept[:, -1].full().ravel()), [BODY.unpack(body) for body in bodies.full().T]
 
 
 def late(flown: Flight, ages: np.ndarray, noise: float = 0.0, seed: int = 0) -> list[Place]:
@@ -143,15 +141,18 @@ def test_biases_are_found_slowly() -> None:
     np.testing.assert_allclose(kept.imu.accelerometer_bias, force, atol=5e-3)
 
 
-@pytest.mark.parametrize(
-    ("gap", "median", "most"), [(0.1, 2e-3, 4e-3), (0.5, 0.012, 0.027), (2.0, 0.19, 0.40)]
-)
-def test_it_goes_on_through_a_gap_of_the_capture(gap: float, median: float, most: float) -> None:
-    """Noise and biases of an IMU of this class; the capture's frame stays as it was, and grows old."""
-    flown, away = flight(12.0 + gap), []
-    ticks = round(gap / DT)
+@pytest.fixture(scope="module")
+def carried_away() -> np.ndarray:
+    """How far eight IMUs with noise and biases are off at each tick of a gap of 2 s, m: (8, ticks).
+
+    The capture's frame stays as it was, and grows old.
+    """
+    gap = 2.0
+    flown, ticks = flight(12.0 + gap), round(gap / DT)
     ages = np.full(len(flown.moved), LATENCY)
     ages[-ticks:] += DT * np.arange(1, ticks + 1)
+    true = np.array([body_of(one, MOUNT).position for one in flown.moved[-ticks - 1 :]])
+    away = []
     for seed in range(8):
         rng = np.random.default_rng(100 + seed)
         gyro, force = 0.002 * rng.standard_normal(3), 0.05 * rng.standard_normal(3)
@@ -165,12 +166,20 @@ def test_it_goes_on_through_a_gap_of_the_capture(gap: float, median: float, most
         seen = late(flown, np.full(len(ages), LATENCY), 1e-3, seed)
         seen[-ticks:] = [seen[-ticks - 1]] * ticks
         _, found = estimated(flown, seen, said, ages)
-        at_end, before = (
-            found[k].position - body_of(flown.moved[k], MOUNT).position for k in (-1, -ticks - 1)
-        )
-        away.append(float(np.linalg.norm(at_end - before)))
+        error = np.array([one.position for one in found[-ticks - 1 :]]) - true
+        away.append(np.linalg.norm(error[1:] - error[0], axis=1))
+    return np.array(away)
+
+
+@pytest.mark.parametrize(
+    ("gap", "median", "most"), [(0.1, 2e-3, 3e-3), (0.5, 4e-3, 5e-3), (2.0, 0.025, 0.035)]
+)
+def test_it_goes_on_through_a_gap_of_the_capture(
+    carried_away: np.ndarray, gap: float, median: float, most: float
+) -> None:
+    away = carried_away[:, round(gap / DT) - 1]
     assert np.median(away) < median
-    assert max(away) < most
+    assert away.max() < most
 
 
 def test_a_frame_that_is_too_old_corrects_nothing_however_wrong_it_is() -> None:
