@@ -16,6 +16,7 @@ DIGESTS = {
     "spinal/msg/FourAxisCommand": "058c4b50",
     "spinal/msg/RollPitchYawTerms": "e02c9784",
     "spinal/msg/PMatrixPseudoInverseWithInertia": "e67a441f",
+    "spinal/msg/TorqueAllocationMatrixInv": "048fbe8a",
     "spinal/msg/DesireCoord": "c66f4de7",
     "spinal/msg/FlightConfigCmd": "34283d92",
     "spinal/msg/ServoStates": "8ab23ee1",

@@ -2,14 +2,25 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from board_case import BoardCase
 from skylimb.analysis.exchange import lab_topics as topics
-from skylimb.analysis.exchange.messages import FourAxes, Gains, Motor, MotorInfo, PMatrix, UavInfo
+from skylimb.analysis.exchange.messages import (
+    FourAxes,
+    Gains,
+    Motor,
+    MotorInfo,
+    PMatrix,
+    TorqueInverse,
+    UavInfo,
+)
 from skylimb.apps.ros1.grounded import STAND
 from skylimb.apps.ros1.messages import Outgoing
 from skylimb.apps.ros1.spinal import Spinal, attitude_loop
@@ -42,14 +53,50 @@ def test_zero_gains_pass_the_base_thrusts_on() -> None:
 
 def test_terms_are_those_of_the_board() -> None:
     gains = Gains(((1000, 0, 200, 500, 0, 100, 300), (0,) * 7, (0,) * 7, (0, 0, 0, 0, 0, 0, -600)))
-    spinal = armed(FourAxes((0.1, -0.1, 0.6), BASE.base_thrust)).gained(gains)
+    spinal = KNOWN.configured(0).gained(gains).commanded(FourAxes((0.1, -0.1, 0.6), BASE.base_thrust), 0.0)
     rates = np.array([0.5, -0.5, 1.0])
     thrusts = loop(spinal, rotation_from_rpy(0.05, 0.02, 2.0), rates)[1]
-    first = 1.0 * 0.05 + 0.5 * -0.12 - 0.2 * 0.5 - 0.1 * -0.5 - 0.3 * 1.0 + 0.6 * 0.3 / -0.6
-    last = 0.6 * 1.0 + 0.6
+    # The yaw term is that of the largest gain above zero, not of the largest one: the first rotor's.
+    first = 1.0 * 0.05 + 0.5 * -0.12 - 0.2 * 0.5 - 0.1 * -0.5 - 0.3 * 1.0 + 0.6
+    last = 0.6 * 1.0 + 0.6 * -0.6 / 0.3
     np.testing.assert_allclose(thrusts - BASE.base_thrust, [first, 0.0, 0.0, last], atol=1e-12)
     gyro = armed().with_p_matrix(PMatrix(((1000, 0, 0),) * 4, (1000, 2000, 3000, 0, 0, 0)))
     np.testing.assert_allclose(loop(gyro, rates=rates)[1] - BASE.base_thrust, np.full(4, -0.5), atol=1e-12)
+
+
+def test_it_is_the_labs_board_in_cases_that_its_own_code_flew() -> None:
+    """Thrusts of the lab's compiled attitude controller (tools/lab_stack), in single precision."""
+    kept = json.loads((Path(__file__).parent / "board.json").read_text(encoding="utf-8"))
+    rng = np.random.default_rng(kept["seed"])
+    ours = np.array([BoardCase(rng).ours() for _ in kept["board"]])
+    np.testing.assert_allclose(ours, kept["board"], atol=1e-3)
+    assert 0 < ours[:, 4].sum() < len(ours) / 2
+
+
+def test_where_a_motor_cannot_yaw_gives_way_then_all_base_thrusts_alike() -> None:
+    gains = Gains(((0, 0, 0, 0, 0, 0, 500), (0,) * 7, (0,) * 7, (0, 0, 0, 0, 0, 0, -500)))
+    spinal, wide = KNOWN.configured(0).gained(gains), (-LIMITS[1], 2.0 * LIMITS[1])
+    for base, wanted in (
+        ((10.0, 11.0, 12.0, 13.0), (14.0, 11.0, 12.0, 9.0)),
+        ((10.0, 11.0, 12.0, 0.5), (13.5, 11.0, 12.0, -3.0)),
+        ((10.0, 11.0, 12.0, 36.0), tuple(np.array([10.0, 11.0, 12.0, 36.0]) * 33.0 / 36.0)),
+    ):
+        thrusts = attitude_loop(
+            spinal.commanded(FourAxes((0.0, 0.0, 4.0), base), 0.0), LEVEL, STILL, 0.1, 0.001, wide
+        )[1]
+        np.testing.assert_allclose(thrusts, wanted, atol=1e-12)
+
+
+def test_gains_of_torques_become_those_of_the_rotors() -> None:
+    inverse = TorqueInverse(((500, 0, 200), (-500, 0, -200), (0, 500, 200), (0, -500, -200)))
+    one, tilted = Gains(((2000, 0, 0, 4000, 0, 0, 1000),)), rotation_from_rpy(0.1, 0.2, 0.0)
+    for spinal in (
+        armed().gained(one).with_torque_inverse(inverse),
+        armed().with_torque_inverse(inverse).gained(one),
+    ):
+        added = loop(spinal, tilted)[1] - BASE.base_thrust
+        np.testing.assert_allclose(added, [-0.1, 0.1, -0.4, 0.4], atol=1e-9)
+    assert Spinal(4).with_torque_inverse(inverse).torque_inverse is None
 
 
 def test_errors_are_integrated_on_command_only() -> None:
@@ -84,6 +131,7 @@ def test_a_forced_landing_lowers_the_thrusts(why: str) -> None:
     weak = spinal.commanded(FourAxes(BASE.angles, (1.0,) * 4), 1.0)
     np.testing.assert_array_equal(weak.base, spinal.base)
     assert not spinal.configured(1).armed
+    assert why != "tilt" or spinal.integral == (0.0, 0.0)
 
 
 def test_messages_of_another_robot_are_none() -> None:

@@ -27,6 +27,7 @@ from skylimb.analysis.exchange.messages import (
     Pwms,
     ServoStates,
     ServoTargets,
+    TorqueInverse,
     UavInfo,
 )
 
@@ -77,6 +78,8 @@ FORMS = {
     "spinal/msg/RollPitchYawTerms": Form(Gains, ("motors",)),
     "spinal/msg/PMatrixPseudoInverseUnit": Form(_row, ("r", "p", "y")),
     "spinal/msg/PMatrixPseudoInverseWithInertia": Form(PMatrix, ("pseudo_inverse", "inertia")),
+    "spinal/msg/Vector3Int16": Form(_row, ("x", "y", "z")),
+    "spinal/msg/TorqueAllocationMatrixInv": Form(TorqueInverse, ("rows",)),
     "spinal/msg/DesireCoord": Form(Desire, ("roll", "pitch", "yaw")),
     "spinal/msg/FlightConfigCmd": Form(_itself, ("cmd",)),
     "spinal/msg/ServoState": Form(_row, ("index", "angle")),

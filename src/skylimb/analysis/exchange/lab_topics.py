@@ -101,6 +101,7 @@ MOTOR_INFO, UAV_INFO = (
 )
 GAINS = Topic("rpy/gain", "spinal/msg/RollPitchYawTerms", 15.0)
 P_MATRIX = Topic("p_matrix_pseudo_inverse_inertia", "spinal/msg/PMatrixPseudoInverseWithInertia", 40.0)
+TORQUE_INVERSE = Topic("torque_allocation_matrix_inv", "spinal/msg/TorqueAllocationMatrixInv")
 DESIRE = Topic("desire_coordinate", "spinal/msg/DesireCoord", 15.0)
 BATTERY = Topic("battery_voltage_status", "std_msgs/msg/Float32", 10.0)
 NAV = Topic("uav/nav", "aerial_robot_msgs/msg/FlightNav")
@@ -129,7 +130,7 @@ SENSORS = (MOCAP, IMU, JOINT_STATES, SERVO_STATES, ACK, PWMS, BATTERY)
 """What a robot sends; of each only the first sender is listened to."""
 
 ACTUATORS = (
-    *(FOUR_AXES, GAINS, P_MATRIX, DESIRE, CONFIG, MOTOR_INFO, UAV_INFO),
+    *(FOUR_AXES, GAINS, P_MATRIX, TORQUE_INVERSE, DESIRE, CONFIG, MOTOR_INFO, UAV_INFO),
     *(JOINTS_CTRL, GIMBALS_CTRL, SERVO_TARGETS),
 )
 """What a controller commands."""

@@ -79,7 +79,7 @@ class Gains:
     """Attitude gains of each rotor, in thousandths (`rpy/gain`).
 
     Attributes:
-        motors: roll p i d, pitch p i d, yaw d, each 16 bits.
+        motors: roll p i d, pitch p i d, yaw d, each 16 bits; a single entry is gains of torques.
     """
 
     motors: tuple[tuple[int, ...], ...]
@@ -96,6 +96,17 @@ class PMatrix:
 
     rows: tuple[tuple[int, int, int], ...]
     inertia: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class TorqueInverse:
+    """Thrusts for a torque of one, in thousandths (`torque_allocation_matrix_inv`).
+
+    Attributes:
+        rows: of each rotor: x, y, z.
+    """
+
+    rows: tuple[tuple[int, int, int], ...]
 
 
 @dataclass(frozen=True)

@@ -21,6 +21,7 @@ from skylimb.analysis.exchange.messages import (
     PMatrix,
     ServoStates,
     ServoTargets,
+    TorqueInverse,
     UavInfo,
 )
 from skylimb.apps.ros1.grounded import GroundedPlant
@@ -127,6 +128,8 @@ class Simulated:
                 self._spinal = self._spinal.gained(one.value)
             case PMatrix():
                 self._spinal = self._spinal.with_p_matrix(one.value)
+            case TorqueInverse():
+                self._spinal = self._spinal.with_torque_inverse(one.value)
             case UavInfo() | MotorInfo():
                 self._spinal = self._spinal.informed(one.value)
             case ServoTargets(numbers, counts) if self._servos is not None:

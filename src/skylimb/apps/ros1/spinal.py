@@ -2,7 +2,8 @@
 
     thrust_i = base_i + roll and pitch terms_i + gyro term_i + yaw term_i
 
-Failsafe and forced landing are its own. Numbers of messages are thousandths, as they travel.
+Failsafe, forced landing and what gives way where a motor cannot (yaw, or all base thrusts alike) are its own.
+Numbers of messages are thousandths, as they travel.
 """
 
 from __future__ import annotations
@@ -11,7 +12,15 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from skylimb.analysis.exchange.messages import FourAxes, Gains, MotorInfo, PMatrix, Pwms, UavInfo
+from skylimb.analysis.exchange.messages import (
+    FourAxes,
+    Gains,
+    MotorInfo,
+    PMatrix,
+    Pwms,
+    TorqueInverse,
+    UavInfo,
+)
 from skylimb.apps.ros1.states import Arming
 from skylimb.base.rotations import rotation_from_rpy, rpy_from_rotation
 
@@ -41,12 +50,15 @@ class Spinal:
         integrates: whether errors are integrated.
         heard: when the last command came, s; None before the first one.
         base: thrusts, N, (n,); nothing before the first command.
-        angles: roll and pitch targets, rad, and the yaw term, N, (3,).
+        angles: roll and pitch targets, rad, (2,).
+        yaw: the computer's yaw term of each rotor, N, (n,); shared out by the gains of when it came.
         gains: of each rotor: p, i, d by roll, pitch, yaw, (3, n, 3).
+        torque_gains: p, i, d by roll, pitch, yaw, where a message gives them once for all rotors, (3, 3).
+        torque_inverse: thrusts for a torque, by which those become gains of each rotor, (n, 3).
         p_matrix: pseudo-inverse for the gyro term, (n, 3).
         inertia: (3, 3).
         offset: from the board's axes to those that are controlled, (3, 3).
-        integral: of the errors, rad s, (3,).
+        integral: of the errors of roll and pitch, rad s, (2,).
     """
 
     rotors: int
@@ -57,12 +69,15 @@ class Spinal:
     integrates: bool = False
     heard: float | None = None
     base: np.ndarray = field(default_factory=lambda: np.zeros(0))
-    angles: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    angles: tuple[float, float] = (0.0, 0.0)
+    yaw: np.ndarray = field(default_factory=lambda: np.zeros(0))
     gains: np.ndarray | None = None
+    torque_gains: np.ndarray | None = None
+    torque_inverse: np.ndarray | None = None
     p_matrix: np.ndarray | None = None
     inertia: np.ndarray | None = None
     offset: np.ndarray | None = None
-    integral: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    integral: tuple[float, float] = (0.0, 0.0)
 
     @property
     def ready(self) -> bool:
@@ -106,19 +121,47 @@ class Spinal:
         tilted = max(abs(message.angles[0]), abs(message.angles[1])) > TILT
         if (self.force_landing or tilted) and float(thrusts.mean()) < self.least:
             return replace(self, force_landing=True)
-        landing = self.force_landing or tilted
-        return replace(self, base=thrusts, angles=message.angles, heard=now, force_landing=landing)
+        landing, yaw = self.force_landing or tilted, self.yaw
+        if (strongest := self._strongest) is not None and self.gains is not None:
+            # The computer's yaw term is that of the rotor with the largest gain; others go in proportion.
+            shares = self.gains[2][:, 2]
+            yaw = message.angles[2] * shares / shares[strongest]
+        return replace(
+            self, base=thrusts, angles=message.angles[:2], yaw=yaw, heard=now, force_landing=landing
+        )
 
     def gained(self, message: Gains) -> Spinal:
-        """After an `rpy/gain` with an entry for each rotor."""
-        if len(message.motors) != self.rotors:
+        """After an `rpy/gain` with an entry for each rotor, or with one, of torques, for all."""
+        if len(message.motors) not in (1, self.rotors):
             return self
         rows = _MILLI * np.array(message.motors, dtype=float)
-        zero = np.zeros(self.rotors)
+        zero = np.zeros(len(rows))
         p = np.stack([rows[:, 0], rows[:, 3], zero], axis=1)
         i = np.stack([rows[:, 1], rows[:, 4], zero], axis=1)
         d = np.stack([rows[:, 2], rows[:, 5], rows[:, 6]], axis=1)
-        return replace(self, gains=np.stack([p, i, d]))
+        gains = np.stack([p, i, d])
+        if len(rows) == self.rotors:
+            return replace(self, gains=gains)
+        return replace(self, torque_gains=gains[:, 0])._mapped()
+
+    def with_torque_inverse(self, message: TorqueInverse) -> Spinal:
+        """After a `torque_allocation_matrix_inv`, which only an armed board takes."""
+        if len(message.rows) != self.rotors or not self.armed:
+            return self
+        return replace(self, torque_inverse=_MILLI * np.array(message.rows, dtype=float))._mapped()
+
+    def _mapped(self) -> Spinal:
+        """With gains of each rotor from those of torques; each is nothing before it came."""
+        inverse = np.zeros((self.rotors, 3)) if self.torque_inverse is None else self.torque_inverse
+        torques = np.zeros((3, 3)) if self.torque_gains is None else self.torque_gains
+        return replace(self, gains=torques[:, None, :] * inverse)
+
+    @property
+    def _strongest(self) -> int | None:
+        """Rotor with the largest yaw gain; only one above zero counts."""
+        if self.gains is None or (shares := self.gains[2][:, 2]).max() <= 0.0:
+            return None
+        return int(shares.argmax())
 
     def with_p_matrix(self, message: PMatrix) -> Spinal:
         """After a `p_matrix_pseudo_inverse_inertia`."""
@@ -154,35 +197,57 @@ def attitude_loop(
     Returns:
         It, and the thrusts, N, (n,): zero where the motors are off.
     """
-    if not spinal.armed or spinal.heard is None:
+    heard = spinal.heard
+    if not spinal.armed or heard is None:
         return spinal, np.zeros(spinal.rotors)
     offset = np.eye(3) if spinal.offset is None else spinal.offset
     R, rates = R @ offset.T, offset @ rates
     attitude = np.asarray(rpy_from_rotation(R), dtype=float)
-    if now - spinal.heard > SILENCE or np.abs(attitude[:2]).max() > TILT:
-        spinal = replace(spinal, force_landing=True)
+    if not spinal.force_landing and np.abs(attitude[:2]).max() > TILT:
+        spinal = replace(spinal, force_landing=True, integral=(0.0, 0.0))
+    if spinal.force_landing or now - heard > SILENCE:
+        spinal = replace(spinal, force_landing=True, angles=(0.0, 0.0), yaw=np.zeros(spinal.rotors))
     base = spinal.base
-    wanted = np.zeros(3) if spinal.force_landing else np.array([*spinal.angles[:2], 0.0])
     if spinal.force_landing and float(base.mean()) > spinal.least:
         base = base * (1.0 - FALLING * dt / float(base.mean()))
         spinal = replace(spinal, base=base)
-    error = np.array([*(wanted - attitude)[:2], 0.0])
-    integral = np.array(spinal.integral) + (error * dt if spinal.integrates else 0.0)
-    spinal = replace(spinal, integral=(float(integral[0]), float(integral[1]), 0.0))
-    thrusts = base + _terms(spinal, error, integral, rates)
-    return spinal, np.clip(thrusts, *limits)
+    error = np.array([*(spinal.angles - attitude[:2]), 0.0])
+    integral = np.array([*spinal.integral, 0.0]) + (error * dt if spinal.integrates else 0.0)
+    spinal = replace(spinal, integral=(float(integral[0]), float(integral[1])))
+    return spinal, np.clip(_saturated(spinal, *_terms(spinal, error, integral, rates)), *limits)
 
 
-def _terms(spinal: Spinal, error: np.ndarray, integral: np.ndarray, rates: np.ndarray) -> np.ndarray:
-    """What gains and gyro add to the base thrusts, N, (n,)."""
-    terms = np.zeros(spinal.rotors)
+def _terms(
+    spinal: Spinal, error: np.ndarray, integral: np.ndarray, rates: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """What roll, pitch and gyro add to the base thrusts, and what yaw does, N, (n,) each."""
+    level, yaw = np.zeros(spinal.rotors), np.zeros(spinal.rotors)
     if spinal.gains is not None:
         p, i, d = spinal.gains
-        terms = terms + p @ error + i @ integral - d @ rates
-        strongest = int(np.argmax(np.abs(d[:, 2])))
-        if d[strongest, 2] != 0.0 and not spinal.force_landing:
-            # The computer's yaw term is that of the rotor with the largest gain; others go in proportion.
-            terms = terms + spinal.angles[2] * d[:, 2] / d[strongest, 2]
+        level = p @ error + i @ integral - d[:, :2] @ rates[:2]
+        yaw = -d[:, 2] * rates[2]
     if spinal.p_matrix is not None and spinal.inertia is not None:
-        terms = terms + spinal.p_matrix @ np.cross(rates, spinal.inertia @ rates)
-    return terms
+        level = level + spinal.p_matrix @ np.cross(rates, spinal.inertia @ rates)
+    return level, yaw + spinal.yaw if len(spinal.yaw) else yaw
+
+
+def _saturated(spinal: Spinal, level: np.ndarray, yaw: np.ndarray) -> np.ndarray:
+    """Thrusts, N, (n,), after what gives way: yaw where a motor would leave its range, then the base thrusts.
+
+    It knows motors as `motor_info` says them, whatever they really can.
+    """
+    base, motors = spinal.base, spinal.motors
+    asked = base + level
+    if motors is None or not motors.motors:
+        return asked + yaw
+    highest, lowest = int(asked.argmax()), int(asked.argmin())
+    above = motors.motors[0].max_thrust - asked[highest]
+    below = asked[lowest] - motors.min_thrust
+    if above < 0.0 and base[highest] > 0.0:
+        return asked + base * above / base[highest]
+    if spinal._strongest is None or base[0] == 0.0:
+        return asked
+    missing, rotor = (-below, lowest) if below < above else (-above, highest)
+    if missing > 0.0:
+        yaw = yaw * (1.0 - min(1.0, missing / abs(yaw[rotor]) if yaw[rotor] else 1.0))
+    return asked + yaw
