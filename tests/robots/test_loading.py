@@ -161,7 +161,7 @@ URDF_FAULTS = {
     ),
     "degrees of a tilt": (
         ('xyz="0 0 0.05091" rpy="0 0.34906585 0"', 'xyz="0 0 0.05091" rpy="0 20 0"'),
-        ["joint 'rotor1_tilt'", "[0.0, 20.0, 0.0] rad", "is it degrees?"],
+        ['<joint name="rotor1_tilt">', "[0.0, 20.0, 0.0] rad", "is it degrees?"],
     ),
     "limits crossed": (('lower="-1.57" upper="1.57"', 'lower="1.57" upper="-1.57"'), ["joint1", "not below"]),
     "no effort": (('effort="3.3"', 'effort="0"'), ["effort limit of joint 'joint1' is 0"]),

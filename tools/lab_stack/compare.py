@@ -4,8 +4,8 @@
     python tools/lab_stack/compare.py OUT/board [--cases 10000] [--seed 1] [--write FILE]
 
 It exits with 1 where a thrust differs by more than 1e-3 N. A ROS master is started for the board (Debian's
-`python3-rosmaster`), as its controller announces topics that nobody reads here. `--write` keeps the answers of
-the lab's board: with 60 cases of seed 3 they are tests/apps/ros1/board.json.
+`python3-rosmaster`), as its controller announces topics that nobody reads here. `--write` keeps the answers
+of the lab's board: with 60 cases of seed 3 they are tests/apps/ros1/board.json.
 """
 
 from __future__ import annotations

@@ -63,7 +63,7 @@ EXTRAS = {
     "studio": ("websockets",),
     "campaign": ("pyarrow", "scipy"),
     "cluster": ("dask", "distributed", "dask_jobqueue"),
-    "import": ("trimesh", "xacrodoc", "collada"),
+    "import": ("yourdfpy", "trimesh", "xacrodoc", "collada"),
     "logs": ("rosbags", "mcap", "lz4"),
     "ros": ("yaml",),
     "tune": ("cma",),

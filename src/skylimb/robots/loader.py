@@ -23,8 +23,9 @@ from skylimb.robots.flight_file import (
     ShapeSection,
     VectoringSection,
 )
+from skylimb.robots.links_file import Tree, tree_of
 from skylimb.robots.model import Robot
-from skylimb.robots.urdf import Tree, clean_rotation, read_urdf
+from skylimb.robots.urdf import clean_rotation
 from skylimb.robots.validation import check_description
 
 FLIGHT_FILE = "flight.toml"
@@ -126,7 +127,7 @@ def _digest(*sources: Source) -> str:
 
 def _describe(flight_source: Source, urdf: Source) -> RobotDescription:
     flight = _flight_file(flight_source)
-    description = describe(flight, flight_source, urdf, read_urdf(urdf, flight.root_link))
+    description = describe(flight, flight_source, urdf, tree_of(urdf, flight.root_link))
     check_description(description)
     return description
 

@@ -1,4 +1,4 @@
-"""Links and joints of a URDF; meshes are named, not loaded.
+"""Links and joints of a URDF, read with yourdfpy; meshes are named, not loaded.
 
 A mesh that is not there, or of a kind that the physics engine does not draw, is left out with a warning: no
 flight hangs on a picture.
@@ -6,24 +6,22 @@ flight hangs on a picture.
 
 from __future__ import annotations
 
+import io
 import logging
 import math
 from collections import Counter
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 from xml.etree.ElementTree import Element
 
 import numpy as np
 
-from skylimb.base.errors import DescriptionError, unknown_name
-from skylimb.base.rotations import rotation_from_rpy
+from skylimb.base.errors import DescriptionError, missing_extra, unknown_name
 from skylimb.base.sources import Source
 from skylimb.base.xml_text import read_xml
 from skylimb.robots.description import Inertial, Joint, Link, Visual
 from skylimb.robots.packages import find_file
-
-Tree = tuple[str, tuple[Link, ...], tuple[Joint, ...]]
-"""The root link's name, all links (parents first) and all joints."""
 
 _KINDS = ("revolute", "continuous", "fixed")
 _GREY = (0.6, 0.6, 0.6, 1.0)
@@ -31,17 +29,13 @@ DRAWN = (".stl", ".obj", ".msh")
 """Endings of the meshes that the physics engine draws."""
 _DUST = 1e-3
 """Mass of a root link that stands for nothing, kg."""
-INERTIA = {"ixx": (0, 0), "iyy": (1, 1), "izz": (2, 2), "ixy": (0, 1), "ixz": (0, 2), "iyz": (1, 2)}
-"""Where the attributes of an <inertia> stand in the matrix."""
-INERTIA = {"ixx": (0, 0), "iyy": (1, 1), "izz": (2, 2), "ixy": (0, 1), "ixz": (0, 2), "iyz": (1, 2)}
-"""Where the attributes of an <inertia> stand in the matrix."""
-INERTIA = {"ixx": (0, 0), "iyy": (1, 1), "izz": (2, 2), "ixy": (0, 1), "ixz": (0, 2), "iyz": (1, 2)}
-"""Where the attributes of an <inertia> stand in the matrix."""
 _log = logging.getLogger(__name__)
 
 
-def read_urdf(source: Source, root_link: str | None = None) -> Tree:
-    """What stands in a URDF.
+def read_urdf(
+    source: Source, root_link: str | None = None
+) -> tuple[str, tuple[Link, ...], tuple[Joint, ...]]:
+    """The root link's name, all links (parents first) and all joints of a URDF.
 
     Args:
         source: the file as it was read.
@@ -53,104 +47,74 @@ def read_urdf(source: Source, root_link: str | None = None) -> Tree:
         UnknownNameError: a joint, or `root_link`, names a link that is not there.
     """
     path = source.path
-    robot = robot_element(source.content, str(path))
-    links, joints = robot.findall("link"), robot.findall("joint")
+    robot = _parse(source)
     if root_link is not None:
-        links, joints = _cut_above(root_link, links, joints, path)
-    colours = {material.get("name"): material.find("color") for material in robot.findall("material")}
-    read = [_link(link, colours, path) for link in links]
-    turned = [_joint(joint, path) for joint in joints]
-    _require_unique("link", [link.name for link in read], path)
-    _require_unique("joint", [joint.name for joint in turned], path)
-    return _sorted_tree({link.name: link for link in read}, turned, path)
+        _cut_above(root_link, robot, path)
+    links = {link.name: _link(link, robot.materials, path) for link in robot.links}
+    joints = [_joint(joint, path) for joint in robot.joints]
+    _require_unique("link", [link.name for link in robot.links], path)
+    _require_unique("joint", [joint.name for joint in joints], path)
+    return _sorted_tree(links, joints, path)
 
 
-def robot_element(content: bytes, where: str) -> Element:
-    """The <robot> of a URDF's text; `where` is what messages call it.
-
-    Raises:
-        DescriptionError: it is none.
-    """
+def _parse(source: Source) -> Any:
+    content, path = source.content, source.path
+    try:
+        from yourdfpy import URDF
+    except ImportError:
+        raise DescriptionError(f"'{path}' has not been read yet: {missing_extra('yourdfpy')}") from None
     try:
         root = read_xml(content)
-    except ValueError as error:
-        raise DescriptionError(f"'{where}' is no XML: {' '.join(str(error).split())}") from None
-    if root.tag != "robot":
-        raise DescriptionError(f"'{where}' is no URDF: it begins with <{root.tag[:60]}>, not <robot>")
-    return root
+        urdf = URDF.load(io.BytesIO(content), build_scene_graph=False, load_meshes=False)
+    except Exception as error:  # yourdfpy and lxml let many kinds through: all of them mean "not a URDF"
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise DescriptionError(f"'{path}' is not a URDF that can be read: {reason}") from error
+    _refuse_degrees(root, path)
+    return urdf.robot
 
 
-def word(element: Element | None, key: str, where: str) -> str:
-    """An attribute that has to be there; `where` is what messages call the element."""
-    said = None if element is None else element.get(key)
-    if said is None:
-        raise DescriptionError(f"{where} has no {key}")
-    return said
+def _refuse_degrees(root: Element, path: Path) -> None:
+    """Refuse angles of more than a turn, which become plausible rotation matrices once they are read."""
+    for owner in root.iter():
+        for origin in owner.findall("origin"):
+            angles = [float(angle) for angle in origin.get("rpy", "0 0 0").split()]
+            if any(abs(angle) > 2.0 * math.pi for angle in angles):
+                tag = f'<{owner.tag} name="{owner.get("name", "")}">'
+                raise DescriptionError(
+                    f"rpy of {tag} in '{path.name}' is {angles} rad, more than a turn; is it degrees?"
+                )
 
 
-def number(element: Element | None, key: str, where: str, default: float) -> float:
-    """A number of any size; `default` where none is said."""
-    said = None if element is None else element.get(key)
-    try:
-        return default if said is None else float(said)
-    except ValueError:
-        raise DescriptionError(f"{key} of {where} is '{str(said)[:60]}', which is no number") from None
-
-
-def numbers(
-    element: Element | None, key: str, where: str, default: str = "0 0 0", counts: Collection[int] = (3,)
-) -> np.ndarray:
-    """Finite numbers, as many as may be; those of `default` where none are said."""
-    said = default if element is None else element.get(key, default)
-    try:
-        values = np.array(said.replace(",", " ").split(), dtype=float)
-    except ValueError:
-        values = np.full(1, np.nan)
-    if values.size not in counts or not np.isfinite(values).all():
-        allowed = " or ".join(map(str, counts))
-        raise DescriptionError(f"{key} of {where} is '{said[:60]}'; allowed are {allowed} finite numbers")
-    return values
-
-
-def origin(owner: Element, where: str) -> tuple[np.ndarray, np.ndarray]:
-    """Place (3,) in m and orientation (3, 3) that the <origin> of an element says."""
-    place, what = owner.find("origin"), f"the origin of {where}"
-    xyz, angles = numbers(place, "xyz", what), numbers(place, "rpy", what)
-    if np.any(np.abs(angles) > 2.0 * math.pi):  # it would become a plausible rotation
-        raise DescriptionError(f"rpy of {where} is {angles.tolist()} rad, more than a turn; is it degrees?")
-    return xyz, clean_rotation(rotation_from_rpy(*angles))
-
-
-def _cut_above(
-    root_link: str, links: Sequence[Element], joints: Sequence[Element], path: Path
-) -> tuple[list[Element], list[Element]]:
-    """Links and joints without those above `root_link`, before joints are read: these may be of any type.
+def _cut_above(root_link: str, robot: Any, path: Path) -> None:
+    """Remove links and joints above `root_link`, before joints are read: those may be of any type.
 
     Some descriptions have a root of a few milligrams, because a reader of theirs wants every link to weigh
     something. Such a one counts as massless.
     """
-    names = [link.get("name", "") for link in links]
+    names = [link.name for link in robot.links]
     if root_link not in names:
         raise unknown_name(f"root_link in '{path.name}'", root_link, names)
-    roles = "parent", "child"
-    ends = [[word(joint.find(role), "link", f"the {role} of a joint") for role in roles] for joint in joints]
-    above = {child: parent for parent, child in ends}
+    above = {joint.child: joint.parent for joint in robot.joints}
     cut: list[str] = []
     at = root_link
     while at in above and above[at] not in cut:
         at = above[at]
         cut.append(at)
-    for name, link in zip(names, links, strict=True):
-        mass = number(link.find("inertial/mass"), "value", f"link '{name}'", 0.0)
-        if name in cut and mass > _DUST:
+    for link in robot.links:
+        if link.name in cut and link.inertial is not None and (link.inertial.mass or 0.0) > _DUST:
             raise DescriptionError(
-                f"root_link = '{root_link}' would drop link '{name}' ({mass:g} kg) of '{path.name}'; only "
-                "massless links may stand above it"
+                f"root_link = '{root_link}' would drop link '{link.name}' ({link.inertial.mass:g} kg) of "
+                f"'{path.name}'; only massless links may stand above it"
             )
-    return (
-        [link for name, link in zip(names, links, strict=True) if name not in cut],
-        [joint for (_, child), joint in zip(ends, joints, strict=True) if child not in (root_link, *cut)],
-    )
+    robot.links = [link for link in robot.links if link.name not in cut]
+    robot.joints = [joint for joint in robot.joints if joint.child != root_link and joint.child not in cut]
+
+
+def _finite(value: Any, what: str, path: Path) -> Any:
+    if not np.all(np.isfinite(value)):
+        shown = " ".join(str(value).split())
+        raise DescriptionError(f"{what} in '{path.name}' is {shown}; only finite numbers are allowed")
+    return value
 
 
 def clean_rotation(R: np.ndarray) -> np.ndarray:
@@ -165,118 +129,111 @@ def clean_rotation(R: np.ndarray) -> np.ndarray:
     return R + 0.0
 
 
-def _link(link: Element, colours: Mapping[str | None, Element | None], path: Path) -> Link:
-    name = word(link, "name", f"a link in '{path.name}'")
-    where = f"link '{name}' in '{path.name}'"
-    visuals = (
-        _shape(one, _colour(one.find("material"), colours, where), where, path)
-        for one in link.findall("visual")
-    )
-    collisions = (_shape(one, _GREY, where, path) for one in link.findall("collision"))
-    return Link(name, _inertial(link, where), tuple(filter(None, visuals)), tuple(filter(None, collisions)))
+def _origin(origin: np.ndarray | None, what: str, path: Path) -> tuple[np.ndarray, np.ndarray]:
+    if origin is None:
+        return np.zeros(3), np.eye(3)
+    _finite(origin, f"the origin of {what}", path)
+    return np.array(origin[:3, 3]), clean_rotation(origin[:3, :3])
 
 
-def _inertial(link: Element, where: str) -> Inertial:
-    said = link.find("inertial")
-    if said is None:
-        return Inertial()
-    mass, moments = said.find("mass"), said.find("inertia")
-    if mass is None or moments is None:
-        raise DescriptionError(f"{where} has an <inertial> without <mass> or <inertia>")
-    xyz, R = origin(said, f"the inertia of {where}")
-    inertia = inertia_in(moments, where)
-    weight = number(mass, "value", f"the mass of {where}", 0.0)
-    for what, value in (("mass", weight), ("inertia", inertia)):
-        if not np.isfinite(value).all():
-            shown = " ".join(str(value).split())
-            raise DescriptionError(f"the {what} of {where} is {shown}; only finite numbers are allowed")
-    return Inertial(weight, xyz, R @ inertia @ R.T)
+def _link(link: Any, materials: Iterable[Any], path: Path) -> Link:
+    what = f"link '{link.name}'"
+    inertial = Inertial()
+    if link.inertial is not None:
+        if link.inertial.mass is None or link.inertial.inertia is None:
+            raise DescriptionError(f"{what} in '{path.name}' has an <inertial> without <mass> or <inertia>")
+        xyz, R = _origin(link.inertial.origin, f"the inertia of {what}", path)
+        inertia = _finite(link.inertial.inertia, f"the inertia of {what}", path)
+        mass = _finite(link.inertial.mass, f"the mass of {what}", path)
+        inertial = Inertial(float(mass), xyz, R @ inertia @ R.T)
+    visuals = (_shape(one, _colour(one.material, materials), what, path) for one in link.visuals)
+    collisions = (_shape(one, _GREY, what, path) for one in link.collisions)
+    return Link(link.name, inertial, tuple(filter(None, visuals)), tuple(filter(None, collisions)))
 
 
-def inertia_in(element: Element, where: str) -> np.ndarray:
-    """The matrix (3, 3) of an <inertia>, kg m^2, in its own axes."""
-    inertia = np.eye(3)
-    for key, (i, j) in INERTIA.items():
-        inertia[i, j] = inertia[j, i] = number(element, key, f"the inertia of {where}", float(i == j))
-    return inertia
-
-
-def _shape(
-    element: Element, rgba: tuple[float, float, float, float], where: str, path: Path
-) -> Visual | None:
+def _shape(element: Any, rgba: tuple[float, float, float, float], what: str, path: Path) -> Visual | None:
     """The shape of a <visual> or <collision>; None for a mesh that cannot be drawn."""
-    geometry, mesh, what = element.find("geometry"), None, f"a shape of {where}"
+    geometry, mesh = element.geometry, None
     if geometry is None:
-        raise DescriptionError(f"{where} has a <visual> or <collision> without <geometry>")
-    form = next(iter(geometry), geometry)
-    if form.tag == "box":
-        shape, size = "box", numbers(form, "size", what, "")
-    elif form.tag == "cylinder":
-        shape, size = (
-            "cylinder",
-            np.hstack([numbers(form, key, what, "", (1,)) for key in ("radius", "length")]),
-        )
-    elif form.tag == "sphere":
-        shape, size = "sphere", numbers(form, "radius", what, "", (1,))
-    elif form.tag == "mesh":
-        name = word(form, "filename", what)
-        shape, mesh = "mesh", find_file(name, path.parent)
-        if mesh is None or mesh.suffix.lower() not in DRAWN:
-            reason = "is not there" if mesh is None else f"is none of {', '.join(DRAWN)}"
-            _log.warning("%s is drawn without mesh '%s', which %s", where, name, reason)
-            return None
-        size = np.broadcast_to(numbers(form, "scale", what, "1", (1, 3)), 3)
+        raise DescriptionError(f"{what} in '{path.name}' has a <visual> or <collision> without <geometry>")
+    xyz, R = _origin(element.origin, f"a shape of {what}", path)
+    if geometry.box is not None:
+        shape, size = "box", tuple(float(edge) for edge in geometry.box.size)
+    elif geometry.cylinder is not None:
+        shape, size = "cylinder", (float(geometry.cylinder.radius), float(geometry.cylinder.length))
+    elif geometry.sphere is not None:
+        shape, size = "sphere", (float(geometry.sphere.radius),)
     else:
-        raise DescriptionError(f"{where} has a <geometry> that is no shape")
-    return Visual(shape, tuple(map(float, size)), *origin(element, what), rgba, mesh)
+        if geometry.mesh is None:
+            raise DescriptionError(f"{what} in '{path.name}' has a <geometry> that is no shape")
+        shape, mesh = "mesh", find_file(geometry.mesh.filename, path.parent)
+        if mesh is None or mesh.suffix.lower() not in DRAWN:
+            kinds = ", ".join(DRAWN)
+            reason = "is not there" if mesh is None else f"is none of {kinds}"
+            _log.warning("%s is drawn without mesh '%s', which %s", what, geometry.mesh.filename, reason)
+            return None
+        scale = 1.0 if geometry.mesh.scale is None else geometry.mesh.scale
+        size = tuple(float(factor) for factor in np.broadcast_to(scale, 3))
+    return Visual(shape, size, xyz, R, rgba, mesh)
 
 
-def _colour(
-    material: Element | None, colours: Mapping[str | None, Element | None], where: str
-) -> tuple[float, float, float, float]:
+def _colour(material: Any, materials: Iterable[Any]) -> tuple[float, float, float, float]:
     if material is None:
         return _GREY
-    said = material.find("color")
-    said = colours.get(material.get("name")) if said is None else said
-    rgba = () if said is None else numbers(said, "rgba", where, "1 1 1 1", range(9))
-    return tuple(map(float, rgba)) if len(rgba) == 4 else _GREY  # type: ignore[return-value]
+    named = [other for other in materials if other.name == material.name]
+    colour = next((entry.color for entry in [material, *named] if entry.color is not None), None)
+    if colour is None or len(colour.rgba) != 4:
+        return _GREY
+    red, green, blue, alpha = (float(channel) for channel in colour.rgba)
+    return (red, green, blue, alpha)
 
 
-def _joint(joint: Element, path: Path) -> Joint:
-    name = word(joint, "name", f"a joint in '{path.name}'")
-    where, kind = f"joint '{name}' in '{path.name}'", joint.get("type")
-    parent, child = (word(joint.find(role), "link", f"the {role} of {where}") for role in ("parent", "child"))
-    if kind not in _KINDS:
-        hint = f'; the robot flies free anyway: say root_link = "{child}"' if kind == "floating" else ""
-        raise DescriptionError(f"{where} is of type '{kind}'; allowed are {', '.join(_KINDS)}{hint}")
-    mimic = joint.find("mimic")
-    if mimic is not None:
-        raise DescriptionError(f"{where} mimics '{mimic.get('joint')}'; mimic joints are not supported")
-    axis = numbers(joint.find("axis"), "xyz", f"the axis of {where}", "1 0 0")
+def _joint(joint: Any, path: Path) -> Joint:
+    what = f"joint '{joint.name}' in '{path.name}'"
+    if joint.type not in _KINDS:
+        hint = (
+            f'; the robot flies free anyway: say root_link = "{joint.child}"'
+            if joint.type == "floating"
+            else ""
+        )
+        raise DescriptionError(f"{what} is of type '{joint.type}'; allowed are {', '.join(_KINDS)}{hint}")
+    if joint.mimic is not None:
+        raise DescriptionError(f"{what} mimics '{joint.mimic.joint}'; mimic joints are not supported")
+    xyz, R = _origin(joint.origin, what, path)
+    axis = (
+        np.array([1.0, 0.0, 0.0]) if joint.axis is None else _finite(joint.axis, f"the axis of {what}", path)
+    )
     length = float(np.linalg.norm(axis))
     if length < 1e-9:
-        raise DescriptionError(f"{where} has the axis {axis}; it needs a direction")
-    limit, dynamics, bounded = joint.find("limit"), joint.find("dynamics"), kind == "revolute"
-    if bounded and (limit is None or not {"lower", "upper"} <= {*limit.keys()}):
+        raise DescriptionError(f"{what} has the axis {axis}; it needs a direction")
+    limit, dynamics = joint.limit, joint.dynamics
+    if joint.type == "revolute" and (limit is None or limit.lower is None or limit.upper is None):
         raise DescriptionError(
-            f"{where} is revolute without <limit lower=... upper=...>; give them or make it continuous"
+            f"{what} is revolute without <limit lower=... upper=...>; give them or make it continuous"
         )
-    xyz, R = origin(joint, where)
+    bounded = joint.type == "revolute"
     return Joint(
-        name=name,
-        kind=kind,  # type: ignore[arg-type]
-        parent=parent,
-        child=child,
+        name=joint.name,
+        kind=joint.type,
+        parent=joint.parent,
+        child=joint.child,
         xyz=xyz,
         R=R,
         axis=clean_rotation(axis / length),
-        lower=number(limit, "lower", where, math.nan) if bounded else -math.inf,
-        upper=number(limit, "upper", where, math.nan) if bounded else math.inf,
-        effort=number(limit, "effort", where, math.inf),
-        speed=number(limit, "velocity", where, math.inf),
-        damping=number(dynamics, "damping", where, 0.0),
-        friction=number(dynamics, "friction", where, 0.0),
+        lower=float(limit.lower) if bounded else -math.inf,
+        upper=float(limit.upper) if bounded else math.inf,
+        effort=_or(limit and limit.effort, math.inf),
+        speed=_or(limit and limit.velocity, math.inf),
+        damping=_or(dynamics and dynamics.damping, 0.0),
+        friction=_or(dynamics and dynamics.friction, 0.0),
     )
+
+
+def _or(value: float | None, default: float) -> float:
+    try:
+        return default if value is None else float(value)
+    except (TypeError, ValueError):
+        raise DescriptionError(f"'{str(value)[:60]}' of a joint is no number") from None
 
 
 def _require_unique(kind: str, names: list[str], path: Path) -> None:

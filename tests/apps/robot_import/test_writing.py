@@ -28,7 +28,7 @@ def test_an_import_loads_with_all_its_mass(imported):
     robot = skylimb.load_robot(imported)
     assert robot.mass == pytest.approx(1.0 + 0.3 + 0.2 + 5e-5, abs=1e-9)
     assert sorted(path.name for path in imported.iterdir()) == [
-        "check.txt", "flight.toml", "mapping.toml", "robot.png", "robot.urdf",
+        "check.txt", "flight.toml", "mapping.toml", "robot.links.json", "robot.png", "robot.urdf",
     ]  # fmt: skip
     assert "can hover" in (imported / "check.txt").read_text()
     assert "lag of the rotors: is not said" in (imported / "flight.toml").read_text()

@@ -11,7 +11,7 @@ from skylimb.apps.robot_import.doubts import Doubt
 from skylimb.apps.robot_import.mapping import MappedRotor, Mapping
 from skylimb.apps.robot_import.roles import Roles
 from skylimb.apps.robot_import.tables import LabTables, MotorTable
-from skylimb.apps.robot_import.tree import UrdfTree
+from skylimb.apps.robot_import.tree import UrdfTree, number
 from skylimb.base.errors import DescriptionError
 from skylimb.robots.description import GRAVITY, Servo
 from skylimb.robots.flight_file import (
@@ -22,7 +22,6 @@ from skylimb.robots.flight_file import (
     TipSection,
     VectoringSection,
 )
-from skylimb.robots.urdf import number
 
 URDF_NAME = "robot.urdf"
 KAPPA, LAG, THRUST_MIN, THRUST_TO_WEIGHT = 0.016, 0.05, 0.5, 2.0
@@ -139,8 +138,8 @@ def _turning(tree: UrdfTree, rotor: MappedRotor, doubts: list[Doubt]) -> tuple[f
     disc of that mass and inertia.
     """
     inertia, factor, mass = rotor.inertia, rotor.thrust_factor, tree.mass(rotor.link)
-    inertia_of_link = tree.inertia(rotor.link)
-    said = 0.0 if inertia_of_link is None else float(inertia_of_link[2, 2])
+    element = tree.link(rotor.link)
+    said = number(element.find("inertial/inertia") if element is not None else None, "izz", 0.0)
     radius = math.sqrt(2.0 * said / mass) if said > 0.0 and mass > 0.0 else 0.0
     if mass > _HEAVIEST or not _SMALLEST < radius < _LARGEST:
         return inertia, factor
@@ -164,8 +163,7 @@ def _first(*values: float | None) -> float | None:
 
 def _drag(tree: UrdfTree, motors: MotorTable, doubts: list[Doubt]) -> tuple[float, int]:
     """Drag torque per thrust, and -1 where the file counts its sense of spin the other way round."""
-    said = number(tree.root.find("m_f_rate"), "value", "<m_f_rate>", math.nan)
-    table = motors.drag_torque_coefficient
+    said, table = number(tree.root.find("m_f_rate"), "value", math.nan), motors.drag_torque_coefficient
     what = "drag torque per thrust"
     if not math.isfinite(said):
         if table is None:

@@ -11,7 +11,6 @@ from skylimb.apps.robot_import.roles import Roles
 from skylimb.apps.robot_import.tree import UrdfTree
 from skylimb.base.errors import DescriptionError
 from skylimb.robots.description import Inertial
-from skylimb.robots.urdf import INERTIA
 from skylimb.robots.validation import check_inertial
 
 DUST = 1e-3
@@ -25,6 +24,8 @@ _POINT = 1e-3
 
 _LIMITS = {"effort": (3.0, "N m"), "velocity": (0.5, "rad/s")}
 """Assumed where a joint's limit is missing or not positive."""
+
+_ENTRIES = {"ixx": (0, 0), "iyy": (1, 1), "izz": (2, 2), "ixy": (0, 1), "ixz": (0, 2), "iyz": (1, 2)}
 
 _SPREAD = 1e-3
 """Share of the second moment that a mended inertia has at least along each axis."""
@@ -101,10 +102,9 @@ def _plant_root(tree: UrdfTree, welded: float) -> list[Doubt]:
 
 
 def _mend_inertia(tree: UrdfTree, name: str, mend: bool) -> list[Doubt]:
-    inertia = tree.inertia(name)
-    if inertia is None:
+    inertial = _inertial(tree, name)
+    if inertial is None:
         return []
-    inertial = Inertial(tree.mass(name), np.zeros(3), inertia)
     try:
         check_inertial(name, inertial)
     except DescriptionError as error:
@@ -147,8 +147,23 @@ def nearest_inertia(inertia: np.ndarray) -> np.ndarray:
     return np.trace(S) * np.eye(3) - S
 
 
+def _inertial(tree: UrdfTree, name: str) -> Inertial | None:
+    link = tree.link(name)
+    element = None if link is None else link.find("inertial/inertia")
+    if element is None:
+        return None
+    inertia = np.zeros((3, 3))
+    for key, (i, j) in _ENTRIES.items():
+        try:
+            inertia[i, j] = inertia[j, i] = float(element.get(key, "0"))
+        except ValueError:
+            return None
+    return Inertial(tree.mass(name), np.zeros(3), inertia)
+
+
 def _write_inertia(tree: UrdfTree, name: str, inertia: np.ndarray) -> None:
-    element = tree.inside(name, "inertial/inertia")
+    link = tree.link(name)
+    element = None if link is None else link.find("inertial/inertia")
     assert element is not None  # it was read from there
-    for key, place in INERTIA.items():
+    for key, place in _ENTRIES.items():
         element.set(key, repr(float(inertia[place])))

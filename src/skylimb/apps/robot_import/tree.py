@@ -11,7 +11,8 @@ from xml.etree.ElementTree import Element
 import numpy as np
 
 from skylimb.base.errors import DescriptionError
-from skylimb.robots.urdf import inertia_in, number, numbers, origin, robot_element
+from skylimb.base.rotations import rotation_from_rpy
+from skylimb.base.xml_text import read_xml
 
 FIXED = "fixed"
 _ENDLESS = 2.0 * math.pi + 1e-6
@@ -26,7 +27,14 @@ class UrdfTree:
     """
 
     def __init__(self, content: bytes, where: str) -> None:
-        self.root = robot_element(content, where)
+        try:
+            self.root = read_xml(content)
+        except ValueError as error:
+            raise DescriptionError(f"'{where}' is no XML: {' '.join(str(error).split())}") from None
+        if self.root.tag != "robot":
+            raise DescriptionError(
+                f"'{where}' is no URDF: it begins with <{self.root.tag[:60]}>, not <robot>"
+            )
         self.name = (self.root.get("name") or "robot").strip()
         self._where = where
         for joint in self.joints():
@@ -45,11 +53,6 @@ class UrdfTree:
     def link(self, name: str) -> Element | None:
         """The <link> of that name."""
         return next((link for link in self.root.findall("link") if link.get("name") == name), None)
-
-    def inside(self, link: str, tags: str) -> Element | None:
-        """An element within a link, such as "inertial/mass"."""
-        element = self.link(link)
-        return None if element is None else element.find(tags)
 
     def links(self) -> list[str]:
         """Names of all links, as they stand in the file."""
@@ -107,12 +110,9 @@ class UrdfTree:
 
     def mass(self, link: str) -> float:
         """Mass that the file says of a link, kg; 0 where it says none."""
-        return number(self.inside(link, "inertial/mass"), "value", f"the mass of link '{link}'", 0.0)
-
-    def inertia(self, link: str) -> np.ndarray | None:
-        """Inertia (3, 3) that the file says of a link, kg m^2, in its own axes; None where it says none."""
-        element = self.inside(link, "inertial/inertia")
-        return None if element is None else inertia_in(element, f"link '{link}'")
+        element = self.link(link)
+        mass = None if element is None else element.find("inertial/mass")
+        return number(mass, "value", 0.0)
 
     def total_mass(self) -> float:
         """Sum of all links' masses, kg."""
@@ -120,15 +120,18 @@ class UrdfTree:
 
     def limit(self, joint: Element, key: str) -> float:
         """A number of the joint's <limit>, NaN where there is none."""
-        return number(joint.find("limit"), key, _called(joint), math.nan)
+        return number(joint.find("limit"), key, math.nan)
 
     def axis(self, joint: Element) -> np.ndarray:
         """The joint's axis (3,), as URDF has it: x where none is given."""
-        return numbers(joint.find("axis"), "xyz", f"the axis of {_called(joint)}", "1 0 0")
+        element = joint.find("axis")
+        return np.array(_triple(element, "xyz", (1.0, 0.0, 0.0)))
 
     def place(self, joint: Element) -> tuple[np.ndarray, np.ndarray]:
         """Origin (3,) in m and orientation (3, 3) of the child's frame in the parent's."""
-        return origin(joint, _called(joint))
+        origin = joint.find("origin")
+        xyz = np.array(_triple(origin, "xyz", (0.0, 0.0, 0.0)))
+        return xyz, rotation_from_rpy(*_triple(origin, "rpy", (0.0, 0.0, 0.0)))
 
     def endless(self, joint: Element) -> bool:
         """Whether the joint turns without end, whatever it is called."""
@@ -181,8 +184,21 @@ class UrdfTree:
         return ElementTree.tostring(root, encoding="utf-8", xml_declaration=True) + b"\n"
 
 
-def _called(joint: Element) -> str:
-    return f"joint '{joint.get('name')}'"
+def number(element: Element | None, key: str, default: float) -> float:
+    """An attribute as a number, `default` where it is none."""
+    try:
+        return float((element.get(key) if element is not None else None) or "")
+    except ValueError:
+        return default
+
+
+def _triple(element: Element | None, key: str, default: tuple[float, ...]) -> tuple[float, ...]:
+    text = None if element is None else element.get(key)
+    try:
+        values = tuple(float(word) for word in (text or "").split())
+    except ValueError:
+        return default
+    return values if len(values) == 3 else default
 
 
 def _text(values: np.ndarray) -> str:

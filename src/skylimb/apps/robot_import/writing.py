@@ -12,8 +12,11 @@ from skylimb.apps.robot_import.proposal import URDF_NAME
 from skylimb.apps.robot_import.report import report_text
 from skylimb.base.errors import DescriptionError
 from skylimb.base.files import new_folder, require_new
+from skylimb.base.sources import read_source
 from skylimb.robots.flight_file import FlightFile
+from skylimb.robots.links_file import links_text
 from skylimb.robots.loader import FLIGHT_FILE
+from skylimb.robots.urdf import read_urdf
 
 CHECK, PICTURE, MAPPING = "check.txt", "robot.png", "mapping.toml"
 
@@ -28,8 +31,8 @@ def import_robot(
 ) -> RobotReport:
     """Check a description and write it as a robot that `load_robot` and `--set robot=DIR` take.
 
-    A new folder gets `robot.urdf`, `flight.toml`, `meshes/`, `check.txt` with the findings, `robot.png`, and
-    `mapping.toml`, a draft of what can be said otherwise.
+    A new folder gets `robot.urdf`, its links and joints as data, `flight.toml`, `meshes/`, `check.txt` with
+    the findings, `robot.png`, and `mapping.toml`, a draft of what can be said otherwise.
 
     Args:
         path: as `check_robot_file`.
@@ -53,6 +56,9 @@ def import_robot(
         for name, content in report.meshes.items():
             (folder / name).parent.mkdir(exist_ok=True)
             (folder / name).write_bytes(content)
+        urdf = read_source(folder / URDF_NAME)
+        links = links_text(urdf, None, read_urdf(urdf), urdf.path.parent)
+        (folder / URDF_NAME).with_suffix(".links.json").write_text(links, encoding="utf-8")
         draw_robot(report, folder / PICTURE)
     return report
 
