@@ -359,3 +359,9 @@ def test_a_massless_root_can_be_cut_away_by_name(spoil, kind):
     robot = load_robot(path)
     assert robot.description.root == "link1"
     assert robot.mass == pytest.approx(4.120637, abs=1e-9)
+
+
+def test_the_axis_of_what_does_not_turn_is_none(spoil):
+    mount = '<joint name="battery1_mount" type="fixed">'
+    robot = load_robot(spoil(urdf=(mount, f'{mount}<axis xyz="0 0 0"/>')))
+    assert robot.mass == pytest.approx(4.120637, abs=1e-9)

@@ -200,9 +200,9 @@ def _joint(joint: Any, path: Path) -> Joint:
     if joint.mimic is not None:
         raise DescriptionError(f"{what} mimics '{joint.mimic.joint}'; mimic joints are not supported")
     xyz, R = _origin(joint.origin, what, path)
-    axis = (
-        np.array([1.0, 0.0, 0.0]) if joint.axis is None else _finite(joint.axis, f"the axis of {what}", path)
-    )
+    axis = np.array([1.0, 0.0, 0.0])
+    if joint.axis is not None and joint.type != "fixed":  # some files write 0 0 0 where nothing turns
+        axis = _finite(joint.axis, f"the axis of {what}", path)
     length = float(np.linalg.norm(axis))
     if length < 1e-9:
         raise DescriptionError(f"{what} has the axis {axis}; it needs a direction")
