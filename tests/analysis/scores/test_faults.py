@@ -36,8 +36,9 @@ def log(events: list[dict[str, Any]], status: Any = "OK", **changes: Any) -> xr.
     return found
 
 
-def numbers(flight: xr.Dataset) -> dict[str, Any]:
-    found = measured(Run("", "", flight), ["faults"])
+def numbers(flight: xr.Dataset, twin: xr.Dataset | None = None) -> dict[str, Any]:
+    beside = None if twin is None else Run("", "", twin)
+    found = measured(Run("", "", flight, twin=beside), ["faults"])
     return {name.removeprefix("fault_"): value for name, value in found.items()}
 
 
@@ -70,6 +71,22 @@ def test_the_reference_s_own_motion_is_no_fault() -> None:
     moved |= {f"{name}_reference": course for name in moved}
     found = numbers(log([PUSH], **moved))
     assert [found[key] for key in ("sink", "sideways", "tip")] == pytest.approx([0.0, 0.0, 0.0], abs=1e-12)
+
+
+def test_what_the_same_flight_moves_without_its_events_does_not_count() -> None:
+    wanders = {
+        "tip_position": TIME[:, None] * [0.01, 0.0, 0.0],
+        "cog_position": TIME[:, None] * [0.0, 0.02, -0.01],
+    }
+    thrown = {name: path + step(2.2, [0.0, 0.1, -0.1]) for name, path in wanders.items()}
+    alone, beside = log([PUSH], **thrown), log([], **wanders)
+    paired = numbers(alone, beside)
+    wanted = {"sink": 0.1, "sideways": 0.1, "tip": 0.1 * np.sqrt(2.0)}
+    assert {key: paired[key] for key in wanted} == pytest.approx(wanted)
+    assert all(numbers(alone)[key] > wanted[key] for key in ("sink", "sideways"))
+    # One that is lost by itself is nothing to compare with; one whose mission ends earlier is, until then.
+    assert numbers(alone, log([], "FAILED", **wanders))["tip"] is None
+    assert numbers(alone, beside.sel(time=slice(0.0, 3.0)))["tip"] == pytest.approx(wanted["tip"])
 
 
 def test_the_tip_is_to_stay_on_a_surface_that_leans() -> None:

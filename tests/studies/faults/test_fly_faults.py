@@ -93,3 +93,11 @@ def test_the_verb_shows_the_table(tmp_path: Path, capsys: pytest.CaptureFixture[
     )
     assert "hybrid, unprotected" in capsys.readouterr().out
     assert (out / "faults.md").is_file()
+
+
+def test_what_a_flight_moves_by_itself_is_no_faults_doing(tmp_path: Path) -> None:
+    nothing = replace(SMALL.faults[1], set={"events": [{**PUSH, "force": [0.0, 0.0, 0.0]}]})
+    still = replace(SMALL, faults=(replace(nothing, bounds={"tip": (0.0, 0.0), "sideways": (0.0, 0.0)}),))
+    rows = fly_faults(tmp_path / "out", 2, catalogue=still, workers=0).rows
+    assert [row.numbers["tip"] for row in rows] == [(0.0, 0.0)] * 2
+    assert all(row.reached(still.faults[0]) for row in rows)

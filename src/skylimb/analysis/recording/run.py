@@ -50,6 +50,8 @@ class Run:
         sources: copies of the files that produced it, by the name that `config` has for each; they are
             written beside the record (`write_run`), not into it.
         file: from which it was read; None for one that was not.
+        twin: the same flight without its events, where one was flown: what it moves by itself is no event's
+            doing.
     """
 
     name: str
@@ -58,6 +60,7 @@ class Run:
     metrics: Mapping[str, Any] = field(default_factory=dict)
     sources: Mapping[str, bytes] = field(default_factory=dict)
     file: Path | None = field(default=None, compare=False)
+    twin: Run | None = field(default=None, compare=False)
 
     @property
     def status(self) -> str:

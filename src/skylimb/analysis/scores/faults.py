@@ -2,7 +2,8 @@
 
 A fault is whatever the flight's events are. What it did is counted from the sample before the first of them,
 against the mission's reference, until `WINDOW` after the last has ended; of a flight without events, such as
-one with a heavier robot, all along. A flight that was lost before the window's end and before `OUTLIVED` has
+one with a heavier robot, all along. Where the same flight was flown without its events, what that one moves
+by itself does not count. A flight that was lost before the window's end and before `OUTLIVED` has
 none of these numbers, but how long it went on; one that its supervisor landed was not lost.
 """
 
@@ -69,13 +70,18 @@ def fault(run: Run) -> dict[str, float]:
     lasted = float(time[-1] - onset) if happened or not planned else np.nan
     seen, alarms = _noticed(log, onset if happened else np.inf)
     landed = run.failed and _landed(log)
-    if run.failed and not (time[-1] >= end or lasted >= OUTLIVED or landed):
+    lost = run.failed and not (time[-1] >= end or lasted >= OUTLIVED or landed)
+    if lost or (run.twin is not None and run.twin.failed):
         known = {"lasted": lasted, "landed": landed, "seen": seen, "alarms": alarms}
         return {key: known.get(key, np.nan) for key in fault.keys}
     # What is there from take-off on is counted from the first sample.
     first = max(0, int(np.searchsorted(time, onset - 1e-9)) - 1)
-    after = slice(first, int(np.searchsorted(time, end)))
-    off, axis = _departure(log, "cog_position", after), contact_axis(log)
+    twin = None if run.twin is None else run.twin.log
+    after = slice(first, min(int(np.searchsorted(time, end)), len(time if twin is None else twin.time)))
+    off, astray = _departure(log, "cog_position", after), _astray(log, after)
+    if twin is not None:
+        off, astray = off - _departure(twin, "cog_position", after), astray - _astray(twin, after)
+    axis = contact_axis(log)
     aside = (off - np.outer(axis.along(off), axis.vector)) * (1.0, 1.0, 0.0)
     w, x, y, z = recorded(log, "root_quaternion")[after].T
     upright = np.stack([2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)], axis=1)
@@ -85,7 +91,7 @@ def fault(run: Run) -> dict[str, float]:
         "tilt": float(np.arccos(np.clip(upright @ upright[0], -1.0, 1.0)).max()),
         "sink": float(-off[:, 2].min()),
         "sideways": float(np.linalg.norm(aside, axis=1).max()),
-        "tip": float(np.linalg.norm(_astray(log, after), axis=1).max()),
+        "tip": float(np.linalg.norm(astray, axis=1).max()),
         "force": float(recorded(log, "contact_force_normal")[after].max()),
         "speed": float(np.linalg.norm(recorded(log, "cog_velocity")[after], axis=1).max()),
         "seen": seen,

@@ -97,6 +97,9 @@ class CampaignSpec:
         str, Key("", "a calibration.toml, which every controller knows its robot by; empty for none")
     ] = ""
     measures: Annotated[tuple[str, ...], Key("", "sets of further numbers of each flight")] = ()
+    twins: Annotated[
+        bool, Key("", "whether a flight with events is measured against the same one without them")
+    ] = False
     success: dict[str, Bound] = field(default_factory=dict)
     stop: StopRule | None = None
     tune: Search | None = None

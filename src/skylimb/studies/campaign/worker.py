@@ -6,6 +6,7 @@ compiled equations. Any worker on any machine gives the same row for the same jo
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import tempfile
 import threading
@@ -147,13 +148,21 @@ class Worker:
         taken = {id(item) for item in native}
         return [next(made) if id(item) in taken else None for item in ready]
 
+    def _twin(self, item: Takeoff) -> Run | None:
+        """The same flight without its events, where the campaign compares the two."""
+        if not (self._campaign.spec.twins and item.experiment.events):
+            return None
+        twin = item.changed(dataclasses.replace(item.experiment, events=()))
+        return simulated_run(twin, self._native_flights([twin])[0] or fly_here(twin))
+
     def _flown(self, job: Job, item: Takeoff, flight: Flight | None) -> Flown:
         """The row of a flight; it is flown by the Python driver where it has not been yet."""
         spec = self._campaign.spec
         try:
             if flight is None:
                 flight = fly_here(item)
-            run = scored(simulated_run(item, flight), spec.user_metrics, spec.measures)
+            run = dataclasses.replace(simulated_run(item, flight), twin=self._twin(item))
+            run = scored(run, spec.user_metrics, spec.measures)
         except (OSError, MemoryError, CompileError):
             raise  # says something of this machine, nothing of the flight
         except Exception as error:  # one odd flight must not end a night of them; its row says what happened
