@@ -134,8 +134,9 @@ def _watch(found: Found, page: sync_api.Page, second: ClientConnection, process:
     while time.perf_counter() - begun < seconds / 2:
         value = AFTER if value is BEFORE else BEFORE
         sent = time.perf_counter()
-        second.send(json.dumps({"do": "gain", "key": GAIN, "value": value}))
-        event(second, "gain")
+        second.send(json.dumps({"do": "set", "key": GAIN, "value": value}))
+        while event(second, "state")["gains"][0].get(GAIN.removeprefix("controller.")) != value:
+            pass
         found.answers.append(time.perf_counter() - sent)
         time.sleep(1.0)
         last = _pace(page, second)
@@ -146,7 +147,7 @@ def _watch(found: Found, page: sync_api.Page, second: ClientConnection, process:
         second.send('{"do": "restart"}')
         event(second, "restarted")
         for _ in range(4):
-            second.send(json.dumps({"do": "gain", "key": GAIN, "value": AFTER}))
+            second.send(json.dumps({"do": "set", "key": GAIN, "value": AFTER}))
             event(second, "pace")
         found.memory.append(_memory(process))
 

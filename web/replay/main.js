@@ -3,7 +3,7 @@
 import { choice, element, toggle } from "../shared/elements.js";
 import { SceneView } from "../shared/scene_view.js";
 import { Clock } from "./clock.js";
-import { eventsOf, Marks } from "./events.js";
+import { eventsOf, Marks } from "../shared/events.js";
 import { Plots } from "./plots.js";
 import { RecordedFigure } from "./recorded_figure.js";
 

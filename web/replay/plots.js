@@ -3,7 +3,7 @@
 import { uPlot } from "vendor";
 import { curvesOf } from "../shared/curves.js";
 import { columns, lastNotAbove } from "../shared/decode.js";
-import { eventsOf, stripes } from "./events.js";
+import { eventsOf, stripes } from "../shared/events.js";
 
 export class Plots {
   static async of(holder, flights, clock) {

@@ -3,7 +3,8 @@
 import { uPlot } from "vendor";
 import { curvesOf } from "../shared/curves.js";
 import { element } from "../shared/elements.js";
-import { SPAN } from "./past.js";
+
+const SPAN = 30; // s that are seen
 
 const HEIGHT = 150;
 const BESIDE = [undefined, [7, 3], [2, 3], [9, 3, 2, 3]];
@@ -74,11 +75,12 @@ export class Charts {
 
   /** Draw what is known now. */
   update() {
-    const { frames, end, start } = this.past;
+    const { frames, start } = this.past;
     if (!frames.length) return;
-    const first = Math.max(0, frames.findIndex((frame) => frame[0] >= end - SPAN));
-    const shown = frames.slice(first), times = shown.map((frame) => frame[0]);
-    const range = { min: Math.min(start, end - 5), max: end };
+    // What is looked at is in the middle, where it is too old to be seen beside what flies now.
+    const end = Math.min(this.past.end, this.looking === null ? Infinity : Math.max(this.looking + SPAN / 2, start + SPAN));
+    const shown = frames.slice(this.past.index(end - SPAN), this.past.index(end) + 1), times = shown.map((frame) => frame[0]);
+    const range = { min: Math.max(0, Math.min(start, end - 5), end - SPAN), max: end };
     for (const { plot, curves, holder } of this.charts) {
       if (!this.#seen(holder)) continue;
       const data = curves.map(({ at }) => shown.map((frame) => (Number.isNaN(frame[at]) ? null : frame[at])));

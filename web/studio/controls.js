@@ -1,26 +1,32 @@
-// Every gain and key as a control, with search.
+// Every gain and key as a control, with search. What a control shows is what flies: the server's state.
 
 import { button, element } from "../shared/elements.js";
 import { seldom } from "./connection.js";
 
+const OWN = 400; // ms after a hand's own change for which the state may be older than it
 const shown = (value) => (typeof value === "number" ? Number(value.toPrecision(6)) : value);
+const same = (one, other) => JSON.stringify(one) === JSON.stringify(other);
+const inWords = (value) => (Array.isArray(value) ? `[${value.map(inWords).join(", ")}]` : value === null ? "none" : String(shown(value)));
 
 export class Controls {
-  /** `change(control, value, flight)` is called with a value of the control's kind; flight null means all. */
-  constructor(holder, change) {
-    Object.assign(this, { change, rows: [], open: new Set(["controller.translation"]), flight: null });
+  /** `studio.say` is called with what a hand changes. */
+  constructor(studio, holder) {
+    Object.assign(this, { studio, rows: [], open: new Set(["controller.translation"]), flight: null });
     this.search = element("input", { type: "search", placeholder: "Search: stiffness, friction, latency …", "aria-label": "Search gains and keys", autocomplete: "off", spellcheck: "false" });
     this.of = element("select", { "aria-label": "Whose gains" });
-    this.of.addEventListener("change", () => { this.flight = this.of.value === "" ? null : Number(this.of.value); this.#values(); });
+    this.of.addEventListener("change", () => { this.flight = this.of.value === "" ? null : Number(this.of.value); this.apply(this.state); });
     this.count = element("span", { class: "soft count", role: "status" });
     this.list = element("div", { class: "keys" });
+    this.changed = element("section", { class: "changed", "aria-label": "What was changed", hidden: true });
     this.search.addEventListener("input", () => this.filter());
-    holder.append(element("div", { class: "search" }, this.search, this.of, this.count), this.list);
+    holder.append(element("div", { class: "search" }, this.search, this.of, this.count), this.changed, this.list);
   }
 
+  /** The controls of a new take-off, with their values then and in the preset. */
   show(controls, names) {
     const place = this.list.scrollTop;
     this.flight = null;
+    this.names = names;
     this.of.hidden = names.length < 2;
     this.of.replaceChildren(element("option", { value: "" }, "gains of all"), ...names.map((name, i) => element("option", { value: i }, `gains of ${name}`)));
     if (this.#renew(controls)) return;
@@ -42,12 +48,7 @@ export class Controls {
     const shape = ({ key, kind, acts, low, high, choices, value }) => JSON.stringify([key, kind, acts, low, high, choices, value?.length]);
     const rows = new Map(this.rows.map((row) => [shape(row.control), row]));
     if (rows.size !== controls.length || !controls.every((control) => rows.has(shape(control)))) return false;
-    for (const control of controls) {
-      const row = rows.get(shape(control));
-      Object.assign(row.control, control);
-      row.back.hidden = true;
-      row.input.set(control.value);
-    }
+    for (const control of controls) Object.assign(rows.get(shape(control)).control, control);
     return true;
   }
 
@@ -68,39 +69,69 @@ export class Controls {
   #row(control) {
     const { key, unit, meaning, acts } = control;
     const id = `key-${key}`;
-    const input = inputFor(control, id, (value) => { this.change(control, value, control.flights ? this.flight : null); this.#changed(row); });
-    const back = button("↺", { class: "back", title: "Back to the value at take-off", "aria-label": `${key}: back to the value at take-off`, hidden: true },
-      () => { input.set(control.value); this.change(control, control.value, control.flights ? this.flight : null); back.hidden = true; });
-    const holder = element("div", { class: "key" },
-      element("label", { for: id }, key.split(".").slice(-1)[0].replaceAll("_", " "), element("span", { class: "unit" }, unit ? ` ${unit}` : "")),
+    const row = { control, held: 0 };
+    row.input = inputFor(control, id, (value, entry) => {
+      row.held = performance.now() + OWN;
+      setTimeout(() => this.#set(row), OWN);
+      this.studio.say("set", { key, value, flight: control.flights ? this.flight : null, entry });
+    });
+    row.holder = element("div", { class: "key" },
+      element("label", { for: id, title: key }, key.split(".").slice(-1)[0].replaceAll("_", " "), element("span", { class: "unit" }, unit ? ` ${unit}` : "")),
       acts === "restart" ? element("span", { class: "restarts", title: "A change takes off again" }, "restarts") : element("span"),
-      back, input.holder, element("p", { class: "meaning" }, meaning));
-    const row = { control, holder, input, back, words: `${key} ${meaning} ${unit} ${key.replaceAll("_", " ")}`.toLowerCase() };
+      row.input.holder, element("p", { class: "meaning" }, meaning));
+    // What is being typed or dragged is not taken away before it is said, or left.
+    row.holder.addEventListener("input", ({ target }) => { if (target.type !== "range" || acts === "restart") row.held = Infinity; });
+    for (const kind of ["change", "focusout"]) row.holder.addEventListener(kind, () => { if (row.held === Infinity) { row.held = 0; setTimeout(() => this.#set(row), OWN); } });
+    row.words = `${key} ${meaning} ${unit} ${key.replaceAll("_", " ")}`.toLowerCase();
     return row;
   }
 
-  #changed(row) {
-    row.back.hidden = row.control.acts === "restart";
+  /** What a control is now: of the flight with a number where it is a gain. */
+  now({ key, value, values, flights }, flight = this.flight ?? flights?.[0]) {
+    const { gains, surface } = this.state;
+    if (flights) return gains[flight]?.[key.replace(/^controller\./, "")] ?? values[flights.indexOf(flight)];
+    const name = key.replace(/^surface\./, "");
+    return name !== key && name in surface ? surface[name] : value;
   }
 
-  /** The values of the chosen flight; a gain that it doesn't have can't be changed. */
-  #values() {
-    for (const { control, holder, input } of this.rows) {
-      if (!control.flights) continue;
-      const at = this.flight === null ? 0 : control.flights.indexOf(this.flight);
-      for (const field of holder.querySelectorAll("input, select")) field.disabled = at < 0;
-      if (at >= 0) input.set(control.values[at]);
-    }
+  /** Show what flies. */
+  apply(state) {
+    this.state = state;
+    for (const row of this.rows) this.#set(row);
+    this.#list();
   }
 
-  /** A value was changed, here or on another page; also what it is again where a change was refused. */
-  set(key, value, flight) {
-    for (const row of this.rows) {
-      if (row.control.key !== key) continue;
-      row.control.values = row.control.values?.map((old, i) => (flight === null || row.control.flights[i] === flight ? value : old));
-      if (!row.holder.contains(document.activeElement) && (flight === null || this.flight === null || this.flight === flight)) row.input.set(value);
-      this.#changed(row);
+  #set(row) {
+    const { control, holder, input } = row;
+    if (performance.now() < row.held || !this.state) return;
+    row.held = 0;
+    const missing = control.flights && this.flight !== null && !control.flights.includes(this.flight);
+    for (const field of holder.querySelectorAll("input, select")) field.disabled = missing;
+    if (!missing) input.set(this.now(control));
+  }
+
+  /** Everything that is not what it was at take-off, or in the preset. */
+  #list() {
+    const told = [], wanted = { "take-off": false, preset: false };
+    for (const { control } of this.rows) {
+      const { key, acts, flights, preset, value, values } = control;
+      const all = flights ? flights.map((flight, i) => [this.now(control, flight), values[i], preset[i]]) : [[this.now(control), value, preset]];
+      const differs = { "take-off": all.some(([now, first]) => !same(now, first)), preset: all.some(([now, , own]) => !same(now, own)) };
+      if (!differs["take-off"] && !differs.preset) continue;
+      const of = (at) => [...new Set(all.map((one) => inWords(one[at])))].join("; ");
+      const buttons = [["take-off", 1], ["preset", 2]].filter(([to]) => differs[to])
+        .map(([to, at]) => button(`${to}: ${of(at)}`, { class: "back", "aria-label": `${key}: back to ${to}`, title: acts === "restart" ? "Takes off again" : "" }, () => this.studio.say("back", { to, key })));
+      for (const to of Object.keys(wanted)) wanted[to] ||= differs[to];
+      told.push(element("li", {}, element("span", { title: key }, key.replace(/^controller\./, "").replaceAll("_", " ")), element("strong", {}, of(0)), ...buttons));
     }
+    const what = JSON.stringify(told.map(({ textContent }) => textContent));
+    if (what === this.listed) return; // a button that is pressed just now stays
+    this.listed = what;
+    this.changed.hidden = !told.length;
+    this.changed.replaceChildren(
+      element("div", { class: "row" }, element("h2", {}, `Changed: ${told.length}`),
+        ...Object.keys(wanted).filter((to) => wanted[to]).map((to) => button(`All back to ${to}`, { class: "back" }, () => this.studio.say("back", { to })))),
+      element("ul", {}, ...told));
   }
 
   filter() {
@@ -145,13 +176,12 @@ function choiceFor({ value, choices }, id, change) {
   return { holder: select, set: (next) => { select.value = String(next); } };
 }
 
-function numberFor(control, id, change) {
-  const { value, low, high, acts } = control;
-  const whole = control.whole ?? false;
-  const field = element("input", { type: "number", id, step: "any", min: low ?? undefined, max: high ?? undefined });
-  field.value = value === null ? "" : shown(value);
-  const bounds = value === null ? null : rangeOf(control);
-  const slider = bounds && element("input", { type: "range", min: bounds[0], max: bounds[1], step: whole ? 1 : (bounds[1] - bounds[0]) / 500, "aria-label": `${control.key}, slider` });
+/** A number's field and, where it has a range, its slider. */
+function entryFor(control, value, id, name, change) {
+  const { low, high, acts, whole } = control;
+  const field = element("input", { type: "number", id, step: "any", min: low ?? undefined, max: high ?? undefined, "aria-label": name });
+  const bounds = value === null || (control.kind === "vector" && acts === "restart") ? null : rangeOf({ value, low, high });
+  const slider = bounds && element("input", { type: "range", min: bounds[0], max: bounds[1], step: whole ? 1 : (bounds[1] - bounds[0]) / 500, "aria-label": `${name ?? control.key}, slider` });
   const set = (next) => {
     field.value = next === null ? "" : shown(next);
     if (slider && next !== null) slider.value = next;
@@ -163,14 +193,17 @@ function numberFor(control, id, change) {
     set(Number(field.value));
     change(Number(field.value));
   });
-  if (slider) {
-    slider.value = value;
-    slider.addEventListener("input", () => {
-      field.value = shown(Number(slider.value));
-      if (acts === "in flight") often(Number(slider.value));
-    });
-    if (acts !== "in flight") slider.addEventListener("change", () => change(Number(slider.value)));
-  }
+  slider?.addEventListener("input", () => {
+    field.value = shown(Number(slider.value));
+    if (acts === "in flight") often(Number(slider.value));
+  });
+  if (acts !== "in flight") slider?.addEventListener("change", () => change(Number(slider.value)));
+  set(value);
+  return { field, slider, set };
+}
+
+function numberFor(control, id, change) {
+  const { field, slider, set } = entryFor(control, control.value, id, undefined, change);
   return { holder: element("div", { class: "number" }, ...(slider ? [slider] : []), field), set };
 }
 
@@ -184,32 +217,13 @@ function rangeOf({ value, low, high }) {
 }
 
 function vectorFor(control, id, change) {
-  const { value, key, acts } = control;
+  const { value, key } = control;
   if (!value?.length || value.some((entry) => typeof entry !== "number")) return listFor(control, id, change);
-  const often = seldom(60, change);
-  const now = () => entries.map(({ field }) => Number(field.value));
-  const entries = value.map((entry, i) => {
-    const name = `${key}, entry ${i + 1}`;
-    const field = element("input", { type: "number", step: "any", id: i ? `${id}-${i}` : id, min: control.low ?? undefined, max: control.high ?? undefined, "aria-label": name });
-    field.value = shown(entry);
-    field.addEventListener("change", () => {
-      if (field.value === "" || !field.checkValidity()) return field.reportValidity();
-      if (slider) slider.value = field.value;
-      change(now());
-    });
-    const range = acts === "in flight" ? rangeOf({ ...control, value: entry }) : null;
-    const slider = range && element("input", { type: "range", min: range[0], max: range[1], step: (range[1] - range[0]) / 500, "aria-label": `${name}, slider` });
-    if (slider) {
-      slider.value = entry;
-      slider.addEventListener("input", () => { field.value = shown(Number(slider.value)); often(now()); });
-    }
-    return { field, slider };
-  });
-  const set = (next) => next.forEach((entry, i) => {
-    entries[i].field.value = shown(entry);
-    if (entries[i].slider) entries[i].slider.value = entry;
-  });
-  return { holder: element("div", { class: "vector" }, ...entries.map(({ field, slider }) => element("div", {}, field, slider ?? ""))), set };
+  const entries = value.map((entry, i) => entryFor(control, entry, i ? `${id}-${i}` : id, `${key}, entry ${i + 1}`, (next) => change(next, i)));
+  return {
+    holder: element("div", { class: "vector" }, ...entries.map(({ field, slider }) => element("div", {}, field, slider ?? ""))),
+    set: (next) => next.forEach((entry, i) => entries[i].set(entry)),
+  };
 }
 
 /** A list of other length or depth: as JSON. */

@@ -11,6 +11,7 @@ import { Past } from "./past.js";
 import { DrawingTool } from "./drawing_tool.js";
 import { Poke } from "./poke.js";
 import { Shell } from "./shell.js";
+import { Timeline } from "./timeline.js";
 import { Transport } from "./transport.js";
 
 const CHART_PERIOD = 100; // ms between two drawings of the charts; longer where they take long
@@ -37,14 +38,15 @@ class Studio {
   constructor() {
     this.figures = [];
     this.number = -1;
-    this.state = { paused: false, over: false, speed: 1 };
+    this.state = { paused: false, over: false, speed: 1, scene: null, version: 0, verdict: [], undo: null, redo: null };
     this.looking = null; // time of the past that is looked at
     this.mode = "look";
     this.past = new Past();
     this.shell = new Shell(this);
     this.transport = new Transport(this, find("transport"));
+    this.timeline = new Timeline(this, find("timeline"));
     this.charts = new Charts(find("charts"), this.past);
-    this.controls = new Controls(find("panel-gains"), (...change) => this.#change(...change));
+    this.controls = new Controls(this, find("panel-gains"));
     this.poke = new Poke(this, find("panel-poke"));
     this.surfaceTool = new SurfaceTool(this, find("panel-surface"));
     this.drawingTool = new DrawingTool(this, find("panel-draw"));
@@ -58,8 +60,21 @@ class Studio {
     this.#run();
   }
 
+  /** Have something done to the flight that this page shows; only who drives may. */
   say(what, content) {
-    return this.line.say(what, content);
+    if (!this.shell.seats.drives && what !== "take over") {
+      this.note("You watch. Take over to change something.", "bad");
+      return false;
+    }
+    return this.line.say(what, { seen: this.state.version, ...content });
+  }
+
+  /** Show what flies, once the scene is there that it is told of. */
+  #apply() {
+    const { state } = this;
+    this.transport.apply(state);
+    if (state.scene !== this.number) return this.shell.status();
+    for (const part of [this.controls, this.surfaceTool, this.timeline, this.shell]) part.apply(state);
   }
 
   note(text, kind) {
@@ -84,7 +99,7 @@ class Studio {
       this.number = -1; // until it can be shown, also where it is the scene that was here before
       this.#begin(hello).catch((error) => { this.note(`The flight cannot be shown: ${error.message}`, "bad"); console.error(error); });
     });
-    line.on("state", (state) => { this.state = state; this.transport.show(state); shell.status(); });
+    line.on("state", (state) => { this.state = state; this.#apply(); });
     line.on("seats", (seats) => { shell.seats = seats; shell.status(); });
     line.on("frame", ({ scene, frames }) => {
       if (scene !== this.number) return;
@@ -96,9 +111,7 @@ class Studio {
     line.on("error", (error) => shell.controllerError(error));
     line.on("report", ({ folder }) => this.note(`The report in ${folder} is drawn`));
     line.on("restarted", ({ why }) => { shell.controllerError(null); this.note(why ? `Took off again: ${why}` : "Took off again"); });
-    line.on("gain", ({ key, value, flight }) => this.controls.set(key, value, flight));
     line.on("kept", (kept) => { shell.kept(kept); });
-    line.on("rewound", () => { for (const figure of this.figures) figure.last = null; });
     line.on("pace", (pace) => this.transport.pace(pace));
     line.on("over", () => { if (shell.seats.drives) this.say("scores"); });
     line.on("scores", (scores) => shell.showScores(scores));
@@ -115,10 +128,11 @@ class Studio {
     this.poke.begin(linksOf(flights[0]));
     this.surfaceTool.begin(controls);
     this.drawingTool.begin();
-    this.shell.offer(controllers, flights.map(({ controller }) => controller));
+    this.shell.offer(controllers);
+    this.timeline.begin(scene.lasts, layout.flights[0].touching[0]);
     find("experiment").textContent = scene.experiment;
     find("ghosts").hidden = flights.length < 2;
-    this.shell.status();
+    this.#apply();
     this.#recall();
     document.body.dataset.ready = "true";
   }
@@ -147,17 +161,15 @@ class Studio {
     this.past.clear();
     for (const figure of this.figures) figure.clear();
     for (const frame of this.early.frames) this.#remember(frame);
+    for (const figure of this.figures) figure.last = null;
     this.early = null;
     this.fresh = true;
   }
 
   #remember(frame) {
+    if (this.past.end > frame[0]) for (const figure of this.figures) figure.last = null; // the flight has gone back
     this.past.add(frame);
     for (const figure of this.figures) figure.draw(frame);
-  }
-
-  #change({ key, flights }, value, flight) {
-    if (flights) this.say("gain", { key, value, flight }); else this.say("key", { key, value });
   }
 
   /** Look at a time of the past; null for now. */
@@ -189,7 +201,7 @@ class Studio {
     const canvas = find("picture").querySelector("canvas");
     let tool = null;
     canvas.addEventListener("pointerdown", (event) => {
-      if (event.button !== 0 || !this.sceneView || this.looking !== null) return;
+      if (event.button !== 0 || !this.sceneView || this.looking !== null || !this.shell.seats.drives) return;
       const wanted = event.shiftKey ? this.poke : this.tools[this.mode];
       if (!wanted?.grab(event)) return;
       tool = wanted;
@@ -207,13 +219,18 @@ class Studio {
     canvas.addEventListener("keydown", (event) => {
       if (this.mode === "poke" && this.poke.key(event)) return event.preventDefault();
       const act = {
-        " ": () => this.transport.toggle(), r: () => this.say("restart"),
+        " ": () => this.transport.toggle(), r: () => this.say("restart"), u: () => this.say("undo"),
         1: () => this.setMode("look"), 2: () => this.setMode("poke"), 3: () => this.setMode("surface"), 4: () => this.setMode("draw"),
         ArrowLeft: () => this.sceneView?.turn(-0.1, 0), ArrowRight: () => this.sceneView?.turn(0.1, 0),
         ArrowUp: () => this.sceneView?.turn(0, 0.1), ArrowDown: () => this.sceneView?.turn(0, -0.1),
         "+": () => this.sceneView?.zoom(0.9), "-": () => this.sceneView?.zoom(1.1),
       }[event.key];
       if (act) { event.preventDefault(); act(); }
+    });
+    addEventListener("keydown", (event) => {
+      if (event.key.toLowerCase() !== "z" || !(event.ctrlKey || event.metaKey) || event.target.matches("input[type=text], input[type=search], input[type=number]")) return;
+      event.preventDefault();
+      this.say(event.shiftKey ? "redo" : "undo");
     });
     canvas.addEventListener("keyup", () => this.poke.release());
     canvas.addEventListener("blur", () => this.poke.release());
@@ -230,6 +247,7 @@ class Studio {
         for (const figure of this.figures) figure.take(frame);
         this.sceneView?.at(frame[0]);
         this.poke.follow();
+        this.timeline.show(this.past.end);
         this.transport.frame(frame[0], frame[1], !this.state.paused && !this.state.over);
         this.chartsDue = true;
       }

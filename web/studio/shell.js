@@ -21,6 +21,7 @@ export class Shell {
     this.seats = { drives: false, others: 0 };
     this.#buildTabs();
     find("take-over").addEventListener("click", () => studio.say("take over"));
+    find("lost").append(button("Fly again with the last good gains", { class: "main" }, () => studio.say("recover")));
     this.first = choice("Controller", [], "", () => this.#choose());
     this.second = choice("Second controller", [], "", () => this.#choose());
     find("controllers").append(this.first, element("span", { class: "soft" }, "beside"), this.second);
@@ -63,20 +64,25 @@ export class Shell {
     this.choose(document.querySelector(`[aria-controls="panel-${panel}"]`));
   }
 
-  /** The controllers that may be flown, and those that are. */
-  offer(controllers, flown) {
-    const options = (none) => [...(none ? [["", "nobody"]] : []), ...controllers.map((name) => [name, name])]
+  /** The controllers that may be flown. */
+  offer(controllers) {
+    const options = (none) => [...(none ? [["", "nobody"]] : []), ...controllers.map((name) => [name, name.split("/").pop()])]
       .map(([value, text]) => element("option", { value }, text));
     this.first.replaceChildren(...options(false));
     this.second.replaceChildren(...options(true));
-    this.first.value = flown[0];
-    this.second.value = flown[1] ?? "";
+  }
+
+  /** Show what flies, and whether it was lost. */
+  apply({ controllers, verdict }) {
+    this.first.value = controllers[0];
+    this.second.value = controllers[1] ?? "";
+    find("lost").hidden = !verdict.some((text) => text !== ENDED);
+    this.status();
   }
 
   #choose() {
     const names = [this.first.value, this.second.value].filter(Boolean);
     this.studio.say("controllers", { names: [...new Set(names)] });
-    if (names.length === 2 && names[0] === names[1]) this.second.value = "";
   }
 
   status() {
@@ -94,6 +100,7 @@ export class Shell {
     }
     const { drives, others } = this.seats;
     document.body.dataset.drives = String(drives);
+    for (const part of document.querySelectorAll(".drives")) part.inert = !drives;
     find("seat").textContent = drives ? (others ? `You drive, ${others} watching` : "") : "You watch";
     find("take-over").hidden = drives || !this.online;
   }

@@ -5,6 +5,8 @@ import { button, element } from "../shared/elements.js";
 import { seldom } from "./connection.js";
 
 const PERIOD = 150; // ms between two moves that are sent: each takes 0.2 s
+const OWN = 400; // ms after a hand's own change for which the state may be older than it
+const PLACE = ["x", "y", "z"], TILT = ["slope", "pitch"];
 
 const SLIDERS = [
   ["x", "Forward, x", "m", -0.5, 0.5, 0.005], ["y", "Left, y", "m", -0.5, 0.5, 0.005], ["z", "Up, z", "m", -0.5, 0.5, 0.005],
@@ -16,37 +18,33 @@ export class SurfaceTool {
     this.studio = studio;
     this.inputs = {};
     this.values = { x: 0, y: 0, z: 0, slope: 0, pitch: 0 };
-    const row = (name, text, unit, low, high, step, act) => {
+    this.touched = {}; // what a hand has changed and not said yet
+    this.held = 0;
+    const row = (name, text, unit, low, high, step) => {
       const slider = element("input", { type: "range", min: low, max: high, step, "aria-label": `${text}, slider` });
       const field = element("input", { type: "number", id: `surface-${name}`, min: low, max: high, step: "any" });
-      const set = (value) => { slider.value = value; field.value = Number(Number(value).toPrecision(5)); };
-      slider.addEventListener("input", () => { set(slider.value); act(Number(slider.value)); });
+      this.inputs[name] = (value) => { slider.value = value; field.value = Number(Number(value).toPrecision(5)); };
+      slider.addEventListener("input", () => this.#touch(name, Number(slider.value)));
+      field.addEventListener("input", () => { this.held = Infinity; });
+      field.addEventListener("blur", () => { if (this.held === Infinity) { this.held = 0; this.#show(); } });
       field.addEventListener("change", () => {
         if (!field.value || !field.checkValidity()) return field.reportValidity();
-        set(field.value);
-        act(Number(field.value));
+        this.#touch(name, Number(field.value));
       });
-      this.inputs[name] = set;
-      set(0);
+      this.inputs[name](0);
       return element("div", { class: "key" }, element("label", { for: `surface-${name}` }, text, element("span", { class: "unit" }, ` ${unit}`)),
         element("div", { class: "number" }, slider, field));
     };
-    this.sendPlace = seldom(PERIOD, () => this.studio.say("surface", this.#place()));
-    this.sendTilt = seldom(PERIOD, () => this.studio.say("surface", this.#tilt()));
-    const friction = seldom(PERIOD, (value) => studio.say("surface", { friction: value }));
-    const stiffness = seldom(PERIOD, (value) => studio.say("surface", { stiffness: value }));
+    this.send = seldom(PERIOD, () => this.#say());
     this.present = element("input", { type: "checkbox", role: "switch", id: "surface-present" });
     this.present.checked = true;
-    this.present.addEventListener("change", () => studio.say("surface", { present: this.present.checked }));
+    this.present.addEventListener("change", () => this.#touch("present", this.present.checked));
     this.tilting = element("input", { type: "checkbox", role: "switch", id: "surface-tilting" });
     panel.append(
       element("p", {}, "Mode Surface: drag it in the picture; with the right switch a drag tilts it. Every move takes 0.2 s."),
-      ...SLIDERS.map(([name, text, unit, low, high, step]) => row(name, text, unit, low, high, step, (value) => {
-        this.values[name] = value;
-        if (name.length === 1) this.sendPlace(); else this.sendTilt();
-      })),
-      row("friction", "Friction", "", 0, 1.5, 0.01, friction),
-      row("stiffness", "Stiffness", "N/m", 50, 20000, 50, stiffness),
+      ...SLIDERS.map((slider) => row(...slider)),
+      row("friction", "Friction", "", 0, 1.5, 0.01),
+      row("stiffness", "Stiffness", "N/m", 50, 20000, 50),
       element("div", { class: "row" },
         element("label", { class: "switch" }, this.present, " The surface is there"),
         element("label", { class: "switch" }, this.tilting, " A drag tilts"),
@@ -56,30 +54,49 @@ export class SurfaceTool {
   /** A new take-off; the surface's keys are among the controls. Moves are counted from where it is then. */
   begin(controls) {
     const found = (key, usual) => controls.find((control) => control.key === `surface.${key}`)?.value ?? usual;
-    this.first = { friction: found("friction", 0), stiffness: found("stiffness", 5000) };
+    this.first = { position: found("position", [0, 0, 0]), slope: found("slope", 0), pitch: found("pitch", 0), friction: found("friction", 0), stiffness: found("stiffness", 5000) };
+  }
+
+  /** Show the surface that is there. */
+  apply({ surface }) {
+    this.state = surface;
     this.#show();
   }
 
   #show() {
-    this.values = { x: 0, y: 0, z: 0, slope: 0, pitch: 0 };
-    for (const name of Object.keys(this.values)) this.inputs[name](0);
-    this.inputs.friction(this.first.friction);
-    this.inputs.stiffness(this.first.stiffness);
-    this.present.checked = true;
+    const { state, first } = this;
+    if (!state || this.drag || performance.now() < this.held) return;
+    PLACE.forEach((name, i) => { this.values[name] = state.position[i] - first.position[i]; });
+    for (const name of TILT) this.values[name] = state[name] - first[name];
+    Object.assign(this.values, { friction: state.friction, stiffness: state.stiffness });
+    for (const [name, set] of Object.entries(this.inputs)) set(Math.abs(this.values[name]) < 1e-9 ? 0 : this.values[name]);
+    this.present.checked = state.present;
+  }
+
+  /** A hand changes one number. */
+  #touch(name, value) {
+    this.values[name] = this.touched[name] = value;
+    this.inputs[name]?.(value);
+    this.held = performance.now() + OWN;
+    setTimeout(() => this.#show(), OWN + 1);
+    this.send();
+  }
+
+  /** Say what was changed, and nothing else. */
+  #say() {
+    const { touched } = this, { friction = null, stiffness = null, present = null } = touched;
+    const entries = (names) => (names.some((name) => name in touched) ? names.map((name) => touched[name] ?? null) : null);
+    this.touched = {};
+    this.held = performance.now() + OWN;
+    this.studio.say("surface", { position: entries(PLACE), tilt: entries(TILT), friction, stiffness, present });
+    setTimeout(() => this.#show(), OWN + 1);
   }
 
   #home() {
-    this.#show();
-    const { friction, stiffness } = this.first;
-    this.studio.say("surface", { ...this.#place(), ...this.#tilt(), friction, stiffness, present: true });
-  }
-
-  #place() {
-    return { position: [this.values.x, this.values.y, this.values.z] };
-  }
-
-  #tilt() {
-    return { tilt: [this.values.slope, this.values.pitch] };
+    for (const name of [...PLACE, ...TILT]) this.#touch(name, 0);
+    for (const name of ["friction", "stiffness"]) this.#touch(name, this.first[name]);
+    this.present.checked = true;
+    this.#touch("present", true);
   }
 
   grab(event) {
@@ -96,22 +113,20 @@ export class SurfaceTool {
     if (!this.drag) return;
     const { before, plane, from, x, y } = this.drag;
     if (this.tilting.checked) {
-      this.#set("slope", before.slope + (event.clientX - x) / 400);
-      this.#set("pitch", before.pitch + (event.clientY - y) / 400);
-      this.sendTilt();
+      this.#drag("slope", before.slope + (event.clientX - x) / 400);
+      this.#drag("pitch", before.pitch + (event.clientY - y) / 400);
       return;
     }
     const to = this.studio.sceneView.rayAt(event)?.caster.ray.intersectPlane(plane, new Vector3());
     if (!to) return;
     const moved = to.sub(from);
-    for (const name of ["x", "y", "z"]) this.#set(name, before[name] + moved[name]);
-    this.sendPlace();
+    for (const name of PLACE) this.#drag(name, before[name] + moved[name]);
   }
 
   release() { this.drag = null; }
 
-  #set(name, value) {
-    this.values[name] = Math.max(-0.5, Math.min(0.5, value));
-    this.inputs[name](this.values[name]);
+  #drag(name, value) {
+    const next = Math.max(-0.5, Math.min(0.5, value));
+    if (next !== this.values[name]) this.#touch(name, next);
   }
 }

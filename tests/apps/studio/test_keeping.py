@@ -45,7 +45,7 @@ def session(short, tmp_path_factory):
     session.advance(50)
     session.surface(present=False)
     session.advance(30)
-    session.rewind(0.6)
+    session.rewind(session.live.time - 0.6)
     session.set_key("controller.attitude.damping_ratio", [1.1, 1.0, 1.0], 1)
     session.advance(7)
     session.surface(friction=0.3, tilt=[0.03, 0.0])

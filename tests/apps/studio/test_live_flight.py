@@ -1,5 +1,7 @@
 """A live flight is the flight that its experiment describes, whatever was done on the way."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -21,7 +23,7 @@ def flown_anew(flight: LiveFlight) -> Takeoff:
 
 
 def branch(flight: LiveFlight, experiment: Experiment) -> None:
-    flight.go_on(flight.takeoff.changed(experiment))
+    flight.come_to(flight.takeoff.changed(experiment), flight.ticks)
 
 
 def to_tick(flight: LiveFlight, tick: int) -> None:
@@ -45,8 +47,7 @@ def edited(takeoff: Takeoff) -> LiveFlight:
     to_tick(flight, 330)
     flight.rewind(230)
     assert flight.ticks == 230
-    assert of_kind(flight.experiment, Push) == [PUSH]
-    branch(flight, with_push(flight.experiment, flight.first, flight.time))
+    assert of_kind(flight.experiment, Push) == [dataclasses.replace(PUSH, duration=0.4)]
     branch(flight, with_gain(flight.experiment, flight.time, KEY, (1.1, 1.2, 1.3)))
     to_tick(flight, 420)
     return flight
@@ -74,8 +75,6 @@ def test_a_flight_that_was_stopped_is_repeated_with_the_time_of_its_stop(short):
 
 
 def _stopped(flight: LiveFlight):
-    import dataclasses
-
     experiment = dataclasses.replace(flight.experiment, stop_at=flight.time)
     return experiment, flight.takeoff.robot, flight.takeoff.controller
 

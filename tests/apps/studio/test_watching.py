@@ -77,7 +77,7 @@ def test_a_flight_in_python_is_poked_and_rewound(session, file):
     session.advance(20)
     there = session.live.flights[0].recent.copy()
     session.advance(10)
-    session.rewind(0.05)
+    session.rewind(session.live.time - 0.05)
     assert session.live.flights[0].ticks == 41
     assert np.array_equal(session.live.flights[0].recent, there, equal_nan=True)
     (push,) = of_kind(session.live.flights[0].experiment, Push)

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 import typing
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from skylimb.apps.studio.changes import settled_gains
 from skylimb.apps.studio.live_flight import LiveFlight
 from skylimb.apps.studio.surface_edits import surface_keys_in_flight
 from skylimb.base.keys import KeyInfo, rows_of, tables_of
@@ -29,6 +28,8 @@ _NOT_TO_TURN = ("name", "description", "stop_at")
 def controls_of(flights: Sequence[LiveFlight]) -> list[dict[str, Any]]:
     """The controls of some flights of one experiment: its keys, then the gains of their controllers.
 
+    Their values are those of take-off; `live_state` has what becomes of them.
+
     Returns:
         For each: `key`, `unit`, `meaning`, `low` and `high` (None without an end), `value`, `kind` (number,
         switch, choice, vector or text), `whole` (of a number), `choices`, `acts` (`IN_FLIGHT` or `RESTART`).
@@ -38,15 +39,22 @@ def controls_of(flights: Sequence[LiveFlight]) -> list[dict[str, Any]]:
     return [*_of_experiment(flights[0]), *_of_controllers(flights)]
 
 
+def values_of(control: Mapping[str, Any]) -> list[tuple[int | None, Any]]:
+    """The values of a control: of each flight that has such a gain, or one for all (None)."""
+    if "flights" in control:
+        return list(zip(control["flights"], control["values"], strict=True))
+    return [(None, control["value"])] if control else []
+
+
 def _of_experiment(flight: LiveFlight) -> Iterator[dict[str, Any]]:
-    now = surface_keys_in_flight(flight.experiment)
+    in_flight = surface_keys_in_flight(flight.experiment.surface)
     for key, value, info in rows_of(tables_of(flight.experiment)):
         if key.partition(".")[0] in _LEFT_OUT or key in _NOT_TO_TURN:
             continue
         if info.key.file and key != "robot":  # no file is read because a page says so
             continue
         choices = tuple(list_robots()) if key == "robot" else info.choices
-        yield _control(key, now.get(key, value), info, IN_FLIGHT if key in now else RESTART, choices)
+        yield _control(key, value, info, IN_FLIGHT if key in in_flight else RESTART, choices)
 
 
 def _of_controllers(flights: Sequence[LiveFlight]) -> Iterator[dict[str, Any]]:
@@ -56,8 +64,7 @@ def _of_controllers(flights: Sequence[LiveFlight]) -> Iterator[dict[str, Any]]:
         if not is_configurable(controller):
             continue
         flown = Layout(controller.gains()).slices if is_traceable(controller) else {}
-        now = controller.with_gains(settled_gains(flight.experiment))
-        for key, value, info in rows_of(now.key_tables()):
+        for key, value, info in rows_of(controller.key_tables()):
             if key in _NOT_TO_TURN or info.key.file:
                 continue
             acts = IN_FLIGHT if key in flown else RESTART

@@ -82,19 +82,23 @@ class FlightView:
             "contact_states": list(STATES),
         }
 
-    def _surface_pose(self) -> tuple[np.ndarray, bool]:
-        """Where the surface is now: place and quaternion of its axes in W, (7,); and whether it is there."""
+    def _surface_pose(self, tick: int) -> tuple[np.ndarray, bool]:
+        """Place and quaternion of the surface's axes in W at a tick, (7,); and whether it is there."""
         flight, surface = self._flight, self._flight.takeoff.plant.surface
-        tick = flight.ticks - 1
         state = state_of(flight.surface[tick])
         R = surface_rotation(surface.contact_axis, state.slope, state.pitch, state.roll)
         slid = surface.motion(tick * flight.takeoff.period)[0] * surface.motion_axis
         return np.concatenate([state.position + slid, quaternion_from_rotation(R)]), state.present > 0.0
 
-    def values(self) -> dict[str, np.ndarray]:
-        """The numbers of this moment by what they are, always as many and in the same order."""
+    def values(self, ticks: int | None = None) -> dict[str, np.ndarray]:
+        """The numbers of a moment by what they are, always as many and in the same order.
+
+        Args:
+            ticks: after which it comes; after all that were flown when None.
+        """
         flight = self._flight
-        rows, slices = flight.recent, flight.slices
+        ticks = flight.ticks if ticks is None else min(ticks, flight.ticks)
+        rows, slices = flight.recent[:ticks], flight.slices
         signals = {name: rows[-1, part] for name, part in slices.items()}
         data = self._data
         data.qpos[:] = signals["configuration"]
@@ -111,11 +115,11 @@ class FlightView:
             force,
             estimate,
             data.subtree_com[self._root],
-            mission.reference.position[flight.mission_tick],
+            mission.reference.position[flight.mission_tick(ticks)],
         )
-        pose, present = self._surface_pose()
-        lost = flight.over and bool(flight.flight().cause)
-        state = FLYING if not flight.over else LOST if lost else ENDED
+        pose, present = self._surface_pose(ticks - 1)
+        over = flight.over and ticks == flight.ticks
+        state = FLYING if not over else LOST if flight.flight().cause else ENDED
         poses = np.vstack([np.hstack([data.xpos, data.xquat]), pose])
         if not present:
             poses[self._surface, 2] -= OUT_OF_SIGHT
@@ -131,6 +135,7 @@ class FlightView:
             "force": force,
             "surface": pose,
             "present": np.array([float(present)]),
+            "touching": signals["contact_duty"],
             "curves": np.array(curves),
         }
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from skylimb.apps.studio.changes import alike_until, as_of
 from skylimb.control.loop.flight import Flight, mission_ticks
 from skylimb.control.loop.loop import Loop
 from skylimb.flight.drivers.compiled import CompiledDriver, Saved
@@ -20,10 +21,12 @@ from skylimb.flight.takeoff import Takeoff
 from skylimb.simulation.surface_state import first_row
 
 HISTORY = 30.0
-"""Seconds that a flight can be rewound in a moment; to earlier times it is flown again from take-off."""
+"""Seconds in which every moment is kept; of what was before it, every tenth."""
 
 SPACING = 1.0
 """Seconds between two moments that are kept; what lies between them is flown again."""
+
+_FRAMES = ("body_sameframe", "geom_sameframe", "site_sameframe")
 
 
 class LiveFlight:
@@ -52,12 +55,15 @@ class LiveFlight:
         self._plant, self._standing = plant, standing(plant, self._data, takeoff.times)
         here = World(plant, self._data, (self._act,), Timeline())
         self._driver = simulated_driver(takeoff, here, whole=True, build=False)
+        if isinstance(self._driver, CompiledDriver):
+            self._own_gains = self._driver.gains.copy()
+        # What may be written into the model, as it was: with short cuts of the engine (`bound_places`).
         self._written: list[tuple[np.ndarray, np.ndarray]] = []
+        self._frames = {name: getattr(plant.model, name).copy() for name in _FRAMES}
         # By tick: the driver's state before it, and what was flown from it on.
         self._moments: dict[int, Saved] = {}
-        self._branches = {0: takeoff}
-        self._loop = self._loop_from(0)
         self._use(takeoff)
+        self._loop = self._loop_from(0)
         self.tick()
 
     def _act(self, k: int) -> None:
@@ -68,11 +74,6 @@ class LiveFlight:
         takeoff = self.takeoff
         limits = takeoff.experiment.terminations
         return Loop(self._driver, takeoff.mission, limits, takeoff.count, start=tick)
-
-    @property
-    def takeoff(self) -> Takeoff:
-        """What is flown now."""
-        return next(reversed(self._branches.values()))
 
     @property
     def first(self) -> Experiment:
@@ -100,6 +101,11 @@ class LiveFlight:
         return round(len(self.takeoff.times) * self.takeoff.period, 9)
 
     @property
+    def lasts(self) -> float:
+        """Time that the mission takes at its own pace, s."""
+        return round(len(self.takeoff.mission.times) * self.takeoff.period, 9)
+
+    @property
     def over(self) -> bool:
         """Whether the flight has ended or is lost."""
         return self._loop.over
@@ -114,11 +120,10 @@ class LiveFlight:
         """Where each signal stands in a row."""
         return self._driver.layout.slices
 
-    @property
-    def mission_tick(self) -> int:
-        """Where the flight is on the mission's clock, in whole ticks."""
-        flight = Flight(self._driver.log, self._driver.layout, self.ticks, "")
-        here = mission_ticks(self.takeoff.mission, flight, self.ticks - 1)
+    def mission_tick(self, ticks: int) -> int:
+        """Where the flight is on the mission's clock after some ticks, in whole ticks."""
+        flight = Flight(self._driver.log, self._driver.layout, ticks, "")
+        here = mission_ticks(self.takeoff.mission, flight, ticks - 1)
         return min(int(here[0]), len(self.takeoff.mission.times) - 1)
 
     def tick(self) -> bool:
@@ -143,40 +148,51 @@ class LiveFlight:
         """The flight so far; one that is not over counts as stopped here."""
         return self._loop.stopped()
 
-    def go_on(self, takeoff: Takeoff) -> None:
-        """Go on from here with a take-off that this one was changed to (`Takeoff.changed`)."""
-        self._use(takeoff)
-        self._branches[self.ticks] = takeoff
+    def come_to(self, takeoff: Takeoff, tick: int) -> None:
+        """Go to the moment after `tick` ticks of a take-off that this one was changed to (`Takeoff.changed`).
 
-    def rewind(self, tick: int) -> None:
-        """Go back to the moment after `tick` ticks, with the experiment of then.
-
-        A moment of the last `HISTORY` seconds is there at once. What is older, and what a controller in
-        Python flies, is flown again from take-off.
+        What both have in common is not flown again, from the last moment that is kept; but what a controller
+        in Python has flown is, from take-off.
 
         Raises:
             UserCodeError: when a controller fails on the way.
         """
-        tick = max(1, min(tick, self.ticks))
-        branches = {at: takeoff for at, takeoff in self._branches.items() if at <= tick}
-        moments = {at: saved for at, saved in self._moments.items() if at <= tick}
-        if moments and isinstance(self._driver, CompiledDriver):
-            last = max(moments)
-            self._driver.put_back(moments[last])
-            self._moments, self._branches = moments, branches
-            self._loop = self._loop_from(last)
-        else:
-            self._take_off()
-            self._branches = branches
-        self._use(self.takeoff)
+        tick = max(1, tick)
+        alike = alike_until(self.experiment, takeoff.experiment) / self.takeoff.period
+        common = int(min(tick, self.ticks, alike + 1e-6))
+        if common < self.ticks or self.over:
+            moments = {at: saved for at, saved in self._moments.items() if at <= common}
+            if moments and isinstance(self._driver, CompiledDriver):
+                last = max(moments)
+                self._driver.put_back(moments[last])
+                self._moments = moments
+                self._loop = self._loop_from(last)
+            else:
+                self._take_off()
+        self._use(takeoff)
         while self.ticks < tick and self.tick():
             pass
 
+    def rewind(self, tick: int) -> None:
+        """Go back to the moment after `tick` ticks, and leave out what people did from then on."""
+        tick = max(1, min(tick, self.ticks))
+        self.come_to(self.as_of(tick), tick)
+
+    def as_of(self, tick: int) -> Takeoff:
+        """What was flown up to a tick, without what people did from then on."""
+        time = round(tick * self.takeoff.period, 9)
+        return self.takeoff.changed(as_of(self.experiment, self.first, time))
+
     def _use(self, takeoff: Takeoff) -> None:
         """Let what changes in flight act from here on."""
+        self.takeoff = takeoff
+        if isinstance(self._driver, CompiledDriver):
+            self._driver.gains[:] = self._own_gains
         events = takeoff.timeline(takeoff.times)
         for numbers, before in self._written:
             numbers[:] = before
+        for name, before in self._frames.items():
+            getattr(self._plant.model, name)[:] = before
         if events.model is not None:
             self._written = [
                 (numbers, numbers.copy()) for numbers, _ in bound_places(self._plant.model, events.model)
@@ -199,4 +215,6 @@ class LiveFlight:
         if tick % every == 0 and tick not in self._moments:
             self._moments[tick] = self._driver.saved()
             oldest = tick - round(HISTORY / self.takeoff.period) - every
-            self._moments = {at: kept for at, kept in self._moments.items() if at == 0 or at >= oldest}
+            self._moments = {
+                at: kept for at, kept in self._moments.items() if at >= oldest or at % (10 * every) == 0
+            }

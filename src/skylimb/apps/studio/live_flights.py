@@ -28,6 +28,8 @@ class LiveFlights:
         setup: what is flown.
 
     Attributes:
+        setup: of the next take-off.
+        begun: of this one.
         known: the controls at take-off by their keys: what may be set, and when that acts.
 
     Raises:
@@ -35,7 +37,7 @@ class LiveFlights:
     """
 
     def __init__(self, setup: FlightSetup) -> None:
-        self.setup = setup
+        self.setup = self.begun = setup
         self.flights = tuple(LiveFlight(takeoff) for takeoff in setup.takeoffs())
         self.known = {control["key"]: control for control in self.controls()}
         controllers = [flight.takeoff.controller.name for flight in self.flights]
@@ -72,6 +74,16 @@ class LiveFlights:
         """Of each flight, in words: that it flies, that it is over, or why it was lost."""
         return [_verdict(flight) for flight in self.flights]
 
+    @property
+    def going(self) -> list[LiveFlight]:
+        """The flights that are not over."""
+        return [flight for flight in self.flights if not flight.over]
+
+    @property
+    def shown(self) -> LiveFlight:
+        """The flight whose surface and events are told: the first one that goes on."""
+        return next(iter(self.going), self.flights[0])
+
     def branch(self, experiments: Mapping[LiveFlight, Experiment]) -> None:
         """Let flights go on with other experiments; all or none.
 
@@ -80,15 +92,20 @@ class LiveFlights:
         """
         ready = {flight: flight.takeoff.changed(experiment) for flight, experiment in experiments.items()}
         for flight, takeoff in ready.items():
-            flight.go_on(takeoff)
+            flight.come_to(takeoff, flight.ticks)
 
     def gains(self) -> tuple[dict[str, Any], ...]:
         """The gains of each flight that the setup has changed, with what has changed in flight."""
         given = self.setup.gains or ({},) * len(self.flights)
         return tuple(
-            {**own, **settled_gains(flight.experiment, flight.first)}
+            {**own, **settled_gains(flight.experiment, first=flight.first)}
             for own, flight in zip(given, self.flights, strict=True)
         )
+
+    def gains_now(self, number: int) -> dict[str, Any]:
+        """The gains of a flight that changed since take-off, with what they come to."""
+        flight = self.flights[number]
+        return settled_gains(flight.experiment, flight.time)
 
     def controls(self) -> list[dict[str, Any]]:
         """Every gain and key as a control; see `controls.controls_of`."""
@@ -115,17 +132,29 @@ class LiveFlights:
         return {
             "experiment": self.flights[0].experiment.name,
             "period": self.period,
-            "end": self.end,
+            "lasts": max(flight.lasts for flight in self.flights),
             "layout": {"time": 0, "speed": 1, "state": 2, "flights": layout, "size": at},
             "flights": [view.scene() for view in self._views],
         }
 
-    def frame(self, speed: float, paused: bool) -> np.ndarray:
-        """What a page needs now: time, speed, state, then each flight's numbers (`scene()["layout"]`)."""
-        state = OVER if self.over else PAUSED if paused else RUNNING
-        head = np.array([self.time, speed, state])
-        flights = [numbers for view in self._views for numbers in view.values().values()]
+    def frame(self, speed: float, paused: bool, ticks: int | None = None) -> np.ndarray:
+        """What a page needs of a moment: time, speed, state, each flight's numbers (`scene()["layout"]`).
+
+        Args:
+            speed: over real time.
+            paused: whether nothing is flown.
+            ticks: after which it comes; after all that were flown when None.
+        """
+        time = self.time if ticks is None else ticks * self.period
+        state = OVER if self.over and ticks is None else PAUSED if paused else RUNNING
+        head = np.array([time, speed, state])
+        flights = [numbers for view in self._views for numbers in view.values(ticks).values()]
         return np.concatenate([head, *flights]).astype(np.float32)
+
+    def frames(self, since: int, period: float) -> list[np.ndarray]:
+        """The frames of the flights from a tick on, every `period` (s)."""
+        last, every = round(self.time / self.period), max(1, round(period / self.period))
+        return [self.frame(0.0, False, ticks) for ticks in range(max(1, since), last, every)]
 
 
 def numbered(names: Iterable[str], between: str) -> list[str]:

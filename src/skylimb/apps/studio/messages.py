@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import msgspec
 from msgspec import Meta
@@ -30,8 +30,14 @@ Value = bool | Whole | Number | Words | None | Annotated[list[Number | Row], Met
 """Of a key: a switch, a number, a text, a vector, a list of points, or none."""
 
 
-class Command(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_field="do"):
-    """What one page wants done."""
+class Command(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_field="do", kw_only=True):
+    """What one page wants done.
+
+    Attributes:
+        seen: version of the state that the page saw; one that is not told is not compared.
+    """
+
+    seen: Whole | None = None
 
 
 class Pause(Command, tag="pause", frozen=True):
@@ -51,24 +57,43 @@ class Restart(Command, tag="restart", frozen=True):
 
 
 class Rewind(Command, tag="rewind", frozen=True):
-    """Go back and fly on from there, s."""
+    """Go back to a time (s) and fly on from there."""
 
-    seconds: Annotated[float, Meta(ge=0.0, le=30.0)]
+    time: Annotated[float, Meta(ge=0.0, le=1e5)]
 
 
-class Gain(Command, tag="gain", frozen=True):
-    """Change a gain in flight; of one flight, or of all that have it."""
+class Undo(Command, tag="undo", frozen=True):
+    """Go back to the moment before the last act."""
+
+
+class Redo(Command, tag="redo", frozen=True):
+    """Go to where the flight was when the last act was undone."""
+
+
+class Jump(Command, tag="jump", frozen=True):
+    """Go to where another branch was left."""
+
+    branch: Whole
+
+
+class Set(Command, tag="set", frozen=True):
+    """Change a key of the experiment, or a gain of one flight or of all that have it; whole, or one entry."""
 
     key: KeyName
     value: Value
     flight: FlightNumber | None = None
+    entry: Annotated[int, Meta(ge=0, le=63)] | None = None
 
 
-class SetKey(Command, tag="key", frozen=True):
-    """Change a key of the experiment."""
+class Back(Command, tag="back", frozen=True):
+    """Bring a key, or all, back to what it was at take-off, or before anybody changed it."""
 
-    key: KeyName
-    value: Value
+    to: Literal["take-off", "preset"]
+    key: KeyName | None = None
+
+
+class Recover(Command, tag="recover", frozen=True):
+    """Take off again with the last gains that flew well."""
 
 
 class Poke(Command, tag="poke", frozen=True):
@@ -84,10 +109,13 @@ class Release(Command, tag="release", frozen=True):
 
 
 class Surface(Command, tag="surface", frozen=True):
-    """Change the surface: where it is and how it's tilted, from take-off (m, W; rad); what it's made of."""
+    """Change the surface: where it is and how it's tilted, from take-off (m, W; rad); what it's made of.
 
-    position: tuple[Metres, Metres, Metres] | None = None
-    tilt: tuple[Tilt, Tilt] | None = None
+    What is null stays as it is.
+    """
+
+    position: tuple[Metres | None, Metres | None, Metres | None] | None = None
+    tilt: tuple[Tilt | None, Tilt | None] | None = None
     friction: Annotated[float, Meta(ge=0.0, le=5.0)] | None = None
     stiffness: Annotated[float, Meta(ge=50.0, le=1e6)] | None = None
     present: bool | None = None
@@ -127,9 +155,12 @@ class Got(Command, tag="got", frozen=True):
 
 
 Commands = (
-    Pause | Speed | Restart | Rewind | Gain | SetKey | Poke | Release | Surface | Controllers | Keep | Draw
-    | Scores | TakeOver | Got
+    Pause | Speed | Restart | Rewind | Undo | Redo | Jump | Set | Back | Recover | Poke | Release | Surface
+    | Controllers | Keep | Draw | Scores | TakeOver | Got
 )  # fmt: skip
+
+OF_A_STATE = (Rewind, Undo, Redo, Jump, Set, Back, Surface)
+"""What a page means for the flight that it sees: refused where the flight has become another meanwhile."""
 
 _DECODER = msgspec.json.Decoder(Commands)
 

@@ -203,12 +203,16 @@ class StudioServer:
             self._frame = frame.tobytes()
             for page in self._seats.pages:
                 page.news.set()
+        elif event == "past":
+            for frame in content:
+                self._history.add(self._number, np.ascontiguousarray(frame, dtype="<f4"))
+            for page in self._seats.pages:
+                page.history_due = True
         elif event == "scene":
-            self._scene += 1
+            self._scene = content["hello"]["number"]
             self._history.clear()
             self._frame = b""
-            self._known.pop("error", None)
-            self._known["hello"] = {**content, "number": self._scene}
+            self._known = content
             for page in self._seats.pages:
                 self._greet(page)
         else:

@@ -3,21 +3,26 @@
 from __future__ import annotations
 
 import gc
+import math
 import queue
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any
 
 from skylimb.apps.studio import messages
+from skylimb.apps.studio.live_state import live_state, next_event
 from skylimb.apps.studio.pacing import Pacing
 from skylimb.apps.studio.session import Say, Session
-from skylimb.base.errors import SkylimbError, choice_error
+from skylimb.base.errors import ConfigError, SkylimbError, choice_error
 
 FRAME_PERIOD = 0.02
 """Seconds between two frames that are made; a page gets as many of them as it can show."""
 
 POLL_PERIOD = 0.4
 """Seconds between two looks at the user's files, and two reports of how many ticks were late."""
+
+PAST_PERIOD = 0.05
+"""Flight time between two frames of a past that is told anew, s."""
 
 IDLE = 0.01
 """Longest sleep, s: no command is left waiting for more."""
@@ -31,28 +36,35 @@ class FlightThread:
 
     Args:
         session: what is flown; nobody else may call it.
-        say: takes `frame`, `scene`, `state`, `gain`, `refused`, `scores` and the session's own events; it is
+        say: takes `frame`, `past`, `scene`, `state`, `refused`, `scores` and the session's own events; it is
             called in this thread.
-        controllers: the names that a page may choose.
 
     Attributes:
         paused: whether nothing is flown.
     """
 
-    def __init__(self, session: Session, say: Say, controllers: Sequence[str]) -> None:
-        self._session, self._say, self._controllers = session, say, list(controllers)
+    def __init__(self, session: Session, say: Say) -> None:
+        self._session, self._say = session, say
         self.pacing = Pacing(session.live.period)
         session.say = self._happened
         self._commands: queue.Queue[Any] = queue.Queue(_MOST_WAITING)
-        self._stopped = self.paused = self._new_scene = False
+        self._stopped = self.paused = False
         self._state: dict[str, Any] = {}
+        # Numbers of the state, of the last one in which the flight became another, and of the scene.
+        self._version = self._turned = self._number = 0
+        self._new_scene = self._stale = True
+        self._past = self._next_event = math.inf
         self._acts: dict[type, Callable[[Any], object]] = {
             messages.Pause: lambda c: self._pause(c.paused),
             messages.Speed: lambda c: setattr(self.pacing, "speed", c.times),
             messages.Restart: lambda _: session.restart(),
-            messages.Rewind: lambda c: self._rewind(c.seconds),
-            messages.Gain: lambda c: self._set_key(c.key, c.value, c.flight),
-            messages.SetKey: lambda c: self._set_key(c.key, c.value),
+            messages.Rewind: lambda c: session.rewind(c.time),
+            messages.Undo: lambda _: session.undo(),
+            messages.Redo: lambda _: session.redo(),
+            messages.Jump: lambda c: session.jump(c.branch),
+            messages.Set: lambda c: session.set_key(c.key, c.value, c.flight, c.entry),
+            messages.Back: lambda c: session.back(c.to == "preset", c.key),
+            messages.Recover: lambda _: session.recover(),
             messages.Poke: lambda c: session.poke(c.link, c.point, c.force),
             messages.Release: lambda _: session.release(),
             messages.Surface: lambda c: session.surface(
@@ -78,7 +90,7 @@ class FlightThread:
 
     def run(self) -> None:
         """Fly until stopped."""
-        self._show_scene()
+        self._show()
         gc.collect()
         gc.freeze()  # what has been loaded stays; looking through it again would hold ticks up
         next_frame = next_poll = time.perf_counter()
@@ -99,23 +111,38 @@ class FlightThread:
             time.sleep(max(0.0, min(IDLE, wait if resting else min(wait, self.pacing.wait))))
 
     def _show(self) -> None:
-        session = self._session
+        live = self._session.live
+        self._stale |= live.time >= self._next_event or live.over != self._state.get("over")
         if self._new_scene:
             self._show_scene()
-        self._say("frame", session.live.frame(self.pacing.reached, self.paused))
-        state = {"paused": self.paused, "over": session.live.over, "speed": self.pacing.speed}
-        if session.live.over:
-            state["verdict"] = session.live.verdict
-        if state != self._state:
-            self._state = state
-            self._say("state", state)
+        elif self._stale:
+            self._say("state", self._state_now())
+        if self._past < math.inf:
+            since, self._past = round(self._past / live.period), math.inf
+            self._say("past", live.frames(since, PAST_PERIOD))
+        self._say("frame", live.frame(self.pacing.reached, self.paused))
+
+    def _state_now(self) -> dict[str, Any]:
+        """The state that flies, under a number of its own."""
+        mode = {"paused": self.paused, "speed": self.pacing.speed, "scene": self._number}
+        self._stale, self._next_event = False, next_event(self._session)
+        state = {**mode, **live_state(self._session)}
+        if state != {key: value for key, value in self._state.items() if key != "version"}:
+            self._version += 1
+        self._state = {**state, "version": self._version}
+        return self._state
 
     def _happened(self, event: str, content: Any) -> None:
         """Say what happens to the flights; of new scenes only the last is shown, with the next frame."""
         if event == "scene":
             self._new_scene = True
+        elif event == "moved":
+            self._past = min(self._past, content["since"])
+            self.pacing.restart()
         else:
             self._say(event, content)
+        if event in ("scene", "moved"):
+            self._turned, self._stale = self._version + 1, True
 
     def _show_scene(self) -> None:
         session, self._new_scene = self._session, False
@@ -123,8 +150,14 @@ class FlightThread:
         before = self.pacing
         self.pacing = Pacing(session.live.period)  # the period is among what may have changed
         self.pacing.speed, self.pacing.late, self.pacing.flown = before.speed, before.late, before.flown
-        scene, controls = session.live.scene(), session.live.controls()
-        self._say("scene", {"scene": scene, "controls": controls, "controllers": self._controllers})
+        self._number += 1
+        scene = {
+            "number": self._number,
+            "scene": session.live.scene(),
+            "controls": session.controls(),
+            "controllers": list(session.offered),
+        }
+        self._say("scene", {"hello": scene, "state": self._state_now()})
 
     def _obey_all(self) -> None:
         """Obey all that waits; of several pokes in a row only the last, as each of them is a branch."""
@@ -135,32 +168,24 @@ class FlightThread:
             following = waiting[k + 1 : k + 2]
             if following and isinstance(command, messages.Poke) and isinstance(following[0], messages.Poke):
                 continue
+            self._stale = True
             try:
+                self._check(command)
                 self._acts[type(command)](command)
             except SkylimbError as error:
                 self._say("refused", {"text": " ".join(str(error).split())})
-                self._tell_again(command)
+
+    def _check(self, command: Any) -> None:
+        """Refuse what was meant for a flight that has become another meanwhile."""
+        if isinstance(command, messages.OF_A_STATE) and (command.seen or self._turned) < self._turned:
+            raise ConfigError("the flight has just become another; look again")
 
     def _pause(self, paused: bool) -> None:
         self.paused = paused
         self.pacing.restart()
 
-    def _rewind(self, seconds: float) -> None:
-        self._session.rewind(seconds)
-        self.pacing.restart()
-
-    def _set_key(self, key: str, value: Any, flight: int | None = None) -> None:
-        self._session.set_key(key, value, flight)
-        self._say("gain", {"key": key, "value": value, "flight": flight})
-
     def _set_controllers(self, names: list[str]) -> None:
         for name in names:
-            if name not in self._controllers:
-                raise choice_error("controller", name, self._controllers)
+            if name not in self._session.offered:
+                raise choice_error("controller", name, list(self._session.offered))
         self._session.set_controllers(names)
-
-    def _tell_again(self, command: Any) -> None:
-        """What a key is, after a change of it was refused."""
-        if isinstance(command, messages.Gain | messages.SetKey) and command.key in self._session.live.known:
-            now = {control["key"]: control["value"] for control in self._session.live.controls()}
-            self._say("gain", {"key": command.key, "value": now.get(command.key), "flight": None})

@@ -118,14 +118,14 @@ class Seats:
 
 
 class History:
-    """The frames of the last minute or so, thinned, for pages that come back or couldn't keep up.
+    """The frames of the last minutes, thinned, for pages that come back or couldn't keep up.
 
     Args:
         period: flight time between two that are kept, s.
         most: frames that are kept.
     """
 
-    def __init__(self, period: float = 0.05, most: int = 1200) -> None:
+    def __init__(self, period: float = 0.05, most: int = 3600) -> None:
         self._period = period
         self._frames: deque[tuple[int, np.ndarray]] = deque(maxlen=most)
 

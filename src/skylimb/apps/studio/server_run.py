@@ -14,7 +14,6 @@ from skylimb.apps.studio.server import StudioServer
 from skylimb.base.sources import read_source
 from skylimb.control.preset import preset_mapping
 from skylimb.flight.experiments.experiment import load_experiment
-from skylimb.flight.experiments.listing import list_controllers
 
 if TYPE_CHECKING:
     from skylimb.apps.studio.server_flight import FlightThread
@@ -27,18 +26,11 @@ _MMAP_THRESHOLD, _LARGE = -3, 1 << 20
 """Option of mallopt (malloc.h), and the size from which on an array gets memory of its own, bytes."""
 
 
-def flight_of(server: StudioServer, session: Session, controllers: Sequence[str] = ()) -> FlightThread:
-    """The thread in which a session flies that the server's pages watch and drive; its `run` flies it.
-
-    Args:
-        server: where the pages are.
-        session: what is flown.
-        controllers: names that a page may choose besides those that ship.
-    """
+def flight_of(server: StudioServer, session: Session) -> FlightThread:
+    """The thread in which a session flies that the server's pages watch and drive; its `run` flies it."""
     from skylimb.apps.studio.server_flight import FlightThread
 
-    names = dict.fromkeys([*controllers, *list_controllers()])
-    flight = FlightThread(session, server.say, list(names))
+    flight = FlightThread(session, server.say)
     server.obey = flight.command
     return flight
 
@@ -72,7 +64,7 @@ def serve(
             from skylimb.apps.studio.session import Session
 
             _give_large_arrays_back()
-            flight = flight_of(server, Session(experiment, controllers, settings, seed, out), controllers)
+            flight = flight_of(server, Session(experiment, controllers, settings, seed, out))
             sys.setswitchinterval(_SWITCH_INTERVAL)
             flight.run()
         except KeyboardInterrupt:

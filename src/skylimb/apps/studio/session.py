@@ -8,18 +8,26 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from skylimb.apps.studio.changes import with_gain, with_push
-from skylimb.apps.studio.controls import IN_FLIGHT, PREFIX
+from skylimb.apps.studio.branches import Branches, Place
+from skylimb.apps.studio.changes import alike_until, with_push
+from skylimb.apps.studio.controls import IN_FLIGHT, PREFIX, values_of
 from skylimb.apps.studio.drawings import keep_drawing, strokes_as_svg
 from skylimb.apps.studio.flight_setup import FlightSetup
+from skylimb.apps.studio.good_gains import good_gains
+from skylimb.apps.studio.key_edits import Edit, as_value, back_edit, key_edit, values_at_takeoff
+from skylimb.apps.studio.live_flight import LiveFlight
 from skylimb.apps.studio.live_flights import LiveFlights
-from skylimb.apps.studio.surface_edits import DURATION, surface_change, surface_keys_in_flight, with_surface
+from skylimb.apps.studio.surface_edits import (
+    surface_change,
+    with_surface,
+)
 from skylimb.apps.studio.watching import Watcher, files_of_controller
-from skylimb.base.errors import ConfigError, SkylimbError, unknown_name
+from skylimb.base.errors import ConfigError, SkylimbError
 from skylimb.base.user_code import place_of
 from skylimb.control.controller import Controller
 from skylimb.flight.events import Push, SurfaceChange
 from skylimb.flight.experiments.experiment import Experiment
+from skylimb.flight.experiments.listing import list_controllers
 from skylimb.flight.loading import DEFAULT_CONTROLLER
 
 if TYPE_CHECKING:
@@ -48,6 +56,9 @@ class Session:
     Attributes:
         say: takes the name of what happens and what belongs to it, its time among that.
         live: the flights, and what a page shows of them.
+        branches: the ways that they went.
+        offered: the controllers that a page may name, by the name that it has for each.
+        preset: what every key was when these controllers were chosen, by key and flight; None for all.
     """
 
     def __init__(
@@ -62,6 +73,13 @@ class Session:
         self.say: Say = lambda event, content: None
         self._reports: list[KeptFlights] = []
         self._begin(FlightSetup(experiment, tuple(controllers) or (None,), seed, dict(set or {})))
+        self.branches = Branches()
+        self.preset = values_at_takeoff(self.live)
+        self._keys = self.live.setup.keys
+        self._good: tuple[dict[str, Any], ...] | None = None
+        own = zip(self.live.setup.controllers, self.live.flights, strict=True)
+        self.offered = {name_of(given, flight): given for given, flight in own}
+        self.offered |= {name: name for name in list_controllers() if name not in self.offered}
 
     def _begin(self, setup: FlightSetup) -> None:
         """Take off anew; what cannot be flown raises, and leaves everything as it was."""
@@ -73,10 +91,34 @@ class Session:
             for path in files_of_controller(given, flight.takeoff.controller)
         )
 
-    def _begin_again(self, setup: FlightSetup, why: str) -> None:
+    def _begin_again(self, setup: FlightSetup, why: str, act: str = "take off again") -> None:
+        before, self._good = self.here(), good_gains(self.live) or self._good
         self._begin(setup)
+        self.branches = self.branches.acted(before, why or act, "").began(before, why or "take-off")
         self._tell(RESTARTED, why=why)
         self._tell("scene")
+
+    def here(self) -> Place:
+        """What repeats the flights up to now."""
+        live = self.live
+        experiments = tuple(flight.experiment for flight in live.flights)
+        return Place(live.begun, live.setup, experiments, round(live.time / live.period), live.time)
+
+    def controls(self) -> list[dict[str, Any]]:
+        """Every gain and key as a control (`controls_of`), with its `preset`: one for each flight."""
+        found = []
+        for control in self.live.controls():
+            presets = [
+                self.preset.get((control["key"], number), value) for number, value in values_of(control)
+            ]
+            found.append({**control, "preset": presets if "flights" in control else presets[0]})
+        return found
+
+    @property
+    def flown(self) -> list[str]:
+        """The controllers that fly, by the names under which they are offered."""
+        given = zip(self.live.setup.controllers, self.live.flights, strict=True)
+        return [name_of(one, flight) for one, flight in given]
 
     # What people do.
 
@@ -92,49 +134,30 @@ class Session:
         self._was_over = self.live.over
         return flown
 
-    def set_key(self, key: str, value: Any, flight: int | None = None) -> str:
+    def set_key(self, key: str, value: Any, flight: int | None = None, entry: int | None = None) -> str:
         """Change a key of the experiment, or a gain of one flight or of all that have it (None).
 
-        It acts in flight where it can; else the flights take off anew.
+        It acts in flight where it can; else the flights take off anew. Where an entry of a vector is named,
+        counted from 0, the others stay what they are now.
 
         Returns:
             "in flight" or "restarted".
         """
-        control = self.live.known.get(key)
-        if control is None:
-            raise unknown_name("key that can be set here", key, self.live.known)
-        if isinstance(value, str) and value not in control["choices"] and _names_a_file(value):
-            raise ConfigError(f"{key} = '{value[:60]}' names a file; name it on the command line with --set")
-        if key.startswith(PREFIX):
-            return self._set_gain(control, _value(value), flight)
-        return self._set_of_experiment(key, _value(value))
+        return self._do(key_edit(self.live, key, value, flight, entry), f"{key} {flight}")
 
-    def _set_gain(self, control: Mapping[str, Any], value: Any, flight: int | None) -> str:
-        live, key = self.live, control["key"].removeprefix(PREFIX)
-        chosen = control["flights"] if flight is None else [flight]
-        if not set(chosen) <= set(control["flights"]):
-            raise ConfigError(
-                f"flight {flight} has no gain '{key}'; those that have it are {control['flights']}"
-            )
-        having = [self.live.flights[number] for number in chosen]
-        if control["acts"] == IN_FLIGHT and all(one.time < one.end for one in having):
-            live.branch({one: with_gain(one.experiment, one.time, key, value) for one in having})
-            return IN_FLIGHT
-        gains = list(live.gains())
-        for number in chosen:
-            gains[number] = {**_without_law(gains[number], key), key: value}
-        self._begin_again(replace(live.setup, gains=tuple(gains)), f"{key} = {value}")
-        return RESTARTED
+    def back(self, to_preset: bool, key: str | None = None) -> None:
+        """Bring a key, or every key, back to what it was at take-off or before anybody changed it here."""
+        to, words = (self.preset, "the preset") if to_preset else (values_at_takeoff(self.live), "take-off")
+        self._do(back_edit(self.live, to, self._keys, key, words), "")
 
-    def _set_of_experiment(self, key: str, value: Any) -> str:
-        setup = self.live.setup.with_keys({key: value})
-        if key in surface_keys_in_flight(self.live.flights[0].experiment) and not self.live.over:
-            name = key.removeprefix("surface.")
-            self._change_surface(SurfaceChange(self.live.time, duration=DURATION, **{name: value}))
-            self.live.setup = setup
-            return IN_FLIGHT
-        self._begin_again(replace(setup, gains=self.live.gains()), f"{key} = {value}")
-        return RESTARTED
+    def _do(self, edit: Edit, kind: str) -> str:
+        """Fly on with a change of keys, or take off anew with it."""
+        if edit.experiments is None:
+            self._begin_again(edit.setup, edit.words)
+            return RESTARTED
+        self._branch(edit.experiments, edit.words, kind)
+        self.live.setup = edit.setup
+        return IN_FLIGHT
 
     def poke(self, link: str, point: Sequence[float], force: Sequence[float]) -> None:
         """Push with a force (N, W) at a point (m) of a link, in its axes, until it is changed or released."""
@@ -143,16 +166,33 @@ class Session:
             return
         time, live = self.live.time, self.live
         lasting = round(max(live.end - time, live.period), 9)
-        self._push(Push(time, duration=lasting, force=_value(force), link=link, point=_value(point)))
+        push = Push(time, duration=lasting, force=as_value(force), link=link, point=as_value(point))
+        self._branch(self._pushing(push), f"push on {link}", "" if self.pushed is None else "push")
 
     def release(self) -> None:
         """Take the pushing force off."""
-        self._push()
+        if self.pushed is not None:
+            self.live.branch(self._pushing())
 
-    def _push(self, *push: Push) -> None:
-        """Let go of what is held, and push so instead."""
-        going = [one for one in self.live.flights if not one.over]
-        self.live.branch({one: with_push(one.experiment, one.first, self.live.time, *push) for one in going})
+    def _pushing(self, *push: Push) -> dict[LiveFlight, Experiment]:
+        """The experiments in which what is held is let go, and it is pushed so instead."""
+        time = self.live.time
+        return {one: with_push(one.experiment, one.first, time, *push) for one in self.live.going}
+
+    @property
+    def pushed(self) -> Push | None:
+        """The push by hand that is held now."""
+        shown, now = self.live.shown, self.live.time
+        held = [
+            one for one in shown.experiment.events if isinstance(one, Push) and one not in shown.first.events
+        ]
+        return next((one for one in held if one.time + one.duration > now + 1e-9), None)
+
+    def _branch(self, experiments: Mapping[LiveFlight, Experiment], words: str, kind: str) -> None:
+        """Go on with other experiments, as an act that can be undone."""
+        before = self.here()
+        self.live.branch(experiments)
+        self.branches = self.branches.acted(before, words, kind)
 
     def surface(
         self,
@@ -171,36 +211,90 @@ class Session:
             stiffness: N/m.
             present: false takes the surface away, true brings it back.
         """
-        first = self.live.flights[0].experiment.surface
-        self._change_surface(
-            surface_change(self.live.time, first, position, tilt, friction, stiffness, present)
-        )
+        material = {"friction": friction, "stiffness": stiffness, "present": present}
+        shown = self.live.shown
+        self._change_surface(surface_change(self.live.time, shown.experiment, position, tilt, **material))
 
     def _change_surface(self, change: SurfaceChange) -> None:
-        self.live.branch(
-            {one: with_surface(one.experiment, change) for one in self.live.flights if not one.over}
-        )
+        going = {one: with_surface(one.experiment, change) for one in self.live.going}
+        self._branch(going, change.words, f"surface {sorted(change.changed)}")
 
     def restart(self) -> None:
         """Fly again from take-off; gains keep what they were changed to, pushes and moves are left out."""
         self._begin_again(self._setup_now(), "")
 
     def set_controllers(self, controllers: Sequence[str | Controller]) -> None:
-        """Fly these controllers beside each other, from take-off, with their own gains."""
-        self._begin_again(
-            replace(self.live.setup, controllers=tuple(controllers) or (DEFAULT_CONTROLLER,), gains=()), ""
-        )
+        """Fly these controllers beside each other, from take-off, with their own gains.
 
-    def rewind(self, seconds: float) -> None:
-        """Go back by some seconds; what comes then is flown anew, without what people did after that time."""
-        if not (math.isfinite(seconds) and seconds >= 0.0):
-            raise ConfigError(f"seconds = {seconds:g} to rewind should be 0 or more")
-        tick = max(1, round((self.live.time - seconds) / self.live.period))
-        for number, flight in enumerate(self.live.flights):
+        Args:
+            controllers: those that are offered by their names, or others.
+        """
+        given = tuple(
+            self.offered.get(one, one) if isinstance(one, str) else one
+            for one in controllers or (DEFAULT_CONTROLLER,)
+        )
+        self._begin_again(replace(self.live.setup, controllers=given, gains=()), "", "other controllers")
+        self._good = None
+        gains = {at: value for at, value in values_at_takeoff(self.live).items() if at[0].startswith(PREFIX)}
+        self.preset = {at: value for at, value in self.preset.items() if at[1] is None} | gains
+
+    def recover(self) -> None:
+        """Take off again with the last gains that flew well (`good_gains`), else with those of the preset."""
+        gains = good_gains(self.live) or self._good or ()
+        self._begin_again(replace(self.live.setup, gains=gains), "the last good gains")
+
+    def rewind(self, time: float) -> None:
+        """Go back to a time (s); what comes then is flown anew, without what people did from that time on."""
+        if not (math.isfinite(time) and time >= 0.0):
+            raise ConfigError(f"time = {time:g} s to go back to should be 0 or more")
+        before, live = self.here(), self.live
+        tick = max(1, min(round(time / live.period), before.ticks))
+        for number, flight in enumerate(live.flights):
             self._try(number, lambda flight=flight: flight.rewind(tick))
+        branches = self.branches.acted(before, f"back to {live.time:.1f} s", "")
+        self._came(branches.came_to(before, self.branches.here, live.time), live.time)
+
+    def undo(self) -> None:
+        """Go back to the moment before the last act."""
+        self._go_to(*self.branches.undo(self.here()))
+
+    def redo(self) -> None:
+        """Go to where the flights were when the last act was undone."""
+        self._go_to(*self.branches.redo(self.here()))
+
+    def jump(self, branch: int) -> None:
+        """Go to where another way was left."""
+        place = self.branches.end_of(branch)
+        self._go_to(self.branches.acted(self.here(), "to another branch", ""), place)
+
+    def _go_to(self, branches: Branches, place: Place) -> None:
+        before, live = self.here(), self.live
+        if place.begun is not live.begun:
+            self._begin(place.begun)
+            live = self.live
+        ready = [
+            flight.takeoff.changed(with_push(experiment, flight.first, place.time))
+            for flight, experiment in zip(live.flights, place.experiments, strict=True)
+        ]
+        since = 0.0
+        if live.begun is before.begun:
+            times = (
+                alike_until(one.experiment, to.experiment)
+                for one, to in zip(live.flights, ready, strict=True)
+            )
+            since = min(before.time, place.time, *times)
+        else:
+            self._tell("scene")
+        for number, (flight, takeoff) in enumerate(zip(live.flights, ready, strict=True)):
+            self._try(number, lambda flight=flight, takeoff=takeoff: flight.come_to(takeoff, place.ticks))
+        live.setup = place.setup
+        self._came(branches.came_to(before, place.branch, place.time), since)
+
+    def _came(self, branches: Branches, since: float) -> None:
+        """The flights are at another moment; what was flown there from `since` (s) on is told anew."""
+        self.branches = branches
         self._was_over = self.live.over
-        self.release()  # what was held at that time is held no more
-        self._tell("rewound")
+        self._tell("moved", since=since)
 
     def keep(self, name: str = "") -> KeptFlights:
         """Keep the flights so far in a folder below `out`; see `keeping.keep`. They go on."""
@@ -270,18 +364,6 @@ class Session:
         self.say(event, {"time": self.live.time, **what})
 
 
-def _value(value: Any) -> Any:
-    """A value from a page as a configuration has it."""
-    return tuple(map(_value, value)) if isinstance(value, list | tuple) else value
-
-
-def _names_a_file(text: str) -> bool:
-    """Whether a text reads like a path or a file's name, with or without a function behind it."""
-    stem, dot, ending = text.partition(":")[0].rpartition(".")
-    return "/" in text or "\\" in text or bool(stem and dot and ending.isalnum() and not ending.isdigit())
-
-
-def _without_law(gains: Mapping[str, Any], key: str) -> dict[str, Any]:
-    """The gains without those of a slot whose law `key` changes: another law has other gains."""
-    slot, _, name = key.partition(".")
-    return {old: value for old, value in gains.items() if name != "law" or old.partition(".")[0] != slot}
+def name_of(given: str | Controller | None, flight: LiveFlight) -> str:
+    """The name under which a controller is offered: as it was given, else its own."""
+    return given if isinstance(given, str) else flight.takeoff.controller.name

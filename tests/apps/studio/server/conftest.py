@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -24,10 +24,12 @@ PATIENCE = 60.0
 
 
 class Client:
-    """A page without a browser."""
+    """A page without a browser: it shows the last state that it was told."""
 
     def __init__(self, connection: ClientConnection) -> None:
         self.connection = connection
+        self.hello: dict[str, Any] = {}
+        self.state: dict[str, Any] = {}
         self.frames: list[np.ndarray] = []
         self.history = b""
 
@@ -38,16 +40,38 @@ class Client:
         """The next event of a name; frames that come before it are confirmed and kept."""
         until = time.monotonic() + PATIENCE
         while time.monotonic() < until:
-            message = self.connection.recv(timeout=PATIENCE)
-            if isinstance(message, str):
-                content = json.loads(message)
-                if content["event"] == name:
-                    return content
-            else:
-                self._take(message)
-                if name == "frame" and self.frames:
-                    return {}
+            content = self.hear()
+            if content["event"] == name:
+                return content
         raise TimeoutError(name)
+
+    def hear(self, timeout: float = PATIENCE) -> dict[str, Any]:
+        """The next message."""
+        message = self.connection.recv(timeout=timeout)
+        if not isinstance(message, str):
+            return {"event": "frame" if self._take(message) else "history"}
+        content = json.loads(message)
+        if content["event"] == "hello":
+            self.hello = content
+        elif content["event"] == "state":
+            self.state = content
+        return content
+
+    def state_where(self, true: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:
+        """The state, once it is so."""
+        until = time.monotonic() + PATIENCE
+        while not (self.state and true(self.state)):
+            assert time.monotonic() < until, self.state
+            self.hear()
+        return self.state
+
+    def value(self, key: str, flight: int = 0) -> Any:
+        """What this page shows of a key: what has become of it, else what it was at take-off."""
+        (control,) = (one for one in self.hello["controls"] if one["key"] == key)
+        if "flights" in control:
+            own = control["values"][control["flights"].index(flight)]
+            return self.state["gains"][flight].get(key.removeprefix("controller."), own)
+        return self.state["surface"].get(key.removeprefix("surface."), control["value"])
 
     def frame(self) -> np.ndarray:
         """The next frame."""
@@ -62,21 +86,23 @@ class Client:
                 return frame
         raise TimeoutError("no such frame")
 
-    def _take(self, message: bytes) -> None:
+    def _take(self, message: bytes) -> bool:
+        """Keep frames; whether they are new ones."""
         kind, number, _, width = np.frombuffer(message[:16], dtype="<u4")
         if kind == 1:
             self.say("got", frame=int(number))
             self.frames.extend(np.frombuffer(message[16:], dtype="<f4").reshape(-1, int(width)))
         else:
             self.history = message
+        return kind == 1
 
 
 class Running:
     """A studio in a thread of its own."""
 
-    def __init__(self, server: StudioServer, session: Session, controllers: Sequence[str]) -> None:
+    def __init__(self, server: StudioServer, session: Session) -> None:
         self.server, self.session, self.url = server, session, server.access.url
-        self.flight = flight_of(server, session, controllers)
+        self.flight = flight_of(server, session)
         self._thread = threading.Thread(target=self.flight.run, daemon=True)
 
     def start(self) -> None:
@@ -110,7 +136,7 @@ def running(out: Path, *controllers: str, token: str = "") -> Iterator[Running]:
     """A studio on a free flight, until the end of the block."""
     session = Session("free_flight", controllers, out=out)
     with StudioServer("127.0.0.1", 0, token) as server:
-        found = Running(server, session, controllers)
+        found = Running(server, session)
         found.start()
         yield found
         found.stop()

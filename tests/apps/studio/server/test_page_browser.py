@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import random
 import shlex
 import time
 from collections.abc import Callable, Iterator
@@ -15,11 +16,12 @@ from playwright import sync_api
 import skylimb
 from chromium import PAINTED, chromium, needs_chromium, silent_page
 from failing_controller import save_failing_controller
+from flown_state import flown_gain
 from of_kind import of_kind
 from skylimb.analysis.recording import Run
 from skylimb.flight.events import GainChange, Push, SurfaceChange
 
-PATIENCE = 60_000
+PATIENCE = 20_000
 
 pytestmark = needs_chromium
 
@@ -48,6 +50,7 @@ def page(open_page: sync_api.Page, studio: Any) -> sync_api.Page:
     open_page.evaluate("() => { skylimbStudio.say('restart'); skylimbStudio.say('pause', {paused: false}); }")
     wait_for(lambda: studio.session.live.flights[0] is not before)
     until(open_page, f"!skylimbStudio.state.paused && skylimbStudio.number > {number}")
+    open_page.get_by_role("tab", name="Gains").click()
     return open_page
 
 
@@ -204,16 +207,131 @@ def test_a_controllers_exception_is_shown_with_its_line_until_the_file_is_mended
         until(page, "skylimbStudio.past.end > 0.6")
 
 
-def test_the_past_can_be_looked_at_and_gone_on_from(page: sync_api.Page, studio: Any) -> None:
+def on_the_track(page: sync_api.Page, time: float) -> tuple[float, float]:
+    """Where a time stands on the timeline, px."""
+    box = page.locator("#track").bounding_box()
+    assert box is not None
+    return box["x"] + box["width"] * time / page.evaluate("skylimbStudio.timeline.end"), box["y"] + 8
+
+
+def test_the_past_is_dragged_and_gone_on_from(page: sync_api.Page, studio: Any) -> None:
     until(page, "skylimbStudio.past.end > 1.5")
-    page.get_by_label("Look back, seconds").evaluate(
-        "(slider) => { slider.value = -1; slider.dispatchEvent(new Event('input')); }"
-    )
-    wait_for(lambda: studio.flight.paused)
+    before = page.locator("#track").bounding_box()
+    page.mouse.move(*on_the_track(page, 1.2))
+    page.mouse.down()
+    page.mouse.move(*on_the_track(page, 0.8), steps=6)
+    assert page.evaluate("skylimbStudio.looking") == pytest.approx(0.8, abs=0.05)
+    page.mouse.move(*on_the_track(page, 0.6), steps=3)
+    page.mouse.up()
+    assert not studio.flight.paused  # the flight goes on while one looks back
+    assert page.locator("#track").bounding_box() == before  # and nothing moves under the pointer
+    assert page.locator("#status").inner_text() == "Looking back"
     seen = page.evaluate("skylimbStudio.looking")
     page.get_by_role("button", name="Go on from here").click()
-    wait_for(lambda: not studio.flight.paused)
     until(page, f"skylimbStudio.looking === null && skylimbStudio.past.end < {seen} + 1.0")
+    until(page, "skylimbStudio.state.branches.at(-1).parent === skylimbStudio.state.branches.at(-2).number")
+    number = page.evaluate("skylimbStudio.state.branches.at(-2).number")
+    page.get_by_role("button", name=f"Go to: branch {number + 1},").click()
+    until(page, "skylimbStudio.past.end > 1.4")
+
+
+def test_keys_and_the_wheel_look_back(page: sync_api.Page, studio: Any) -> None:
+    until(page, "skylimbStudio.past.end > 1.5")
+    track = page.get_by_role("slider", name="Time of the flight")
+    track.focus()
+    page.keyboard.press("Home")
+    assert page.evaluate("skylimbStudio.looking") < 0.05
+    page.keyboard.press("ArrowRight")
+    page.keyboard.press("Shift+ArrowRight")
+    looking = page.evaluate("skylimbStudio.looking")
+    assert looking == pytest.approx(1.1, abs=0.05)
+    page.mouse.move(*on_the_track(page, 1.0))
+    page.mouse.wheel(0, -100)
+    until(page, f"Math.abs(skylimbStudio.looking - {looking} + 0.1) < 1e-6")
+    page.keyboard.press("Enter")
+    until(page, "skylimbStudio.looking === null && skylimbStudio.state.branches.length > 1")
+    page.keyboard.press("Home")
+    page.keyboard.press("Escape")
+    assert page.evaluate("skylimbStudio.looking") is None
+
+
+def test_an_act_is_undone_and_done_again(page: sync_api.Page, studio: Any) -> None:
+    page.get_by_label("Search gains and keys").fill("translation normalized stiffness")
+    field = page.get_by_label("controller.translation.normalized_stiffness, entry 1", exact=True)
+    before = field.input_value()
+    field.fill("3.25")
+    field.press("Enter")
+    wait_for(lambda: flown_gain(studio.session, "translation.normalized_stiffness")[0] == 3.25)
+    until(page, "skylimbStudio.past.end > 1.0")
+    assert page.locator(".mark[data-kind=gain]").count() == 1
+    page.get_by_label("Search gains and keys").fill("")
+    page.locator("#picture canvas").focus()
+    page.keyboard.press("Control+z")
+    wait_for(lambda: flown_gain(studio.session, "translation.normalized_stiffness")[0] != 3.25)
+    wait_for(lambda: field.input_value() == before)
+    page.get_by_role("button", name="Redo").click()
+    wait_for(lambda: flown_gain(studio.session, "translation.normalized_stiffness")[0] == 3.25)
+    wait_for(lambda: field.input_value() == "3.25")
+    changed = page.get_by_role("region", name="What was changed")
+    changed.get_by_role("button", name="All back to take-off").click()
+    wait_for(lambda: field.input_value() == before)
+    row = changed.get_by_role("button", name="controller.translation.normalized_stiffness: back to take-off")
+    row.wait_for(state="hidden")
+
+
+def fields(page: sync_api.Page) -> dict[str, str]:
+    """What stands in the page's fields that can act in flight."""
+    return page.evaluate(
+        "() => Object.fromEntries([...document.querySelectorAll('#panel-gains input[type=number],"
+        " #panel-surface input[type=number]')].map((one) => [one.id, one.value]))"
+    )
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_two_pages_show_what_flies(
+    page: sync_api.Page, studio: Any, browser: sync_api.Browser, seed: int
+) -> None:
+    draw = random.Random(seed)
+    gain = "translation.normalized_stiffness"
+    with silent_page(browser) as other:
+        other.goto(studio.url)
+        for step in range(8):
+            driver = draw.choice([page, other])
+            until(driver, "document.body.dataset.ready && skylimbStudio.line.open")
+            if driver.evaluate("!skylimbStudio.shell.seats.drives"):
+                driver.get_by_role("button", name="Take over").click()
+                until(driver, "skylimbStudio.shell.seats.drives")
+            driver.get_by_role("tab", name="Gains").click()
+            match draw.randrange(5) if step else 0:
+                case 0 | 1:
+                    driver.get_by_label("Search gains and keys").fill("translation normalized stiffness")
+                    entry = draw.randrange(3)
+                    field = driver.locator(f"[id='key-controller.{gain}{f'-{entry}' if entry else ''}']")
+                    field.fill(f"{draw.uniform(2, 4):.2f}")
+                    field.press("Enter")
+                case 2:
+                    driver.locator("#track").focus()
+                    driver.keyboard.press("Home")
+                    driver.keyboard.press("Enter")
+                case 3:
+                    draw.choice([page, other]).reload()
+                case 4:
+                    driver.get_by_role("button", name="Undo").click()
+            for one in (page, other):
+                until(
+                    one, "document.body.dataset.ready && skylimbStudio.state.scene === skylimbStudio.number"
+                )
+            wait_for(lambda: all(_shows(one, studio, gain) for one in (page, other)))
+    until(page, "skylimbStudio.line.open")
+    if page.evaluate("!skylimbStudio.shell.seats.drives"):
+        page.get_by_role("button", name="Take over").click()
+        until(page, "skylimbStudio.shell.seats.drives")
+
+
+def _shows(page: sync_api.Page, studio: Any, gain: str) -> bool:
+    shown, flown = fields(page), flown_gain(studio.session, gain)
+    names = [f"key-controller.{gain}", f"key-controller.{gain}-1", f"key-controller.{gain}-2"]
+    return [float(shown[name]) for name in names] == pytest.approx(flown)
 
 
 def test_a_reload_comes_back_to_the_same_flight(page: sync_api.Page, studio: Any) -> None:

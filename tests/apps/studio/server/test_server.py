@@ -98,8 +98,8 @@ def test_a_gain_is_changed_and_told_to_all(studio: Any) -> None:
     with studio.page("first") as page, studio.page("second") as other:
         other.event("hello")
         page.event("hello")
-        page.say("gain", key=key, value=value)
-        assert other.event("gain") == {"event": "gain", "key": key, "value": value, "flight": None}
+        page.say("set", key=key, value=value)
+        other.state_where(lambda _: other.value(key) == value)
     change = of_kind(studio.session.live.flights[0].experiment, GainChange)[-1]
     assert (f"controller.{change.key}", change.value) == (key, tuple(value))
 
@@ -113,23 +113,31 @@ def test_a_gain_is_changed_and_told_to_all(studio: Any) -> None:
         ({"do": "pause", "paused": True, "also": 1}, "also"),
         ({"do": "poke", "link": "link9", "point": [0, 0, 0], "force": [1, 0, 0]}, "link9"),
         ({"do": "poke", "link": "link1", "point": [0, 0, 0], "force": [1e3, 0, 0]}, "50"),
-        ({"do": "gain", "key": "controller.translation.stiff", "value": 1.0}, "stiff"),
+        ({"do": "set", "key": "controller.translation.stiff", "value": 1.0}, "stiff"),
         (
-            {"do": "gain", "key": "controller.translation.normalized_stiffness", "value": "stiff"},
+            {"do": "set", "key": "controller.translation.normalized_stiffness", "value": "stiff"},
             "expected a number",
         ),
-        ({"do": "gain", "key": "controller.translation.normalized_stiffness", "value": [1.0]}, "it needs 3"),
+        ({"do": "set", "key": "controller.translation.normalized_stiffness", "value": [1.0]}, "it needs 3"),
         (
-            {"do": "gain", "key": "controller.translation.normalized_stiffness", "value": [-1, 1, 1]},
+            {"do": "set", "key": "controller.translation.normalized_stiffness", "value": [-1, 1, 1]},
             "stiffness",
         ),
-        ({"do": "key", "key": "approach.contact", "value": 1}, "true or false"),
-        ({"do": "key", "key": "sensors.latency", "value": 99.0}, "latency"),
-        ({"do": "key", "key": "trajectory.function", "value": "evil.py:run"}, "names a file"),
-        ({"do": "key", "key": "trajectory.file", "value": "/etc/passwd"}, "trajectory.file"),
-        ({"do": "key", "key": "controller.translation.law", "value": "../evil.py"}, "names a file"),
-        ({"do": "key", "key": "robot", "value": "../robot"}, "names a file"),
+        ({"do": "set", "key": "approach.contact", "value": 1}, "true or false"),
+        ({"do": "set", "key": "sensors.latency", "value": 99.0}, "latency"),
+        ({"do": "set", "key": "trajectory.function", "value": "evil.py:run"}, "names a file"),
+        ({"do": "set", "key": "trajectory.file", "value": "/etc/passwd"}, "trajectory.file"),
+        ({"do": "set", "key": "controller.translation.law", "value": "../evil.py"}, "names a file"),
+        ({"do": "set", "key": "robot", "value": "../robot"}, "names a file"),
         ({"do": "controllers", "names": ["../evil.py"]}, "evil.py"),
+        (
+            {"do": "set", "key": "controller.translation.normalized_stiffness", "value": 1.0, "entry": 9},
+            "no entry 10",
+        ),
+        ({"do": "set", "key": "controller.translation.normalized_stiffness", "value": 1.0, "entry": -1}, "0"),
+        ({"do": "rewind", "time": -1.0}, "0.0"),
+        ({"do": "jump", "branch": 99}, "branch 99 is not there"),
+        ({"do": "undo", "seen": 0.5}, "int"),
         ({"do": "keep", "name": "../../etc"}, "regex"),
         ({"do": "surface", "friction": -1}, "0.0"),
         ({"do": "draw"}, "either strokes or an SVG"),
@@ -194,15 +202,33 @@ def nonsense(random_: random.Random) -> str | bytes:
         "speed",
         "restart",
         "rewind",
-        "gain",
-        "key",
+        "set",
+        "back",
+        "undo",
+        "redo",
+        "jump",
         "poke",
         "release",
         "surface",
         "got",
         "draw",
     )
-    fields = ("paused", "times", "seconds", "key", "value", "link", "point", "force", "frame", "strokes")
+    fields = (
+        "paused",
+        "times",
+        "time",
+        "entry",
+        "branch",
+        "seen",
+        "to",
+        "key",
+        "value",
+        "link",
+        "point",
+        "force",
+        "frame",
+        "strokes",
+    )
     values: list[Any] = [
         None, True, 0, -1, 1e300, "", "link1", "x" * 300, [], [0, 0, 0], [1, "a"], {"a": 1}, [[[0, 0]]],
         "controller.translation.normalized_stiffness", [2, 2, 2], 2**70, "\u0000", "../../x",

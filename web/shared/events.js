@@ -1,6 +1,6 @@
 // What happened to the flights: marks under the time line, and stripes in the plots.
 
-import { button, element } from "../shared/elements.js";
+import { button, element } from "./elements.js";
 
 const DASHES = { push: [4, 2], gain: [5, 2, 1, 2], surface: [1, 2] };
 
