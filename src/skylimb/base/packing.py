@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Iterator
-from functools import partial
+from functools import cached_property, partial
 from operator import itemgetter
 from typing import Any, Generic, TypeVar
 
@@ -122,7 +122,21 @@ class Layout(Generic[R]):
 
     def unpack(self, flat: Any) -> R:
         """A record like the template whose leaves are the vector's entries (arrays, or symbols)."""
-        return _map(self._template, "", lambda path, _: self._leaf(flat, path))
+        if is_symbolic(flat):
+            return _map(self._template, "", lambda path, _: self._symbols(flat, path))
+        return self._unpacked(flat)
+
+    @cached_property
+    def _unpacked(self) -> Callable[[np.ndarray], R]:
+        """What makes a record of an array of (size,)."""
+        fixed, record = _reader(self._template, "", self._taken)
+        return (lambda flat: record) if fixed else record
+
+    def _taken(self, path: str) -> tuple[bool, Callable[[np.ndarray], Any]]:
+        where, shape = self.slices[path], self.shapes[path]
+        if shape == ():
+            return False, lambda flat: float(flat[where.start])
+        return False, lambda flat: flat[where].reshape(shape)
 
     def reader(self, flat: np.ndarray) -> Callable[[], R]:
         """A function that gives the record that an array of (size,) holds at the moment.
@@ -148,11 +162,9 @@ class Layout(Generic[R]):
         """
         return _writer(self._template, "", lambda path: (flat, self.slices[path], self.shapes[path]))
 
-    def _leaf(self, flat: Any, path: str) -> Any:
+    def _symbols(self, flat: Any, path: str) -> Any:
         part, shape = flat[self.slices[path]], self.shapes[path]
-        if is_symbolic(flat):
-            return part if len(shape) < 2 else ca.reshape(part, shape[1], shape[0]).T
-        return float(part[0]) if shape == () else np.reshape(part, shape)
+        return part if len(shape) < 2 else ca.reshape(part, shape[1], shape[0]).T
 
 
 def _reader(node: Any, path: str, leaf: Callable[[str], tuple[bool, Any]]) -> tuple[bool, Any]:
@@ -166,7 +178,7 @@ def _reader(node: Any, path: str, leaf: Callable[[str], tuple[bool, Any]]) -> tu
     moving = [(k, part) for k, (fixed, part) in enumerate(parts) if not fixed]
     rebuild = node._make if hasattr(node, "_fields") else partial(_rebuild, node)
 
-    def record(numbers: list[float]) -> Any:
+    def record(numbers: Any) -> Any:
         children = known.copy()
         for k, part in moving:
             children[k] = part(numbers)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 
 from skylimb.base.packing import Layout
@@ -20,7 +22,7 @@ def shaped(robot: Robot, measurement: Measurement, imu: bool = False) -> Measure
         measurement: whatever came.
         imu: whether an IMU's part is needed; else it is left out.
     """
-    sizes = Layout(zero_measurement(robot.n_joints, robot.n_vectoring, imu))
+    sizes = _sizes(robot.n_joints, robot.n_vectoring, imu)
     try:
         parts = [np.asarray(part, dtype=float) for part in measurement.entries][: len(sizes.shapes)]
     except (TypeError, ValueError):
@@ -28,6 +30,11 @@ def shaped(robot: Robot, measurement: Measurement, imu: bool = False) -> Measure
     if [part.shape for part in parts] != list(sizes.shapes.values()):
         return "wrong size"
     return sizes.unpack(np.hstack(parts))
+
+
+@functools.lru_cache(maxsize=16)
+def _sizes(joints: int, vectoring: int, imu: bool) -> Layout[Measurement]:
+    return Layout(zero_measurement(joints, vectoring, imu))
 
 
 class Watchdog:
