@@ -1,9 +1,12 @@
 """Settings of all tests."""
 
+import os
 from collections.abc import Iterator
 
 import pytest
 from hypothesis import settings
+
+from strict_c import StrictC
 
 # A test says what is right, not how fast: two cores that fly beside it break any deadline now and then.
 settings.register_profile("skylimb", deadline=None)
@@ -19,6 +22,13 @@ LONGEST = (
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     items.sort(key=lambda item: item.path.name not in LONGEST)
+
+
+@pytest.fixture(scope="session")
+def strict_c(tmp_path_factory: pytest.TempPathFactory) -> StrictC:
+    """One for all workers of a run."""
+    base = tmp_path_factory.getbasetemp()
+    return StrictC((base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "objects")
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -19,7 +19,7 @@ from skylimb.control.records import ArmTarget, LawInput
 from skylimb.flight.export import export_c
 from skylimb.robots.description import GRAVITY
 from skylimb.robots.model import Robot, RobotState
-from skylimb.simulation.compiling import compile_c
+from strict_c import StrictC
 
 G = np.array([0.0, 0.0, GRAVITY])
 
@@ -100,14 +100,14 @@ def make_start() -> Callable[..., Start]:
 
 
 @pytest.fixture
-def run_as_c(tmp_path: Path) -> Callable[[Any], None]:
+def run_as_c(tmp_path: Path, strict_c: StrictC) -> Callable[[Any], None]:
     """Writes a controller as C, compiles the example that comes with it and runs it on its test vector."""
 
     def run(controller: Any) -> None:
         assert isinstance(controller, Cascade)
         files = export_c(controller, tmp_path / "export")
         sources = [path for path in files if path.suffix == ".c" and path.name != "host.c"]
-        compile_c(sources, tmp_path / "example", ("-O1", "-std=c99", "-Wall", "-Werror", "-ffp-contract=off"))
+        strict_c.link(sources, tmp_path / "example")
         done = subprocess.run([tmp_path / "example"], capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stdout
 

@@ -16,33 +16,40 @@ from skylimb.flight.export.host import FLIGHT, export_with_flight, host_input
 from skylimb.flight.flying import fly
 from skylimb.flight.simulated_run import scored_run
 from skylimb.flight.takeoff import Takeoff
+from strict_c import STRICT, StrictC
 
-STRICT = ("-std=c99", "-O1", "-g", "-Wall", "-Wextra", "-Werror", "-ffp-contract=off")
-SANITIZERS = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all")
+SANITIZERS = ("-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 SOURCES = ("host.c", "controller.c", "controller_function.c")
 COMPILER = shutil.which("gcc") or shutil.which("clang")
 
 needs_compiler = pytest.mark.skipif(COMPILER is None, reason="no gcc or clang on this machine")
 
 
-def built(folder: Path, flags: tuple[str, ...]) -> Path:
+def built(folder: Path) -> Path:
+    """The program, which says where it goes wrong."""
     program = folder / "host"
-    command = [str(COMPILER), *flags, *(str(folder / name) for name in SOURCES), "-o", str(program), "-lm"]
+    sources = (str(folder / name) for name in SOURCES)
+    command = [str(COMPILER), *STRICT, *SANITIZERS, *sources, "-o", str(program), "-lm"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return program
 
 
+def linked(folder: Path, strict_c: StrictC) -> Path:
+    strict_c.link([folder / name for name in SOURCES], folder / "host")
+    return folder / "host"
+
+
 @needs_compiler
-@pytest.mark.parametrize(("name", "flags"), [("hybrid", STRICT + SANITIZERS), ("following", STRICT)])
+@pytest.mark.parametrize(("name", "sanitized"), [("hybrid", True), ("following", False)])
 def test_it_commands_what_was_recorded(
-    make_takeoff: Callable[..., Takeoff], tmp_path: Path, name: str, flags: tuple[str, ...]
+    make_takeoff: Callable[..., Takeoff], strict_c: StrictC, tmp_path: Path, name: str, sanitized: bool
 ) -> None:
     takeoff = make_takeoff(controller=name)
     run = scored_run(takeoff, fly(takeoff))
     export_with_flight(run, tmp_path / "c")
     done = subprocess.run(
-        [built(tmp_path / "c", flags)],
+        [built(tmp_path / "c") if sanitized else linked(tmp_path / "c", strict_c)],
         input=(tmp_path / "c" / FLIGHT).read_bytes(),
         capture_output=True,
         check=False,
@@ -59,14 +66,17 @@ def test_it_commands_what_was_recorded(
 
 @needs_compiler
 def test_input_that_is_cut_is_told(
-    make_takeoff: Callable[..., Takeoff], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    make_takeoff: Callable[..., Takeoff],
+    strict_c: StrictC,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     takeoff = make_takeoff()
     run = scored_run(takeoff, fly(takeoff))
     run.save(tmp_path / "log.nc")
     assert main(["export-c", "--log", str(tmp_path / "log.nc"), str(tmp_path / "c")]) == 0
     assert "./host < flight.bin > commands.bin" in capsys.readouterr().out
-    program, content = built(tmp_path / "c", STRICT), (tmp_path / "c" / FLIGHT).read_bytes()
+    program, content = linked(tmp_path / "c", strict_c), (tmp_path / "c" / FLIGHT).read_bytes()
     for part in (b"", content[:-8]):
         assert subprocess.run([program], input=part, capture_output=True, check=False).returncode == 1
     with pytest.raises(ConfigError, match="cannot be written as C"):

@@ -1,0 +1,36 @@
+"""C that a test builds, as strictly as it can be; what was compiled in a run is not compiled again."""
+
+import hashlib
+import os
+from collections.abc import Iterable
+from pathlib import Path
+
+from skylimb.simulation.compiling import compile_c
+
+STRICT = ("-O1", "-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-ffp-contract=off", "-fPIC")
+
+
+class StrictC:
+    """Compiles and links.
+
+    Args:
+        folder: where objects are kept by their digest, for all workers alike.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        folder.mkdir(exist_ok=True)
+        self._folder = folder
+
+    def compiled(self, source: Path) -> Path:
+        """The object of a source, which includes headers of its own folder alone."""
+        seen = b"".join(path.read_bytes() for path in (source, *sorted(source.parent.glob("*.h"))))
+        made = self._folder / f"{hashlib.sha256(seen).hexdigest()[:24]}.o"
+        if not made.exists():
+            aside = made.with_suffix(f".{os.getpid()}.o")
+            compile_c([source], aside, (*STRICT, "-c"))
+            aside.replace(made)
+        return made
+
+    def link(self, sources: Iterable[Path], target: Path, *flags: str) -> None:
+        """A program of some sources, or a library with the flag for it."""
+        compile_c([self.compiled(source) for source in sources], target, flags)
