@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from skylimb.analysis.scores.nearest import distances, near, nearest
+from skylimb.analysis.scores.nearest import distances, nearest
 
 
 def walk(rng: np.random.Generator, count: int, step: float) -> np.ndarray:
@@ -27,8 +27,6 @@ def test_every_point_finds_its_nearest(seed: int, n: int, k: int, step: float) -
     apart = np.linalg.norm(points[:, None] - among, axis=2)
     np.testing.assert_array_equal(nearest(points, among), apart.argmin(axis=1))
     np.testing.assert_allclose(distances(points, among), apart.min(axis=1), rtol=1e-14)
-    for within in (0.1, 1.0, 10.0):
-        np.testing.assert_array_equal(near(points, among, within), apart.min(axis=1) <= within)
 
 
 def test_of_equals_the_first() -> None:
@@ -46,5 +44,4 @@ def test_lines_far_apart_and_scattered_points() -> None:
 @pytest.mark.parametrize("count", [1, 16, 17])
 def test_no_points_and_whole_blocks(count: int) -> None:
     assert nearest(np.zeros((0, 2)), np.zeros((count, 2))).shape == (0,)
-    assert near(np.zeros((0, 2)), np.zeros((count, 2)), 1.0).shape == (0,)
     assert nearest(np.ones((count, 2)), np.zeros((count, 2))).tolist() == [0] * count

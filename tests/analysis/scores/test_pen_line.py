@@ -7,7 +7,7 @@ import xarray as xr
 from skylimb.analysis.figures import REPORT_FIGURES
 from skylimb.analysis.figures.drawing import drawn_line
 from skylimb.analysis.recording import Run
-from skylimb.analysis.scores.pen_line import as_seen, drawn_fraction, pen_deviation, pen_line, reference_line
+from skylimb.analysis.scores.pen_line import as_seen, pen_deviation, pen_line, reference_line
 from skylimb.analysis.scores.signals import in_phase
 
 
@@ -39,8 +39,6 @@ def test_a_line_drawn_beside_the_asked_one(make_log):
     asked = [[[-0.3, 0.0], [0.3, 0.0]]]
     log = with_drawing(make_log(), asked, lambda s: (-0.3 + 0.6 * s, 0.004 + 0.0 * s))
     assert off(log) == pytest.approx((0.004, 0.004), abs=1e-9)
-    assert drawn_fraction(log) == pytest.approx(1.0)
-    assert drawn_fraction(log, within=0.003) == 0.0
 
 
 def test_the_gap_between_two_strokes_is_not_asked_for(make_log):
@@ -51,12 +49,6 @@ def test_the_gap_between_two_strokes_is_not_asked_for(make_log):
     assert largest == pytest.approx(0.1, abs=1e-3)
     away = pen_deviation(log)
     assert root == pytest.approx(np.sqrt(np.mean(away**2)))
-
-
-def test_half_a_line_drawn(make_log):
-    log = with_drawing(make_log(), [[[-0.3, 0.0], [0.3, 0.0]]], lambda s: (-0.3 + 0.3 * s, 0.0 * s))
-    assert drawn_fraction(log) == pytest.approx(0.5 + 0.01 / 0.6, abs=2e-3)
-    assert off(log)[1] < 1e-9
 
 
 def test_distances_are_those_to_the_line_and_not_to_its_points(make_log):
@@ -89,10 +81,8 @@ def test_no_touch_no_number(make_log):
     log = make_log()
     log["contact"] = ("time", np.zeros(log.sizes["time"]))
     assert np.isnan(off(log)).all()
-    assert drawn_fraction(log) == 0.0
     bare = log.drop_vars(["tip_position"])
     assert np.isnan(off(bare)).all()
-    assert np.isnan(drawn_fraction(bare))
 
 
 def test_a_flight_lost_before_its_slide_has_no_number(make_log):

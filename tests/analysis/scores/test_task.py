@@ -12,7 +12,7 @@ from skylimb.analysis.viewer.signals import packed_panels
 from skylimb.flight.experiments.tolerances import Tolerances
 
 SLIDE, RETREAT = 4, 6
-LOOSE = {"pen_line": 1.0, "path": 0.0, "contact": 0.0}
+LOOSE = {"pen_line": 1.0, "of_size": 10.0, "path": 0.0, "strokes": 1.0, "contact": 0.0}
 
 
 @pytest.fixture

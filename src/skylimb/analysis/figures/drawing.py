@@ -18,8 +18,8 @@ from skylimb.analysis.figures import style
 from skylimb.analysis.recording import Run
 from skylimb.analysis.scores.pen_line import (
     as_seen,
-    drawn_fraction,
     drawn_samples,
+    marks,
     pen_deviation,
     pen_line,
     reference_line,
@@ -50,7 +50,8 @@ def drawn_line(runs: Mapping[str, Run]) -> Figure:
         name: [as_seen(run.log, line) for line in reference_line(run.log)] for name, run in runs.items()
     }
     drawn = {name: _drawn(run.log) for name, run in runs.items()}
-    everything = [part for lines in wanted.values() for part in lines] + [part for part, _ in drawn.values()]
+    touched = {name: as_seen(run.log, marks(run.log)[1]) for name, run in runs.items()}
+    everything = [part for lines in wanted.values() for part in lines] + list(touched.values())
     across, upward = (style.limits([points[..., axis] for points in everything]) for axis in (0, 1))
     rows, columns = style.panels(len(runs), 2)
     panel = (style.WIDTH - 1.0) / columns
@@ -67,6 +68,7 @@ def drawn_line(runs: Mapping[str, Run]) -> Figure:
     for ax, (name, run) in zip(axes.flat, runs.items(), strict=False):
         for line in wanted[name]:
             ax.plot(*line.T, color=style.DARK, linewidth=0.5, zorder=3)
+        ax.plot(*touched[name].T, ".", color=style.TRUTH, markersize=1.5, zorder=1)
         pieces, force = drawn[name]
         lines = LineCollection(list(pieces), array=force, norm=scale, cmap="viridis_r", linewidth=1.8)
         ax.add_collection(lines)
@@ -82,6 +84,7 @@ def drawn_line(runs: Mapping[str, Run]) -> Figure:
         [
             Line2D([], [], color=style.DARK, linewidth=0.5, label="reference"),
             Line2D([], [], color="#3b7d8c", linewidth=1.8, label="drawn, coloured by force"),
+            Line2D([], [], color=style.TRUTH, marker=".", linewidth=0, label="touching down, leaving"),
         ],
     )
     return figure
@@ -98,12 +101,10 @@ def _distances(ax: Axes, runs: Mapping[str, Run]) -> None:
         step = np.linalg.norm(np.diff(points, axis=0), axis=1) * _joined(run.log, samples)
         way = np.concatenate([[0.0], np.cumsum(step)])
         off = pen_line(run)
-        text = (
-            f"{style.label(name)}: rms {1e3 * off['rms']:.1f} mm, largest {1e3 * off['max']:.1f} mm, "
-            f"{100 * drawn_fraction(run.log):.0f} % drawn"
-        )
-        if (leash := run.metrics.get("line_frechet")) is not None:
-            text += f", Frechet {1e3 * leash:.1f} mm"
+        text = f"{style.label(name)}: rms {1e3 * off['rms']:.1f} mm, largest {1e3 * off['max']:.1f} mm"
+        for title in ("place", "shape"):
+            if (apart := run.metrics.get(f"line_{title}")) is not None:
+                text += f", {title} {1e3 * apart:.1f} mm"
         thin = style.thin(len(way), 3000)
         ax.plot(way[thin], 1e3 * away[thin], color=colour[name], linewidth=0.8, label=text)
     ax.set(xlabel="length drawn (m)", ylabel="off its reference (mm)", ylim=(0.0, None))

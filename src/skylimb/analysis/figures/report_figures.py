@@ -18,7 +18,6 @@ from skylimb.analysis.figures.pose_strip import poses
 from skylimb.analysis.figures.progress import common_tool, task_progress
 from skylimb.analysis.figures.traces import pen_traces
 from skylimb.analysis.recording import Run
-from skylimb.analysis.scores.pen_line import DRAWN_WITHIN
 from skylimb.analysis.scores.signals import ADAPTATION_THRESHOLD, in_contact
 from skylimb.analysis.scores.user_scores import UserFigure
 
@@ -68,8 +67,9 @@ REPORT_FIGURES = (
         _flow(f"""
             Seen from the robot along the contact axis. Thin: the pen's reference; thick: where the pen
             touched, coloured by the normal force (mean of {FORCE_SMOOTHING:g} s). Below: how far each drawn
-            sample is from the nearest point of the reference line, over the length drawn so far; as drawn
-            counts what the pen touched within {1e3 * DRAWN_WITHIN:g} mm.
+            sample is from the nearest point of the reference line, over the length drawn so far. Grey: what
+            the pen drew while it touched down, settled and left. Place is how far the best rigid move takes
+            the line to its reference, shape what that leaves.
         """),
         drawn_line,
         _of_a_drawing,

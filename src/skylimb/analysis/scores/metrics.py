@@ -5,22 +5,18 @@ A flight that failed is not scored: its numbers would be those of a shorter, eas
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from skylimb.analysis.recording.run import Run
-from skylimb.analysis.scores.drawn_strokes import strokes_of
+from skylimb.analysis.scores.drawn_strokes import Stroke, strokes_of
 from skylimb.analysis.scores.force import force_limits
 from skylimb.analysis.scores.registry import METRICS, NUMERIC_KEYS, numbers_of
-from skylimb.analysis.scores.score import Score
+from skylimb.analysis.scores.score import Number, Score
 from skylimb.analysis.scores.verdict import verdict
 
 if TYPE_CHECKING:
     import xarray as xr
-
-_FOR_THE_VERDICT = [
-    each for each in METRICS if each.on_demand and any(score.tolerance for score in each.scores)
-]
-"""What is judged and is no score of every flight."""
 
 
 def metrics(log: xr.Dataset) -> dict[str, Any]:
@@ -49,11 +45,14 @@ def metrics(log: xr.Dataset) -> dict[str, Any]:
         "missed": [],
         "checks": {},
         "force_limits": {} if run.failed else force_limits(log),
-        "strokes": [
-            {name: Score().number(value) for name, value in stroke._asdict().items()}
-            for stroke in (strokes_of(log) if not run.failed else ())
-        ],
+        "strokes": [] if run.failed else [_numbers(stroke) for stroke in strokes_of(log)],
     }
-    held = {} if log.attrs.get("tolerances", "{}") == "{}" else numbers_of(run, _FOR_THE_VERDICT)
     scores = [score for each in METRICS for score in each.scores]
-    return {**found, **verdict(Run("", "", log, {**found, **held}), scores)}
+    return {**found, **verdict(Run("", "", log, found), scores)}
+
+
+def _numbers(stroke: Stroke) -> dict[str, Number]:
+    return {
+        name: value if isinstance(value, bool) else Score().number(value)
+        for name, value in asdict(stroke).items()
+    }

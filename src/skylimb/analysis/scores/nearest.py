@@ -74,23 +74,6 @@ def distances(points: np.ndarray, among: np.ndarray) -> np.ndarray:
     return np.linalg.norm(points - among[nearest(points, among)], axis=1)
 
 
-def near(points: np.ndarray, among: np.ndarray, within: float) -> np.ndarray:
-    """Which points are no farther than `within` (m) from any of the points `among`, (n,).
-
-    Most blocks are near as a whole, or far: only the points of the others are looked at.
-    """
-    if not len(points):
-        return np.zeros(0, dtype=bool)
-    ours, theirs = _blocks(points), _blocks(among)
-    away, reach = _apart(ours, theirs), ours.radii[:, None] + theirs.radii
-    found = np.zeros(len(points), dtype=bool)
-    surely = (away + reach < within - _ROUNDING).any(axis=1)
-    found[ours.numbers[surely]] = True
-    maybe = np.unique(ours.numbers[~surely & (away - reach < within + _ROUNDING).any(axis=1)])
-    found[maybe] |= distances(points[maybe], among) <= within
-    return found
-
-
 def _apart(ours: _Blocks, theirs: _Blocks) -> np.ndarray:
     """Distances between the middles of blocks, m, (blocks, blocks)."""
     return np.hypot(*(ours.centres[:, None] - theirs.centres).transpose(2, 0, 1))

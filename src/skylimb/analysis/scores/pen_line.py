@@ -13,15 +13,13 @@ import numpy as np
 
 from skylimb.analysis.recording.run import Run
 from skylimb.analysis.scores.board import nominal_path
-from skylimb.analysis.scores.nearest import near, nearest
-from skylimb.analysis.scores.score import PEN, Score, Tolerance, metric
+from skylimb.analysis.scores.nearest import nearest
+from skylimb.analysis.scores.score import PEN, Score, metric
 from skylimb.analysis.scores.signals import contact_axis, in_contact, in_phase, phase_names, sliding_axes
 
 if TYPE_CHECKING:
     import xarray as xr
 
-DRAWN_WITHIN = 0.010
-"""A place of the reference line counts as drawn where the pen touched within this distance of it, m."""
 PITCH = 0.0005
 """Spacing at which a line is looked up, m."""
 
@@ -35,9 +33,6 @@ PITCH = 0.0005
             group=PEN,
             row="root mean square",
             ranked=False,
-            tolerance=Tolerance(
-                "pen_line", "the pen is {value} off its line (root mean square), {bound} allowed"
-            ),
         ),
         "max": Score(
             "Largest distance of the pen from its reference line",
@@ -61,43 +56,6 @@ def pen_line(run: Run) -> dict[str, float]:
     return {"rms": float(np.sqrt(np.mean(away**2))), "max": float(away.max())}
 
 
-def _missed_path(run: Run) -> str:
-    return f"{{value}} of the line is drawn within {1e3 * _within(run):g} mm, {{bound}} commanded"
-
-
-@metric(
-    smaller_is_better=False,
-    group=PEN,
-    row="drawn within its tolerance",
-    ranked=False,
-    tolerance=Tolerance("path", _missed_path),
-    on_demand="path",
-)
-def path_drawn(run: Run) -> float:
-    """Share of the reference line that is drawn, no farther from it than the tolerance of the pen."""
-    return drawn_fraction(run.log, _within(run))
-
-
-def _within(run: Run) -> float:
-    return json.loads(run.log.attrs.get("tolerances", "{}")).get("pen_line", DRAWN_WITHIN)
-
-
-def drawn_fraction(log: xr.Dataset, within: float = DRAWN_WITHIN) -> float:
-    """The part of the reference line's length that the pen touched no farther than `within` (m) from it.
-
-    NaN where the log has no reference.
-    """
-    lines = [dense(line) for line in reference_line(log)]
-    if not lines:
-        return float("nan")
-    _, drawn = drawn_samples(log)
-    if not len(drawn):
-        return 0.0
-    pieces = [np.linalg.norm(np.diff(line, axis=0), axis=1) for line in lines]
-    drawn_pieces = [near(0.5 * (line[1:] + line[:-1]), drawn, within) for line in lines]
-    return float(np.concatenate(pieces)[np.concatenate(drawn_pieces)].sum() / np.concatenate(pieces).sum())
-
-
 def pen_deviation(log: xr.Dataset) -> np.ndarray:
     """Distance of every drawn sample to the nearest point of the reference line, m, (n,); empty for none."""
     lines = [dense(line) for line in reference_line(log)]
@@ -114,12 +72,18 @@ def pen_deviation(log: xr.Dataset) -> np.ndarray:
 
 def drawn_samples(log: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
     """The samples in touch of the sliding period, lifts included: numbers, and (u, v) of the tip (n, 2)."""
-    if "tip_position" not in log:
-        return np.zeros(0, dtype=int), np.zeros((0, 2))
+    samples, points = marks(log)
     drawing = in_phase(log, "slide")
     if "lift" in phase_names(log):
         drawing |= in_phase(log, "lift")
-    samples = np.flatnonzero(drawing & in_contact(log))
+    return samples[drawing[samples]], points[drawing[samples]]
+
+
+def marks(log: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
+    """The samples of every touch, from the first to the last: numbers, and (u, v) of the tip (n, 2)."""
+    if "tip_position" not in log:
+        return np.zeros(0, dtype=int), np.zeros((0, 2))
+    samples = np.flatnonzero(in_contact(log))
     points = _in_plane(log, log.tip_position.values[samples])
     finite = np.isfinite(points).all(axis=1)
     return samples[finite], points[finite]

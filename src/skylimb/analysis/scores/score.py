@@ -35,7 +35,7 @@ Number = float | bool | None
 MISSION = "Distance of the centre of gravity from the mission's reference"
 TARGET = "Distance of the centre of gravity from the control law's own target"
 PEN = "Distance of the pen from its reference line"
-DRAWING = "The drawing"
+DRAWING = "The drawn line"
 TASK = "The task"
 FORCE = "Force"
 CONTACT = "Contact and attitude"
@@ -56,11 +56,13 @@ class Tolerance:
             they tell more. Usual ones when empty.
         per: what makes a share of the score, which is judged in its place: a number, or a function of the
             run. A flight where it is 0 or not known is not judged.
+        scaled: what the bound is for the size of what a run drew, in place of the stated one.
     """
 
     bound: str | float
     words: str | Callable[[Run], str] = ""
     per: float | Callable[[Run], float | None] | None = None
+    scaled: Callable[[Run], float] | None = None
 
     def __post_init__(self) -> None:
         if isinstance(self.bound, str):

@@ -54,11 +54,12 @@ def verdict(run: Run, scores: Iterable[Score]) -> dict[str, Any]:
     if run.failed:
         lost = bool(held) or run.metrics.get("done") is False
         return {"done": False if lost else None, "missed": ["the flight was lost"] * lost, "checks": checks}
-    for score, stated, bound in held:
+    for score, tolerated, stated in held:
         value = run.metrics.get(score.name)
-        if value is None or (tolerance := stated.of(run)).per == 0.0:
+        if value is None or (tolerance := tolerated.of(run)).per == 0.0:
             continue
         value = value if tolerance.per is None else value / tolerance.per
+        bound = tolerated.scaled(run) if tolerated.scaled else stated
         kept = value <= bound if score.smaller_is_better else value >= bound
         name = tolerance.bound if tolerance.bound in known and tolerance.bound not in checks else score.name
         checks[name] = {"value": value, "tolerance": bound, "kept": kept}

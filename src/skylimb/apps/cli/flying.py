@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from skylimb.apps.cli import output
 from skylimb.apps.cli.arguments import arg
@@ -185,7 +183,6 @@ def draw(
     runs = {drawn.name: drawn}
     failed = output.written(runs, folder, video=video)
     output.scores(runs)
-    _show_worst_stroke(drawn.metrics["strokes"])
     return output.hand_over(runs, folder, video, failed)
 
 
@@ -193,14 +190,3 @@ def _word(name: str) -> str:
     """A name that can be a part of a folder's name."""
     kept = "".join(letter if letter.isalnum() or letter in "_-." else "_" for letter in name)
     return kept.strip("._")[:40] or "drawing"
-
-
-def _show_worst_stroke(strokes: Sequence[Mapping[str, Any]]) -> None:
-    """Which of several strokes is farthest from its reference."""
-    if len(strokes) < 2:
-        return
-    distances = [math.inf if stroke["frechet"] is None else stroke["frechet"] for stroke in strokes]
-    worst = distances.index(max(distances))
-    length, apart = 1e3 * strokes[worst]["length"], 1e3 * distances[worst]
-    which = f"worst stroke: number {worst + 1} of {len(strokes)}, {length:.0f} mm long"
-    print(f"{which}, {'not drawn' if math.isinf(apart) else f'{apart:.1f} mm away (Frechet distance)'}")

@@ -21,15 +21,47 @@ class Tolerances:
         float,
         Key("", "greatest root mean square error of its 0.2 s mean, as a share of the commanded", 0.0, 10.0),
     ] = 0.30
-    pen_line: Annotated[
-        float, Key("m", "greatest root mean square distance of the pen from its reference line", 0.0, 10.0)
-    ] = 0.020
-    path: Annotated[
-        float, Key("", "least share of the reference line that is drawn no farther than that", 0.0, 1.0)
-    ] = 0.95
+    of_size: Annotated[
+        float,
+        Key(
+            "",
+            "share of its size that a line may be off, root mean square, within the next two: of the whole "
+            "drawing's for its place, of the corner's or bow's at hand for its shape",
+            above=0.0,
+            high=1e3,
+        ),
+    ] = 0.05
+    finest: Annotated[
+        float, Key("m", "what is allowed of that however small the line is", above=0.0, high=10.0)
+    ] = 0.001
+    pen_line: Annotated[float, Key("m", "what is allowed of that however large the line is", 0.0, 10.0)] = (
+        0.020
+    )
     frechet: Annotated[
-        float, Key("m", "greatest Frechet distance of a drawing from its reference", 0.0, 10.0)
+        float,
+        Key(
+            "m",
+            "greatest Frechet distance of a stroke from its shape; less where its size allows less",
+            0,
+            10,
+        ),
     ] = 0.020
+    marks: Annotated[
+        float,
+        Key(
+            "m",
+            "farthest mark of touching down and leaving; less where the drawing's size allows less",
+            0,
+            10,
+        ),
+    ] = 0.050
+    path: Annotated[
+        float,
+        Key("", "least share of the reference line that is drawn within what its shape allows", 0.0, 1.0),
+    ] = 0.95
+    strokes: Annotated[
+        float, Key("", "greatest number of strokes that are not drawn, or miss their shape", 0.0, 1e4)
+    ] = 0.0
     lifted: Annotated[
         float, Key("", "greatest share of the time of a drawing's lifts in touch", 0.0, 1.0)
     ] = 0.05

@@ -1,0 +1,202 @@
+"""No score is fooled: what looks like the drawing by one number and is not, at all sizes; and what is."""
+
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from skylimb.analysis.scores.metrics import metrics
+
+CENTRE = np.array([1.2, 0.0, 1.2])
+TOLERANCES = {
+    "pen_line": 0.02, "frechet": 0.02, "of_size": 0.05, "finest": 0.001, "marks": 0.05, "path": 0.95,
+    "strokes": 0.0, "lifted": 0.05,
+}  # fmt: skip
+PHASES = ("settle", "slide", "lift", "retreat")
+SIZES = st.sampled_from([0.010, 0.015, 0.025, 0.06, 0.15, 0.4, 1.0])
+MM = 1e-3
+
+settings.register_profile("cheap", max_examples=10, deadline=None)
+settings.load_profile("cheap")
+
+
+def circle(size, count=400):
+    angle = np.linspace(0.0, 2.0 * np.pi, count)
+    return 0.5 * size * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+
+
+def polygon(size, sides):
+    """With its corners on the circle of that size."""
+    corners = circle(size, sides + 1)
+    at = np.linspace(0.0, sides, 401)
+    return np.stack([np.interp(at, np.arange(sides + 1), axis) for axis in corners.T], axis=1)
+
+
+def hook(size):
+    """A line with a bow that has no mirror image of its own."""
+    straight = np.linspace([-0.5, 0.5], [-0.5, -0.1], 100)
+    angle = np.linspace(np.pi, 2.0 * np.pi, 200)
+    bow = np.array([0.0, -0.1]) + 0.5 * np.stack([np.cos(angle), 0.8 * np.sin(angle)], axis=1)
+    return size * np.vstack([straight, bow])
+
+
+def log_of(strokes, drawn, before=None, after=None):
+    """A log of strokes, (n, 2) each, with what was `drawn` of each, None for none, and marks at the ends."""
+    parts = [("settle", True, before)] if before is not None else []
+    for number, points in enumerate(drawn):
+        if number:
+            parts.append(("lift", False, np.zeros((20, 2))))
+        shown = strokes[number] if points is None else points
+        parts.append(("slide", points is not None, shown))
+    parts += [("retreat", True, after)] if after is not None else []
+    uv = np.vstack([points for _, _, points in parts])
+    phase = np.concatenate([[PHASES.index(name)] * len(points) for name, _, points in parts])
+    touch = np.concatenate([[touching] * len(points) for _, touching, points in parts]).astype(np.int8)
+    gap = np.full((1, 2), np.nan)
+    reference = np.vstack([row for stroke in strokes for row in (stroke, gap)][:-1])
+    return xr.Dataset(
+        {
+            "tip_position": (("time", "axis"), CENTRE + np.column_stack([np.zeros(len(uv)), uv])),
+            "phase": (("time",), phase, {"flag_values": range(4), "flag_meanings": " ".join(PHASES)}),
+            "contact": (("time",), touch),
+            "reference_line": (("reference_point", "plane"), reference),
+        },
+        coords={"time": 0.01 * np.arange(len(uv))},
+        attrs={
+            "path_center": json.dumps(CENTRE.tolist()), "contact_axis": "x", "sliding_axes": ["y", "z"],
+            "tolerances": json.dumps(TOLERANCES),
+        },
+    )  # fmt: skip
+
+
+def judged(strokes, drawn, **marks):
+    return metrics(log_of(strokes, drawn, **marks))
+
+
+def missed(scores):
+    return {name for name, check in scores["checks"].items() if not check["kept"]}
+
+
+def allowed(size):
+    return min(0.02, max(0.001, 0.05 * size))
+
+
+def wandering(line, rms, seed):
+    """A line drawn by a hand that wanders slowly, off by `rms` (m)."""
+    random, along = np.random.default_rng(seed), np.linspace(0.0, 1.0, len(line))
+    off = sum(
+        random.normal(size=2) * np.cos(2.0 * np.pi * (k * along[:, None] + random.uniform(size=2)))
+        for k in range(1, 6)
+    )
+    return line + rms * off / np.sqrt(np.mean(np.sum(off**2, axis=1)))
+
+
+@given(SIZES, st.sampled_from([circle, hook]))
+def test_the_line_itself_is_done(size, figure):
+    scores = judged([figure(size)], [figure(size)])
+    assert scores["done"] is True
+    assert scores["strokes"][0]["covered"] == 1.0
+    assert scores["line_place"] < 0.2 * MM
+
+
+@given(SIZES, st.floats(-0.5, 0.5), st.floats(-0.5, 0.5))
+def test_a_motionless_dot_is_not(size, u, v):
+    dot = np.tile(size * np.array([u, v]), (400, 1))
+    assert "strokes" in missed(judged([circle(size)], [dot]))
+
+
+@given(SIZES, st.floats(0.0, 6.28), st.sampled_from([circle, hook]))
+def test_a_copy_beside_its_place_keeps_its_shape_and_misses_its_place(size, way, figure):
+    by = 1.3 * allowed(size) * np.array([np.cos(way), np.sin(way)])
+    scores = judged([figure(size)], [figure(size) + by])
+    assert missed(scores) - {"strokes"} == {"pen_line"}
+    # Along a line's own way nearest points see little of a shift.
+    assert scores["line_place"] == pytest.approx(1.3 * allowed(size), rel=0.02)
+    assert scores["strokes"][0]["kept"]
+    assert scores["missed"][0].startswith("the line lies ")
+
+
+@given(SIZES)
+def test_a_mirrored_copy_is_not(size):
+    assert "strokes" in missed(judged([hook(size)], [hook(size) * [-1.0, 1.0]]))
+
+
+@given(SIZES)
+def test_a_line_drawn_backwards_is_not(size):
+    assert "strokes" in missed(judged([hook(size)], [hook(size)[::-1]]))
+
+
+@given(SIZES, st.integers(3, 8))
+def test_a_polygon_for_a_circle_is_not(size, sides):
+    # A square in a circle of 10 mm is 1 mm off it, a hexagon in one of 0.15 m is 7 mm: both count as drawn.
+    sides = min(sides, 3 if size <= 0.015 else 5 if size <= 0.15 else 8)
+    assert "strokes" in missed(judged([circle(size)], [polygon(size, sides)]))
+
+
+@given(SIZES, st.integers(0, 2))
+def test_a_dropped_stroke_is_not(size, dropped):
+    strokes = [hook(size), circle(0.2 * size) + 0.1 * size, hook(0.5 * size) - 0.2 * size]
+    drawn = [None if number == dropped else stroke for number, stroke in enumerate(strokes)]
+    scores = judged(strokes, drawn)
+    assert scores["line_strokes_missed"] == 1
+    assert f"stroke {dropped + 1} of 3 is not drawn" in scores["missed"]
+    assert scores["done"] is False
+
+
+@given(SIZES, st.sampled_from([circle, hook]))
+def test_a_doubled_stroke_is_not(size, figure):
+    twice = np.vstack([figure(size), figure(size)[::-1]])
+    assert "strokes" in missed(judged([figure(size)], [twice]))
+
+
+@given(SIZES, st.integers(0, 10_000), st.sampled_from([circle, hook]))
+def test_a_scribble_is_not(size, seed, figure):
+    """In the figure's place and as large."""
+    random = np.random.default_rng(seed)
+    corners = size * random.uniform(-0.5, 0.5, size=(30, 2))
+    at = np.linspace(0.0, 29.0, 1500)
+    scribble = np.stack([np.interp(at, np.arange(30.0), axis) for axis in corners.T], axis=1)
+    assert "strokes" in missed(judged([figure(size)], [scribble]))
+
+
+@given(SIZES, st.integers(0, 10_000), st.sampled_from([circle, hook]))
+def test_a_hand_that_is_off_by_half_of_what_is_allowed_is_done(size, seed, figure):
+    # Corners and bows of the hook are half as large as it is.
+    scores = judged([figure(size)], [wandering(figure(size), 0.5 * allowed(0.5 * size), seed)])
+    assert scores["missed"] == []
+
+
+@given(st.floats(0.1, 1.0), st.integers(0, 10_000))
+def test_flights_as_bad_as_the_worst_decile_are_done(size, seed):
+    """A calibrated robot: 2 mm off its line, with marks of 4 mm where it touches down and leaves."""
+    line = hook(size)
+    drawn = wandering(line, 1.4 * MM, seed) + 1.4 * MM
+    down, up = drawn[0] + np.linspace([0.0, 4.0 * MM], [0.0, 0.0], 20), drawn[-1] + np.zeros((20, 2))
+    assert judged([line], [drawn], before=down, after=up)["missed"] == []
+
+
+@given(SIZES)
+def test_a_mark_beside_the_line_counts(size):
+    line = hook(size)
+    most = min(0.05, 4.0 * max(0.001, 0.05 * size))
+    for part, found in ((0.9, set()), (1.1, {"marks"})):
+        mark = np.linspace([0.0, 0.0], [part * most, 0.0], 50)
+        for scores in (
+            judged([line], [line], before=line[0] - mark),
+            judged([line], [line], after=line[-1] + mark),
+        ):
+            assert scores["line_marks"] == pytest.approx(part * most, rel=0.05)
+            assert missed(scores) == found
+
+
+def test_a_corner_and_a_bow_have_their_own_size():
+    """A notch of 20 mm in a line of 0.4 m may not be cut by what the line is allowed."""
+    notch = np.array([[0.0, 0.0], [0.19, 0.0], [0.2, 0.02], [0.21, 0.0], [0.4, 0.0]])
+    at = np.linspace(0.0, 4.0, 1001)
+    line = np.stack([np.interp(at, np.arange(5.0), axis) for axis in notch.T], axis=1)
+    cut = np.linspace(notch[0], notch[-1], 1000)
+    assert missed(judged([line], [cut])) == {"strokes"}
+    assert judged([line], [line + np.array([0.0, 0.002])])["done"] is True
