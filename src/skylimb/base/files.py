@@ -203,6 +203,12 @@ def first_free(folder: Path, name: str) -> Path:
     return next(path for path in paths if not path.exists())
 
 
+def interrupted_name(folder: Path) -> Path:
+    """A free name for a folder whose flights were not all flown: FOLDER-interrupted, or with a number."""
+    place = Path(f"{folder}-interrupted")
+    return first_free(place.parent, f"{place.name}-{{}}") if place.exists() else place
+
+
 def _aside(path: Path) -> Path:
     """A hidden name beside `path` of its own: two processes may write the same file at once.
 

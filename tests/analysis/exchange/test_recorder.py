@@ -1,5 +1,6 @@
 """A flight on the disk as it is flown: whole up to its last chunk, and worth less than the flight itself."""
 
+import dataclasses
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
@@ -87,3 +88,16 @@ def test_a_file_that_cannot_be_written_is_a_fault(
     for messages in published(flown, 3):
         recorder.take(messages)
     assert recorder.faults == {FULL: 1}
+
+
+def test_what_was_flown_anew_takes_the_place_of_what_was_before(flown: skylimb.Run, tmp_path: Path) -> None:
+    recorder = FlightRecorder(tmp_path)
+    rows = row_table(flown.log)
+    recorder.take(record_messages(flown))
+    for k in (*range(30), *range(12, 20)):
+        recorder.take([(ROW, {"data": rows[k]})])
+    recorder.amend(record_messages(dataclasses.replace(flown, name="changed")))
+    recorder.close()
+    read = read_log(tmp_path / "01-flight.mcap")
+    assert (read.run.name, read.notes) == ("changed", ())
+    np.testing.assert_array_equal(read.run.log.time, flown.log.time[:20])

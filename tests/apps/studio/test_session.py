@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from of_kind import of_kind
+from skylimb.analysis.exchange.convert import read_log
+from skylimb.analysis.exchange.recorder import FULL, FlightRecorder
 from skylimb.apps.studio.key_edits import value_now
 from skylimb.base.errors import ConfigError, SkylimbError, UnknownNameError
 from skylimb.flight.events import GainChange, Push, SurfaceChange
@@ -191,3 +193,34 @@ def test_a_key_of_the_surface_acts_in_flight_and_is_kept_by_a_restart(session):
         session.surface(friction=-1.0)
     with pytest.raises(SkylimbError):
         session.surface(position=[1.0])
+
+
+def test_what_people_do_is_on_the_disk_as_it_is_flown(short, tmp_path):
+    recorder = FlightRecorder(tmp_path)
+    session = Session("paper", ("hybrid", "pid"), set=short, out=tmp_path / "studio", recorder=recorder)
+    session.advance(60)
+    session.poke("link1", [0.0, 0.0, 0.0], [0.0, 1.0, 0.0])
+    session.advance(60)
+    session.rewind(0.2)
+    session.release()
+    session.advance(240)
+    recorder.close()
+    for number, flight in enumerate(session.live.flights, 1):
+        read = read_log(tmp_path / str(number) / "01-flight.mcap")
+        assert read.notes == ()
+        thrusts = flight.recent[:, flight.slices["thrusts_command"]]
+        np.testing.assert_array_equal(read.run.log.thrusts_command, thrusts)
+        assert '"push"' in read.run.config
+    session.restart()
+    assert (tmp_path / "2" / "02-flight.mcap").is_file()
+
+
+def test_a_disk_that_is_full_is_told_once_and_the_flights_go_on(short, tmp_path):
+    recorder = FlightRecorder(tmp_path)
+    session = Session("paper", ("hybrid",), set=short, out=tmp_path / "studio", recorder=recorder)
+    recorder.beside("1")._give_up()
+    for _ in range(2):
+        session.poll()
+    told = [one["text"] for one in session.events() if one["event"] == "error"]
+    assert told == [FULL]
+    assert session.advance(5) == 5

@@ -1,15 +1,17 @@
 """Flights on the disk as they are flown: whatever ends the process, what was flown can be read.
 
 A flight is an MCAP file: its record without rows first, then a row a tick, in small chunks with checksums
-that go to the system as they fill. `to_run` reads it up to the last whole chunk (`stream.decoded`).
+that go to the system as they fill. `to_run` reads it up to the last whole chunk (`stream.decoded`). It is the
+same for every door: `fly`, the studio and ROS.
 """
 
 from __future__ import annotations
 
 import shutil
+import warnings
 from collections import Counter
-from collections.abc import Iterable
-from contextlib import suppress
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +21,8 @@ from skylimb.analysis.exchange.lab_topics import RECORD, ROW, SOURCE, Topic
 from skylimb.analysis.exchange.mcap_file import McapStream
 from skylimb.analysis.exchange.message_types import message_types
 from skylimb.analysis.exchange.stream import Message
-from skylimb.base.errors import OutputError
+from skylimb.base.errors import MissingExtraError, OutputError
+from skylimb.base.files import interrupted_name, rename_new, staging
 
 CHUNK = 32_768
 """Bytes of a chunk: some tenth of a second of flight."""
@@ -53,25 +56,46 @@ class FlightRecorder:
         self._folder, self._types = folder, message_types()
         self._stream: McapStream | None = None
         self._flights, self._rows = 0, 0
+        self._beside: dict[str, FlightRecorder] = {}
         self.faults = Counter[str]()
+
+    def beside(self, name: str) -> FlightRecorder:
+        """The recorder of one of several flights at once, in a folder of its own."""
+        if name not in self._beside:
+            folder = self._folder / name
+            folder.mkdir()
+            self._beside[name] = FlightRecorder(folder)
+            self._beside[name].faults = self.faults
+        return self._beside[name]
 
     def take(self, messages: Iterable[tuple[Topic, Any]]) -> None:
         """Keep those of some messages, topic and fields, that are of the record."""
         for topic, fields in messages:
-            if topic not in (RECORD, SOURCE, ROW):
-                continue
             try:
                 if topic == RECORD:
-                    self.close()
+                    self._end()
                     self._flights, self._rows = self._flights + 1, 0
                     self._stream = McapStream(self._folder / f"{self._flights:02d}-flight.mcap", CHUNK)
-                if self._stream is not None:
+            except OSError:
+                self._give_up()
+            self.amend([(topic, fields)])
+
+    def amend(self, messages: Iterable[tuple[Topic, Any]]) -> None:
+        """The same, of the flight that is under way, whose record may be another now."""
+        for topic, fields in messages:
+            try:
+                if self._stream is not None and topic in (RECORD, SOURCE, ROW):
                     self._stream.add(self._message(topic, fields))
                     self._watch(topic)
             except OSError:
                 self._give_up()
 
     def close(self) -> None:
+        """End the files of all flights."""
+        for recorder in (self, *self._beside.values()):
+            recorder._end()
+
+    def _end(self) -> None:
         """End the flight's file."""
         stream, self._stream = self._stream, None
         if stream is not None:
@@ -90,5 +114,35 @@ class FlightRecorder:
         """A flight is worth more than its record."""
         self.faults[FULL] += 1
         with suppress(OSError):
-            self.close()
-        self._stream = None
+            self._end()
+
+
+@contextmanager
+def recording(folder: Path) -> Iterator[FlightRecorder | None]:
+    """Flights on the disk as they are flown, aside of a folder; who comes to the end has them whole.
+
+    After an error they are kept in FOLDER-interrupted; those of a killed process are found by `skylimb runs`.
+    Without the extra `logs` nothing is recorded, and a warning says so.
+
+    Raises:
+        OutputError: when the disk has too little room.
+    """
+    with staging(folder) as aside:
+        inside = aside / folder.name
+        inside.mkdir()
+        try:
+            recorder = FlightRecorder(inside)
+        except MissingExtraError as error:
+            warnings.warn(f"not on the disk before it ends: {error}", UserWarning, stacklevel=3)
+            yield None
+            return
+        try:
+            yield recorder
+        except BaseException as error:
+            recorder.close()
+            if any(inside.rglob("*.mcap")):
+                place = interrupted_name(folder)
+                rename_new(inside, place)
+                error.add_note(f"what was flown is kept in '{place}'")
+            raise
+        recorder.close()

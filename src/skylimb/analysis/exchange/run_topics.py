@@ -17,9 +17,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from skylimb.analysis.exchange.lab_topics import RECORD, SOURCE, Topic
+from skylimb.analysis.exchange.lab_topics import RECORD, ROW, SOURCE, Topic
 from skylimb.analysis.recording.run import Run
 from skylimb.base.errors import OutputError
+from skylimb.base.packing import Layout
 
 
 def record_messages(run: Run) -> Iterator[tuple[Topic, dict[str, Any]]]:
@@ -31,6 +32,27 @@ def record_messages(run: Run) -> Iterator[tuple[Topic, dict[str, Any]]]:
     ):
         dimension = {"label": name, "size": len(content), "stride": 1}
         yield topic, {"layout.dim": [dimension], "data": content}
+
+
+class RowMessages:
+    """The messages of a flight that is not over yet.
+
+    Args:
+        run: without rows; it has all signals.
+        layout: where each of them stands in a row as it is flown.
+
+    Attributes:
+        begin: topic and fields of everything but the rows.
+    """
+
+    def __init__(self, run: Run, layout: Layout[Any]) -> None:
+        self.begin = list(record_messages(run))
+        names = row_names(Run.of_content(self.begin[0][1]["data"], "record").log)[1:]
+        self._order = np.concatenate([np.arange(layout.size)[layout.slices[name]] for name in names])
+
+    def row(self, time: float, flown: np.ndarray) -> tuple[Topic, dict[str, Any]]:
+        """Topic and fields of a tick: its time since take-off, s, and its row as it was flown."""
+        return ROW, {"data": np.concatenate([[time], flown[self._order]])}
 
 
 def row_names(log: xr.Dataset) -> list[str]:

@@ -59,19 +59,21 @@ def run_from(
     rows: list[np.ndarray] = []
     samples: defaultdict[str, list[Sample]] = defaultdict(list)
     others: Counter[str] = Counter()
-    flights = 1
+    flights, announced = 1, False
     for message in messages:
         if message.topic == RECORD.name:
-            record = content_of(message.value)[1]
+            record, announced = content_of(message.value)[1], True
         elif message.topic == SOURCE.name:
             source, content = content_of(message.value)
             sources[source] = content
         elif message.topic == ROW.name:
             row = np.asarray(message.value.data, dtype=float)
-            if rows and row[0] <= rows[-1][0]:  # time goes back: another flight begins
-                rows.clear()
-                flights += 1
+            # Time goes back: what came from there on is flown anew, or another flight begins.
+            flights += bool(rows) and row[0] <= rows[0][0] and announced
+            while rows and row[0] <= rows[-1][0]:
+                rows.pop()
             rows.append(row)
+            announced = False
         elif record is None:
             _take(message, samples, others)
     if record is not None:

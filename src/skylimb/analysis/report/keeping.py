@@ -10,7 +10,7 @@ from types import TracebackType
 from skylimb.analysis.recording import Run
 from skylimb.analysis.report.output import record, write_records
 from skylimb.base.errors import OutputError
-from skylimb.base.files import first_free, rename_new, require_new, staging, writing
+from skylimb.base.files import first_free, interrupted_name, rename_new, require_new, staging, writing
 
 
 class KeptFlights:
@@ -75,12 +75,6 @@ class KeptFlights:
         with writing(place):
             rename_new(self._aside, place)
         self._named = True
-
-
-def interrupted_name(folder: Path) -> Path:
-    """A free name for a folder whose flights were not all flown: FOLDER-interrupted, or with a number."""
-    place = Path(f"{folder}-interrupted")
-    return first_free(place.parent, f"{place.name}-{{}}") if place.exists() else place
 
 
 def _elsewhere(run: Run, name: str) -> str:

@@ -78,11 +78,10 @@ def _state(place: Path) -> str:
 def _cleared(path: Path, name: str) -> str:
     """Remove what a killed process left, or give it a name where it holds a whole record; which of them."""
     from skylimb.analysis.recording import load_runs
-    from skylimb.analysis.report.keeping import interrupted_name
-    from skylimb.base.files import rename_new
+    from skylimb.base.files import interrupted_name, rename_new
 
     inside = path / name
-    recorded = [*inside.glob("*.mcap")]  # as it was flown; whole up to the last chunk
+    recorded = [*inside.rglob("*.mcap")]  # as it was flown; whole up to the last chunk
     try:
         if not recorded:
             load_runs(inside)

@@ -10,8 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from skylimb.analysis.exchange.lab_topics import ROW
-from skylimb.analysis.exchange.run_topics import record_messages, row_names
+from skylimb.analysis.exchange.run_topics import RowMessages
 from skylimb.analysis.recording.run import Run
 from skylimb.apps.ros1.messages import Outgoing
 from skylimb.apps.ros1.profile import PendingRun
@@ -24,9 +23,10 @@ from skylimb.flight.flight_run import documented, flight_run
 from skylimb.flight.plan import FlightPlan
 from skylimb.flight.replay.whole_reference import REFERENCE_SIGNALS, reference_signals
 
-STATE = "flight_state"
+STATE, SCALE = "flight_state", "thrust_scale"
 _MORE = {
     STATE: Signal("", "", "flight state, as on the lab's topic", "estimate"),
+    SCALE: Signal("", "", "thrusts that the rotors are told, over those commanded", "command"),
     MISSION_TIME: Signal(
         "s", "", "where the flight is on its mission's clock; 0 without a mission", "reference"
     ),
@@ -54,12 +54,10 @@ class LiveRecord:
         own = {name: np.asarray(value, dtype=float) for name, value in signals.items()}
         flown = {**vehicle, **own, **({MISSION_TIME: 0.0} if self._paced else {})}
         self._flown = Layout(flown)
-        self._layout = Layout({**flown, STATE: 0.0, **reference_signals(reference)})
+        self._layout = Layout({**flown, STATE: 0.0, SCALE: 1.0, **reference_signals(reference)})
         self._rows = list[np.ndarray]()
         self._mission: tuple[str, int] | None = None
-        self._begin = list(record_messages(self._run([])))
-        names = row_names(Run.of_content(self._begin[0][1]["data"], "record").log)[1:]
-        self._order = [self._layout.slices[name] for name in names]
+        self._messages = RowMessages(self._run([]), self._layout)
 
     def add(self, tick: Tick, vehicle: np.ndarray) -> Iterator[Outgoing]:
         """Keep a tick that a controller flew, and publish it.
@@ -71,18 +69,17 @@ class LiveRecord:
         if tick.reference is None or not tick.signals:
             return
         if not self._rows:
-            yield from (Outgoing(*one) for one in self._begin)
+            yield from (Outgoing(*one) for one in self._messages.begin)
         count, script, clock = len(self._rows), tick.script, 0.0
         if script is not None and script.begun:
             self._mission = self._mission or (script.name, count)
             clock = float(script.clock.ticks) * self._plan.period
         own = [np.ravel(np.asarray(tick.signals[name], dtype=float)) for name in self._own]
         reference = [np.ravel(value) for value in reference_signals(tick.reference).values()]
-        more = (clock, tick.flying.shown) if self._paced else (tick.flying.shown,)
+        more = (*((clock,) if self._paced else ()), tick.flying.shown, tick.scale)
         row = np.concatenate([vehicle, *own, np.array(more, dtype=float), *reference])
         self._rows.append(row)
-        time = count * self._plan.period
-        yield Outgoing(ROW, {"data": np.concatenate([[time], *(row[part] for part in self._order)])})
+        yield Outgoing(*self._messages.row(count * self._plan.period, row))
 
     def mission_flown(self, tick: Tick) -> tuple[str, Callable[[], Flight]] | None:
         """The mission that is over at this tick, by name, and what makes its flight; None without one.

@@ -13,7 +13,6 @@ from skylimb.analysis.exchange.body import Bodies, Body
 from skylimb.analysis.exchange.messages import Joints
 from skylimb.apps.ros1.airborne import Airborne
 from skylimb.apps.ros1.flyer import Flyer
-from skylimb.apps.ros1.preflight import Check, Measured, checks
 from skylimb.apps.ros1.references import theta_of
 from skylimb.apps.ros1.requests import RefusedError, Requests
 from skylimb.apps.ros1.script import require_from_hover
@@ -23,7 +22,7 @@ from skylimb.apps.ros1.tick import Inputs, Received, Tick
 from skylimb.base.errors import unknown_name
 from skylimb.control.missions.reference import Reference
 from skylimb.control.records import Command
-from skylimb.flight.realtime.guard import at_rest
+from skylimb.flight.realtime.preflight import Check, Measured, checks
 from skylimb.flight.realtime.watchdog import Watchdog
 
 FRESH = 0.1
@@ -86,10 +85,7 @@ class Pilot:
         here = self.flyer.references.place_of(self.flyer.first)
         still = np.zeros(3)
         given = self.flyer.held(Target(here, still, still))
-        guard = self.flyer.guard()
-        measured = at_rest(given, self.flyer.plan.needs.imu)
-        _, _, signals = guard.step(guard.gains(), guard.initial_state(), measured, given, self.flyer.period)
-        return signals, given
+        return self.flyer.guard().rehearsed(given, self.flyer.period), given
 
     def checks(self) -> list[Check]:
         """What is looked at before a flight, as it stands at the last tick."""
@@ -123,8 +119,9 @@ class Pilot:
         if self.flying.in_air and self.flight is None and body is not None:
             # It rises, or comes down from a flight that somebody else began.
             good = self._watch.good
-            theta = theta_of(self.flyer.robot, good.joint_angles) if landing and good else self._theta
-            self.flight = Airborne(self.flyer, inputs.now, body, theta, rises=not landing)
+            rises = state == FlightState.TAKEOFF
+            theta = self._theta if rises or good is None else theta_of(self.flyer.robot, good.joint_angles)
+            self.flight = Airborne(self.flyer, inputs.now, body, theta, rises)
             before = Flying()
         if self.flight is not None and landing and before.state != state:
             self.flight.land(inputs.now)
@@ -157,6 +154,7 @@ class Pilot:
             tuple(refused),
             received.armed,
             inputs.rest,
+            flight is not None and flight.cut,
         )
 
     def _lead(self, flight: Airborne, inputs: Inputs, said: list[str]) -> None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from skylimb.analysis.exchange.recorder import FlightRecorder
 from skylimb.apps.studio.changes import alike_until, as_of
 from skylimb.control.loop.flight import Flight, mission_ticks
 from skylimb.control.loop.loop import Loop
@@ -17,6 +18,7 @@ from skylimb.flight.drivers.world import World
 from skylimb.flight.events import Timeline
 from skylimb.flight.experiments.experiment import Experiment
 from skylimb.flight.flying import simulated_driver
+from skylimb.flight.recorded_ticks import RecordedTicks
 from skylimb.flight.takeoff import Takeoff
 from skylimb.simulation.surface_state import first_row
 
@@ -46,6 +48,8 @@ class LiveFlight:
     def __init__(self, takeoff: Takeoff) -> None:
         self._first = takeoff
         self._acts: list[Hook] = []
+        self._record: RecordedTicks | None = None
+        self._changed: int | None = None
         self._take_off()
 
     def _take_off(self) -> None:
@@ -140,9 +144,24 @@ class LiveFlight:
             if self._gains is not None:
                 self._driver.gains[self._gains.columns] = self._gains.values[k]
         going = self._loop.tick()
+        if self._record is not None and self.ticks > k:
+            self._keep(self._record, k)
         if self._loop.error is not None:
             raise self._loop.error
         return going
+
+    def record(self, recorder: FlightRecorder) -> None:
+        """Keep all ticks on the disk as they are flown, with those that were."""
+        self._record = RecordedTicks(recorder, self.takeoff, self._driver.layout)
+        for k in range(self.ticks):
+            self._record.flown(k, self._driver.log[k])
+
+    def _keep(self, record: RecordedTicks, k: int) -> None:
+        # A hand on a slider makes a branch a frame, and what is flown takes some 50 ms to write.
+        if self._changed is not None and k - self._changed > SPACING / self.takeoff.period:
+            record.changed(self.takeoff)
+            self._changed = None
+        record.flown(k, self._driver.log[k])
 
     def flight(self) -> Flight:
         """The flight so far; one that is not over counts as stopped here."""
@@ -170,6 +189,7 @@ class LiveFlight:
             else:
                 self._take_off()
         self._use(takeoff)
+        self._changed = self.ticks
         while self.ticks < tick and self.tick():
             pass
 

@@ -7,6 +7,7 @@ import sys
 import threading
 import webbrowser
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -61,12 +62,16 @@ def serve(
         if browser:
             threading.Thread(target=webbrowser.open, args=(url,), daemon=True).start()
         try:
+            from skylimb.analysis.exchange.recorder import recording
             from skylimb.apps.studio.session import Session
 
             _give_large_arrays_back()
-            flight = flight_of(server, Session(experiment, controllers, settings, seed, out))
-            sys.setswitchinterval(_SWITCH_INTERVAL)
-            flight.run()
+            with recording(out / "live") as recorder:
+                session = Session(experiment, controllers, settings, seed, out, recorder)
+                sys.setswitchinterval(_SWITCH_INTERVAL)
+                with suppress(KeyboardInterrupt):
+                    flight_of(server, session).run()
+            print()
         except KeyboardInterrupt:
             print()
 

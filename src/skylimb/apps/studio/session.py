@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from skylimb.analysis.exchange.recorder import FULL, FlightRecorder
 from skylimb.apps.studio.branches import Branches, Place
 from skylimb.apps.studio.changes import alike_until, with_push
 from skylimb.apps.studio.controls import IN_FLIGHT, PREFIX, values_of
@@ -52,6 +53,7 @@ class Session:
         set: dotted keys and new values, as of `skylimb.run`.
         seed: of the sensors' noise; the experiment's own when None.
         out: folder for all that is kept; it is made when something is.
+        recorder: keeps the flights on the disk as they are flown.
 
     Attributes:
         say: takes the name of what happens and what belongs to it, its time among that.
@@ -68,8 +70,9 @@ class Session:
         set: Mapping[str, Any] | None = None,
         seed: int | None = None,
         out: str | Path = "studio",
+        recorder: FlightRecorder | None = None,
     ) -> None:
-        self.out = Path(out)
+        self.out, self._recorder = Path(out), recorder
         self.say: Say = lambda event, content: None
         self._reports: list[KeptFlights] = []
         self._begin(FlightSetup(experiment, tuple(controllers) or (None,), seed, dict(set or {})))
@@ -85,6 +88,9 @@ class Session:
         """Take off anew; what cannot be flown raises, and leaves everything as it was."""
         self.live = live = LiveFlights(setup)
         self._was_over = False
+        for number, flight in enumerate(live.flights, 1):
+            if self._recorder is not None:
+                flight.record(self._recorder.beside(str(number)))
         self._watcher = Watcher(
             path
             for given, flight in zip(setup.controllers, live.flights, strict=True)
@@ -330,7 +336,7 @@ class Session:
         return path
 
     def poll(self) -> None:
-        """Look after what goes on beside the flights: edited files of controllers, reports that are drawn.
+        """Look after what goes on beside the flights: edited files of controllers, reports, a full disk.
 
         A file that was edited restarts the flights with it; one that has a mistake leaves them as they are.
         """
@@ -340,6 +346,9 @@ class Session:
                 self._tell("error", text=f"the report of {kept.folder} could not be drawn: {mistake}")
             else:
                 self._tell("report", folder=str(kept.folder))
+        if self._recorder is not None and self._recorder.faults:
+            self._recorder = None
+            self._tell("error", text=FULL)
         edited = [path.name for path in self._watcher.changed()]
         if edited:
             self._try(None, lambda: self._begin_again(self._setup_now(), f"{', '.join(edited)} was edited"))

@@ -76,6 +76,11 @@ class FreeDriver:
         """Mean time that the controller's own step takes, s."""
         return self._spent / max(self._ticks, 1)
 
+    @property
+    def first(self) -> Reference:
+        """The reference of its first tick."""
+        return self._reference(0)
+
     def tick(self, k: int) -> int:
         """Fly one tick.
 
@@ -99,8 +104,8 @@ class FreeDriver:
             if PACE not in own:
                 raise UserCodeError(f"{self._what} sets the mission's pace, but has no signal 'pace'")
             pace, own = float(own[PACE]), {**own, MISSION_TIME: self._clock.ticks * dt}
-        if k == 0:
-            self._begin_log({name: number(value) for name, value in own.items()})
+        if not len(self.log):
+            self.prepare(own)
         row = self.log[k]
         row[: self._width] = vehicle.record(measurement, command)
         self._record(row, own)
@@ -114,15 +119,16 @@ class FreeDriver:
             return self._mission.at(self._clock, self._window.preview)
         return Reference(*[entry[k] for entry in self._entries])
 
-    def _begin_log(self, own: dict[str, Any]) -> None:
-        # Only now is it known which signals this controller records.
-        layout = Layout(own)
+    def prepare(self, own: Mapping[str, Any]) -> None:
+        """Make room for the log, with the controller's signals of any tick; else the first one does."""
+        paced = {MISSION_TIME: 0.0} if self._window.paced else {}
+        layout = Layout({name: number(value) for name, value in {**own, **paced}.items()})
         self.layout = Layout(_zeros(self._vehicle.layout) | _zeros(layout))
         self._own = [
             (name, part.start + self._width, part.stop + self._width, layout.shapes[name])
             for name, part in layout.slices.items()
         ]
-        self._names = own.keys()
+        self._names = layout.shapes.keys()
         self.log = np.full((self._count, self.layout.size), np.nan)
 
     def _record(self, row: np.ndarray, own: Mapping[str, Any]) -> None:

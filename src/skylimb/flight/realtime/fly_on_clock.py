@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from skylimb.analysis.exchange.recorder import FlightRecorder
 from skylimb.control.controller import Controller
 from skylimb.control.corrections import Calibrated
 from skylimb.control.loop.loop import Loop, Progress
@@ -21,6 +22,7 @@ from skylimb.flight.realtime.clocked_flight import (
     timing_of,
 )
 from skylimb.flight.realtime.pacer import Pacer
+from skylimb.flight.recorded_ticks import RecordedTicks
 from skylimb.flight.simulated_run import scored_run
 from skylimb.flight.takeoff import take_off
 from skylimb.simulation.engine_timer import without_timer
@@ -35,6 +37,7 @@ def fly_on_clock(
     pacer: Callable[[float], Pacer] = Pacer,
     progress: Progress | None = None,
     calibration: Calibrated | None = None,
+    recorder: FlightRecorder | None = None,
 ) -> ClockedFlight:
     """Fly a simulated plant on the wall clock, under the guard that flies a robot.
 
@@ -50,6 +53,7 @@ def fly_on_clock(
         pacer: makes the pacer for a control period, s.
         progress: called once a second with (ticks of the mission flown, ticks in all).
         calibration: as of `skylimb.run`.
+        recorder: keeps the flight on the disk as it is flown.
     """
     (takeoff,) = take_off(experiment, (controller,), seed, set, calibration=calibration)
     clock = pacer(takeoff.period)
@@ -59,8 +63,13 @@ def fly_on_clock(
         vehicle = simulated_vehicle(takeoff, simulated, rows.ticks)
         driver = FreeDriver(guard, vehicle, simulated.plant.robot, mission, len(rows), simulated.events.gains)
         loop = Loop(driver, mission, takeoff.experiment.terminations, takeoff.count)
+        driver.prepare(guard.rehearsed(driver.first, takeoff.period))
+        ticks = RecordedTicks(recorder, takeoff, driver.layout)
         for k in ticks_on_clock(clock):
-            if not loop.tick():
+            going = loop.tick()
+            if loop.ticks > k:
+                ticks.flown(k, driver.log[k])
+            if not going:
                 break
             each_second(clock, progress, k + 1, k + 1, len(mission.times))
     flight = loop.stop()

@@ -100,13 +100,19 @@ class GuardedController:
         """The controller's own."""
         return self._controller.initial_state()
 
+    def rehearsed(self, reference: Reference, dt: float) -> dict[str, Any]:
+        """The signals of a tick near a reference that is not flown; what has to be made for ticks is made."""
+        self._made(len(reference.ahead), dt)
+        if not self._own:
+            still = at_rest(reference, self.needs.imu)
+            self._own = _unknown(self._tried(self.gains(), self.initial_state(), still, reference, dt)[2])
+        return {**self._own, **self._signals(False)}
+
     def step(
         self, gains: Any, state: Any, measurement: Measurement, reference: Reference, dt: float
     ) -> tuple[Any, Command, Mapping[str, Any]]:
         """Look, decide (`control/supervisor`), and do what was decided."""
-        halves = self._halves = self._halves or _Halves(
-            self._robot, self._limits, len(reference.ahead), dt, self.needs.imu
-        )
+        halves = self._made(len(reference.ahead), dt)
         missed = self._pacer is not None and self._pacer.missed
         if missed:
             self.counts.note("guard", "missed tick")
@@ -123,33 +129,46 @@ class GuardedController:
             if command is not None or not self._own:
                 self._own = {name: own.get(name, before) for name, before in (self._own or own).items()}
         elif not self._own:  # the signals' names come from a tick that is not flown
-            still = at_rest(reference, self.needs.imu)
-            self._own = _unknown(self._asked(gains, state, still, reference, dt)[2])
+            self.rehearsed(reference, dt)
         command, flew = halves.act(command)
+        return new, command, {**self._own, **self._signals(flew)}
+
+    def _made(self, ahead: int, dt: float) -> _Halves:
+        """Both halves of the supervisor, compiled once."""
+        self._halves = self._halves or _Halves(self._robot, self._limits, ahead, dt, self.needs.imu)
+        return self._halves
+
+    def _signals(self, flew: bool) -> dict[str, float]:
+        """How a tick went, whose command is the controller's or not."""
         late, latency = (0.0, 0.0) if self._pacer is None else (self._pacer.late, self._pacer.elapsed())
-        signals = {
+        return {
             "tick_late": late,
             "tick_latency": latency,
             "tick_held": float(not flew),
             "retreating": float(self.retreating),
         }
-        return new, command, {**self._own, **signals}
 
-    def _asked(
+    def _tried(
         self, gains: Any, state: Any, measurement: Measurement, reference: Reference, dt: float
-    ) -> tuple[Any, Command | None, dict[str, Any]]:
-        """What the controller makes of a tick; the state of before and no command where that is none.
+    ) -> tuple[Any, Any, Mapping[str, Any]]:
+        """State, command and signals that the controller makes of a tick; none where it raises.
 
         It may be anybody's Python, and a robot in the air comes down all the same.
         """
         try:
-            new, wanted, own = self._controller.step(gains, state, measurement, reference, dt)
+            return self._controller.step(gains, state, measurement, reference, dt)
         except Exception as error:
             self.counts.note("guard", FAILED)
             self.failed = self.failed or str(error)
             self.retreat()
             return state, None, {}
-        command = self._checked(wanted)
+
+    def _asked(
+        self, gains: Any, state: Any, measurement: Measurement, reference: Reference, dt: float
+    ) -> tuple[Any, Command | None, dict[str, Any]]:
+        """The same, checked; the state of before and no command where that is none."""
+        new, wanted, own = self._tried(gains, state, measurement, reference, dt)
+        command = None if wanted is None else self._checked(wanted)
         if isinstance(new, np.ndarray) and not np.isfinite(new).all():
             self.counts.note("guard", "state is no number")
             command = None

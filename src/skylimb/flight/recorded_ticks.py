@@ -1,0 +1,46 @@
+"""A flight on the disk as it is flown: its record first, then the row of every tick."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from skylimb.analysis.exchange.recorder import FlightRecorder
+from skylimb.analysis.exchange.run_topics import RowMessages
+from skylimb.base.packing import Layout
+from skylimb.flight.flight_run import documented, flight_run
+from skylimb.flight.plan import FlightPlan
+
+CUT_OFF = "its record was cut off in flight"
+"""Why a flight is no whole one of which this is all that is left."""
+
+
+class RecordedTicks:
+    """Gives a driver's rows to a recorder; nothing where there is none.
+
+    Args:
+        recorder: of this flight, or None.
+        plan: what is flown.
+        layout: of the driver's rows.
+    """
+
+    def __init__(self, recorder: FlightRecorder | None, plan: FlightPlan, layout: Layout[Any]) -> None:
+        self._recorder, self._layout, self._period = recorder, layout, plan.period
+        if recorder is not None:
+            self._messages = self._of(plan)
+            recorder.take(self._messages.begin)
+
+    def flown(self, k: int, row: np.ndarray) -> None:
+        """Keep tick `k`; one that was flown before is flown anew from here."""
+        if self._recorder is not None:
+            self._recorder.take([self._messages.row(k * self._period, row)])
+
+    def changed(self, plan: FlightPlan) -> None:
+        """Keep what is flown now, in the place of what was planned before."""
+        if self._recorder is not None:
+            self._recorder.amend(self._of(plan).begin)
+
+    def _of(self, plan: FlightPlan) -> RowMessages:
+        empty = {name: np.zeros((0, *shape)) for name, shape in self._layout.shapes.items()}
+        return RowMessages(documented(flight_run(plan, empty, np.zeros(0), CUT_OFF), plan), self._layout)
