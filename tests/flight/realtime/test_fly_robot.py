@@ -32,6 +32,7 @@ class End:
     def __init__(self, coming: deque[bytes], leaving: deque[bytes], name: str) -> None:
         self.coming, self.leaving, self.name = coming, leaving, name
         self.cut, self.ahead = False, 0.0
+        self.spoil: Callable[[dict[str, Any]], None] = lambda fields: None
 
     def receive(self, most: int) -> tuple[Iterable[Datagram], int]:
         found = [Datagram(self.coming.popleft(), self.name) for _ in range(min(most, len(self.coming)))]
@@ -42,6 +43,7 @@ class End:
             fields = msgspec.msgpack.decode(data)
             if fields:
                 fields["stamp"] += self.ahead
+                self.spoil(fields)
             self.leaving.append(msgspec.msgpack.encode(fields))
 
 
@@ -66,9 +68,11 @@ def flown(
     controller: str = "hybrid",
     before: Callable[[int, SimulatedRobot, End], None] = lambda k, robot, end: None,
     changes: Mapping[str, Any] = MappingProxyType({}),
+    spoil: Callable[[dict[str, Any]], None] = lambda fields: None,
 ) -> tuple[ClockedFlight, SimulatedRobot]:
     there, back = deque[bytes](), deque[bytes]()
     near, far = End(there, back, "robot"), End(back, there, "us")
+    far.spoil = spoil
     (takeoff,) = take_off("paper", (controller,), set={**HOLD, **changes})
     robot = SimulatedRobot(takeoff, far)
     clock = InStep(robot, takeoff.period, lambda k: before(k, robot, far))
@@ -82,7 +86,7 @@ def flown(
             return super().receive(most)
 
     link = Greeting(near.coming, near.leaving, "robot")
-    return fly_robot(link, "paper", controller, {**HOLD, **changes}, pacer=clock), robot
+    return fly_robot(link, "paper", controller, {**HOLD, **changes}, pacer=clock, listen=0.0), robot
 
 
 @pytest.mark.parametrize("controller", ["hybrid", "following"])
@@ -185,3 +189,40 @@ def test_only_this_machine_commands_by_default(tmp_path: Any, capsys: pytest.Cap
         "10.0.0.1 is not this machine, and whoever reaches the port commands the robot; --anywhere"
         in capsys.readouterr().err
     )
+
+
+def test_a_robot_that_is_not_ready_is_not_flown_and_says_why() -> None:
+    def rolled(fields: dict[str, Any]) -> None:
+        fields |= {"quaternion": (0.6, 0.8, 0.0, 0.0), "battery": 5.0, "mass": 5.0}
+
+    with pytest.raises(ConfigError, match=r"nothing is flown: attitude: 1.* rad of tilt") as refused:
+        flown(spoil=rolled)
+    for words in ("battery: 5 % (at least 10 %)", "robot: 5.000 kg as described, 4.1"):
+        assert words in str(refused.value)
+
+
+def test_a_check_commands_nothing(capsys: pytest.CaptureFixture[str]) -> None:
+    robot = UdpLink(("127.0.0.1", 0))
+    host, port = robot.address
+    (takeoff,) = take_off("paper", (None,), set=HOLD)
+    simulated = SimulatedRobot(takeoff, robot)
+    over = threading.Event()
+
+    def stand() -> None:
+        while not over.wait(takeoff.period):
+            simulated.act()
+            simulated.sense()
+
+    standing = threading.Thread(target=stand)
+    standing.start()
+    try:
+        assert main(["fly", "paper", "--udp", f"{host}:{port}", "--check"]) == 0
+    finally:
+        over.set()
+        standing.join()
+        robot.close()
+    said = capsys.readouterr().out
+    assert simulated.flown == 0
+    for name in ("attitude", "motion", "fence", "age of state", "clock of state", "disk"):
+        assert f"ok  {name}: " in said
+    assert main(["fly", "paper", "--realtime", "--check"]) == 2

@@ -21,6 +21,7 @@ from skylimb.apps.cli.options import (
 from skylimb.base.errors import ConfigError
 
 if TYPE_CHECKING:
+    from skylimb.analysis.exchange.recorder import FlightRecorder
     from skylimb.flight.realtime.clocked_flight import ClockedFlight
     from skylimb.flight.realtime.timing import Timing
 
@@ -40,6 +41,7 @@ def fly(
     ] = "127.0.0.1:0",
     serve: Annotated[str, arg("Be the robot instead: the simulated plant listens here.", "HOST:PORT")] = "",
     anywhere: Annotated[bool, arg("Whether an address may be another machine's.")] = False,
+    check: Annotated[bool, arg("Look at the robot of --udp, and command nothing.")] = False,
     overruns: Annotated[
         int | None, arg("Ticks in a row without a new command before the robot retreats; 100.", "N")
     ] = None,
@@ -53,19 +55,25 @@ def fly(
     With --realtime the simulated plant stands in for the robot; with --udp a robot behind a socket flies,
     which --serve makes of the simulated plant. Ticks have absolute deadlines. A tick that begins when the
     next one is due holds its command; too many of them in a row, or measurements that are too old, and the
-    robot retreats from the surface and descends. Leaves log.nc, config.toml and timing.json, and with
-    --realtime what `run` leaves besides. The exit code is 1 for a flight that was lost or broken off.
+    robot retreats from the surface and descends. Before a robot is flown it is looked at: attitude, motion,
+    age and clock of its state, battery, disk, calibration and mass; --check does only that. Leaves log.nc,
+    config.toml and timing.json, and with --realtime what `run` leaves besides; a process that is killed
+    leaves what it flew for `skylimb runs --clean`. The exit code is 1 for a flight that was lost or broken
+    off, and for a check that fails.
 
     Examples:
         skylimb fly paper --controller hybrid --realtime
         skylimb fly free_flight --realtime --set controller_rate=400 --out out/fast
         skylimb fly paper --serve 127.0.0.1:9870            in one window
         skylimb fly paper --udp 127.0.0.1:9870              in another one
+        skylimb fly paper --udp 127.0.0.1:9870 --check      only looks, before it
     """
     ways = {"realtime": realtime, "udp": udp, "serve": serve}
     chosen = [name for name, given in ways.items() if given]
     if len(chosen) != 1:
         raise ConfigError("fly needs one of --realtime, --udp HOST:PORT and --serve HOST:PORT")
+    if check and not udp:
+        raise ConfigError("--check looks at a robot: it is for --udp HOST:PORT")
     settings = (set or {}) | ({} if seed is None else {"seed": seed})
     from skylimb.flight.realtime.udp import UdpLink, address_of
 
@@ -80,33 +88,48 @@ def fly(
             link.close()
         print(f"flown for {ticks} ticks; then the commands stopped")
         return 0
+    if check:
+        from skylimb.flight.realtime.fly_robot import check_robot
+
+        link = UdpLink(address_of(listen, anywhere), address_of(udp, anywhere))
+        try:
+            found = check_robot(link, experiment, settings, calibration=calibration)
+        finally:
+            link.close()
+        print(*(one.line for one in found), sep="\n")
+        return 0 if all(one.fine for one in found) else 1
     folder = new_folder(out, "-".join(filter(None, (stem(experiment), stem(controller or ""), *chosen))))
     from skylimb.control.supervisor.limits import Limits
 
     limits = Limits() if overruns is None else Limits(overruns=overruns)
-    with output.flights() as progress:
+    from skylimb.analysis.exchange.recorder import recording
 
-        def report(done: int, total: int) -> None:
-            progress("on the clock", done, total)
+    def flown(recorder: FlightRecorder | None) -> ClockedFlight:
+        with output.flights() as progress:
 
-        if realtime:
-            from skylimb.flight.realtime.fly_on_clock import fly_on_clock
+            def report(done: int, total: int) -> None:
+                progress("on the clock", done, total)
 
-            flown = fly_on_clock(
-                experiment, controller, set=settings, limits=limits, progress=report, calibration=calibration
-            )
-        else:
+            if realtime:
+                from skylimb.flight.realtime.fly_on_clock import fly_on_clock
+
+                return fly_on_clock(
+                    experiment, controller, set=settings, limits=limits, progress=report,
+                    calibration=calibration, recorder=recorder,
+                )  # fmt: skip
             from skylimb.flight.realtime.fly_robot import fly_robot
 
-            peer = address_of(udp, anywhere)
-            link = UdpLink(address_of(listen, anywhere), peer)
+            link = UdpLink(address_of(listen, anywhere), address_of(udp, anywhere))
             try:
-                flown = fly_robot(
-                    link, experiment, controller, settings, limits, progress=report, calibration=calibration
-                )
+                return fly_robot(
+                    link, experiment, controller, settings, limits, progress=report,
+                    calibration=calibration, recorder=recorder,
+                )  # fmt: skip
             finally:
                 link.close()
-    return _hand_over(flown, folder, realtime)
+
+    with recording(folder) as recorder:
+        return _hand_over(flown(recorder), folder, realtime)
 
 
 def _hand_over(flown: ClockedFlight, folder: Path, scored: bool) -> int:

@@ -9,7 +9,6 @@ from typing import Any
 
 from skylimb.analysis.exchange.lab_topics import NAMESPACE
 from skylimb.apps.ros1.limits import FlightLimits
-from skylimb.apps.ros1.preflight import Desk
 from skylimb.apps.ros1.references import References
 from skylimb.apps.ros1.targets import Target
 from skylimb.control.missions.mission import Mission
@@ -19,6 +18,7 @@ from skylimb.control.supervisor.limits import Limits
 from skylimb.flight.plan import FlightPlan
 from skylimb.flight.realtime.guard import GuardedController
 from skylimb.flight.realtime.pacer import Pacer
+from skylimb.flight.realtime.preflight import Desk
 from skylimb.robots.model import Robot
 
 FLOOR = -0.5

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
-import numpy as np
+from skylimb.apps.ros1.pad import Pad
+from skylimb.flight.realtime.preflight import StartLimits
 
 
 @dataclass(frozen=True)
-class FlightLimits:
+class FlightLimits(StartLimits):
     """Numbers of the lab's navigator for hydrus_xi, where no comment says that they are ours.
 
     Attributes:
@@ -34,20 +35,13 @@ class FlightLimits:
         joint_speed: of shape joints that a user moves, rad/s; ours.
         farthest: distance to a target beyond which it is refused, m; ours.
         lowest: height of a target below which it is refused, m; ours.
-        low_battery: percentage below which the robot lands and does not start.
         acknowledged: time in which arming has to be acknowledged, s; ours.
         tilt: beyond which a flight is broken off, rad; the flight controller's.
         astray: distance from the reference beyond which it is, m; ours.
-        fence: x, y and z between which the centre of gravity has to stay, W, m; ours.
         speed: of the centre of gravity beyond which a flight is broken off, m/s; ours.
+        adopt: what becomes of a flight that somebody else began: "land" or "hover"; ours.
+        pad: which buttons and axes of a radio mean what.
         radio: silence of a radio that was heard after which the robot lands, s; ours.
-        start_tilt: with which no flight begins, rad; this and what follows is ours.
-        start_speed: likewise, m/s.
-        start_age: of a sensor's newest message, s.
-        start_offset: of a sensor's clock from ours, s.
-        disk: free space, bytes.
-        calibrated: age of the calibration, days.
-        mass: by how much the robot that ROS describes may weigh more or less than its file's, part of it.
     """
 
     takeoff_height: float = 0.6
@@ -71,31 +65,10 @@ class FlightLimits:
     joint_speed: float = 0.2
     farthest: float = 10.0
     lowest: float = 0.3
-    low_battery: float = 10.0
     acknowledged: float = 5.0
     tilt: float = 1.0
     astray: float = 2.0
-    fence: tuple[tuple[float, float], ...] = ((-20.0, 20.0), (-20.0, 20.0), (-2.0, 10.0))
     speed: float = 3.0
+    adopt: str = "land"
+    pad: Pad = field(default_factory=Pad)
     radio: float = 1.0
-    start_tilt: float = 0.2
-    start_speed: float = 0.5
-    start_age: float = 0.2
-    start_offset: float = 0.1
-    disk: float = 1e9
-    calibrated: float = 30.0
-    mass: float = 0.02
-
-    @property
-    def fence_words(self) -> str:
-        """The fence for people."""
-        return ", ".join(
-            f"{low:g} < {axis} < {high:g} m" for axis, (low, high) in zip("xyz", self.fence, strict=True)
-        )
-
-    def outside(self, position: np.ndarray) -> str:
-        """How a place, W, m, (3,), lies outside of the fence; empty where it does not."""
-        for axis, value, (low, high) in zip("xyz", position, self.fence, strict=True):
-            if not low <= value <= high:
-                return f"{axis} = {value:.2f} m is outside of {low:g} .. {high:g} m"
-        return ""

@@ -16,11 +16,11 @@ from skylimb.apps.ros1.both import Both
 from skylimb.apps.ros1.bridge.process import Bridge
 from skylimb.apps.ros1.messages import Arrived, Outgoing
 from skylimb.apps.ros1.piloted import Piloted
-from skylimb.apps.ros1.preflight import Check
 from skylimb.apps.ros1.simulated import Simulated
 from skylimb.apps.ros1.tick import Tick
 from skylimb.flight.realtime.clocked_flight import without_garbage
 from skylimb.flight.realtime.pacer import Pacer
+from skylimb.flight.realtime.preflight import Check
 from skylimb.flight.realtime.timing import Timing
 from skylimb.simulation.engine_timer import without_timer
 

@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import json
-import shutil
-import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -15,7 +12,6 @@ from skylimb.analysis.exchange.frames import lab_link
 from skylimb.analysis.exchange.lab_topics import NAMESPACE, Topic
 from skylimb.analysis.exchange.message_types import Definitions
 from skylimb.analysis.exchange.recorder import FlightRecorder
-from skylimb.analysis.report.keeping import interrupted_name
 from skylimb.apps.ros1.both import Both
 from skylimb.apps.ros1.bridge.installation import (
     described_mass,
@@ -29,12 +25,12 @@ from skylimb.apps.ros1.flyer import Flyer
 from skylimb.apps.ros1.lab_config import LabConfig, read_lab_config
 from skylimb.apps.ros1.limits import FlightLimits
 from skylimb.apps.ros1.node import Node, Profile
-from skylimb.apps.ros1.preflight import Desk
+from skylimb.apps.ros1.pad import pad_of
 from skylimb.apps.ros1.profile import PROFILES, PendingRun, profile_topics
 from skylimb.apps.ros1.simulated import Simulated
 from skylimb.apps.ros1.tick import STARTED_BY_ITS_USER
 from skylimb.base.errors import ConfigError, choice_error
-from skylimb.base.files import new_folder, rename_new, staging
+from skylimb.base.files import new_folder
 from skylimb.control.missions.mission import Mission
 from skylimb.flight.events import require_applied
 from skylimb.flight.experiments.experiment import load_experiment
@@ -43,15 +39,13 @@ from skylimb.flight.loading import parted, plan_flights
 from skylimb.flight.plan import FlightPlan, checked
 from skylimb.flight.realtime.clocked_flight import compiled
 from skylimb.flight.realtime.pacer import Pacer
+from skylimb.flight.realtime.preflight import LOOK, desk_of
 from skylimb.flight.realtime.timing import Timing
 from skylimb.flight.takeoff import simulated
 from skylimb.robots.model import Robot
 
 INNER_RATE = 1000.0
 """Hz, of the flight controller's inner loop, which `simulator` runs."""
-
-LOOK = 3.0
-"""Seconds for which a node listens that only looks."""
 
 UNKNOWN_MOTORS = (
     "controller: no motor_info is sent, and a flight controller that has none acknowledges no arming; "
@@ -98,7 +92,7 @@ def run(
     bare: bool = False,
     config: Sequence[str] = (),
     calibration: str | None = None,
-    fence: Sequence[float] = (),
+    limits: FlightLimits | None = None,
     check: bool = False,
     say: Callable[[str], None] = print,
     recorder: FlightRecorder | None = None,
@@ -120,7 +114,7 @@ def run(
         bare: whether the cost of `controller` is accepted.
         config: the robot's own YAML files of motors and servos.
         calibration: as of `skylimb.run`.
-        fence: least and greatest x, y and z of the centre of gravity, W, m; by default a large one.
+        limits: of flight states and targets.
         check: whether it looks for some seconds, says what it found, and commands nothing.
         say: takes what people are to read.
         recorder: keeps flights on the disk as they are flown.
@@ -154,9 +148,18 @@ def run(
     if profile == "simulator":
         made: Profile = Simulated(simulated(plan), link, pacer, cells, lab.servos)
     else:
-        limits = replace(FlightLimits(), fence=_fence(fence)) if fence else FlightLimits()
-        desk = _desk(plan.robot, namespace, calibration)
-        flyer = Flyer(plan, compiled(plan), flown, link, pacer, cells, limits, namespace=namespace, desk=desk)
+        desk = desk_of(plan.robot, described_mass(namespace), calibration)
+        flyer = Flyer(
+            plan,
+            compiled(plan),
+            flown,
+            link,
+            pacer,
+            cells,
+            limits or FlightLimits(),
+            namespace=namespace,
+            desk=desk,
+        )
         made = Both(simulated(plan), flyer) if profile == "both" else Controlled(flyer, lab)
     _say_left_out(profile, (*topics.subscribed, *topics.published), definitions, say)
     if profile == "controller":
@@ -171,52 +174,33 @@ def run(
     finally:
         bridge.close()
     for one in found or ():
-        say(f"{'ok' if one.fine else 'NO'}  {one}")
+        say(one.line)
     failed = tuple(one.name for one in found or () if not one.fine)
     return Flown(tuple(made.kept), node.timing, dict(node.faults), failed)
 
 
-def _fence(bounds: Sequence[float]) -> tuple[tuple[float, float], ...]:
-    """The fence of six numbers.
+def limits_of(fence: Sequence[float], pad: Mapping[str, Any], adopt: str) -> FlightLimits:
+    """The limits of a flight whose user says some of them.
+
+    Args:
+        fence: least and greatest x, y and z of the centre of gravity, W, m; none for a large one.
+        pad: buttons and axes of the radio by name.
+        adopt: what becomes of a flight that somebody else began.
 
     Raises:
-        ConfigError: where they are not six, or do not rise.
+        ConfigError: where one of them cannot be.
     """
+    limits = FlightLimits(adopt=adopt, pad=pad_of(pad))
+    return replace(limits, fence=_fence(fence)) if fence else limits
+
+
+def _fence(bounds: Sequence[float]) -> tuple[tuple[float, float], ...]:
+    """The fence of six numbers that rise."""
     pairs = tuple(zip(bounds[::2], bounds[1::2], strict=False))
     if len(bounds) != 6 or not all(low < high for low, high in pairs):
         told = " ".join(f"{bound:g}" for bound in bounds)
         raise ConfigError(f"--fence {told}: wanted are least and greatest x, y and z, rising")
     return pairs
-
-
-def _desk(robot: Robot, namespace: str, calibration: str | None) -> Desk:
-    """What can be looked at before anything is measured."""
-    mass, place = described_mass(namespace), None if calibration is None else Path(calibration)
-    age = None if place is None else (time.time() - place.stat().st_mtime) / 86400.0
-    masses = None if mass is None else (mass, float(robot.mass))
-    return Desk(masses, age, float(shutil.disk_usage(Path.cwd()).free))
-
-
-@contextmanager
-def recording(folder: Path) -> Iterator[FlightRecorder]:
-    """Flights on the disk as they are flown, aside of a new folder; who comes to the end has them whole.
-
-    After an error they are kept in FOLDER-interrupted; those of a killed process are found by `skylimb runs`.
-    """
-    with staging(folder) as aside:
-        inside = aside / folder.name
-        inside.mkdir()
-        recorder = FlightRecorder(inside)
-        try:
-            yield recorder
-        except BaseException as error:
-            recorder.close()
-            if any(inside.iterdir()):
-                place = interrupted_name(folder)
-                rename_new(inside, place)
-                error.add_note(f"what was flown is kept in '{place}'")
-            raise
-        recorder.close()
 
 
 def write(flown: Flown, folder: Path) -> list[Path]:

@@ -8,7 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from skylimb.base.errors import OutputError
+from skylimb.analysis.exchange.body import Bodies
+from skylimb.analysis.exchange.recorder import FlightRecorder
+from skylimb.base.errors import ConfigError, OutputError
 from skylimb.control.controller import Controller
 from skylimb.control.corrections import Calibrated
 from skylimb.control.loop.flight import Flight, flown_mission, mission_signals
@@ -34,9 +36,15 @@ from skylimb.flight.realtime.clocked_flight import (
 from skylimb.flight.realtime.guard import GuardedController
 from skylimb.flight.realtime.link import Link, RemoteVehicle
 from skylimb.flight.realtime.pacer import Pacer
+from skylimb.flight.realtime.preflight import LOOK, Check, StartLimits, checks, desk_of
+from skylimb.flight.recorded_ticks import RecordedTicks
+from skylimb.robots.model import Robot
 
 PATIENCE = 5.0
 """Seconds that the first measurement is waited for."""
+
+LISTEN = 0.2
+"""Seconds for which a robot is looked at before it is flown."""
 
 
 def fly_robot(
@@ -49,6 +57,8 @@ def fly_robot(
     patience: float = PATIENCE,
     progress: Progress | None = None,
     calibration: Calibrated | None = None,
+    recorder: FlightRecorder | None = None,
+    listen: float = LISTEN,
 ) -> ClockedFlight:
     """Fly the mission of an experiment with a robot that hovers behind a link; at its end the robot lands.
 
@@ -64,12 +74,15 @@ def fly_robot(
         patience: how long the first measurement is waited for, s.
         progress: called once a second with how far the flight is.
         calibration: as of `skylimb.run`.
+        recorder: keeps the flight on the disk as it is flown.
+        listen: for how long the robot is looked at before it is flown, s.
 
     Returns:
         A run without truth and scores: measurements, commands, and all that the controller records.
 
     Raises:
         OutputError: when no measurement comes.
+        ConfigError: when something is found that no flight begins with; see `preflight`.
     """
     (plan,) = plan_flights(experiment, (controller,), None, set, calibration=calibration)
     require_applied(plan.experiment.events, CONTROLLER_KINDS, "a robot behind a link")
@@ -78,7 +91,10 @@ def fly_robot(
     vehicle = RemoteVehicle(
         plan.robot, link, clock.clock, lambda time: guard.taken(time - clock.started), plan.needs.imu
     )
-    flight, whole = _fly(plan, guard, vehicle, clock, patience, progress)
+    found = _looked(plan.robot, vehicle, clock, patience, listen, calibration)
+    if wrong := [str(one) for one in found if not one.fine]:
+        raise ConfigError(f"nothing is flown: {'; '.join(wrong)}")
+    flight, whole = _fly(plan, guard, vehicle, clock, progress, recorder)
     values = {name: flight.signal(name) for name in flight.layout.slices}
     values |= mission_signals(flown_mission(whole, flight), flight.ticks)
     times = np.arange(flight.ticks) * plan.period
@@ -92,8 +108,8 @@ def _fly(
     guard: GuardedController,
     vehicle: RemoteVehicle,
     clock: Pacer,
-    patience: float,
     progress: Progress | None,
+    recorder: FlightRecorder | None,
 ) -> tuple[Flight, Mission]:
     """The flight up to its landing, and the mission with time to land."""
     mission, limits = plan.mission, plan.experiment.terminations
@@ -105,10 +121,12 @@ def _fly(
     whole = mission.along(Clock(np.arange(float(count)), np.ones(count)))
     events = plan.timeline(np.arange(count) * plan.period)
     driver = FreeDriver(guard, vehicle, plan.robot, whole, count, events.gains)
-    _wait_for(vehicle, clock, patience)
+    driver.prepare(guard.rehearsed(driver.first, plan.period))
+    ticks = RecordedTicks(recorder, plan, driver.layout)
     flown, cause, landed_at = 0, "", count
     for k in ticks_on_clock(clock):
         at, flown = driver.tick(k), k + 1
+        ticks.flown(k, driver.log[k])
         if guard.retreating:
             landed_at = min(landed_at, k + extra)
             cause = cause or ("broken off by the guard" if at <= last else "")
@@ -123,19 +141,49 @@ def _fly(
     return Flight(driver.log, driver.layout, flown, cause), whole
 
 
-def _wait_for(vehicle: RemoteVehicle, clock: Pacer, patience: float) -> None:
-    """Return once a measurement has come."""
-    end = time.monotonic() + patience
+def check_robot(
+    link: Link,
+    experiment: str | Experiment = "paper",
+    set: Mapping[str, Any] | None = None,
+    patience: float = PATIENCE,
+    calibration: Calibrated | None = None,
+) -> list[Check]:
+    """Look at a robot for some seconds, and command nothing; arguments are those of `fly_robot`.
+
+    Raises:
+        OutputError: when no measurement comes.
+    """
+    (plan,) = plan_flights(experiment, (None,), None, set, calibration=calibration)
+    clock = Pacer(plan.period)
+    return _looked(
+        plan.robot, RemoteVehicle(plan.robot, link, clock.clock), clock, patience, LOOK, calibration
+    )
+
+
+def _looked(
+    robot: Robot,
+    vehicle: RemoteVehicle,
+    clock: Pacer,
+    patience: float,
+    seconds: float,
+    calibration: Calibrated | None,
+) -> list[Check]:
+    """What is found once measurements have come for some seconds."""
+    begun = heard_at = time.monotonic()
     clock.start()
-    while True:
+    while vehicle.heard is None or time.monotonic() < heard_at + seconds:
+        if vehicle.heard is None:
+            heard_at = time.monotonic()
         vehicle.greet()
         vehicle.measure()
-        if vehicle.heard:
-            return
-        if time.monotonic() > end:
+        if vehicle.heard is None and heard_at > begun + patience:
             heard = ", ".join(f"{what} {count} times" for what, count in vehicle.counts.items())
             raise OutputError(f"no measurement came within {patience:g} s ({heard or 'nothing was heard'})")
         time.sleep(clock.period)
+    file = calibration if isinstance(calibration, str) else None
+    bodies = Bodies(robot, robot.description.imu.link)
+    desk = desk_of(robot, vehicle.heard.mass, file)
+    return [*checks(desk, vehicle.known(bodies.of), StartLimits())]
 
 
 def _lost(driver: FreeDriver, mission: Mission, limits: Terminations, k: int, at: int) -> str:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Hashable, Iterable
 from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from skylimb.analysis.exchange.body import Body
 from skylimb.control.estimation.records import ABSENT, Measurement
 from skylimb.control.estimation.stamps import Stamps, believed, judged
 from skylimb.control.loop.vehicle import measured_layout, nothing_measured
@@ -19,6 +21,8 @@ from skylimb.flight.realtime.messages import (
     decode,
     encode,
 )
+from skylimb.flight.realtime.preflight import Measured
+from skylimb.flight.realtime.watchdog import Watchdog
 from skylimb.robots.model import Robot
 
 MOST = 32
@@ -60,6 +64,7 @@ class RemoteVehicle:
     Attributes:
         layout: measurement and command: nobody knows more of a robot.
         counts: how often each fault was met.
+        heard: the last state that was understood; None before the first one.
     """
 
     def __init__(
@@ -71,17 +76,31 @@ class RemoteVehicle:
         imu: bool = False,
     ) -> None:
         self._names, self._link, self._now, self._taken = Names(robot), link, now, taken
+        self._robot = robot
         self._sender: Hashable | None = None
         self._link.receive(MOST)  # what lies there from before
         self._stamps, self._sent = Stamps(), 0
+        self._first = math.nan  # how the clocks stood at the first message
+        self.heard: StateMessage | None = None
         self.counts = Faults()
         self._imu, self._measured = imu, nothing_measured(robot, imu)
         self.layout = measured_layout(robot, imu)
 
-    @property
-    def heard(self) -> bool:
-        """Whether a message was understood."""
-        return self._sender is not None
+    def known(self, body: Callable[[Measurement], Body]) -> Measured:
+        """What is known of it before a flight; its clock is held against ours of the first message.
+
+        Args:
+            body: of a measurement.
+        """
+        watch, state = Watchdog(self._robot), self.heard
+        watch.judge(self._measured, self._stamps.taken)
+        return Measured(
+            None if watch.good is None else body(watch.good),
+            {"state": self._now() - self._stamps.at},
+            {"state": self._stamps.offset - self._first},
+            None if state is None else state.battery,
+            None,
+        )
 
     def greet(self) -> None:
         """Tell a robot that waits where we are; an empty map commands nothing."""
@@ -106,9 +125,11 @@ class RemoteVehicle:
         measurement, now = self._names.measurement(message), self._now()
         if self._imu and measurement.imu is None:
             raise RefusedMessageError("no imu")
-        if self.heard and datagram.sender != self._sender:
+        if self.heard is not None and datagram.sender != self._sender:
             raise RefusedMessageError("second sender")
-        self._sender = datagram.sender
+        if self.heard is None:
+            self._first = now - message.stamp
+        self._sender, self.heard = datagram.sender, message
         self._stamps, fault = judged(self._stamps, message.stamp, now)
         if believed(fault):
             self._measured = measurement if self._imu else measurement._replace(imu=ABSENT)
@@ -121,7 +142,7 @@ class RemoteVehicle:
 
     def apply(self, command: Command) -> None:
         """Send the command; the clock says when the next tick is due."""
-        stamp = self._stamps.stamp if self.heard else 0.0
+        stamp = 0.0 if self.heard is None else self._stamps.stamp
         self._link.send(encode(self._names.command_message(self._sent, stamp, command)))
         self._sent += 1
 

@@ -39,6 +39,8 @@ class StateMessage:
         capture_age: of pose and twist when they were sent, s.
         imu_angular_velocity: of the IMU's link, in the IMU's axes, rad/s; nothing where there is no IMU.
         imu_specific_force: acceleration there without gravity's share, mean since the last message, m/s^2.
+        battery: charge, per cent; nothing where nobody knows.
+        mass: of the robot as it knows itself, kg.
     """
 
     seq: int
@@ -52,6 +54,8 @@ class StateMessage:
     capture_age: float = 0.0
     imu_angular_velocity: tuple[float, float, float] | None = None
     imu_specific_force: tuple[float, float, float] | None = None
+    battery: float | None = None
+    mass: float | None = None
 
 
 @dataclass(frozen=True)

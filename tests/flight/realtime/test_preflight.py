@@ -13,14 +13,13 @@ import pytest
 from skylimb.analysis.exchange.body import Body
 from skylimb.apps.ros1.bridge.installation import described_mass
 from skylimb.apps.ros1.bridge.master import MasterWatch
-from skylimb.apps.ros1.limits import FlightLimits
-from skylimb.apps.ros1.preflight import Desk, Measured, checks
 from skylimb.apps.ros1.profile import profile_topics
 from skylimb.apps.ros1.run import _fence
 from skylimb.base.errors import ConfigError
 from skylimb.base.rotations import rotation_from_rpy
+from skylimb.flight.realtime.preflight import Desk, Measured, StartLimits, checks
 
-LIMITS = FlightLimits(fence=((-2.0, 2.0), (-1.0, 1.0), (0.0, 3.0)))
+LIMITS = StartLimits(fence=((-2.0, 2.0), (-1.0, 1.0), (0.0, 3.0)))
 I3, Z3 = np.eye(3), np.zeros(3)
 STANDS = Body(np.array([0.1, 0.2, 0.3]), Z3, I3, Z3, Z3, Z3, I3, Z3, Z3, I3)
 DESK = Desk((4.1, 4.12), 2.0, 5e9)
@@ -72,7 +71,7 @@ def test_what_is_measured_is_refused_by_its_name(change: dict[str, Any], words: 
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"masses": (4.6, 4.12)}, "robot: 4.600 kg on ROS, 4.120 kg in its file"),
+        ({"masses": (4.6, 4.12)}, "robot: 4.600 kg as described, 4.120 kg in its file"),
         ({"calibrated": 31.0}, "age of the calibration: 31 days"),
         ({"free": 9e8}, "disk: 0.9 GB free"),
     ],

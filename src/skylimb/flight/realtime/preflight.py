@@ -1,0 +1,166 @@
+"""What is looked at before the motors turn: each thing by its name, what was found, and what is allowed.
+
+A pure function of what is known, the same for a robot on ROS and one behind a link. A flight is refused for
+whatever fails here; with `--check` one looks for some seconds, says all of it, and commands nothing.
+"""
+
+from __future__ import annotations
+
+import shutil
+import time
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from skylimb.analysis.exchange.body import Body
+from skylimb.robots.model import Robot
+
+LOOK = 3.0
+"""Seconds for which one listens before a flight, or that only looks."""
+
+
+@dataclass(frozen=True)
+class StartLimits:
+    """With what a flight begins; numbers are ours where no comment says that they are the lab's.
+
+    Attributes:
+        start_tilt: greatest tilt, rad.
+        start_speed: greatest speed, m/s.
+        start_age: of a sensor's newest message, s.
+        start_offset: of a sensor's clock from ours, s.
+        low_battery: least charge, per cent; the lab's, below which it also lands.
+        fence: x, y and z between which the centre of gravity has to stay, W, m.
+        disk: free space, bytes.
+        calibrated: age of the calibration, days.
+        mass: by how much a robot may weigh more or less than its file's, part of it.
+    """
+
+    start_tilt: float = 0.2
+    start_speed: float = 0.5
+    start_age: float = 0.2
+    start_offset: float = 0.1
+    low_battery: float = 10.0
+    fence: tuple[tuple[float, float], ...] = ((-20.0, 20.0), (-20.0, 20.0), (-2.0, 10.0))
+    disk: float = 1e9
+    calibrated: float = 30.0
+    mass: float = 0.02
+
+    @property
+    def fence_words(self) -> str:
+        """The fence for people."""
+        return ", ".join(
+            f"{low:g} < {axis} < {high:g} m" for axis, (low, high) in zip("xyz", self.fence, strict=True)
+        )
+
+    def outside(self, position: np.ndarray) -> str:
+        """How a place, W, m, (3,), lies outside of the fence; empty where it does not."""
+        for axis, value, (low, high) in zip("xyz", position, self.fence, strict=True):
+            if not low <= value <= high:
+                return f"{axis} = {value:.2f} m is outside of {low:g} .. {high:g} m"
+        return ""
+
+
+class Check(NamedTuple):
+    """One thing that was looked at: its name, what was found, what is allowed, and whether that holds."""
+
+    name: str
+    found: str
+    allowed: str
+    fine: bool
+
+    def __str__(self) -> str:
+        return f"{self.name}: {self.found} ({self.allowed})"
+
+    @property
+    def line(self) -> str:
+        """The same, and whether it holds, for people."""
+        return f"{'ok' if self.fine else 'NO'}  {self}"
+
+
+@dataclass(frozen=True)
+class Desk:
+    """What is known before anything is measured, and does not change on the ground.
+
+    Attributes:
+        masses: of the robot as it is described elsewhere, and of its file, kg; None where it is not.
+        calibrated: age of the calibration, days; None without one.
+        free: bytes that the disk has left.
+    """
+
+    masses: tuple[float, float] | None = None
+    calibrated: float | None = None
+    free: float = np.inf
+
+
+def desk_of(robot: Robot, mass: float | None, calibration: str | None) -> Desk:
+    """What can be looked at before anything is measured.
+
+    Args:
+        robot: of the file.
+        mass: as whoever has the robot describes it, kg.
+        calibration: its file.
+    """
+    age = None if calibration is None else (time.time() - Path(calibration).stat().st_mtime) / 86400.0
+    masses = None if mass is None else (mass, float(robot.mass))
+    return Desk(masses, age, float(shutil.disk_usage(Path.cwd()).free))
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What is known of robot and sensors.
+
+    Attributes:
+        body: as measured; None where nothing fresh is.
+        ages: of the newest message of each sensor, s.
+        offsets: of the sensors' clocks from ours, s.
+        battery: charge, per cent; None where nobody says.
+        foreign: who else commands it, "node on topic"; None where that cannot be known.
+    """
+
+    body: Body | None
+    ages: Mapping[str, float] = field(default_factory=dict)
+    offsets: Mapping[str, float] = field(default_factory=dict)
+    battery: float | None = None
+    foreign: tuple[str, ...] | None = ()
+
+
+def checks(desk: Desk, measured: Measured, limits: StartLimits) -> Iterator[Check]:
+    """All that is looked at, one after another."""
+    body = measured.body
+    if body is None:
+        yield Check("position", "not known", "a fresh pose, gyro and joint angles", False)
+    else:
+        yield _below("attitude", body.tilt, limits.start_tilt, "rad of tilt")
+        yield _below("motion", float(np.linalg.norm(body.velocity)), limits.start_speed, "m/s")
+        outside = limits.outside(body.cog)
+        yield Check("fence", outside or "inside", limits.fence_words, not outside)
+    for name, age in measured.ages.items():
+        yield _below(f"age of {name}", age, limits.start_age, "s")
+    for name, offset in measured.offsets.items():
+        yield _below(f"clock of {name}", abs(offset), limits.start_offset, "s beside ours")
+    if measured.battery is not None:
+        enough = measured.battery >= limits.low_battery
+        yield Check("battery", f"{measured.battery:.0f} %", f"at least {limits.low_battery:g} %", enough)
+    if measured.foreign is not None:
+        foreign = ", ".join(measured.foreign)
+        yield Check("publishers of commands", foreign or "only this node", "nobody else", not foreign)
+    yield Check(
+        "disk",
+        f"{desk.free / 1e9:.1f} GB free",
+        f"at least {limits.disk / 1e9:g} GB",
+        desk.free >= limits.disk,
+    )
+    if desk.calibrated is not None:
+        yield _below("age of the calibration", desk.calibrated, limits.calibrated, "days")
+    if desk.masses is not None:
+        told, own = desk.masses
+        found = f"{told:.3f} kg as described, {own:.3f} kg in its file"
+        yield Check("robot", found, f"within {100.0 * limits.mass:g} %", abs(told / own - 1.0) <= limits.mass)
+
+
+def _below(name: str, value: float, most: float, unit: str) -> Check:
+    """A number that must not be above another one; NaN is."""
+    return Check(name, f"{value:.3g} {unit}", f"at most {most:g}", value <= most)
