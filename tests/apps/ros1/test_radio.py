@@ -11,9 +11,11 @@ from skylimb.analysis.exchange.lab_topics import JOY
 from skylimb.analysis.exchange.messages import Joy, NavMode
 from skylimb.apps.ros1.limits import FlightLimits
 from skylimb.apps.ros1.messages import Arrived
+from skylimb.apps.ros1.pad import Pad, pad_of
 from skylimb.apps.ros1.radio import ordered, steered
 from skylimb.apps.ros1.sorting import MessageSorter
 from skylimb.apps.ros1.states import FORCE_LANDING, FlightState, Order
+from skylimb.base.errors import ConfigError
 from steered import Steered
 
 REST = Joy(0.0, (0.0,) * 6, (0,) * 8)
@@ -25,9 +27,14 @@ A, B, FORWARD = (
 
 
 def test_a_button_orders_once_as_it_is_pressed() -> None:
-    assert ordered(None, A) == ordered(REST, A) == [Order.LAND]
-    assert ordered(A, A) == ordered(A, REST) == ordered(None, replace(REST, buttons=())) == []
-    assert ordered(A, B) == [Order.HALT]
+    assert ordered(None, A, Pad()) == ordered(REST, A, Pad()) == [Order.LAND]
+    assert (
+        ordered(A, A, Pad())
+        == ordered(A, REST, Pad())
+        == ordered(None, replace(REST, buttons=()), Pad())
+        == []
+    )
+    assert ordered(A, B, Pad()) == [Order.HALT]
 
 
 def test_sticks_ask_for_a_velocity_in_the_robots_axes() -> None:
@@ -88,3 +95,20 @@ def test_a_radio_that_is_silent_lands_the_robot(hovering: Steered) -> None:
     hovering.fly(0.3)
     assert (hovering.state, hovering.ticks[-1].flying.shown) == (FlightState.LAND, FORCE_LANDING)
     assert "force landing: the radio is silent" in hovering.said
+
+
+def test_another_pad_has_other_numbers() -> None:
+    pad = pad_of({"land": 7, "halt": 2, "forward": 0, "yaw": 4})
+    pressed = replace(REST, buttons=(1, 0, 0, 0, 0, 0, 0, 1))
+    assert ordered(REST, pressed, pad) == [Order.LAND]
+    nav = steered(replace(REST, axes=(1.0, 0.0, 0.0, 0.0, 0.0)), FlightLimits(pad=pad))
+    assert nav is not None
+    assert nav.velocity == (0.5, 0.0, 0.0)
+    for wrong, words in (
+        ({"lnad": 1}, "land"),
+        ({"land": 1}, "means two things"),
+        ({"yaw": -1}, "--pad yaw=-1"),
+        ({"yaw": 1.5}, "--pad yaw=1.5"),
+    ):
+        with pytest.raises(ConfigError, match=words):
+            pad_of(wrong)

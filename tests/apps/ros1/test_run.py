@@ -8,8 +8,9 @@ import pytest
 
 from skylimb.analysis.exchange.lab_topics import RECORD, Topic
 from skylimb.analysis.exchange.message_types import Definitions
+from skylimb.analysis.exchange.recorder import recording
 from skylimb.apps.ros1.profile import PROFILES
-from skylimb.apps.ros1.run import _say_left_out, missions_of, recording
+from skylimb.apps.ros1.run import _say_left_out, missions_of
 from skylimb.base.errors import ConfigError, UnknownNameError
 from steered import ready
 
@@ -55,11 +56,13 @@ def test_what_was_flown_before_an_error_is_kept(tmp_path: Path) -> None:
     folder = tmp_path / "out"
     with recording(folder) as recorder:
         assert not folder.exists()
+        assert recorder is not None
     assert recorder.faults == {}
     assert list(tmp_path.iterdir()) == []
 
     def fly() -> None:
         with recording(folder) as recorder:
+            assert recorder is not None
             recorder.take([(RECORD, {"data": b"", "layout.dim": []})])
             raise ZeroDivisionError
 

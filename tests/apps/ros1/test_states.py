@@ -165,3 +165,33 @@ def test_the_battery_is_read_by_the_labs_table() -> None:
     assert percentage(6 * 3.0, 6) == 0.0
     for voltage in (float("nan"), float("inf"), 0.0, -1.0):
         assert np.isnan(percentage(voltage, 6))
+
+
+def test_rotors_that_the_supervisor_has_cut_are_disarmed() -> None:
+    flying, said = after(at(FlightState.HOVER), seen(1.0, position=UP, cut=True))
+    assert (flying.state, flying.arming) == (FlightState.STOP, Arming.OFF)
+    assert said == ["the supervisor has cut the rotors: the flight controller is disarmed"]
+    flying, _ = after(flying, seen(2.0), seen(9.0))
+    assert flying.arming == Arming.OFF  # until it is acknowledged
+    flying, _ = after(flying, seen(9.1, acknowledged=1))
+    assert flying.state == FlightState.ARM_OFF
+    # The flight controller brings down whom nobody sees.
+    flying, _ = after(at(FlightState.LAND, force_landing=True), seen(1.0, position=None, cut=True))
+    assert (flying.state, flying.arming) == (FlightState.LAND, Arming.FORCE_LANDING)
+
+
+@pytest.mark.parametrize(
+    ("adopt", "position", "state", "forced"),
+    [
+        ("land", UP, FlightState.LAND, False),
+        ("hover", UP, FlightState.HOVER, False),
+        ("hover", None, FlightState.LAND, True),
+    ],
+)
+def test_a_flight_that_somebody_else_began_is_adopted(
+    adopt: str, position: np.ndarray | None, state: FlightState, forced: bool
+) -> None:
+    flying, limits = Flying(), replace(LIMITS, adopt=adopt)
+    for k in range(4):
+        flying, _ = advance(flying, seen(0.2 * k, position=position, armed=True), limits)
+    assert (flying.state, flying.force_landing) == (state, forced)

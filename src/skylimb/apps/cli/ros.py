@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from contextlib import nullcontext
-from typing import Annotated
+from typing import Annotated, Any, Literal
 
 from skylimb.apps.cli import output
 from skylimb.apps.cli.arguments import arg
-from skylimb.apps.cli.options import Calibration, Settings, new_folder, within
+from skylimb.apps.cli.options import Calibration, Settings, new_folder, settings_of, within
 
 
 def ros(
@@ -39,6 +39,14 @@ def ros(
     fence: Annotated[
         tuple[float, ...], arg("Where the robot may fly, m: least and greatest x, y and z.", "M ...")
     ] = (),
+    pad: Annotated[
+        dict[str, Any] | None,
+        arg("Other numbers of the radio's land, halt, yaw, up, left, forward.", "NAME=N ...", settings_of),
+    ] = None,
+    adopt: Annotated[
+        Literal["land", "hover"],
+        arg("What becomes of a robot that flies already when controller begins.", "land|hover"),
+    ] = "land",
     check: Annotated[bool, arg("Look at everything before a flight, and command nothing.")] = False,
     set: Settings = None,
     out: Annotated[str, arg("New folder for flights and missions; none by default.", "DIR")] = "",
@@ -58,8 +66,10 @@ def ros(
     """
     within("--cells", cells, 1, 20)
     folder = new_folder(out, "ros") if out else None
-    from skylimb.apps.ros1.run import recording, run, write
+    from skylimb.analysis.exchange.recorder import recording
+    from skylimb.apps.ros1.run import limits_of, run, write
 
+    limits = limits_of(fence, pad or {}, adopt)
     with recording(folder) if folder else nullcontext() as recorder:
         flown = run(
             profile,
@@ -76,7 +86,7 @@ def ros(
             bare=bare,
             config=config,
             calibration=calibration,
-            fence=fence,
+            limits=limits,
             check=check,
             say=lambda words: print(words, flush=True),
             recorder=recorder,

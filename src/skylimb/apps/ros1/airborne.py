@@ -85,6 +85,11 @@ class Airborne:
         return not (self._guard.retreating or self._guard.failed)
 
     @property
+    def cut(self) -> bool:
+        """Whether the supervisor has cut the rotors."""
+        return self._guard.mode == "CUT"
+
+    @property
     def faults(self) -> Counter[str]:
         """How often each fault was met, by name."""
         return self._guard.counts

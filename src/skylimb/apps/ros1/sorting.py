@@ -59,7 +59,7 @@ class MessageSorter:
             elif one.topic in _SENSORS:
                 said |= self._of_the_robot(one)
             elif isinstance(one.value, Joy):
-                orders += ordered(self._joy, one.value)
+                orders += ordered(self._joy, one.value, self._limits.pad)
                 self._joy, asked = one.value, steered(one.value, self._limits)
                 requests += [] if asked is None else [asked]
                 said |= {"radio": one.at, "taken_over": asked is not None}

@@ -2,7 +2,7 @@
 
     ARM_OFF -start-> START -acknowledged-> ARM_ON -takeoff-> TAKEOFF -settled-> HOVER -land-> LAND -stands->
     STOP -acknowledged-> ARM_OFF
-    any -halt-> STOP                 ARM_OFF, but the flight controller is armed -> LAND, or STOP again
+    any -halt-> STOP        ARM_OFF, but the flight controller is armed -> LAND or HOVER, or STOP again
 
 Numbers are those of the lab's navigator. Two of its transitions are refused here, as they drop a robot that
 flies: `takeoff` in the air, which stops the motors there, and `start` in the air, which resets the
@@ -76,6 +76,7 @@ class Seen:
         refused: why a flight must not begin; nothing where it may.
         armed: whether the flight controller says that it is armed; None where it has said nothing since.
         rest: for how long the accelerometer has felt nothing but the ground, s.
+        cut: whether the supervisor has cut the rotors.
     """
 
     now: float
@@ -89,6 +90,7 @@ class Seen:
     refused: tuple[str, ...] = ()
     armed: bool | None = None
     rest: float = 0.0
+    cut: bool = False
 
 
 @dataclass(frozen=True)
@@ -161,6 +163,10 @@ def advance(flying: Flying, seen: Seen, limits: FlightLimits) -> tuple[Flying, t
         flying = _ORDERS[order](flying, seen, limits, said)
     if seen.armed and flying.state == FlightState.ARM_OFF:
         flying = _found_armed(flying, seen, limits, said)
+    # Who is blind as well is brought down by the flight controller, and the end of that is found.
+    if seen.cut and flying.in_air and seen.position is not None:
+        said.append("the supervisor has cut the rotors: the flight controller is disarmed")
+        flying = _halt(flying, seen, limits, said)
     by_board = seen.acknowledged == Arming.FORCE_LANDING
     why = "by the flight controller" if by_board else seen.broken
     if why and flying.in_air and not flying.force_landing:
@@ -192,8 +198,12 @@ def _found_armed(flying: Flying, seen: Seen, limits: FlightLimits, said: list[st
     if known:
         said.append("the flight controller is armed still: it is stopped again")
         return _enter(flying, FlightState.STOP, seen)
-    said.append("the flight controller is armed, and nobody here armed it: landing")
-    return replace(_enter(flying, FlightState.LAND, seen), force_landing=seen.position is None)
+    goes_on = limits.adopt == "hover" and seen.position is not None
+    state = FlightState.HOVER if goes_on else FlightState.LAND
+    said.append(
+        f"the flight controller is armed, and nobody here armed it: {'hovering' if goes_on else 'landing'}"
+    )
+    return replace(_enter(flying, state, seen), force_landing=seen.position is None)
 
 
 def _enter(flying: Flying, state: FlightState, seen: Seen) -> Flying:
