@@ -12,6 +12,7 @@ import skylimb
 from short_flights import HOLD
 from skylimb.base.errors import ConfigError
 from skylimb.control.needs import needs_of
+from skylimb.control.supervisor.table import TABLE
 from skylimb.flight.flying import fly, fly_here
 from skylimb.flight.takeoff import take_off
 
@@ -76,3 +77,19 @@ def test_without_poses_it_goes_on_by_the_imu(gap: float) -> None:
 def test_a_controller_that_needs_an_imu_is_refused_without_one() -> None:
     with pytest.raises(ConfigError, match=r"works on what an IMU measures: set sensors\.imu\.on = true"):
         skylimb.run("paper", "following", set={**HOLD, **ON})
+
+
+@pytest.mark.parametrize("controller", ["following", "drawing"])
+def test_an_imu_that_is_lost_ends_in_a_level_descent(controller: str) -> None:
+    """Its controller goes by it, and falls to the floor within .6 s where nobody watches."""
+    lost = {"kind": "sensor", "time": 1.0, "imu": "lost"}
+    settings = {**HOLD, **IMU, "trajectory.duration": 4.0, "events": [lost], "stop_at": 3.0}
+    assert "floor" in skylimb.run("paper", controller, set=settings).cause
+    run = skylimb.run("paper", controller, set={**settings, "supervisor.on": True})
+    assert "stopped from outside" in run.cause
+    modes, quaternion = run.log.supervisor_mode.values, run.log.root_quaternion.values
+    descends = float(list(TABLE.modes).index("DESCEND"))
+    assert not modes[:219].any()
+    assert (modes[222:] == descends).all()
+    assert np.arccos(1.0 - 2.0 * (quaternion[:, 1] ** 2 + quaternion[:, 2] ** 2)).max() < 0.2
+    assert run.log.cog_velocity.values[:, 2].min() > -0.5

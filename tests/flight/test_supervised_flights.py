@@ -127,3 +127,13 @@ def test_a_rotor_at_half_is_named_made_up_for_and_the_flight_broken_off() -> Non
     assert 0 < int(np.argmax(modes > 0.0)) - 800 < 40
     assert set(modes[850:]) == {2.0}
     np.testing.assert_allclose(log.rotor_shares_estimate.values[-1], [1.0, 1.0, 0.5, 1.0], atol=0.1)
+
+
+@pytest.mark.parametrize("scale", [0.92, 1.08])
+def test_a_thrust_that_is_off_at_take_off_sinks_nobody(scale: float) -> None:
+    """A cap of 2 N on the vertical spring let `following` sink to the floor at 8 %."""
+    changes = {**HOLD, "plant.thrust_scale": scale, "supervisor.on": True}
+    run = skylimb.run("paper", "following", set=changes)
+    assert run.status == "OK", run.cause
+    off = run.log.cog_position.values[:, 2] - run.log.cog_position_reference.values[:, 2]
+    assert abs(off).max() < 0.12

@@ -84,6 +84,7 @@ LASTING: dict[str, tuple[tuple[str, ...], ...]] = {
     "no pose": (("stale",), ("stale", "blind"), ("stale", "blind", "lost")),
     "no command": (("late",), ("late", "silent")),
     "no joint angles": (("numb",),),
+    "nothing new of an IMU": (("deaf",),),
     "a landing was ordered": (("land",),),
     "a stop was ordered": (("stop",),),
 }

@@ -33,7 +33,7 @@ class Belief(NamedTuple):
         body: state of {C} by it.
         faults: of pose and of angles, numbers as in `gates.FAULTS`.
         stale: 1 where the pose is the model's.
-        speaks: 1 where an IMU says anything new.
+        speaks: 1 where there is an IMU that has said anything new of late.
         lost: what rotors seem to have lost.
     """
 
@@ -74,7 +74,7 @@ def believed(
     }
     # Where the pose is the model's, no frame is seen: who has an IMU goes on by that.
     age = where(good * within(measured.capture_age, 0.0, UNSEEN) > 0.5, measured.capture_age, UNSEEN)
-    imu, speaks = _heard(measured.imu, watch.before.imu)
+    imu, unheard, speaks = _heard(limits, measured.imu, watch.before.imu, clocks.unheard + dt)
     measured = measured._replace(imu=imu)
     belief = measured._replace(joint_angles=q, vectoring_angles=psi, capture_age=age, **pose)
     prediction, body = seen(robot, prediction, belief, speeds, dt)
@@ -84,7 +84,7 @@ def believed(
         loss, lost = look(loss, prediction.observer, body, prediction.thrusts, good, dt)
     watch = watch._replace(
         started=where(watch.started + new > 0.5, 1.0, 0.0),
-        clocks=clocks._replace(unseen=unseen, unfelt=unfelt, same=same, strange=strange),
+        clocks=clocks._replace(unseen=unseen, unfelt=unfelt, unheard=unheard, same=same, strange=strange),
         before=measured,
         prediction=prediction,
         loss=loss,
@@ -92,9 +92,17 @@ def believed(
     return watch, Belief(belief, body, stack(fault, wrong), stale, speaks, lost)
 
 
-def _heard(said: Imu | None, last: Imu | None) -> tuple[Imu | None, Any]:
-    """What an IMU says, where that is no number, what it said last; and 1 where it says anything new."""
+def _heard(limits: Limits, said: Imu | None, last: Imu | None, silent: Any) -> tuple[Imu | None, Any, Any]:
+    """What an IMU says, or said last; since when it says nothing new; and 1 where that is not for long.
+
+    Args:
+        limits: when it counts as silent.
+        said: by it at this tick; None where there is none.
+        last: likewise, at the tick before.
+        silent: since when, where this tick brings nothing new, s.
+    """
     if said is None or last is None:
-        return last, 0.0
+        return last, 0.0, 0.0
     heard = chosen(within(stack(*said), -BEYOND, BEYOND) > 0.5, said, last)
-    return heard, 1.0 - within(stack(*heard) - stack(*last), 0.0, 0.0)
+    unheard = where(within(stack(*heard) - stack(*last), 0.0, 0.0) > 0.5, silent, 0.0)
+    return heard, unheard, 1.0 - over(unheard, limits.deaf_after)

@@ -34,6 +34,7 @@ def bits_of(limits: Limits, watch: Watch, belief: Belief) -> dict[str, Any]:
         "lossy": over(belief.lost.lost, limits.lossy),
         "pushed": belief.lost.pushed,
         "numb": over(clocks.unfelt, limits.retreat_after),
+        "deaf": over(clocks.unheard, limits.deaf_after) * watch.started,
         "silent": over(clocks.without, float(limits.overruns)),
         "late": where(over(told.late, 0.5) + over(clocks.without, 0.0) > 0.5, 1.0, 0.0),
         "spent": over(clocks.mode, limits.descend_for) * within(watch.mode, DESCEND, DESCEND),

@@ -35,6 +35,15 @@ class Limits(Gates):
             high=60.0,
         ),
     ] = 5.0
+    deaf_after: Annotated[
+        float,
+        Key(
+            "s",
+            "without anything new of an IMU that the controller goes by, after which the reserve flies",
+            low=0.0,
+            high=60.0,
+        ),
+    ] = 0.1
     frozen_after: Annotated[
         float,
         Key("s", "of a pose that does not change by a bit, after which it is not new", low=0.0, high=60.0),

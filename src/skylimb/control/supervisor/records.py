@@ -46,6 +46,7 @@ class Clocks(NamedTuple):
         broken: since the flight was broken off, s.
         unseen: since a pose was believed, s.
         unfelt: since joint angles were believed, s.
+        unheard: since the IMU that the controller goes by said anything new, s.
         same: since the measured pose changed, s.
         strange: for which poses that jump have agreed with one another, s.
         without: ticks since the controller commanded.
@@ -55,6 +56,7 @@ class Clocks(NamedTuple):
     broken: Any = 0.0
     unseen: Any = 0.0
     unfelt: Any = 0.0
+    unheard: Any = 0.0
     same: Any = 0.0
     strange: Any = 0.0
     without: Any = 0.0

@@ -1,0 +1,34 @@
+"""The page about the supervisor: its drawing is that of the table, and the tests that it names are there."""
+
+from __future__ import annotations
+
+import ast
+import re
+import runpy
+from pathlib import Path
+
+from skylimb.control.supervisor.table import TABLE
+
+ROOT = Path(__file__).parents[3]
+PAGE = (ROOT / "docs" / "supervisor.md").read_text(encoding="utf-8")
+
+
+def test_the_drawing_is_that_of_the_table() -> None:
+    made = runpy.run_path(str(ROOT / "docs" / "supervisor.py"))
+    assert made["FILE"].read_text(encoding="utf-8") == made["drawing"](), "python docs/supervisor.py"
+
+
+def test_the_page_has_every_mode_and_counts_the_entries() -> None:
+    for name in TABLE.modes:
+        assert f"\n| {name} |" in PAGE
+    entries = len(TABLE.modes) << len(TABLE.bits)
+    assert f"{len(TABLE.modes)} modes and {len(TABLE.bits)} bits: {entries:,} entries" in PAGE
+
+
+def test_every_test_that_the_page_names_is_there() -> None:
+    named = re.findall(r"`(tests/[\w/]+\.py)(?:::(\w+))?`", PAGE)
+    assert len(named) > 12
+    for file, test in named:
+        tree = ast.parse((ROOT / file).read_text(encoding="utf-8"))
+        functions = {node.name for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)}
+        assert not test or test in functions, f"{file}::{test}"
