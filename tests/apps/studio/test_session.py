@@ -201,8 +201,8 @@ def test_what_people_do_is_on_the_disk_as_it_is_flown(short, tmp_path):
     session.advance(60)
     session.poke("link1", [0.0, 0.0, 0.0], [0.0, 1.0, 0.0])
     session.advance(60)
-    session.rewind(0.2)
     session.release()
+    session.rewind(0.4)
     session.advance(240)
     recorder.close()
     for number, flight in enumerate(session.live.flights, 1):

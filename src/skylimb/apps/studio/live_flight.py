@@ -158,7 +158,8 @@ class LiveFlight:
 
     def _keep(self, record: RecordedTicks, k: int) -> None:
         # A hand on a slider makes a branch a frame, and what is flown takes some 50 ms to write.
-        if self._changed is not None and k - self._changed > SPACING / self.takeoff.period:
+        since = None if self._changed is None else k - self._changed
+        if since is not None and (since > SPACING / self.takeoff.period or self.over):
             record.changed(self.takeoff)
             self._changed = None
         record.flown(k, self._driver.log[k])
