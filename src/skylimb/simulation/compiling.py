@@ -234,6 +234,7 @@ def has_engine() -> bool:
     return bool(_engine_folders())
 
 
+@functools.cache
 def _engine_version() -> str:
     try:
         return version("mujoco")

@@ -35,7 +35,7 @@ class SimulatedVehicle:
     Args:
         plant: what flies.
         data: its state; it is advanced.
-        rows: one packed `TickRow` for every tick that the flight may have.
+        rows: a packed `TickRow` for every tick; a longer flight has them again from the first one on.
         sensors: rate and latency.
         dt: control period, s.
         acts: what acts on the plant before a tick's physics.
@@ -89,7 +89,7 @@ class SimulatedVehicle:
 
     def measure(self) -> Measurement:
         """What the sensors say at this tick."""
-        self._row[:] = self._rows[self._tick]
+        self._row[:] = self._rows[self._tick % len(self._rows)]
         self._sense[self._tick & 1].evaluate()
         # A copy, as a controller may keep what it has seen.
         return self._unpack(self._measured.copy())

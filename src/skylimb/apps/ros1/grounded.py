@@ -37,13 +37,11 @@ class GroundedPlant:
 
     def __init__(self, takeoff: Takeoff) -> None:
         require_applied(takeoff.experiment.events, (), STARTED_BY_ITS_USER)
-        known = takeoff.rows.ticks
-        rows = np.resize(known, (ROWS, known.shape[1]))
         here = world(takeoff, np.arange(ROWS) * takeoff.period)
         self._plant, self._model, self._data = here.plant, here.plant.model, here.data
         self._data.qpos[2] = STAND
-        self._count, self._ticks = len(rows), 0
-        self._vehicle = simulated_vehicle(takeoff, here, rows)
+        self._ticks = 0
+        self._vehicle = simulated_vehicle(takeoff, here, takeoff.rows.ticks)
         self._root = self._model.body(takeoff.robot.description.root).id
         self._stands: np.ndarray | None = np.array(self._data.qpos[0:7])
 
@@ -60,7 +58,7 @@ class GroundedPlant:
     @property
     def over(self) -> str:
         """Why it cannot go on; empty while it can."""
-        late = self._ticks >= self._count - 1
+        late = self._ticks >= ROWS - 1
         return self._vehicle.fault() or ("the time is over for which noise is laid out" if late else "")
 
     def measure(self) -> Measurement:

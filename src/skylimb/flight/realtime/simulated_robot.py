@@ -41,11 +41,10 @@ class SimulatedRobot:
     def __init__(self, takeoff: Takeoff, link: Link) -> None:
         # Whoever controls it may take longer than the mission: to wait, and to land. The noise comes again.
         self._rows = len(takeoff.rows) + round(LONGER / takeoff.period)
-        rows = np.resize(takeoff.rows.ticks, (self._rows, takeoff.rows.ticks.shape[1]))
         simulated = world(takeoff, np.arange(self._rows) * takeoff.period)
         self._period, self._link, self._names = takeoff.period, link, Names(takeoff.robot)
         self.flown = self._seq = 0
-        self._vehicle = simulated_vehicle(takeoff, simulated, rows)
+        self._vehicle = simulated_vehicle(takeoff, simulated, takeoff.rows.ticks)
         self._measurement = self._vehicle.measure()
         self._command: Command | None = None
         self.position = lambda: np.array(simulated.data.qpos[0:3])
