@@ -13,9 +13,10 @@ settings.register_profile("skylimb", deadline=None)
 settings.load_profile("skylimb")
 
 LONGEST = (
-    "test_hostile_values.py", "test_verify_contact.py", "test_cli.py", "test_figures.py", "test_repeating.py",
-    "test_level_allocation.py", "test_campaign_folder.py", "test_live_record.py", "test_house.py",
-    "test_equilibrium.py",
+    "test_estimate.py", "test_doors.py", "test_restart.py", "test_pilot.py", "test_verify_contact.py",
+    "test_live_record.py", "test_fly_robot.py", "test_hostile_values.py", "test_export_c.py", "test_cli.py",
+    "test_campaign_folder.py", "test_spinal.py", "test_convert.py", "test_repeating.py", "test_figures.py",
+    "test_page_browser.py", "test_house.py", "test_equilibrium.py",
 )  # fmt: skip
 """Files that begin first, so that no worker is left alone with one of them at the end."""
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from skylimb.simulation.compiling import compile_c
 
-STRICT = ("-O1", "-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-ffp-contract=off", "-fPIC")
+STRICT = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-ffp-contract=off", "-fPIC")
 
 
 class StrictC:
