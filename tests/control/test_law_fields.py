@@ -223,7 +223,7 @@ def _shapes() -> dict[str, str]:
 
 @settings(max_examples=25, deadline=None)
 @given(
-    names=st.sampled_from(FIT),
+    names=st.deferred(lambda: st.sampled_from(fitting())),
     changes=st.fixed_dictionaries({}, optional={
         "translation.feed": st.sampled_from([0.0, 0.5]),
         "translation.landing_cancel": st.sampled_from([(0.0, 0.0), (0.0, 0.5)]),
