@@ -137,3 +137,18 @@ def test_a_thrust_that_is_off_at_take_off_sinks_nobody(scale: float) -> None:
     assert run.status == "OK", run.cause
     off = run.log.cog_position.values[:, 2] - run.log.cog_position_reference.values[:, 2]
     assert abs(off).max() < 0.12
+
+
+@pytest.mark.parametrize(("rotor", "end"), [("rotor3", 3.0), ("rotor1", 4.0)])
+def test_without_a_rotor_it_descends_level_or_its_rotors_stop(rotor: str, end: float) -> None:
+    lost = {"kind": "rotor", "time": 4.0, "rotor": rotor, "effectiveness": 0.0}
+    changes = {**HOLD, "phases.tare": 2.0, "stop_at": 6.0, "events": [lost], "supervisor.on": True}
+    log = skylimb.run("paper", "following", set={**changes, "supervisor.losses": True}).log
+    modes = log.supervisor_mode.values
+    assert not modes[:800].any()
+    assert 0 < int(np.argmax(modes == end)) - 800 < 20
+    assert modes[-1] == end
+    if end == 3.0:
+        assert log.tilt.values.max() < 0.3
+        assert np.linalg.norm(log.cog_velocity.values, axis=1).max() < 0.8
+        assert len(modes) == 1200

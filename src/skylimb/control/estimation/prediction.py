@@ -113,6 +113,7 @@ def moved(
     body: BodyState,
     quaternion: Array,
     thrusts: Array,
+    left: Array,
     latency: float,
     lag: float,
     dt: float,
@@ -124,12 +125,13 @@ def moved(
         body: by it.
         quaternion: of the measured body.
         thrusts: that are commanded, N, (n,).
+        left: share that each rotor makes of it, (n,).
         latency: of the sensors, s.
         lag: time constant of the rotors, s.
         dt: control period, s.
     """
     made = low_pass(state.thrusts, thrusts, 1.0 / lag, dt)
-    delay = remember(state.delay, known_wrench(body, rotor_wrench(body, 0.5 * (state.thrusts + made))))
+    delay = remember(state.delay, known_wrench(body, rotor_wrench(body, 0.5 * left * (state.thrusts + made))))
     known = delayed_wrench(Delay(latency), delay, dt)
     observer = state.observer._replace(known_force=known.force, known_torque=known.torque)
     model = body.model

@@ -13,7 +13,7 @@ import numpy as np
 from skylimb.base.packing import numeric
 from skylimb.control.estimation.momentum_observer import ObserverGains, ObserverState, observe
 from skylimb.control.estimation.records import BodyState
-from skylimb.symbolic import Array, clip, dot, min, stack, vector, where, within
+from skylimb.symbolic import Array, clip, dot, max, min, stack, vector, where, within
 
 _FAST = numeric(ObserverGains((30.0, 30.0, 30.0), (30.0, 30.0, 30.0)))
 
@@ -34,6 +34,10 @@ THRESHOLD, UNEXPLAINED, LEAST = 6.0, 0.45, 0.1
 """Size of the whitened residual that is a fault (flights without one reach 4.7), share of its square that a
 loss may leave, and least loss."""
 
+SETTLE = 0.05
+"""Seconds for which a loss has to show before it is made up for: until then the observer knows a part of it,
+and thrust that is asked of a rotor which has none hides how much is gone."""
+
 TARE = 2.0
 """Seconds over which the residual of a flight without fault is averaged."""
 
@@ -45,12 +49,14 @@ class Loss(NamedTuple):
         observer: the fast one.
         mean: of the residual without fault, {C}, N and N m, (6,).
         time: for which it has been averaged, s.
+        shown: for which one rotor has explained what is seen, s.
         left: share of its thrust that each rotor has, (n,).
     """
 
     observer: ObserverState
     mean: Array
     time: Any
+    shown: Any
     left: Array
 
 
@@ -58,20 +64,19 @@ class Seen(NamedTuple):
     """What a tick shows.
 
     Attributes:
-        lost: greatest share that one rotor may have lost; 0 where none explains what is seen.
+        shares: that each rotor seems to have lost, (n,); 0 but for the one that explains what is seen.
+        lost: the greatest of them.
         pushed: 1 where something pushes that no rotor explains.
     """
 
+    shares: Array
     lost: Any
     pushed: Any
 
 
-NOTHING_LOST = Seen(0.0, 0.0)
-
-
 def initial_loss(n_rotors: int) -> Loss:
     """Nothing is lost."""
-    return Loss(ObserverState(), np.zeros(6), 0.0, np.ones(n_rotors))
+    return Loss(ObserverState(), np.zeros(6), 0.0, 0.0, np.ones(n_rotors))
 
 
 def look(
@@ -107,10 +112,12 @@ def look(
     explained = alarm * where(least < UNEXPLAINED * square, 1.0, 0.0)
     here = [explained * where(remain <= least, 1.0, 0.0) * where(share > LEAST, 1.0, 0.0)
             for share, remain in zip(shares, remains, strict=True)]  # fmt: skip
-    left = vector(*(where(here[i] > 0.5, 1.0 - shares[i], state.left[i]) for i in range(n)))
-    lost: Any = sum(here[i] * shares[i] for i in range(n))
+    lost = vector(*(here[i] * shares[i] for i in range(n)))
+    most = max(lost)
+    shown = where(most > 0.0, state.shown + dt, 0.0)
+    left = where(lost * within(shown, SETTLE, np.inf) > 0.0, 1.0 - lost, state.left)
     time = clip(state.time + dt * fresh, 0.0, TARE + dt)
     weight = fresh * (1.0 - alarm) * dt / time if not isinstance(time, float) or time else 0.0
     mean = state.mean + weight * (residual - state.mean)
-    pushed = alarm * where(lost > LEAST, 0.0, 1.0)
-    return Loss(observer, mean, time, left), Seen(lost, pushed)
+    pushed = alarm * where(most > LEAST, 0.0, 1.0)
+    return Loss(observer, mean, time, shown, left), Seen(lost, most, pushed)

@@ -13,16 +13,21 @@ from skylimb.control.estimation.gates import (
     relocked,
     same_pose,
 )
+from skylimb.control.estimation.momentum_observer import ObserverState
 from skylimb.control.estimation.prediction import differenced, seen, shown
 from skylimb.control.estimation.records import BodyState, Imu, Measurement
-from skylimb.control.estimation.rotor_loss import NOTHING_LOST, Seen, look
+from skylimb.control.estimation.rotor_loss import Loss, Seen, look
 from skylimb.control.supervisor.limits import Limits
 from skylimb.control.supervisor.records import Watch
+from skylimb.control.supervisor.table import CUT, DESCEND
 from skylimb.robots.model import Robot
 from skylimb.symbolic import Array, stack, where, within
 
 UNSEEN = 1e6
 """Age of a frame that is not seen, s."""
+
+LATE = 0.03
+"""Age beyond the assumed latency at which a frame says nothing of the rotors any more, s."""
 
 
 class Belief(NamedTuple):
@@ -79,9 +84,14 @@ def believed(
     belief = measured._replace(joint_angles=q, vectoring_angles=psi, capture_age=age, **pose)
     prediction, body = seen(robot, prediction, belief, speeds, dt)
     # Rotors: what one of them would explain by its loss.
-    loss, lost = watch.loss, NOTHING_LOST
+    loss, lost = watch.loss, Seen(0.0 * watch.loss.left, 0.0, 0.0)
     if limits.losses:
-        loss, lost = look(loss, prediction.observer, body, prediction.thrusts, good, dt)
+        # Of frames that are older than the model assumes, a robot that swings looks like one without a rotor.
+        fresh = good * within(measured.capture_age, 0.0, limits.latency + LATE)
+        found, lost = look(loss, prediction.observer, body, prediction.thrusts, fresh, dt)
+        descending = within(watch.mode, DESCEND, CUT)
+        loss, observer = _given_up(limits, loss, found, lost, descending, prediction.observer, body)
+        prediction = prediction._replace(observer=observer)
     watch = watch._replace(
         started=where(watch.started + new > 0.5, 1.0, 0.0),
         clocks=clocks._replace(unseen=unseen, unfelt=unfelt, unheard=unheard, same=same, strange=strange),
@@ -90,6 +100,26 @@ def believed(
         loss=loss,
     )
     return watch, Belief(belief, body, stack(fault, wrong), stale, speaks, lost)
+
+
+def _given_up(
+    limits: Limits,
+    last: Loss,
+    found: Loss,
+    lost: Seen,
+    descending: Any,
+    observer: ObserverState,
+    body: BodyState,
+) -> tuple[Loss, ObserverState]:
+    """A rotor that is lost has nothing left, and what its thrust seemed to be was no push.
+
+    Once a robot descends, what is felt is the descent: nobody looks any more.
+    """
+    left = where(descending > 0.5, last.left, where(lost.shares > limits.dead, 0.0, found.left))
+    gone = over(lost.lost, limits.dead) * (1.0 - descending)
+    force = where(gone > 0.5, body.R_WC @ found.mean[:3], observer.force)
+    torque = where(gone > 0.5, found.mean[3:], observer.torque)
+    return found._replace(left=left), observer._replace(force=force, torque=torque)
 
 
 def _heard(limits: Limits, said: Imu | None, last: Imu | None, silent: Any) -> tuple[Imu | None, Any, Any]:

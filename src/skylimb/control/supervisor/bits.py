@@ -6,17 +6,19 @@ from typing import Any
 
 from skylimb.control.estimation.gates import over
 from skylimb.control.supervisor.belief import Belief
+from skylimb.control.supervisor.descents import Descents
 from skylimb.control.supervisor.limits import Limits
 from skylimb.control.supervisor.records import Watch
 from skylimb.control.supervisor.table import DESCEND
 from skylimb.symbolic import where, within
 
 
-def bits_of(limits: Limits, watch: Watch, belief: Belief) -> dict[str, Any]:
+def bits_of(limits: Limits, descents: Descents, watch: Watch, belief: Belief) -> dict[str, Any]:
     """1 or 0 of every bit, by its name in the table.
 
     Args:
         limits: when the supervisor acts.
+        descents: for the loss of each rotor.
         watch: that knows the belief, in the mode of the tick before.
         belief: of this tick.
     """
@@ -31,6 +33,7 @@ def bits_of(limits: Limits, watch: Watch, belief: Belief) -> dict[str, Any]:
         "blind": over(blind, limits.retreat_after) * watch.started,
         "stale": belief.stale,
         "dead": over(belief.lost.lost, limits.dead),
+        "doomed": over(belief.lost.lost, limits.dead) * descents.missing(watch.loss.left),
         "lossy": over(belief.lost.lost, limits.lossy),
         "pushed": belief.lost.pushed,
         "numb": over(clocks.unfelt, limits.retreat_after),

@@ -13,6 +13,7 @@ from skylimb.base.packing import Layout
 from skylimb.control.estimation.records import Measurement
 from skylimb.control.missions.reference import Reference, zero_reference
 from skylimb.control.records import Command
+from skylimb.control.supervisor.descents import NO_DESCENTS, Descents
 from skylimb.control.supervisor.limits import Limits
 from skylimb.control.supervisor.records import Told, initial_watch
 from skylimb.control.supervisor.supervisor import after, before
@@ -28,6 +29,7 @@ class Halves:
         ahead: how many references ahead of its own a reference holds.
         dt: control period, s.
         imu: whether the controller works on an IMU.
+        descents: for the loss of each rotor.
 
     Attributes:
         sight: what the last look came to.
@@ -35,7 +37,15 @@ class Halves:
         started: whether a pose was believed yet.
     """
 
-    def __init__(self, robot: Robot, limits: Limits, ahead: int, dt: float, imu: bool) -> None:
+    def __init__(
+        self,
+        robot: Robot,
+        limits: Limits,
+        ahead: int,
+        dt: float,
+        imu: bool,
+        descents: Descents = NO_DESCENTS,
+    ) -> None:
         zero, first = zero_reference(robot.n_joints, robot.n_vectoring), initial_watch(robot, imu)
         self._watch, self._commands = Layout(first), Layout(first.command)
         self._measurement = Layout(first.before)
@@ -45,13 +55,13 @@ class Halves:
 
         def look(watch: Any, measured: Any, reference: Any) -> tuple[Any, ...]:
             given = self._measurement.unpack(measured), self._reference.unpack(reference)
-            looked, sight = before(robot, limits, self._watch.unpack(watch), *given, dt)
+            looked, sight = before(robot, limits, descents, self._watch.unpack(watch), *given, dt)
             self._sight = Layout(sight)
             return self._watch.pack(looked), self._sight.pack(sight)
 
         def act(watch: Any, sight: Any, wanted: Any, sound: Any) -> tuple[Any, ...]:
             given = self._watch.unpack(watch), self._sight.unpack(sight), self._commands.unpack(wanted), sound
-            acted, command, made = after(robot, limits, *given, dt)
+            acted, command, made = after(robot, limits, descents, *given, dt)
             return self._watch.pack(acted), self._commands.pack(command), made
 
         sizes = self._watch.size, self._measurement.size, self._reference.size

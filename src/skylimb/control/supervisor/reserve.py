@@ -1,7 +1,9 @@
 """The reserve: what is commanded where no controller does. It holds the robot level and a velocity, no more.
 
 It knows the robot's model, and how much is left of each rotor: thrusts are the least that give lift, roll
-and pitch, weighted by what is left. Yaw gives way first, as three rotors cannot hold it.
+and pitch, weighted by what is left. Yaw gives way first, as three rotors cannot hold it, then lift. Level is
+the attitude in which those thrusts push up: with three rotors it is a lean. Without one of them its
+vectoring angles go where the others carry it, and it keeps to the place that it is to come down at.
 """
 
 from __future__ import annotations
@@ -11,32 +13,59 @@ from typing import Any
 import numpy as np
 
 from skylimb.base.packing import chosen
-from skylimb.base.rotations import rotation_error, rpy_from_rotation
-from skylimb.control.attitude_target import attitude_target
+from skylimb.control.box_least_squares import nearest_in_box
 from skylimb.control.estimation.records import BodyState, Wrench
 from skylimb.control.records import Command
+from skylimb.control.supervisor.descents import Descents
 from skylimb.control.supervisor.limits import Limits
 from skylimb.control.supervisor.records import Sight, Watch
 from skylimb.control.supervisor.table import CUT, DESCEND, RETREAT
 from skylimb.robots.model import Robot
-from skylimb.symbolic import Array, clip, cross, diagonal, right_inverse, stack, vector, where, within
+from skylimb.symbolic import (
+    Array,
+    clip,
+    cross,
+    diagonal,
+    dot,
+    is_symbolic,
+    matrix,
+    min,
+    norm,
+    right_inverse,
+    stack,
+    vector,
+    where,
+    within,
+)
 
-HOLD, LEAN, LIFT = 1.5, 0.15, (0.7, 1.2)
+HOLD, LEAN, LIFT = 2.0, 0.25, (0.7, 1.2)
 """How a velocity is held, 1/s; greatest sideways and least and greatest vertical force, in weights."""
 
-STIFFNESS, DAMPING = 25.0, 8.0
+STIFFNESS, DAMPING = 36.0, 10.0
 """Of the attitude, 1/s^2 and 1/s: slow enough for the rotors' lag and the sensors' latency."""
 
 YAW = 1e-2
-"""How readily yaw gives way, m^2."""
+"""How readily yaw gives way, (rad/s^2)^2/N^2."""
+
+COUNTS = np.array([0.03, 1.0, 1.0, 1e-3])
+"""What 1 N of lift and 1 rad/s^2 of roll, pitch and yaw count where a thrust is at its limit."""
+
+LEAD = 2.0
+"""How much of a change of thrust is commanded at once, as rotors lag."""
+
+PLACE, RETURN = 0.5, 0.5
+"""How a place is held without a rotor, 1/s, and the greatest speed on the way back to it, m/s."""
 
 
-def instead(robot: Robot, limits: Limits, watch: Watch, sight: Sight, dt: float) -> Command:
+def instead(
+    robot: Robot, limits: Limits, descents: Descents, watch: Watch, sight: Sight, dt: float
+) -> Command:
     """The command in the controller's place: its last thrusts for moments, the reserve's, or the least.
 
     Args:
         robot: the model.
         limits: when the supervisor acts.
+        descents: for the loss of each rotor.
         watch: what is remembered, this tick without a command counted.
         sight: of this tick.
         dt: control period, s.
@@ -45,17 +74,28 @@ def instead(robot: Robot, limits: Limits, watch: Watch, sight: Sight, dt: float)
     external = watch.prediction.observer
     back = sight.reference.velocity * where(watch.mode > RETREAT - 0.5, 1.0, 0.0)
     wrench = Wrench(external.force, external.torque)
-    reserve = reserve_thrusts(sight.body, wrench, back, watch.loss.left, (low, high))
+    left, rotors = watch.loss.left, watch.prediction.thrusts
+    lost = where(min(left) > 0.0, 0.0, 1.0)
+    astray = sight.reference.position - sight.body.position
+    home = vector(*(clip(PLACE * astray[axis], -RETURN, RETURN) for axis in range(2)), 0.0)
+    reserve = reserve_thrusts(sight.body, wrench, back + lost * home, left, rotors, (low, high))
     # A command is repeated for moments only: frozen thrusts lose the flight by themselves.
     holds = within(watch.clocks.without * dt, 0.0, limits.hold_for) * within(watch.mode, 0.0, DESCEND - 0.5)
     least = within(watch.mode, DESCEND + 0.5, CUT) + (1.0 - watch.started)
     thrusts = where(least > 0.5, low[0], where(holds > 0.5, watch.command.thrusts, reserve))
     first = Command(thrusts, sight.reference.joint_angles, sight.reference.vectoring_angles)
-    return chosen(watch.started > 0.5, watch.command._replace(thrusts=thrusts), first)
+    angles = descents.followed(left, watch.command.vectoring_angles, dt)
+    last = watch.command._replace(thrusts=thrusts, vectoring_angles=angles)
+    return chosen(watch.started > 0.5, last, first)
 
 
 def reserve_thrusts(
-    body: BodyState, external: Wrench, velocity: Array, left: Array, limits: tuple[Array, Array]
+    body: BodyState,
+    external: Wrench,
+    velocity: Array,
+    left: Array,
+    made: Array,
+    limits: tuple[Array, Array],
 ) -> Array:
     """Thrusts of a tick, N, (n,).
 
@@ -64,6 +104,7 @@ def reserve_thrusts(
         external: the wrench that is believed to act.
         velocity: that is to be held, W, m/s, (3,).
         left: share that each rotor has left, (n,).
+        made: thrusts that the rotors make now, behind their lag, N, (n,).
         limits: of the thrusts, N.
     """
     model, weight = body.model, body.model.mass * body.model.gravity[2]
@@ -73,13 +114,17 @@ def reserve_thrusts(
         clip(pull[1], -LEAN * weight, LEAN * weight),
         clip(weight + pull[2], LIFT[0] * weight, LIFT[1] * weight),
     )
-    yaw = rpy_from_rotation(body.R_WC)[2]
-    _, target = attitude_target(force, yaw, yaw)
-    omega = body.angular_velocity
-    spring = DAMPING * omega + STIFFNESS * rotation_error(body.R_WC, target)
-    torque = cross(omega, model.inertia_C @ omega) - model.inertia_C @ spring - external.torque
-    lift = body.R_WC[:, 2].T @ force
-    Q, W = model.allocation_C[2:, :], diagonal(left * left)
+    # Lift, N, and turns, rad/s^2: yaw that is not given must not turn the robot about another axis.
+    spin = right_inverse(model.inertia_C)
+    turns = ([0.0, *(spin[i, j] for j in range(3))] for i in range(3))
+    Q, W = matrix([[1.0, 0.0, 0.0, 0.0], *turns]) @ model.allocation_C[2:, :], diagonal(left * left)
     square: Any = Q @ W @ Q.T + np.diag([0.0, 0.0, 0.0, YAW])
-    thrusts = W @ (Q.T @ (right_inverse(square) @ stack(lift, torque)))
-    return clip(thrusts, limits[0], limits[1])
+    thrusts = W @ (Q.T @ right_inverse(square))
+    up = model.allocation_C[:3, :] @ thrusts[:, 0]
+    up, wanted, omega = up / norm(up), body.R_WC.T @ force, body.angular_velocity
+    turn = STIFFNESS * cross(up, wanted) / norm(wanted) - DAMPING * (omega - dot(up, omega) * up)
+    turn = turn + spin @ (cross(omega, model.inertia_C @ omega) - external.torque)
+    aimed = thrusts @ stack(dot(up, wanted) * up[2], turn)
+    total, _ = nearest_in_box(4, aimed.shape[0])(diagonal(COUNTS) @ Q @ diagonal(left), aimed, *limits)
+    total = total if is_symbolic(aimed) else total.full().ravel()
+    return clip(made + LEAD * (total - made), limits[0], limits[1])

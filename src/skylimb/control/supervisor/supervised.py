@@ -13,6 +13,7 @@ from skylimb.control.estimation.records import Measurement
 from skylimb.control.missions.reference import Reference
 from skylimb.control.needs import PACE
 from skylimb.control.records import Command
+from skylimb.control.supervisor.descents import descents_of
 from skylimb.control.supervisor.limits import Limits
 from skylimb.control.supervisor.records import Watch, initial_watch
 from skylimb.control.supervisor.supervisor import after, before
@@ -40,6 +41,7 @@ class Supervised:
 
     def __init__(self, controller: TraceableController, limits: Limits) -> None:
         self._controller, self._limits = controller, limits
+        self._descents = descents_of(controller.robot, controller.needs.vectoring, limits)
         self.name, self.robot, self.needs = controller.name, controller.robot, controller.needs
         self.require, self.gains, self.key_tables = (
             controller.require,
@@ -69,12 +71,16 @@ class Supervised:
         self, gains: Any, state: State, measurement: Measurement, reference: Reference, dt: float
     ) -> tuple[State, Command, dict[str, Any]]:
         """One tick: look, let the controller fly or not, and keep to the limits."""
-        watch, sight = before(self.robot, self._limits, state.watch, measurement, reference, dt)
+        watch, sight = before(
+            self.robot, self._limits, self._descents, state.watch, measurement, reference, dt
+        )
         new, wanted, signals = self._controller.step(gains, state.own, sight.measurement, sight.reference, dt)
         layout = Layout(state.own)
         made_state, old_state = layout.pack(new), layout.pack(state.own)
         whole = within(made_state, -BEYOND, BEYOND) if layout.size else 1.0
-        watch, command, made = after(self.robot, self._limits, watch, sight, wanted, whole, dt)
+        watch, command, made = after(
+            self.robot, self._limits, self._descents, watch, sight, wanted, whole, dt
+        )
         own = layout.unpack(where(made > 0.5, made_state, old_state))
         signals = dict(signals)
         if PACE in signals:  # a controller that is not asked holds its mission

@@ -18,11 +18,12 @@ from skylimb.control.missions.reference import Reference
 from skylimb.control.records import Command
 from skylimb.control.supervisor.belief import believed
 from skylimb.control.supervisor.bits import bits_of
+from skylimb.control.supervisor.descents import Descents
 from skylimb.control.supervisor.limits import Limits
 from skylimb.control.supervisor.records import Sight, Told, Watch, sound
 from skylimb.control.supervisor.reserve import instead
 from skylimb.control.supervisor.retreat import aimed
-from skylimb.control.supervisor.table import DESCEND, TABLE
+from skylimb.control.supervisor.table import CUT, DESCEND, TABLE
 from skylimb.robots.model import Robot
 from skylimb.symbolic import clip, stack, where, within
 
@@ -31,20 +32,27 @@ LEAST_SHARE = 0.3
 
 
 def before(
-    robot: Robot, limits: Limits, watch: Watch, measured: Measurement, reference: Reference, dt: float
+    robot: Robot,
+    limits: Limits,
+    descents: Descents,
+    watch: Watch,
+    measured: Measurement,
+    reference: Reference,
+    dt: float,
 ) -> tuple[Watch, Sight]:
     """Look, and decide what the controller is given.
 
     Args:
         robot: the model.
         limits: when the supervisor acts.
+        descents: for the loss of each rotor.
         watch: what is remembered.
         measured: as it came, whatever it is.
         reference: of the mission.
         dt: control period, s.
     """
     watch, belief = believed(robot, limits, sound(robot, watch), measured, dt)
-    found = bits_of(limits, watch, belief)
+    found = bits_of(limits, descents, watch, belief)
     mode = TABLE.decided(watch.mode, found)
     watch, flown, aims = aimed(watch, mode, reference, limits.floor, dt)
     clocks = watch.clocks._replace(mode=where(mode == watch.mode, watch.clocks.mode + dt, 0.0))
@@ -55,13 +63,21 @@ def before(
 
 
 def after(
-    robot: Robot, limits: Limits, watch: Watch, sight: Sight, wanted: Command, whole: Any, dt: float
+    robot: Robot,
+    limits: Limits,
+    descents: Descents,
+    watch: Watch,
+    sight: Sight,
+    wanted: Command,
+    whole: Any,
+    dt: float,
 ) -> tuple[Watch, Command, Any]:
     """Take the controller's command, or another one in its place; within limits in any case.
 
     Args:
         robot: the model.
         limits: when the supervisor acts.
+        descents: for the loss of each rotor.
         watch: of `before`.
         sight: of `before`.
         wanted: what the controller commands.
@@ -77,7 +93,7 @@ def after(
     # What the controller believes to be made of its command is made, as far as the rotor can.
     share = clip(watch.loss.left, LEAST_SHARE, 1.0)
     own = wanted._replace(thrusts=wanted.thrusts / share)
-    command = chosen(made > 0.5, own, instead(robot, limits, watch, sight, dt))
+    command = chosen(made > 0.5, own, instead(robot, limits, descents, watch, sight, dt))
     bounds = robot.thrust_limits(), robot.joint_limits(), robot.vectoring_limits()
     parts = zip(command, watch.command, bounds, strict=True)
     command = Command(*(clip(numbers(part, last), *limit) for part, last, limit in parts))
@@ -86,6 +102,7 @@ def after(
         sight.body,
         sight.measurement.quaternion,
         command.thrusts,
+        where(within(watch.mode, DESCEND, CUT) > 0.5, watch.loss.left, 1.0 + 0.0 * watch.loss.left),
         limits.latency,
         limits.rotor_lag,
         dt,

@@ -14,6 +14,7 @@ from skylimb.control.estimation.records import Measurement, zero_measurement
 from skylimb.control.missions.reference import Reference
 from skylimb.control.needs import needs_of
 from skylimb.control.records import Command
+from skylimb.control.supervisor.descents import descents_of
 from skylimb.control.supervisor.halves import Halves
 from skylimb.control.supervisor.limits import Limits
 from skylimb.control.supervisor.records import Told
@@ -132,7 +133,9 @@ class GuardedController:
 
     def _made(self, ahead: int, dt: float) -> Halves:
         """Both halves of the supervisor, compiled once."""
-        self._halves = self._halves or Halves(self._robot, self._limits, ahead, dt, self.needs.imu)
+        robot, limits, needs = self._robot, self._limits, self.needs
+        descents = descents_of(robot, needs.vectoring, limits)
+        self._halves = self._halves or Halves(robot, limits, ahead, dt, needs.imu, descents)
         return self._halves
 
     def _signals(self, flew: bool) -> dict[str, float]:

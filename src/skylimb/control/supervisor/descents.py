@@ -1,0 +1,91 @@
+"""How a robot comes down that has lost a rotor: what its vectoring angles are then, found before take-off.
+
+The others have to carry it, without torque. Whether they can is one question to `robots.equilibrium`, asked
+of the robot without that rotor, in its nominal posture, with ever more lean. There is no time to bend: joints
+turn at .5 rad/s, and a robot that has lost a rotor tilts by 15 degrees in .2 s.
+"""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from skylimb.control.planning.vectoring import nominal_posture
+from skylimb.control.supervisor.limits import Limits
+from skylimb.robots.equilibrium import can_hold
+from skylimb.robots.equilibrium_results import Within
+from skylimb.robots.model import Robot
+from skylimb.symbolic import Array, abs, dot, max, where
+
+LEANS = 0.01, 0.15, 0.3
+"""Tilts of the measured link that are allowed, the least first, rad."""
+
+ROOM = 0.05
+"""Share of its range that has to be left to every thrust."""
+
+RATE = 3.5
+"""Speed of the vectoring angles, rad/s: all arrive together, as the lean is small along that way only."""
+
+
+class Descents(NamedTuple):
+    """The ways down of a robot.
+
+    Attributes:
+        angles: vectoring angles without each of the rotors, rad, (nv,); None where there is no way down.
+    """
+
+    angles: tuple[np.ndarray | None, ...] = ()
+
+    def missing(self, left: Array) -> Any:
+        """How many rotors are lost without which there is no way down; `left` is 0 of a lost one, (n,)."""
+        none = np.array([float(angles is None) for angles in self.angles] or [0.0] * left.shape[0])
+        return dot(none, where(left > 0.0, 0.0, 1.0))
+
+    def followed(self, left: Array, here: Array, dt: float) -> Array:
+        """Vectoring angles of a tick on their straight way to those without the rotor that is lost."""
+        there = here
+        for index, angles in enumerate(self.angles):
+            if angles is not None:
+                there = where(left[index] > 0.0, there, angles)
+        way = there - here
+        return here + way * (RATE * dt / max(max(abs(way)), RATE * dt)) if here.shape[0] else here
+
+
+NO_DESCENTS = Descents()
+
+
+def descents_of(robot: Robot, purpose: str, limits: Limits) -> Descents:
+    """The ways down that a supervisor needs: none where it does not look for lost rotors.
+
+    Args:
+        robot: any robot with rotors.
+        purpose: of the vectoring angles in its nominal posture, as of `nominal_posture`.
+        limits: of the supervisor.
+    """
+    return _descents(robot, purpose) if limits.losses else NO_DESCENTS
+
+
+@functools.lru_cache(maxsize=16)
+def _descents(robot: Robot, purpose: str) -> Descents:
+    posture = nominal_posture(robot, purpose)
+    return Descents(tuple(_without(robot, lost, *posture) for lost in range(robot.n_rotors)))
+
+
+def _without(robot: Robot, lost: int, q: np.ndarray, psi: np.ndarray) -> np.ndarray | None:
+    """Vectoring angles, by the shortest way from the given ones."""
+    rotors = robot.description.rotors
+    rest = Robot(replace(robot.description, rotors=rotors[:lost] + rotors[lost + 1 :]))
+    every = (can_hold(rest, q, psi, None, Within(lean, np.inf)) for lean in LEANS)
+    found = next((one for one in every if one and one.room >= ROOM), None)
+    if not found:
+        return None
+    turn = found.vectoring_angles - psi
+    turn -= 2.0 * np.pi * np.round(turn / (2.0 * np.pi))
+    # What turns nothing but the rotor that is lost need not move.
+    for joint, alone in enumerate(np.eye(len(psi))):
+        still = rest.wrench_function(q, psi + turn - turn * alone) - rest.wrench_function(q, psi + turn)
+        turn[joint] *= np.abs(still.full()).max() > 0.02
+    return psi + turn
