@@ -18,6 +18,7 @@ from skylimb.control.estimation.records import Measurement
 from skylimb.control.missions.reference import Reference
 from skylimb.control.needs import Needs, needs_of
 from skylimb.control.records import Command
+from skylimb.control.supervisor.limits import Limits
 from skylimb.control.traced_step import TracedStep
 from skylimb.flight.export import export_c
 from skylimb.flight.export.step import controller_step
@@ -34,10 +35,18 @@ def cascade(name: str) -> Cascade:
     return controller
 
 
-@pytest.mark.parametrize("name", ["pid", "impedance", "admittance", "hybrid", "following"])
-def test_the_example_passes_its_test_vector(name: str, tmp_path: Path, strict_c: StrictC) -> None:
+@pytest.mark.parametrize(
+    ("name", "losses"),
+    [
+        *((name, False) for name in ("pid", "impedance", "admittance", "hybrid", "following")),
+        ("hybrid", True),
+    ],
+)
+def test_the_example_passes_its_test_vector(
+    name: str, losses: bool, tmp_path: Path, strict_c: StrictC
+) -> None:
     folder = tmp_path / "export"
-    files = export_c(cascade(name), folder)
+    files = export_c(cascade(name), folder, limits=Limits(losses=losses))
     assert {path.name for path in files} == {path.name for path in folder.iterdir()}
     strict_c.link([folder / source for source in ("main.c", *SOURCES)], tmp_path / "example")
     done = subprocess.run([tmp_path / "example"], capture_output=True, text=True, check=False)

@@ -6,7 +6,8 @@ import pytest
 import trimesh
 
 import skylimb
-from lab_style import lab_urdf
+from lab_style import FIXED, lab_urdf
+from made_robots import link
 from skylimb.apps.robot_import.checking import check_robot_file
 from skylimb.apps.robot_import.mapping import read_mapping
 from skylimb.apps.robot_import.writing import import_robot
@@ -163,3 +164,18 @@ def test_a_folder_with_several_descriptions_names_them(package):
     (package / "urdf" / "other.urdf").write_text("<robot/>")
     with pytest.raises(DescriptionError, match="has 2 descriptions; name one: robots/small/"):
         check_robot_file(package)
+
+
+def test_a_flight_controller_is_taken_for_the_imu_and_told(tmp_path):
+    board = link("fc", 0.05, gyration=0.02)
+    mount = FIXED.format(name="main2fc", parent="main", child="fc", xyz="0.02 0 0.03")
+    (tmp_path / "quad.urdf").write_text(lab_urdf(gimbal="revolute", extra=board + mount))
+    report = import_robot(tmp_path / "quad.urdf", tmp_path / "robot")
+    (doubt,) = [one for one in report.doubts if one.what == "the IMU"]
+    assert str(doubt).startswith("the IMU: is taken to be link 'fc', by its name")
+    assert skylimb.load_robot(tmp_path / "robot").description.imu.link == "fc"
+    mapping = tmp_path / "mapping.toml"
+    mapping.write_text('[imu]\nlink = "battery"\nxyz = [0.0, 0.0, 0.01]\n')
+    said = check_robot_file(tmp_path / "quad.urdf", mapping=mapping)
+    assert said.description.imu.link == "battery"
+    assert not [one for one in said.doubts if one.what == "the IMU"]

@@ -15,6 +15,9 @@ def export_c(
     robot: Annotated[str, arg("A robot's name, folder or file.", "NAME")] = "hydrus_xi_quad",
     calibration: Calibration = None,
     rate: Annotated[float, arg("Control ticks a second.", "HZ")] = 200.0,
+    losses: Annotated[
+        bool, arg("Whether its supervisor looks for rotors that lose thrust; tuned to hydrus_xi_quad.")
+    ] = False,
     log: Annotated[
         str, arg("A recorded flight: its controller is written, and its inputs as flight.bin.", "LOG")
     ] = "",
@@ -28,14 +31,18 @@ def export_c(
         skylimb export-c --controller hybrid out/hybrid-c
         skylimb export-c --controller my_gains.toml out/mine-c --rate 250
         skylimb export-c --log out/hybrid out/hybrid-c
+        skylimb export-c --controller following --losses out/following-c
     """
     within("--rate", rate, 10.0, 10_000.0, "Hz")
     place = new_folder(folder, "")
+    from skylimb.control.supervisor.limits import Limits
+
+    limits = Limits(losses=losses)
     if log:
         from skylimb.analysis.exchange.convert import read_log
         from skylimb.flight.export.host import export_with_flight
 
-        written = export_with_flight(read_log(log).run, place)
+        written = export_with_flight(read_log(log).run, place, limits=limits)
         compiler, program, use = "cc -std=c99 -O2 host.c", "host", " < flight.bin > commands.bin"
     else:
         import skylimb
@@ -48,7 +55,7 @@ def export_c(
             from skylimb.control.corrections import read_corrections
 
             law = calibrated(law, model, read_corrections(calibration))
-        written = export.export_c(law, place, 1.0 / rate)
+        written = export.export_c(law, place, 1.0 / rate, limits=limits)
         compiler, program, use = "cc main.c", "example", ""
     for path in written:
         print(f"  {path}")

@@ -12,6 +12,7 @@ from skylimb.base.sources import read_source
 from skylimb.robots.description import Servo
 from skylimb.robots.flight_file import (
     CurrentLimit,
+    ImuSection,
     PostureSection,
     RotorInertia,
     ThrustFactor,
@@ -71,6 +72,7 @@ class Mapping:
     joints: tuple[JointRole, ...] = field(default_factory=tuple)
     rotors: tuple[MappedRotor, ...] = field(default_factory=tuple)
     tip: TipSection | None = None
+    imu: ImuSection | None = None
     posture: PostureSection | None = None
     shape_servo: Servo | None = None
     vectoring_servo: Servo | None = None

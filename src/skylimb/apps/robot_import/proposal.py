@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from xml.etree.ElementTree import Element
 
 import numpy as np
@@ -16,6 +17,7 @@ from skylimb.base.errors import DescriptionError
 from skylimb.robots.description import GRAVITY, Servo
 from skylimb.robots.flight_file import (
     FlightFile,
+    ImuSection,
     PostureSection,
     RotorSection,
     ShapeSection,
@@ -33,6 +35,8 @@ _STICK = 0.15
 _BELIEVED = 1e3
 """Greatest thrust that a limit of a rotor's axle may mean, N; +-1e16 means none."""
 _FAR_APART = 0.05
+_IMU = re.compile(r"(^|[_/])(imu|fc|flight_?controller)\d*(_link)?$", re.IGNORECASE)
+"""Names of links on which an IMU sits; the lab's flight controller is called fc."""
 _HEAVIEST, _SMALLEST, _LARGEST = 0.3, 0.02, 0.4
 """A link is a rotor alone up to this mass (kg), and with a disc's radius between these (m)."""
 _COEFFICIENT, _AIR = 0.1, 1.2
@@ -83,9 +87,20 @@ def propose(
         if vectoring
         else None,
         posture=(mapping.posture or _level(len(shape))) if shape else None,
+        imu=mapping.imu or _imu(tree, doubts),
         rotors=rotors,
     )
     return flight, doubts
+
+
+def _imu(tree: UrdfTree, doubts: list[Doubt]) -> ImuSection | None:
+    """The link that is called an IMU or a flight controller, at its origin; None where none is."""
+    link = next(filter(_IMU.search, tree.links()), None)
+    if link is None:
+        return None
+    value = f"is taken to be link '{link}', by its name, in that link's axes"
+    doubts.append(Doubt("the IMU", value, "say [imu] in a mapping file: link, xyz, rpy"))
+    return ImuSection(link)
 
 
 def _level(n: int) -> PostureSection:

@@ -88,6 +88,7 @@ def mapping_text(flight: FlightFile) -> str:
         "vectoring_servo": vectoring.get("servo"),
         "vectoring_start": vectoring.get("start"),
         "tip": tables["tip"],
+        "imu": tables.get("imu"),
         "posture": tables.get("posture"),
         "joints": joints,
         "rotors": tables["rotors"],

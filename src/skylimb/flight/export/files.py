@@ -116,6 +116,7 @@ _ABOUT = {
     "told.stop": "1 to stop the motors",
     "signals.supervisor_mode": "mode, by its number",
     "signals.supervisor_bits": "what is wrong, a bit each",
+    "signals.rotor_shares_estimate": "of its thrust that each rotor has left",
     "command.thrusts": "N",
     "command.joint_angles": "rad",
     "command.vectoring_angles": "rad",

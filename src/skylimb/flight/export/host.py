@@ -13,6 +13,7 @@ from skylimb.control.controller import Controller, require_compiled
 from skylimb.control.estimation.records import ABSENT, zero_measurement
 from skylimb.control.missions.reference import zero_reference
 from skylimb.control.needs import needs_of, require_imu
+from skylimb.control.supervisor.limits import Limits
 from skylimb.flight.experiments.experiment import Experiment, robot_of
 from skylimb.flight.export.files import export_c
 from skylimb.flight.loading import chosen_controller
@@ -24,13 +25,16 @@ FLIGHT = "flight.bin"
 """The input's name beside the code."""
 
 
-def export_with_flight(run: Run, folder: str | Path, controller: str = "") -> list[Path]:
+def export_with_flight(
+    run: Run, folder: str | Path, controller: str = "", limits: Limits | None = None
+) -> list[Path]:
     """Write a controller as C, and beside it what a recorded flight would have given it.
 
     Args:
         run: a recorded flight with its configuration.
         folder: new.
         controller: by default the one that flew.
+        limits: when the supervisor acts.
 
     Returns:
         The files.
@@ -39,7 +43,7 @@ def export_with_flight(run: Run, folder: str | Path, controller: str = "") -> li
         experiment, _ = experiment_of(run, Path(home), {})
         chosen = chosen_controller(controller or None, experiment, robot_of(experiment), {})
         content = host_input(run, experiment, chosen).tobytes()
-        return export_c(chosen, folder, experiment.control_period, {FLIGHT: content})
+        return export_c(chosen, folder, experiment.control_period, {FLIGHT: content}, limits)
 
 
 def host_input(run: Run, experiment: Experiment, controller: Controller) -> np.ndarray:
