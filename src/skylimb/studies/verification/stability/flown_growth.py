@@ -16,7 +16,7 @@ from skylimb.studies.verification.stability.point import OperatingPoint
 
 
 def flown_growth(
-    point: OperatingPoint, loop: ClosedLoop, mode: Mode, duration: float = 1.0, nudge: float = 1e-2
+    point: OperatingPoint, loop: ClosedLoop, mode: Mode, duration: float = 1.0, nudge: float = 1e-3
 ) -> float:
     """Growth of a mode in flight, 1/s.
 
@@ -25,8 +25,7 @@ def flown_growth(
         loop: the linearisation there.
         mode: one of its modes.
         duration: of the flights, s.
-        nudge: largest entry of the perturbation, in the state's own units. The engine keeps a friction
-            coefficient of 1e-5 where none is asked for: a pen that is nudged by less may stick, which damps.
+        nudge: largest entry of the perturbation, in the state's own units.
     """
     ticks = round(duration / point.period)
     still, nudged = (

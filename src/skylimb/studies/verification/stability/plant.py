@@ -17,8 +17,7 @@ from skylimb.simulation.surfaces.geom import GEOM
 from skylimb.studies.verification.stability.point import OperatingPoint
 
 STEP = 1e-8
-"""Of the finite differences. Small, because the engine keeps a friction coefficient of 1e-5 where none is
-asked for: in larger steps a pen at rest would feel it change sides."""
+"""Of the finite differences."""
 
 _PUSH = 1e-3
 """N, of the same."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 from dataclasses import dataclass
 from functools import cached_property
@@ -161,7 +162,7 @@ def operating_point(
     require_compiled(controller, "linearised")
     experiment = quiet(experiment)
     takeoff = prepare(experiment, robot_of(experiment), controller)
-    plant, mission = takeoff.plant, takeoff.mission
+    plant, mission = _without_rest(takeoff.plant), takeoff.mission
     if plant.surface.moves or plant.surface.friction_varies:
         raise ConfigError(
             f"surface '{plant.surface.kind}' moves or its friction varies; a linearisation needs one that "
@@ -179,6 +180,19 @@ def operating_point(
         takeoff.period,
     )  # fmt: skip
     return _fly(point, data, len(takeoff.rows), at, experiment.terminations)
+
+
+def _without_rest(plant: Plant) -> Plant:
+    """The plant whose pen meets no friction at all, where none is asked for.
+
+    The engine keeps a coefficient of 1e-5, and what small friction holds still in the small slides in the
+    large: the slowest modes would be others in a flight.
+    """
+    if plant.surface.contact.friction > 0.0:
+        return plant
+    model = copy.copy(plant.model)
+    model.pair_dim[:] = 1
+    return dataclasses.replace(plant, model=model)
 
 
 def _fly(
