@@ -39,7 +39,7 @@ class PlantConfig:
             "paper's, whose thrust lags and which have no inertia; 'described': 'speed' where the robot's "
             "file says what it takes",
         ),
-    ] = "thrust"
+    ] = "described"
     rotor_inertia: Annotated[
         float,
         Key("kg m^2", "of each rotor; negative keeps the description's", low=-1.0, high=0.1),

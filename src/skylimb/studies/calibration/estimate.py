@@ -113,7 +113,7 @@ class Fit:
         self.parameters = parameters(record.robot)
         self.places = slices(self.parameters)
         robot = record.robot
-        self.predictor = Predictor(robot.n_rotors, robot.mass, root_mass(robot), record.step)
+        self.predictor = Predictor(record.wheels, robot.mass, root_mass(robot), record.step)
         self.impossible = [np.zeros(len(range(*piece, record.stride)), dtype=bool) for piece in record.pieces]
 
     def steps(self, theta: np.ndarray) -> list[Steps]:

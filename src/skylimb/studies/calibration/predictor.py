@@ -28,10 +28,10 @@ START = (0.05, 0.3, 0.05, 0.1)
 
 @functools.lru_cache(maxsize=4)
 def _functions(
-    n: int, mass: float, root_mass: float, root_centre: tuple[float, ...], dt: float
+    wheels: tuple[float, ...], mass: float, root_mass: float, root_centre: tuple[float, ...], dt: float
 ) -> tuple[ca.Function, ca.Function]:
     """The filter's step, which finds gains, and the predictor's, which takes them and has derivatives."""
-    model = StepModel(n, mass, (root_mass, np.array(root_centre)), dt)
+    model = StepModel(np.array(wheels), mass, (root_mass, np.array(root_centre)), dt)
     following, slope, residual, seen = model.linear()
 
     # The filter: covariance along, gain and whitening out.
@@ -80,17 +80,17 @@ class Predictor:
     """Prediction errors of one record as a function of the parameters.
 
     Args:
-        n: number of rotors.
+        wheels: of the rotors; see `Record.wheels`.
         mass: of the described robot, kg.
         root: mass (kg) and centre of mass (m) of its root link.
         dt: time of a step, s.
     """
 
-    def __init__(self, n: int, mass: float, root: tuple[float, np.ndarray], dt: float) -> None:
+    def __init__(self, wheels: np.ndarray, mass: float, root: tuple[float, np.ndarray], dt: float) -> None:
         self.dt = dt
-        functions = _functions(n, mass, root[0], tuple(map(float, root[1])), dt)
+        functions = _functions(tuple(map(float, wheels)), mass, root[0], tuple(map(float, root[1])), dt)
         self._filtering, self._predicting = (fastest(each, often=True) for each in functions)
-        self.parameters = 11 + n
+        self.parameters = 11 + len(wheels)
 
     def start(self, steps: Steps, theta: np.ndarray) -> np.ndarray:
         """The state that the first frame suggests, at rest, (18,)."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -50,6 +51,8 @@ class Record:
         rates: of them, rad/s.
         command: commanded thrusts, N, (k, n).
         flat: mechanics at every tick, packed.
+        wheels: spin J Omega of every rotor over the root of its thrust, N m s / sqrt(N), (n,); zeros where
+            the flight's rotors have no inertia.
     """
 
     robot: Robot
@@ -63,6 +66,7 @@ class Record:
     rates: np.ndarray
     command: np.ndarray
     flat: np.ndarray
+    wheels: np.ndarray
 
     @property
     def step(self) -> float:
@@ -80,12 +84,12 @@ class Record:
         used = np.concatenate([np.arange(*piece) for piece in self.pieces])
         return used[self.fresh[used]]
 
-    def thrusts(self, lag: float) -> tuple[np.ndarray, np.ndarray]:
-        """Thrusts behind a lag at every tick, N, (k, n), and their derivative by it, N/s."""
+    def roots(self, lag: float) -> tuple[np.ndarray, np.ndarray]:
+        """Roots of the thrusts at every tick, which lag as speeds do, sqrt(N), (k, n); also by the lag."""
         a = float(np.exp(-self.dt / lag))
-        first = self.command[:1]
-        beside = self.command - first
-        # lambda_{k+1} = a lambda_k + (1 - a) command_k, from rest at the first command.
+        command = _root(self.command)
+        first, beside = command[:1], command - command[:1]
+        # w_{k+1} = a w_k + (1 - a) sqrt(command_k), from rest at the first command.
         moved = np.asarray(lfilter([0.0, 1.0 - a], [1.0, -a], beside, axis=0))
         by_a = np.asarray(lfilter([0.0, 1.0], [1.0, -a], moved - beside, axis=0))
         return first + moved, by_a * a * self.dt / lag**2
@@ -123,16 +127,17 @@ class Record:
 
     def _integrals(self, times: np.ndarray, lag: float) -> _Integrals:
         """The thrusts' first and second integral up to any times, and their derivatives by lag and time."""
-        thrusts, thrusts_lag = self.thrusts(lag)
-        where = np.clip(times / self.dt, 0.0, len(thrusts) - 1e-9)
+        roots, away_lag = self.roots(lag)
+        where = np.clip(times / self.dt, 0.0, len(roots) - 1e-9)
         tick = np.floor(where).astype(int)
-        away, away_lag = thrusts - self.command, thrusts_lag
-        whole = _within(np.full((len(thrusts), 1), self.dt), lag, self.command, away, away_lag)
+        command = _root(self.command)
+        away = roots - command
+        whole = _within(np.full((len(roots), 1), self.dt), lag, command, away, away_lag)
         # At the beginning of every tick: what all ticks before it have brought.
         once = _before(whole.once[:2])
         twice = _before(whole.twice[:2] + self.dt * once)
         s = ((where - tick) * self.dt)[:, None]
-        part = _within(s, lag, self.command[tick], away[tick], away_lag[tick])
+        part = _within(s, lag, command[tick], away[tick], away_lag[tick])
         once, twice = once[:, tick], twice[:, tick]
         first = np.concatenate([once + part.once[:2], part.once[2:]])
         second = np.concatenate([twice + once * s + part.twice[:2], first[:1]])
@@ -149,7 +154,18 @@ class _Integrals(NamedTuple):
 def _within(
     s: np.ndarray, lag: float, command: np.ndarray, away: np.ndarray, away_lag: np.ndarray
 ) -> _Integrals:
-    """Integrals over the first s seconds of a tick, in which the thrusts are command + away e^(-s / lag)."""
+    """Integrals over the first s seconds of a tick, of thrusts (command + away e^(-s / lag))^2."""
+    even = _decaying(s, lag, command**2, 2.0 * command * away, 2.0 * command * away_lag)
+    # The square decays twice as fast, and so by half of the lag.
+    square = _decaying(s, 0.5 * lag, 0.0 * away, away**2, 4.0 * away * away_lag)
+    halves = np.array([1.0, 0.5, 1.0])[:, None, None]
+    return _Integrals(*(a + halves * b for a, b in zip(even, square, strict=True)))
+
+
+def _decaying(
+    s: np.ndarray, lag: float, command: np.ndarray, away: np.ndarray, away_lag: np.ndarray
+) -> _Integrals:
+    """Integrals over the first s seconds of command + away e^(-s / lag)."""
     decay = np.exp(-s / lag)
     once = lag * (1.0 - decay)
     once_lag = (1.0 - decay) - (s / lag) * decay
@@ -157,6 +173,11 @@ def _within(
     first = [command * s + away * once, away_lag * once + away * once_lag, command + away * decay]
     second = [0.5 * command * s**2 + away * twice, away_lag * twice + away * twice_lag, first[0]]
     return _Integrals(np.stack(first), np.stack(second))
+
+
+def _root(thrusts: np.ndarray) -> np.ndarray:
+    """The root of thrusts, which goes with the rotors' speeds, sqrt(N)."""
+    return np.sqrt(np.maximum(thrusts, 0.0))
 
 
 def _before(parts: np.ndarray) -> np.ndarray:
@@ -194,7 +215,16 @@ def record_of(run: Run, robot: Robot) -> Record:
         rates,
         columns[COMMAND],
         mechanics(robot, angles, rates),
+        _wheels(run, robot),
     )
+
+
+def _wheels(run: Run, robot: Robot) -> np.ndarray:
+    """Of the rotors, as the robot's file describes them; a simulation may take their inertia away."""
+    idle = tomllib.loads(run.config).get("plant", {}).get("rotors") == "thrust"
+    inertias = np.array([0.0 if idle else rotor.inertia or 0.0 for rotor in robot.description.rotors])
+    factors = np.array([rotor.thrust_factor or np.inf for rotor in robot.description.rotors])
+    return np.array([rotor.spin for rotor in robot.description.rotors]) * inertias / np.sqrt(factors)
 
 
 def _in_step(fresh: np.ndarray, dt: float) -> tuple[int, np.ndarray]:

@@ -8,10 +8,13 @@ their lag,
     v' = R sum_i s_i lambda_i u_i / m - g + g lean,      l' = R sum_i s_i lambda_i (t_i - d x u_i) / m,
     R' = R hat(I^-1 (R^T l - h)),                         measured: p - R (c + d) and R Exp(e).
 
+h is the angular momentum of what moves within the robot, per mass: that of the joints' own motion, and of the
+rotors about their axes, spin_i J_i Omega_i u_i at the speeds of their thrusts.
+
 Gravity g is a parameter too: over the Earth it differs by half a percent, which is a millimetre of centre of
 gravity's height.
 
-Momentum makes the joints' own motion exact, and needs no acceleration of anything.
+Momentum makes the joints' own motion exact and the rotors' reaction, and needs no acceleration of anything.
 """
 
 from __future__ import annotations
@@ -29,6 +32,9 @@ STATES = 12
 
 MEASURED = 6
 """Place and a small turn."""
+
+_STANDS = 1e-6
+"""Of a rotor that stands, N, so that its speed has a derivative."""
 
 
 def small_rotation(v: ca.SX) -> ca.SX:
@@ -48,10 +54,11 @@ def _rows(flat: ca.SX, rows: int, columns: int) -> ca.SX:
 
 
 class StepModel:
-    """One step in symbols, for a robot of so many rotors."""
+    """One step in symbols, for a robot with these wheels for rotors; see `Record.wheels`."""
 
-    def __init__(self, n: int, mass: float, root: tuple[float, np.ndarray], dt: float) -> None:
-        self.n, self.mass, self.root, self.dt = n, mass, root, dt
+    def __init__(self, wheels: np.ndarray, mass: float, root: tuple[float, np.ndarray], dt: float) -> None:
+        n = len(wheels)
+        self.n, self.wheels, self.mass, self.root, self.dt = n, wheels, mass, root, dt
         self.layout = layout(n)
         size = self.layout.size
         widths = (size, size, 3, 3, n, 2 * n, n, 2 * n, 3, 9, 1)
@@ -90,13 +97,15 @@ class StepModel:
         lag, latency = dtheta[n + 6], dtheta[n + 7]
         m = self.layout.unpack(given.middle + given.middle_rate * latency)
         beside = ca.vertcat(lag, latency)
-        thrusts = scale * (given.thrusts + ca.reshape(given.thrusts_by, n, 2) @ beside)
+        commanded = given.thrusts + ca.reshape(given.thrusts_by, n, 2) @ beside
+        thrusts = scale * commanded
         early = scale * (given.early + ca.reshape(given.early_by, n, 2) @ beside)
         root, centre = self.root[0], ca.DM(self.root[1])
         arm = centre - m.cog
         moments = m.moments + arm @ d.T + d @ arm.T + (self.mass / root - 1.0) * (d @ d.T)
         inertia = ca.inv_minor(ca.trace(moments) * ca.SX.eye(3) - moments)
-        own = m.momentum - cross(d, m.cog_rate)
+        turning = self.wheels * ca.sqrt(ca.fmax(commanded, 0.0) + _STANDS)
+        own = m.momentum + m.forces @ turning / self.mass - cross(d, m.cog_rate)
         force = m.forces @ thrusts / self.mass
         torque = m.torques @ thrusts / self.mass - cross(d, force)
         # Place and attitude need their rates' means over the step, which the early thrusts make.
