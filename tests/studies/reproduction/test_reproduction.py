@@ -113,7 +113,8 @@ def test_the_prior_says_why_and_can_be_flown() -> None:
 def test_what_all_draws_fly_otherwise_than_the_paper_is_said(short_prior: Prior, tiny: Path) -> None:
     """The declared unknowns are what the ensemble is about; whatever else differs stands on the page."""
     prior = load_prior()
-    assert [found.key for found in flown_otherwise(prior, freeze(prior.campaign(1)))] == ["approach.standoff"]
+    otherwise = [found.key for found in flown_otherwise(prior, freeze(prior.campaign(1)))]
+    assert otherwise == ["approach.standoff", "plant.rotors"]
     moved = replace(prior, _plain={**prior._plain, "set": {"surface.position": [1.4, 0.0, 1.2]}})
     (found,) = flown_otherwise(moved, freeze(moved.campaign(1)))
     assert str(found) == "surface.position = [1.4, 0, 1.2] (paper: [1.5, 0, 1.2])"
