@@ -326,11 +326,12 @@ TWIST = {
 """A yaw torque beyond what the rotors can give, N m, on the hovering robot."""
 
 
-def test_a_twist_beyond_the_rotors_tilts_the_robot_half_as_far(preset: str) -> None:
+def test_a_twist_beyond_the_rotors_tilts_the_robot_by_a_third_less(preset: str) -> None:
     cut = skylimb.run("push", controller="pid", set=TWIST)
     held = skylimb.run("push", controller=preset, set=TWIST)
-    assert np.degrees(cut.log.tilt.values.max()) > 30.0
-    assert np.degrees(held.log.tilt.values.max()) < 0.6 * np.degrees(cut.log.tilt.values.max())
+    assert np.degrees(cut.log.tilt.values.max()) > 25.0
+    # 19 instead of 28 degrees; with the paper's rotors, whose motors have no limit, 19 instead of 43.
+    assert np.degrees(held.log.tilt.values.max()) < 0.72 * np.degrees(cut.log.tilt.values.max())
     thrusts = held.log.thrusts_command.values
     limits = skylimb.load_robot("hydrus_xi_quad").thrust_limits()
     assert ((thrusts >= limits[0]) & (thrusts <= limits[1])).all()

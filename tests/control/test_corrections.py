@@ -92,10 +92,11 @@ def test_a_calibrated_robot_hovers_as_if_it_were_the_described_one() -> None:
         ("calibrated", REAL, FOUND),
     ):
         run = skylimb.run("calibration", "impedance", set={**HOVER, **changes}, calibration=calibration)
-        error = (run.log.cog_position - run.log.cog_position_reference).values[-300:]
+        # The hover, before the robot is shaken: there, its longer lag and latency cost lift.
+        error = (run.log.cog_position - run.log.cog_position_reference).values[-600:-300]
         worst[name] = float(np.abs(error).max())
-    assert worst["unknown"] > 5.0 * worst["calibrated"], worst
-    assert worst["calibrated"] < worst["described"] + 0.015, worst
+    assert worst["unknown"] > 100.0 * worst["calibrated"], worst
+    assert worst["calibrated"] < worst["described"] + 0.001, worst
 
 
 def test_both_drivers_fly_it_to_the_same_bits() -> None:
